@@ -1,0 +1,46 @@
+# Needs make and Python 3.11 or newer; everything else goes into .venv. `make run` is the place to start.
+PYTHON ?= python3
+RANKS ?= 2
+CAMPAIGN ?= campaigns/smoke.toml
+OUT ?= results/$(basename $(notdir $(CAMPAIGN)))
+BIN := .venv/bin
+
+.PHONY: run reproduce test test-slow test-all benchmarks check format clean
+
+run: .venv/installed  ## compute a campaign, collect its dataset, draw its report
+	$(BIN)/mpiexec -n $(RANKS) $(BIN)/nanoslip run $(CAMPAIGN) --out $(OUT)
+	$(BIN)/nanoslip report $(CAMPAIGN) --out $(OUT)
+
+reproduce:  ## the paper's campaign
+	$(MAKE) run CAMPAIGN=campaigns/streator2022.toml
+
+test: .venv/installed  ## the everyday tests
+	$(BIN)/python -m pytest -m "not slow"
+
+test-slow: .venv/installed  ## the heavy ones: real launchers, a real scheduler, long computations
+	$(BIN)/python -m pytest -m slow
+
+test-all: test test-slow
+
+benchmarks: .venv/installed  ## figures beside their peers and limits: tests/benchmarks/table.md
+	$(BIN)/python -m tests.benchmarks
+
+check: .venv/installed  ## style and types
+	$(BIN)/python -m ruff check .
+	$(BIN)/python -m ruff format --check .
+	$(BIN)/python -m mypy
+
+format: .venv/installed
+	$(BIN)/python -m ruff format .
+	$(BIN)/python -m ruff check --fix .
+
+.venv/installed: pyproject.toml
+	@$(PYTHON) -c 'import sys; sys.exit(sys.version_info < (3, 11) and "needs Python 3.11 or newer; choose one with: make PYTHON=python3.12")'
+	$(PYTHON) -m venv .venv
+	$(BIN)/python -m pip install --quiet --upgrade pip
+	PYTHONWARNINGS=ignore $(BIN)/python -m pip install --quiet --editable ".[dev,mpich]"
+	touch $@
+
+clean:  ## the environment and caches; results stay
+	rm -rf .venv build .mypy_cache .ruff_cache .pytest_cache
+	find . -name __pycache__ -prune -exec rm -rf {} +
