@@ -1,0 +1,601 @@
+"""Compiled core of contact and sliding: all functions that call each other, in one module, because numba's cache does
+not notice a changed callee elsewhere.
+
+The state is a `Machine`, a tuple of arrays over a window of the surface nodes, i = 0 … n-1. Its `tableau` is the slab's
+operator with the contact nodes turned round: forces of the nodes in contact and displacements of the free ones, per
+displacement of the nodes in contact and force on the free ones. One more entry exchanges the approach for the load, so that
+every column already holds the load:
+
+    response = inputs @ tableau            (the tableau is stored transposed: row j is the response to input j)
+    entry i < n:        u_i is input and f_x,i response in contact; the other way round when free
+    entry n + i:        v_i = w_i + approach and f_z,i likewise
+    entry 2n:           input -W, response the approach
+
+A slip is two rows of the tableau added to the response; touch and release exchange one node's two entries (a pivot).
+"""
+
+from typing import NamedTuple
+
+import numpy as np
+from numba import njit
+from numpy.typing import NDArray
+
+Floats = NDArray[np.float64]
+
+SLIP, RELEASE, TOUCH, NOTHING = 0, 1, 2, 3
+DONE, FULL, DRIFTED, SLIP_UNBOUNDED, CASCADE_LIMIT, CONTACT_LOST, NO_EVENT, EDGE_REACHED, OUTGROWN = range(9)
+
+DRIFT_LIMIT = 1e-11  # relative residual of the prescribed displacements at which the tableau is rebuilt
+REFRESH_SLIPS = 65536  # slips after which the response is summed afresh: rounding of a vector sum stays below 1e-12
+FINITE = {
+    "nnan",
+    "nsz",
+    "contract",
+    "reassoc",
+}  # what the compiler may assume in the innermost loops: no NaN, sums in any order
+REFRESH_CHANGES = 64  # changes of the contact after which everything is summed afresh
+EDGE = 1e-9  # relative distance inside a punch's edge at which a node counts as under it
+TIE = 1e-10  # relative difference of two shear ratios that counts as a tie; the node further right goes first
+
+
+class Machine(NamedTuple):
+    """State of one contact; arrays are changed in place. n nodes in the window, N = 2n + 1 entries."""
+
+    matrix: Floats
+    """(2n, 2n) surface compliance."""
+    tableau: Floats
+    """(N, N), row j: response to input j."""
+    response: Floats
+    """(N,)"""
+    inputs: Floats
+    """(N,)"""
+    rate: Floats
+    """(N,) response per unit of pin displacement (or of load, in first touch)."""
+    contact: NDArray[np.bool_]
+    """(n,)"""
+    x: Floats
+    """(n,) positions from the slab's middle."""
+    friction: Floats
+    """(n,) μ_i per node; any value where `sticks`."""
+    sticks: NDArray[np.bool_]
+    """(n,) infinite μ_i: the node never slips."""
+    masks: Floats
+    """(2, n): 1 where a node is in contact, and where it also may slip; 0 elsewhere."""
+    excess: Floats
+    """(n,) scratch: |shear| - μ_i·pressure where a node may slip."""
+    totals: Floats
+    """δ_p, dissipated energy of the current event, largest relative drift seen."""
+    counts: NDArray[np.int64]
+    """slips, releases, touches of the current event; slips since the last refresh; touches near the window's ends;
+    changes of the contact since the last look at the drift."""
+
+
+class Rules(NamedTuple):
+    """What does not change during a run."""
+
+    curvature: float
+    half_width: float
+    residual: float
+    simultaneous: bool
+    floor: float
+    """Smallest step of the displacement."""
+    cascade_limit: int
+    tolerance: float
+    """Force below which a constraint counts as met."""
+    tolerance_gap: float
+    """Penetration below which a free node counts as free."""
+    offset: int
+    """Surface node that the machine's node 0 is."""
+    safe: tuple[int, int]
+    """First and last node of the machine that can touch without a node beyond its window being near."""
+
+
+class Events(NamedTuple):
+    """Columns of a friction record in the making (see FrictionRecord), each of shape (capacity,)."""
+
+    displacement: Floats
+    force_before: Floats
+    force_after: Floats
+    stiffness: Floats
+    dissipated: Floats
+    kind: NDArray[np.int8]
+    node: NDArray[np.int32]
+    slips: NDArray[np.int64]
+    releases: NDArray[np.int32]
+    touches: NDArray[np.int32]
+    contact_size: NDArray[np.int32]
+
+
+@njit(cache=True, nogil=True)
+def _height(rules: Rules, xi: float) -> float:
+    """Height of the pin above its lowest point; infinite beyond its edges."""
+    if abs(xi) > rules.half_width:
+        return np.inf
+    return 0.5 * rules.curvature * xi * xi
+
+
+@njit(cache=True, nogil=True, fastmath={"contract"})
+def _add(total: Floats, factor: float, row: Floats) -> None:
+    for k in range(len(total)):
+        total[k] += factor * row[k]
+
+
+@njit(cache=True, nogil=True, fastmath={"contract"})
+def _add_two(total: Floats, first: float, row_1: Floats, second: float, row_2: Floats) -> None:
+    for k in range(len(total)):
+        total[k] += first * row_1[k] + second * row_2[k]
+
+
+@njit(cache=True, nogil=True, fastmath={"contract"})
+def _add_two_rows(total: Floats, rows: Floats, i: int, first: float, j: int, second: float) -> None:
+    for k in range(len(total)):
+        total[k] += first * rows[i, k] + second * rows[j, k]
+
+
+@njit(cache=True, nogil=True)
+def refresh(m: Machine) -> None:
+    """Sum the response afresh from the inputs."""
+    m.response[:] = 0.0
+    for j in range(len(m.inputs)):
+        if m.inputs[j] != 0.0:
+            _add(m.response, m.inputs[j], m.tableau[j])
+    m.counts[3] = 0
+
+
+@njit(cache=True, nogil=True)
+def aim_displacement(m: Machine) -> None:
+    """Set the rate to the response per unit of pin displacement: all contact nodes move along."""
+    m.rate[:] = 0.0
+    for i in range(len(m.x)):
+        if m.contact[i]:
+            _add(m.rate, 1.0, m.tableau[i])
+
+
+@njit(cache=True, nogil=True)
+def aim_load(m: Machine) -> None:
+    """Set the rate to the response per unit of load, the pin held."""
+    m.rate[:] = -m.tableau[2 * len(m.x)]
+
+
+@njit(cache=True, nogil=True)
+def total_shear(m: Machine, values: Floats) -> float:
+    """Sum of the tangential entries of `values` (response or rate) over the contact."""
+    total = 0.0
+    for i in range(len(m.x)):
+        if m.contact[i]:
+            total += values[i]
+    return total
+
+
+@njit(cache=True, nogil=True)
+def _drift(m: Machine) -> float:
+    """Largest error of a prescribed displacement, as the compliance sees it, relative to the largest one."""
+    n = len(m.x)
+    error = 0.0
+    largest = 0.0
+    for i in range(n):
+        if m.contact[i]:
+            for row in (i, n + i):
+                seen = m.response[2 * n] if row >= n else 0.0
+                for j in range(n):
+                    if m.contact[j]:
+                        seen += m.matrix[row, j] * m.response[j] + m.matrix[row, n + j] * m.response[n + j]
+                error = max(error, abs(seen - m.inputs[row]))
+                largest = max(largest, abs(m.inputs[row]))
+    return float(error / max(largest, abs(m.response[2 * n])))
+
+
+@njit(cache=True, nogil=True)
+def _exchange(m: Machine, i: int) -> bool:
+    """Turn the two entries of node i round (a principal pivot with a 2 × 2 block); False where the block is singular."""
+    n = len(m.x)
+    p, q = i, n + i
+    t = m.tableau
+    a, b, c, d = t[p, p], t[q, p], t[p, q], t[q, q]  # the block itself is [[a, b], [c, d]]: storage is transposed
+    determinant = a * d - b * c
+    scale = abs(a * d) + abs(b * c)
+    if not abs(determinant) > 1e-14 * scale:
+        return False
+    ia, ib, ic, id_ = d / determinant, -b / determinant, -c / determinant, a / determinant
+    row_p, row_q = t[p].copy(), t[q].copy()
+    for j in range(2 * n + 1):
+        if j not in (p, q):
+            # What the pivot's two inputs must be to hold its old responses, per unit of input j.
+            first = -(ia * t[j, p] + ib * t[j, q])
+            second = -(ic * t[j, p] + id_ * t[j, q])
+            _add_two(t[j], first, row_p, second, row_q)
+            t[j, p], t[j, q] = first, second
+    t[p] = ia * row_p + ic * row_q
+    t[q] = ib * row_p + id_ * row_q
+    t[p, p], t[p, q], t[q, p], t[q, q] = ia, ic, ib, id_
+    for row in (p, q):
+        m.inputs[row], m.response[row] = m.response[row], m.inputs[row]
+    m.contact[i] = not m.contact[i]
+    m.masks[0, i] = 1.0 if m.contact[i] else 0.0
+    m.masks[1, i] = 1.0 if m.contact[i] and not m.sticks[i] else 0.0
+    return True
+
+
+@njit(cache=True, nogil=True)
+def _glide(y: Floats, tableau: Floats, inputs: Floats, i: int, along: float, down: float) -> float:
+    """Displace contact node i by (along, down); returns the work ∫ f·du that its forces do on the slab."""
+    j = len(y) // 2 + i
+    before_x, before_z = y[i], y[j]
+    _add_two_rows(y, tableau, i, along, j, down)
+    inputs[i] += along
+    inputs[j] += down
+    return float(0.5 * ((before_x + y[i]) * along + (before_z + y[j]) * down))
+
+
+@njit(cache=True, nogil=True)
+def _settle(m: Machine, push: float) -> None:
+    """From time to time, after changes of the contact: fresh sums, a fresh rate, and a look at the tableau's drift."""
+    m.counts[5] += 1
+    if m.counts[5] < REFRESH_CHANGES:
+        return
+    m.counts[5] = 0
+    refresh(m)
+    if push > 0.0:
+        aim_displacement(m)
+    else:
+        aim_load(m)
+    m.totals[2] = max(m.totals[2], _drift(m))
+
+
+@njit(cache=True, nogil=True)
+def _release(m: Machine, i: int, push: float) -> bool:
+    """Let node i go: its forces fall to zero, its displacements follow. push: how fast contact nodes move, see `resolve`."""
+    if not _exchange(m, i):
+        return False
+    n, y, rate = len(m.x), m.response, m.rate
+    j = n + i
+    force_x, force_z, before_x, before_z = m.inputs[i], m.inputs[j], y[i], y[j]
+    _add_two_rows(y, m.tableau, i, -force_x, j, -force_z)
+    m.inputs[i], m.inputs[j] = 0.0, 0.0
+    m.totals[1] -= 0.5 * (force_x * (y[i] - before_x) + force_z * (y[j] - before_z))
+    # The rate is a response like any other: its forces are taken away, the node's own rates were those of the pin.
+    rate_x, rate_z = rate[i], rate[j]
+    rate[i], rate[j] = push, 0.0
+    _add_two_rows(rate, m.tableau, i, -rate_x, j, -rate_z)
+    m.counts[1] += 1
+    _settle(m, push)
+    return True
+
+
+@njit(cache=True, nogil=True)
+def _touch(m: Machine, rules: Rules, i: int, push: float) -> bool:
+    """Bring node i into contact, stuck where it is; a penetration is pushed back along z. push: as in `_release`."""
+    j = len(m.x) + i
+    height = _height(rules, m.x[i] + m.response[i] - m.totals[0])
+    if not _exchange(m, i):
+        return False
+    m.totals[1] -= _glide(m.response, m.tableau, m.inputs, i, 0.0, height - m.inputs[j])
+    rate_x, rate_z = m.rate[i], m.rate[j]
+    m.rate[i], m.rate[j] = 0.0, 0.0
+    _add_two_rows(m.rate, m.tableau, i, push - rate_x, j, -rate_z)
+    m.counts[2] += 1
+    if not rules.safe[0] <= i <= rules.safe[1]:
+        m.counts[4] += 1
+    _settle(m, push)
+    return True
+
+
+@njit(cache=True, nogil=True)
+def _slip_move(
+    y: Floats, tableau: Floats, friction: Floats, i: int, xi: float, curvature: float, residual: float
+) -> tuple[float, float]:
+    """How far node i slips along and down the pin, the others held; infinite where no distance lowers its shear enough.
+
+    The shear that exceeds residual·μ_i·pressure is quadratic in the distance, because the pin's height under the node is.
+    """
+    n = len(friction)
+    share = residual * friction[i] * (1.0 if y[i] > 0.0 else -1.0)
+    excess = y[i] + share * y[n + i]
+    down = curvature * (tableau[n + i, i] + share * tableau[n + i, n + i])
+    linear = tableau[i, i] + share * tableau[i, n + i] + down * xi
+    discriminant = linear * linear - 2.0 * down * excess
+    if not (linear > 0.0 and discriminant >= 0.0):
+        return np.inf, 0.0
+    distance = -2.0 * excess / (linear + np.sqrt(discriminant))
+    return distance, curvature * distance * (xi + 0.5 * distance)
+
+
+@njit(cache=True, nogil=True, fastmath=FINITE)
+def _look(
+    shear: Floats,
+    normal: Floats,
+    friction: Floats,
+    in_contact: Floats,
+    may_slip: Floats,
+    excess: Floats,
+    tolerance: float,
+) -> tuple[float, float]:
+    """Fill `excess`; how far shear and tension exceed their limits, each summed over the contact: 0 where none does.
+
+    Sums, because a sum is what compilers turn into vector instructions, and a maximum is not.
+    """
+    shears, tensions = 0.0, 0.0
+    for i in range(len(excess)):
+        over = may_slip[i] * (abs(shear[i]) + friction[i] * normal[i])
+        excess[i] = over
+        shears += abs(over - tolerance) + (over - tolerance)
+        tension = in_contact[i] * normal[i] - tolerance
+        tensions += abs(tension) + tension
+    return shears, tensions
+
+
+@njit(cache=True, nogil=True)
+def _largest_ratio(shear: Floats, excess: Floats, tolerance: float) -> int:
+    """The offender with the largest |shear|/(μ_i·pressure); of several within TIE, the one further right."""
+    worst, worst_ratio = -1, 0.0
+    for i in range(len(excess) - 1, -1, -1):
+        if excess[i] > tolerance:
+            size = abs(shear[i])
+            ratio = size / max(size - excess[i], tolerance)
+            if ratio > worst_ratio * (1.0 + TIE):
+                worst, worst_ratio = i, ratio
+    return worst
+
+
+@njit(cache=True, nogil=True)
+def _slip_in_turn(m: Machine, rules: Rules, first: int) -> tuple[int, int, int]:
+    """Slip `first` (if any), then the worst offender, the others held, until none is left or a node must be released.
+
+    Returns a status, and RELEASE with its node or NOTHING. The arrays are taken out of the machine once: passing the
+    whole of it to another compiled function costs more than a slip.
+    """
+    n, tolerance, curvature, residual = len(m.x), rules.tolerance, rules.curvature, rules.residual
+    y, tableau, inputs, x, counts, totals = m.response, m.tableau, m.inputs, m.x, m.counts, m.totals
+    shear, normal, in_contact, may_slip = y[:n], y[n : 2 * n], m.masks[0], m.masks[1]
+    friction, excess, displacement = m.friction, m.excess, totals[0]
+    node = first
+    while True:
+        if node < 0:
+            shears, tensions = _look(shear, normal, friction, in_contact, may_slip, excess, tolerance)
+            if tensions > 0.0:
+                return DONE, RELEASE, _lowest_pressure(m)
+            if shears == 0.0:
+                return DONE, NOTHING, -1
+            node = _largest_ratio(shear, excess, tolerance)
+        if counts[0] >= rules.cascade_limit:
+            return CASCADE_LIMIT, NOTHING, -1
+        xi = x[node] + inputs[node] - displacement
+        along, down = _slip_move(y, tableau, friction, node, xi, curvature, residual)
+        if not along < np.inf:
+            return SLIP_UNBOUNDED, NOTHING, -1
+        totals[1] -= _glide(y, tableau, inputs, node, along, down)
+        counts[0] += 1
+        counts[3] += 1
+        if abs(xi + along) > rules.half_width:
+            return DONE, RELEASE, node
+        if counts[3] >= REFRESH_SLIPS:
+            refresh(m)
+        node = -1
+
+
+@njit(cache=True, nogil=True)
+def _slip_together(m: Machine, rules: Rules, first: int) -> tuple[int, int, int]:
+    """The same by rounds: every offender of a round slips by the distance it would slip alone."""
+    n, tolerance, y, displacement = len(m.x), rules.tolerance, m.response, m.totals[0]
+    along, down = np.zeros(n), np.zeros(n)
+    while True:
+        shears, tensions = _look(y[:n], y[n : 2 * n], m.friction, m.masks[0], m.masks[1], m.excess, tolerance)
+        if tensions > 0.0:
+            return DONE, RELEASE, _lowest_pressure(m)
+        if shears == 0.0 and first < 0:
+            return DONE, NOTHING, -1
+        if m.counts[0] >= rules.cascade_limit:
+            return CASCADE_LIMIT, NOTHING, -1
+        for i in range(n):
+            along[i] = 0.0
+            if m.excess[i] > tolerance or i == first:
+                xi = m.x[i] + m.inputs[i] - displacement
+                along[i], down[i] = _slip_move(y, m.tableau, m.friction, i, xi, rules.curvature, rules.residual)
+                if not along[i] < np.inf:
+                    return SLIP_UNBOUNDED, NOTHING, -1
+        left, first = -1, -1
+        for i in range(n):
+            if along[i] != 0.0:
+                m.totals[1] -= _glide(y, m.tableau, m.inputs, i, along[i], down[i])
+                m.counts[0] += 1
+                m.counts[3] += 1
+                if abs(m.x[i] + m.inputs[i] - displacement) > rules.half_width:
+                    left = i
+        if left >= 0:
+            return DONE, RELEASE, left
+        if m.counts[3] >= REFRESH_SLIPS:
+            refresh(m)
+
+
+@njit(cache=True, nogil=True)
+def _lowest_pressure(m: Machine) -> int:
+    n = len(m.x)
+    lowest = -1
+    for i in range(n):
+        if m.contact[i] and (lowest < 0 or m.response[n + i] > m.response[n + lowest]):
+            lowest = i
+    return lowest
+
+
+@njit(cache=True, nogil=True)
+def _deepest_penetration(m: Machine, rules: Rules) -> int:
+    """The free node that lies deepest inside the pin, or -1."""
+    n = len(m.x)
+    found, deepest = -1, -rules.tolerance_gap
+    for i in range(n - 1, -1, -1):
+        if not m.contact[i]:
+            gap = _height(rules, m.x[i] + m.response[i] - m.totals[0]) - m.response[n + i]
+            if gap < deepest:
+                found, deepest = i, gap
+    return found
+
+
+@njit(cache=True, nogil=True)
+def _change_contact(m: Machine, rules: Rules, kind: int, i: int, push: float) -> int:
+    """Release node i or bring it into contact; DONE or why not."""
+    if kind == RELEASE:
+        if m.contact.sum() == 1:
+            return CONTACT_LOST
+        return DONE if _release(m, i, push) else SLIP_UNBOUNDED
+    if abs(m.x[i]) > rules.half_width:
+        # The sharp edge of a punch meets a node that was not under it: neither side of the edge is an equilibrium.
+        return EDGE_REACHED
+    return DONE if _touch(m, rules, i, push) else SLIP_UNBOUNDED
+
+
+@njit(cache=True, nogil=True)
+def resolve(m: Machine, rules: Rules, kind: int, node: int, push: float) -> int:
+    """The cascade: answer the trigger, then the worst violation until none is left: tension, then shear, then penetration.
+
+    kind, node: what triggers it; NOTHING, -1 where the cascade begins with its worst violation. push: how far nodes in
+    contact move per unit step of the rate: 1 where the pin moves, 0 where the load does.
+    """
+    while True:
+        if kind in (RELEASE, TOUCH):
+            if m.counts[1] + m.counts[2] >= rules.cascade_limit:
+                return CASCADE_LIMIT
+            status = _change_contact(m, rules, kind, node, push)
+            if status != DONE:
+                return status
+            node = -1
+        if rules.simultaneous:
+            status, kind, node = _slip_together(m, rules, node)
+        else:
+            status, kind, node = _slip_in_turn(m, rules, node)
+        if status != DONE:
+            return status
+        if kind == NOTHING:
+            node = _deepest_penetration(m, rules)
+            if node < 0:
+                return DONE
+            kind = TOUCH
+
+
+@njit(cache=True, nogil=True)
+def next_event(m: Machine, rules: Rules, drift: float) -> tuple[float, int, int]:
+    """Smallest step along the rate at which a constraint is reached, with its kind and node; infinite if there is none.
+
+    drift: pin displacement per unit step (1 in sliding, 0 in loading).
+    """
+    n = len(m.x)
+    nearest, kind, node = np.inf, NOTHING, -1
+    for i in range(n - 1, -1, -1):
+        if m.contact[i]:
+            step, what = _step_to_limit(m, i)
+        else:
+            step, what = _step_to_touch(m, rules, i, drift), TOUCH
+        if step < nearest:
+            nearest, kind, node = step, what, i
+    return nearest, kind, node
+
+
+@njit(cache=True, nogil=True)
+def _step_to_limit(m: Machine, i: int) -> tuple[float, int]:
+    """Step at which contact node i slips (|shear| = μ_i·pressure) or is released (pressure = 0)."""
+    n = len(m.x)
+    pressure, pressure_rate = -m.response[n + i], -m.rate[n + i]
+    release = max(pressure, 0.0) / -pressure_rate if pressure_rate < 0.0 else np.inf
+    mu = m.friction[i]
+    slip = np.inf
+    if not m.sticks[i]:
+        for sign in (1.0, -1.0):
+            excess = sign * m.response[i] - mu * pressure
+            excess_rate = sign * m.rate[i] - mu * pressure_rate
+            if excess_rate > 0.0:
+                slip = min(slip, max(-excess, 0.0) / excess_rate)
+    if release <= slip * (1.0 + 1e-12):
+        return release, RELEASE
+    return slip, SLIP
+
+
+@njit(cache=True, nogil=True)
+def _step_to_touch(m: Machine, rules: Rules, i: int, drift: float) -> float:
+    """Step at which free node i meets the pin: the gap is quadratic in the step."""
+    n = len(m.x)
+    xi, xi_rate = m.x[i] + m.response[i] - m.totals[0], m.rate[i] - drift
+    height, height_rate = m.response[n + i], m.rate[n + i]
+    if abs(xi) > rules.half_width:
+        # Outside a flat punch: the edge arrives, and meets a node that stands above the punch's face.
+        if xi * xi_rate >= 0.0:
+            return np.inf
+        step = (abs(xi) - rules.half_width * (1.0 - EDGE)) / abs(xi_rate)
+        return step if height + height_rate * step >= 0.0 else np.inf
+    gap = 0.5 * rules.curvature * xi * xi - height
+    linear = rules.curvature * xi * xi_rate - height_rate
+    quadratic = 0.5 * rules.curvature * xi_rate * xi_rate
+    if linear >= 0.0:
+        return np.inf
+    if gap <= 0.0:
+        return 0.0
+    discriminant = linear * linear - 4.0 * quadratic * gap
+    if discriminant < 0.0:
+        return np.inf
+    return float(2.0 * gap / (-linear + np.sqrt(discriminant)))
+
+
+@njit(cache=True, nogil=True)
+def advance(m: Machine, step: float) -> None:
+    """Move the pin by `step`, every contact node stuck to it."""
+    m.response[:] += step * m.rate
+    for i in range(len(m.x)):
+        if m.contact[i]:
+            m.inputs[i] += step
+    m.totals[0] += step
+
+
+@njit(cache=True, nogil=True)
+def raise_load(m: Machine, rules: Rules, target: float) -> int:
+    """Raise the load to `target` event by event, the pin held; slips are counted in `counts`."""
+    n = len(m.x)
+    floor = 1e-9 * target
+    while True:
+        left = target + m.inputs[2 * n]
+        if left <= 0.0:
+            return DONE
+        step, kind, node = next_event(m, rules, 0.0)
+        last = step >= left
+        step = left if last else min(max(step, floor), left)
+        m.response[:] += step * m.rate
+        m.inputs[2 * n] = -target if step == left else m.inputs[2 * n] - step
+        if last:
+            kind, node = NOTHING, -1
+        status = resolve(m, rules, kind, node, 0.0)
+        if status != DONE:
+            return status
+        if m.counts[4]:
+            return OUTGROWN
+
+
+@njit(cache=True, nogil=True)
+def slide_events(m: Machine, rules: Rules, events: Events, first: int, farthest: float) -> tuple[int, int]:
+    """Slide from event to event; returns why it stopped and how many events the record now holds."""
+    for e in range(first, len(events.displacement)):
+        step, kind, node = next_event(m, rules, 1.0)
+        step = max(step, rules.floor)
+        if node < 0 and farthest == np.inf:
+            return NO_EVENT, e
+        if m.totals[0] + step >= farthest:
+            advance(m, farthest - m.totals[0])
+            return DONE, e
+        advance(m, step)
+        events.displacement[e] = m.totals[0]
+        events.force_before[e] = total_shear(m, m.response)
+        events.kind[e] = kind
+        events.node[e] = rules.offset + node
+        m.counts[:3] = 0
+        m.totals[1] = 0.0
+        status = resolve(m, rules, kind, node, 1.0)
+        if status != DONE:
+            return status, e
+        events.force_after[e] = total_shear(m, m.response)
+        events.stiffness[e] = total_shear(m, m.rate)
+        events.dissipated[e] = m.totals[1]
+        events.slips[e] = m.counts[0]
+        events.releases[e] = m.counts[1]
+        events.touches[e] = m.counts[2]
+        events.contact_size[e] = m.contact.sum()
+        if m.counts[4]:
+            return OUTGROWN, e + 1
+        if m.totals[2] > DRIFT_LIMIT:
+            return DRIFTED, e + 1
+    return FULL, len(events.displacement)

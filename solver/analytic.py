@@ -1,0 +1,217 @@
+"""Closed forms to compare with: stick-slip of a driven pin, and contact of a half-plane.
+
+Stick-slip (Eq. 16-19): a pin of mass 1 behind a spring k and damper c = 2ζ√k whose stage moves at V, held by a static
+friction force and slowed by a constant kinetic one. The printed velocity of Eq. 17 is not the derivative of the printed
+position: its sine lacks V ζ ω_n/ω_d. Here both follow from one solution.
+"""
+
+import math
+from dataclasses import dataclass, field
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.optimize import brentq, least_squares
+
+from solver.case import Drive
+from solver.dynamics import DynamicsResult
+
+Floats = NDArray[np.float64]
+
+_ROUNDING = 1e-12
+
+# --- stick-slip -----------------------------------------------------------------------------------------------------
+
+
+@dataclass(frozen=True, slots=True)
+class Oscillator:
+    """Eq. 12 with a constant friction force, from a given state on: x'' = k(Vt - x) + c(V - x') - friction.
+
+    Units of solver.case.Drive. Any damping ratio ζ ≥ 0; Eq. 17 is the case of ζ < 1 and velocity = 0.
+    """
+
+    spring_stiffness: float
+    damping_ratio: float
+    stage_velocity: float
+    friction: float
+    time: float = 0.0
+    position: float = 0.0
+    velocity: float = 0.0
+
+    def motion(self, time: Floats) -> tuple[Floats, Floats]:
+        """Position and velocity at each time."""
+        steady = self.stage_velocity * time - self.friction / self.spring_stiffness
+        distance, speed = self._start()
+        h, rate = self._impulse_response(np.asarray(time) - self.time)
+        damping = 2.0 * self.damping_ratio * math.sqrt(self.spring_stiffness)
+        position = steady + distance * (rate + damping * h) + speed * h
+        velocity = self.stage_velocity + speed * rate - self.spring_stiffness * distance * h
+        return position, velocity
+
+    def first_stop(self, before: float) -> float:
+        """First time after the start, and before the given one, at which the pin stops moving forward; NaN if none."""
+        if self.damping_ratio >= 1.0:
+            return math.nan  # from rest, the velocity passes V once and returns to it from above
+        natural = math.sqrt(self.spring_stiffness)
+        decay, beat = self.damping_ratio * natural, natural * math.sqrt(1.0 - self.damping_ratio**2)
+        distance, speed = self._start()
+        acceleration = -2.0 * decay * speed - self.spring_stiffness * distance
+        jerk = -2.0 * decay * acceleration - self.spring_stiffness * speed
+        phase = math.atan2(-acceleration * beat, jerk + decay * acceleration) % math.pi
+        turn = self.time + (phase if phase > _ROUNDING else math.pi) / beat
+        while turn - math.pi / beat < before:  # between turns of the velocity there is at most one stop
+            if self._velocity(turn) < -_ROUNDING * self.stage_velocity:
+                stop = float(
+                    brentq(self._velocity, max(turn - math.pi / beat, self.time), turn, xtol=1e-15 * turn, rtol=1e-15)
+                )
+                return stop if stop < before else math.nan
+            turn += math.pi / beat
+        return math.nan
+
+    def _velocity(self, time: float) -> float:
+        return float(self.motion(np.asarray(time))[1])
+
+    def _start(self) -> tuple[float, float]:
+        """Distance and velocity relative to steady sliding, at the start."""
+        steady = self.stage_velocity * self.time - self.friction / self.spring_stiffness
+        return self.position - steady, self.velocity - self.stage_velocity
+
+    def _impulse_response(self, tau: Floats) -> tuple[Floats, Floats]:
+        """Free motion that starts with velocity 1 at position 0: position and velocity."""
+        natural = math.sqrt(self.spring_stiffness)
+        decay = self.damping_ratio * natural
+        if self.damping_ratio == 1.0:
+            return tau * np.exp(-decay * tau), (1.0 - natural * tau) * np.exp(-decay * tau)
+        beat = natural * math.sqrt(abs(1.0 - self.damping_ratio**2))
+        if self.damping_ratio < 1.0:
+            sine, cosine = np.exp(-decay * tau) * np.sin(beat * tau), np.exp(-decay * tau) * np.cos(beat * tau)
+        else:
+            # Two decaying exponentials: hyperbolic functions would overflow before the damping takes hold.
+            fast, slow = np.exp(-(decay + beat) * tau), np.exp(-(natural**2 / (decay + beat)) * tau)
+            sine, cosine = (slow - fast) / 2.0, (slow + fast) / 2.0
+        return sine / beat, cosine - decay / beat * sine
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class StickSlip:
+    """A stick-slip motion at given times (n,), and when it slipped and stuck again (per slip; NaN if never)."""
+
+    time: Floats
+    position: Floats
+    velocity: Floats
+    spring_force: Floats
+    slip_time: Floats
+    restick_time: Floats
+
+
+def stick_slip(
+    time: Floats, drive: Drive, kinetic: float, static: float, later_static: float | None = None
+) -> StickSlip:
+    """Eq. 16-19: stick from x = 0 at t = 0, slip at the static friction force, stick where the velocity vanishes, …
+
+    time: (n,), increasing. kinetic, static: forces in G·L_x·L_y; later_static: of every slip but the first. A
+    static friction below the kinetic one counts as equal to it.
+    """
+    k, stage = drive.spring_stiffness, drive.stage_velocity
+    lag = 2.0 * drive.damping_ratio / math.sqrt(k)  # c/k
+    position, velocity = np.zeros_like(time), np.zeros_like(time)
+    stuck_at, since, limit = 0.0, 0.0, static
+    slips: list[float] = []
+    resticks: list[float] = []
+    while True:
+        start = max(since, (max(limit, kinetic) / k + stuck_at) / stage - lag)
+        position[time >= since] = stuck_at
+        velocity[time >= since] = 0.0
+        if not start < time[-1]:
+            break
+        slide = Oscillator(k, drive.damping_ratio, stage, kinetic, start, stuck_at)
+        moving = time >= start
+        position[moving], velocity[moving] = slide.motion(time[moving])
+        since = slide.first_stop(float(time[-1]))
+        slips.append(start)
+        resticks.append(since)
+        if math.isnan(since):
+            break
+        stuck_at = float(slide.motion(np.asarray(since))[0])
+        limit = static if later_static is None else later_static
+    return StickSlip(time, position, velocity, k * (stage * time - position), np.array(slips), np.array(resticks))
+
+
+@dataclass(frozen=True, slots=True)
+class StickSlipFit:
+    """Friction coefficients with which Eq. 16-19 fit a spring force best; NaN for a later slip that never came.
+
+    residual: root mean square of what is left, as a fraction of W.
+    """
+
+    kinetic_friction: float
+    static_friction: float
+    later_static_friction: float
+    residual: float
+    motion: StickSlip = field(repr=False)
+
+
+def fit_stick_slip(result: DynamicsResult, drive: Drive, load: float) -> StickSlipFit:
+    """Fit Eq. 16-19 to the computed spring force by least squares, as the paper does for Figure 9 (§3.3).
+
+    load: W in G·L_x·L_y. Unknowns: one kinetic friction, and static friction of the first slip and of all later ones.
+    Needs a result with a macroscopic slip; without one, or after a run that ended badly, every coefficient is NaN.
+    """
+    if not result.outcome.ok or not len(result.slip_force):
+        nan, none = math.nan, np.empty(0)
+        return StickSlipFit(nan, nan, nan, nan, StickSlip(none, none, none, none, none, none))
+
+    def misfit(forces: Floats) -> Floats:
+        model = stick_slip(result.time, drive, *(float(force) * load for force in forces))
+        return (model.spring_force - result.spring_force) / load
+
+    start = result.spring_force[-len(result.time) // 4 :].mean(), result.slip_force[0], result.slip_force[-1]
+    fits = [
+        least_squares(misfit, np.array([start[0], start[1], later]) / load, diff_step=np.full(3, 1e-5), x_scale=1e-2)
+        for later in (start[2], 0.5 * (start[0] + start[2]))  # where a re-stick comes and goes the misfit has a kink
+    ]
+    best_forces = min(fits, key=lambda fit: float(fit.cost)).x
+    kinetic, static, later = (float(max(force, best_forces[0])) for force in best_forces)
+    best = stick_slip(result.time, drive, kinetic * load, static * load, later * load)
+    residual = float(np.sqrt(np.mean((best.spring_force - result.spring_force) ** 2))) / load
+    return StickSlipFit(kinetic, static, later if len(best.slip_time) > 1 else math.nan, residual, best)
+
+
+# --- contact of a half-plane (plane strain; lengths in L_x, forces in G·L_x per unit depth) ---------------------------
+
+
+@dataclass(frozen=True, slots=True)
+class HertzContact:
+    """A parabolic pin on a half-plane: a² = 2WR(1 - ν)/π, p = p_0 √(1 - (x/a)²), p_0 = 2W/(πa)."""
+
+    half_width: float
+    peak_pressure: float
+
+    def pressure(self, x: NDArray[np.float64]) -> NDArray[np.float64]:
+        """Pressure at x (any shape), zero outside the contact."""
+        return self.peak_pressure * np.sqrt(np.clip(1 - (x / self.half_width) ** 2, 0.0, None))
+
+
+def hertz(load: float, radius: float, poisson: float) -> HertzContact:
+    """Line contact of a rigid parabola of `radius` under `load` on a half-plane without friction."""
+    half_width = math.sqrt(2 * load * radius * (1 - poisson) / math.pi)
+    return HertzContact(half_width, 2 * load / (math.pi * half_width))
+
+
+def flat_punch_pressure(x: NDArray[np.float64], half_width: float, load: float) -> NDArray[np.float64]:
+    """p = p_0/√(1 - (x/a)²), p_0 = W/(πa), under a frictionless flat punch on a half-plane, |x| < a (§3.1)."""
+    return load / (math.pi * half_width) / np.sqrt(1 - (x / half_width) ** 2)
+
+
+def cattaneo_mindlin(
+    contact: HertzContact, friction: float, force_ratio: float, x: NDArray[np.float64]
+) -> NDArray[np.float64]:
+    """Shear in partial slip without coupling: full sliding minus the same shape on the stick zone c = a√(1 - F/(μW)).
+
+    force_ratio: F/(μW) in [0, 1]. x: any shape.
+    """
+    stick = contact.half_width * math.sqrt(1 - force_ratio)
+    full = contact.pressure(x)
+    if stick == 0.0:
+        return friction * full
+    inner = contact.peak_pressure * stick / contact.half_width * np.sqrt(np.clip(1 - (x / stick) ** 2, 0.0, None))
+    return friction * (full - inner)

@@ -1,0 +1,82 @@
+"""The mixed problem of §2.1.4: at each node either f_x or u and either f_z or w is given; Eq. 11 yields the rest."""
+
+from dataclasses import dataclass
+
+import numpy as np
+import scipy.sparse.linalg as spla
+from numpy.typing import NDArray
+
+from solver.outcome import InvalidInput, SingularOperator
+from solver.schemes import Stiffness
+
+Vector = NDArray[np.float64]
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class NodalFields:
+    """Displacements and external forces of every node, each of shape (nodes,); in a question, NaN marks an unknown.
+
+    u, w in L_x; f_x, f_z in G·L_x per unit depth.
+    """
+
+    u: Vector
+    w: Vector
+    f_x: Vector
+    f_z: Vector
+
+
+def blank(stiffness: Stiffness) -> NodalFields:
+    """A question in which the support's displacements are zero and every other node is free of forces."""
+
+    def pair(fixed: NDArray[np.bool_]) -> tuple[Vector, Vector]:
+        return np.where(fixed, 0.0, np.nan), np.where(fixed, np.nan, 0.0)
+
+    u, f_x = pair(stiffness.fixed_u)
+    w, f_z = pair(stiffness.fixed_w)
+    return NodalFields(u, w, f_x, f_z)
+
+
+def solve_mixed(stiffness: Stiffness, given: NodalFields) -> NodalFields:
+    """All displacements and forces that agree with `given` and with Eq. 11.
+
+    `given` decides alone which displacements are prescribed: start from `blank` to keep the support. Raises InvalidInput
+    where a node has both or neither of a pair (naming node and pair), SingularOperator where the body can move freely.
+    """
+    nodes = stiffness.grid.nodes
+    for name, displacement, force in (("u and f_x", given.u, given.f_x), ("w and f_z", given.w, given.f_z)):
+        _check_pair(name, displacement, force, nodes)
+    displacements = np.concatenate((given.u, given.w))
+    forces = np.concatenate((given.f_x, given.f_z))
+    unknown = np.isnan(displacements)
+    k = stiffness.matrix
+    if unknown.any():
+        right = forces[unknown] - k[unknown][:, ~unknown] @ displacements[~unknown]
+        displacements[unknown] = _solve_sparse(k[unknown][:, unknown], right)
+    forces[~unknown] = (k @ displacements)[~unknown]
+    return NodalFields(displacements[:nodes], displacements[nodes:], forces[:nodes], forces[nodes:])
+
+
+def _check_pair(name: str, displacement: Vector, force: Vector, nodes: int) -> None:
+    for array in (displacement, force):
+        if array.shape != (nodes,):
+            raise InvalidInput(f"{name}: shape {array.shape}: needs one value per node, ({nodes},)")
+    both = np.flatnonzero(~np.isnan(displacement) & ~np.isnan(force))
+    if len(both):
+        raise InvalidInput(f"over-determined: node {both[0]} has both {name}: give one and NaN for the other")
+    neither = np.flatnonzero(np.isnan(displacement) & np.isnan(force))
+    if len(neither):
+        raise InvalidInput(f"under-determined: node {neither[0]} has neither of {name}: give one of them")
+
+
+def _solve_sparse(matrix: object, right: Vector) -> Vector:
+    advice = "prescribe enough displacements to exclude rigid motion (two translations and a rotation)"
+    try:
+        factors = spla.splu(matrix.tocsc())  # type: ignore[attr-defined]
+    except RuntimeError as error:
+        raise SingularOperator(f"under-determined: the mixed problem is singular: {advice}") from error
+    solution = factors.solve(right)
+    # A free rigid motion survives rounding as a huge answer, or as a pivot at rounding level.
+    pivots = np.abs(factors.U.diagonal())
+    if not np.all(np.isfinite(solution)) or pivots.min() < 1e-13 * pivots.max():
+        raise SingularOperator(f"under-determined: the mixed problem is singular to rounding: {advice}")
+    return np.asarray(solution)

@@ -1,0 +1,241 @@
+"""One contact problem in dimensionless numbers, the rules it is solved with, and the scales that lead back to SI.
+
+Lengths are in slab widths L_x, stresses in shear moduli G, forces in G·L_x·L_y. The groups that fix F/W against
+δ_p/L_x (§3.2.2, completed by the load) are the fields of `Case`.
+"""
+
+import math
+from dataclasses import dataclass, field, fields
+from typing import Any, Literal, get_args
+
+from solver.outcome import InvalidInput
+
+Scheme = Literal["biquadratic"]
+Support = Literal["bonded", "frictionless", "right_side"]
+FirstSpacing = Literal["equal", "doubling"]
+PinShape = Literal["parabola", "flat_punch"]
+FirstTouch = Literal["stick", "frictionless", "gradual"]
+SlipOrder = Literal["worst_first", "simultaneous"]
+Integrator = Literal["exact", "rk4"]
+ProfileShape = Literal["sawtooth", "linear"]
+
+_CHOICES: dict[str, tuple[str, ...]] = {
+    "scheme": get_args(Scheme),
+    "support": get_args(Support),
+    "first_spacing": get_args(FirstSpacing),
+    "pin": get_args(PinShape),
+    "first_touch": get_args(FirstTouch),
+    "order": get_args(SlipOrder),
+    "integrator": get_args(Integrator),
+    "profile": get_args(ProfileShape),
+}
+
+
+@dataclass(frozen=True, slots=True)
+class SlipRule:
+    """When a node slips and where it comes to rest (§2.1.1, §1).
+
+    order: `worst_first` slips the node with the largest |shear|/(μ_i·pressure), the others held; `simultaneous`
+        slips every offender by the distance it would slip alone.
+    residual: shear left after a slip, as a fraction of μ_i·pressure, in [0, 1]; 0 is a full stress drop, 1 is classical
+        Coulomb sliding, which has no slips one at a time (order, event_floor and cascade_limit do not matter then).
+    event_floor: smallest displacement step, in surface node spacings (the paper's is 1e-6).
+    cascade_limit: slips after which one event is given up.
+    """
+
+    order: SlipOrder = "worst_first"
+    residual: float = 0.0
+    event_floor: float = 1e-6
+    cascade_limit: int = 10_000_000
+
+    def __post_init__(self) -> None:
+        _take_declared_types(self)
+        _require("residual", self.residual, 0.0 <= self.residual <= 1.0, "0 ≤ residual ≤ 1")
+        _require("event_floor", self.event_floor, 0.0 < self.event_floor <= 1.0, "0 < event_floor ≤ 1 (node spacings)")
+        _require("cascade_limit", self.cascade_limit, self.cascade_limit >= 1, "at least 1 slip")
+
+
+@dataclass(frozen=True, slots=True)
+class Slab:
+    """The elastic slab and its discretization: all that a surface compliance depends on.
+
+    n_x: surface nodes, 2^N + 1 with N ≥ 2. aspect_ratio: L_z/L_x. poisson: ν in (-1, 0.5).
+    rows: node rows from 3 to N + 1; None takes them all, as the paper does.
+    """
+
+    n_x: int = 129
+    aspect_ratio: float = 1.0
+    poisson: float = 1.0 / 3.0
+    support: Support = "bonded"
+    scheme: Scheme = "biquadratic"
+    first_spacing: FirstSpacing = "equal"
+    rows: int | None = None
+
+    def __post_init__(self) -> None:
+        _take_declared_types(self)
+        levels = round(math.log2(self.n_x - 1)) if self.n_x > 1 else 0
+        _require(
+            "n_x", self.n_x, levels >= 2 and self.n_x == 2**levels + 1, "2^N + 1 with N ≥ 2: 5, 9, 17, 33, 65, 129 …"
+        )
+        _require("aspect_ratio", self.aspect_ratio, self.aspect_ratio > 0.0, "aspect_ratio > 0")
+        _require("poisson", self.poisson, -1.0 < self.poisson < 0.5, "-1 < poisson < 0.5")
+        object.__setattr__(self, "rows", levels + 1 if self.rows is None else self.rows)
+        _require("rows", self.rows, 3 <= self.row_count <= levels + 1, f"3 to {levels + 1} rows at n_x = {self.n_x}")
+
+    @property
+    def row_count(self) -> int:
+        """Number of node rows, `rows` with its default filled in."""
+        assert self.rows is not None  # filled in when made
+        return self.rows
+
+    @property
+    def spacing(self) -> float:
+        """Distance between surface nodes, in L_x."""
+        return 1.0 / (self.n_x - 1)
+
+
+@dataclass(frozen=True, slots=True)
+class Case:
+    """One physics point: pin, slab, load, friction and the limits of the run; no path, no rank.
+
+    intrinsic_friction: μ_i ≥ 0; `inf` is adhesive stick.
+    radius: R/L_x of a parabolic pin (ignored by a flat punch). half_width: a/L_x of a flat punch (ignored by a parabola).
+    load: W/(G·L_x·L_y). first_touch: `stick` brings all nodes in contact down stuck at u = 0 and slips them afterwards,
+    `frictionless` sticks them where frictionless contact leaves them, `gradual` raises the load event by event.
+    max_events, max_displacement (L_x): the record ends at whichever comes first; at least one is needed.
+    """
+
+    intrinsic_friction: float = 0.5
+    radius: float = 200.0
+    load: float = 1e-3
+    slab: Slab = field(default_factory=Slab)
+    pin: PinShape = "parabola"
+    half_width: float = 0.25
+    first_touch: FirstTouch = "stick"
+    slip_rule: SlipRule = field(default_factory=SlipRule)
+    max_events: int | None = 2000
+    max_displacement: float | None = None
+
+    def __post_init__(self) -> None:
+        _take_declared_types(self)
+        _require(
+            "intrinsic_friction", self.intrinsic_friction, self.intrinsic_friction >= 0.0, "intrinsic_friction ≥ 0"
+        )
+        _require("radius", self.radius, 0.0 < self.radius < math.inf, "radius > 0")
+        _require("load", self.load, 0.0 < self.load < math.inf, "load > 0")
+        _require("half_width", self.half_width, 0.0 < self.half_width <= 0.5, "0 < half_width ≤ 0.5")
+        _require("max_events", self.max_events, self.max_events is None or self.max_events >= 1, "at least 1")
+        far = self.max_displacement
+        _require("max_displacement", far, far is None or 0.0 < far < math.inf, "max_displacement > 0")
+        if self.slip_rule.residual == 1.0 and math.isinf(self.intrinsic_friction):
+            raise InvalidInput(
+                "residual = 1.0 with intrinsic_friction = inf: sliding at μ_i·pressure needs a finite μ_i"
+            )
+        if self.max_events is None and far is None:
+            raise InvalidInput("max_events and max_displacement are both missing: a record needs at least one limit")
+
+
+@dataclass(frozen=True, slots=True)
+class Drive:
+    """How the pin is pulled (Eq. 12), in units of L_x, G·L_y (stiffness), G·L_x·L_y (force) and √(m/(G·L_y)) (time).
+
+    In these units the pin's mass is 1. damping_ratio is ζ = c/(2√(m·k)). time_step matters to `rk4` only.
+    samples: number of evenly spaced output times after t = 0; a choice of storage, never a change of the result.
+    """
+
+    spring_stiffness: float
+    damping_ratio: float
+    stage_velocity: float
+    duration: float
+    integrator: Integrator = "exact"
+    profile: ProfileShape = "sawtooth"
+    time_step: float | None = None
+    samples: int = 2000
+
+    def __post_init__(self) -> None:
+        _take_declared_types(self)
+        for name in ("spring_stiffness", "duration"):
+            value = getattr(self, name)
+            _require(name, value, 0.0 < value < math.inf, f"{name} > 0")
+        for name in ("damping_ratio", "stage_velocity"):
+            value = getattr(self, name)
+            _require(name, value, 0.0 <= value < math.inf, f"{name} ≥ 0")
+        _require("samples", self.samples, self.samples >= 1, "at least 1")
+        if self.integrator == "rk4":
+            step = self.time_step
+            _require(
+                "time_step", step, step is not None and 0.0 < step <= self.duration, "0 < time_step ≤ duration with rk4"
+            )
+
+
+@dataclass(frozen=True, slots=True)
+class Scales:
+    """What the dimensionless numbers stand for: slab width L_x (m), slab depth L_y (m), shear modulus G (Pa)."""
+
+    slab_width: float = 1e-3
+    slab_depth: float = 1e-2
+    shear_modulus: float = 1e10
+
+    def __post_init__(self) -> None:
+        _take_declared_types(self)
+        for item in fields(self):
+            value = getattr(self, item.name)
+            _require(item.name, value, 0.0 < value < math.inf, f"{item.name} > 0")
+
+    @property
+    def force(self) -> float:
+        """G·L_x·L_y in N."""
+        return self.shear_modulus * self.slab_width * self.slab_depth
+
+    @property
+    def stiffness(self) -> float:
+        """G·L_y in N/m."""
+        return self.shear_modulus * self.slab_depth
+
+    @property
+    def energy(self) -> float:
+        """G·L_x²·L_y in J."""
+        return self.force * self.slab_width
+
+    def time(self, pin_mass: float) -> float:
+        """√(m/(G·L_y)) in s for a pin of mass m (kg)."""
+        return math.sqrt(pin_mass / self.stiffness)
+
+
+def _require(name: str, value: object, allowed: bool, need: str) -> None:
+    if not allowed:
+        raise InvalidInput(f"{name} = {value!r}: needs {need}")
+
+
+def _take_declared_types(value: Any) -> None:
+    """Make every number its declared type, so that 200 and 200.0 are one case; refuse what is no such number."""
+    for item in fields(value):
+        given = getattr(value, item.name)
+        kind = str(item.type)
+        if item.name in _CHOICES:
+            allowed = _CHOICES[item.name]
+            _require(item.name, given, given in allowed, "one of " + ", ".join(allowed))
+        elif "float" in kind and given is not None:
+            object.__setattr__(value, item.name, _as_float(item.name, given))
+        elif "int" in kind and given is not None:
+            object.__setattr__(value, item.name, _as_int(item.name, given))
+
+
+def _as_float(name: str, given: Any) -> float:
+    if isinstance(given, bool | str) or not _converts(float, given) or math.isnan(float(given)):
+        raise InvalidInput(f"{name} = {given!r}: needs a number")
+    return float(given) + 0.0  # -0.0 and 0.0 are one number
+
+
+def _as_int(name: str, given: Any) -> int:
+    if isinstance(given, bool | str) or not _converts(int, given) or int(given) != given:
+        raise InvalidInput(f"{name} = {given!r}: needs a whole number")
+    return int(given)
+
+
+def _converts(kind: type, given: Any) -> bool:
+    try:
+        kind(given)
+    except (TypeError, ValueError, OverflowError):
+        return False
+    return True

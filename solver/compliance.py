@@ -1,0 +1,118 @@
+"""Condense the slab to its surface (§2.1.4, Eq. 11): [u; w] = C [f_x; f_z] for nodal forces on the top row.
+
+Row j of the hierarchy couples to its neighbours only (the boundary rows reach one further, so the two top and the two
+bottom rows are taken together): the stiffness is block tridiagonal and the interior is eliminated row by row, from the
+bottom up, with dense blocks, even and odd fields apart (parity.py).
+"""
+
+from dataclasses import dataclass
+
+import numpy as np
+import scipy.linalg as la
+import scipy.sparse as sp
+from numpy.typing import NDArray
+
+from solver.case import FirstSpacing, Scheme, Slab, Support
+from solver.outcome import SingularOperator
+from solver.parity import row_bases
+from solver.schemes import Stiffness, stiffness
+from solver.schemes.stiffness import Sparse
+
+Dense = NDArray[np.float64]
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class SurfaceCompliance:
+    """Displacements of the surface nodes per nodal force: all that contact needs to know of the slab.
+
+    matrix: shape (2n, 2n), in 1/G per unit depth, read-only; [u; w] = matrix @ [f_x; f_z], nodes left to right,
+    x to the right, z upwards (out of the slab).
+    """
+
+    matrix: Dense
+    slab: Slab
+
+    def __post_init__(self) -> None:
+        shape = (2 * self.slab.n_x, 2 * self.slab.n_x)
+        if self.matrix.shape != shape:
+            raise ValueError(f"matrix.shape = {self.matrix.shape}: a slab of n_x = {self.slab.n_x} needs {shape}")
+
+    @property
+    def x(self) -> NDArray[np.float64]:
+        """Positions of the surface nodes in L_x, centred on the slab's middle, shape (n,)."""
+        return np.linspace(-0.5, 0.5, self.slab.n_x)
+
+    @property
+    def widths(self) -> NDArray[np.float64]:
+        """Length of surface that belongs to each node, in L_x, shape (n,): nodal force = traction × width."""
+        widths = np.full(self.slab.n_x, self.slab.spacing)
+        widths[[0, -1]] /= 2
+        return widths
+
+
+def surface_compliance(
+    *,
+    n_x: int = 129,
+    aspect_ratio: float = 1.0,
+    poisson: float = 1.0 / 3.0,
+    support: Support = "bonded",
+    scheme: Scheme = "biquadratic",
+    first_spacing: FirstSpacing = "equal",
+    rows: int | None = None,
+) -> SurfaceCompliance:
+    """The surface compliance of a slab given by its dimensionless numbers (see `Slab`).
+
+    Raises InvalidInput for a value out of range, SingularOperator where the slab can move freely.
+    """
+    return slab_compliance(Slab(n_x, aspect_ratio, poisson, support, scheme, first_spacing, rows))
+
+
+def slab_compliance(slab: Slab) -> SurfaceCompliance:
+    """The surface compliance of `slab`. Raises SingularOperator where a block cannot be inverted."""
+    matrix = _condense(stiffness(slab))
+    matrix.setflags(write=False)
+    return SurfaceCompliance(matrix, slab)
+
+
+def _condense(k: Stiffness) -> Dense:
+    """The compliance of the surface row, (2n, 2n): the sum of what the families of fields contribute."""
+    n = int(k.grid.counts[0])
+    surface = np.concatenate((np.arange(n), k.grid.nodes + np.arange(n)))
+    full, total = k.matrix, np.zeros((2 * n, 2 * n))
+    for rows in row_bases(k):
+        top = rows[0][surface]
+        total += top @ (top @ _surface_inverse(full, rows).T).T
+    return total
+
+
+def _surface_inverse(full: Sparse, rows: list[Sparse]) -> Dense:
+    """Eliminate every row but the first, from the bottom up, S_b ← A_bb - A_b,b+1 S_(b+1)⁻¹ A_b+1,b; invert what is left."""
+    first, second, *inner = [row for row in rows if row.shape[1]]  # a bonded bottom row has nothing to eliminate
+    groups = [_joined(first, second), *inner[:-2], *([_joined(*inner[-2:])] if inner else [])]
+    below = groups[-1]
+    schur = (below.T @ full @ below).toarray()
+    for here in reversed(groups[:-1]):
+        from_here = (below.T @ full @ here).toarray()
+        schur = (here.T @ full @ here).toarray() - (here.T @ full @ below) @ _solve(schur, from_here)
+        below = here
+    m = first.shape[1]
+    surface = schur[:m, :m] - schur[:m, m:] @ _solve(schur[m:, m:], schur[m:, :m])
+    return _solve(surface, np.eye(m))
+
+
+def _joined(*rows: Sparse) -> Sparse:
+    return sp.csr_array(sp.hstack(rows))
+
+
+def _solve(matrix: Dense, right: Dense) -> Dense:
+    """matrix⁻¹ right, refused where the reciprocal condition number is below machine precision."""
+    norm = np.abs(matrix).sum(axis=0).max(initial=0.0)
+    factors, pivots, info = la.lapack.dgetrf(matrix)
+    reciprocal_condition = 0.0 if info else float(la.lapack.dgecon(factors, norm)[0])
+    if reciprocal_condition < np.finfo(float).eps:
+        raise SingularOperator(
+            f"the slab's stiffness is singular (reciprocal condition {reciprocal_condition:.1e}): "
+            "check that the support restrains it, and that poisson is not too close to 0.5"
+        )
+    solution, _ = la.lapack.dgetrs(factors, pivots, right)
+    return np.asarray(solution)

@@ -1,0 +1,303 @@
+"""Normal contact at a given load (§2.1.1, §3.1): constraints I-III at first touch -> ContactState.
+
+I. pressure ≥ 0 in contact; II. |shear| ≤ μ_i·pressure; III. no node above the pin. The load W is given and the approach
+unknown: ΣN = W in every state.
+"""
+
+import math
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from solver import _kernels
+from solver.case import Case
+from solver.compliance import SurfaceCompliance
+from solver.coulomb import CoulombContact, CoulombError
+from solver.outcome import COMPLETED, Ending, Outcome, SingularOperator
+from solver.pin import pin_of
+from solver.tableau import Core, core_of
+
+Vector = NDArray[np.float64]
+
+ENDINGS = {
+    _kernels.DONE: COMPLETED,
+    _kernels.FULL: COMPLETED,
+    _kernels.SLIP_UNBOUNDED: Outcome(
+        Ending.SLIP_UNBOUNDED,
+        "no slip (at residual 1: no motion) satisfies the friction law here: lower intrinsic_friction, or raise n_x",
+    ),
+    _kernels.CASCADE_LIMIT: Outcome(
+        Ending.CASCADE_LIMIT, "one event needed more slips than slip.cascade_limit: raise it, or lower slip.residual"
+    ),
+    _kernels.CONTACT_LOST: Outcome(
+        Ending.CONTACT_LOST,
+        "no node is left that can carry the load: the pin has left the slab; lower the displacement limit",
+    ),
+    _kernels.EDGE_REACHED: Outcome(
+        Ending.EDGE_REACHED,
+        "the punch's edge has come upon the next node, where a sharp edge has no answer: "
+        "lower the displacement limit, or raise n_x",
+    ),
+    _kernels.NO_EVENT: Outcome(
+        Ending.NO_EVENT,
+        "no displacement triggers an event: the contact sticks; set limits.displacement, or lower intrinsic_friction",
+    ),
+}
+"""What the compiled core's return codes mean to a user."""
+
+BROKEN = {outcome.ending: outcome for outcome in ENDINGS.values()}
+"""The same by ending."""
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class ContactState:
+    """The contact at one pin position: arrays of shape (n,) over the surface nodes, read-only.
+
+    pressure ≥ 0 and shear in G (zero where free); slip s_i and gap ≥ 0 in L_x (gap zero in contact); u, w in L_x;
+    nodal_force (2, n): f_x and f_z on the slab, in G·L_x per unit depth. approach: how far the pin's lowest point lies below
+    the undeformed surface; displacement: δ_p; both in L_x. slips: node slips that constraint II needed.
+    """
+
+    contact: NDArray[np.bool_]
+    pressure: Vector
+    shear: Vector
+    slip: Vector
+    gap: Vector
+    u: Vector
+    w: Vector
+    nodal_force: NDArray[np.float64]
+    approach: float
+    displacement: float
+    slips: int
+    outcome: Outcome
+
+    @property
+    def normal_force(self) -> float:
+        """ΣN, in G·L_x·L_y."""
+        return float(-self.nodal_force[1].sum())
+
+    @property
+    def friction_force(self) -> float:
+        """ΣF, in G·L_x·L_y: positive where the pin drags the slab to the right."""
+        return float(self.nodal_force[0].sum())
+
+
+def first_touch(case: Case, compliance: SurfaceCompliance) -> ContactState:
+    """Press the pin into the slab at δ_p = 0 as `case.first_touch` says, until constraints I-III hold.
+
+    Never raises for physics: a state that was not reached carries the reason as its outcome, and the last iterate.
+    """
+    if case.slab != compliance.slab:
+        raise ValueError("the compliance belongs to another slab than the case")
+    try:
+        if case.slip_rule.residual == 1.0:
+            return _touch_with_coulomb_friction(case, compliance)
+        if case.first_touch == "gradual":
+            return _load_gradually(case, compliance)
+        return _touch_at_once(case, compliance)
+    except SingularOperator as error:
+        return _nothing(case, error.outcome)
+
+
+def _touch_at_once(case: Case, compliance: SurfaceCompliance) -> ContactState:
+    contact, u, converged = _normal_contact(case, compliance, case.first_touch == "stick")
+    height = pin_of(case).height(np.where(contact, compliance.x + u, 0.0))
+    if not converged:
+        advice = "no contact set satisfies the constraints: use the other first_touch, another scheme or n_x"
+        unsettled = core_of(case, compliance, contact, u, height, whole=True)
+        return contact_state(unsettled, Outcome(Ending.CONTACT_NOT_CONVERGED, advice))
+    for whole in (False, True):
+        core = core_of(case, compliance, contact, u, height, whole=whole)
+        _kernels.aim_displacement(core.state)
+        status = _kernels.resolve(core.state, core.rules, _kernels.NOTHING, -1, 1.0)
+        state = contact_state(core, ENDINGS[status])
+        if not beyond_window(core, state):
+            break
+    return state
+
+
+def _load_gradually(case: Case, compliance: SurfaceCompliance) -> ContactState:
+    """Start from a millionth of a millionth of the load on the lowest nodes and raise it event by event."""
+    x = compliance.x
+    height = pin_of(case).height(x)
+    core = core_of(case, compliance, height == height.min(), np.zeros_like(x), height, whole=True)
+    core.state.inputs[-1] = -1e-12 * case.load
+    _kernels.refresh(core.state)
+    _kernels.aim_load(core.state)
+    status = _kernels.resolve(core.state, core.rules, _kernels.NOTHING, -1, 0.0)
+    if status == _kernels.DONE:
+        status = _kernels.raise_load(core.state, core.rules, case.load)
+    return contact_state(core, ENDINGS[status])
+
+
+def _touch_with_coulomb_friction(case: Case, compliance: SurfaceCompliance) -> ContactState:
+    x = compliance.x
+    if case.first_touch == "gradual":
+        height = pin_of(case).height(x)
+        contact, u, load = height == height.min(), np.zeros_like(x), 1e-9 * case.load
+    else:
+        contact, u, _ = _normal_contact(case, compliance, case.first_touch == "stick")
+        load = case.load
+    solved = CoulombContact(case, compliance, contact, np.zeros_like(x), u.copy(), load)
+    try:
+        if case.first_touch == "stick":
+            solved.press()
+        else:
+            solved.mend()
+            solved.raise_load(case.load)
+    except CoulombError as error:
+        return coulomb_state(solved, BROKEN[error.ending])
+    return coulomb_state(solved, COMPLETED)
+
+
+def _normal_contact(case: Case, compliance: SurfaceCompliance, stuck: bool) -> tuple[NDArray[np.bool_], Vector, bool]:
+    """Contact set and u of the pressed pin, every contact node stuck at u = 0 or free of friction; and if it converged.
+
+    All wrong nodes are mended at once; when a contact set comes back, only the worst one at a time.
+    """
+    x, pin = compliance.x, pin_of(case)
+    contact = np.abs(x) <= max(_expected_half_width(case), np.abs(x).min())
+    u = np.zeros_like(x)
+    seen: set[bytes] = set()
+    for _ in range(20 * len(x)):
+        pressing, u_next, v = _pressed(case, compliance, contact, u, stuck)
+        gap = pin.height(x + u_next) - v
+        wrong = np.where(contact, -pressing / case.load, np.where(np.isinf(gap), -1.0, -gap / case.load))
+        settled = np.abs(u_next - u).max() <= 1e-13 * case.load
+        u = u_next
+        if wrong.max() <= 1e-12:
+            if settled:
+                return contact, np.where(contact, u, 0.0), True
+            continue
+        flipped = wrong > 1e-12
+        key = contact.tobytes()
+        if key in seen:
+            flipped = wrong == wrong.max()
+        seen.add(key)
+        contact = contact ^ flipped
+        if not contact.any():
+            contact[np.argmin(np.abs(x))] = True
+    return contact, np.where(contact, u, 0.0), False
+
+
+def _expected_half_width(case: Case) -> float:
+    """Hertz's contact half-width on a half-plane, a² = 4WR(1-ν)/(2πG): a first guess."""
+    if case.pin == "flat_punch":
+        return case.half_width
+    return math.sqrt(2 * case.load * case.radius * (1 - case.slab.poisson) / math.pi)
+
+
+def _pressed(
+    case: Case, compliance: SurfaceCompliance, contact: NDArray[np.bool_], u: Vector, stuck: bool
+) -> tuple[Vector, Vector, Vector]:
+    """Normal forces N (n,), u (n,) and v = w + approach (n,) with the nodes of `contact` on the pin.
+
+    Without friction the pin's height under a node depends on its u: one Newton step from the given u.
+    """
+    c, n, x, pin = compliance.matrix, compliance.slab.n_x, compliance.x, pin_of(case)
+    nodes = np.flatnonzero(contact)
+    rows = np.concatenate((nodes, nodes + n)) if stuck else nodes + n
+    xi = (x + (0.0 if stuck else u))[nodes]
+    block = c[np.ix_(rows, rows)]
+    right = pin.curvature * xi**2 / 2
+    if stuck:
+        right = np.concatenate((np.zeros(len(nodes)), right))
+    else:
+        block = block - pin.curvature * xi[:, None] * c[np.ix_(nodes, rows)]
+        right = right - pin.curvature * xi * u[nodes]
+    ones = np.zeros(len(rows))
+    ones[-len(nodes) :] = 1.0
+    bordered = np.block([[block, ones[:, None]], [ones[None, :], np.zeros((1, 1))]])
+    try:
+        solution = np.linalg.solve(bordered, np.concatenate((right, [-case.load])))
+    except np.linalg.LinAlgError as error:
+        raise SingularOperator(
+            f"the compliance of {len(nodes)} nodes in contact is singular: use another scheme"
+        ) from error
+    forces, approach = solution[:-1], solution[-1]
+    displacements = c[:, rows] @ forces
+    normal = np.zeros(n)
+    normal[nodes] = -forces[-len(nodes) :]
+    return normal, np.where(contact & stuck, 0.0, displacements[:n]), displacements[n:] + approach
+
+
+def contact_state(core: Core, outcome: Outcome) -> ContactState:
+    """What the compiled core's state says, as a value; nodes beyond its window follow from the compliance."""
+    state, n = core.state, core.case.slab.n_x
+    inside = (2, len(state.x))
+    contact = np.zeros(n, dtype=np.bool_)
+    contact[core.window] = state.contact
+    forces = np.zeros((2, n))
+    forces[:, core.window] = np.where(state.contact, state.response[:-1].reshape(inside), 0.0)
+    approach = float(state.response[-1])
+    uv = _displacements(core, forces) + np.array([[0.0], [approach]])
+    uv[:, core.window] = np.where(state.contact, state.inputs[:-1].reshape(inside), state.response[:-1].reshape(inside))
+    found = (contact, forces, uv[0], uv[1], approach, float(state.totals[0]), int(state.counts[0]))
+    return _state(core.case, core.compliance, *found, outcome)
+
+
+def coulomb_state(solved: CoulombContact, outcome: Outcome) -> ContactState:
+    """What a contact with Coulomb friction says, as a value."""
+    found = (
+        solved.contact.copy(),
+        solved.force,
+        solved.u,
+        solved.v,
+        solved.approach,
+        solved.displacement,
+        solved.slips,
+    )
+    return _state(solved.case, solved.compliance, *found, outcome)
+
+
+def _state(
+    case: Case,
+    compliance: SurfaceCompliance,
+    contact: NDArray[np.bool_],
+    forces: NDArray[np.float64],
+    u: Vector,
+    v: Vector,
+    approach: float,
+    displacement: float,
+    slips: int,
+    outcome: Outcome,
+) -> ContactState:
+    values = {
+        "contact": contact,
+        "pressure": -forces[1] / compliance.widths,
+        "shear": forces[0] / compliance.widths,
+        "slip": np.where(contact, u - displacement, 0.0),
+        "gap": np.where(contact, 0.0, pin_of(case).height(compliance.x + u - displacement) - v),
+        "u": u.copy(),
+        "w": v - approach,
+        "nodal_force": forces,
+    }
+    for value in values.values():
+        value.setflags(write=False)
+    return ContactState(**values, approach=approach, displacement=displacement, slips=slips, outcome=outcome)
+
+
+def beyond_window(core: Core, state: ContactState) -> bool:
+    """Whether a node that the core does not follow lies inside the pin, so that a wider window is needed."""
+    gap = state.gap.copy()
+    gap[core.window] = 0.0
+    return bool(gap.min() < -core.rules.tolerance_gap)
+
+
+def _displacements(core: Core, forces: NDArray[np.float64]) -> NDArray[np.float64]:
+    """[u; w] of all surface nodes, (2, n), under the forces of the window; left zero where there is nothing beyond it."""
+    n, nodes = core.case.slab.n_x, np.arange(core.case.slab.n_x)[core.window]
+    if len(nodes) == n:
+        return np.zeros((2, n))
+    columns = np.concatenate((nodes, nodes + n))
+    return (core.compliance.matrix[:, columns] @ forces[:, core.window].ravel()).reshape(2, n)
+
+
+def _nothing(case: Case, outcome: Outcome) -> ContactState:
+    """The state of a contact that could not even be set up."""
+    n = case.slab.n_x
+    none, blank = np.zeros(n, dtype=np.bool_), np.full(n, math.nan)
+    return ContactState(
+        none, blank, blank, blank, blank, blank, blank, np.full((2, n), math.nan), math.nan, 0.0, 0, outcome
+    )

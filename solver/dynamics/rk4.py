@@ -1,0 +1,49 @@
+"""The paper's method (§2.2.3): classical fourth-order Runge-Kutta steps of a given length.
+
+The relaxation point of Eq. 14 is updated after each step, as the paper words it. Where a step meets a kink or a jump of
+the friction force the order falls to one; velocities during stick suffer first.
+"""
+
+import math
+
+import numpy as np
+
+from solver.dynamics._kernels import Motion, Run, Teeth, integrate_by_steps
+from solver.dynamics.result import BINS
+from solver.outcome import COMPLETED, Ending, Outcome
+
+
+def integrate_rk4(teeth: Teeth, motion: Motion, samples: int, time_step: float) -> tuple[Run, Outcome]:
+    """Integrate in steps of at most `time_step`, as many as fill the duration evenly.
+
+    A step that makes free vibrations of the stuck pin grow is refused with the outcome `UNSTABLE_STEP`.
+    """
+    if not is_stable(time_step, motion):
+        message = (
+            f"time_step = {time_step:.6g}: the stuck pin's vibrations would grow; needs {longest(motion):.6g} or less"
+        )
+        return _nothing(samples), Outcome(Ending.UNSTABLE_STEP, message)
+    steps = max(1, math.ceil(motion.duration / time_step * (1.0 - 1e-12)))
+    return integrate_by_steps(teeth, motion, steps, samples, BINS), COMPLETED
+
+
+def is_stable(time_step: float, motion: Motion) -> bool:
+    """True if a step damps, or at least does not amplify, free motion with the stuck contact's stiffness k + K."""
+    rates = np.roots([1.0, motion.damping, motion.spring + motion.contact]).astype(complex)
+    z = rates * time_step
+    growth = np.abs(1.0 + z * (1.0 + z / 2.0 * (1.0 + z / 3.0 * (1.0 + z / 4.0))))
+    return bool(np.all(growth <= 1.0 + 1e-14))  # rounding of tiny steps without damping
+
+
+def longest(motion: Motion) -> float:
+    """The longest stable step, a little below."""
+    low, high = 0.0, 4.0 / math.sqrt(motion.spring + motion.contact)
+    for _ in range(40):
+        middle = 0.5 * (low + high)
+        low, high = (middle, high) if is_stable(middle, motion) else (low, middle)
+    return low
+
+
+def _nothing(samples: int) -> Run:
+    nan = math.nan
+    return Run(0.0, 0, np.full((samples + 1, 3), nan), np.full(BINS + 1, nan), np.empty((0, 5)), 0, nan, nan)

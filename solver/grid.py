@@ -1,0 +1,72 @@
+"""The binary hierarchy of nodes (§2.1.2): two fine rows on top, each further row with half the intervals.
+
+Coordinates are in L_x: x from 0 to 1 along the surface, z upwards from the surface (z = 0) to the bottom
+(z = -L_z/L_x). Nodes are numbered row by row from the surface down, left to right.
+"""
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from solver.case import Slab
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Grid:
+    """Rows of nodes and the control volumes around them.
+
+    counts: nodes of each row, shape (rows,). depths: z ≤ 0 of each row, shape (rows,), decreasing.
+    """
+
+    counts: NDArray[np.int64]
+    depths: NDArray[np.float64]
+
+    @property
+    def rows(self) -> int:
+        """Number of rows."""
+        return len(self.counts)
+
+    @property
+    def nodes(self) -> int:
+        """Number of nodes."""
+        return int(self.counts.sum())
+
+    def row_x(self, row: int) -> NDArray[np.float64]:
+        """x of the nodes of `row`, shape (counts[row],)."""
+        return np.linspace(0.0, 1.0, int(self.counts[row]))
+
+    def spacing(self, row: int) -> float:
+        """Distance between neighbours in `row`."""
+        return 1.0 / (int(self.counts[row]) - 1)
+
+    def row_nodes(self, row: int) -> NDArray[np.int64]:
+        """Numbers of the nodes of `row`, shape (counts[row],)."""
+        first = int(self.counts[:row].sum())
+        return np.arange(first, first + int(self.counts[row]))
+
+    def volume_z(self, row: int) -> tuple[float, float]:
+        """Lower and upper z of the row's control volumes: half-way to the neighbouring rows, or the slab's boundary."""
+        z = self.depths
+        upper = z[0] if row == 0 else (z[row - 1] + z[row]) / 2
+        lower = z[-1] if row == self.rows - 1 else (z[row] + z[row + 1]) / 2
+        return float(lower), float(upper)
+
+    def coordinates(self) -> NDArray[np.float64]:
+        """(x, z) of every node, shape (nodes, 2)."""
+        columns = [
+            np.column_stack((self.row_x(row), np.full(self.counts[row], self.depths[row]))) for row in range(self.rows)
+        ]
+        return np.concatenate(columns)
+
+
+def binary_hierarchy(slab: Slab) -> Grid:
+    """The grid of `slab`: row spacings in the ratio 1, 1, 2, 4, … (`equal`) or 1, 2, 4, 8, … (`doubling`)."""
+    rows = slab.row_count
+    intervals = [(slab.n_x - 1) // 2 ** max(row - 1, 0) for row in range(rows)]
+    if slab.first_spacing == "equal":
+        steps = np.array([1.0] + [2.0**row for row in range(rows - 2)])
+    else:
+        steps = 2.0 ** np.arange(rows - 1)
+    depths = np.concatenate(([0.0], np.cumsum(steps))) * (-slab.aspect_ratio / steps.sum())
+    return Grid(counts=np.array(intervals) + 1, depths=depths)

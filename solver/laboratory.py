@@ -1,0 +1,43 @@
+"""One call each from a case to what it yields: its contact state, its friction record, and what a drive makes of it."""
+
+from dataclasses import dataclass
+
+from solver.case import Case, Drive
+from solver.compliance import SurfaceCompliance, slab_compliance
+from solver.contact import ContactState, first_touch
+from solver.dynamics import DynamicsResult, integrate
+from solver.observables import FrictionCoefficients, friction_coefficients
+from solver.plateau import Plateau, plateau_of
+from solver.profile import profile_of
+from solver.sliding import FrictionRecord, slide
+
+
+@dataclass(frozen=True, slots=True)
+class DriveResult:
+    """A driven pin: the record it slides over and its plateau, the motion, and the friction coefficients read off it."""
+
+    record: FrictionRecord
+    plateau: Plateau
+    motion: DynamicsResult
+    friction: FrictionCoefficients
+
+
+def contact_state(case: Case, compliance: SurfaceCompliance | None = None) -> ContactState:
+    """The contact of `case` at first touch. A compliance at hand is used, else computed from the case's slab."""
+    return first_touch(case, compliance or slab_compliance(case.slab))
+
+
+def friction_record(case: Case, compliance: SurfaceCompliance | None = None) -> FrictionRecord:
+    """The friction record of `case`, from first touch to its limits."""
+    return slide(case, compliance or slab_compliance(case.slab))
+
+
+def drive_result(case: Case, drive: Drive, record: FrictionRecord | None = None) -> DriveResult:
+    """The pin of `case` pulled as `drive` says over its friction record (computed if not at hand).
+
+    Raises NoPlateauError where the record has no steady part that could be continued.
+    """
+    record = record or friction_record(case)
+    plateau = plateau_of(record)
+    motion = integrate(profile_of(record, plateau, drive.profile), drive, record.initial_stiffness)
+    return DriveResult(record, plateau, motion, friction_coefficients(motion, record, plateau))

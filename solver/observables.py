@@ -1,0 +1,135 @@
+"""What is read off a friction record and a drive: event statistics (§3.2), μ_s and μ_k with uncertainties (§3.3).
+
+The plateau of a friction record is found in solver.plateau; the same truncation and block rules serve the drive.
+"""
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from solver.dynamics import DynamicsResult
+from solver.outcome import COMPLETED, Ending, Outcome
+from solver.plateau import BLOCKS, Plateau, latest_truncation, mean_uncertainty, plateau_of, truncation, unsteadiness
+from solver.sliding import EVENT_KINDS, FrictionRecord
+
+__all__ = [
+    "EventStatistics",
+    "FrictionCoefficients",
+    "Plateau",
+    "event_statistics",
+    "friction_coefficients",
+    "plateau_of",
+]
+
+
+@dataclass(frozen=True, slots=True)
+class EventStatistics:
+    """Counts and means over the events of one friction record. What has no event to be taken over is NaN."""
+
+    events: int
+    slips: int
+    """Events that a slip triggered; likewise releases and touches."""
+    releases: int
+    touches: int
+    cascade_slips: int
+    """Slips of all cascades together; likewise releases and touches."""
+    cascade_releases: int
+    cascade_touches: int
+    mean_step: float
+    """Displacement per event, in L_x."""
+    mean_slips: float
+    """Slips per event."""
+    mean_drop: float
+    """Fall of F/W in an event."""
+    peak_friction: float
+    """Highest F/W anywhere."""
+    dissipated: float
+    """Energy lost in all events, in G·L_x²·L_y."""
+
+
+def event_statistics(record: FrictionRecord) -> EventStatistics:
+    """Count and average the events of a record."""
+    events = len(record.displacement)
+    slips, releases, touches = (int(np.sum(record.kind == kind)) for kind in range(len(EVENT_KINDS)))
+    per_event = 1.0 / events if events else float("nan")
+    forces = (record.force_before, record.force_after, [record.initial_force, record.final_force])
+    return EventStatistics(
+        events=events,
+        slips=slips,
+        releases=releases,
+        touches=touches,
+        cascade_slips=int(record.slips.sum()),
+        cascade_releases=int(record.releases.sum()),
+        cascade_touches=int(record.touches.sum()),
+        mean_step=float(record.displacement[-1]) * per_event if events else float("nan"),
+        mean_slips=float(record.slips.sum()) * per_event,
+        mean_drop=float(np.sum(record.force_before - record.force_after)) * per_event / record.load,
+        peak_friction=float(np.concatenate(forces).max()) / record.load,
+        dissipated=float(record.dissipated.sum()),
+    )
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class FrictionCoefficients:
+    """Macroscopic friction of one drive, as forces over W; NaN where it could not be measured, for which see `outcome`.
+
+    static_friction: largest driving force before the first macroscopic slip ran off (μ_s). every_static_friction: (s,)
+    the same for each slip. static_friction_uncertainty: scatter of the highest force between equal stretches of the
+    record's plateau, which is how much another stretch of the same record would change it.
+    kinetic_friction: mean of the driving force where it is steady (μ_k). kinetic_friction_uncertainty: from its block
+    means, and from those of the plateau that it repeats, for the same reason.
+    """
+
+    static_friction: float
+    static_friction_uncertainty: float
+    every_static_friction: NDArray[np.float64]
+    kinetic_friction: float
+    kinetic_friction_uncertainty: float
+    outcome: Outcome
+
+
+def friction_coefficients(result: DynamicsResult, record: FrictionRecord, plateau: Plateau) -> FrictionCoefficients:
+    """μ_s and μ_k of a drive over `record`. The outcome is the drive's, or `NO_SLIP`, or `NO_PLATEAU` of its force."""
+    nan = float("nan")
+    if not len(result.slip_force):
+        message = (
+            f"no slip longer than {result.presliding_length:.3g} L_x: raise the drive's duration or stage_velocity"
+        )
+        failed = result.outcome if not result.outcome.ok else Outcome(Ending.NO_SLIP, message)
+        return FrictionCoefficients(nan, nan, result.slip_force, nan, nan, failed)
+    static = result.slip_force / record.load
+    kinetic, uncertainty, outcome = nan, nan, result.outcome
+    if outcome.ok:
+        kinetic, uncertainty, outcome = _steady_mean(result.binned_force / record.load)
+    return FrictionCoefficients(
+        static_friction=float(static[0]),
+        static_friction_uncertainty=_scatter_of_peaks(record, plateau) / record.load,
+        every_static_friction=static,
+        kinetic_friction=kinetic,
+        kinetic_friction_uncertainty=float(np.hypot(uncertainty, plateau.uncertainty)),
+        outcome=outcome,
+    )
+
+
+def _steady_mean(bins: NDArray[np.float64]) -> tuple[float, float, Outcome]:
+    """Mean of the steady part of evenly binned values, its uncertainty, and whether there is a steady part."""
+    first = truncation(bins)
+    edges = np.linspace(first, len(bins), BLOCKS + 1)
+    impulse = np.interp(edges, np.arange(len(bins) + 1), np.concatenate(([0.0], np.cumsum(bins))))
+    blocks = np.diff(impulse) / np.diff(edges)
+    complaint = unsteadiness(blocks, latest=first >= latest_truncation(len(bins)))
+    if complaint:
+        return float("nan"), float("nan"), Outcome(Ending.NO_PLATEAU, f"the driving force {complaint}: raise duration")
+    return float(blocks.mean()), mean_uncertainty(blocks), COMPLETED
+
+
+def _scatter_of_peaks(record: FrictionRecord, plateau: Plateau) -> float:
+    """Standard deviation of the highest force in eight equal stretches of the plateau; NaN without a plateau."""
+    if not plateau.outcome.ok:
+        return float("nan")
+    within = slice(plateau.first_event + 1, plateau.last_event + 1)
+    place = (record.displacement[within] - plateau.start) / (plateau.end - plateau.start)
+    stretch = np.minimum((8.0 * place).astype(np.int64), 7)
+    highest = [record.force_before[within][stretch == number].max() for number in np.unique(stretch)]
+    return float(np.std(highest, ddof=1)) if len(highest) > 1 else float("nan")

@@ -1,0 +1,84 @@
+"""How a computation ended: a value with advice where physics or numerics say no, an exception where the input is wrong.
+
+A case that cannot be computed is data, not a crash: functions of this package return a result whose `outcome`
+names the reason. Exceptions are kept for input that means nothing (`InvalidInput`) and for operators that cannot
+exist (`SingularOperator`); both say the offending value and what is needed.
+"""
+
+from dataclasses import dataclass
+from enum import StrEnum
+
+
+class Ending(StrEnum):
+    """Why a computation stopped. `COMPLETED` is the only good one."""
+
+    COMPLETED = "completed"
+    """A limit that the case asked for (events, displacement, duration) was reached."""
+    INVALID = "invalid"
+    """The input means nothing: a value out of range or a combination that excludes itself."""
+    SINGULAR_OPERATOR = "singular_operator"
+    """A matrix that must be invertible is not (to working precision)."""
+    CONTACT_NOT_CONVERGED = "contact_not_converged"
+    """No contact set satisfied constraints I and III within the iteration limit."""
+    SLIP_UNBOUNDED = "slip_unbounded"
+    """A node's shear does not fall when it slips: Coulomb friction has no unique answer there."""
+    CASCADE_LIMIT = "cascade_limit"
+    """One event needed more slips than the limit allows."""
+    CONTACT_LOST = "contact_lost"
+    """No node was left that could carry the load (the pin left the slab)."""
+    EDGE_REACHED = "edge_reached"
+    """The sharp edge of a flat punch came upon a node that was not under it."""
+    NO_EVENT = "no_event"
+    """No further event exists: the contact sticks however far the pin moves."""
+    NO_PLATEAU = "no_plateau"
+    """The friction record never became steady."""
+    NO_SLIP = "no_slip"
+    """The driven pin never slipped macroscopically, so there is no static friction to measure."""
+    STEP_LIMIT = "step_limit"
+    """An integrator needed more steps than the limit allows."""
+    UNSTABLE_STEP = "unstable_step"
+    """The time step asked for is beyond the integrator's stability limit."""
+    NEEDS_FAILED = "needs_failed"
+    """Something this computation needs ended badly."""
+    CRASHED = "crashed"
+    """The computation raised what it never should: a defect of the program, not of the case."""
+
+
+@dataclass(frozen=True, slots=True)
+class Outcome:
+    """How a computation ended, and what a user can do about it.
+
+    `message` is one line: the offending value, then the advice; empty when all went well.
+    """
+
+    ending: Ending
+    message: str = ""
+
+    @property
+    def ok(self) -> bool:
+        """True when the computation did what was asked."""
+        return self.ending is Ending.COMPLETED
+
+
+COMPLETED = Outcome(Ending.COMPLETED)
+
+
+class SolverError(Exception):
+    """Base of everything this package raises on purpose; carries the outcome it stands for."""
+
+    ending = Ending.INVALID
+
+    @property
+    def outcome(self) -> Outcome:
+        """The same news as a value."""
+        return Outcome(self.ending, str(self))
+
+
+class InvalidInput(SolverError, ValueError):
+    """An argument is out of range; the message names it, its value and what is allowed."""
+
+
+class SingularOperator(SolverError):
+    """An operator that must be invertible is not; the message names it and the likely cause."""
+
+    ending = Ending.SINGULAR_OPERATOR

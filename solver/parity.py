@@ -1,0 +1,54 @@
+"""Even and odd displacement fields: a slab that is its own mirror image never mixes them, so each can be solved alone.
+
+Even: u changes sign in the mirror and w does not; odd: the other way round. Two problems of half the size cost a quarter.
+"""
+
+import numpy as np
+import scipy.sparse as sp
+from numpy.typing import NDArray
+
+from solver.grid import Grid
+from solver.schemes import Stiffness
+from solver.schemes.stiffness import Sparse
+
+
+def row_bases(k: Stiffness) -> list[list[Sparse]]:
+    """Families of displacement fields that the stiffness does not mix, each as one orthonormal basis per grid row.
+
+    A basis is sparse, (2·nodes, fields of that row), without the restrained displacements. Two families, even and odd,
+    where the restraints are their own mirror image; else one, all displacements.
+    """
+    rows = range(k.grid.rows)
+    if not _mirrored(k):
+        return [[_basis(k, np.concatenate((nodes, nodes + k.grid.nodes))) for nodes in map(k.grid.row_nodes, rows)]]
+    return [[_parity_basis(k, row, sign) for row in rows] for sign in (1.0, -1.0)]
+
+
+def _mirrored(k: Stiffness) -> bool:
+    mirror = _mirror(k.grid)
+    return bool(np.array_equal(k.fixed_u, k.fixed_u[mirror]) and np.array_equal(k.fixed_w, k.fixed_w[mirror]))
+
+
+def _mirror(grid: Grid) -> NDArray[np.int64]:
+    """The node that each node is the mirror image of, shape (nodes,)."""
+    return np.concatenate([grid.row_nodes(row)[::-1] for row in range(grid.rows)])
+
+
+def _basis(k: Stiffness, entries: NDArray[np.int64]) -> Sparse:
+    free = entries[~k.fixed[entries]]
+    columns = np.arange(len(free))
+    return sp.csr_array((np.ones(len(free)), (free, columns)), shape=(2 * k.grid.nodes, len(free)))
+
+
+def _parity_basis(k: Stiffness, row: int, sign: float) -> Sparse:
+    """Fields of one row in which w has the given sign in the mirror, and u the opposite one."""
+    nodes = k.grid.row_nodes(row)
+    half = len(nodes) // 2
+    left, right, middle = nodes[:half], nodes[:half:-1], nodes[half : half + 1]
+    blocks = []
+    for first, parity in ((0, -sign), (k.grid.nodes, sign)):
+        pairs = _basis(k, first + left) + parity * _basis(k, first + right)
+        blocks.append(pairs * np.sqrt(0.5))
+        if parity > 0.0:
+            blocks.append(_basis(k, first + middle))
+    return sp.csr_array(sp.hstack(blocks))

@@ -1,0 +1,157 @@
+"""Where a friction record becomes steady (§3.2.1), and its mean there: deterministic, from the record alone.
+
+The force is integrated exactly into equal bins of displacement. The steady part starts where truncation minimises the
+marginal standard error of the mean, the sum of squares about the mean over the squared number of bins kept (MSER).
+It is refused where a line through eight block means still rises or falls by more than `DRIFT` of the mean, unless
+the change is lost in the scatter of the blocks (less than `SIGNIFICANT` standard errors). A truncation as late as it is
+allowed to be has no such excuse.
+"""
+
+import math
+from dataclasses import dataclass
+from typing import Final
+
+import numpy as np
+from numpy.typing import NDArray
+
+from solver.outcome import COMPLETED, Ending, Outcome
+from solver.sliding import FrictionRecord
+
+BINS: Final = 512
+BLOCKS: Final = 32
+LEAST_SHARE: Final = 0.25
+"""Share of the bins that truncation always keeps."""
+DRIFT: Final = 0.01
+"""Change along the steady part, as a fraction of its mean, that is never called a drift."""
+SIGNIFICANT: Final = 5.0
+"""Standard errors beyond which a change is no accident (one record in four hundred with eight blocks)."""
+FEWEST_EVENTS: Final = 8
+
+
+@dataclass(frozen=True, slots=True)
+class Plateau:
+    """The steady part of a friction record; forces as F/W, NaN where `outcome` is not ok.
+
+    It reaches from event `first_event` at displacement `start` (L_x) to event `last_event` at `end`, just after both.
+    mean and std are displacement-weighted integrals over the sawtooth, without approximation. uncertainty is the
+    largest standard error of the mean from 8, 16 and 32 blocks. peak is the highest force within.
+    """
+
+    start: float
+    end: float
+    first_event: int
+    last_event: int
+    mean: float
+    std: float
+    uncertainty: float
+    peak: float
+    outcome: Outcome = COMPLETED
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Teeth:
+    """Straight pieces of force over displacement: edges (n + 1,), force at each piece's start and end (n,)."""
+
+    edges: NDArray[np.float64]
+    start: NDArray[np.float64]
+    end: NDArray[np.float64]
+
+    def integral(self, x: NDArray[np.float64]) -> NDArray[np.float64]:
+        """∫F from the first edge to each x within the edges, without approximation."""
+        width = np.diff(self.edges)
+        whole = np.concatenate(([0.0], np.cumsum(0.5 * width * (self.start + self.end))))
+        piece = np.clip(np.searchsorted(self.edges, x, side="right") - 1, 0, len(width) - 1)
+        part = x - self.edges[piece]
+        rise = (self.end - self.start)[piece] * np.divide(part, width[piece], out=np.zeros_like(part), where=part > 0.0)
+        return np.asarray(whole[piece] + part * (self.start[piece] + 0.5 * rise))
+
+    def block_means(self, first: float, last: float, count: int) -> NDArray[np.float64]:
+        """Mean force in `count` equal stretches of displacement from `first` to `last`."""
+        return np.diff(self.integral(np.linspace(first, last, count + 1))) * (count / (last - first))
+
+
+def teeth(record: FrictionRecord) -> Teeth:
+    """The whole record as straight pieces: from δ_p = 0 to the first event, between events, on to the record's end."""
+    return Teeth(
+        np.concatenate(([0.0], record.displacement, [record.final_displacement])),
+        np.concatenate(([record.initial_force], record.force_after)),
+        np.concatenate((record.force_before, [record.final_force])),
+    )
+
+
+def plateau_of(record: FrictionRecord) -> Plateau:
+    """Find the steady part of `record`; the outcome is `NO_PLATEAU`, with advice, where there is none."""
+    events = len(record.displacement)
+    if events < 2 * FEWEST_EVENTS:
+        return _refused(f"{events} events: a plateau needs at least {2 * FEWEST_EVENTS}; raise max_events")
+    whole = teeth(record)
+    kept_from = truncation(whole.block_means(0.0, record.final_displacement, BINS))
+    first = int(np.searchsorted(record.displacement, record.final_displacement * kept_from / BINS))
+    last = events - 1
+    if last - first < FEWEST_EVENTS:
+        return _refused(f"{last - first} events in the steady part: needs {FEWEST_EVENTS} or more; raise max_events")
+    start, end = float(record.displacement[first]), float(record.displacement[last])
+    blocks = whole.block_means(start, end, BLOCKS)
+    complaint = unsteadiness(blocks, latest=kept_from >= latest_truncation(BINS))
+    if complaint:
+        return _refused(f"the friction force still {complaint}; raise max_events or max_displacement")
+    steady = Teeth(record.displacement[first:], record.force_after[first:last], record.force_before[first + 1 :])
+    mean, std = _moments(steady)
+    return Plateau(
+        start=start,
+        end=end,
+        first_event=first,
+        last_event=last,
+        mean=mean / record.load,
+        std=std / record.load,
+        uncertainty=mean_uncertainty(blocks) / record.load,
+        peak=float(max(steady.start.max(), steady.end.max())) / record.load,
+    )
+
+
+def latest_truncation(count: int) -> int:
+    """The last bin, of `count`, at which a steady part may start."""
+    return int(count * (1.0 - LEAST_SHARE))
+
+
+def truncation(bins: NDArray[np.float64]) -> int:
+    """First bin of the steady part: the one that minimises the marginal standard error of what follows it."""
+    centred = (bins - bins[-1])[::-1]
+    kept = np.arange(1, len(bins) + 1)
+    squares = np.cumsum(centred**2) - np.cumsum(centred) ** 2 / kept
+    return int(np.argmin((squares / kept**2)[::-1][: latest_truncation(len(bins)) + 1]))
+
+
+def mean_uncertainty(blocks: NDArray[np.float64]) -> float:
+    """Largest standard error of the mean from 8, 16 and 32 blocks, given the means of 32: long correlation counts."""
+    grouped = (blocks.reshape(count, -1).mean(axis=1) for count in (8, 16, BLOCKS))
+    return max(float(np.std(means, ddof=1)) / math.sqrt(len(means)) for means in grouped)
+
+
+def unsteadiness(blocks: NDArray[np.float64], latest: bool) -> str:
+    """What is wrong with calling 32 block means steady, as the end of a sentence; empty if nothing is.
+
+    latest: the truncation is as late as it may be, so that scatter does not excuse a change.
+    """
+    means = blocks.reshape(8, -1).mean(axis=1)
+    place = (np.arange(8) - 3.5) / 8.0
+    change = float(place @ means / (place @ place))
+    rest = means - means.mean() - change * place
+    error = float(np.sqrt(rest @ rest / 6.0 / (place @ place)))
+    share = change / abs(float(means.mean())) if means.mean() else np.inf
+    if abs(share) <= DRIFT or (abs(change) <= SIGNIFICANT * error and not latest):
+        return ""
+    return f"{'rises' if share > 0.0 else 'falls'} by {abs(share):.1%} along the best steady part"
+
+
+def _moments(steady: Teeth) -> tuple[float, float]:
+    """Mean and standard deviation of the force over displacement."""
+    width = np.diff(steady.edges)
+    mean = float(width @ (steady.start + steady.end)) / (2.0 * float(width.sum()))
+    low, high = steady.start - mean, steady.end - mean
+    return mean, float(np.sqrt(width @ (low * low + low * high + high * high) / (3.0 * width.sum())))
+
+
+def _refused(message: str) -> Plateau:
+    nan = float("nan")
+    return Plateau(nan, nan, 0, 0, nan, nan, nan, nan, Outcome(Ending.NO_PLATEAU, message))

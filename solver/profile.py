@@ -1,0 +1,102 @@
+"""The friction limit F̃(x) that a moving pin meets (§2.2.2): teeth of a friction record, its steady part for ever.
+
+F̃ is made of straight teeth. The first ones are the record's from δ_p = 0 to the end of its plateau; from there the
+plateau's teeth repeat with its length as period (§2.2.2-3), the junction being one more jump. Behind its starting point
+the pin meets the mirror image, F̃(-x) = F̃(x): the contact it starts from has no preferred direction. Eq. 13 needs a
+limit that is not negative; where first touch leaves one, it is taken as 0.
+"""
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from solver.case import ProfileShape
+from solver.outcome import Ending, InvalidInput, SolverError
+from solver.plateau import Plateau, Teeth, teeth
+from solver.sliding import FrictionRecord
+
+
+class NoPlateauError(SolverError):
+    """The friction record has no steady part that could repeat."""
+
+    ending = Ending.NO_PLATEAU
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Profile:
+    """F̃(x) as n teeth, tooth i from edges[i] to edges[i + 1], repeating from tooth `periodic_from` on.
+
+    edges: (n + 1,), L_x, increasing from 0. force: (n,), F̃ at each tooth's left edge, G·L_x·L_y. slope: (n,), G·L_y.
+    Raises InvalidInput for teeth that do not fit together or reach below 0.
+    """
+
+    edges: NDArray[np.float64]
+    force: NDArray[np.float64]
+    slope: NDArray[np.float64]
+    periodic_from: int
+
+    def __post_init__(self) -> None:
+        count = len(self.force)
+        if count < 1 or self.edges.shape != (count + 1,) or self.slope.shape != (count,):
+            raise InvalidInput(
+                f"{count} teeth, {len(self.edges)} edges, {len(self.slope)} slopes: needs n ≥ 1, n + 1, n"
+            )
+        if not 0 <= self.periodic_from < count:
+            raise InvalidInput(f"periodic_from = {self.periodic_from}: needs one of the {count} teeth")
+        if self.edges[0] != 0.0 or not np.all(np.diff(self.edges) > 0.0):
+            raise InvalidInput("edges: needs positions that increase from 0")
+        lowest = min(self.force.min(), (self.force + self.slope * np.diff(self.edges)).min())
+        if not lowest >= -1e-12 * self.force.max():  # rounding of slope × width may end a tooth just below 0
+            raise InvalidInput(f"force = {lowest}: needs a friction limit of at least 0 everywhere")
+
+    @property
+    def period(self) -> float:
+        """Length of the stretch that repeats, in L_x."""
+        return float(self.edges[-1] - self.edges[self.periodic_from])
+
+    @property
+    def steady_force(self) -> float:
+        """Mean of F̃ over one period, in G·L_x·L_y."""
+        width = np.diff(self.edges)[self.periodic_from :]
+        middle = (self.force + 0.5 * self.slope * np.diff(self.edges))[self.periodic_from :]
+        return float(width @ middle / width.sum())
+
+    def limit(self, x: NDArray[np.float64]) -> NDArray[np.float64]:
+        """F̃ at each x, in G·L_x·L_y; at a jump, the value to its right (left of 0: to its left)."""
+        far = np.abs(x)
+        start = self.edges[self.periodic_from]
+        far = np.where(far < self.edges[-1], far, start + np.mod(far - start, self.period))
+        tooth = np.clip(np.searchsorted(self.edges, far, side="right") - 1, 0, len(self.force) - 1)
+        return np.asarray(self.force[tooth] + self.slope[tooth] * (far - self.edges[tooth]))
+
+
+def sawtooth(record: FrictionRecord, plateau: Plateau) -> Profile:
+    """F̃ with both sides of every drop: each tooth rises from the force after one event to the force before the next.
+
+    Raises NoPlateauError where the record has no plateau.
+    """
+    return _periodic(teeth(record), plateau)
+
+
+def linear(record: FrictionRecord, plateau: Plateau) -> Profile:
+    """F̃ by linear interpolation of the force *after* each event: continuous, peaks cut off (the junction still jumps).
+
+    Raises NoPlateauError where the record has no plateau.
+    """
+    whole = teeth(record)
+    return _periodic(Teeth(whole.edges, whole.start, np.append(whole.start[1:], whole.end[-1])), plateau)
+
+
+def profile_of(record: FrictionRecord, plateau: Plateau, shape: ProfileShape) -> Profile:
+    """The profile of the shape that a `Drive` asks for by name."""
+    return sawtooth(record, plateau) if shape == "sawtooth" else linear(record, plateau)
+
+
+def _periodic(whole: Teeth, plateau: Plateau) -> Profile:
+    if not plateau.outcome.ok:
+        raise NoPlateauError(plateau.outcome.message)
+    count = plateau.last_event + 1
+    edges = whole.edges[: count + 1]
+    start, end = np.maximum(whole.start[:count], 0.0), np.maximum(whole.end[:count], 0.0)
+    return Profile(edges, start, (end - start) / np.diff(edges), periodic_from=plateau.first_event + 1)

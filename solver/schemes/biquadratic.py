@@ -1,0 +1,110 @@
+"""The paper's control-volume stencil (Eq. 4-10): bi-quadratic interpolants, integrated exactly over each volume's faces.
+
+Around node (i, j) both displacements are φ = Σ_q γ_q(z) Σ_k α_qk(x)·(nodal value): γ_q are Lagrange polynomials through
+the node's row and its two neighbours, α_qk through the three nodes of row q nearest to x_i, or the two nearest where
+x_i falls half-way between nodes of the coarser row below. Boundary rows and columns use the three nearest rows or nodes
+on the inside. The stresses of φ (Eq. 3), integrated over the faces inside the slab, are the forces of the neighbours.
+"""
+
+from collections.abc import Iterator
+from dataclasses import dataclass
+
+import numpy as np
+import scipy.sparse as sp
+from numpy.typing import NDArray
+
+from solver.case import Support
+from solver.grid import Grid
+from solver.interpolation import integral, lagrange, slope, value
+from solver.schemes.stiffness import Stiffness
+from solver.support import restrained
+
+
+def biquadratic(grid: Grid, poisson: float, support: Support) -> Stiffness:
+    """Stiffness of the slab by the paper's scheme: not symmetric, not conservative, exact for linear fields."""
+    lame = 2 * poisson / (1 - 2 * poisson)  # λ/G
+    parts = [_face_integrals(grid, row, column) for row in range(grid.rows) for column in _column_classes(grid, row)]
+    rows = np.concatenate([part.rows for part in parts])
+    columns = np.concatenate([part.columns for part in parts])
+
+    def block(weights: list[NDArray[np.float64]]) -> sp.csr_array:
+        return sp.csr_array((np.concatenate(weights), (rows, columns)), shape=(grid.nodes, grid.nodes))
+
+    fixed_u, fixed_w = restrained(grid, support)
+    # An external nodal force balances the forces of the neighbours, hence the minus signs.
+    return Stiffness(
+        grid=grid,
+        k_u=block([-(lame + 2) * p.dx_on_sides - p.dz_on_ends for p in parts]),
+        c_uw=block([-lame * p.dz_on_sides - p.dx_on_ends for p in parts]),
+        c_wu=block([-lame * p.dx_on_ends - p.dz_on_sides for p in parts]),
+        k_w=block([-(lame + 2) * p.dz_on_ends - p.dx_on_sides for p in parts]),
+        fixed_u=fixed_u,
+        fixed_w=fixed_w,
+    )
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class _FaceIntegrals:
+    """Outward integrals of ∂φ/∂x and ∂φ/∂z over a volume's sides (x faces) and ends (z faces), one weight per entry."""
+
+    rows: NDArray[np.int64]
+    columns: NDArray[np.int64]
+    dx_on_sides: NDArray[np.float64]
+    dz_on_sides: NDArray[np.float64]
+    dx_on_ends: NDArray[np.float64]
+    dz_on_ends: NDArray[np.float64]
+
+
+def _column_classes(grid: Grid, row: int) -> Iterator[NDArray[np.int64]]:
+    """The columns of a row in groups that share one stencil: left end, right end, and the inner ones by parity."""
+    last = int(grid.counts[row]) - 1
+    yield from (np.array([0]), np.array([last]), np.arange(1, last, 2))
+    if last > 2:
+        yield np.arange(2, last, 2)
+
+
+def _face_integrals(grid: Grid, row: int, columns: NDArray[np.int64]) -> _FaceIntegrals:
+    """The stencil of one class of columns, computed for its first column and repeated for all."""
+    column = int(columns[0])
+    used_rows = np.clip(row, 1, grid.rows - 2) + np.array([-1, 0, 1])
+    gamma = lagrange([float(grid.depths[q] - grid.depths[row]) for q in used_rows])
+    lower, upper = (z - float(grid.depths[row]) for z in grid.volume_z(row))
+    half = grid.spacing(row) / 2
+    sides = [(s, s * half) for s in (-1.0, 1.0) if (s < 0 and column > 0) or (s > 0 and column < grid.counts[row] - 1)]
+    left, right = (-half if column > 0 else 0.0), (half if column < grid.counts[row] - 1 else 0.0)
+    ends = [(s, z) for s, z, inside in ((-1.0, lower, row < grid.rows - 1), (1.0, upper, row > 0)) if inside]
+
+    gamma_integral = integral(gamma, lower, upper)
+    gamma_rise = value(gamma, upper) - value(gamma, lower)
+    entries: list[NDArray[np.int64]] = []
+    weights: list[tuple[NDArray[np.float64], ...]] = []
+    for q, other in enumerate(used_rows):
+        nodes, offsets = _nearest(grid, row, column, int(other))
+        alpha = lagrange(offsets)
+        alpha_rise = value(alpha, right) - value(alpha, left)
+        alpha_integral = integral(alpha, left, right)
+        none = np.zeros(len(nodes))
+        weights.append(
+            (
+                sum((s * slope(alpha, x) for s, x in sides), none) * gamma_integral[q],
+                sum((s * value(alpha, x) for s, x in sides), none) * gamma_rise[q],
+                sum(s * value(gamma, z)[q] for s, z in ends) * alpha_rise,
+                sum(s * slope(gamma, z)[q] for s, z in ends) * alpha_integral,
+            )
+        )
+        stride = (int(grid.counts[other]) - 1) / (int(grid.counts[row]) - 1)
+        shifts = np.rint((columns - column) * stride).astype(np.int64)
+        entries.append(grid.row_nodes(int(other))[0] + nodes[None, :] + shifts[:, None])
+    columns_used = np.concatenate(entries, axis=1)
+    rows_used = np.broadcast_to((grid.row_nodes(row)[0] + columns)[:, None], columns_used.shape)
+    integrals = [np.tile(np.concatenate(weight), len(columns)) for weight in zip(*weights, strict=True)]
+    return _FaceIntegrals(rows_used.ravel(), columns_used.ravel(), *integrals)
+
+
+def _nearest(grid: Grid, row: int, column: int, other: int) -> tuple[NDArray[np.int64], list[float]]:
+    """Nodes of row `other` that the stencil of node (column, row) uses, and their x relative to the node."""
+    last, last_other = int(grid.counts[row]) - 1, int(grid.counts[other]) - 1
+    scaled, remainder = divmod(column * last_other, last)
+    middle = int(np.clip(scaled, 1, last_other - 1))
+    nodes = scaled + np.array([0, 1]) if remainder else middle + np.array([-1, 0, 1])
+    return nodes, [float(node / last_other - column / last) for node in nodes]

@@ -1,0 +1,38 @@
+"""What every discretization returns: the four matrices of Eq. 11 and the restrained displacements."""
+
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+import scipy.sparse as sp
+from numpy.typing import NDArray
+
+from solver.grid import Grid
+
+Sparse = Any  # scipy.sparse.csr_array; its type parameters differ between stub versions
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Stiffness:
+    """{f_x; f_z} = [K_u C_uw; C_wu K_w] {u; w} for every node, no support applied (Eq. 11).
+
+    The blocks are sparse, shape (nodes, nodes), in G. fixed_u, fixed_w: masks of the displacements held at zero, (nodes,).
+    """
+
+    grid: Grid
+    k_u: Sparse
+    c_uw: Sparse
+    c_wu: Sparse
+    k_w: Sparse
+    fixed_u: NDArray[np.bool_]
+    fixed_w: NDArray[np.bool_]
+
+    @property
+    def matrix(self) -> Sparse:
+        """All of Eq. 11 in one sparse matrix (2·nodes, 2·nodes): [f_x; f_z] = matrix @ [u; w]."""
+        return sp.csr_array(sp.block_array([[self.k_u, self.c_uw], [self.c_wu, self.k_w]]))
+
+    @property
+    def fixed(self) -> NDArray[np.bool_]:
+        """Mask of the restrained entries of [u; w], shape (2·nodes,)."""
+        return np.concatenate((self.fixed_u, self.fixed_w))

@@ -1,0 +1,217 @@
+"""Slide the pin quasistatically from event to event (§2.1.1, §3.2): slip, release, touch -> FrictionRecord."""
+
+import math
+from dataclasses import dataclass, replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from solver import _kernels
+from solver.case import Case
+from solver.compliance import SurfaceCompliance
+from solver.contact import BROKEN, ENDINGS, ContactState, beyond_window, contact_state, coulomb_state, first_touch
+from solver.coulomb import LONGEST_STEP, CoulombContact, CoulombError
+from solver.outcome import COMPLETED, Ending, Outcome, SingularOperator
+from solver.pin import pin_of
+from solver.tableau import Core, core_of, rebuild
+
+OFF_THE_SLAB = 2.0
+"""δ_p in L_x at which a pin that slides on and on has certainly left the slab."""
+FIRST_CAPACITY = 4096
+"""Events for which room is made first where only the displacement is limited."""
+
+EVENT_KINDS = ("slip", "release", "touch")
+"""What can trigger an event; `FrictionRecord.kind` holds the position in this tuple."""
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class FrictionRecord:
+    """The nanoscale friction record of one case: e events, arrays of shape (e,), read-only.
+
+    Between events the friction force rises linearly with the pin's displacement, at each event it changes at once.
+    """
+
+    displacement: NDArray[np.float64]
+    """δ_p at the event, in L_x, increasing."""
+    force_before: NDArray[np.float64]
+    """Friction force F when the event is triggered, in G·L_x·L_y."""
+    force_after: NDArray[np.float64]
+    """Friction force F when its cascade is over, in G·L_x·L_y."""
+    stiffness: NDArray[np.float64]
+    """dF/dδ_p from this event to the next, in G·L_y."""
+    kind: NDArray[np.int8]
+    """Position of the trigger in `EVENT_KINDS`."""
+    node: NDArray[np.int32]
+    """Surface node that triggered the event."""
+    slips: NDArray[np.int64]
+    """Slips in the event's cascade."""
+    releases: NDArray[np.int32]
+    """Nodes released in the event's cascade."""
+    touches: NDArray[np.int32]
+    """Nodes brought into contact in the event's cascade."""
+    contact_size: NDArray[np.int32]
+    """Nodes in contact after the event."""
+    dissipated: NDArray[np.float64]
+    """Energy lost in the event, in G·L_x²·L_y."""
+    load: float
+    """W, in G·L_x·L_y."""
+    initial_force: float
+    """F at δ_p = 0, after first touch, in G·L_x·L_y."""
+    initial_stiffness: float
+    """dF/dδ_p from δ_p = 0 to the first event, in G·L_y."""
+    initial_slips: int
+    """Slips that first touch needed."""
+    initial_contact_size: int
+    """Nodes in contact at δ_p = 0."""
+    final_displacement: float
+    """δ_p where the record ends, in L_x (the last event, or the displacement limit)."""
+    final_force: float
+    """F where the record ends, in G·L_x·L_y."""
+    outcome: Outcome
+    """How the run ended."""
+
+
+def slide(case: Case, compliance: SurfaceCompliance, start: ContactState | None = None) -> FrictionRecord:
+    """Slide the pin of `case` from first touch (or from `start`) to its limits, event by event.
+
+    Between events all is linear in δ_p (free gaps: quadratic), so the next event is found in closed form: the smallest step
+    at which |shear| = μ_i·pressure, pressure = 0 or gap = 0; a step below the event floor is raised to it. The event's node
+    is answered first, then the worst offender until constraints I-III hold. Never raises for physics: the record holds the
+    events so far and the outcome says why it ended.
+    """
+    return slide_to_state(case, compliance, start)[0]
+
+
+def slide_to_state(
+    case: Case, compliance: SurfaceCompliance, start: ContactState | None = None
+) -> tuple[FrictionRecord, ContactState]:
+    """Like `slide`, and the contact as it is where the record ends."""
+    start = first_touch(case, compliance) if start is None else start
+    if not start.outcome.ok:
+        return _record(case, start, math.nan, _empty_events(0), 0, start), start
+    follow = _slide_with_coulomb_friction if case.slip_rule.residual == 1.0 else _slide
+    try:
+        record, end = follow(case, start, compliance)
+    except SingularOperator as error:
+        end = replace(start, outcome=error.outcome)
+        record = _record(case, start, math.nan, _empty_events(0), 0, end)
+    return record, end
+
+
+def _slide(
+    case: Case, start: ContactState, compliance: SurfaceCompliance, *, whole: bool = False
+) -> tuple[FrictionRecord, ContactState]:
+    """The run; `whole` follows every surface node, which is needed only where a far node proves to lie inside the pin."""
+    core = _core_at(case, compliance, start, whole)
+    initial_stiffness = _kernels.total_shear(core.state, core.state.rate)
+    events, held = _empty_events(case.max_events or FIRST_CAPACITY), 0
+    farthest = math.inf if case.max_displacement is None else case.max_displacement
+    while True:
+        status, held = _kernels.slide_events(core.state, core.rules, events, held, farthest)
+        if status == _kernels.FULL and case.max_events is None:
+            events = _grown(events)
+        elif status == _kernels.DRIFTED:
+            rebuild(core.state)
+        elif status == _kernels.OUTGROWN:
+            core = _core_at(case, compliance, contact_state(core, COMPLETED), whole)
+        else:
+            break
+    end = contact_state(core, ENDINGS[status])
+    if beyond_window(core, end):
+        return _slide(case, start, compliance, whole=True)
+    return _record(case, start, initial_stiffness, events, held, end), end
+
+
+def _slide_with_coulomb_friction(
+    case: Case, start: ContactState, compliance: SurfaceCompliance
+) -> tuple[FrictionRecord, ContactState]:
+    """The run at residual 1: an event is a node that begins to slide, is released or touches; forces do not jump.
+
+    The energy dissipated in sliding since the last event is counted at the event.
+    """
+    slides = np.abs(start.nodal_force[0]) >= case.intrinsic_friction * -start.nodal_force[1] * (1 - 1e-9)
+    sign = np.where(start.contact & slides, np.sign(start.nodal_force[0]), 0.0)
+    solved = CoulombContact(case, compliance, start.contact.copy(), sign, start.u.copy(), case.load, start.displacement)
+    rows: list[tuple[float, ...]] = []
+    dissipated, initial_stiffness, outcome = 0.0, math.nan, COMPLETED
+    farthest = min(case.max_displacement or math.inf, OFF_THE_SLAB)
+    try:
+        rates = solved.settle(1.0)
+        initial_stiffness = float(rates[0][0].sum())
+        while len(rows) < (case.max_events or math.inf) and solved.displacement < farthest:
+            step, kind, node = solved.next_change(rates, 1.0)
+            longest = min(LONGEST_STEP * case.slab.spacing, farthest - solved.displacement)
+            dissipated += solved.advance(min(step, longest), rates, 1.0)
+            before, touching, slips = float(solved.force[0].sum()), solved.contact.copy(), solved.slips
+            solved.change(kind if step <= longest else "", node)
+            rates = solved.settle(1.0)
+            if step <= longest:
+                gone, come = int((touching & ~solved.contact).sum()), int((solved.contact & ~touching).sum())
+                forces = (solved.displacement, before, float(solved.force[0].sum()), float(rates[0][0].sum()))
+                counts = (solved.slips - slips, gone, come, int(solved.contact.sum()))
+                rows.append((*forces, dissipated, EVENT_KINDS.index(kind), node, *counts))
+                dissipated = 0.0
+        if case.max_displacement is None and solved.displacement >= OFF_THE_SLAB:
+            outcome = BROKEN[Ending.CONTACT_LOST]
+    except CoulombError as error:
+        outcome = BROKEN[error.ending]
+    events = _empty_events(len(rows))
+    for name, column in zip(_kernels.Events._fields, zip(*rows, strict=True), strict=False):
+        getattr(events, name)[:] = column
+    end = coulomb_state(solved, outcome)
+    return _record(case, start, initial_stiffness, events, len(rows), end), end
+
+
+def _core_at(case: Case, compliance: SurfaceCompliance, state: ContactState, whole: bool) -> Core:
+    xi = np.where(state.contact, compliance.x + state.u - state.displacement, 0.0)
+    core = core_of(case, compliance, state.contact, state.u, pin_of(case).height(xi), state.displacement, whole=whole)
+    _kernels.aim_displacement(core.state)
+    return core
+
+
+def _empty_events(capacity: int) -> _kernels.Events:
+    return _kernels.Events(
+        displacement=np.empty(capacity),
+        force_before=np.empty(capacity),
+        force_after=np.empty(capacity),
+        stiffness=np.empty(capacity),
+        dissipated=np.empty(capacity),
+        kind=np.empty(capacity, dtype=np.int8),
+        node=np.empty(capacity, dtype=np.int32),
+        slips=np.empty(capacity, dtype=np.int64),
+        releases=np.empty(capacity, dtype=np.int32),
+        touches=np.empty(capacity, dtype=np.int32),
+        contact_size=np.empty(capacity, dtype=np.int32),
+    )
+
+
+def _grown(events: _kernels.Events) -> _kernels.Events:
+    """The same events with room for twice as many."""
+    grown = _empty_events(2 * len(events.displacement))
+    for name in events._fields:
+        old = getattr(events, name)
+        getattr(grown, name)[: len(old)] = old
+    return grown
+
+
+def _record(
+    case: Case, start: ContactState, initial_stiffness: float, events: _kernels.Events, held: int, end: ContactState
+) -> FrictionRecord:
+    columns = {name: column[:held].copy() for name, column in events._asdict().items()}
+    for column in columns.values():
+        column.setflags(write=False)
+    final = (end.displacement, end.friction_force)
+    if held and not end.outcome.ok:
+        # A run that broke off inside an event ends, as a record, with its last whole event.
+        final = (float(columns["displacement"][-1]), float(columns["force_after"][-1]))
+    return FrictionRecord(
+        **columns,
+        load=case.load,
+        initial_force=start.friction_force,
+        initial_stiffness=initial_stiffness,
+        initial_slips=start.slips,
+        initial_contact_size=int(start.contact.sum()),
+        final_displacement=final[0],
+        final_force=final[1],
+        outcome=end.outcome,
+    )

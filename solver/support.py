@@ -1,0 +1,29 @@
+"""How the slab is held (Figure 1): which nodal displacements are zero under each named support.
+
+The bottom row rests on a flat rigid plane (w = 0) under all of them; they differ in the lateral restraint.
+"""
+
+import numpy as np
+from numpy.typing import NDArray
+
+from solver.case import Support
+from solver.grid import Grid
+
+
+def restrained(grid: Grid, support: Support) -> tuple[NDArray[np.bool_], NDArray[np.bool_]]:
+    """Nodes with u = 0 and nodes with w = 0, two masks of shape (nodes,).
+
+    `bonded`: u = 0 along the bottom. `frictionless`: u = 0 at the bottom's middle node only. `right_side`: u = 0 along
+    the right side below the surface; the surface corner stays free because the pin may hold it.
+    """
+    bottom = grid.row_nodes(grid.rows - 1)
+    fixed_u = np.zeros(grid.nodes, dtype=np.bool_)
+    fixed_w = np.zeros(grid.nodes, dtype=np.bool_)
+    fixed_w[bottom] = True
+    if support == "bonded":
+        fixed_u[bottom] = True
+    elif support == "frictionless":
+        fixed_u[bottom[len(bottom) // 2]] = True
+    else:
+        fixed_u[[grid.row_nodes(row)[-1] for row in range(1, grid.rows)]] = True
+    return fixed_u, fixed_w

@@ -1,0 +1,141 @@
+"""Turn the slab's compliance round at the nodes in contact, with the load given and the approach unknown.
+
+With v = w + approach and the load W, the slab obeys [u; v; -W] = B [f_x; f_z; approach], where B is the compliance bordered
+by ones (ΣN = W, constraint of the load). Exchanging the contact's displacements and -W for their forces and the approach
+gives the tableau that contact and sliding work with: prescribed values in, unknown values out.
+
+Nodes far from the contact cannot touch the pin before their nearer neighbours do, so the tableau follows a window only: the
+contact and a margin. When a touch comes near the window's end, a wider window is set up.
+"""
+
+import math
+from dataclasses import dataclass
+
+import numpy as np
+import scipy.linalg as la
+from numpy.typing import NDArray
+
+from solver._kernels import Machine, Rules, aim_displacement, refresh
+from solver.case import Case
+from solver.compliance import SurfaceCompliance
+from solver.outcome import SingularOperator
+from solver.pin import pin_of
+
+Vector = NDArray[np.float64]
+
+MARGIN = 8
+"""Free nodes followed on each side of the contact."""
+GUARD = 3
+"""A touch this near to the window's end asks for a wider window."""
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Core:
+    """The compiled core's state and rules for the surface nodes of one window."""
+
+    case: Case
+    compliance: SurfaceCompliance
+    window: slice
+    state: Machine
+    rules: Rules
+
+
+def core_of(
+    case: Case,
+    compliance: SurfaceCompliance,
+    contact: NDArray[np.bool_],
+    u: Vector,
+    v: Vector,
+    displacement: float = 0.0,
+    *,
+    whole: bool = False,
+) -> Core:
+    """The compiled core for a given contact set and displacements (u, v at contact nodes; others ignored).
+
+    contact, u, v: shape (n,); displacement: δ_p; whole: follow all surface nodes. Raises SingularOperator where the
+    contact's compliance cannot be inverted.
+    """
+    n = compliance.slab.n_x
+    window = slice(0, n) if whole else _window(contact)
+    nodes = np.arange(n)[window]
+    rows = np.concatenate((nodes, nodes + n))
+    contact, u, v = contact[window], u[window], v[window]
+    # One array type for all, plain and read-only, or the kernels would be compiled once per kind of array.
+    matrix = np.ascontiguousarray(compliance.matrix[np.ix_(rows, rows)]).view(np.ndarray)
+    matrix.setflags(write=False)
+    sticks = math.isinf(case.intrinsic_friction)
+    state = Machine(
+        matrix=matrix,
+        tableau=tableau(matrix, contact),
+        response=np.zeros(len(rows) + 1),
+        inputs=np.concatenate((np.where(contact, u, 0.0), np.where(contact, v, 0.0), [-case.load])),
+        rate=np.zeros(len(rows) + 1),
+        contact=contact.copy(),
+        x=compliance.x[window],
+        friction=np.full(len(nodes), 0.0 if sticks else case.intrinsic_friction),
+        sticks=np.full(len(nodes), sticks),
+        masks=np.array([contact, contact & (not sticks)], dtype=np.float64),
+        excess=np.zeros(len(nodes)),
+        totals=np.array([displacement, 0.0, 0.0]),
+        counts=np.zeros(6, dtype=np.int64),
+    )
+    refresh(state)
+    return Core(case, compliance, window, state, _rules(case, window))
+
+
+def rebuild(state: Machine) -> None:
+    """Replace a tableau whose pivots have gathered rounding errors by a freshly inverted one, in place."""
+    state.tableau[:] = tableau(state.matrix, state.contact)
+    state.totals[2] = 0.0
+    refresh(state)
+    aim_displacement(state)
+
+
+def _window(contact: NDArray[np.bool_]) -> slice:
+    touching = np.flatnonzero(contact)
+    return slice(max(int(touching[0]) - MARGIN, 0), min(int(touching[-1]) + MARGIN + 1, len(contact)))
+
+
+def _rules(case: Case, window: slice) -> Rules:
+    """The constants of a run; tolerances are relative to load and pin."""
+    pin, slip, last = pin_of(case), case.slip_rule, window.stop - window.start - 1
+    return Rules(
+        curvature=pin.curvature,
+        half_width=pin.half_width,
+        residual=slip.residual,
+        simultaneous=slip.order == "simultaneous",
+        floor=slip.event_floor * case.slab.spacing,
+        cascade_limit=slip.cascade_limit,
+        tolerance=1e-12 * case.load,
+        tolerance_gap=1e-12 * case.load + 2 * np.finfo(float).eps * pin.curvature,
+        offset=window.start,
+        safe=(GUARD if window.start > 0 else 0, last - GUARD if window.stop < case.slab.n_x else last),
+    )
+
+
+def tableau(matrix: NDArray[np.float64], contact: NDArray[np.bool_]) -> NDArray[np.float64]:
+    """The bordered compliance turned round at `contact` (shape (n,)) and at the load: transposed, (2n + 1, 2n + 1)."""
+    n = len(contact)
+    bordered = np.zeros((2 * n + 1, 2 * n + 1))
+    bordered[: 2 * n, : 2 * n] = matrix
+    bordered[n : 2 * n, 2 * n] = bordered[2 * n, n : 2 * n] = 1.0
+    turned = np.flatnonzero(np.concatenate((contact, contact, [True])))
+    kept = np.flatnonzero(np.concatenate((~contact, ~contact, [False])))
+    inverse = _inverse(bordered[np.ix_(turned, turned)])
+    from_kept = bordered[np.ix_(kept, turned)] @ inverse
+    result = np.empty_like(bordered)
+    result[np.ix_(turned, turned)] = inverse.T
+    result[np.ix_(turned, kept)] = from_kept.T
+    result[np.ix_(kept, turned)] = -(inverse @ bordered[np.ix_(turned, kept)]).T
+    result[np.ix_(kept, kept)] = (bordered[np.ix_(kept, kept)] - from_kept @ bordered[np.ix_(turned, kept)]).T
+    return result
+
+
+def _inverse(block: NDArray[np.float64]) -> NDArray[np.float64]:
+    try:
+        return np.asarray(la.inv(block))
+    except la.LinAlgError as error:
+        nodes = (len(block) - 1) // 2
+        raise SingularOperator(
+            f"the compliance of {nodes} nodes in contact is singular: use another scheme or n_x"
+        ) from error

@@ -1,0 +1,86 @@
+"""What tests of several files share: small campaigns, and ways to run them."""
+
+import os
+import shutil
+import subprocess
+import sys
+from collections.abc import Callable
+from pathlib import Path
+
+import pytest
+
+ROOT = Path(__file__).parents[1]
+
+SMALL = """\
+title = "A small campaign"
+stages = ["contact", "slip", "dynamics"]
+
+[axes]
+intrinsic_friction = [0.25, 0.5]
+radius = [50.0, 100.0]
+
+[numerics]
+n_x = 17
+
+[limits]
+events = 60
+
+[[drives]]
+name = "slow"
+stage_velocity = 1e-3
+samples = 40
+
+[[drives]]
+name = "fast"
+samples = 40
+"""
+
+Command = Callable[..., "subprocess.CompletedProcess[str]"]
+
+
+@pytest.fixture
+def campaign(tmp_path: Path) -> Path:
+    """The small campaign as a file."""
+    path = tmp_path / "small.toml"
+    path.write_text(SMALL)
+    return path
+
+
+@pytest.fixture(scope="session")
+def environment() -> dict[str, str]:
+    """The environment of a subprocess that is to find this source tree, no launcher and no git.
+
+    Without git the source commit is "unknown": datasets stay comparable while somebody commits.
+    """
+    kept = {name: value for name, value in os.environ.items() if not name.startswith(("PMI", "OMPI", "SLURM"))}
+    return kept | {"PYTHONPATH": str(ROOT), "PATH": str(Path(sys.executable).parent)}
+
+
+@pytest.fixture(scope="session")
+def nanoslip(environment: dict[str, str]) -> Command:
+    """Run the command line in a process of its own: `nanoslip("run", campaign, ..., ranks=2)`; no ranks: no launcher."""
+
+    def command(*arguments: object, ranks: int = 0, **changes: str) -> "subprocess.CompletedProcess[str]":
+        words = [*launcher(ranks), sys.executable, "-m", "study", *map(str, arguments)]
+        return subprocess.run(
+            words,
+            env=environment | changes,
+            capture_output=True,
+            text=True,
+            timeout=300,
+            check=False,
+            stdin=subprocess.DEVNULL,
+        )
+
+    return command
+
+
+def launcher(ranks: int) -> list[str]:
+    """Words that start so many ranks; skips the test where there is no mpiexec."""
+    if ranks == 0:
+        return []
+    beside = Path(sys.executable).with_name("mpiexec")
+    found = str(beside) if beside.exists() else shutil.which("mpiexec")
+    if found is None:
+        pytest.skip("no mpiexec beside this Python nor on PATH: install the extra `mpich`")
+    return [found, "-n", str(ranks)]

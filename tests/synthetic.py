@@ -1,0 +1,63 @@
+"""Made-up friction records and profiles, for laws that must hold whatever slab they come from."""
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from solver.outcome import COMPLETED
+from solver.profile import Profile
+from solver.sliding import FrictionRecord
+
+LOAD = 1e-3
+STIFFNESS = 0.45
+
+
+def record_from(steps: ArrayLike, drops: ArrayLike, initial_force: float = 0.0, tail: float = 0.0) -> FrictionRecord:
+    """A record that rises with STIFFNESS over each of the steps (L_x), then falls by the drop; `tail` follows the last."""
+    steps, drops = np.asarray(steps, float), np.asarray(drops, float)
+    after = initial_force + np.cumsum(STIFFNESS * steps - drops)
+    events = len(steps)
+    return FrictionRecord(
+        displacement=np.cumsum(steps),
+        force_before=after + drops,
+        force_after=after,
+        stiffness=np.full(events, STIFFNESS),
+        kind=np.zeros(events, np.int8),
+        node=np.zeros(events, np.int32),
+        slips=np.ones(events, np.int64),
+        releases=np.zeros(events, np.int32),
+        touches=np.zeros(events, np.int32),
+        contact_size=np.full(events, 9, np.int32),
+        dissipated=drops**2 / (2.0 * STIFFNESS),
+        load=LOAD,
+        initial_force=initial_force,
+        initial_stiffness=STIFFNESS,
+        initial_slips=0,
+        initial_contact_size=9,
+        final_displacement=float(steps.sum()) + tail,
+        final_force=float(after[-1]) + STIFFNESS * tail,
+        outcome=COMPLETED,
+    )
+
+
+def noisy_record(events: int = 2000, ramp: int = 400, level: float = 0.27, seed: int = 2022) -> FrictionRecord:
+    """A linear ramp to `level` (F/W) over `ramp` events, then a stationary sawtooth with drops of about 1 %."""
+    rng = np.random.default_rng(seed)
+    steps = rng.exponential(1.4e-6, events)
+    resting_places = level * LOAD * np.minimum(np.arange(1, events + 1) / ramp, 1.0) * (1.0 - 0.01 * rng.random(events))
+    drops, force = np.empty(events), 0.0
+    for event, (step, resting_place) in enumerate(zip(steps, resting_places, strict=True)):
+        before = force + STIFFNESS * step
+        force = min(before, resting_place)
+        drops[event] = before - force
+    return record_from(steps, drops)
+
+
+def profile_through(edges: ArrayLike, starts: ArrayLike, ends: ArrayLike, periodic_from: int = 0) -> Profile:
+    """Teeth between the edges with given forces at both of their ends."""
+    edges, starts, ends = (np.asarray(values, float) for values in (edges, starts, ends))
+    return Profile(edges, starts, (ends - starts) / np.diff(edges), periodic_from)
+
+
+def constant_profile(force: float) -> Profile:
+    """The same limit everywhere."""
+    return profile_through([0.0, 1.0], [force], [force])

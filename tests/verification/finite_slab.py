@@ -1,0 +1,77 @@
+"""An independent elastic slab for reference: quadratic finite elements of scikit-fem on a graded mesh."""
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+from skfem import Basis, BilinearForm, ElementQuad2, ElementVector, MeshQuad, asm, condense, solve
+from skfem.helpers import ddot, eye, sym_grad, trace
+
+
+@dataclass(frozen=True)
+class PunchReference:
+    """A frictionless flat punch pressed into the bonded unit-width slab: force per unit depth and indentation, in G, and
+    the share of it that lies left of positions x."""
+
+    half_width: float
+    stiffness: float
+    x: NDArray[np.float64]
+    share: NDArray[np.float64]
+
+    def share_left_of(self, x: NDArray[np.float64]) -> NDArray[np.float64]:
+        """The load's share left of x: what differs from a half-plane's is smooth, so that is what is interpolated."""
+        return _half_plane_share(x / self.half_width) + np.interp(
+            x, self.x, self.share - _half_plane_share(self.x / self.half_width)
+        )
+
+
+def _half_plane_share(x: NDArray[np.float64]) -> NDArray[np.float64]:
+    return 0.5 + np.arcsin(np.clip(x, -1.0, 1.0)) / np.pi
+
+
+LARGEST = 0.015  # the largest element, in slab widths
+
+
+def graded(start: float, stop: float, smallest: float, growth: float, both: bool = False) -> NDArray[np.float64]:
+    """Points from start to stop, spacing `smallest` at start (and stop), growing by `growth` per interval up to LARGEST."""
+    if both:
+        left = graded(start, (start + stop) / 2, smallest, growth)
+        return np.concatenate((left, (start + stop - left[::-1])[1:]))
+    length, steps = abs(stop - start), [smallest]
+    while sum(steps) < length:
+        steps.append(min(steps[-1] * growth, LARGEST))
+    return start + np.concatenate(([0.0], np.cumsum(steps))) / sum(steps) * (stop - start)
+
+
+def flat_punch(
+    half_width: float, poisson: float, aspect_ratio: float, smallest: float = 1e-4, growth: float = 1.5
+) -> PunchReference:
+    """Stiffness and load distribution of the punch; the mesh is graded towards the punch's edges, where p is singular."""
+    x = np.concatenate(
+        (
+            graded(-half_width, -0.5, smallest, growth)[::-1],
+            graded(-half_width, half_width, smallest, growth, both=True)[1:-1],
+            graded(half_width, 0.5, smallest, growth),
+        )
+    )
+    z = graded(0.0, -aspect_ratio, smallest, growth)[::-1]
+    mesh = MeshQuad.init_tensor(x, z)
+    basis = Basis(mesh, ElementVector(ElementQuad2()))
+    lame = 2 * poisson / (1 - 2 * poisson)
+
+    @BilinearForm
+    def elasticity(u, v, _):
+        strain = sym_grad(u)
+        return ddot(lame * eye(trace(strain), 2) + 2 * strain, sym_grad(v))
+
+    stiffness = asm(elasticity, basis)
+    bottom = basis.get_dofs(lambda p: np.isclose(p[1], -aspect_ratio)).all()
+    under = basis.get_dofs(lambda p: np.isclose(p[1], 0.0) & (np.abs(p[0]) <= half_width * (1 + 1e-9))).all("u^2")
+    displacement = basis.zeros()
+    displacement[under] = -1.0
+    displacement = solve(*condense(stiffness, x=displacement, D=np.concatenate((bottom, under))))
+    pushing = -(stiffness @ displacement)[under]
+    where = basis.doflocs[0, under]
+    order = np.argsort(where)
+    share = (np.cumsum(pushing[order]) - pushing[order] / 2) / pushing.sum()
+    return PunchReference(half_width, float(pushing.sum()), where[order], share)

@@ -1,0 +1,37 @@
+"""Cattaneo and Mindlin: at residual 1, and on the way to it, an uncoupled contact slips from its edges as they found."""
+
+import numpy as np
+import pytest
+
+from solver.analytic import cattaneo_mindlin, hertz
+from solver.case import Case, Slab, SlipRule
+from solver.sliding import slide_to_state
+from tests.physics import half_plane
+
+FRICTION, RADIUS, LOAD = 0.5, 200.0, 1e-3
+
+
+@pytest.mark.parametrize(
+    ("residual", "displacement", "shear_error"),
+    # Seen: 8.2 % at residual 0.9 (shear anywhere in 0.9-1 of its limit), then 2.4 %: what the pressure's edge nodes leave.
+    [(0.9, 1.6e-4, 0.11), (0.99, 1.6e-4, 0.03), (0.99, 0.8e-4, 0.03), (1.0, 1.6e-4, 0.03)],
+)
+def test_shear_and_stick_zone(residual: float, displacement: float, shear_error: float) -> None:
+    slab = Slab(n_x=129)
+    compliance = half_plane(slab)
+    case = Case(
+        intrinsic_friction=FRICTION, radius=RADIUS, load=LOAD, slab=slab, slip_rule=SlipRule(residual=residual),
+        max_events=None, max_displacement=displacement,
+    )  # fmt: skip
+    record, state = slide_to_state(case, compliance)
+    assert record.outcome.ok
+    theory = hertz(LOAD, RADIUS, slab.poisson)
+    ratio = state.friction_force / (FRICTION * LOAD)
+    assert 0.1 < ratio < 0.9
+    shear = cattaneo_mindlin(theory, FRICTION, ratio, compliance.x)
+    np.testing.assert_allclose(state.shear, shear, atol=shear_error * FRICTION * theory.peak_pressure)
+    stuck = compliance.x[state.contact & (state.slip == 0.0)]
+    stick = theory.half_width * np.sqrt(1 - ratio)
+    # The border lies between the last stuck node and the next one.
+    for border in (-stuck.min(), stuck.max()):
+        assert border == pytest.approx(stick, abs=slab.spacing)

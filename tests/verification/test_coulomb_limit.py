@@ -1,0 +1,28 @@
+"""Amontons' law in the limit: as the residual goes to 1, every node slides at μ_i·pressure, so F/W goes to μ_i."""
+
+import numpy as np
+import pytest
+
+from solver.case import Case, Slab, SlipRule
+from solver.compliance import slab_compliance
+from solver.sliding import slide
+
+SLAB = Slab(n_x=33)
+
+
+def plateau(friction: float, residual: float) -> float:
+    rule = SlipRule(residual=residual)
+    case = Case(slab=SLAB, intrinsic_friction=friction, slip_rule=rule, max_events=None, max_displacement=2.5e-3)
+    record = slide(case, slab_compliance(SLAB))
+    assert record.outcome.ok
+    late = record.displacement > 1.7e-3
+    return float((record.force_before[late] + record.force_after[late]).mean() / 2 / record.load)
+
+
+@pytest.mark.parametrize("friction", [0.25, 0.5])
+def test_friction_tends_to_the_intrinsic_friction(friction: float) -> None:
+    """Every shear lies between residual·μ_i p and μ_i p, more of them above the middle than below: the deficit of F/W
+    is a little less than (1 - residual)/2 (0.41-0.42 and 0.39 of 1 - residual seen)."""
+    residuals = np.array([0.9, 0.99])
+    deficits = np.array([1 - plateau(friction, residual) / friction for residual in residuals])
+    np.testing.assert_allclose(deficits / (1 - residuals), 0.4, atol=0.05)
