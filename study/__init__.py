@@ -1,0 +1,1 @@
+"""A campaign from question to answer: manifest -> cases -> plan -> tasks -> results -> dataset -> report."""

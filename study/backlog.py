@@ -1,0 +1,73 @@
+"""Tasks that wait for their turn: none before what it needs is finished. No ranks here."""
+
+import heapq
+from collections import defaultdict
+from collections.abc import Sequence
+from typing import Generic, Protocol, TypeVar
+
+
+class Work(Protocol):
+    """What handing out needs to know of a task; `study.tasks.Task` is one."""
+
+    @property
+    def key(self) -> str: ...
+    @property
+    def kind(self) -> str: ...
+    @property
+    def needs(self) -> tuple[str, ...]: ...
+    @property
+    def cost(self) -> float: ...
+    @property
+    def label(self) -> str: ...
+
+
+W = TypeVar("W", bound=Work)
+
+
+class Backlog(Generic[W]):
+    """Tasks not yet handed out, in the order given (a plan's: the longest chain of work first), needs permitting.
+
+    A need that is not among the tasks counts as finished.
+    """
+
+    def __init__(self, tasks: Sequence[W]) -> None:
+        self._tasks = tuple(tasks)
+        self._position = {task.key: position for position, task in enumerate(tasks)}
+        self._missing = {task.key: {need for need in task.needs if need in self._position} for task in tasks}
+        self._dependents: dict[str, list[str]] = defaultdict(list)
+        for key, needs in self._missing.items():
+            for need in needs:
+                self._dependents[need].append(key)
+        self._ready = [self._position[key] for key, needs in self._missing.items() if not needs]
+        heapq.heapify(self._ready)
+
+    def __len__(self) -> int:
+        """Tasks that wait, ready or not."""
+        return len(self._missing)
+
+    def first(self) -> W | None:
+        """The task to hand out next, None while no task is ready."""
+        return self._tasks[self._ready[0]] if self._ready else None
+
+    def take(self) -> W:
+        """Remove and return the task that `first` shows."""
+        task = self._tasks[heapq.heappop(self._ready)]
+        del self._missing[task.key]
+        return task
+
+    def finish(self, key: str) -> None:
+        """Count a task that was taken as finished: what waited only for it becomes ready."""
+        for dependent in self._dependents[key]:
+            needs = self._missing.get(dependent)
+            if needs is not None:
+                needs.discard(key)
+                if not needs:
+                    heapq.heappush(self._ready, self._position[dependent])
+
+    def abandon(self, key: str) -> list[W]:
+        """Give up a task that was taken: remove and return everything that waits for it, near or far."""
+        lost = []
+        for dependent in self._dependents[key]:
+            if self._missing.pop(dependent, None) is not None:
+                lost += [self._tasks[self._position[dependent]], *self.abandon(dependent)]
+        return lost

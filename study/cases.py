@@ -1,0 +1,58 @@
+"""Axes -> cases: one per combination (product), per position (zip) or per line of the table; named by content."""
+
+import itertools
+from collections.abc import Iterator
+from dataclasses import dataclass
+
+from solver.case import Case
+from solver.outcome import COMPLETED, InvalidInput, Outcome
+from study.manifest import Manifest, ManifestError
+from study.parameters import STANDARD, Value, flat, make_case
+from study.provenance import content_hash
+
+
+@dataclass(frozen=True, slots=True)
+class CampaignCase:
+    """One point of a campaign."""
+
+    case_id: str
+    """Hash of all its parameters (12 hexadecimal digits): the same point has the same name in every campaign."""
+    parameters: dict[str, Value]
+    """The four standard parameters, then every axis, by field name."""
+    case: Case | None
+    """None where the parameters exclude each other."""
+    outcome: Outcome
+    """COMPLETED, or why there is no case."""
+
+
+def expand(manifest: Manifest) -> tuple[CampaignCase, ...]:
+    """All cases of a campaign, the last axis fastest. Raises ManifestError naming both where two are the same."""
+    cases = tuple(_campaign_case(manifest, point) for point in _points(manifest))
+    numbers: dict[str, int] = {}
+    problems = []
+    for number, case in enumerate(cases, 1):
+        first = numbers.setdefault(case.case_id, number)
+        if first != number:
+            point = ", ".join(f"{name} = {value}" for name, value in case.parameters.items())
+            problems.append(f"{manifest.path}: cases {first} and {number} are the same: {point}")
+    if problems:
+        raise ManifestError(problems)
+    return cases
+
+
+def _points(manifest: Manifest) -> Iterator[dict[str, Value]]:
+    combine = itertools.product if manifest.design == "product" else zip
+    for values in combine(*manifest.axes.values()):
+        yield dict(zip(manifest.axes, values, strict=True))
+
+
+def _campaign_case(manifest: Manifest, point: dict[str, Value]) -> CampaignCase:
+    given = {**manifest.fixed, **point}
+    try:
+        case, outcome = make_case(given), COMPLETED
+    except InvalidInput as error:
+        case, outcome = None, error.outcome
+    full = flat(case) if case else {**flat(Case()), **given}
+    standard = {name: full[name] for name in STANDARD}
+    labels = {name: value for name, value in {**standard, **point}.items() if value is not None}
+    return CampaignCase(content_hash("case", full, length=12), labels, case, outcome)

@@ -1,0 +1,290 @@
+"""The command line: the only place that joins manifest, plan, farm, store, dataset and report.
+
+Exit codes: 0 done, whatever the physics said; 1 something crashed; 2 the input is wrong; 99 interrupted, run again.
+Commands import what they need when they run: `--help` is to be instant, and ranks load no more than they use.
+"""
+
+import atexit
+import gc
+import sys
+from collections import Counter
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+import click
+
+from study.interruption import EXIT_CODE
+
+if TYPE_CHECKING:
+    from solver.outcome import Outcome
+    from study.farm import Farm
+    from study.plan import Plan
+    from study.tasks import Task
+
+WRONG_INPUT = 2
+CRASHED = 1
+
+_campaign = click.argument("campaign", type=click.Path(path_type=Path))
+_out = click.option(
+    "--out", type=click.Path(path_type=Path), help="Folder of the results [default: results/<campaign>]"
+)
+
+
+class Refusal(click.ClickException):
+    """The input is wrong: a message, no traceback."""
+
+    exit_code = WRONG_INPUT
+
+
+def main() -> None:
+    """Run the command line and exit."""
+    atexit.register(gc.freeze)  # searching all modules for cycles before the process ends anyway takes 0.3 s
+    try:
+        code = cli.main(prog_name="nanoslip", standalone_mode=False)
+    except click.ClickException as error:
+        _show(error)
+        code = error.exit_code
+    except click.Abort:
+        code = 130
+    sys.exit(code or 0)
+
+
+@click.group(context_settings={"help_option_names": ["-h", "--help"]})
+@click.version_option(package_name="nanoslip")
+def cli() -> None:
+    """A friction laboratory: from campaign files (TOML) to one labelled dataset each."""
+
+
+@cli.command()
+@_campaign
+@_out
+def plan(campaign: Path, out: Path | None) -> None:
+    """Show what CAMPAIGN would compute, less what is finished."""
+    from study.store import Store  # noqa: PLC0415
+
+    with _refusals():
+        planned = _make_plan(campaign)
+        _print_plan(planned, planned.remaining(Store(_folder(campaign, out)).finished()))
+
+
+@cli.command()
+@_campaign
+@_out
+@click.option("--serial", is_flag=True, help="Compute in this process alone, without MPI.")
+@click.option(
+    "--grace", default=20.0, show_default=True, help="Seconds that running tasks get to finish after a signal."
+)
+def run(campaign: Path, out: Path | None, serial: bool, grace: float) -> None:
+    """Compute what is not finished of CAMPAIGN, then collect it. Under mpiexec or srun: with all ranks."""
+    from study.launch import pin_threads  # noqa: PLC0415
+
+    pin_threads()
+    from study.farm import open_farm  # noqa: PLC0415  loads numpy, which looks at the threads once
+
+    with _refusals():
+        farm = open_farm(grace, serial)
+    out = _folder(campaign, out)
+    with farm:
+        farm.leave(_conduct(farm, campaign, out) if farm.root else farm.serve(_executor(out)))
+
+
+@cli.command()
+@_campaign
+@_out
+def status(campaign: Path, out: Path | None) -> None:
+    """Show how much of CAMPAIGN is finished."""
+    from study.store import Store  # noqa: PLC0415
+
+    with _refusals():
+        planned = _make_plan(campaign)
+        remaining = planned.remaining(Store(_folder(campaign, out)).finished())
+        _print_status(planned, remaining)
+
+
+@cli.command()
+@_campaign
+@_out
+def collect(campaign: Path, out: Path | None) -> None:
+    """Write the dataset of CAMPAIGN from the results that are there."""
+    with _refusals():
+        _collect(_make_plan(campaign), _folder(campaign, out))
+
+
+@cli.command()
+@_campaign
+@_out
+def report(campaign: Path, out: Path | None) -> None:
+    """Draw figures and write the HTML page of a collected CAMPAIGN."""
+    from study import dataset, report  # noqa: PLC0415
+    from study.console import print_table  # noqa: PLC0415
+    from study.summary import scalar_table  # noqa: PLC0415
+
+    folder = _folder(campaign, out)
+    with _refusals(), dataset.read(folder / dataset.FILE) as opened:
+        print_table(scalar_table(opened))
+        page, *figures = report.write(opened, folder)
+    click.echo(f"report: {page} ({len(figures)} figures in {folder / report.FOLDER})")
+
+
+@cli.command()
+@_campaign
+@_out
+@click.option(
+    "--site", type=click.Path(path_type=Path), required=True, help="Settings of the cluster (slurm/site.toml)."
+)
+@click.option("--submit", is_flag=True, help="Hand the script to sbatch.")
+def submit(campaign: Path, out: Path | None, site: Path, submit: bool) -> None:
+    """Write the batch script that runs CAMPAIGN as one MPI job."""
+    from study import submission  # noqa: PLC0415
+
+    with _refusals():
+        _make_plan(campaign)  # what is wrong with it is better known before the queue than after
+        settings, template = submission.load_site(site)
+        folder = _folder(campaign, out).absolute()
+        text = submission.script(campaign.stem, campaign.absolute(), folder, settings, template)
+        path = _write_script(folder, text)
+    if not submit:
+        click.echo(f"{path}: sbatch it, or use --submit")
+        return
+    import subprocess  # noqa: PLC0415
+
+    try:
+        sys.exit(subprocess.run(["sbatch", str(path)], check=False).returncode)
+    except FileNotFoundError:
+        raise Refusal("sbatch: not found; is this a machine of the cluster?") from None
+
+
+def _conduct(farm: "Farm", campaign: Path, out: Path) -> int:
+    """The root's part of a run; returns the exit code of all."""
+    try:
+        with _refusals():
+            return _compute(farm, _make_plan(campaign), out)
+    except click.ClickException as error:
+        _show(error)
+        return error.exit_code
+
+
+def _compute(farm: "Farm", planned: "Plan", out: Path) -> int:
+    from study.console import console  # noqa: PLC0415
+    from study.progress import open_progress  # noqa: PLC0415
+    from study.store import Store  # noqa: PLC0415
+    from study.warmup import warm_up  # noqa: PLC0415
+
+    store = Store(out)
+    store.prepare()
+    tasks = planned.remaining(store.finished())
+    if tasks and farm.size > 1:
+        warm_up(tasks)
+    ranks = "1 process" if farm.size == 1 else f"{farm.size} ranks"
+    click.echo(f"{planned.manifest.title}: {len(planned.cases)} cases, {len(tasks)} tasks left, {ranks}", err=True)
+    with open_progress(tasks, console(stderr=True)) as progress:
+        tally = farm.run(tasks, _executor(out), progress)
+    if tally.interrupted:
+        click.echo("interrupted: what is finished is kept; run again to continue", err=True)
+        return EXIT_CODE
+    _collect(planned, out)
+    if tally.crashed:
+        click.echo(f"{tally.crashed} tasks crashed (see above): a defect; run again to try them again", err=True)
+        return CRASHED
+    return 0
+
+
+def _executor(out: Path) -> "Callable[[Task], Outcome]":
+    """How each rank computes a task: needs from the store, result into it."""
+    from study.store import Store  # noqa: PLC0415
+    from study.tasks import run_task  # noqa: PLC0415
+
+    store = Store(out)
+
+    def execute(task: "Task") -> "Outcome":
+        result = run_task(task, {key: store.read(key) for key in task.needs})
+        store.write(result)
+        return result.outcome
+
+    return execute
+
+
+def _collect(planned: "Plan", out: Path) -> None:
+    from study import dataset  # noqa: PLC0415
+    from study.console import print_table  # noqa: PLC0415
+    from study.store import Store  # noqa: PLC0415
+    from study.summary import scalar_table  # noqa: PLC0415
+
+    collected = dataset.collect(planned, Store(out))
+    path = out / dataset.FILE
+    dataset.write(collected, path)
+    print_table(scalar_table(collected))
+    click.echo(f"dataset: {path}")
+
+
+def _make_plan(campaign: Path) -> "Plan":
+    from study.manifest import load_manifest  # noqa: PLC0415
+    from study.plan import make_plan  # noqa: PLC0415
+
+    return make_plan(load_manifest(campaign))
+
+
+def _write_script(folder: Path, text: str) -> Path:
+    from study.store import StoreError, written_whole  # noqa: PLC0415
+
+    path = folder / "job.sh"
+    try:
+        folder.mkdir(parents=True, exist_ok=True)  # the scheduler opens its log there before anything runs
+        with written_whole(path) as scratch:
+            scratch.write_text(text, "utf-8")
+    except OSError as error:
+        raise StoreError(f"{path}: cannot be written: {error.strerror or error}") from None
+    return path
+
+
+def _folder(campaign: Path, out: Path | None) -> Path:
+    return out or Path("results") / campaign.stem
+
+
+@contextmanager
+def _refusals() -> Iterator[None]:
+    """Turn what is the user's to mend into a message."""
+    from study.farm import FarmError  # noqa: PLC0415
+    from study.problems import ManifestError  # noqa: PLC0415
+    from study.store import StoreError  # noqa: PLC0415
+    from study.submission import SiteError  # noqa: PLC0415
+
+    try:
+        yield
+    except (ManifestError, StoreError, FarmError, SiteError) as error:
+        raise Refusal(str(error)) from error
+
+
+def _show(error: click.ClickException) -> None:
+    """Say it once, however many processes were started."""
+    from study.launch import launcher_rank  # noqa: PLC0415
+
+    if launcher_rank() == 0:
+        error.show()
+
+
+def _print_plan(planned: "Plan", remaining: "tuple[Task, ...]") -> None:
+    refused = [case for case in planned.cases if not case.outcome.ok]
+    click.echo(f"{planned.manifest.title}\n{len(planned.cases)} cases, {len(refused)} of them refused")
+    _print_counts(planned.tasks, remaining)
+    for case in refused:
+        point = ", ".join(f"{name} = {value}" for name, value in case.parameters.items())
+        click.echo(f"refused: {point}: {case.outcome.message}")
+
+
+def _print_status(planned: "Plan", remaining: "tuple[Task, ...]") -> None:
+    click.echo(planned.manifest.title)
+    _print_counts(planned.tasks, remaining)
+
+
+def _print_counts(tasks: "tuple[Task, ...]", remaining: "tuple[Task, ...]") -> None:
+    from study.console import Table, print_table  # noqa: PLC0415
+
+    every, left = Counter(task.kind for task in tasks), Counter(task.kind for task in remaining)
+    rows = []
+    for kind, count in every.items():
+        seconds = sum(task.cost for task in remaining if task.kind == kind)
+        rows.append((kind, str(count), str(count - left[kind]), str(left[kind]), f"{seconds:.3g}"))
+    print_table(Table(("tasks", "all", "finished", "left", "core seconds left, about"), tuple(rows)))

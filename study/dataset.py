@@ -1,0 +1,245 @@
+"""Results -> one labelled dataset. The same results give the same bytes, whatever computed them, when, in what order.
+
+Scalars lie over the cases: over `intrinsic_friction`, `radius`, `aspect_ratio`, `n_x` and every further axis of several
+values where the design is a full product, over `case` otherwise; over `drive` too where there are several. Records
+and trajectories differ in length: they are contiguous ragged arrays, which `record` and `trajectory` cut apart.
+"""
+
+from collections.abc import Mapping
+from dataclasses import dataclass, fields
+from pathlib import Path
+from typing import Any, Final
+
+import numpy as np
+import xarray as xr
+
+from solver.case import Scales
+from solver.outcome import Outcome
+from study import provenance
+from study.cases import CampaignCase
+from study.effects import task_kinds
+from study.manifest import Manifest
+from study.parameters import STANDARD, Value, flat
+from study.plan import CaseTasks, Plan
+from study.ragged import ABSENT, Runs, record, texts, trajectory
+from study.store import Store, StoreError, written_whole
+from study.tasks import TaskResult
+from study.vocabulary import COMPANIONS, OUTCOMES, PARAMETERS, SCALARS, SERIES, Quantity, factors
+
+__all__ = ["FILE", "PENDING", "collect", "read", "record", "trajectory", "write"]
+
+FILE: Final = "results.nc"
+PENDING: Final = "pending"
+"""The outcome of what is not computed yet."""
+
+
+def collect(plan: Plan, store: Store) -> xr.Dataset:
+    """The dataset of a campaign, finished or not: what is not computed is NaN, with the outcome `pending`."""
+    manifest = plan.manifest
+    layout = _layout(plan)
+    runs = _runs(manifest)
+    table = _Table(manifest, layout, runs)
+    drives = {drive.name: drive for drive in manifest.drives}
+    for case in plan.cases:
+        results = _results(plan.case_tasks[case.case_id], store)
+        table.say_outcome(case, _outcome(case, results))
+        for name in drives:
+            driven = results.get(("drive", name))
+            table.say_outcome(case, driven.outcome if driven else None if case.case else case.outcome, name)
+        for (kind, name), result in results.items():
+            if result is None or case.case is None:
+                continue
+            by = factors(case.case, manifest.scales, drives.get(name))
+            table.enter(case, name, result, by)
+            for each in runs:
+                if each.series.kind == kind:
+                    table.put(f"{each.series.instance}_index", case, name, each.add(result, by, case.case_id, name))
+    variables = table.variables
+    for each in runs:
+        variables |= each.variables()
+    return xr.Dataset(variables, _coordinates(plan, layout), _attributes(manifest))
+
+
+def write(dataset: xr.Dataset, path: Path) -> None:
+    """Write the dataset as netCDF-4, whole or not at all. Raises StoreError."""
+    try:
+        path.parent.mkdir(parents=True, exist_ok=True)
+        with written_whole(path) as scratch:
+            dataset.to_netcdf(scratch, engine="netcdf4", format="NETCDF4")
+    except OSError as error:
+        raise StoreError(f"{path}: cannot be written: {error.strerror or error}") from None
+
+
+def read(path: Path) -> xr.Dataset:
+    """Open a dataset; values are read when they are used, so close it (or use `with`). Raises StoreError."""
+    try:
+        return xr.open_dataset(path, engine="netcdf4")
+    except OSError as error:
+        raise StoreError(f"{path}: no dataset ({error.strerror or error}); run or collect the campaign first") from None
+
+
+Results = dict[tuple[str, str], TaskResult | None]
+"""Kind of task and name of its drive ("" without one) -> its result, None where it is not finished."""
+
+
+def _results(keys: CaseTasks, store: Store) -> Results:
+    tasks = {("contact", ""): keys.contact, ("friction", ""): keys.friction}
+    tasks |= {("drive", name): key for name, key in keys.drives.items()}
+    results = {task: store.find(key) for task, key in tasks.items() if key is not None}
+    compliance = store.find(keys.compliance) if keys.compliance else None
+    # Only a means: once used it may go without being missed.
+    return {("compliance", ""): compliance, **results} if compliance else results
+
+
+def _outcome(case: CampaignCase, results: Results) -> Outcome | None:
+    """How a case ended up to its friction record: the first trouble, else the last news; None while unfinished."""
+    outcome: Outcome | None = case.outcome
+    for (kind, _), result in results.items():
+        if kind != "drive" and outcome is not None and outcome.ok:
+            outcome = result.outcome if result else None
+    return outcome
+
+
+@dataclass(frozen=True, slots=True)
+class _Layout:
+    """Where each case lies: the axes that are dimensions, and case_id -> position."""
+
+    axes: dict[str, tuple[Value, ...]]
+    position: Mapping[str, tuple[int, ...]]
+
+
+def _layout(plan: Plan) -> _Layout:
+    if plan.manifest.design != "product":
+        numbers = tuple(range(len(plan.cases)))
+        return _Layout({"case": numbers}, {plan.cases[number].case_id: (number,) for number in numbers})
+    given = plan.manifest.axes
+    names = (*STANDARD, *(name for name, values in given.items() if name not in STANDARD and len(values) > 1))
+    axes = {name: tuple(given.get(name, (plan.cases[0].parameters[name],))) for name in names}
+    return _Layout(
+        axes,
+        {case.case_id: tuple(axes[name].index(case.parameters[name]) for name in names) for case in plan.cases},
+    )
+
+
+class _Table:
+    """The variables over the cases, and over the drives where there are several: the same ones whatever the results."""
+
+    def __init__(self, manifest: Manifest, layout: _Layout, runs: list[Runs]) -> None:
+        self._layout = layout
+        self._drives = [drive.name for drive in manifest.drives]
+        self.variables: dict[str, Any] = {}
+        kinds = task_kinds(manifest)
+        for kind in ("", "drive"):
+            if not kind or kind in kinds:
+                ending, message = OUTCOMES[kind]
+                self._declare(kind, ending, PENDING)
+                self._declare(kind, message, "")
+        for kind, scalars in SCALARS.items():
+            if kind in kinds:
+                for quantity in (*scalars.values(), *COMPANIONS.get(kind, {}).values()):
+                    self._declare(kind, quantity, np.nan)
+        for each in runs:
+            instance = each.series.instance
+            index = Quantity(f"{instance}_index", f"number of the case's {instance}, {ABSENT} where it has none")
+            self._declare(each.series.kind, index, ABSENT)
+
+    def _declare(self, kind: str, quantity: Quantity, fill: object) -> None:
+        dims = {name: len(values) for name, values in self._layout.axes.items()}
+        if kind == "drive" and len(self._drives) > 1:
+            dims["drive"] = len(self._drives)
+        values = np.full(tuple(dims.values()), fill, dtype=object if isinstance(fill, str) else None)
+        self.variables[quantity.name] = xr.Variable(tuple(dims), values, quantity.attributes)
+
+    def put(self, name: str, case: CampaignCase, drive: str, value: object) -> None:
+        """Set one value."""
+        variable = self.variables[name]
+        position = self._layout.position[case.case_id]
+        variable.values[(*position, self._drives.index(drive)) if "drive" in variable.dims else position] = value
+
+    def say_outcome(self, case: CampaignCase, outcome: Outcome | None, drive: str = "") -> None:
+        """Set how a case, or its drive, ended; None leaves it pending."""
+        if outcome is not None:
+            ending, message = OUTCOMES["drive" if drive else ""]
+            self.put(ending.name, case, drive, outcome.ending.value)
+            self.put(message.name, case, drive, outcome.message)
+
+    def enter(self, case: CampaignCase, drive: str, result: TaskResult, by: dict[str, float]) -> None:
+        """Set all scalars of a result."""
+        for scalars in (SCALARS, COMPANIONS):
+            for name, quantity in scalars.get(result.kind, {}).items():
+                if name in result.scalars:
+                    self.put(quantity.name, case, drive, result.scalars[name] * by[quantity.per])
+
+
+def _runs(manifest: Manifest) -> list[Runs]:
+    outputs = manifest.outputs
+    wanted = {"friction": outputs.records, "drive": outputs.trajectory, "contact": outputs.tractions}
+    return [Runs(series) for series in SERIES if wanted[series.kind] and series.kind in task_kinds(manifest)]
+
+
+def _coordinates(plan: Plan, layout: _Layout) -> dict[str, Any]:
+    """Every parameter: along its dimension, over the cases where it varies, else once; and the drives'."""
+    shape = tuple(len(values) for values in layout.axes.values())
+    along = set(plan.manifest.axes) | set(STANDARD) if "case" in layout.axes else set()
+    ids = np.full(shape, "", dtype=object)
+    for case in plan.cases:
+        ids[layout.position[case.case_id]] = case.case_id
+    found: dict[str, Any] = {
+        name: (name, _array(values), _parameter(name).attributes) for name, values in layout.axes.items()
+    }
+    found["case_id"] = (tuple(layout.axes), ids, _CASE_ID.attributes)
+    points = {case.case_id: {**(flat(case.case) if case.case else {}), **case.parameters} for case in plan.cases}
+    for name in PARAMETERS:
+        values = {case_id: point[name] for case_id, point in points.items() if point.get(name) is not None}
+        if name in layout.axes or not values:
+            continue
+        if len(set(values.values())) == 1 and name not in along:
+            found[name] = ((), next(iter(values.values())), _parameter(name).attributes)
+            continue
+        sample = next(iter(values.values()))
+        spread = np.full(shape, "" if isinstance(sample, str) else np.nan, object if isinstance(sample, str) else float)
+        for case_id, value in values.items():
+            spread[layout.position[case_id]] = value
+        whole = isinstance(sample, int) and len(values) == spread.size
+        found[name] = (tuple(layout.axes), spread.astype(np.int64) if whole else spread, _parameter(name).attributes)
+    return found | _drive_coordinates(plan.manifest)
+
+
+def _drive_coordinates(manifest: Manifest) -> dict[str, Any]:
+    """The drives' names and settings, along `drive` where there are several, else once."""
+    drives = manifest.drives
+    found: dict[str, Any] = {}
+    for name in ("name", *PARAMETERS) if drives else ():
+        values = [getattr(drive, name, None) for drive in drives]
+        if any(value is not None for value in values):
+            label = _DRIVE if name == "name" else PARAMETERS[name]
+            array = _array([np.nan if value is None else value for value in values])
+            dims = "drive" if len(drives) > 1 else ()
+            found[label.name] = (dims, array if dims else array[0], label.attributes)
+    return found
+
+
+def _attributes(manifest: Manifest) -> dict[str, Any]:
+    table = {} if manifest.table_text is None else {"manifest_table": manifest.table_text}
+    return {
+        "title": manifest.title,
+        "Conventions": "CF-1.11",
+        "manifest": manifest.text,
+        **table,
+        "manifest_sha256": manifest.sha256,
+        **provenance.attributes(),
+        **{item.name: getattr(manifest.scales, item.name) for item in fields(Scales)},
+        "scales": "slab_width L_x in m, slab_depth L_y in m, shear_modulus G in Pa",
+    }
+
+
+def _array(values: Any) -> Any:
+    return texts(values) if any(isinstance(value, str) for value in values) else np.array(values)
+
+
+def _parameter(name: str) -> Quantity:
+    return PARAMETERS.get(name) or Quantity(name, f"number of the {name}")
+
+
+_CASE_ID: Final = Quantity("case_id", "content hash of the case's parameters")
+_DRIVE: Final = Quantity("drive", "name of the drive")

@@ -1,0 +1,54 @@
+"""How a campaign pulls the pin: SI at this edge, the solver's units beyond it."""
+
+import math
+from dataclasses import dataclass, fields
+from typing import Any
+
+from solver.case import Drive, Integrator, ProfileShape, Scales
+from solver.outcome import InvalidInput
+
+_DRIVE_FIELDS = tuple(item.name for item in fields(Drive))
+
+
+@dataclass(frozen=True, slots=True)
+class NamedDrive:
+    """One way to pull the pin, in SI: mass (kg), stiffness (N/m), velocity (m/s), times (s); the paper's by default."""
+
+    name: str
+    pin_mass: float = 0.5
+    spring_stiffness: float = 2e5
+    damping_ratio: float = 0.1
+    stage_velocity: float = 2e-3
+    duration: float = 0.2
+    integrator: Integrator = "exact"
+    profile: ProfileShape = "sawtooth"
+    time_step: float | None = None
+    samples: int = 2000
+
+    def __post_init__(self) -> None:
+        if not isinstance(self.name, str) or not self.name.strip():
+            raise InvalidInput(f"name = {self.name!r}: needs a name")
+        mass: Any = self.pin_mass
+        if isinstance(mass, bool) or not isinstance(mass, int | float) or not 0.0 < mass < math.inf:
+            raise InvalidInput(f"pin_mass = {mass!r}: needs a number pin_mass > 0")
+        object.__setattr__(self, "pin_mass", float(mass))
+        # The ranges of a drive hold in any units.
+        in_range = Drive(**{name: getattr(self, name) for name in _DRIVE_FIELDS})
+        for name in _DRIVE_FIELDS:
+            object.__setattr__(self, name, getattr(in_range, name))
+        if self.integrator != "rk4" and self.time_step is not None:
+            raise InvalidInput(f'time_step = {self.time_step!r}: needs integrator = "rk4", the one that takes steps')
+
+    def dimensionless(self, scales: Scales) -> Drive:
+        """The same drive in the solver's units."""
+        time = scales.time(self.pin_mass)
+        return Drive(
+            spring_stiffness=self.spring_stiffness / scales.stiffness,
+            damping_ratio=self.damping_ratio,
+            stage_velocity=self.stage_velocity * time / scales.slab_width,
+            duration=self.duration / time,
+            integrator=self.integrator,
+            profile=self.profile,
+            time_step=None if self.time_step is None else self.time_step / time,
+            samples=self.samples,
+        )

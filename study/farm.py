@@ -1,0 +1,326 @@
+"""Spread tasks over processes: `SerialFarm` and `MPIFarm` behind one interface. The only importer of mpi4py.
+
+Rank 0 hands out and computes: its main thread coordinates (only that thread calls MPI) while a second one works like
+any other rank, which is possible because kernels and LAPACK release the interpreter's lock. Measured on 2 ranks and
+2 cores: 50 compiled tasks of 84 ms take 2.13 s, 1.96 times faster than one process; MPICommExecutor of mpi4py.futures,
+whose root only waits, takes 4.2 s, no faster than one process. 2000 tasks of 0.17 ms: 0.35 s against 1.0 s.
+"""
+
+import queue
+import socket
+import sys
+import threading
+import time
+import traceback
+import warnings
+from collections import deque
+from collections.abc import Sequence
+from dataclasses import dataclass
+from functools import partial
+from types import TracebackType
+from typing import Any, NoReturn, Protocol, Self, TypeVar
+
+from study.backlog import Work
+from study.crew import Crew
+from study.interruption import LAST_WORDS, Interruption
+from study.launch import processes_started
+from study.ledger import Done, Execute, Ledger, Report, Tally, attempt
+
+GRACE = 20.0
+"""Seconds that a running task is given to finish after a signal."""
+SHORTEST_PAUSE, LONGEST_PAUSE = 1e-4, 2e-3
+"""Seconds between looks for messages: waiting inside MPI would spin and take a core from those who compute."""
+
+W = TypeVar("W", bound=Work)
+
+
+class FarmError(Exception):
+    """The processes were not started as a farm can use them; the message says what to do."""
+
+
+class Farm(Protocol):
+    """Processes that compute tasks. The root calls `run`, the others `serve`; all of them end with `leave`."""
+
+    root: bool
+    size: int
+    interruption: Interruption
+
+    def run(self, tasks: Sequence[W], execute: Execute[W], report: Report[W]) -> Tally:
+        """Compute all tasks, each after its needs; `report` hears of each: task, outcome, seconds."""
+
+    def serve(self, execute: Execute[Any]) -> int:
+        """Compute what the root sends until it leaves; returns its exit code."""
+
+    def leave(self, code: int) -> NoReturn:
+        """End all processes with this exit code, by SystemExit in each."""
+
+    def __enter__(self) -> Self: ...
+    def __exit__(
+        self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
+    ) -> None: ...
+
+
+class SerialFarm:
+    """One process that does it all."""
+
+    root = True
+    size = 1
+
+    def __init__(self, grace: float = GRACE) -> None:
+        self.interruption = Interruption(grace)
+
+    def __enter__(self) -> Self:
+        self.interruption.__enter__()
+        return self
+
+    def __exit__(self, *error: object) -> None:
+        self.interruption.__exit__(*error)
+
+    def run(self, tasks: Sequence[W], execute: Execute[W], report: Report[W]) -> Tally:
+        """One task after the other, in the order of the backlog."""
+        ledger = Ledger(tasks, report)
+        while ledger.unfinished and not self.interruption.requested:
+            task = ledger.take()
+            ledger.enter(task, _attempt(execute, task, rank=0))
+        return ledger.tally(self.interruption.requested)
+
+    def serve(self, execute: Execute[Any]) -> int:
+        """Never called: a lone process is the root."""
+        raise FarmError("a farm of one process has nobody to serve")
+
+    def leave(self, code: int) -> NoReturn:
+        """End the process."""
+        sys.exit(code)
+
+
+class MPIFarm:
+    """The ranks of COMM_WORLD, all of them computing. No collective is called, so no rank can be left alone in one."""
+
+    def __init__(self, mpi: Any, grace: float = GRACE) -> None:
+        # MPI's own end gives every launcher the exit code; a rank that merely vanishes does not.
+        self.interruption = Interruption(grace, end=mpi.COMM_WORLD.Abort)
+        self._mpi = mpi
+        self._world = mpi.COMM_WORLD
+        self.rank = int(self._world.Get_rank())
+        self.size = int(self._world.Get_size())
+        self.root = self.rank == 0
+        self._sent: deque[Any] = deque()
+
+    def __enter__(self) -> Self:
+        self.interruption.__enter__()
+        return self
+
+    def __exit__(
+        self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
+    ) -> None:
+        self.interruption.__exit__()
+        if error is not None and not isinstance(error, SystemExit):
+            text = "".join(traceback.format_exception(kind, error, trace))
+            _say(f"rank {self.rank} on {socket.gethostname()} cannot go on:\n{text}")
+            time.sleep(LAST_WORDS)
+            self._world.Abort(1)  # the others wait for this rank's messages and would wait for ever
+
+    def run(self, tasks: Sequence[W], execute: Execute[W], report: Report[W]) -> Tally:
+        """Hand out tasks, idle ranks first; a few ahead where they are short."""
+        ledger = Ledger(tasks, report)
+        pause = _Pause()
+        with _OwnHands(execute) as own_hands:
+            crew = Crew([own_hands.give, *(partial(self._send, rank) for rank in range(1, self.size))])
+            while ledger.unfinished and not self.interruption.requested:
+                arrived = self._arrivals(crew, own_hands, ledger)
+                given = crew.hand_out(ledger)
+                pause.after(bool(arrived or given))
+            if self.interruption.requested:
+                self._call_off(crew, own_hands, ledger)
+        return ledger.tally(self.interruption.requested)
+
+    def serve(self, execute: Execute[Any]) -> int:
+        """Compute what rank 0 sends, first come first served, until it leaves."""
+        waiting: list[Any] = []
+        told = False
+        pause = _Pause()
+        while True:
+            arrived = [message for _, message in self._messages()]
+            for message in arrived:
+                if isinstance(message, _Leave):
+                    return message.code
+                if isinstance(message, _Stop):
+                    waiting.clear()
+                    self._world.send(_Stopped(), dest=0)
+                else:
+                    waiting += message
+            if self.interruption.requested:
+                waiting.clear()
+                if not told:
+                    told = True
+                    self._world.send(_Interrupted(), dest=0)
+            if waiting:
+                self._world.send(_attempt(execute, waiting.pop(0), self.rank), dest=0)
+            pause.after(bool(arrived or waiting))
+
+    def leave(self, code: int) -> NoReturn:
+        """Rank 0 tells the others; all end together and with one code, whatever launched them."""
+        if self.root:
+            for rank in range(1, self.size):
+                self._send(rank, _Leave(code))
+        # Finalized first, a nonzero code is no abort to `python -m mpi4py`; os._exit would skip MPICH's own farewell.
+        self._mpi.Finalize()
+        sys.exit(code)
+
+    def _send(self, rank: int, message: object) -> None:
+        while self._sent and self._sent[0].test()[0]:
+            self._sent.popleft()
+        self._sent.append(self._world.isend(message, dest=rank))
+
+    def _messages(self) -> list[tuple[int, Any]]:
+        """Everything that has arrived, with the rank it is from."""
+        status = self._mpi.Status()
+        found = []
+        while self._world.iprobe(source=self._mpi.ANY_SOURCE, tag=self._mpi.ANY_TAG, status=status):
+            rank = status.Get_source()
+            found.append((rank, self._world.recv(source=rank)))
+        return found
+
+    def _arrivals(self, crew: Crew, own_hands: "_OwnHands", ledger: Ledger[Any]) -> int:
+        messages = [(0, done) for done in own_hands.finished()] + self._messages()
+        for rank, message in messages:
+            if isinstance(message, Done):
+                ledger.enter(crew.take_back(rank, message.key), message)
+            elif isinstance(message, _Interrupted):
+                self.interruption.request()
+            elif isinstance(message, _Stopped):
+                crew.forget(rank)
+        return len(messages)
+
+    def _call_off(self, crew: Crew, own_hands: "_OwnHands", ledger: Ledger[Any]) -> None:
+        """Let every rank finish the task in its hands, and no more."""
+        for task in own_hands.drop_waiting():
+            crew.take_back(0, task.key)
+        for rank in range(1, self.size):
+            self._send(rank, _Stop())
+        pause = _Pause()
+        while crew.busy:
+            pause.after(bool(self._arrivals(crew, own_hands, ledger)))
+
+
+def open_farm(grace: float = GRACE, serial: bool = False) -> Farm:
+    """The farm this process is part of: MPI's ranks where there are several, else a serial one.
+
+    Raises FarmError where a launcher started several processes that do not see each other: each would do all the work.
+    """
+    if serial:
+        return SerialFarm(grace)
+    started = processes_started()
+    try:
+        import mpi4py  # noqa: PLC0415  serial use must not need an MPI library
+
+        mpi4py.rc.thread_level = "funneled"
+        with warnings.catch_warnings():
+            # Under a foreign launcher mpi4py warns in every process; the error below says it once.
+            warnings.filterwarnings("ignore", message="suspicious MPI execution environment")
+            from mpi4py import MPI as mpi  # noqa: N811, PLC0415
+    except (ImportError, RuntimeError) as error:
+        if started > 1:
+            raise FarmError(f"{started} processes were started, but none can use MPI: {error}") from error
+        return SerialFarm(grace)
+    if mpi.COMM_WORLD.Get_size() > 1:
+        return MPIFarm(mpi, grace)
+    if started > 1:
+        raise FarmError(
+            f"{started} processes were started, but each sees only itself (MPI library: {_library(mpi)}): the launcher "
+            "belongs to another MPI. Use the mpiexec of this library, or srun with the --mpi type that it speaks"
+        )
+    return SerialFarm(grace)
+
+
+@dataclass(frozen=True, slots=True)
+class _Stop:
+    """Forget what waits."""
+
+
+@dataclass(frozen=True, slots=True)
+class _Stopped:
+    """Nothing waits, nothing is computed."""
+
+
+@dataclass(frozen=True, slots=True)
+class _Interrupted:
+    """This rank was asked by a signal to stop."""
+
+
+@dataclass(frozen=True, slots=True)
+class _Leave:
+    """All is over; end with this exit code."""
+
+    code: int
+
+
+class _OwnHands:
+    """Rank 0's share of the work, in a thread of its own."""
+
+    def __init__(self, execute: Execute[Any]) -> None:
+        self._execute = execute
+        self._waiting: queue.SimpleQueue[Any] = queue.SimpleQueue()
+        self._done: queue.SimpleQueue[Done] = queue.SimpleQueue()
+        self._thread = threading.Thread(target=self._work, name="own hands", daemon=True)
+
+    def __enter__(self) -> Self:
+        self._thread.start()
+        return self
+
+    def __exit__(self, kind: type[BaseException] | None, *_: object) -> None:
+        self._waiting.put(None)
+        if kind is None:
+            self._thread.join()
+
+    def give(self, tasks: list[Any]) -> None:
+        for task in tasks:
+            self._waiting.put(task)
+
+    def finished(self) -> list[Done]:
+        return _drained(self._done)
+
+    def drop_waiting(self) -> list[Any]:
+        return _drained(self._waiting)
+
+    def _work(self) -> None:
+        while (task := self._waiting.get()) is not None:
+            self._done.put(_attempt(self._execute, task, rank=0))
+
+
+class _Pause:
+    """Sleeps between looks for messages: shortly after news, longer and longer while there is none."""
+
+    def __init__(self) -> None:
+        self._seconds = SHORTEST_PAUSE
+
+    def after(self, news: bool) -> None:
+        if news:
+            self._seconds = SHORTEST_PAUSE
+            return
+        time.sleep(self._seconds)
+        self._seconds = min(2.0 * self._seconds, LONGEST_PAUSE)
+
+
+def _attempt(execute: Execute[W], task: W, rank: int) -> Done:
+    where = f"rank {rank} on {socket.gethostname()}"
+    done = attempt(execute, task, where)
+    if done.trace:
+        _say(f"{where}: {task.label} crashed\n{done.trace}")
+    return done
+
+
+def _drained(source: "queue.SimpleQueue[Any]") -> list[Any]:
+    found = []
+    while not source.empty():
+        found.append(source.get())
+    return found
+
+
+def _say(text: str) -> None:
+    sys.stderr.write(text)
+    sys.stderr.flush()
+
+
+def _library(mpi: Any) -> str:
+    return str(mpi.Get_library_version()).split("\n", maxsplit=1)[0].strip("\0 ")

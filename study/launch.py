@@ -1,0 +1,35 @@
+"""What whoever launched this process says of it, and its threads. Imports nothing: rank and refusals are known at once."""
+
+import os
+import sys
+
+_THREADS = ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS", "BLIS_NUM_THREADS", "NUMBA_NUM_THREADS")
+
+
+def launcher_rank() -> int:
+    """This process's number according to whatever launched it, 0 when nothing did; needs no MPI."""
+    names = ["PMI_RANK", "OMPI_COMM_WORLD_RANK", "PMIX_RANK"]
+    if "SLURM_STEP_NUM_TASKS" in os.environ:
+        names.append("SLURM_PROCID")
+    return next((int(os.environ[name]) for name in names if os.environ.get(name, "").isdigit()), 0)
+
+
+def processes_started() -> int:
+    """How many processes the launcher says it started together."""
+    # SLURM_NTASKS alone also stands in a batch script's environment, where one process is right.
+    names = ("PMI_SIZE", "OMPI_COMM_WORLD_SIZE", "SLURM_STEP_NUM_TASKS")
+    sizes = [int(os.environ[name]) for name in names if os.environ.get(name, "").isdigit()]
+    return max(sizes, default=1)
+
+
+def pin_threads() -> None:
+    """One thread per rank for BLAS and numba: more would fight each other, and sums would depend on their number.
+
+    To be called before numpy is imported; where it already was, threadpoolctl sets what is loaded, in a tenth of a second.
+    """
+    for name in _THREADS:
+        os.environ[name] = "1"
+    if "numpy" in sys.modules:
+        import threadpoolctl  # noqa: PLC0415
+
+        threadpoolctl.threadpool_limits(limits=1)

@@ -1,0 +1,290 @@
+"""Read and check a campaign file: every problem at once, one line each, saying file, key, value and what is allowed.
+
+Ranges are those of the solver's own values (`Case`, `Slab`, `SlipRule`, `Drive`, `Scales`): each number is tried there.
+Scales and drives are in SI, the physics of a case is dimensionless.
+"""
+
+import hashlib
+import tomllib
+from collections.abc import Mapping
+from dataclasses import dataclass, fields
+from functools import partial
+from pathlib import Path
+from typing import Any, Literal, get_args
+
+from solver.case import Scales
+from solver.outcome import InvalidInput
+from study.columns import Columns, Given, Table, read_table, read_text
+from study.drives import NamedDrive
+from study.parameters import TABLES, WORDS, Value, field_name, flat, make_case
+from study.problems import ManifestError, need, shown, unknown
+
+__all__ = ["STAGES", "Design", "Manifest", "ManifestError", "NamedDrive", "Outputs", "Stage", "load_manifest"]
+
+Stage = Literal["contact", "slip", "dynamics"]
+Design = Literal["product", "zip", "table"]
+STAGES: tuple[Stage, ...] = get_args(Stage)
+
+
+@dataclass(frozen=True, slots=True)
+class Outputs:
+    """What the dataset holds besides the scalars of each case."""
+
+    records: bool = True
+    """Friction records, event by event."""
+    trajectory: bool = True
+    """Position, velocity and forces of each drive over time."""
+    tractions: bool = False
+    """Pressure and shear of the slab's surface after first touch; on by itself where nothing follows."""
+
+    def __post_init__(self) -> None:
+        for name in _names(Outputs):
+            if not isinstance(getattr(self, name), bool):
+                raise InvalidInput(f"{name} = {getattr(self, name)!r}: needs true or false")
+
+
+@dataclass(frozen=True, slots=True)
+class Manifest:
+    """A campaign as its author wrote it, checked. Parameters go by field name and have their declared type."""
+
+    path: Path
+    text: str
+    """The campaign file."""
+    table_text: str | None
+    """The table of cases, with design `table`."""
+    sha256: str
+    """Of the campaign file's bytes followed by the table's."""
+    title: str
+    stages: tuple[Stage, ...]
+    design: Design
+    axes: Mapping[str, tuple[Value, ...]]
+    """Parameter -> its values; with `zip` and `table` the i-th values of all axes are one case."""
+    constants: Mapping[str, Value]
+    numerics: Mapping[str, Value]
+    slip_rule: Mapping[str, Value]
+    limits: Mapping[str, Value]
+    scales: Scales
+    drives: tuple[NamedDrive, ...]
+    outputs: Outputs
+
+    @property
+    def name(self) -> str:
+        """The campaign's short name: its file name without the ending."""
+        return self.path.stem
+
+    @property
+    def fixed(self) -> dict[str, Value]:
+        """The parameters that were given and are the same in all cases."""
+        return {**self.constants, **self.numerics, **self.slip_rule, **self.limits}
+
+
+def load_manifest(path: Path) -> Manifest:
+    """Read a campaign file and the table it names. Raises ManifestError with one line per problem."""
+    raw, text = read_text(path)
+    try:
+        document = tomllib.loads(text)
+    except (ValueError, RecursionError) as error:
+        raise ManifestError([f"{path}: not TOML: {error}"]) from None
+    return _Reader(path).manifest(raw, text, document)
+
+
+_TOP: dict[str, tuple[type, str]] = {
+    "title": (str, "a text"),
+    "stages": (list, "a list of stages"),
+    "design": (str, '"product" or "zip"'),
+    "table": (str, "the path of a CSV file, seen from the campaign file"),
+    "axes": (dict, "a table [axes]"),
+    **{name: (dict, f"a table [{name}]") for name in (*TABLES, "scales", "outputs")},
+    "drives": (list, "tables [[drives]]"),
+}
+
+
+class _Reader:
+    """Reads one campaign file, gathering its problems."""
+
+    def __init__(self, path: Path) -> None:
+        self.path = path
+        self.problems: list[str] = []
+
+    def manifest(self, raw: bytes, text: str, document: dict[str, Any]) -> Manifest:
+        top = self._top(document)
+        table = self._table(top)
+        axes = table.columns if table else self._axes(top.get("axes", {}))
+        fixed = {name: self._words(name, top.get(name, {})) for name in TABLES}
+        self._one_place(axes, fixed)
+        finest = _finest([*axes.get("n_x", []), *fixed["numerics"].get("n_x", [])])
+        constants = {name: _single(self._values(part, finest)) for name, part in fixed.items()}
+        scales = Scales(**self._checked("scales", top.get("scales", {}), Scales))
+        stages = self._stages(top)
+        outputs = self._checked("outputs", top.get("outputs", {}), Outputs)
+        result = Manifest(
+            path=self.path,
+            text=text,
+            table_text=table.text if table else None,
+            sha256=hashlib.sha256(raw + (table.raw if table else b"")).hexdigest(),
+            title=top.get("title", ""),
+            stages=stages,
+            design="table" if table else self._design(top, axes),
+            axes=self._values(axes, finest),
+            constants=constants["constants"],
+            numerics=constants["numerics"],
+            slip_rule=constants["slip"],
+            limits=constants["limits"],
+            scales=scales,
+            drives=self._drives(top, scales),
+            outputs=Outputs(**{"tractions": "slip" not in stages, **outputs}),
+        )
+        if self.problems:
+            raise ManifestError(self.problems)
+        return result
+
+    def _refuse(self, where: str, wrong: str) -> None:
+        self.problems.append(f"{self.path}: {where}: {wrong}")
+
+    def _top(self, document: dict[str, Any]) -> dict[str, Any]:
+        """The document's keys that are known and of the right kind."""
+        good = {}
+        for key, value in document.items():
+            kind, wanted = _TOP.get(key, (object, ""))
+            if not wanted:
+                self._refuse(f"{key} = {shown(value)}", unknown(key, _TOP))
+            elif not isinstance(value, kind):
+                self._refuse(f"{key} = {shown(value)}", f"needs {wanted}")
+            else:
+                good[key] = value
+        if "title" not in document:
+            self._refuse("title", "missing: needs a text")
+        return good
+
+    def _stages(self, top: dict[str, Any]) -> tuple[Stage, ...]:
+        given = top.get("stages", list(STAGES if "drives" in top else STAGES[:2]))
+        if not given or given != list(STAGES[: len(given)]):
+            allowed = " or ".join(shown(list(STAGES[:count])) for count in (1, 2, 3))
+            self._refuse(f"stages = {shown(given)}", f"needs {allowed}: each stage needs the ones before it")
+        elif "dynamics" in given and not top.get("drives"):
+            self._refuse("drives", 'missing: stage "dynamics" needs at least one [[drives]]')
+        elif "dynamics" not in given and top.get("drives"):
+            self._refuse(f"stages = {shown(given)}", 'needs "dynamics" for the [[drives]]')
+        return STAGES[: len(given)]
+
+    def _design(self, top: dict[str, Any], axes: Columns) -> Design:
+        design: Design = top.get("design", "product")
+        lengths = {word: len(given) for word, given in axes.items()}
+        if design not in ("product", "zip"):
+            self._refuse(f"design = {shown(design)}", 'needs "product" or "zip", or a table = "cases.csv" instead')
+        elif design == "zip" and len(set(lengths.values())) != 1:
+            counts = ", ".join(f"{count} of {word}" for word, count in lengths.items()) or "no axes"
+            self._refuse('design = "zip"', f"needs axes of equal length, got {counts}")
+        return design
+
+    def _axes(self, content: dict[str, Any]) -> Columns:
+        axes: Columns = {}
+        for word, values in content.items():
+            where = f"axes.{word}"
+            if word not in WORDS:
+                self._refuse(f"{where} = {shown(values)}", unknown(word, WORDS))
+            elif not isinstance(values, list) or not values:
+                self._refuse(f"{where} = {shown(values)}", "needs a list of at least one value")
+            else:
+                axes[word] = [Given(f"{self.path}: {where}[{index}]", value) for index, value in enumerate(values)]
+        return axes
+
+    def _table(self, top: dict[str, Any]) -> Table | None:
+        if "table" not in top:
+            return None
+        for other in ("axes", "design"):
+            if other in top:
+                self._refuse(other, f"needs to be left out beside table = {shown(top['table'])}")
+        try:
+            return read_table(self.path.parent / top["table"])
+        except ManifestError as error:
+            self.problems += error.lines
+            return None
+
+    def _words(self, table: str, content: dict[str, Any]) -> Columns:
+        """The known words of a table of parameters, each a column of one."""
+        good: Columns = {}
+        for word, value in content.items():
+            if word in TABLES[table]:
+                good[word] = [Given(f"{self.path}: {table}.{word}", value)]
+            else:
+                self._refuse(f"{table}.{word} = {shown(value)}", unknown(word, TABLES[table]))
+        return good
+
+    def _one_place(self, axes: Columns, fixed: dict[str, Columns]) -> None:
+        for table, part in fixed.items():
+            for word in part:
+                if word in axes:
+                    self._refuse(f"{table}.{word}", "is an axis too: needs one place")
+
+    def _values(self, columns: Columns, finest: dict[str, Value]) -> dict[str, tuple[Value, ...]]:
+        """Values in their declared type by field name; those out of range are refused and left out."""
+        values: dict[str, tuple[Value, ...]] = {}
+        for word, given in columns.items():
+            name = field_name(word)
+            taken = []
+            for where, value in given:
+                point = {**(finest if name == "rows" else {}), name: value}
+                if wrong := need(make_case, point):
+                    self.problems.append(f"{where} = {shown(value)}: {wrong}")
+                else:
+                    taken.append(flat(make_case(point))[name])
+            values[name] = tuple(value for value in taken if value is not None)
+        return values
+
+    def _checked(self, where: str, content: dict[str, Any], kind: type, **others: object) -> dict[str, Any]:
+        """The keys of a table that are fields of `kind` and whose value it takes, beside `others`."""
+        good = {}
+        for key, value in content.items():
+            if key not in _names(kind):
+                self._refuse(f"{where}.{key} = {shown(value)}", unknown(key, _names(kind)))
+            elif wrong := need(partial(kind, **{**others, key: value})):
+                self._refuse(f"{where}.{key} = {shown(value)}", wrong)
+            else:
+                good[key] = value
+        return good
+
+    def _drives(self, top: dict[str, Any], scales: Scales) -> tuple[NamedDrive, ...]:
+        drives: dict[str, NamedDrive] = {}
+        for index, content in enumerate(top.get("drives", [])):
+            where = f"drives[{index}]"
+            if not isinstance(content, dict):
+                self._refuse(f"{where} = {shown(content)}", "needs a table [[drives]]")
+            elif drive := self._drive(where, content, scales):
+                if drive.name in drives:
+                    self._refuse(f"{where}.name = {shown(drive.name)}", "is another drive's name too: needs its own")
+                drives[drive.name] = drive
+        return tuple(drives.values())
+
+    def _drive(self, where: str, content: dict[str, Any], scales: Scales) -> NamedDrive | None:
+        # Whether a time step is right depends on the rest: these two are tried last, with all that is right by itself.
+        last = {key: content[key] for key in ("integrator", "time_step") if key in content}
+        alone = {key: value for key, value in content.items() if key not in last}
+        good: dict[str, Any] = {"name": "-", **self._checked(where, alone, NamedDrive, name="-")}
+        if "name" not in content:
+            self._refuse(f"{where}.name", "missing: needs a name")
+        try:
+            drive = NamedDrive(**(good | last))
+            drive.dimensionless(scales)
+        except InvalidInput as error:
+            key, _, wrong = str(error).replace(" = None", ": missing").partition(": ")
+            self._refuse(f"{where}.{key}", wrong)
+            return None
+        except ArithmeticError:
+            self._refuse(where, "overflows in units of the [scales]: needs less extreme numbers")
+            return None
+        return drive
+
+
+def _finest(sizes: list[Given]) -> dict[str, Value]:
+    """The largest n_x of a campaign, as a parameter: rows that fit no case fit not even there."""
+    fitting = [given.value for given in sizes if not need(make_case, {"n_x": given.value})]
+    return {"n_x": max(fitting)} if fitting else {}
+
+
+def _single(columns: dict[str, tuple[Value, ...]]) -> dict[str, Value]:
+    return {name: values[0] for name, values in columns.items() if values}
+
+
+def _names(kind: type) -> tuple[str, ...]:
+    return tuple(item.name for item in fields(kind))

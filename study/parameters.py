@@ -1,0 +1,54 @@
+"""The flat names of a case: every field of Case, Slab and SlipRule is one parameter with one word and one table."""
+
+import math
+from collections.abc import Mapping
+from dataclasses import fields
+from typing import Any
+
+from solver.case import Case, Slab, SlipRule
+from solver.outcome import InvalidInput
+
+Value = float | int | str
+
+TABLES: dict[str, tuple[str, ...]] = {
+    "constants": ("intrinsic_friction", "radius", "load", "poisson", "aspect_ratio", "pin", "half_width"),
+    "numerics": ("n_x", "scheme", "support", "first_spacing", "rows", "first_touch"),
+    "slip": ("order", "residual", "event_floor", "cascade_limit"),
+    "limits": ("events", "displacement"),
+}
+"""Table of a manifest -> the words it takes. Any of these words can be an axis instead."""
+
+WORDS: tuple[str, ...] = tuple(word for words in TABLES.values() for word in words)
+STANDARD = ("intrinsic_friction", "radius", "aspect_ratio", "n_x")
+"""Parameters that every case is labelled with, in the order of a dataset's dimensions."""
+
+_SLAB, _RULE = (tuple(item.name for item in fields(kind)) for kind in (Slab, SlipRule))
+_CASE = tuple(item.name for item in fields(Case) if item.name not in ("slab", "slip_rule"))
+_FIELD_OF_WORD = {"events": "max_events", "displacement": "max_displacement"}
+
+
+def field_name(word: str) -> str:
+    """The field that a manifest's word sets (`events` sets `max_events`; most are spelled alike)."""
+    return _FIELD_OF_WORD.get(word, word)
+
+
+def make_case(parameters: Mapping[str, Any]) -> Case:
+    """The case with these fields, the paper's values for the rest.
+
+    A displacement limit without an event limit stands alone. Raises InvalidInput with the field, value and range.
+    """
+    for name, value in parameters.items():
+        if isinstance(value, float) and math.isinf(value) and name != "intrinsic_friction":
+            raise InvalidInput(f"{name} = {value!r}: needs a finite number")
+    own = {name: value for name, value in parameters.items() if name in _CASE}
+    if "max_displacement" in own:
+        own = {"max_events": None, **own}
+    slab = {name: value for name, value in parameters.items() if name in _SLAB}
+    rule = {name: value for name, value in parameters.items() if name in _RULE}
+    return Case(**own, slab=Slab(**slab), slip_rule=SlipRule(**rule))
+
+
+def flat(case: Case) -> dict[str, Value | None]:
+    """Every parameter of a case by field name; the inverse of `make_case`."""
+    parts = ((case, _CASE), (case.slab, _SLAB), (case.slip_rule, _RULE))
+    return {name: getattr(part, name) for part, names in parts for name in names}

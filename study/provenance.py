@@ -1,0 +1,106 @@
+"""Where a result comes from: content hashes of its inputs, and the software that made it. No clock, host or rank."""
+
+import hashlib
+import json
+import os
+import platform
+import subprocess
+import tomllib
+from collections.abc import Mapping
+from dataclasses import fields, is_dataclass
+from importlib import metadata
+from pathlib import Path
+
+DISTRIBUTION = "nanoslip"
+LIBRARIES = ("numpy", "scipy", "numba", "xarray", "netCDF4")
+UNKNOWN = "unknown"
+
+
+def content_hash(*parts: object, length: int = 20) -> str:
+    """Hexadecimal hash of values: equal for equal contents, whatever the order in which mappings were filled.
+
+    Takes None, bool, int, float, str, sequences, mappings and dataclasses (as the mapping of their fields). 200 and
+    200.0 differ here: numbers are expected to have become their declared type.
+    """
+    text = json.dumps(_canonical(parts), sort_keys=True, separators=(",", ":"))
+    return hashlib.sha256(text.encode()).hexdigest()[:length]
+
+
+def _canonical(value: object) -> object:
+    if isinstance(value, float):
+        return {"float": value.hex()}
+    if isinstance(value, bool | int | str | None):
+        return value
+    if is_dataclass(value):
+        return {item.name: _canonical(getattr(value, item.name)) for item in fields(value)}
+    if isinstance(value, Mapping):
+        return {str(key): _canonical(item) for key, item in value.items()}
+    if isinstance(value, tuple | list):
+        return [_canonical(item) for item in value]
+    raise TypeError(f"{value!r}: no canonical form for {type(value).__name__}")
+
+
+def attributes() -> dict[str, str]:
+    """The software that computes here, as names and values for a dataset's attributes."""
+    versions = {f"{name}_version": _installed(name) for name in LIBRARIES}
+    return {
+        f"{DISTRIBUTION}_version": version(),
+        "source_commit": source_commit(),
+        "python_version": platform.python_version(),
+        **versions,
+    }
+
+
+def version(root: Path | None = None) -> str:
+    """Version of this package: of the source tree it was imported from, else of the installed distribution."""
+    description = (root or _source_root()) / "pyproject.toml"
+    if description.is_file():
+        project = tomllib.loads(description.read_text("utf-8")).get("project", {})
+        if project.get("name") == DISTRIBUTION:
+            return str(project["version"])
+    return _installed(DISTRIBUTION)
+
+
+def source_commit(root: Path | None = None) -> str:
+    """Commit of the source tree this package was imported from, "+modified" where tracked files differ from it.
+
+    Outside a checkout: the commit that pip recorded when it installed from version control; else "unknown".
+    """
+    tree = root or _source_root()
+    if not (tree / ".git").exists():
+        return _installed_commit()
+    commit = _git(tree, "rev-parse", "HEAD")
+    if commit is None:
+        return UNKNOWN
+    changes = _git(tree, "status", "--porcelain", "--untracked-files=no")
+    return f"{commit}+modified" if changes else commit
+
+
+def _source_root() -> Path:
+    return Path(__file__).resolve().parent.parent
+
+
+def _git(tree: Path, *arguments: str) -> str | None:
+    # A git hook exports GIT_DIR and the like, which would answer for another repository.
+    environment = {name: value for name, value in os.environ.items() if not name.startswith("GIT_")}
+    command = ["git", "-C", str(tree), *arguments]
+    try:
+        done = subprocess.run(command, env=environment, capture_output=True, text=True, timeout=30, check=True)
+    except (OSError, subprocess.SubprocessError):
+        return None
+    return done.stdout.strip()
+
+
+def _installed(name: str) -> str:
+    try:
+        return metadata.version(name)
+    except metadata.PackageNotFoundError:
+        return UNKNOWN
+
+
+def _installed_commit() -> str:
+    try:
+        record = metadata.distribution(DISTRIBUTION).read_text("direct_url.json")
+    except metadata.PackageNotFoundError:
+        return UNKNOWN
+    return str(json.loads(record or "{}").get("vcs_info", {}).get("commit_id", UNKNOWN))

@@ -1,0 +1,81 @@
+"""Campaign + site settings -> text of a batch script, by one pure function and the site's template."""
+
+import shlex
+import tomllib
+from dataclasses import dataclass, fields
+from pathlib import Path
+from typing import Any
+
+import jinja2
+
+from study.interruption import EXIT_CODE
+
+
+class SiteError(Exception):
+    """A file of site settings is wrong; one line per problem: file: key = value: what is needed."""
+
+
+@dataclass(frozen=True, slots=True)
+class Site:
+    """How jobs are submitted at one place: what changes from cluster to cluster, and nothing of any campaign."""
+
+    template: str = "job.sh.j2"
+    """File of the script's template, relative to the settings."""
+    tasks: int = 4
+    """Ranks; one core each."""
+    nodes: int = 1
+    time: str = "01:00:00"
+    """Limit of one job; an unfinished campaign is requeued and goes on."""
+    partition: str = ""
+    account: str = ""
+    mpi: str = "pmi2"
+    """What `srun --mpi` is given: pmi2 for MPICH and its kin, pmix for Open MPI."""
+    warning: int = 90
+    """Seconds before the limit at which the ranks are told to stop; tasks that take longer are started again."""
+    restarts: int = 50
+    """Times a job is put back into the queue before it gives up."""
+    command: str = "nanoslip"
+    """What the ranks execute."""
+    options: tuple[str, ...] = ()
+    """Further options of sbatch, each a line of the script."""
+    setup: tuple[str, ...] = ()
+    """Lines of shell before the start: modules, environments."""
+
+    def __post_init__(self) -> None:
+        for item in fields(self):
+            value, kind = getattr(self, item.name), type(item.default)
+            fits = isinstance(value, kind) and not isinstance(value, bool)
+            if not fits or (kind is tuple and not all(isinstance(line, str) for line in value)):
+                raise ValueError(f"{item.name} = {value!r}: needs {_KINDS[kind]}")
+            if kind is int and value < 1:
+                raise ValueError(f"{item.name} = {value!r}: needs at least 1")
+
+
+_KINDS: dict[type, str] = {str: "a text", int: "a whole number", tuple: "a list of texts"}
+
+
+def load_site(path: Path) -> tuple[Site, str]:
+    """Site settings and the text of their template. Raises SiteError."""
+    try:
+        given: dict[str, Any] = tomllib.loads(path.read_text("utf-8"))
+        known = [item.name for item in fields(Site)]
+        unknown = [f"{path}: {name}: unknown; needs one of {', '.join(known)}" for name in given if name not in known]
+        if unknown:
+            raise SiteError("\n".join(unknown))
+        values: dict[str, Any] = {name: tuple(each) if isinstance(each, list) else each for name, each in given.items()}
+        site = Site(**values)
+        return site, (path.parent / site.template).read_text("utf-8")
+    except OSError as error:
+        raise SiteError(f"{error.filename}: cannot be read: {error.strerror}") from None
+    except ValueError as error:
+        raise SiteError(f"{path}: {error}") from None
+
+
+def script(name: str, campaign: Path, out: Path, site: Site, template: str) -> str:
+    """The batch script that runs a campaign as one MPI job and puts itself back into the queue until it is finished."""
+    environment = jinja2.Environment(undefined=jinja2.StrictUndefined, trim_blocks=True, keep_trailing_newline=True)
+    settings: dict[str, Any] = {item.name: getattr(site, item.name) for item in fields(site)}
+    run = f"{site.command} run {shlex.quote(str(campaign))} --out {shlex.quote(str(out))}"
+    return environment.from_string(template).render(
+        settings, name=shlex.quote(name), run=run, log=shlex.quote(str(out / "slurm-%j.log")), again=EXIT_CODE
+    )

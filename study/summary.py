@@ -1,0 +1,108 @@
+"""What a reader asks first of a dataset: its cases one by one, labelled by what tells them apart, and a table of them."""
+
+import itertools
+import math
+from collections.abc import Iterator
+from dataclasses import dataclass
+from typing import Any, Final
+
+import numpy as np
+import xarray as xr
+
+from study.console import Table
+from study.parameters import Value
+
+MOST_ROWS: Final = 500
+"""Rows of a table; more are a matter for the dataset."""
+SYMBOLS: Final = {"intrinsic_friction": "μ_i", "radius": "R/L_x", "aspect_ratio": "L_z/L_x", "poisson": "ν"}
+
+
+@dataclass(frozen=True, slots=True)
+class Point:
+    """One case of a dataset, with its drive where there are drives."""
+
+    label: dict[str, Value]
+    """The parameters that tell it from the others."""
+    values: xr.Dataset
+    """The scalars of this case."""
+    selection: dict[str, Value]
+    """What singles it out for `study.dataset.record` and `trajectory`."""
+
+
+def points(dataset: xr.Dataset, variable: str) -> Iterator[Point]:
+    """Every place of a variable over the cases (and drives), in its order."""
+    dims = dataset[variable].dims
+    varying = [str(name) for name in _varying(dataset, dims)]
+    scalars = dataset[[name for name in dataset.data_vars if set(dataset[name].dims) <= set(dims)]].load()
+    for position in np.ndindex(*(dataset.sizes[dim] for dim in dims)):
+        values = scalars.isel(dict(zip(dims, position, strict=True)))
+        label = {name: values[name].item() for name in varying}
+        selection = {str(dim): values[dim].item() for dim in dims}
+        yield Point(label, values, selection)
+
+
+def scalar_table(dataset: xr.Dataset) -> Table:
+    """One row for each case and drive, up to `MOST_ROWS`."""
+    found = points(dataset, "static_friction" if "static_friction" in dataset else "outcome")
+    shown = list(itertools.islice(found, MOST_ROWS))
+    columns = [(title, names) for title, names in _COLUMNS if names[0] in dataset]
+    varying = tuple(shown[0].label)
+    header = (*(SYMBOLS.get(name, name) for name in varying), *(title for title, _ in columns), "outcome")
+    rows = [
+        (
+            *(_number(point.label[name]) for name in varying),
+            *(_cell(point.values, names) for _, names in columns),
+            _ending(point.values),
+        )
+        for point in shown
+    ]
+    if next(found, None) is not None:
+        rows.append((*("…" for _ in header[1:]), f"the dataset has more than {MOST_ROWS} rows"))
+    return Table(header, tuple(rows))
+
+
+def words(label: dict[str, Value]) -> str:
+    """A label in one line."""
+    return ", ".join(f"{SYMBOLS.get(name, name)} = {_number(value)}" for name, value in label.items())
+
+
+_COLUMNS: Final = (
+    ("plateau F/W", ("plateau_mean", "plateau_uncertainty")),
+    ("peak F/W", ("peak_friction",)),
+    ("K/(G·L_y)", ("surface_stiffness",)),
+    ("μ_s", ("static_friction", "static_friction_uncertainty")),
+    ("μ_k", ("kinetic_friction", "kinetic_friction_uncertainty")),
+    ("events", ("events",)),
+    ("node slips", ("cascade_slips",)),
+    ("δ_p/L_x", ("final_displacement",)),
+)
+
+
+def _varying(dataset: xr.Dataset, dims: tuple[Any, ...]) -> list[Any]:
+    """Coordinates of several values: the dimensions, or the parameters along `case`."""
+    if "case" not in dims:
+        return [dim for dim in dims if dataset.sizes[dim] > 1]
+    along = [name for name in dataset.coords if "case" in dataset[name].dims and name not in ("case", "case_id")]
+    several = [name for name in along if len(set(dataset[name].values.tolist())) > 1]
+    return (several or ["case"]) + [dim for dim in dims if dim != "case"]
+
+
+def _number(value: Value) -> str:
+    return f"{value:.6g}" if isinstance(value, float) else str(value)
+
+
+def _cell(values: xr.Dataset, names: tuple[str, ...]) -> str:
+    value, *uncertainty = (float(values[name]) for name in names if name in values)
+    if math.isnan(value):
+        return "–"
+    if uncertainty and math.isfinite(uncertainty[0]):
+        return f"{value:.4g} ± {uncertainty[0]:.1g}"
+    return f"{value:.5g}"
+
+
+def _ending(values: xr.Dataset) -> str:
+    """The first trouble of a case and its drive, with the advice."""
+    for ending, message in (("outcome", "message"), ("drive_outcome", "drive_message")):
+        if ending in values and (values[ending] != "completed" or values[message] != ""):
+            return ": ".join(str(values[name].item()) for name in (ending, message) if values[name] != "")
+    return "completed"

@@ -1,0 +1,229 @@
+"""One unit of work and what came of it: the only bridge into the solver. No files, no ranks."""
+
+from collections.abc import Mapping
+from dataclasses import dataclass, field, fields, replace
+from functools import lru_cache
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from solver.analytic import fit_stick_slip
+from solver.case import Case, Drive, Slab
+from solver.compliance import SurfaceCompliance, slab_compliance
+from solver.contact import first_touch
+from solver.dynamics import integrate
+from solver.observables import event_statistics, friction_coefficients
+from solver.outcome import COMPLETED, Ending, Outcome, SolverError
+from solver.plateau import plateau_of
+from solver.profile import profile_of
+from solver.sliding import FrictionRecord, slide
+from study.effects import TaskKind
+from study.provenance import content_hash
+
+__all__ = [
+    "Task",
+    "TaskKind",
+    "TaskResult",
+    "compliance_task",
+    "contact_task",
+    "drive_task",
+    "friction_task",
+    "run_task",
+]
+
+SOLVER_VERSION = "1"
+"""Part of every key: raise it whenever a change of the solver changes a result."""
+
+
+@dataclass(frozen=True, slots=True)
+class Task:
+    """One computation, named by its content: equal keys mean equal results."""
+
+    key: str
+    """Hash of the kind and of all that decides the result, in the solver's units (20 hexadecimal digits)."""
+    kind: TaskKind
+    slab: Slab
+    case: Case | None = None
+    """The physics point; None for a compliance."""
+    drive: Drive | None = None
+    """How the pin is pulled; drive tasks only."""
+    needs: tuple[str, ...] = ()
+    """Keys of the tasks whose results this one reads."""
+    cost: float = 0.0
+    """Estimated seconds on one core."""
+    label: str = field(default="", compare=False)
+    """For humans."""
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class TaskResult:
+    """What came of a task, refusals included; all numbers in the solver's units."""
+
+    key: str
+    kind: TaskKind
+    outcome: Outcome
+    scalars: Mapping[str, float | int] = field(default_factory=dict)
+    arrays: Mapping[str, NDArray[Any]] = field(default_factory=dict)
+
+
+@lru_cache(maxsize=64)  # hashed once for all cases on it
+def compliance_task(slab: Slab) -> Task:
+    """The surface compliance of a slab, shared by all cases on it."""
+    return Task(_key("compliance", slab), "compliance", slab)
+
+
+def contact_task(case: Case) -> Task:
+    """First touch of a case."""
+    needs = (compliance_task(case.slab).key,)
+    return Task(_key("contact", *_touching(case)), "contact", case.slab, case, needs=needs)
+
+
+@lru_cache(maxsize=64)  # asked again by each of its drives
+def friction_task(case: Case) -> Task:
+    """The friction record of a case."""
+    key = _key("friction", *_touching(case), case.max_events, case.max_displacement)
+    return Task(key, "friction", case.slab, case, needs=(compliance_task(case.slab).key,))
+
+
+def drive_task(case: Case, drive: Drive) -> Task:
+    """The motion of the pin over a case's friction record."""
+    record = friction_task(case)
+    key = _key("drive", record.key, drive)
+    return Task(key, "drive", case.slab, case, drive, needs=(record.key,))
+
+
+def _key(kind: TaskKind, *content: object) -> str:
+    return content_hash(kind, SOLVER_VERSION, *content)
+
+
+def _touching(case: Case) -> tuple[object, ...]:
+    """All that decides first touch; a pin's other shape's size is ignored."""
+    size = case.radius if case.pin == "parabola" else case.half_width
+    return (case.slab, case.pin, size, case.load, case.intrinsic_friction, case.first_touch, case.slip_rule)
+
+
+def run_task(task: Task, inputs: Mapping[str, TaskResult]) -> TaskResult:
+    """Compute a task from the results it needs. Never raises for physics: a refusal is a result with its outcome."""
+    for need in (inputs[key] for key in task.needs):
+        if not need.outcome.ok:
+            message = f"its {need.kind} ended as {need.outcome.ending}: {need.outcome.message}"
+            return TaskResult(task.key, task.kind, Outcome(Ending.NEEDS_FAILED, message))
+    try:
+        return _RUN[task.kind](task, inputs)
+    except SolverError as error:
+        return TaskResult(task.key, task.kind, error.outcome)
+
+
+def _run_compliance(task: Task, inputs: Mapping[str, TaskResult]) -> TaskResult:
+    return _completed(task, {}, {"matrix": slab_compliance(task.slab).matrix})
+
+
+def _run_contact(task: Task, inputs: Mapping[str, TaskResult]) -> TaskResult:
+    case, compliance = _case(task), _compliance(task, inputs)
+    state = first_touch(case, compliance)
+    scalars, arrays = _parted(state)
+    scalars |= {
+        "initial_slips": scalars.pop("slips"),
+        "contact_size": int(state.contact.sum()),
+        "maximum_pressure": float(state.pressure.max()),
+        "friction_force": state.friction_force,
+        "load": case.load,
+    }
+    return _completed(task, scalars, {"x": compliance.x, **arrays}, state.outcome)
+
+
+def _run_friction(task: Task, inputs: Mapping[str, TaskResult]) -> TaskResult:
+    record = slide(_case(task), _compliance(task, inputs))
+    plateau = plateau_of(record)
+    scalars, arrays = _parted(record)
+    scalars |= _counts(record) | {
+        "surface_stiffness": record.initial_stiffness,
+        "plateau_mean": plateau.mean,
+        "plateau_std": plateau.std,
+        "plateau_uncertainty": plateau.uncertainty,
+        "plateau_start": plateau.start,
+        "plateau_end": plateau.end,
+    }
+    return _completed(task, scalars, arrays, _noting(record.outcome, plateau.outcome))
+
+
+def _run_drive(task: Task, inputs: Mapping[str, TaskResult]) -> TaskResult:
+    record, drive = _joined(inputs[task.needs[0]]), _drive(task)
+    plateau = plateau_of(record)
+    motion = integrate(profile_of(record, plateau, drive.profile), drive, record.initial_stiffness)
+    friction = friction_coefficients(motion, record, plateau)
+    fit = fit_stick_slip(motion, drive, record.load)
+    scalars, arrays = _parted(motion)
+    scalars |= {
+        "load": record.load,
+        "macroscopic_slips": len(motion.slip_time),
+        "static_friction": friction.static_friction,
+        "static_friction_uncertainty": friction.static_friction_uncertainty,
+        "kinetic_friction": friction.kinetic_friction,
+        "kinetic_friction_uncertainty": friction.kinetic_friction_uncertainty,
+        "fitted_static_friction": fit.static_friction,
+        "fitted_later_static_friction": fit.later_static_friction,
+        "fitted_kinetic_friction": fit.kinetic_friction,
+        "fit_residual": fit.residual,
+    }
+    return _completed(task, scalars, arrays, _noting(motion.outcome, friction.outcome))
+
+
+_RUN = {"compliance": _run_compliance, "contact": _run_contact, "friction": _run_friction, "drive": _run_drive}
+
+
+def _noting(outcome: Outcome, remark: Outcome) -> Outcome:
+    """A good outcome with the remark's message: what is missing are some numbers (NaN), not the result."""
+    return replace(outcome, message=remark.message) if outcome.ok else outcome
+
+
+def _counts(record: FrictionRecord) -> dict[str, float | int]:
+    """What triggered the record's events, and what happened in all of them together."""
+    statistics = event_statistics(record)
+    return {
+        "events": statistics.events,
+        "slips": statistics.slips,
+        "releases": statistics.releases,
+        "touches": statistics.touches,
+        "cascade_slips": statistics.cascade_slips,
+        "cascade_releases": statistics.cascade_releases,
+        "cascade_touches": statistics.cascade_touches,
+        "mean_step": statistics.mean_step,
+        "mean_drop": statistics.mean_drop,
+        "peak_friction": statistics.peak_friction,
+    }
+
+
+def _completed(
+    task: Task, scalars: dict[str, float | int], arrays: dict[str, NDArray[Any]], outcome: Outcome = COMPLETED
+) -> TaskResult:
+    return TaskResult(task.key, task.kind, outcome, scalars, arrays)
+
+
+def _case(task: Task) -> Case:
+    assert task.case is not None  # every task but a compliance has one
+    return task.case
+
+
+def _drive(task: Task) -> Drive:
+    assert task.drive is not None  # every drive task has one
+    return task.drive
+
+
+def _compliance(task: Task, inputs: Mapping[str, TaskResult]) -> SurfaceCompliance:
+    return SurfaceCompliance(inputs[task.needs[0]].arrays["matrix"], task.slab)
+
+
+def _parted(value: Any) -> tuple[dict[str, float | int], dict[str, NDArray[Any]]]:
+    """A solver's value as scalars and arrays by field name, its outcome left out."""
+    parts = {item.name: getattr(value, item.name) for item in fields(value) if item.name != "outcome"}
+    arrays = {name: part for name, part in parts.items() if isinstance(part, np.ndarray)}
+    return {name: part for name, part in parts.items() if name not in arrays}, arrays
+
+
+def _joined(result: TaskResult) -> FrictionRecord:
+    """The friction record that `_parted` took apart."""
+    names = {item.name for item in fields(FrictionRecord)} - {"outcome"}
+    parts: dict[str, Any] = {**result.scalars, **result.arrays}
+    return FrictionRecord(**{name: parts[name] for name in names}, outcome=result.outcome)

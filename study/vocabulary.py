@@ -1,0 +1,227 @@
+"""What a dataset calls things: each number of a task's result -> its name, meaning and unit in the dataset.
+
+Lengths are in L_x, stiffness in G·L_y, forces over the load W; what a drive yields over time is in SI, as the drive is.
+"""
+
+from dataclasses import dataclass
+from typing import Any
+
+from solver.case import Case, Scales
+from study.drives import NamedDrive
+
+
+@dataclass(frozen=True, slots=True)
+class Quantity:
+    """A variable of the dataset: a result's value times the factor `per` (see `factor`)."""
+
+    name: str
+    long_name: str
+    units: str = "1"
+    per: str = ""
+
+    @property
+    def attributes(self) -> dict[str, Any]:
+        """What every variable of the dataset says of itself."""
+        return {"long_name": self.long_name, "units": self.units}
+
+
+@dataclass(frozen=True, slots=True)
+class Series:
+    """Columns of one kind's results: CF contiguous ragged arrays over `sample`, a run of it for each `instance`."""
+
+    kind: str
+    instance: str
+    sample: str
+    count: str
+    columns: dict[str, Quantity]
+
+
+SCALARS: dict[str, dict[str, Quantity]] = {
+    "contact": {
+        "approach": Quantity("approach", "approach of the pin below the undeformed surface at first touch, in L_x"),
+        "initial_slips": Quantity("initial_slips", "node slips of first touch"),
+        "contact_size": Quantity("initial_contact_size", "nodes in contact after first touch"),
+        "maximum_pressure": Quantity(
+            "maximum_pressure", "largest pressure after first touch, over W/(L_x·L_y)", per="load"
+        ),
+        "friction_force": Quantity("initial_friction", "friction force over load after first touch, F/W", per="load"),
+    },
+    "friction": {
+        "plateau_mean": Quantity("plateau_mean", "mean friction force over load on the steady part of the record, F/W"),
+        "plateau_std": Quantity("plateau_std", "standard deviation of F/W on the steady part, over displacement"),
+        "plateau_uncertainty": Quantity("plateau_uncertainty", "standard error of plateau_mean from blocks, F/W"),
+        "plateau_start": Quantity("plateau_start", "pin displacement where the steady part starts, in L_x"),
+        "plateau_end": Quantity("plateau_end", "pin displacement where the steady part ends, in L_x"),
+        "peak_friction": Quantity("peak_friction", "largest friction force over load of the whole record, F/W"),
+        "surface_stiffness": Quantity("surface_stiffness", "lateral stiffness K of the contact (Eq. 15), in G·L_y"),
+        "events": Quantity("events", "events of the record"),
+        "slips": Quantity("slips", "events triggered by a slip"),
+        "releases": Quantity("releases", "events triggered by a release"),
+        "touches": Quantity("touches", "events triggered by a new contact"),
+        "cascade_slips": Quantity("cascade_slips", "node slips of the record, all cascades together"),
+        "cascade_releases": Quantity("cascade_releases", "nodes that left contact in the record"),
+        "cascade_touches": Quantity("cascade_touches", "nodes that came into contact in the record"),
+        "mean_step": Quantity("mean_step", "mean pin displacement per event, in L_x"),
+        "mean_drop": Quantity("mean_drop", "mean fall of F/W in an event"),
+        "initial_force": Quantity("initial_friction", "friction force over load after first touch, F/W", per="load"),
+        "initial_stiffness": Quantity("initial_stiffness", "stiffness before the first event, in G·L_y"),
+        "initial_slips": Quantity("initial_slips", "node slips of first touch"),
+        "initial_contact_size": Quantity("initial_contact_size", "nodes in contact after first touch"),
+        "final_displacement": Quantity("final_displacement", "pin displacement where the record ends, in L_x"),
+        "final_force": Quantity("final_friction", "friction force over load where the record ends, F/W", per="load"),
+    },
+    "drive": {
+        "static_friction": Quantity(
+            "static_friction", "static friction coefficient μ_s, from the first macroscopic slip"
+        ),
+        "static_friction_uncertainty": Quantity("static_friction_uncertainty", "uncertainty of static_friction"),
+        "kinetic_friction": Quantity("kinetic_friction", "kinetic friction coefficient μ_k, from steady sliding"),
+        "kinetic_friction_uncertainty": Quantity("kinetic_friction_uncertainty", "uncertainty of kinetic_friction"),
+        "fitted_static_friction": Quantity(
+            "fitted_static_friction", "μ_s for which Eq. 16-19 fit the spring force best"
+        ),
+        "fitted_later_static_friction": Quantity(
+            "fitted_later_static_friction", "the same, of every slip but the first"
+        ),
+        "fitted_kinetic_friction": Quantity(
+            "fitted_kinetic_friction", "μ_k for which Eq. 16-19 fit the spring force best"
+        ),
+        "fit_residual": Quantity(
+            "fit_residual", "root mean square by which that fit misses the spring force, over load"
+        ),
+        "macroscopic_slips": Quantity("macroscopic_slips", "slips longer than the presliding length"),
+        "micro_slips": Quantity("micro_slips", "slips that ended before the presliding length"),
+        "micro_travel": Quantity("micro_travel", "total length of the micro slips", "m", "length"),
+        "friction_work": Quantity("friction_work", "work against friction, in W·L_x", per="load"),
+        "creep_velocity": Quantity(
+            "creep_velocity", "velocity at which the stage drags a stuck pin", "m s-1", "velocity"
+        ),
+        "presliding_length": Quantity("presliding_length", "stretch of the contact before it slides", "m", "length"),
+        "steps": Quantity("steps", "segments or time steps of the integrator"),
+    },
+}
+"""Kind of task -> scalar of its result -> variable over the cases (and drives)."""
+
+OUTCOMES = {
+    "": (Quantity("outcome", "how the case ended"), Quantity("message", "why, and what to do about it")),
+    "drive": (
+        Quantity("drive_outcome", "how the dynamic stage ended"),
+        Quantity("drive_message", "why, and what to do about it, in the dynamic stage"),
+    ),
+}
+"""Kind of task ("": all before the drives) -> the variables that say how it ended."""
+
+COMPANIONS: dict[str, dict[str, Quantity]] = {
+    "friction": {
+        "surface_stiffness": Quantity(
+            "surface_stiffness_si", "lateral stiffness K of the contact", "N m-1", "stiffness"
+        ),
+        "mean_step": Quantity("mean_step_si", "mean pin displacement per event", "m", "length"),
+        "final_displacement": Quantity("final_displacement_si", "displacement where the record ends", "m", "length"),
+    },
+}
+"""Kind of task -> scalar of its result -> a second variable that gives it in SI."""
+
+SERIES = (
+    Series(
+        "friction",
+        "record",
+        "event",
+        "row_size",
+        {
+            "displacement": Quantity("event_displacement", "pin displacement δ_p at the event, in L_x"),
+            "force_before": Quantity("event_friction_before", "F/W when the event is triggered", per="load"),
+            "force_after": Quantity("event_friction_after", "F/W when its cascade is over", per="load"),
+            "stiffness": Quantity("event_stiffness", "dF/dδ_p from this event to the next, in G·L_y"),
+            "kind": Quantity("event_kind", "what triggered the event"),
+            "node": Quantity("event_node", "surface node that triggered the event, from 0 at the left"),
+            "slips": Quantity("event_slips", "node slips in the cascade"),
+            "releases": Quantity("event_releases", "nodes released in the cascade"),
+            "touches": Quantity("event_touches", "nodes brought into contact in the cascade"),
+            "contact_size": Quantity("event_contact_size", "nodes in contact after the event"),
+            "dissipated": Quantity("event_dissipated", "energy lost in the event, in W·L_x", per="load"),
+        },
+    ),
+    Series(
+        "drive",
+        "trajectory",
+        "sample",
+        "trajectory_row_size",
+        {
+            "time": Quantity("sample_time", "time since the stage started", "s", per="time"),
+            "position": Quantity("sample_position", "position of the pin", "m", per="length"),
+            "velocity": Quantity("sample_velocity", "velocity of the pin", "m s-1", per="velocity"),
+            "spring_force": Quantity("sample_spring_force", "spring force over load", per="load"),
+            "friction": Quantity("sample_friction", "friction force on the pin over load", per="load"),
+        },
+    ),
+    Series(
+        "drive",
+        "trajectory",
+        "slip_phase",
+        "phase_row_size",
+        {
+            "slip_time": Quantity("slip_phase_start", "time at which macroscopic slip starts", "s", per="time"),
+            "slip_position": Quantity("slip_phase_position", "position of the pin where it starts", "m", per="length"),
+            "slip_force": Quantity("slip_phase_force", "its static friction: spring and damper over load", per="load"),
+            "restick_time": Quantity("slip_phase_end", "time at which the pin sticks again", "s", per="time"),
+            "restick_position": Quantity("slip_phase_end_position", "where the pin sticks again", "m", per="length"),
+        },
+    ),
+    Series(
+        "contact",
+        "contact_state",
+        "surface_node",
+        "node_row_size",
+        {
+            "pressure": Quantity("surface_pressure", "contact pressure at first touch over W/(L_x·L_y)", per="load"),
+            "shear": Quantity("surface_shear", "shear traction at first touch over W/(L_x·L_y)", per="load"),
+            "slip": Quantity("surface_slip", "slip of the node at first touch, in L_x"),
+            "gap": Quantity("surface_gap", "gap between slab and pin at first touch, in L_x"),
+        },
+    ),
+)
+
+PARAMETERS = {
+    "intrinsic_friction": Quantity("intrinsic_friction", "intrinsic friction coefficient μ_i"),
+    "radius": Quantity("radius", "radius of the pin, R/L_x"),
+    "aspect_ratio": Quantity("aspect_ratio", "height of the slab over its width, L_z/L_x"),
+    "n_x": Quantity("n_x", "surface nodes"),
+    "load": Quantity("load", "normal force W, in G·L_x·L_y"),
+    "poisson": Quantity("poisson", "Poisson's ratio ν"),
+    "pin": Quantity("pin", "shape of the pin"),
+    "half_width": Quantity("half_width", "half-width of a flat punch, a/L_x"),
+    "rows": Quantity("rows", "node rows of the grid"),
+    "scheme": Quantity("scheme", "discretization of the slab"),
+    "support": Quantity("support", "how the slab is held"),
+    "first_spacing": Quantity("first_spacing", "spacing of the first node rows"),
+    "first_touch": Quantity("first_touch", "how the pin comes down"),
+    "order": Quantity("order", "which offenders slip first"),
+    "residual": Quantity("residual", "shear left after a slip, as a fraction of μ_i·pressure"),
+    "event_floor": Quantity("event_floor", "smallest displacement step, in surface node spacings"),
+    "cascade_limit": Quantity("cascade_limit", "slips after which one event is given up"),
+    "max_events": Quantity("max_events", "events after which a record ends"),
+    "max_displacement": Quantity("max_displacement", "pin displacement after which a record ends, in L_x"),
+    "pin_mass": Quantity("pin_mass", "mass of the pin", "kg"),
+    "spring_stiffness": Quantity("spring_stiffness", "stiffness k of the coupling spring", "N m-1"),
+    "damping_ratio": Quantity("damping_ratio", "damping ratio ζ"),
+    "stage_velocity": Quantity("stage_velocity", "velocity of the stage", "m s-1"),
+    "duration": Quantity("duration", "time for which the stage moves", "s"),
+    "integrator": Quantity("integrator", "integrator of the dynamic stage"),
+    "profile": Quantity("profile", "friction profile between events"),
+    "time_step": Quantity("time_step", "step of the integrator", "s"),
+    "samples": Quantity("samples", "output times after the start"),
+}
+
+
+def factors(case: Case, scales: Scales, drive: NamedDrive | None) -> dict[str, float]:
+    """`Quantity.per` -> what a value in the solver's units is multiplied with: "load" gives F/W, the others SI."""
+    time = scales.time(drive.pin_mass) if drive else 1.0
+    return {
+        "": 1.0,
+        "load": 1.0 / case.load,
+        "length": scales.slab_width,
+        "stiffness": scales.stiffness,
+        "time": time,
+        "velocity": scales.slab_width / time,
+    }

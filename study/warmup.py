@@ -1,0 +1,48 @@
+"""Compile the kernels that a run needs before its ranks start, so that they load what one rank compiled."""
+
+from collections.abc import Sequence
+from contextlib import suppress
+from dataclasses import replace
+from pathlib import Path
+from tempfile import TemporaryDirectory
+
+from solver.case import Case, Slab
+from study.store import Store
+from study.tasks import Task, compliance_task, contact_task, drive_task, friction_task, run_task
+
+
+def warm_up(tasks: Sequence[Task]) -> None:
+    """Run the tasks' kinds of work once in miniature, through a store as in earnest (its arrays are read-only)."""
+    # What fails here fails again in a task of the run, where it is reported.
+    with TemporaryDirectory() as folder, suppress(Exception):
+        store = Store(Path(folder))
+        store.prepare()
+        for task in miniatures(tasks):
+            store.write(run_task(task, {key: store.read(key) for key in task.needs}))
+
+
+def miniatures(tasks: Sequence[Task]) -> list[Task]:
+    """Small tasks that run every kernel of these tasks, needs first."""
+    found = {_COMPLIANCE.key: _COMPLIANCE}
+    for task in tasks:
+        if task.drive is not None:
+            drive = replace(task.drive, duration=task.drive.duration / 100, samples=2)
+            small = [friction_task(_STEADY), drive_task(_STEADY, drive)]
+        elif task.case is not None:
+            make = contact_task if task.kind == "contact" else friction_task
+            small = [make(_tiny(task.case))]
+        else:
+            small = []
+        found |= {each.key: each for each in small}
+    return list(found.values())
+
+
+_STEADY = Case(slab=Slab(n_x=17), radius=50.0, max_events=60)
+"""A small case whose record becomes steady, as a drive needs it."""
+_COMPLIANCE = compliance_task(_STEADY.slab)
+
+
+def _tiny(case: Case) -> Case:
+    """A small case with the same switches: they decide which kernels run, the numbers do not."""
+    rule = replace(_STEADY.slip_rule, order=case.slip_rule.order)
+    return replace(_STEADY, pin=case.pin, first_touch=case.first_touch, slip_rule=rule)

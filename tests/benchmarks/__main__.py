@@ -1,0 +1,35 @@
+"""Run every benchmark, print one table, and write it to tests/benchmarks/table.md: `python -m tests.benchmarks [NAME …]`.
+
+Timings are processor seconds of the best of several runs, so that other work on the machine disturbs them little; ours and
+the peer or limit are measured in the same run. NAME picks files of this folder, e.g. `sliding`.
+"""
+
+import os
+
+# One thread each, before numpy is imported: what is compared is work, not how many cores are idle.
+for variable in ("OPENBLAS_NUM_THREADS", "OMP_NUM_THREADS", "NUMBA_NUM_THREADS"):
+    os.environ[variable] = "1"
+
+import importlib
+import sys
+from pathlib import Path
+
+from tests.benchmarks.table import Row, as_markdown
+
+NAMES = ("sliding", "growth", "compliance", "dynamics", "campaign", "memory", "start_up")
+
+
+def main(names: list[str]) -> None:
+    """Run the benchmarks named (all without names); only a whole run replaces the table in the repository."""
+    rows: list[Row] = []
+    for name in names or NAMES:
+        print(f"{name} …", file=sys.stderr, flush=True)
+        rows += importlib.import_module(f"tests.benchmarks.{name}").rows()
+    text = as_markdown(rows)
+    print(text)
+    if not names:
+        Path(__file__).with_name("table.md").write_text(text + "\n", encoding="utf-8")
+
+
+if __name__ == "__main__":
+    main(sys.argv[1:])

@@ -1,0 +1,136 @@
+"""The driven pin: from crossing to crossing against Runge-Kutta and scipy's adaptive steps; errors; many drives."""
+
+from dataclasses import replace
+from functools import partial
+from typing import Final
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.integrate import solve_ivp
+
+from solver import Case, Drive, DynamicsResult, FrictionRecord, Scales, friction_record, plateau_of
+from solver.dynamics import integrate
+from solver.profile import Profile, profile_of
+from tests.benchmarks.table import Row, best, seconds, verdict
+from tests.solver.drives import PROBLEMS, K, reference
+
+SCALES: Final = Scales()
+UNIT: Final = SCALES.time(pin_mass=0.5)
+PAPER: Final = Drive(
+    spring_stiffness=2e5 / SCALES.stiffness,
+    damping_ratio=0.1,
+    stage_velocity=2e-3 * UNIT / SCALES.slab_width,
+    duration=0.2 / UNIT,
+)
+"""§3.3: 0.5 kg, 2e5 N/m, ζ = 0.1, 2 mm/s, 0.2 s."""
+
+STEP = 1e-7
+"""The paper's step, in s."""
+STRETCH = (0.075, 0.0755)
+"""What scipy integrates, in s: from within the first macroscopic slip."""
+VELOCITIES = PAPER.stage_velocity * np.geomspace(0.5, 2.0, 8)
+
+
+def rows() -> list[Row]:
+    """Speed on the paper's case, and errors on hand-made profiles that take every branch."""
+    record = friction_record(Case(intrinsic_friction=0.5, radius=200.0))
+    profile, contact = _profile(record), record.initial_stiffness
+    exact = best(lambda: integrate(profile, PAPER, contact), repeats=10)
+    segments = integrate(profile, PAPER, contact).steps
+    stepping = replace(PAPER, integrator="rk4", time_step=STEP / UNIT)
+    rk4 = best(lambda: integrate(profile, stepping, contact), repeats=10)
+    steps = integrate(profile, stepping, contact).steps
+    begin, end = (_until(profile, contact, time) for time in STRETCH)
+    share = (end.steps - begin.steps) / segments
+    adaptive = best(lambda: adaptive_state(profile, contact, begin), repeats=2) / share
+    off = abs(adaptive_state(profile, contact, begin)[1] / end.velocity[-1] - 1.0)
+    several = best(lambda: _several(record), repeats=3)
+    drives = [replace(PAPER, stage_velocity=velocity) for velocity in VELOCITIES]
+    alone = sum(best(partial(integrate, profile, drive, contact), repeats=3) for drive in drives)
+    return [
+        Row(
+            f"0.2 s of the paper's drive, exact ({segments} segments, {seconds(exact / segments)} each)",
+            seconds(exact),
+            f"{seconds(rk4)} (compiled RK4 at 100 ns, {seconds(rk4 / steps)} per step)",
+            f"1/{rk4 / exact:.1f}",
+            verdict("≥ 8 × faster", rk4 >= 8.0 * exact),
+        ),
+        Row(
+            "0.2 s of the paper's drive, exact",
+            seconds(exact),
+            f"{seconds(adaptive)} (scipy solve_ivp, RK45 to 1e-8, scaled up from {share:.1%} of the segments; "
+            f"jumps are clipped only, velocity {off:.0e} off)",
+            f"1/{adaptive / exact:.0f}",
+            "",
+        ),
+        Row(
+            f"{len(drives)} drives of a record in memory, its profile made once",
+            seconds(several),
+            f"{seconds(alone)} (the same integrations alone)",
+            f"{several / alone:.2f}",
+            verdict("no drive reads the record again: ≤ 1.1", several <= 1.1 * alone),
+        ),
+        *_error_rows(),
+    ]
+
+
+def adaptive_state(profile: Profile, contact: float, begin: DynamicsResult) -> NDArray[np.float64]:
+    """Position, velocity and friction at the stretch's end, by scipy's Runge-Kutta steps of order 5.
+
+    Eq. 13 as a rate: F changes with the contact's stiffness K within ±F̃, and with F̃ where it would leave them. The jump
+    of F̃ at an edge only clips it, which is as far as a rate goes: a restart at every edge would cost far more.
+    """
+    k, stage = PAPER.spring_stiffness, PAPER.stage_velocity
+    damping = 2.0 * PAPER.damping_ratio * np.sqrt(k)
+    start, period = float(profile.edges[profile.periodic_from]), profile.period
+
+    def motion(t: float, state: NDArray[np.float64]) -> tuple[float, float, float]:
+        x, v, friction = state
+        far = abs(x)
+        if far >= profile.edges[-1]:
+            far = start + (far - start) % period
+        tooth = int(np.searchsorted(profile.edges, far, side="right")) - 1
+        limit = profile.force[tooth] + profile.slope[tooth] * (far - profile.edges[tooth])
+        held = min(max(friction, -limit), limit)
+        slides = abs(friction) >= limit and friction * v > 0.0
+        rate = np.sign(friction) * np.sign(x) * profile.slope[tooth] if slides else contact
+        return v, k * (stage * t - x) + damping * (stage - v) - held, rate * v
+
+    first = np.array([begin.position[-1], begin.velocity[-1], begin.friction[-1]])
+    span = (STRETCH[0] / UNIT, STRETCH[1] / UNIT)
+    return np.asarray(solve_ivp(motion, span, first, rtol=1e-8, atol=1e-8 * np.abs(first)).y[:, -1])
+
+
+def _until(profile: Profile, contact: float, time: float) -> DynamicsResult:
+    return integrate(profile, replace(PAPER, duration=time / UNIT, samples=1), contact)
+
+
+def _profile(record: FrictionRecord) -> Profile:
+    return profile_of(record, plateau_of(record), PAPER.profile)
+
+
+def _several(record: FrictionRecord) -> list[DynamicsResult]:
+    """From the record in memory to every drive's result; plateau and profile are found once."""
+    profile = _profile(record)
+    drives = [replace(PAPER, stage_velocity=velocity) for velocity in VELOCITIES]
+    return [integrate(profile, drive, record.initial_stiffness) for drive in drives]
+
+
+def _error_rows() -> list[Row]:
+    """Largest error of position, velocity and friction at the end of each hand-made drive, per largest value of each."""
+    errors = {}
+    for name, problem in PROBLEMS.items():
+        result = integrate(problem.profile, problem.drive(), K)
+        course = np.array([result.position, result.velocity, result.friction])
+        error = np.abs(course[:, -1] - reference(problem, problem.duration))
+        errors[name] = float((error / np.abs(course).max(axis=1)).max())
+    worst = max(errors, key=errors.__getitem__)
+    return [
+        Row(
+            f"error at the end of {len(errors)} hand-made drives, largest in: {worst}",
+            f"{errors[worst]:.1e} of the amplitude",
+            "DOP853 with event location, to 1e-12",
+            "",
+            verdict("≤ 1e-9", errors[worst] <= 1e-9),
+        )
+    ]

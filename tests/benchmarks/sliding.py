@@ -1,0 +1,225 @@
+"""Sliding: a record, one slip against the bare vector update it contains, rounding over a million slips, and peers."""
+
+import math
+from collections.abc import Callable
+from dataclasses import dataclass, replace
+
+import numpy as np
+from numba import njit
+from numpy.typing import NDArray
+
+from solver import Case, ContactState, Slab, SurfaceCompliance, contact_state, friction_record, slab_compliance
+from solver import _kernels as kernels
+from solver.sliding import _core_at, slide, slide_to_state
+from tests.benchmarks.table import Row, best, seconds, verdict
+
+Vector = NDArray[np.float64]
+
+PEER_SLIPS = 200
+STEADY = 8e-4
+"""Displacement at which the record is on its plateau, in L_x."""
+
+
+@njit(cache=True, nogil=True)
+def _axpys(total: Vector, rows: Vector, order: NDArray[np.int64], repeats: int) -> None:
+    """Add rows in the order given, each a whole vector update, as a compiler makes it."""
+    for _ in range(repeats):
+        for j in order:
+            for k in range(len(total)):
+                total[k] += 1e-30 * rows[j, k]
+
+
+@njit(cache=True, nogil=True)
+def _pivots(machine: kernels.Machine, node: int, repeats: int) -> None:
+    """Turn a node round and back."""
+    for _ in range(repeats):
+        kernels._exchange(machine, node)
+        kernels._exchange(machine, node)
+
+
+@dataclass(frozen=True)
+class SlipCost:
+    """Seconds per slip of a steady stretch of record, and of the vector update of the same tableau."""
+
+    slips: int
+    changes: int
+    whole: float
+    """Seconds of the stretch, without setting its tableau up."""
+    pivot: float
+    """Seconds per change of the contact."""
+    axpy: float
+    entries: int
+
+    @property
+    def slip(self) -> float:
+        """Seconds per slip, changes of the contact taken off."""
+        return (self.whole - self.changes * self.pivot) / self.slips
+
+
+def slip_cost(case: Case, compliance: SurfaceCompliance, start: ContactState, events: int) -> SlipCost:
+    """Time `events` events from `start` on, and the parts they are made of."""
+    stretch = replace(case, max_events=events, max_displacement=None)
+    first = replace(stretch, max_events=1)
+    record = slide(stretch, compliance, start)
+    whole = best(lambda: slide(stretch, compliance, start)) - best(lambda: slide(first, compliance, start))
+    machine = _core_at(case, compliance, start, whole=False).state
+    entries = len(machine.response)
+    order = np.random.default_rng(1).permutation(entries)
+    repeats = max(1, 40_000 // entries)
+    total = np.zeros(entries)
+    axpy = best(lambda: _axpys(total, machine.tableau, order, repeats)) / (repeats * entries)
+    node = int(np.flatnonzero(machine.contact)[0])
+    pivot = best(lambda: _pivots(machine, node, 5)) / 10
+    changes = int(record.releases.sum() + record.touches.sum())
+    return SlipCost(int(record.slips.sum()), changes, whole, pivot, axpy, entries)
+
+
+def resolved_forces(compliance: SurfaceCompliance, state: ContactState) -> NDArray[np.float64]:
+    """Nodal forces (2, n) that hold the contact's nodes where they are under the same load, from the compliance alone."""
+    n, nodes = compliance.slab.n_x, np.flatnonzero(state.contact)
+    rows = np.concatenate((nodes, nodes + n))
+    held = np.concatenate((state.u[nodes], state.w[nodes] + state.approach, [-state.normal_force]))
+    forces = np.zeros((2, n))
+    forces[:, nodes] = np.linalg.solve(_bordered(compliance, rows), held)[:-1].reshape(2, -1)
+    return forces
+
+
+def _bordered(compliance: SurfaceCompliance, rows: NDArray[np.int64]) -> NDArray[np.float64]:
+    """Compliance of some rows with the load's constraint: unknown forces and approach."""
+    presses = (rows >= compliance.slab.n_x).astype(float)
+    block = compliance.matrix[np.ix_(rows, rows)]
+    return np.block([[block, presses[:, None]], [presses[None, :], np.zeros((1, 1))]])
+
+
+def drift(case: Case, compliance: SurfaceCompliance) -> tuple[int, float]:
+    """Slips of a record, and the largest error of a nodal force at its end, as a share of the load."""
+    record, end = slide_to_state(case, compliance)
+    error = np.abs(resolved_forces(compliance, end) - end.nodal_force).max()
+    return int(record.slips.sum()), float(error / case.load)
+
+
+def dense_slips(case: Case, compliance: SurfaceCompliance, start: ContactState, count: int) -> None:
+    """Slip as the paper describes it: the worst node loses its shear, and all of the contact is solved for again."""
+    n, c = compliance.slab.n_x, int(start.contact.sum())
+    nodes = np.flatnonzero(start.contact)
+    rows = np.concatenate((nodes, nodes + n))
+    system = _bordered(compliance, rows)
+    held = np.concatenate((start.u[nodes], start.w[nodes] + start.approach, [-case.load]))
+    forces = np.linalg.solve(system, held)
+    for _ in range(count):
+        node = int(np.argmax(np.abs(forces[:c] / forces[c : 2 * c])))
+        kept = np.delete(np.arange(2 * c + 1), node)
+        forces = np.zeros(2 * c + 1)
+        forces[kept] = np.linalg.solve(system[np.ix_(kept, kept)], held[kept])
+        held[node] = system[node] @ forces
+        held[c + node] = (compliance.x[nodes[node]] + held[node] - start.displacement) ** 2 / (2.0 * case.radius)
+
+
+def rows() -> list[Row]:
+    """Figures of the paper's case and of one with 1025 surface nodes."""
+    paper = Case(intrinsic_friction=0.5, radius=200.0, slab=Slab(n_x=129), max_events=2000)
+    compliance = slab_compliance(paper.slab)
+    record = best(lambda: friction_record(paper, compliance), repeats=15)
+    slips = int(friction_record(paper, compliance).slips.sum())
+    start = _steady(paper, compliance)
+    small = slip_cost(paper, compliance, start, events=1000)
+    dense = best(lambda: dense_slips(paper, compliance, start, PEER_SLIPS), repeats=3) / PEER_SLIPS
+    table = [
+        Row(
+            f"sliding, n_x = 129: contact and 2000 events ({slips} slips)",
+            seconds(record),
+            "limit 50 ms",
+            f"{record / 0.05:.2f}",
+            verdict("≤ 0.05 s", record <= 0.05),
+        ),
+        *_slip_rows(small, 129, 8.0),
+        Row(
+            "a slip, n_x = 129",
+            seconds(record / slips),
+            f"{seconds(dense)} (numpy.linalg.solve of the contact for every slip)",
+            f"1/{dense / (record / slips):.0f}",
+            "",
+        ),
+        _drift_row(replace(paper, max_events=None, max_displacement=0.022), compliance, 129),
+    ]
+    fine = Case(intrinsic_friction=0.5, radius=200.0, slab=Slab(n_x=1025), max_events=None, max_displacement=STEADY)
+    compliance = slab_compliance(fine.slab)
+    large = slip_cost(fine, compliance, _steady(fine, compliance), events=500)
+    table += _slip_rows(large, 1025, 3.0)
+    return [*table, *(_normal_contact_row(n) for n in (129, 1025))]
+
+
+def _steady(case: Case, compliance: SurfaceCompliance) -> ContactState:
+    return slide_to_state(replace(case, max_events=None, max_displacement=STEADY), compliance)[1]
+
+
+def _slip_rows(cost: SlipCost, n_x: int, most: float) -> list[Row]:
+    ratio = cost.slip / cost.axpy
+    bare = f"{seconds(cost.axpy)} (axpy of {cost.entries}, rows in random order)"
+    share = cost.changes * cost.pivot / cost.whole
+    return [
+        Row(
+            f"a slip alone, n_x = {n_x}",
+            seconds(cost.slip),
+            bare,
+            f"{ratio:.1f}",
+            verdict(f"≤ {most:.0f} × axpy", ratio <= most),
+        ),
+        Row(
+            f"a slip with its share of all else, n_x = {n_x}: {cost.slips} slips, {cost.changes} changes of the contact "
+            f"at {seconds(cost.pivot)} ({share:.0%} of the time)",
+            seconds(cost.whole / cost.slips),
+            bare,
+            f"{cost.whole / cost.slips / cost.axpy:.1f}",
+            "",
+        ),
+    ]
+
+
+def _drift_row(case: Case, compliance: SurfaceCompliance, n_x: int) -> Row:
+    slips, error = drift(case, compliance)
+    return Row(
+        f"rounding of a nodal force after {slips} slips, n_x = {n_x}",
+        f"{error:.1e} W",
+        "forces solved for from the compliance",
+        "",
+        verdict("≤ 1e-10 W over 1e6 slips", error <= 1e-10 and slips >= 1_000_000),
+    )
+
+
+def _normal_contact_row(n_x: int) -> Row:
+    """Frictionless contact against tamaas, whose slab is a periodic half-plane: the same work, not the same answer."""
+    case = Case(intrinsic_friction=math.inf, slab=Slab(n_x=n_x), first_touch="frictionless", max_events=1)
+    compliance = slab_compliance(case.slab)
+    ours = best(lambda: contact_state(case, compliance))
+    solve = _tamaas(case)
+    peer = best(solve) if solve else math.nan
+    return Row(
+        f"normal contact, n_x = {n_x}",
+        seconds(ours),
+        f"{seconds(peer)} (tamaas, Polonsky-Keer, periodic)" if solve else "tamaas: not installed",
+        f"{ours / peer:.2f}" if solve else "",
+        "",
+    )
+
+
+def _tamaas(case: Case) -> Callable[[], object] | None:
+    """The same pin and load on tamaas's periodic half-plane of one slab width, to 1e-12; None where it is missing."""
+    try:
+        import tamaas  # type: ignore[import-untyped,import-not-found,unused-ignore]
+    except ImportError:
+        return None
+    points = case.slab.n_x - 1
+    x = (np.arange(points) + 0.5) / points - 0.5
+    surface = -(x**2) / (2.0 * case.radius)
+
+    tamaas.set_log_level(tamaas.LogLevel.error)
+
+    def solve() -> object:
+        model = tamaas.ModelFactory.createModel(tamaas.model_type.basic_1d, [1.0], [points])
+        model.nu, model.E = case.slab.poisson, 2.0 * (1.0 + case.slab.poisson)
+        solver = tamaas.PolonskyKeerRey(model, surface, 1e-12)
+        solver.setDumpFrequency(1_000_000)
+        return solver.solve(case.load)
+
+    return solve

@@ -1,0 +1,102 @@
+"""A campaign's dataset is the same, byte for byte, on any number of ranks, in one go or in several."""
+
+import os
+import signal
+import subprocess
+import sys
+import time
+from pathlib import Path
+
+import pytest
+
+from study.store import FOLDER
+from tests.conftest import SMALL, launcher
+
+pytestmark = pytest.mark.mpi
+
+# Long enough to be interrupted in the middle: a few seconds on two ranks.
+LONG = (
+    SMALL.replace("radius = [50.0, 100.0]", f"radius = {[50.0 + number for number in range(20)]}")
+    .replace("n_x = 17", "n_x = 65")
+    .replace("events = 60", "events = 600")
+)
+
+
+@pytest.fixture(scope="module")
+def alone(nanoslip, tmp_path_factory) -> bytes:
+    """The dataset of the small campaign, computed by one process without a launcher."""
+    folder = tmp_path_factory.mktemp("alone")
+    (folder / "small.toml").write_text(SMALL)
+    done = nanoslip("run", folder / "small.toml", "--out", folder / "out")
+    assert done.returncode == 0, done.stderr
+    return (folder / "out" / "results.nc").read_bytes()
+
+
+@pytest.mark.parametrize("ranks", [2, *(pytest.param(ranks, marks=pytest.mark.slow) for ranks in (1, 4))])
+def test_any_number_of_ranks_gives_the_same_dataset(nanoslip, campaign, alone, ranks):
+    out = campaign.parent / "out"
+    done = nanoslip("run", campaign, "--out", out, ranks=ranks)
+    assert done.returncode == 0, done.stderr
+    assert done.stdout.count("dataset:") == 1
+    assert (out / "results.nc").read_bytes() == alone
+
+
+@pytest.mark.slow
+def test_a_run_that_goes_on_gives_the_same_dataset(nanoslip, campaign, alone):
+    out = campaign.parent / "out"
+    assert nanoslip("run", campaign, "--out", out, ranks=2).returncode == 0
+    kept = sorted((out / FOLDER).glob("*.npz"))
+    for path in kept[::2]:
+        path.unlink()
+    kept[1].write_bytes(kept[1].read_bytes()[:-100])
+    done = nanoslip("run", campaign, "--out", out, ranks=4)
+    assert done.returncode == 0, done.stderr
+    assert done.stderr.count("it will be computed again") >= 1
+    assert (out / "results.nc").read_bytes() == alone
+
+
+def test_wrong_input_is_said_once_by_all_ranks_together(nanoslip, campaign):
+    campaign.write_text(SMALL.replace("n_x = 17", "n_x = 18"))
+    done = nanoslip("run", campaign, "--out", campaign.parent / "out", ranks=4)
+    assert done.returncode == 2
+    assert done.stderr.count("n_x = 18") == 1
+    assert "Traceback" not in done.stderr
+
+
+@pytest.mark.slow
+def test_a_wrong_option_is_said_once_by_all_ranks_together(nanoslip, campaign):
+    done = nanoslip("run", campaign, "--nonsense", ranks=2)
+    assert (done.returncode, done.stderr.count("No such option")) == (2, 1)
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("number", [signal.SIGKILL, signal.SIGTERM], ids=["killed", "told to stop"])
+def test_a_run_cut_short_goes_on_to_the_same_dataset(nanoslip, environment, tmp_path, number):
+    campaign = tmp_path / "long.toml"
+    campaign.write_text(LONG)
+    whole, cut = tmp_path / "whole", tmp_path / "cut"
+    assert nanoslip("run", campaign, "--out", whole).returncode == 0
+    words = [*launcher(2), sys.executable, "-m", "study", "run", str(campaign), "--out", str(cut)]
+    running = subprocess.Popen(words, env=environment, stderr=subprocess.PIPE, text=True, start_new_session=True)
+    while len(list(cut.glob(f"{FOLDER}/*.npz"))) < 5:
+        assert running.poll() is None
+        time.sleep(0.002)
+    if number == signal.SIGKILL:
+        os.killpg(running.pid, number)  # launcher and ranks at once
+    else:
+        running.send_signal(number)
+    running.communicate(timeout=60)
+    assert running.returncode == (99 if number == signal.SIGTERM else -number)
+    assert not (cut / "results.nc").exists()
+    stamps = _stamps(cut)
+    assert len(stamps) < len(_stamps(whole))
+    done = nanoslip("run", campaign, "--out", cut, ranks=2)
+    assert done.returncode == 0, done.stderr
+    assert (cut / "results.nc").read_bytes() == (whole / "results.nc").read_bytes()
+    after = _stamps(cut)
+    assert {path: after[path] for path in stamps} == stamps  # finished tasks were not computed twice
+    assert not list((cut / FOLDER).glob(".*"))  # nor are scratch files left
+
+
+def _stamps(out: Path) -> dict[str, int]:
+    return {path.name: path.stat().st_mtime_ns for path in (out / FOLDER).glob("[!.]*")}

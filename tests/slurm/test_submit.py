@@ -1,0 +1,103 @@
+"""A real scheduler takes the script, runs the campaign on two nodes, and goes on where a job was cut short."""
+
+import shutil
+import signal
+import sys
+import time
+from pathlib import Path
+
+import pytest
+
+from study.store import FOLDER
+from tests.conftest import ROOT, SMALL, launcher
+
+pytestmark = [pytest.mark.slurm, pytest.mark.slow]
+
+
+@pytest.fixture
+def site(tmp_path: Path) -> Path:
+    """The repository's settings for two ranks on two nodes, with this Python and its MPI."""
+    launcher(1)  # skips without an MPI of our own
+    shutil.copy(ROOT / "slurm" / "job.sh.j2", tmp_path)
+    path = tmp_path / "site.toml"
+    path.write_text(
+        f"""
+        nodes = 2
+        tasks = 2
+        time = "5"
+        command = "{sys.executable} -m study"
+        setup = ["export PYTHONPATH={ROOT} PATH={Path(sys.executable).parent}:$PATH"]
+        """
+    )
+    return path
+
+
+def submitted(slurm, campaign: Path, site: Path) -> tuple[str, Path]:
+    """Hand a campaign to sbatch as a user would; the job's number and the folder of results."""
+    out = campaign.parent / "out"
+    said = slurm(
+        "env",
+        f"PYTHONPATH={ROOT}",
+        sys.executable,
+        "-m",
+        "study",
+        "submit",
+        campaign,
+        "--out",
+        out,
+        "--site",
+        site,
+        "--submit",
+    )
+    return said.split()[-1], out
+
+
+def test_a_campaign_runs_to_its_end_on_two_nodes(slurm, site):
+    campaign = site.with_name("smoke.toml")
+    campaign.write_text((ROOT / "campaigns" / "smoke.toml").read_text())
+    number, out = submitted(slurm, campaign, site)
+    job = slurm.wait(number, "COMPLETED", "FAILED")
+    log = (out / f"slurm-{number}.log").read_text()
+    assert (job["JobState"], job["ExitCode"]) == ("COMPLETED", "0:0"), log
+    assert "2 ranks" in log
+    assert (out / "results.nc").is_file()
+
+
+def test_a_job_told_to_stop_is_requeued_and_goes_on_to_the_end(slurm, site, nanoslip):
+    campaign = site.with_name("long.toml")
+    radii = [50.0 + number for number in range(20)]
+    campaign.write_text(
+        SMALL.replace("[50.0, 100.0]", str(radii)).replace("n_x = 17", "n_x = 65").replace("= 60", "= 600")
+    )
+    number, out = submitted(slurm, campaign, site)
+    while len(list(out.glob(f"{FOLDER}/*.npz"))) < 3:
+        assert slurm.job(number)["JobState"] in ("PENDING", "RUNNING")
+        time.sleep(0.02)
+    slurm("scancel", "--signal", signal.SIGTERM.name, number)  # to the ranks, as before the time limit
+    job = slurm.wait(number, "COMPLETED", "FAILED")
+    log = (out / f"slurm-{number}.log").read_text()
+    assert (job["JobState"], job["Restarts"]) == ("COMPLETED", "1"), log
+    assert "interrupted: what is finished is kept" in log
+    first, second = (line for line in log.splitlines() if "tasks left, 2 ranks" in line)
+    assert _tasks_left(second) < _tasks_left(first)
+
+    alone = campaign.parent / "alone"
+    assert nanoslip("run", campaign, "--out", alone).returncode == 0
+    assert (out / "results.nc").is_file()
+    for path in (alone / FOLDER).iterdir():
+        assert path.read_bytes() == (out / FOLDER / path.name).read_bytes()
+
+
+def test_ranks_that_cannot_see_each_other_end_the_job_with_code_2(slurm, site):
+    site.write_text(site.read_text() + 'mpi = "none"\n')
+    campaign = site.with_name("small.toml")
+    campaign.write_text(SMALL)
+    number, out = submitted(slurm, campaign, site)
+    job = slurm.wait(number, "COMPLETED", "FAILED")
+    log = (out / f"slurm-{number}.log").read_text()
+    assert (job["JobState"], job["ExitCode"]) == ("FAILED", "2:0"), log
+    assert log.count("2 processes were started, but each sees only itself") == 1
+
+
+def _tasks_left(line: str) -> int:
+    return int(line.split(" tasks left", maxsplit=1)[0].rsplit(maxsplit=1)[-1])

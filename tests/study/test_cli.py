@@ -1,0 +1,198 @@
+"""The command line: each wrong input is one clear message and exit code 2; the physics' refusals are results."""
+
+import subprocess
+import sys
+import time
+from collections.abc import Callable
+from pathlib import Path
+
+import pytest
+import xarray as xr
+
+from study import cli
+from tests.conftest import ROOT, SMALL
+
+Main = Callable[..., tuple[int, str, str]]
+THREADS = ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS", "BLIS_NUM_THREADS", "NUMBA_NUM_THREADS")
+
+
+@pytest.fixture
+def main(monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]) -> Main:
+    """Call the command line in this process; returns exit code, standard output and standard error."""
+    for name in THREADS:  # a run sets them; this puts them back
+        monkeypatch.setenv(name, "1")
+
+    def call(*arguments: object) -> tuple[int, str, str]:
+        monkeypatch.setattr(sys, "argv", ["nanoslip", *map(str, arguments)])
+        with pytest.raises(SystemExit) as ended:
+            cli.main()
+        return int(ended.value.code or 0), *capsys.readouterr()
+
+    return call
+
+
+WRONG = {
+    "an unknown key": ("n_x = 17", "n_y = 17", "numerics.n_y = 17", "did you mean n_x"),
+    "a wrong type": ("events = 60", 'events = "many"', 'limits.events = "many"', "whole number"),
+    "n_x that is not 2^N+1": ("n_x = 17", "n_x = 16", "numerics.n_x = 16", "2^N + 1"),
+    "a Poisson's ratio of 0.5": (
+        "[numerics]",
+        "[constants]\npoisson = 0.5\n[numerics]",
+        "poisson = 0.5",
+        "poisson < 0.5",
+    ),
+    "a negative radius": ("radius = [50.0, 100.0]", "radius = [-50.0]", "axes.radius[0] = -50.0", "radius > 0"),
+    "an empty axis": ("radius = [50.0, 100.0]", "radius = []", "axes.radius = []", "at least one value"),
+    "a case twice": ("radius = [50.0, 100.0]", "radius = [50.0, 50]", "cases 1 and 2 are the same", "radius = 50.0"),
+    "no TOML": ("[axes]", "[axes", "small.toml", ""),
+}
+
+
+@pytest.mark.parametrize("command", ["plan", "run", "status", "collect"])
+@pytest.mark.parametrize(("line", "wrong", "where", "need"), WRONG.values(), ids=WRONG)
+def test_a_wrong_campaign_is_one_clear_message(main, campaign, command, line, wrong, where, need):
+    assert line in SMALL
+    campaign.write_text(SMALL.replace(line, wrong))
+    out = () if command == "plan" else ("--out", campaign.parent / "out")
+    code, _, said = main(command, campaign, *out, *(("--serial",) if command == "run" else ()))
+    assert code == 2
+    assert said.startswith(f"Error: {campaign}")
+    assert where in said
+    assert need in said
+    assert "Traceback" not in said
+    assert not (campaign.parent / "out").exists()
+
+
+@pytest.mark.parametrize("command", ["plan", "run", "status", "collect"])
+def test_a_missing_campaign_is_one_clear_message(main, tmp_path, command):
+    code, _, said = main(command, tmp_path / "none.toml", *(("--serial",) if command == "run" else ()))
+    assert (code, said) == (2, f"Error: {tmp_path / 'none.toml'}: cannot be read: No such file or directory\n")
+
+
+@pytest.mark.parametrize("command", ["run", "collect"])
+def test_a_folder_that_cannot_be_written_is_one_clear_message(main, campaign, command):
+    # A path through a file: not even root can write there.
+    code, _, said = main(command, campaign, "--out", campaign / "out", *(("--serial",) if command == "run" else ()))
+    assert code == 2
+    assert said.startswith(f"Error: {campaign / 'out'}")
+    assert len(said.splitlines()) == 1
+
+
+def test_a_report_without_a_dataset_says_what_makes_one(main, campaign):
+    code, _, said = main("report", campaign, "--out", campaign.parent / "none")
+    assert code == 2
+    assert "run or collect the campaign first" in said
+
+
+@pytest.mark.parametrize("arguments", [("plam",), ("plan",), ("run", "x.toml", "--fast"), ()])
+def test_a_wrong_command_line_is_exit_code_2(main, arguments):
+    code, _, said = main(*arguments)
+    assert code == 2
+    assert "Usage" in said
+
+
+def test_from_plan_to_report(main, campaign):
+    out = campaign.parent / "out"
+    code, said, _ = main("plan", campaign)
+    assert (code, "4 cases" in said) == (0, True)
+    code, said, progress = main("run", campaign, "--out", out, "--serial")
+    assert code == 0
+    assert "completed" in said
+    assert f"dataset: {out / 'results.nc'}" in said
+    assert "13 of 13 tasks done" in progress
+    before = (out / "results.nc").read_bytes()
+    stamps = {path: path.stat().st_mtime_ns for path in (out / "results").iterdir()}
+
+    code, _, progress = main("run", campaign, "--out", out, "--serial")
+    assert (code, "0 tasks to do" in progress) == (0, True)
+    assert (out / "results.nc").read_bytes() == before
+    assert {path: path.stat().st_mtime_ns for path in (out / "results").iterdir()} == stamps
+
+    assert main("status", campaign, "--out", out)[0] == 0
+    code, said, _ = main("report", campaign, "--out", out)
+    assert (code, (out / "report.html").is_file()) == (0, True)
+    assert "report.html" in said
+
+
+def test_collecting_what_is_not_finished_says_pending(main, campaign):
+    code, said, _ = main("collect", campaign, "--out", campaign.parent / "out")
+    assert code == 0
+    assert said.count("pending") == 8  # cases times drives
+    with xr.open_dataset(campaign.parent / "out" / "results.nc") as found:
+        assert set(found["outcome"].values.ravel()) == {"pending"}
+
+
+def test_cases_that_physics_refuses_are_results_and_exit_code_0(main, campaign):
+    text = SMALL.replace("n_x = 17\n", "").replace("[axes]", "[axes]\nrows = [4, 5]\nn_x = [9, 17]")
+    campaign.write_text(text)
+    code, said, _ = main("plan", campaign)
+    assert (code, "16 cases, 4 of them refused" in said) == (0, True)
+    code, said, _ = main("run", campaign, "--out", campaign.parent / "out", "--serial")
+    assert code == 0
+    assert "invalid: rows = 5: needs 3 to 4 rows at n_x = 9" in said
+
+
+def test_a_defect_is_exit_code_1_and_keeps_the_rest(main, campaign, monkeypatch):
+    from study import tasks
+
+    compute = tasks.run_task
+
+    def defective(task, inputs):
+        if task.kind == "friction" and task.case.radius == 100.0:
+            raise RuntimeError("a defect")
+        return compute(task, inputs)
+
+    monkeypatch.setattr(tasks, "run_task", defective)
+    out = campaign.parent / "out"
+    code, said, errors = main("run", campaign, "--out", out, "--serial")
+    assert code == 1
+    assert "6 tasks crashed" in errors  # two records and the two drives of each
+    assert "RuntimeError: a defect" in errors
+    assert (said.count("completed"), said.count("pending")) == (4, 4)
+    monkeypatch.setattr(tasks, "run_task", compute)
+    assert main("run", campaign, "--out", out, "--serial")[0] == 0
+
+
+def test_submit_writes_the_script_and_its_folder(main, campaign):
+    out = campaign.parent / "out"
+    code, said, _ = main("submit", campaign, "--out", out, "--site", ROOT / "slurm" / "site.toml")
+    assert (code, said) == (0, f"{out / 'job.sh'}: sbatch it, or use --submit\n")
+    assert f"nanoslip run {campaign} --out {out}" in (out / "job.sh").read_text()
+    code, _, said = main("submit", campaign, "--out", out, "--site", campaign.parent / "none.toml")
+    assert (code, len(said.splitlines())) == (2, 1)
+
+
+def test_help_is_instant_and_loads_nothing_heavy(environment):
+    program = (
+        "import sys; from study.cli import cli; "
+        "cli.main(['--help'], standalone_mode=False); "
+        "print([name for name in ('numpy', 'xarray', 'numba', 'mpi4py', 'matplotlib', 'rich') if name in sys.modules])"
+    )
+    start = time.perf_counter()
+    done = subprocess.run([sys.executable, "-c", program], env=environment, capture_output=True, text=True, check=True)
+    seconds = time.perf_counter() - start
+    assert done.stdout.splitlines()[-1] == "[]"
+    assert seconds < 2.0  # 0.15 s here; a machine under load is given ten times as much
+
+
+def test_a_rank_that_computes_loads_no_more_than_it_uses(environment):
+    program = (
+        "import sys; from pathlib import Path; from study.cli import _executor; _executor(Path('nowhere')); "
+        "print([name for name in ('xarray', 'pydantic', 'matplotlib', 'rich', 'pandas') if name in sys.modules])"
+    )
+    done = subprocess.run([sys.executable, "-c", program], env=environment, capture_output=True, text=True, check=True)
+    assert done.stdout == "[]\n"
+
+
+def test_the_module_is_the_command(nanoslip):
+    done = nanoslip("--help")
+    assert done.returncode == 0
+    assert done.stdout.startswith("Usage: nanoslip")
+    for command in ("plan", "run", "status", "collect", "report", "submit"):
+        assert command in done.stdout
+
+
+def test_results_go_to_a_folder_named_after_the_campaign(main, campaign, tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    main("collect", campaign)
+    assert Path("results/small/results.nc").is_file()
