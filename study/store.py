@@ -146,7 +146,16 @@ def _writer_lives(scratch: Path) -> bool:
         return False
     except PermissionError:
         return True
-    return True
+    return not _awaits_burial(int(process))
+
+
+def _awaits_burial(process: int) -> bool:
+    """Whether a process has died and nobody has asked how: containers often have no init that would."""
+    try:
+        fields = Path(f"/proc/{process}/stat").read_text()
+    except OSError:
+        return False  # no such file system here, or gone meanwhile: the next run clears away
+    return fields.rpartition(")")[2].split()[0] == "Z"
 
 
 def _write_archive(path: Path, meta: dict[str, Any], arrays: Mapping[str, NDArray[Any]]) -> None:

@@ -1,6 +1,7 @@
 """A result on disk is whole or not there, says the same as the value it was, and always in the same bytes."""
 
 import os
+import signal
 import socket
 import stat
 import subprocess
@@ -160,6 +161,20 @@ def test_leftovers_of_killed_runs_go_and_those_of_live_ones_stay(store):
     store.prepare()
     assert set(store.folder.iterdir()) == {alive, elsewhere}
     assert store.finished() == set()
+
+
+@pytest.mark.skipif(not Path("/proc/self/stat").exists(), reason="only /proc tells the dead from the living here")
+def test_the_leftover_of_a_killed_run_that_nobody_buried_goes(store):
+    killed = subprocess.Popen([sys.executable, "-c", "import time; time.sleep(60)"])
+    leftover = store.folder / f".a.npz.{socket.gethostname().replace('.', '-')}.{killed.pid}.1.scratch"
+    leftover.touch()
+    store.prepare()
+    assert leftover.exists()
+    os.kill(killed.pid, signal.SIGKILL)
+    os.waitid(os.P_PID, killed.pid, os.WEXITED | os.WNOWAIT)  # dead, and left lying as a container's init would
+    store.prepare()
+    assert not leftover.exists()
+    killed.wait()
 
 
 def test_two_writers_of_one_result_do_no_harm(store):
