@@ -17,7 +17,7 @@ PinShape = Literal["parabola", "flat_punch"]
 FirstTouch = Literal["stick", "frictionless", "gradual"]
 SlipOrder = Literal["worst_first", "simultaneous"]
 Integrator = Literal["exact", "rk4"]
-ProfileShape = Literal["sawtooth", "linear"]
+ProfileShape = Literal["sawtooth", "linear", "mean"]
 
 _CHOICES: dict[str, tuple[str, ...]] = {
     "scheme": get_args(Scheme),
@@ -139,8 +139,15 @@ class Case:
 class Drive:
     """How the pin is pulled (Eq. 12), in units of L_x, G·L_y (stiffness), G·L_x·L_y (force) and √(m/(G·L_y)) (time).
 
-    In these units the pin's mass is 1. damping_ratio is ζ = c/(2√(m·k)). time_step matters to `rk4` only.
+    In these units the pin's mass is 1. damping_ratio is ζ = c/(2√(m·k)); 0 is no damper. time_step matters to `rk4` only.
     samples: number of evenly spaced output times after t = 0; a choice of storage, never a change of the result.
+
+    surface_compliance: the contact yields with K before it slips (Eq. 13-14). Without, K → ∞: the pin is at rest while
+        spring and damper pull no harder than F̃(x), and slides against exactly F̃(x) (Eq. 16-19). This is also Eq. 13-14
+        without hysteresis: x_R = x at all times, F depends on position and direction only. Needs `exact`, as a step has
+        no rest.
+    reverse_motion: the pin may slip back, against -F̃ (the negative branch of Eq. 13). Without, only elastic stretch is
+        given back, and a run whose pin would slip back ends there as `reversed`.
     """
 
     spring_stiffness: float
@@ -151,6 +158,8 @@ class Drive:
     profile: ProfileShape = "sawtooth"
     time_step: float | None = None
     samples: int = 2000
+    surface_compliance: bool = True
+    reverse_motion: bool = True
 
     def __post_init__(self) -> None:
         _take_declared_types(self)
@@ -166,6 +175,10 @@ class Drive:
             _require(
                 "time_step", step, step is not None and 0.0 < step <= self.duration, "0 < time_step ≤ duration with rk4"
             )
+            if not self.surface_compliance:
+                raise InvalidInput(
+                    'surface_compliance = false: needs integrator = "exact", as a step of rk4 has no rest'
+                )
 
 
 @dataclass(frozen=True, slots=True)
@@ -215,6 +228,8 @@ def _take_declared_types(value: Any) -> None:
         if item.name in _CHOICES:
             allowed = _CHOICES[item.name]
             _require(item.name, given, given in allowed, "one of " + ", ".join(allowed))
+        elif item.type is bool:
+            _require(item.name, given, isinstance(given, bool), "true or false")
         elif "float" in kind and given is not None:
             object.__setattr__(value, item.name, _as_float(item.name, given))
         elif "int" in kind and given is not None:

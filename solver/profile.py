@@ -88,14 +88,30 @@ def linear(record: FrictionRecord, plateau: Plateau) -> Profile:
     return _periodic(Teeth(whole.edges, whole.start, np.append(whole.start[1:], whole.end[-1])), plateau)
 
 
+def mean(plateau: Plateau, load: float) -> Profile:
+    """The same F̃ everywhere, from the first position on: the plateau's mean. load: W, in G·L_x·L_y.
+
+    No static excess is made up: with surface compliance the contact is an elastic, perfectly plastic element.
+    Raises NoPlateauError where the record has no plateau.
+    """
+    _need(plateau)
+    return Profile(np.array([0.0, 1.0]), np.array([plateau.mean * load]), np.zeros(1), periodic_from=0)
+
+
 def profile_of(record: FrictionRecord, plateau: Plateau, shape: ProfileShape) -> Profile:
     """The profile of the shape that a `Drive` asks for by name."""
+    if shape == "mean":
+        return mean(plateau, record.load)
     return sawtooth(record, plateau) if shape == "sawtooth" else linear(record, plateau)
 
 
-def _periodic(whole: Teeth, plateau: Plateau) -> Profile:
+def _need(plateau: Plateau) -> None:
     if not plateau.outcome.ok:
         raise NoPlateauError(plateau.outcome.message)
+
+
+def _periodic(whole: Teeth, plateau: Plateau) -> Profile:
+    _need(plateau)
     count = plateau.last_event + 1
     edges = whole.edges[: count + 1]
     start, end = np.maximum(whole.start[:count], 0.0), np.maximum(whole.end[:count], 0.0)

@@ -24,6 +24,8 @@ class NamedDrive:
     profile: ProfileShape = "sawtooth"
     time_step: float | None = None
     samples: int = 2000
+    surface_compliance: bool = True
+    reverse_motion: bool = True
 
     def __post_init__(self) -> None:
         if not isinstance(self.name, str) or not self.name.strip():
@@ -51,4 +53,6 @@ class NamedDrive:
             profile=self.profile,
             time_step=None if self.time_step is None else self.time_step / time,
             samples=self.samples,
+            surface_compliance=self.surface_compliance,
+            reverse_motion=self.reverse_motion,
         )

@@ -130,7 +130,8 @@ def _seconds(task: Task) -> float:
 def _drive_seconds(drive: Drive, case: Case) -> float:
     if drive.time_step is not None:
         return _PER_TIME_STEP * drive.duration / drive.time_step
-    return _PER_TOOTH * (drive.samples + drive.stage_velocity * drive.duration / _mean_step(case))
+    teeth = 0.0 if drive.profile == "mean" else drive.stage_velocity * drive.duration / _mean_step(case)
+    return _PER_TOOTH * (drive.samples + teeth)
 
 
 def _events(case: Case) -> float:

@@ -211,6 +211,8 @@ PARAMETERS = {
     "profile": Quantity("profile", "friction profile between events"),
     "time_step": Quantity("time_step", "step of the integrator", "s"),
     "samples": Quantity("samples", "output times after the start"),
+    "surface_compliance": Quantity("surface_compliance", "whether the contact yields before it slips"),
+    "reverse_motion": Quantity("reverse_motion", "whether the pin may slip back"),
 }
 
 

@@ -12,6 +12,7 @@ from solver.case import Drive
 from solver.dynamics._kernels import Motion, Teeth
 from solver.dynamics.exact import STEP_LIMIT, integrate_exact
 from solver.dynamics.result import BINS, DynamicsResult
+from solver.dynamics.rigid import integrate_rigid
 from solver.dynamics.rk4 import integrate_rk4
 from solver.outcome import InvalidInput
 from solver.profile import Profile
@@ -22,29 +23,34 @@ __all__ = ["DynamicsResult", "integrate"]
 def integrate(profile: Profile, drive: Drive, surface_stiffness: float, step_limit: int = STEP_LIMIT) -> DynamicsResult:
     """Integrate Eq. 12 with the friction of Eq. 13-14 by the method that `drive.integrator` names.
 
-    surface_stiffness: K of Eq. 15, in G·L_y. step_limit: segments allowed to the exact method.
-    Raises InvalidInput unless K > 0. An unstable step or too many segments are outcomes of the result.
+    surface_stiffness: K of Eq. 15, in G·L_y; without surface compliance it only tells slip from stick (`creep_velocity`,
+    `presliding_length`). step_limit: segments allowed to the exact methods.
+    Raises InvalidInput unless K > 0. An unstable step, too many segments or a reversal that the drive excludes are
+    outcomes of the result.
     """
     if not 0.0 < surface_stiffness < math.inf:
         raise InvalidInput(f"surface_stiffness = {surface_stiffness!r}: needs surface_stiffness > 0")
     k, stage = drive.spring_stiffness, drive.stage_velocity
     damping = 2.0 * drive.damping_ratio * math.sqrt(k)
+    compliant = drive.surface_compliance
+    stiffest = surface_stiffness if compliant else float(np.abs(profile.slope).max())
     motion = Motion(
         spring=k,
         damping=damping,
         stage=stage,
-        contact=surface_stiffness,
+        contact=surface_stiffness if compliant else math.inf,
         creep=k * stage / (k + surface_stiffness),
         presliding=profile.steady_force / surface_stiffness,
         duration=drive.duration,
-        instant=1e-8 / (math.sqrt(k + surface_stiffness) + damping),
+        instant=1e-8 / (math.sqrt(k + stiffest) + damping),
     )
     teeth = Teeth(profile.edges, profile.force, profile.slope, profile.periodic_from)
     if drive.integrator == "rk4":
         assert drive.time_step is not None  # a Drive with rk4 has one
-        run, outcome = integrate_rk4(teeth, motion, drive.samples, drive.time_step)
+        run, outcome = integrate_rk4(teeth, motion, drive.samples, drive.time_step, drive.reverse_motion)
     else:
-        run, outcome = integrate_exact(teeth, motion, drive.samples, step_limit)
+        method = integrate_exact if compliant else integrate_rigid
+        run, outcome = method(teeth, motion, drive.samples, step_limit, drive.reverse_motion)
     time = drive.duration * (np.arange(drive.samples + 1) / drive.samples)
     position, velocity, friction = run.samples.T.copy()
     slip_time, slip_position, slip_force, restick_time, restick_position = run.slips.T.copy()

@@ -27,6 +27,7 @@ class Motion(NamedTuple):
     damping: float
     stage: float
     contact: float
+    """K; infinite for a rigid contact."""
     creep: float
     presliding: float
     duration: float
@@ -531,6 +532,17 @@ def _written(record: Record, row: int, edge: int, segment: Segment, resisted: fl
 
 
 @_compiled
+def _passed(record: Record, segment: Segment, tally: Tally, until: float, tau: float, y: float, area: float) -> Tally:
+    """Write and add up what falls into the segment, which ends at the time `until` and lasts τ; y and ∫y then."""
+    steps, resisted, work, row, edge = tally
+    friction, slope = segment.pin.friction, segment.slope
+    row, edge = _written(record, row, edge, segment, resisted, until)
+    return Tally(
+        steps + 1, resisted + (friction * tau + slope * area), work + (friction + 0.5 * slope * y) * y, row, edge
+    )
+
+
+@_compiled
 def _turns(segment: Segment, motion: Motion, tau: float) -> bool:
     """Whether the driving force might have an extremum within a short τ: its rate changes by less than the bound."""
     k, c, q, p = motion.spring, motion.damping, segment.q, segment.p
@@ -578,10 +590,20 @@ def _crossing(
 
 @_compiled
 def _cruise(
-    teeth: Teeth, motion: Motion, record: Record, index: int, pin: Pin, slip: Slip, tally: Tally, step_limit: int
+    teeth: Teeth,
+    motion: Motion,
+    record: Record,
+    index: int,
+    pin: Pin,
+    slip: Slip,
+    tally: Tally,
+    step_limit: int,
+    rigid: bool | None,
 ) -> tuple[int, Pin, Slip, Tally]:
     """Slide on from the left edge of tooth `index` ≥ 0 over whole teeth, as long as `_crossing` is sure of them, F
     does not meet its limit within one, and the velocity stays well above creep. Nearly all of a long drive is this.
+
+    rigid: unless None (which compiles a function without it), F is F̃ from the start of every tooth on.
     """
     edges, force, slope = teeth.edges, teeth.force, teeth.slope  # in locals: whole tuples cost reference counts
     k, c, V, contact, duration = motion.spring, motion.damping, motion.stage, motion.contact, motion.duration
@@ -595,7 +617,7 @@ def _cruise(
     forecast = Forecast(t, v, 1.0 / v)
     while steps < step_limit:
         right, base, rise = edges[j + 1] + shift, force[j], slope[j]
-        width, friction = right - x, min(friction, base)
+        width, friction = right - x, min(friction, base) if rigid is None else base
         rate = rise if friction == base and rise < contact else contact
         after = friction + rate * width
         pull = drag - k * x - friction
@@ -627,12 +649,19 @@ def _cruise(
 
 @_compiled
 def integrate_exactly(
-    teeth: Teeth, motion: Motion, sample_count: int, bin_count: int, step_limit: int, cruising: bool
+    teeth: Teeth,
+    motion: Motion,
+    sample_count: int,
+    bin_count: int,
+    step_limit: int,
+    one_way: bool | None,
+    cruising: bool,
 ) -> Run:
     """Follow the pin from rest, segment by segment, each in closed form and ended by the first of: an edge of the
     tooth, F meeting ±F̃, a velocity of 0 or creep, an extremum of the velocity, the end.
 
-    cruising: cross teeth the short way where that is exact.
+    one_way: unless None (which compiles a function without it), stop where F would follow -F̃. cruising: cross teeth
+    the short way where that is exact.
     """
     K, duration = motion.contact, motion.duration
     record = Record(np.full((sample_count + 1, 3), np.nan), np.full(bin_count + 1, np.nan), duration)
@@ -647,33 +676,33 @@ def integrate_exactly(
             and pin.friction >= 0.0
             and left >= max(pin.position, 0.0)
         ):
-            index, pin, slip, tally = _cruise(teeth, motion, record, index, pin, slip, tally, step_limit)
+            index, pin, slip, tally = _cruise(teeth, motion, record, index, pin, slip, tally, step_limit, None)
             if tally.steps == step_limit:
                 break
             left, right, base, slope = _tooth(teeth, index)
         t, x, v, friction = pin
-        steps, resisted, work, row, edge = tally
         limit = max(base + slope * (x - left), 0.0)
+        if one_way is not None and friction < -limit:
+            break
         friction = min(max(friction, -limit), limit)
         pin = Pin(t, x, v, friction)
         forward = _moves_forward(motion, pin)
         way = right - x if forward else left - x
         if way <= 0.0 if forward else way >= 0.0:
             index += 1 if forward else -1
-            tally = Tally(steps + 1, resisted, work, row, edge)
+            tally = Tally(tally.steps + 1, tally.resisted, tally.work, tally.row, tally.edge)
             continue
 
         branch = _branch(friction, limit, slope, K, forward)
+        if one_way is not None and branch < 0:
+            break
         segment = _segment(motion, pin, branch * slope if branch else K)
         reach = way if branch else _stuck_reach(friction, limit, slope, K, forward)
         distance = min(way, reach) if forward else max(way, reach)
         watched = v >= motion.creep and (slip.climbing or not slip.sliding)
         tau, met, y, v, area = _segment_end(segment, motion, watched, distance, forward)
         t = duration if tau >= duration - t else t + tau
-        row, edge = _written(record, row, edge, segment, resisted, t)
-        resisted += friction * tau + segment.slope * area
-        work += (friction + 0.5 * segment.slope * y) * y
-        tally = Tally(steps + 1, resisted, work, row, edge)
+        tally = _passed(record, segment, tally, t, tau, y, area)
 
         x += y
         friction += segment.slope * y
@@ -685,6 +714,99 @@ def integrate_exactly(
         if branch:  # exactly on the limit, or the next segment would have to find it again
             friction = branch * (base + slope * (x - left))
         pin = Pin(t, x, v, friction)
+        peak = _highest_driving_force(segment, motion, tau, pin) if watched else _driving_force(motion, pin)
+        slip = _followed(slip, finished, motion, segment.pin, pin, peak)
+    table = _slip_table(slip, finished, motion, pin)
+    return Run(
+        pin.time, tally.steps, record.samples, record.impulse, table, slip.micro_slips, slip.micro_travel, tally.work
+    )
+
+
+# --- the rigid contact ----------------------------------------------------------------------------------------------
+
+
+@_compiled
+def _held(record: Record, motion: Motion, pin: Pin, tally: Tally, until: float) -> Tally:
+    """Let time pass at rest: friction balances the driving force, which grows as the stage moves on."""
+    samples, impulse, duration = record
+    last, bins = samples.shape[0] - 1, impulse.size - 1
+    steps, resisted, work, row, edge = tally
+    driving, ramp = _driving_force(motion, pin), motion.spring * motion.stage
+    while row <= last and duration * (row / last) <= until:
+        samples[row, 0] = pin.position
+        samples[row, 1] = 0.0
+        samples[row, 2] = driving + ramp * (duration * (row / last) - pin.time)
+        row += 1
+    while edge <= bins and duration * (edge / bins) <= until:
+        tau = duration * (edge / bins) - pin.time
+        impulse[edge] = resisted + (driving + 0.5 * ramp * tau) * tau
+        edge += 1
+    tau = until - pin.time
+    return Tally(steps + 1, resisted + (driving + 0.5 * ramp * tau) * tau, work, row, edge)
+
+
+@_compiled
+def _balanced(segment: Segment) -> Segment:
+    """The segment of a pin at rest that is just let go: its acceleration is 0 without rounding."""
+    pin, slope, c, total, _, ramp, _, _, pace = segment
+    return Segment(pin, slope, c, total, 0.0, ramp, 0.0, ramp, pace)
+
+
+@_compiled
+def integrate_rigidly(
+    teeth: Teeth, motion: Motion, sample_count: int, bin_count: int, step_limit: int, one_way: bool | None
+) -> Run:
+    """`integrate_exactly` with a contact that does not yield: at rest while spring and damper pull no harder than F̃,
+    in motion against a force of F̃.
+    """
+    duration = motion.duration
+    record = Record(np.full((sample_count + 1, 3), np.nan), np.full(bin_count + 1, np.nan), duration)
+    slip, finished = Slip(False, False, 0.0, 0.0, 0.0, 0, 0.0), _no_slips()
+    pin, tally, index, heading = Pin(0.0, 0.0, 0.0, 0.0), Tally(0, 0.0, 0.0, 0, 0), 0, 0
+    while pin.time < duration and tally.steps < step_limit:
+        left, right, base, slope = _tooth(teeth, index)
+        if heading > 0 and slip.sliding and pin.velocity > 2.0 * motion.creep and left >= max(pin.position, 0.0):
+            index, pin, slip, tally = _cruise(teeth, motion, record, index, pin, slip, tally, step_limit, True)
+            if tally.steps == step_limit:
+                break
+            left, right, base, slope = _tooth(teeth, index)
+        limit = max(base + slope * (pin.position - left), 0.0)
+        let_go = False
+        if heading == 0:
+            driving = _driving_force(motion, pin)
+            heading = 1 if driving > 0.0 else -1
+            if abs(driving) <= limit:
+                wait = (limit - driving) / (motion.spring * motion.stage)
+                let_go, heading = wait < duration - pin.time, 1
+                until = pin.time + wait if let_go else duration
+                tally = _held(record, motion, pin, tally, until)
+                pin = Pin(until, pin.position, 0.0, limit)
+                if not let_go:
+                    break
+            if one_way is not None and heading < 0:
+                break
+        forward = heading > 0
+        x, way = pin.position, right - pin.position if forward else left - pin.position
+        if way <= 0.0 if forward else way >= 0.0:
+            index += heading
+            heading = heading if pin.velocity != 0.0 else 0
+            tally = Tally(tally.steps + 1, tally.resisted, tally.work, tally.row, tally.edge)
+            continue
+
+        segment = _segment(motion, Pin(pin.time, x, pin.velocity, heading * limit), heading * slope)
+        segment = _balanced(segment) if let_go else segment
+        friction = segment.pin.friction
+        watched = pin.velocity >= motion.creep and (slip.climbing or not slip.sliding)
+        tau, met, y, v, area = _segment_end(segment, motion, watched, way, forward)
+        t = duration if tau >= duration - pin.time else pin.time + tau
+        tally = _passed(record, segment, tally, t, tau, y, area)
+
+        x += y
+        if met:
+            x = right if forward else left
+            index += heading
+        heading = heading if v != 0.0 else 0
+        pin = Pin(t, x, v, friction + segment.slope * y)
         peak = _highest_driving_force(segment, motion, tau, pin) if watched else _driving_force(motion, pin)
         slip = _followed(slip, finished, motion, segment.pin, pin, peak)
     table = _slip_table(slip, finished, motion, pin)
@@ -722,9 +844,13 @@ def _between(s: float, old: float, new: float, old_rate: float, new_rate: float)
 
 
 @_compiled
-def integrate_by_steps(teeth: Teeth, motion: Motion, steps: int, sample_count: int, bin_count: int) -> Run:
+def integrate_by_steps(
+    teeth: Teeth, motion: Motion, steps: int, sample_count: int, bin_count: int, one_way: bool | None
+) -> Run:
     """Classical Runge-Kutta steps of equal length; F at every stage with the relaxation point of the step's start,
     which Eq. 14 updates after the step. Samples by cubic interpolation, impulse by the trapezoidal rule.
+
+    one_way: see `integrate_exactly`.
     """
     k, c, V, K, duration = motion.spring, motion.damping, motion.stage, motion.contact, motion.duration
     samples = np.full((sample_count + 1, 3), np.nan)
@@ -733,7 +859,7 @@ def integrate_by_steps(teeth: Teeth, motion: Motion, steps: int, sample_count: i
     pin = Pin(0.0, 0.0, 0.0, 0.0)
     driving = _driving_force(motion, pin)
     relaxed = pushed = work = 0.0
-    index = next_sample = next_edge = 0
+    index = next_sample = next_edge = computed = 0
     left, right, base, slope = _tooth(teeth, 0)
     for step in range(steps):
         t, end = pin.time, duration * ((step + 1) / steps)
@@ -754,6 +880,8 @@ def integrate_by_steps(teeth: Teeth, motion: Motion, steps: int, sample_count: i
         x, v = pin.position + dt / 6.0 * dx, pin.velocity + dt / 6.0 * dv
         if not left <= x < right:
             index, left, right, base, slope = _located(teeth, index, x)
+        if one_way is not None and K * (x - relaxed) < -(base + slope * (x - left)):
+            break
         new = Pin(end, x, v, _friction(x, relaxed, K, base + slope * (x - left)))
         new_driving = _driving_force(motion, new)
 
@@ -773,5 +901,6 @@ def integrate_by_steps(teeth: Teeth, motion: Motion, steps: int, sample_count: i
         work += 0.5 * (pin.friction + new.friction) * (x - pin.position)
         relaxed = x - new.friction / K
         pin, driving = new, new_driving
+        computed += 1
     table = _slip_table(slip, finished, motion, pin)
-    return Run(duration, steps, samples, impulse, table, slip.micro_slips, slip.micro_travel, work)
+    return Run(pin.time, computed, samples, impulse, table, slip.micro_slips, slip.micro_travel, work)

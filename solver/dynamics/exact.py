@@ -14,13 +14,28 @@ STEP_LIMIT: Final = 100_000_000
 """Segments after which a run is given up (some seconds to a minute)."""
 
 
-def integrate_exact(teeth: Teeth, motion: Motion, samples: int, step_limit: int) -> tuple[Run, Outcome]:
-    """Integrate to the drive's end, or to `step_limit` segments with the outcome `STEP_LIMIT`."""
-    run = integrate_exactly(teeth, motion, samples, BINS, step_limit, True)
+def integrate_exact(
+    teeth: Teeth, motion: Motion, samples: int, step_limit: int, reverse_motion: bool
+) -> tuple[Run, Outcome]:
+    """Integrate to the drive's end, to `step_limit` segments, or to where F would follow -F̃ unless it may."""
+    run = integrate_exactly(teeth, motion, samples, BINS, step_limit, None if reverse_motion else True, True)
+    return run, outcome_of(run, motion, step_limit)
+
+
+def outcome_of(run: Run, motion: Motion, step_limit: int) -> Outcome:
+    """How a run of segments ended: `COMPLETED`, `STEP_LIMIT` or `REVERSED`."""
     if run.reached >= motion.duration:
-        return run, COMPLETED
+        return COMPLETED
+    if run.steps < step_limit:
+        return reversed_at(run)
     message = (
         f"{step_limit} segments reached t = {run.reached:.6g} of {motion.duration:.6g}: "
         "raise step_limit, shorten the drive, or look for chatter in the friction profile"
     )
-    return run, Outcome(Ending.STEP_LIMIT, message)
+    return Outcome(Ending.STEP_LIMIT, message)
+
+
+def reversed_at(run: Run) -> Outcome:
+    """The end of a run whose pin was not to move back."""
+    message = f"the pin slips back at t = {run.reached:.6g}: needs reverse_motion = true"
+    return Outcome(Ending.REVERSED, message)

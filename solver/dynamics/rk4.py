@@ -9,14 +9,18 @@ import math
 import numpy as np
 
 from solver.dynamics._kernels import Motion, Run, Teeth, integrate_by_steps
+from solver.dynamics.exact import reversed_at
 from solver.dynamics.result import BINS
 from solver.outcome import COMPLETED, Ending, Outcome
 
 
-def integrate_rk4(teeth: Teeth, motion: Motion, samples: int, time_step: float) -> tuple[Run, Outcome]:
+def integrate_rk4(
+    teeth: Teeth, motion: Motion, samples: int, time_step: float, reverse_motion: bool
+) -> tuple[Run, Outcome]:
     """Integrate in steps of at most `time_step`, as many as fill the duration evenly.
 
-    A step that makes free vibrations of the stuck pin grow is refused with the outcome `UNSTABLE_STEP`.
+    A step that makes free vibrations of the stuck pin grow is refused with the outcome `UNSTABLE_STEP`. Unless the pin
+    may move back, the run ends where F would be -F̃.
     """
     if not is_stable(time_step, motion):
         message = (
@@ -24,7 +28,8 @@ def integrate_rk4(teeth: Teeth, motion: Motion, samples: int, time_step: float) 
         )
         return _nothing(samples), Outcome(Ending.UNSTABLE_STEP, message)
     steps = max(1, math.ceil(motion.duration / time_step * (1.0 - 1e-12)))
-    return integrate_by_steps(teeth, motion, steps, samples, BINS), COMPLETED
+    run = integrate_by_steps(teeth, motion, steps, samples, BINS, None if reverse_motion else True)
+    return run, COMPLETED if run.steps == steps else reversed_at(run)
 
 
 def is_stable(time_step: float, motion: Motion) -> bool:

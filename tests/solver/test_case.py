@@ -40,6 +40,7 @@ def test_whole_numbers_and_reals_make_the_same_case() -> None:
         (lambda: SlipRule(event_floor=0.0), "event_floor = 0.0"),
         (lambda: Drive(0.0, 0.1, 1.0, 1.0), "spring_stiffness = 0.0"),
         (lambda: Drive(1.0, 0.1, 1.0, 1.0, integrator="rk4"), "time_step = None"),
+        (lambda: Drive(1.0, 0.1, 1.0, 1.0, surface_compliance=0), "surface_compliance = 0: needs true or false"),  # type: ignore[arg-type]
         (lambda: Scales(slab_width=0), "slab_width = 0"),
     ],
 )

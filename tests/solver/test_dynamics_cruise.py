@@ -24,7 +24,7 @@ def cruise(profile, motion, pin, climbing=False, limit=1000):
     teeth = _kernels.Teeth(profile.edges, profile.force, profile.slope, profile.periodic_from)
     record = _kernels.Record(np.full((2, 3), np.nan), np.full(2, np.nan), motion.duration)
     slip = _kernels.Slip(True, climbing, 0.0, 0.0, 0.0, 0, 0.0)
-    return _kernels._cruise(teeth, motion, record, 0, pin, slip, _kernels.Tally(0, 0.0, 0.0, 0, 0), limit)
+    return _kernels._cruise(teeth, motion, record, 0, pin, slip, _kernels.Tally(0, 0.0, 0.0, 0, 0), limit, None)
 
 
 @pytest.mark.parametrize(("damping_ratio", "stage"), [(0.0, 0.3), (0.3, 0.3), (0.02, 0.2), (0.05, 0.05)])

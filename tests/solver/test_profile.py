@@ -3,6 +3,8 @@
 import numpy as np
 import pytest
 
+from solver.case import Drive
+from solver.dynamics import integrate
 from solver.outcome import InvalidInput
 from solver.plateau import plateau_of
 from solver.profile import NoPlateauError, Profile, linear, profile_of, sawtooth
@@ -77,3 +79,29 @@ def test_teeth_that_do_not_fit_are_refused_by_name(edges, force, slope, periodic
 def test_at_a_jump_the_limit_is_the_force_ahead():
     profile = profile_through([0.0, 1.0, 2.0], [0.0, 0.5], [1.0, 2.0])
     assert profile.limit(np.array([1.0, 2.0])).tolist() == [0.5, 0.0]
+
+
+def test_the_mean_profile_is_the_plateaus_mean_everywhere():
+    profile = profile_of(RECORD, PLATEAU, "mean")
+    assert np.array_equal(profile.limit(np.linspace(-3.0, 3.0, 11)), np.full(11, PLATEAU.mean * LOAD))
+    assert profile.steady_force == PLATEAU.mean * LOAD
+
+
+def test_the_mean_profile_needs_a_plateau():
+    record = record_from(np.full(100, 1e-5), np.zeros(100))
+    with pytest.raises(NoPlateauError, match="max_events"):
+        profile_of(record, plateau_of(record), "mean")
+
+
+@pytest.mark.parametrize("compliant", [True, False])
+def test_ever_finer_teeth_tend_to_the_mean(compliant):
+    """Teeth of the contact's own slope over shorter and shorter periods p, about the same mean: off by less than p."""
+    level, contact = 0.5, 5.0
+    drive = Drive(1.0, 0.1, 0.3, 12.0, samples=100, surface_compliance=compliant)
+    mean = integrate(profile_through([0.0, 1.0], [level], [level]), drive, contact)
+    for period in (1e-2, 1e-3, 1e-4):
+        half = 0.5 * contact * period
+        fine = integrate(profile_through([0.0, period], [level - half], [level + half]), drive, contact)
+        assert (
+            np.abs(fine.position - mean.position).max() < 10.0 * period
+        )  # a rise of K·p delays the first slip by 5 p/V·V

@@ -143,6 +143,15 @@ WRONG = {
         DRIVE + "time_step = 1e-7",
         'drives[0].time_step = 1e-07: needs integrator = "rk4", the one that takes steps',
     ),
+    "rigid contact in steps": (
+        DRIVE + 'surface_compliance = false\nintegrator = "rk4"\ntime_step = 1e-7',
+        'drives[0].surface_compliance = false: needs integrator = "exact", as a step of rk4 has no rest',
+    ),
+    "effect that is a number": (DRIVE + "reverse_motion = 1", "drives[0].reverse_motion = 1: needs true or false"),
+    "unknown friction profile": (
+        DRIVE + 'profile = "average"',
+        'drives[0].profile = "average": needs one of sawtooth, linear, mean',
+    ),
     "units that overflow": (
         DRIVE + "[scales]\nshear_modulus = 1e-300\nslab_depth = 1e-300",
         "drives[0]: overflows in units of the [scales]: needs less extreme numbers",

@@ -5,6 +5,7 @@ import subprocess
 import sys
 from dataclasses import replace
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pytest
@@ -79,6 +80,21 @@ def test_scales_matter_to_a_drive_by_its_dimensionless_numbers_only() -> None:
     """Four times the modulus, spring and mass: the same numbers (all factors are powers of two, exact in binary)."""
     stiff = NamedDrive("stiff", pin_mass=2.0, spring_stiffness=8e5, samples=50)
     assert drive_task(CASE, stiff.dimensionless(Scales(shear_modulus=4e10))).key == drive_task(CASE, DRIVE).key
+
+
+@pytest.mark.parametrize(
+    "effect",
+    [{"surface_compliance": False}, {"reverse_motion": False}, {"profile": "mean"}, {"damping_ratio": 0.0}],
+    ids=str,
+)
+def test_an_effect_of_a_drive_is_in_its_key_and_leaves_its_record_alone(effect: dict[str, Any]) -> None:
+    other = replace(DRIVE, **effect)
+    assert drive_task(CASE, other).key != drive_task(CASE, DRIVE).key
+    assert drive_task(CASE, other).needs == drive_task(CASE, DRIVE).needs
+    result = drive(CASE, other)
+    assert result.outcome.ok
+    # Small effects here, but for the mean: without static excess the first slip needs 18 % less.
+    assert result.scalars["static_friction"] == pytest.approx(drive(CASE).scalars["static_friction"], rel=0.2)
 
 
 def test_tasks_and_results_travel_between_processes() -> None:
