@@ -27,15 +27,9 @@ DONE, FULL, DRIFTED, SLIP_UNBOUNDED, CASCADE_LIMIT, CONTACT_LOST, NO_EVENT, EDGE
 
 DRIFT_LIMIT = 1e-11  # relative residual of the prescribed displacements at which the tableau is rebuilt
 REFRESH_SLIPS = 65536  # slips after which the response is summed afresh: rounding of a vector sum stays below 1e-12
-FINITE = {
-    "nnan",
-    "nsz",
-    "contract",
-    "reassoc",
-}  # what the compiler may assume in the innermost loops: no NaN, sums in any order
 REFRESH_CHANGES = 64  # changes of the contact after which everything is summed afresh
 EDGE = 1e-9  # relative distance inside a punch's edge at which a node counts as under it
-TIE = 1e-10  # relative difference of two shear ratios that counts as a tie; the node further right goes first
+PLACE = 0xFFFF  # lowest bits of a shear ratio, 2^-36 of it, that give way to the node's place: nearer ratios are ties
 
 
 class Machine(NamedTuple):
@@ -44,7 +38,7 @@ class Machine(NamedTuple):
     matrix: Floats
     """(2n, 2n) surface compliance."""
     tableau: Floats
-    """(N, N), row j: response to input j."""
+    """(N, at least N), row j: response to input j, then padding."""
     response: Floats
     """(N,)"""
     inputs: Floats
@@ -59,10 +53,8 @@ class Machine(NamedTuple):
     """(n,) μ_i per node; any value where `sticks`."""
     sticks: NDArray[np.bool_]
     """(n,) infinite μ_i: the node never slips."""
-    masks: Floats
-    """(2, n): 1 where a node is in contact, and where it also may slip; 0 elsewhere."""
-    excess: Floats
-    """(n,) scratch: |shear| - μ_i·pressure where a node may slip."""
+    limits: Floats
+    """(n,) μ_i where a node is in contact and may slip; NaN elsewhere."""
     totals: Floats
     """δ_p, dissipated energy of the current event, largest relative drift seen."""
     counts: NDArray[np.int64]
@@ -154,7 +146,7 @@ def aim_displacement(m: Machine) -> None:
 @njit(cache=True, nogil=True)
 def aim_load(m: Machine) -> None:
     """Set the rate to the response per unit of load, the pin held."""
-    m.rate[:] = -m.tableau[2 * len(m.x)]
+    m.rate[:] = -m.tableau[2 * len(m.x), : len(m.rate)]
 
 
 @njit(cache=True, nogil=True)
@@ -211,12 +203,11 @@ def _exchange(m: Machine, i: int) -> bool:
     for row in (p, q):
         m.inputs[row], m.response[row] = m.response[row], m.inputs[row]
     m.contact[i] = not m.contact[i]
-    m.masks[0, i] = 1.0 if m.contact[i] else 0.0
-    m.masks[1, i] = 1.0 if m.contact[i] and not m.sticks[i] else 0.0
+    m.limits[i] = m.friction[i] if m.contact[i] and not m.sticks[i] else np.nan
     return True
 
 
-@njit(cache=True, nogil=True)
+@njit(cache=True, nogil=True, inline="always")
 def _glide(y: Floats, tableau: Floats, inputs: Floats, i: int, along: float, down: float) -> float:
     """Displace contact node i by (along, down); returns the work ∫ f·du that its forces do on the slab."""
     j = len(y) // 2 + i
@@ -300,41 +291,32 @@ def _slip_move(
     return distance, curvature * distance * (xi + 0.5 * distance)
 
 
-@njit(cache=True, nogil=True, fastmath=FINITE)
-def _look(
-    shear: Floats,
-    normal: Floats,
-    friction: Floats,
-    in_contact: Floats,
-    may_slip: Floats,
-    excess: Floats,
-    tolerance: float,
-) -> tuple[float, float]:
-    """Fill `excess`; how far shear and tension exceed their limits, each summed over the contact: 0 where none does.
-
-    Sums, because a sum is what compilers turn into vector instructions, and a maximum is not.
-    """
-    shears, tensions = 0.0, 0.0
-    for i in range(len(excess)):
-        over = may_slip[i] * (abs(shear[i]) + friction[i] * normal[i])
-        excess[i] = over
-        shears += abs(over - tolerance) + (over - tolerance)
-        tension = in_contact[i] * normal[i] - tolerance
-        tensions += abs(tension) + tension
-    return shears, tensions
-
-
 @njit(cache=True, nogil=True)
-def _largest_ratio(shear: Floats, excess: Floats, tolerance: float) -> int:
-    """The offender with the largest |shear|/(μ_i·pressure); of several within TIE, the one further right."""
-    worst, worst_ratio = -1, 0.0
-    for i in range(len(excess) - 1, -1, -1):
-        if excess[i] > tolerance:
-            size = abs(shear[i])
-            ratio = size / max(size - excess[i], tolerance)
-            if ratio > worst_ratio * (1.0 + TIE):
-                worst, worst_ratio = i, ratio
-    return worst
+def _bits(value: float) -> int:
+    """A float's bits read as an integer: positive floats keep their order, negative ones stay negative."""
+    return int(np.float64(value).view(np.int64))
+
+
+@njit(cache=True, nogil=True, fastmath={"contract"}, error_model="numpy")
+def _look(
+    shear: Floats, normal: Floats, limits: Floats, contact: NDArray[np.bool_], tolerance: float
+) -> tuple[int, float]:
+    """The offender with the largest |shear|/(μ_i·pressure), of ties the one further right, or -1; the largest tension.
+
+    All as maxima of integers, which compilers turn into vector instructions (`error_model` drops a branch that forbids it):
+    a ratio's lowest bits give way to the node's place. Ratios nearer than half of what is cut off fall together in at least
+    one of two cuts, half a step apart.
+    """
+    cut, shifted, tension = 0, 0, 0
+    for i in range(len(limits)):
+        size, allowed = abs(shear[i]), -limits[i] * normal[i]
+        ratio = _bits(size / max(allowed, tolerance))
+        offends = size - allowed > tolerance
+        cut = max(cut, (ratio & ~PLACE) | i if offends else 0)
+        shifted = max(shifted, ((ratio + PLACE // 2 + 1) & ~PLACE) | i if offends else 0)
+        tension = max(tension, _bits(normal[i] if contact[i] else 0.0))
+    worst = max(cut & PLACE, shifted & PLACE) if cut > 0 else -1
+    return worst, float(np.int64(tension).view(np.float64))
 
 
 @njit(cache=True, nogil=True)
@@ -346,17 +328,16 @@ def _slip_in_turn(m: Machine, rules: Rules, first: int) -> tuple[int, int, int]:
     """
     n, tolerance, curvature, residual = len(m.x), rules.tolerance, rules.curvature, rules.residual
     y, tableau, inputs, x, counts, totals = m.response, m.tableau, m.inputs, m.x, m.counts, m.totals
-    shear, normal, in_contact, may_slip = y[:n], y[n : 2 * n], m.masks[0], m.masks[1]
-    friction, excess, displacement = m.friction, m.excess, totals[0]
+    shear, normal, friction, limits, contact = y[:n], y[n : 2 * n], m.friction, m.limits, m.contact
+    displacement = totals[0]
     node = first
     while True:
         if node < 0:
-            shears, tensions = _look(shear, normal, friction, in_contact, may_slip, excess, tolerance)
-            if tensions > 0.0:
+            node, tension = _look(shear, normal, limits, contact, tolerance)
+            if tension > tolerance:
                 return DONE, RELEASE, _lowest_pressure(m)
-            if shears == 0.0:
+            if node < 0:
                 return DONE, NOTHING, -1
-            node = _largest_ratio(shear, excess, tolerance)
         if counts[0] >= rules.cascade_limit:
             return CASCADE_LIMIT, NOTHING, -1
         xi = x[node] + inputs[node] - displacement
@@ -379,16 +360,16 @@ def _slip_together(m: Machine, rules: Rules, first: int) -> tuple[int, int, int]
     n, tolerance, y, displacement = len(m.x), rules.tolerance, m.response, m.totals[0]
     along, down = np.zeros(n), np.zeros(n)
     while True:
-        shears, tensions = _look(y[:n], y[n : 2 * n], m.friction, m.masks[0], m.masks[1], m.excess, tolerance)
-        if tensions > 0.0:
+        worst, tension = _look(y[:n], y[n : 2 * n], m.limits, m.contact, tolerance)
+        if tension > tolerance:
             return DONE, RELEASE, _lowest_pressure(m)
-        if shears == 0.0 and first < 0:
+        if worst < 0 and first < 0:
             return DONE, NOTHING, -1
         if m.counts[0] >= rules.cascade_limit:
             return CASCADE_LIMIT, NOTHING, -1
         for i in range(n):
             along[i] = 0.0
-            if m.excess[i] > tolerance or i == first:
+            if abs(y[i]) + m.limits[i] * y[n + i] > tolerance or i == first:
                 xi = m.x[i] + m.inputs[i] - displacement
                 along[i], down[i] = _slip_move(y, m.tableau, m.friction, i, xi, rules.curvature, rules.residual)
                 if not along[i] < np.inf:
