@@ -5,7 +5,7 @@ unknown: ΣN = W in every state.
 """
 
 import math
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -13,12 +13,18 @@ from numpy.typing import NDArray
 from solver import _kernels
 from solver.case import Case
 from solver.compliance import SurfaceCompliance
+from solver.conditioning import explained
 from solver.coulomb import CoulombContact, CoulombError
 from solver.outcome import COMPLETED, Ending, Outcome, SingularOperator
 from solver.pin import pin_of
-from solver.tableau import Core, core_of
+from solver.tableau import Core, core_of, steadied
 
 Vector = NDArray[np.float64]
+
+PATIENCE = 10
+"""Rounds in which a contact set may not improve before its wrong nodes are mended one at a time."""
+MOST_ROUNDS = 500
+"""Rounds after which no contact set is looked for any more; a round solves for all nodes in contact."""
 
 ENDINGS = {
     _kernels.DONE: COMPLETED,
@@ -38,6 +44,16 @@ ENDINGS = {
         Ending.EDGE_REACHED,
         "the punch's edge has come upon the next node, where a sharp edge has no answer: "
         "lower the displacement limit, or raise n_x",
+    ),
+    _kernels.CONTACT_CYCLE: Outcome(
+        Ending.CONTACT_NOT_CONVERGED,
+        "nodes touch and are released in turn, no contact set satisfies the constraints: "
+        "use the other first_touch, the scheme galerkin, or another n_x",
+    ),
+    _kernels.DRIFTED: Outcome(
+        Ending.SINGULAR_OPERATOR,
+        "the compliance of the nodes in contact is so ill-conditioned that forces and displacements disagree by more than "
+        "1e-10: use the scheme galerkin, or an aspect_ratio nearer 1",
     ),
     _kernels.NO_EVENT: Outcome(
         Ending.NO_EVENT,
@@ -91,27 +107,32 @@ def first_touch(case: Case, compliance: SurfaceCompliance) -> ContactState:
     if case.slab != compliance.slab:
         raise ValueError("the compliance belongs to another slab than the case")
     try:
-        if case.slip_rule.residual == 1.0:
-            return _touch_with_coulomb_friction(case, compliance)
-        if case.first_touch == "gradual":
-            return _load_gradually(case, compliance)
-        return _touch_at_once(case, compliance)
+        state = _touch(case, compliance)
     except SingularOperator as error:
         return _nothing(case, error.outcome)
+    return replace(state, outcome=explained(state.outcome, compliance, state.contact))
+
+
+def _touch(case: Case, compliance: SurfaceCompliance) -> ContactState:
+    if case.slip_rule.residual == 1.0:
+        return _touch_with_coulomb_friction(case, compliance)
+    if case.first_touch == "gradual":
+        return _load_gradually(case, compliance)
+    return _touch_at_once(case, compliance)
 
 
 def _touch_at_once(case: Case, compliance: SurfaceCompliance) -> ContactState:
     contact, u, converged = _normal_contact(case, compliance, case.first_touch == "stick")
     height = pin_of(case).height(np.where(contact, compliance.x + u, 0.0))
-    if not converged:
-        advice = "no contact set satisfies the constraints: use the other first_touch, another scheme or n_x"
+    if not converged and math.isinf(case.intrinsic_friction):
         unsettled = core_of(case, compliance, contact, u, height, whole=True)
-        return contact_state(unsettled, Outcome(Ending.CONTACT_NOT_CONVERGED, advice))
-    for whole in (False, True):
+        return contact_state(unsettled, ENDINGS[_kernels.CONTACT_CYCLE])
+    # Stuck at once, a node near the edge may be pulled in contact and pushed when free; slips then settle it.
+    for whole in (False, True)[not converged :]:
         core = core_of(case, compliance, contact, u, height, whole=whole)
         _kernels.aim_displacement(core.state)
         status = _kernels.resolve(core.state, core.rules, _kernels.NOTHING, -1, 1.0)
-        state = contact_state(core, ENDINGS[status])
+        state = contact_state(core, ENDINGS[steadied(core, status)])
         if not beyond_window(core, state):
             break
     return state
@@ -128,7 +149,7 @@ def _load_gradually(case: Case, compliance: SurfaceCompliance) -> ContactState:
     status = _kernels.resolve(core.state, core.rules, _kernels.NOTHING, -1, 0.0)
     if status == _kernels.DONE:
         status = _kernels.raise_load(core.state, core.rules, case.load)
-    return contact_state(core, ENDINGS[status])
+    return contact_state(core, ENDINGS[steadied(core, status)])
 
 
 def _touch_with_coulomb_friction(case: Case, compliance: SurfaceCompliance) -> ContactState:
@@ -154,28 +175,37 @@ def _touch_with_coulomb_friction(case: Case, compliance: SurfaceCompliance) -> C
 def _normal_contact(case: Case, compliance: SurfaceCompliance, stuck: bool) -> tuple[NDArray[np.bool_], Vector, bool]:
     """Contact set and u of the pressed pin, every contact node stuck at u = 0 or free of friction; and if it converged.
 
-    All wrong nodes are mended at once; when a contact set comes back, only the worst one at a time.
+    Block principal pivoting (Kostreva; Júdice and Pires): all wrong nodes are mended at once; when their number has not
+    fallen for PATIENCE rounds, only the one furthest right is mended (Murty's rule, which cannot cycle on a positive
+    definite operator) until fewer are wrong than ever before.
     """
     x, pin = compliance.x, pin_of(case)
     contact = np.abs(x) <= max(_expected_half_width(case), np.abs(x).min())
     u = np.zeros_like(x)
+    fewest, patience = len(x) + 1, PATIENCE
     seen: set[bytes] = set()
-    for _ in range(20 * len(x)):
+    for _ in range(MOST_ROUNDS):
         pressing, u_next, v = _pressed(case, compliance, contact, u, stuck)
         gap = pin.height(x + u_next) - v
-        wrong = np.where(contact, -pressing / case.load, np.where(np.isinf(gap), -1.0, -gap / case.load))
-        settled = np.abs(u_next - u).max() <= 1e-13 * case.load
+        wrong = np.where(contact, -pressing / case.load, np.where(np.isinf(gap), -1.0, -gap / case.load)) > 1e-12
+        settled = np.abs(u_next - u).max() <= 1e-13 * case.load + 4 * np.finfo(float).eps * np.abs(u_next).max()
         u = u_next
-        if wrong.max() <= 1e-12:
+        if not wrong.any():
             if settled:
                 return contact, np.where(contact, u, 0.0), True
             continue
-        flipped = wrong > 1e-12
-        key = contact.tobytes()
-        if key in seen:
-            flipped = wrong == wrong.max()
-        seen.add(key)
-        contact = contact ^ flipped
+        count = int(wrong.sum())
+        if count < fewest:
+            fewest, patience = count, PATIENCE
+            seen.clear()
+        patience -= 1
+        if patience < 0:
+            # Nodes stuck at u = 0 have no memory but their set: one that comes back comes back for ever.
+            if stuck and contact.tobytes() in seen:
+                break
+            seen.add(contact.tobytes())
+            wrong[: np.flatnonzero(wrong)[-1]] = False
+        contact = contact ^ wrong
         if not contact.any():
             contact[np.argmin(np.abs(x))] = True
     return contact, np.where(contact, u, 0.0), False

@@ -9,11 +9,12 @@ from numpy.typing import NDArray
 from solver import _kernels
 from solver.case import Case
 from solver.compliance import SurfaceCompliance
+from solver.conditioning import explained
 from solver.contact import BROKEN, ENDINGS, ContactState, beyond_window, contact_state, coulomb_state, first_touch
 from solver.coulomb import LONGEST_STEP, CoulombContact, CoulombError
 from solver.outcome import COMPLETED, Ending, Outcome, SingularOperator
 from solver.pin import pin_of
-from solver.tableau import Core, core_of, rebuild
+from solver.tableau import Core, core_of, steadied
 
 OFF_THE_SLAB = 2.0
 """δ_p in L_x at which a pin that slides on and on has certainly left the slab."""
@@ -95,7 +96,8 @@ def slide_to_state(
     except SingularOperator as error:
         end = replace(start, outcome=error.outcome)
         record = _record(case, start, math.nan, _empty_events(0), 0, end)
-    return record, end
+    outcome = explained(end.outcome, compliance, end.contact)
+    return replace(record, outcome=outcome), replace(end, outcome=outcome)
 
 
 def _slide(
@@ -111,12 +113,20 @@ def _slide(
         if status == _kernels.FULL and case.max_events is None:
             events = _grown(events)
         elif status == _kernels.DRIFTED:
-            rebuild(core.state)
+            status = steadied(core, _kernels.DONE)
+            if status != _kernels.DONE:
+                break
         elif status == _kernels.OUTGROWN:
-            core = _core_at(case, compliance, contact_state(core, COMPLETED), whole)
+            state = contact_state(core, COMPLETED)
+            if beyond_window(core, state):
+                return _slide(case, start, compliance, whole=True)
+            core = _core_at(case, compliance, state, whole)
+            status = _kernels.resolve(core.state, core.rules, _kernels.NOTHING, -1, 1.0)
+            if status != _kernels.DONE:
+                break
         else:
             break
-    end = contact_state(core, ENDINGS[status])
+    end = contact_state(core, ENDINGS[steadied(core, status)])
     if beyond_window(core, end):
         return _slide(case, start, compliance, whole=True)
     return _record(case, start, initial_stiffness, events, held, end), end

@@ -15,7 +15,21 @@ import numpy as np
 import scipy.linalg as la
 from numpy.typing import NDArray
 
-from solver._kernels import Machine, Rules, aim_displacement, refresh
+from solver._kernels import (
+    DONE,
+    DRIFT_LIMIT,
+    DRIFTED,
+    FULL,
+    NO_EVENT,
+    NOTHING,
+    Machine,
+    Rules,
+    aim_displacement,
+    drift,
+    refine,
+    refresh,
+    resolve,
+)
 from solver.case import Case
 from solver.compliance import SurfaceCompliance
 from solver.outcome import SingularOperator
@@ -81,6 +95,7 @@ def core_of(
         counts=np.zeros(6, dtype=np.int64),
     )
     refresh(state)
+    refine(state)
     return Core(case, compliance, window, state, _rules(case, window))
 
 
@@ -90,7 +105,22 @@ def rebuild(state: Machine) -> None:
     state.tableau[:, : len(fresh)] = fresh
     state.totals[2] = 0.0
     refresh(state)
+    refine(state)
     aim_displacement(state)
+
+
+def steadied(core: Core, status: int) -> int:
+    """Mend what rounding has done to a run that ended with `status`, at its end; returns the status that is true then.
+
+    A tableau that has drifted is rebuilt and what the drift had hidden is settled; DRIFTED where that does not help.
+    """
+    for _ in range(3):
+        if status not in (DONE, FULL, NO_EVENT) or drift(core.state) <= DRIFT_LIMIT:
+            return status
+        rebuild(core.state)
+        settled = resolve(core.state, core.rules, NOTHING, -1, 1.0)
+        status = status if settled == DONE else settled
+    return status if drift(core.state) <= 10.0 * DRIFT_LIMIT else DRIFTED
 
 
 def _window(contact: NDArray[np.bool_]) -> slice:

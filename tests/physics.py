@@ -10,25 +10,58 @@ from solver.compliance import SurfaceCompliance
 from solver.contact import ContactState
 from solver.pin import pin_of
 
+LIMITS = {
+    "equilibrium": 1e-10,
+    "load": 1e-10,
+    "tension": 1e-11,
+    "shear": 1e-11,
+    "penetration": 1e-11,
+    "pin": 1e-11,
+    "complementarity": 1e-11,
+}
+"""What `law_errors` may reach."""
+ROUNDING = 8.0 * np.finfo(float).eps
+"""Share of a pin's height that is lost to rounding."""
+
+
+def law_errors(state: ContactState, case: Case, compliance: SurfaceCompliance) -> dict[str, float]:
+    """How far the state is from every law, as a share of the load (forces) or of what the load displaces (lengths).
+
+    equilibrium: displacements are those the compliance gives for the forces; load: ΣN = W; tension: pressure ≥ 0;
+    shear: |shear| ≤ μ_i·pressure; penetration: gap ≥ 0; pin: nodes in contact lie on it; complementarity: gap·pressure = 0.
+    Infinite where a value is not finite.
+    """
+    values = (state.nodal_force, state.u, state.w, state.pressure, state.shear, state.slip, state.gap[state.contact])
+    if not (all(np.isfinite(value).all() for value in values) and math.isfinite(state.approach)):
+        return dict.fromkeys(LIMITS, math.inf)
+    load, force, inside = case.load, state.nodal_force.ravel(), state.contact
+    displacement = np.concatenate((state.u, state.w))
+    normal, shear = -state.nodal_force[1], np.abs(state.nodal_force[0])
+    # Rounding of heights cannot be told from gaps; where a node is far out on a sharp pin that is more than the load moves.
+    height = pin_of(case).height(compliance.x + state.u - state.displacement)
+    blur = np.where(np.isfinite(height), ROUNDING * height, 0.0)
+    off = np.maximum(np.abs(state.w + state.approach - height) - blur, 0.0)[inside]
+    below = np.maximum(-state.gap - blur, 0.0)
+    finite_gap = np.where(np.isfinite(state.gap), state.gap, 0.0)
+    limit = case.intrinsic_friction * normal if math.isfinite(case.intrinsic_friction) else np.inf
+    moved = float((np.abs(compliance.matrix) @ np.abs(force)).max())
+    stray = float(np.abs(state.nodal_force[:, ~inside]).max(initial=0.0))
+    return {
+        "equilibrium": float(np.abs(compliance.matrix @ force - displacement).max()) / moved,
+        "load": abs(state.normal_force - load) / load,
+        "tension": max(float(-normal.min()), stray) / load,
+        "shear": float(np.max(shear - limit).clip(0.0)) / load,
+        "penetration": float(below.max()) / moved,
+        "pin": float(off.max(initial=0.0)) / moved,
+        "complementarity": float(np.abs(finite_gap * normal).max()) / (load * moved),
+    }
+
 
 def assert_contact_laws(state: ContactState, case: Case, compliance: SurfaceCompliance) -> None:
-    """Equilibrium, ΣN = W, constraints I-III and complementarity; tolerances in loads (forces) and load/G (lengths)."""
-    n, load = case.slab.n_x, case.load
-    force = state.nodal_force.ravel()
-    displacement = np.concatenate((state.u, state.w))
-    # The state's displacements are those the compliance gives for its forces: 1e-10 of the load is the promise.
-    np.testing.assert_allclose(compliance.matrix @ force, displacement, atol=1e-10 * load)
-    assert abs(state.normal_force - load) <= 1e-10 * load
-    normal, shear = -state.nodal_force[1], np.abs(state.nodal_force[0])
-    assert normal.min() >= -1e-11 * load
-    assert np.all(force.reshape(2, n)[:, ~state.contact] == 0.0)
-    if math.isfinite(case.intrinsic_friction):
-        assert np.all(shear <= case.intrinsic_friction * normal + 1e-11 * load)
-    assert state.gap.min() >= -1e-11 * load
-    assert np.all(state.gap[state.contact] == 0.0)
-    xi = compliance.x + state.u - state.displacement
-    height = pin_of(case).height(np.where(state.contact, xi, 0.0)) - state.approach
-    np.testing.assert_allclose(state.w[state.contact], height[state.contact], atol=1e-11 * load)
+    """Equilibrium, ΣN = W, constraints I-III and complementarity, within LIMITS."""
+    errors = law_errors(state, case, compliance)
+    broken = {law: error for law, error in errors.items() if not error <= LIMITS[law]}
+    assert not broken, broken
 
 
 def half_plane(slab: Slab, depth: float = math.e**2) -> SurfaceCompliance:

@@ -19,6 +19,7 @@ ORDER = {
         "boundary_value",
         "parity",
         "compliance",
+        "conditioning",
         "pin",
         "_kernels",
         "tableau",

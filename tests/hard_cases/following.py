@@ -1,0 +1,83 @@
+"""Follow a case event by event and keep the worst error of every law on the way."""
+
+from collections import Counter
+from collections.abc import Iterable
+from dataclasses import dataclass, field, replace
+
+from solver.case import Case
+from solver.compliance import SurfaceCompliance
+from solver.contact import ContactState, first_touch
+from solver.outcome import Ending
+from solver.sliding import FrictionRecord, slide_to_state
+from tests.physics import LIMITS, law_errors
+
+
+@dataclass
+class Followed:
+    """How a case went: the worst error of every law, the states' number, and how each run on the way ended."""
+
+    worst: dict[str, float] = field(default_factory=lambda: dict.fromkeys(LIMITS, 0.0))
+    states: int = 0
+    endings: Counter[Ending] = field(default_factory=Counter)
+    messages: set[str] = field(default_factory=set)
+    record: FrictionRecord | None = None
+    end: ContactState | None = None
+
+    def check(self, state: ContactState, case: Case, compliance: SurfaceCompliance) -> bool:
+        """Take one state into account; False where it is not one."""
+        if not state.outcome.ok:
+            self.endings[state.outcome.ending] += 1
+            self.messages.add(state.outcome.message)
+            return False
+        for law, error in law_errors(state, case, compliance).items():
+            # A NaN must not get lost in a maximum.
+            self.worst[law] = error if not error <= self.worst[law] else self.worst[law]
+        self.states += 1
+        return True
+
+    @property
+    def lawful(self) -> bool:
+        """Whether every law held within its limit in every state."""
+        return not self.broken
+
+    @property
+    def broken(self) -> dict[str, float]:
+        """The laws that did not hold, with their worst errors."""
+        return {law: error for law, error in self.worst.items() if not error <= LIMITS[law]}
+
+
+def follow(case: Case, compliance: SurfaceCompliance, events: int = 20, whole: int = 200) -> Followed:
+    """First touch, then `events` events one at a time, then a run of `whole` events in one piece, as far as they go."""
+    seen = Followed()
+    start = state = first_touch(case, compliance)
+    if not seen.check(start, case, compliance):
+        return seen
+    for _ in range(events):
+        _, state = slide_to_state(replace(case, max_events=1), compliance, state)
+        if not seen.check(state, case, compliance):
+            break
+    seen.record, seen.end = slide_to_state(replace(case, max_events=whole), compliance, start)
+    if seen.check(seen.end, case, compliance):
+        seen.endings[Ending.COMPLETED] += 1
+    return seen
+
+
+def worst_of(runs: Iterable[Followed]) -> dict[str, float]:
+    """The worst error of every law over several runs."""
+    worst = dict.fromkeys(LIMITS, 0.0)
+    for run in runs:
+        worst = {law: max(error, run.worst[law]) for law, error in worst.items()}
+    return worst
+
+
+def shown(worst: dict[str, float]) -> str:
+    """The worst errors in one cell."""
+    return ", ".join(f"{law} {error:.0e}" if error else f"{law} 0" for law, error in worst.items())
+
+
+def endings_of(runs: Iterable[Followed]) -> str:
+    """How the runs ended, counted."""
+    total: Counter[Ending] = Counter()
+    for run in runs:
+        total.update(run.endings)
+    return ", ".join(f"{count} {ending.value}" for ending, count in total.most_common())
