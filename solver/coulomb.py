@@ -23,6 +23,11 @@ LONGEST_STEP = 0.05
 TOLERANCE = 1e-12
 """Forces and lengths below this share of the load count as none."""
 
+PROGRESS = 1e-6
+"""Motion in node spacings, or growth of the load as a share of it, that counts as progress."""
+PATIENCE = 20
+"""Steps per node without progress after which no motion is found consistent."""
+
 
 class CoulombError(SolverError):
     """The contact has no (unique) solution from here on; `ending` says of what kind."""
@@ -51,7 +56,9 @@ class CoulombContact:
     slips: int = 0
     """Nodes that began to slide."""
     stalled: int = 0
-    """Steps of no length in a row."""
+    """Steps since displacement and load last made PROGRESS."""
+    mark: float = 0.0
+    """Displacement plus load at that time."""
 
     def __post_init__(self) -> None:
         self.solve()
@@ -81,6 +88,11 @@ class CoulombContact:
         """|shear| - μ_i·N of the sticking nodes, -load elsewhere."""
         over = np.abs(self.force[0]) - self.case.intrinsic_friction * self.pressing
         return np.where(self.contact & (self.sliding == 0.0), over, -self.load)
+
+    @property
+    def least(self) -> float:
+        """Force or length that counts as none: heights of the pin are known to rounding only, and so is what they cause."""
+        return TOLERANCE * self.load + 4.0 * np.finfo(float).eps * abs(self.approach)
 
     def solve(self) -> None:
         """Forces, approach and displacements for the given roles: Newton's method on the sliding nodes' positions."""
@@ -116,14 +128,17 @@ class CoulombContact:
         system[:m, : 2 * m] = np.where(slide, limit, c_x)
         system[m : 2 * m, : 2 * m] = c_z - np.where(slide, self.pin.curvature * self.xi[nodes][:, None] * c_x, 0.0)
         system[m : 2 * m, 2 * m] = system[2 * m, m : 2 * m] = 1.0
+        # Heights are solved for from their middle: out on a sharp pin they are larger than all the load moves by far.
+        middle = float(normal.mean())
         try:
-            solution = np.linalg.solve(system, np.concatenate((tangential, normal, [load])))
+            solution = np.linalg.solve(system, np.concatenate((tangential, normal - middle, [load])))
         except np.linalg.LinAlgError as error:
             raise SingularOperator(f"{m} nodes in contact with Coulomb friction: singular; lower μ_i") from error
         force = np.zeros((2, n))
         force[:, nodes] = solution[:-1].reshape(2, m)
         u, v = (c[:, columns] @ solution[:-1]).reshape(2, n)
-        return force, float(solution[-1]), u, v + solution[-1]
+        approach = float(solution[-1]) + middle
+        return force, approach, u, v + approach
 
     def release(self, node: int) -> None:
         """Let a node go."""
@@ -144,10 +159,10 @@ class CoulombContact:
 
     def mend(self) -> None:
         """Answer violated conditions one by one, the worst first, until none is left: tension, shear, penetration."""
-        least = TOLERANCE * self.load
         seen: set[bytes] = set()
         while True:
             self.solve()
+            least = self.least
             tension = np.where(np.abs(self.xi) > self.pin.half_width, self.load, -self.pressing)
             answers = ((self.release, np.where(self.contact, tension, -1.0)), (self.slide, self.excess))
             for answer, violation in (*answers, (self.touch, -self.gap)):
@@ -165,10 +180,11 @@ class CoulombContact:
         while True:
             rates = force_rate, _, u_rate, _ = self.rates(push)
             # A node that has just touched bears no force yet, and slides the way its shear begins to push.
-            none = np.abs(self.force[0]) <= 1e-9 * self.load
+            near = max(1e-9 * self.load, self.least)
+            none = np.abs(self.force[0]) <= near
             sign = np.sign(np.where(none, force_rate[0], self.force[0]))
             growth = sign * force_rate[0] + self.case.intrinsic_friction * force_rate[1]
-            growth = np.where(self.excess > -1e-9 * self.load, growth, -1.0)
+            growth = np.where(self.excess > -near, growth, -1.0)
             dragged = np.where(self.sliding != 0.0, self.sliding * (u_rate - push), -1.0)
             least = TOLERANCE * max(np.abs(force_rate).max(), 1.0)
             if growth.max() > least:
@@ -188,7 +204,7 @@ class CoulombContact:
             self.mend()
             _once(seen, self)
             # Without friction the sign of a sliding node means nothing.
-            against = (self.sliding * self.u > TOLERANCE * self.load) & (self.case.intrinsic_friction > 0.0)
+            against = (self.sliding * self.u > self.least) & (self.case.intrinsic_friction > 0.0)
             if not against.any():
                 return
             self.sliding[against], self.u[against] = 0.0, 0.0
@@ -228,8 +244,10 @@ class CoulombContact:
 
     def advance(self, step: float, rates: tuple[NDArray[np.float64], float, Vector, Vector], push: float) -> float:
         """Move the pin (push = 1) or raise the load (push = 0) by `step`; returns the energy dissipated."""
-        self.stalled = 0 if step > TOLERANCE * self.load else self.stalled + 1
-        if self.stalled > 2 * len(self.u):
+        self.stalled += 1
+        if self.displacement + self.load > self.mark + PROGRESS * (self.case.slab.spacing if push else self.load):
+            self.mark, self.stalled = self.displacement + self.load, 0
+        if self.stalled > PATIENCE * len(self.u):
             # A node that touches is pulled off at once, and closes in at once when free: no motion is consistent.
             raise CoulombError(Ending.SLIP_UNBOUNDED)
         before, slip, height = self.force, self.u - self.displacement, self.v

@@ -1,11 +1,12 @@
 """Follow a case event by event and keep the worst error of every law on the way."""
 
+import functools
 from collections import Counter
 from collections.abc import Iterable
 from dataclasses import dataclass, field, replace
 
 from solver.case import Case
-from solver.compliance import SurfaceCompliance
+from solver.compliance import SurfaceCompliance, slab_compliance
 from solver.contact import ContactState, first_touch
 from solver.outcome import Ending
 from solver.sliding import FrictionRecord, slide_to_state
@@ -46,14 +47,18 @@ class Followed:
         return {law: error for law, error in self.worst.items() if not error <= LIMITS[law]}
 
 
-def follow(case: Case, compliance: SurfaceCompliance, events: int = 20, whole: int = 200) -> Followed:
-    """First touch, then `events` events one at a time, then a run of `whole` events in one piece, as far as they go."""
+compliance_of = functools.cache(slab_compliance)
+
+
+def follow(case: Case, compliance: SurfaceCompliance, events: int = 20, whole: int | None = 200) -> Followed:
+    """First touch, then as many runs of `case` one after the other as `events`, each from where the last one ended; then,
+    from first touch again, one run of `whole` events (None: to the displacement limit), as far as they go."""
     seen = Followed()
     start = state = first_touch(case, compliance)
     if not seen.check(start, case, compliance):
         return seen
     for _ in range(events):
-        _, state = slide_to_state(replace(case, max_events=1), compliance, state)
+        _, state = slide_to_state(case, compliance, state)
         if not seen.check(state, case, compliance):
             break
     seen.record, seen.end = slide_to_state(replace(case, max_events=whole), compliance, start)
