@@ -32,6 +32,7 @@ REFRESH_SLIPS = 65536  # slips after which the response is summed afresh: roundi
 LOOK_EVENTS = 64  # events after which the drift is looked at, changes of the contact or not
 REFRESH_CHANGES = 64  # changes of the contact after which everything is summed afresh
 CHANGES_PER_NODE = 20  # touches and releases in one cascade, per node, after which they count as a cycle
+BLUR = 1e-15  # rounding of the pin's height, as a share of it
 EDGE = 1e-9  # relative distance inside a punch's edge at which a node counts as under it
 PLACE = 0xFFFF  # lowest bits of a shear ratio, 2^-36 of it, that give way to the node's place: nearer ratios are ties
 
@@ -250,6 +251,20 @@ def _glide(y: Floats, tableau: Floats, inputs: Floats, i: int, along: float, dow
     inputs[i] += along
     inputs[j] += down
     return float(0.5 * ((before_x + y[i]) * along + (before_z + y[j]) * down))
+
+
+@njit(cache=True, nogil=True)
+def seat(m: Machine, rules: Rules) -> bool:
+    """Put contact nodes that the rounding of many slips has lifted off the pin back on it; whether there were any."""
+    n, moved = len(m.x), False
+    for i in range(n):
+        if m.contact[i]:
+            height = _height(rules, m.x[i] + m.inputs[i] - m.totals[0])
+            lift = height - m.inputs[n + i]
+            if abs(lift) > rules.tolerance + BLUR * height and height < np.inf:
+                _glide(m.response, m.tableau, m.inputs, i, 0.0, lift)
+                moved = True
+    return moved
 
 
 @njit(cache=True, nogil=True)
@@ -589,12 +604,14 @@ def slide_events(m: Machine, rules: Rules, events: Events, first: int, farthest:
     """Slide from event to event; returns why it stopped and how many events the record now holds."""
     for e in range(first, len(events.displacement)):
         step, kind, node = next_event(m, rules, 1.0)
-        step = max(step, rules.floor)
         if node < 0 and farthest == np.inf:
             return NO_EVENT, e
-        if m.totals[0] + step >= farthest:
-            advance(m, farthest - m.totals[0])
+        left = farthest - m.totals[0]
+        if step >= left:
+            advance(m, left)
             return DONE, e
+        # A floor beyond the end of the run does not hide the event before it.
+        step = min(max(step, rules.floor), left)
         advance(m, step)
         events.displacement[e] = m.totals[0]
         events.force_before[e] = total_shear(m, m.response)
@@ -615,6 +632,7 @@ def slide_events(m: Machine, rules: Rules, events: Events, first: int, farthest:
         if m.counts[4]:
             return OUTGROWN, e + 1
         if m.counts[1] + m.counts[2] > 0 or e % LOOK_EVENTS == 0:
+            seat(m, rules)
             m.totals[2] = max(m.totals[2], drift(m))
         if m.totals[2] > DRIFT_LIMIT:
             return DRIFTED, e + 1

@@ -29,6 +29,7 @@ from solver._kernels import (
     refine,
     refresh,
     resolve,
+    seat,
 )
 from solver.case import Case
 from solver.compliance import SurfaceCompliance
@@ -112,14 +113,20 @@ def rebuild(state: Machine) -> None:
 def steadied(core: Core, status: int) -> int:
     """Mend what rounding has done to a run that ended with `status`, at its end; returns the status that is true then.
 
-    A tableau that has drifted is rebuilt and what the drift had hidden is settled; DRIFTED where that does not help.
+    Nodes are seated on the pin, a tableau that has drifted is rebuilt, and what both had hidden is settled; DRIFTED where
+    that does not help.
     """
+    if status not in (DONE, FULL, NO_EVENT):
+        return status
     for _ in range(3):
-        if status not in (DONE, FULL, NO_EVENT) or drift(core.state) <= DRIFT_LIMIT:
+        lifted, drifted = seat(core.state, core.rules), drift(core.state) > DRIFT_LIMIT
+        if not (lifted or drifted):
             return status
-        rebuild(core.state)
+        if drifted:
+            rebuild(core.state)
         settled = resolve(core.state, core.rules, NOTHING, -1, 1.0)
-        status = status if settled == DONE else settled
+        if settled != DONE:
+            return settled
     return status if drift(core.state) <= 10.0 * DRIFT_LIMIT else DRIFTED
 
 

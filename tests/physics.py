@@ -47,12 +47,13 @@ def law_errors(state: ContactState, case: Case, compliance: SurfaceCompliance) -
     moved = float((np.abs(compliance.matrix) @ np.abs(force)).max())
     stray = float(np.abs(state.nodal_force[:, ~inside]).max(initial=0.0))
     # Forces follow from heights less approach, whose rounding they and all displacements carry.
+    haze = ROUNDING * abs(state.approach)
     astray = np.abs(compliance.matrix @ force - displacement)
     return {
-        "equilibrium": float(np.maximum(astray - ROUNDING * abs(state.approach), 0.0).max()) / moved,
+        "equilibrium": float(np.maximum(astray - haze, 0.0).max()) / moved,
         "load": abs(state.normal_force - load) / load,
-        "tension": max(float(-normal.min()), stray) / load,
-        "shear": float(np.max(shear - limit).clip(0.0)) / load,
+        "tension": max(float(-normal.min()) - haze, stray, 0.0) / load,
+        "shear": max(float(np.max(shear - limit)) - haze, 0.0) / load,
         "penetration": float(below.max()) / moved,
         "pin": float(off.max(initial=0.0)) / moved,
         "complementarity": float(np.abs(finite_gap * normal).max()) / (load * moved),
