@@ -1,0 +1,153 @@
+"""Two implementations agree: the compiled sliding with a plain one that solves from scratch, contact with NNLS and an LCP."""
+
+from typing import get_args
+
+import numpy as np
+import pytest
+import scipy.linalg as la
+from scipy.optimize import brentq, nnls
+
+from solver.case import Case, Scheme, Slab, SlipRule
+from solver.compliance import SurfaceCompliance
+from solver.contact import first_touch
+from solver.sliding import slide
+from tests.hard_cases.following import compliance_of
+from tests.hard_cases.reference import Reference
+from tests.hard_cases.table import Row
+from tests.physics import half_plane
+
+SCHEMES: tuple[Scheme, ...] = get_args(Scheme)
+EVENTS = 40
+SAMPLE: dict[str, dict[str, object]] = {
+    "paper": {},
+    "slippery": {"intrinsic_friction": 0.1},
+    "rough": {"intrinsic_friction": 1.0},
+    "half of the shear stays": {"slip_rule": SlipRule(residual=0.5)},
+    "walking": {"radius": 10.0, "max_events": 300},
+    "full contact": {"radius": 2000.0},
+    "light": {"load": 1e-8},
+    "coarse floor": {"slip_rule": SlipRule(event_floor=1e-3)},
+}
+WALKING = "walking"
+
+
+def _case(scheme: Scheme, name: str) -> Case:
+    slab = Slab(n_x=33 if name == WALKING else 17, scheme=scheme)
+    return Case(**{"slab": slab, "max_events": EVENTS, **SAMPLE[name]})  # type: ignore[arg-type]
+
+
+def _disagreement(case: Case) -> tuple[float, float]:
+    """Largest differences in displacement (of the last) and in force (of the load); infinite where events differ."""
+    compliance = compliance_of(case.slab)
+    ours = slide(case, compliance)
+    assert case.max_events is not None
+    events = Reference(case, compliance).slide(case.max_events)
+    kinds = [(e.kind, e.node, e.slips, e.releases, e.touches) for e in events]
+    same = list(zip(ours.kind, ours.node, ours.slips, ours.releases, ours.touches, strict=True))
+    if kinds != [tuple(int(number) for number in event) for event in same]:
+        return np.inf, np.inf
+    displacement = np.array([event.displacement for event in events])
+    forces = np.array([(event.force_before, event.force_after) for event in events])
+    off = np.abs(forces - np.column_stack((ours.force_before, ours.force_after))).max() / case.load
+    return float(np.abs(displacement - ours.displacement).max() / displacement[-1]), float(off)
+
+
+@pytest.mark.parametrize("scheme", SCHEMES)
+@pytest.mark.parametrize("name", SAMPLE)
+def test_sliding_agrees_with_solving_from_scratch(name: str, scheme: Scheme) -> None:
+    """Kind, node, slips, releases and touches of every event; displacements and forces to 1e-9."""
+    displacement, force = _disagreement(_case(scheme, name))
+    # Up to a thousand slips, each solved to rounding times the contact's condition (1e2).
+    assert displacement < 1e-9
+    assert force < 1e-9
+
+
+@pytest.mark.parametrize("scheme", SCHEMES)
+def test_the_sample_has_touches_and_releases(scheme: Scheme) -> None:
+    record = slide(_case(scheme, WALKING), compliance_of(Slab(n_x=33, scheme=scheme)))
+    assert record.touches.sum() >= 3
+    assert record.releases.sum() >= 3
+
+
+CONTACTS = [(200.0, 1e-3), (10.0, 1e-4), (2000.0, 1e-3), (1.0, 1e-6), (1e5, 1e-2)]
+
+
+def _by_nnls(case: Case, compliance: SurfaceCompliance) -> np.ndarray:
+    """Normal forces N ≥ 0 of frictionless contact on an operator without coupling: the least energy for a given approach,
+    which is a non-negative least squares problem; the approach at which ΣN = W by bisection."""
+    n = compliance.slab.n_x
+    root = la.cholesky(compliance.matrix[n:, n:])
+    height = compliance.x**2 / (2.0 * case.radius)
+
+    def forces(approach: float) -> np.ndarray:
+        return nnls(root, la.solve_triangular(root, approach - height, trans="T"))[0]
+
+    high = height.max() + 10.0 * case.load
+    approach = brentq(lambda a: forces(a).sum() / case.load - 1.0, 1e-15, high, xtol=1e-18, rtol=1e-15)
+    return forces(approach)
+
+
+def _by_projection(case: Case, compliance: SurfaceCompliance) -> np.ndarray:
+    """The same on any operator by projected Gauss-Seidel on N ≥ 0, gap ≥ 0, N·gap = 0, the heights taken at x + u."""
+    n = compliance.slab.n_x
+    c_xz, c_zz = -compliance.matrix[:n, n:], compliance.matrix[n:, n:]
+
+    def forces(approach: float, start: np.ndarray) -> np.ndarray:
+        pressing = start.copy()
+        for _ in range(20_000):
+            before = pressing.copy()
+            for i in range(n):
+                height = (compliance.x[i] + c_xz[i] @ pressing) ** 2 / (2.0 * case.radius)
+                gap = height - approach + c_zz[i] @ pressing
+                pressing[i] = max(0.0, pressing[i] - gap / c_zz[i, i])
+            if np.abs(pressing - before).max() <= 1e-14 * case.load:
+                break
+        return pressing
+
+    guess = first_touch(case, compliance)
+    start = np.full(n, case.load / n)
+    return forces(guess.approach, start)
+
+
+def _off(found: np.ndarray, case: Case, compliance: SurfaceCompliance) -> float:
+    state = first_touch(case, compliance)
+    return float(np.abs(found + state.nodal_force[1]).max() / case.load)
+
+
+def _frictionless(slab: Slab, radius: float, load: float) -> Case:
+    return Case(slab=slab, radius=radius, load=load, first_touch="frictionless", intrinsic_friction=0.5)
+
+
+@pytest.mark.parametrize(("radius", "load"), CONTACTS)
+def test_contact_agrees_with_non_negative_least_squares(radius: float, load: float) -> None:
+    slab = Slab(n_x=65)
+    case = _frictionless(slab, radius, load)
+    assert _off(_by_nnls(case, half_plane(slab)), case, half_plane(slab)) < 1e-9
+
+
+@pytest.mark.parametrize("scheme", SCHEMES)
+@pytest.mark.parametrize(("radius", "load"), [(200.0, 1e-3), (10.0, 1e-4), (1.0, 1e-6)])
+def test_contact_agrees_with_a_complementarity_solver(radius: float, load: float, scheme: Scheme) -> None:
+    """The approach is ours; that the forces found from it add up to the load is part of the check."""
+    case = _frictionless(Slab(n_x=17, scheme=scheme), radius, load)
+    compliance = compliance_of(case.slab)
+    assert _off(_by_projection(case, compliance), case, compliance) < 1e-9
+
+
+def rows() -> list[Row]:
+    """How far the two implementations are apart."""
+    apart = [_disagreement(_case(scheme, name)) for scheme in SCHEMES for name in SAMPLE]
+    worst = f"displacement {max(a for a, _ in apart):.0e}, force {max(b for _, b in apart):.0e} of the load"
+    slab = Slab(n_x=65)
+    cases = [_frictionless(slab, radius, load) for radius, load in CONTACTS]
+    contact = max(_off(_by_nnls(case, half_plane(slab)), case, half_plane(slab)) for case in cases)
+    return [
+        Row("second implementation", ", ".join(SAMPLE), "every event the same", worst, "agree"),
+        Row(
+            "second implementation",
+            "frictionless contact by NNLS",
+            "nodal forces",
+            f"{contact:.0e} of the load",
+            "agree",
+        ),
+    ]

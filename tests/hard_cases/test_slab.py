@@ -1,0 +1,178 @@
+"""Hard slabs: any Poisson's ratio, thin films to pillars, five nodes to thousands, few rows to all, nanometres to metres.
+
+An operator that is not positive definite is no elastic body: what ends badly on it must say so and name the scheme galerkin.
+"""
+
+from dataclasses import replace
+from typing import get_args
+
+import numpy as np
+import pytest
+
+from solver.case import Case, Scales, Scheme, Slab, SlipRule
+from solver.compliance import SurfaceCompliance
+from solver.conditioning import Conditioning, conditioning
+from solver.contact import first_touch
+from solver.outcome import Ending, InvalidInput, SingularOperator
+from solver.sliding import slide
+from tests.hard_cases.following import Followed, compliance_of, endings_of, follow, shown, worst_of
+from tests.hard_cases.table import Row
+from tests.physics import coupled_half_plane, half_plane
+
+SCHEMES: tuple[Scheme, ...] = get_args(Scheme)
+POISSON = (0.0, 0.3, 0.45, 0.49, 0.4999, -0.5, -0.9)
+ASPECTS = (0.01, 0.1, 1.0, 10.0, 100.0)
+NAMED = {Ending.COMPLETED, Ending.SLIP_UNBOUNDED, Ending.CASCADE_LIMIT, Ending.CONTACT_NOT_CONVERGED}
+NAMED |= {Ending.SINGULAR_OPERATOR}
+RULE = SlipRule(cascade_limit=100_000)
+
+
+def _case(slab: Slab) -> Case:
+    # A pillar moves by 1e7 loads: a load that leaves it about its own width.
+    load, radius = (1e-9, 2e8) if slab.aspect_ratio > 50.0 else (1e-3, 200.0)
+    return Case(slab=slab, load=load, radius=radius, slip_rule=RULE, max_events=1)
+
+
+def _slabs(scheme: Scheme, sizes: tuple[int, ...]) -> list[Slab]:
+    slabs = []
+    for poisson in POISSON:
+        for aspect in ASPECTS:
+            for n_x in sizes:
+                for rows in {3, None} if n_x > 5 else {None}:
+                    try:
+                        slabs.append(Slab(n_x, aspect, poisson, scheme=scheme, rows=rows))
+                    except InvalidInput:  # not every scheme takes every number of rows
+                        continue
+    return slabs
+
+
+def _tried(slab: Slab, whole: int = 100) -> Followed:
+    seen = Followed()
+    try:
+        return follow(_case(slab), compliance_of(slab), 6, whole)
+    except (SingularOperator, InvalidInput) as error:
+        seen.endings[error.outcome.ending] += 1
+        seen.messages.add(str(error))
+    return seen
+
+
+def _definite(slab: Slab) -> bool:
+    return conditioning(compliance_of(slab).matrix).positive_definite
+
+
+@pytest.mark.parametrize("poisson", POISSON)
+@pytest.mark.parametrize("scheme", SCHEMES)
+def test_every_slab_obeys_the_laws_or_says_why_not(scheme: Scheme, poisson: float) -> None:
+    for slab in _slabs(scheme, (5, 9, 33)):
+        if slab.poisson != poisson:
+            continue
+        seen = _tried(slab)
+        assert not seen.broken, slab
+        assert set(seen.endings) <= NAMED, slab
+        if set(seen.endings) != {Ending.COMPLETED}:
+            # Only an operator that is no elastic body's may fail, and the user is told what to do.
+            assert "galerkin" in " ".join(seen.messages), (slab, seen.messages)
+            assert not _definite(slab), slab
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("scheme", SCHEMES)
+def test_finer_slabs_do_so_too(scheme: Scheme) -> None:
+    for slab in _slabs(scheme, (129,)):
+        seen = _tried(slab)
+        assert not seen.broken, slab
+        assert set(seen.endings) <= NAMED, slab
+        assert set(seen.endings) == {Ending.COMPLETED} or not _definite(slab), slab
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("scheme", SCHEMES)
+@pytest.mark.parametrize("n_x", [257, 1025])
+def test_many_nodes_obey_the_laws(n_x: int, scheme: Scheme) -> None:
+    seen = _tried(Slab(n_x, scheme=scheme), whole=20)
+    assert not seen.broken
+    assert set(seen.endings) == {Ending.COMPLETED}
+
+
+@pytest.mark.parametrize("scheme", SCHEMES)
+@pytest.mark.parametrize("rows", [3, 4, 5, 6])
+def test_every_number_of_rows_obeys_the_laws(rows: int, scheme: Scheme) -> None:
+    try:
+        slab = Slab(33, scheme=scheme, rows=rows)
+    except InvalidInput as error:
+        assert "rows" in str(error)
+        return
+    seen = _tried(slab)
+    assert not seen.broken
+    assert set(seen.endings) == {Ending.COMPLETED}
+
+
+def test_nanometres_and_metres_are_one_case() -> None:
+    """The groups of a slab 100 nm wide and of one 1 m wide, each from SI numbers, give the same record to rounding."""
+    records = []
+    for width in (1e-7, 1e-3, 1.0):
+        scales = Scales(slab_width=width, slab_depth=10.0 * width, shear_modulus=1e10)
+        radius, height, load = 200.0 * width, 0.75 * width, 1e-3 * 1e10 * width * (10.0 * width)
+        slab = Slab(33, aspect_ratio=height / width)
+        case = Case(slab=slab, radius=radius / width, load=load / scales.force, max_events=60)
+        records.append(slide(case, compliance_of(slab)))
+    for other in records[1:]:
+        np.testing.assert_array_equal(other.node, records[0].node)
+        np.testing.assert_array_equal(other.slips, records[0].slips)
+        # The groups agree to a few roundings, which a cascade of slips multiplies.
+        np.testing.assert_allclose(other.force_after, records[0].force_after, atol=1e-10 * records[0].load)
+        np.testing.assert_allclose(other.displacement, records[0].displacement, rtol=1e-10)
+
+
+def test_an_operator_that_does_negative_work_is_detected_and_named() -> None:
+    """One eigenvalue of a reciprocal operator turned negative: contact cannot be right, and the outcome says why."""
+    slab = Slab(33)
+    sound = half_plane(slab)
+    assert conditioning(sound.matrix).positive_definite
+    values, vectors = np.linalg.eigh(sound.matrix)
+    values[:8] = -values[-1]
+    broken = SurfaceCompliance((vectors * values) @ vectors.T, slab)
+    assert not conditioning(broken.matrix).positive_definite
+    state = first_touch(_case(slab), broken)
+    record = slide(replace(_case(slab), max_events=50), broken)
+    outcome = record.outcome if state.outcome.ok else state.outcome
+    assert not outcome.ok
+    assert "not positive definite" in outcome.message
+    assert "galerkin" in outcome.message
+
+
+def test_tiny_pivots_are_seen_in_the_reciprocal_condition() -> None:
+    sound = half_plane(Slab(17)).matrix
+    values, vectors = np.linalg.eigh(sound)
+    values[0] = 1e-14 * values[-1]
+    found = conditioning((vectors * values) @ vectors.T)
+    # The estimate is in another norm: within a factor of the size.
+    assert 1e-16 < found.reciprocal_condition < 1e-12
+    assert conditioning(sound).reciprocal_condition > 1e-4
+
+
+@pytest.mark.parametrize("operator", [half_plane, coupled_half_plane])
+def test_reciprocal_operators_are_known_as_such(operator: object) -> None:
+    found = conditioning(operator(Slab(33)).matrix)  # type: ignore[operator]
+    assert found.asymmetry == 0.0
+    assert found.positive_definite
+
+
+def _worst_condition(found: list[Conditioning]) -> str:
+    worst = min(one.reciprocal_condition for one in found)
+    indefinite = sum(not one.positive_definite for one in found)
+    return f"reciprocal condition {worst:.0e}; {indefinite} of {len(found)} operators not positive definite"
+
+
+def rows() -> list[Row]:
+    """All Poisson's ratios with all aspect ratios, grid sizes and row counts, by scheme."""
+    table = []
+    for scheme in SCHEMES:
+        slabs = _slabs(scheme, (5, 9, 33, 129))
+        runs = [_tried(slab) for slab in slabs]
+        tried = f"{scheme}: ν -0.9 to 0.4999, L_z/L_x 0.01 to 100, n_x 5 to 129, 3 rows to all"
+        table.append(Row("slab", tried, "contact laws", shown(worst_of(runs)), endings_of(runs)))
+        found = [conditioning(compliance_of(slab).matrix) for slab in slabs]
+        outcome = "what cannot be solved there is named, with advice"
+        table.append(Row("slab", tried, "compliance positive definite", _worst_condition(found), outcome))
+    return table
