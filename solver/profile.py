@@ -6,6 +6,7 @@ the pin meets the mirror image, F̃(-x) = F̃(x): the contact it starts from has
 limit that is not negative; where first touch leaves one, it is taken as 0.
 """
 
+import math
 from dataclasses import dataclass
 
 import numpy as np
@@ -44,9 +45,11 @@ class Profile:
             )
         if not 0 <= self.periodic_from < count:
             raise InvalidInput(f"periodic_from = {self.periodic_from}: needs one of the {count} teeth")
-        if self.edges[0] != 0.0 or not np.all(np.diff(self.edges) > 0.0):
-            raise InvalidInput("edges: needs positions that increase from 0")
+        if self.edges[0] != 0.0 or not np.all(np.diff(self.edges) > 0.0) or not math.isfinite(self.edges[-1]):
+            raise InvalidInput("edges: needs finite positions that increase from 0")
         lowest = min(self.force.min(), (self.force + self.slope * np.diff(self.edges)).min())
+        if not (np.isfinite(self.force).all() and np.isfinite(self.slope).all()):
+            raise InvalidInput("force, slope: needs finite numbers")
         if not lowest >= -1e-12 * self.force.max():  # rounding of slope × width may end a tooth just below 0
             raise InvalidInput(f"force = {lowest}: needs a friction limit of at least 0 everywhere")
 

@@ -24,7 +24,7 @@ def integrate(profile: Profile, drive: Drive, surface_stiffness: float, step_lim
     """Integrate Eq. 12 with the friction of Eq. 13-14 by the method that `drive.integrator` names.
 
     surface_stiffness: K of Eq. 15, in G·L_y; without surface compliance it only tells slip from stick (`creep_velocity`,
-    `presliding_length`). step_limit: segments allowed to the exact methods.
+    `presliding_length`). step_limit: segments or time steps allowed.
     Raises InvalidInput unless K > 0. An unstable step, too many segments or a reversal that the drive excludes are
     outcomes of the result.
     """
@@ -47,7 +47,7 @@ def integrate(profile: Profile, drive: Drive, surface_stiffness: float, step_lim
     teeth = Teeth(profile.edges, profile.force, profile.slope, profile.periodic_from)
     if drive.integrator == "rk4":
         assert drive.time_step is not None  # a Drive with rk4 has one
-        run, outcome = integrate_rk4(teeth, motion, drive.samples, drive.time_step, drive.reverse_motion)
+        run, outcome = integrate_rk4(teeth, motion, drive.samples, drive.time_step, step_limit, drive.reverse_motion)
     else:
         method = integrate_exact if compliant else integrate_rigid
         run, outcome = method(teeth, motion, drive.samples, step_limit, drive.reverse_motion)

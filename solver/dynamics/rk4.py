@@ -15,9 +15,9 @@ from solver.outcome import COMPLETED, Ending, Outcome
 
 
 def integrate_rk4(
-    teeth: Teeth, motion: Motion, samples: int, time_step: float, reverse_motion: bool
+    teeth: Teeth, motion: Motion, samples: int, time_step: float, step_limit: int, reverse_motion: bool
 ) -> tuple[Run, Outcome]:
-    """Integrate in steps of at most `time_step`, as many as fill the duration evenly.
+    """Integrate in steps of at most `time_step`, as many as fill the duration evenly; refused if more than `step_limit`.
 
     A step that makes free vibrations of the stuck pin grow is refused with the outcome `UNSTABLE_STEP`. Unless the pin
     may move back, the run ends where F would be -F̃.
@@ -28,6 +28,9 @@ def integrate_rk4(
         )
         return _nothing(samples), Outcome(Ending.UNSTABLE_STEP, message)
     steps = max(1, math.ceil(motion.duration / time_step * (1.0 - 1e-12)))
+    if steps > step_limit:
+        message = f"time_step = {time_step:.6g}: {steps} steps; needs {motion.duration / step_limit:.6g} or more"
+        return _nothing(samples), Outcome(Ending.STEP_LIMIT, message)
     run = integrate_by_steps(teeth, motion, steps, samples, BINS, None if reverse_motion else True)
     return run, COMPLETED if run.steps == steps else reversed_at(run)
 

@@ -68,7 +68,9 @@ def test_without_a_plateau_there_is_nothing_to_repeat():
         ([0.5, 1.0], [1.0], [0.0], 0, "increase from 0"),
         ([0.0, 1.0], [1.0], [0.0], 1, "periodic_from = 1"),
         ([0.0, 1.0], [1.0], [-1.5], 0, "force = -0.5"),
-        ([0.0, 1.0], [np.nan], [0.0], 0, "force = nan"),
+        ([0.0, 1.0], [np.nan], [0.0], 0, "finite numbers"),
+        ([0.0, 1.0], [np.inf], [0.0], 0, "finite numbers"),
+        ([0.0, np.inf], [1.0], [0.0], 0, "finite positions"),
     ],
 )
 def test_teeth_that_do_not_fit_are_refused_by_name(edges, force, slope, periodic_from, named):
