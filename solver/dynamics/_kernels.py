@@ -138,6 +138,14 @@ def _driving_force(motion: Motion, pin: Pin) -> float:
 
 
 @_compiled
+def _doubt(motion: Motion, pin: Pin) -> float:
+    """What rounding may make of an acceleration of 0: it is a small difference of large forces and positions."""
+    far = motion.stage * pin.time + abs(pin.position)
+    forces = motion.spring * far + motion.damping * (motion.stage + abs(pin.velocity)) + abs(pin.friction)
+    return 4.4e-16 * forces
+
+
+@_compiled
 def _no_slips() -> list[SlipRow]:
     finished = [(0.0, 0.0, 0.0, 0.0, 0.0)]  # tells the compiler the type
     finished.clear()
@@ -338,7 +346,7 @@ def _root(segment: Segment, motion: Motion, quantity: int, level: float, end: fl
     """Where a quantity that is monotone on [0, end] passes `level`: Halley's method kept in its bracket."""
     low, high = 0.0, end
     tau = 0.5 * end
-    for _ in range(200):
+    for attempt in range(300):
         value, rate, curvature = _residue(segment, motion, quantity, level, tau)
         if value == 0.0:
             break
@@ -347,7 +355,8 @@ def _root(segment: Segment, motion: Motion, quantity: int, level: float, end: fl
         else:
             low = tau
         new = tau - value * rate / (rate * rate - 0.5 * value * curvature)
-        if not low <= new <= high:
+        # Far out, where large terms cancel, the curvature is rounding and Halley's steps lead nowhere.
+        if not low <= new <= high or (attempt >= 60 and attempt % 2 == 0):
             tau = 0.5 * (low + high)
             continue
         step, tau = abs(new - tau), new
@@ -409,12 +418,17 @@ def _quick_crossing(segment: Segment, distance: float) -> float:
 
 @_compiled
 def _monotone_end(segment: Segment, motion: Motion, watched: bool, horizon: float) -> float:
-    """How far the velocity (and, if watched, the driving force's rate) is monotone, at most to the horizon."""
-    c, stiffness, q, p = segment.damping, segment.stiffness, segment.q, segment.p
-    end = min(horizon, _next_zero(c, stiffness, q, p, motion.instant))
+    """How far the velocity (and, if watched, the driving force's rate) is monotone, at most to the horizon.
+
+    An extremum that the last segment ended at is not met again, although rounding leaves a little acceleration there.
+    """
+    c, stiffness, q, p, doubt = segment.damping, segment.stiffness, segment.q, segment.p, _doubt(motion, segment.pin)
+    end = min(horizon, _next_zero(c, stiffness, q if abs(q) > doubt else 0.0, p, motion.instant))
     if watched:
         k = motion.spring
-        end = min(end, _next_zero(c, stiffness, k * q + c * p, k * p - c * (c * p + stiffness * q), motion.instant))
+        g, rate = k * q + c * p, k * p - c * (c * p + stiffness * q)
+        doubt = (k + c * c) * doubt + 4.4e-16 * c * (segment.ramp + abs(stiffness * segment.pin.velocity))
+        end = min(end, _next_zero(c, stiffness, g if abs(g) > doubt else 0.0, rate, motion.instant))
     if stiffness < 0.0:  # growth: stay far from overflow
         end = min(end, 20.0 / math.sqrt(-stiffness))
     return end
@@ -479,7 +493,7 @@ def _moves_forward(motion: Motion, pin: Pin) -> bool:
         return pin.velocity > 0.0
     q = _driving_force(motion, pin) - pin.friction
     jerk = motion.spring * motion.stage - motion.damping * q
-    return q > 0.0 if abs(q) > abs(jerk) * motion.instant else jerk >= 0.0
+    return q > 0.0 if abs(q) > max(abs(jerk) * motion.instant, _doubt(motion, pin)) else jerk >= 0.0
 
 
 @_compiled
