@@ -1,0 +1,277 @@
+"""Drives from the lightest pin to the heaviest, the softest spring to the hardest, at rest and far too fast.
+
+Each ends in a motion that obeys the laws below at every output time, or with a named outcome and advice, within
+`STEPS` segments. Numbers are in SI, as in a manifest: the ranges are wide because campaigns are.
+"""
+
+import itertools
+import math
+from collections import Counter
+from typing import NamedTuple
+
+import numpy as np
+import pytest
+
+from solver.analytic import Oscillator
+from solver.case import Drive, Scales
+from solver.dynamics import DynamicsResult, integrate
+from solver.outcome import Ending, InvalidInput
+from solver.plateau import plateau_of
+from solver.profile import Profile, profile_of
+from study.drives import NamedDrive
+from tests.synthetic import STIFFNESS, constant_profile, noisy_record, profile_through
+
+RECORD = noisy_record()
+PLATEAU = plateau_of(RECORD)
+PROFILES = {shape: profile_of(RECORD, PLATEAU, shape) for shape in ("sawtooth", "linear", "mean")}
+SCALES = Scales()
+STEPS = 30_000
+"""Segments allowed: some milliseconds."""
+
+DAMPING = (0.0, 0.1, 1.0, 10.0)
+SPRING = (1.0, 1e3, 2e5, 1e8, 1e12)
+STAGE = (0.0, 1e-9, 1e-6, 2e-3, 0.1, 10.0)
+MASS = (1e-12, 1e-6, 0.5, 1e3)
+RANGE = "ζ 0-10, k 1-1e12 N/m, V 0-10 m/s, m 1e-12-1e3 kg, 0.2 s"
+LIMITS = {"finite": 0.0, "energy": 1e-9, "friction": 1e-9, "order": 0.0}
+"""What `errors` may reach. Energy: the spring's force is rounded to k·V·t·1e-16, up to 2e-7 of F̃ here, at random in every
+segment (1e-10 seen there, 1e-12 elsewhere). Friction: a tooth's slope, over F̃'s mean, times the rounding of x."""
+
+
+class Point(NamedTuple):
+    """One drive of the table, in SI."""
+
+    damping_ratio: float = 0.1
+    spring_stiffness: float = 2e5
+    stage_velocity: float = 2e-3
+    pin_mass: float = 0.5
+
+    def drive(self, **changed: object) -> Drive:
+        return NamedDrive("hard", **{**self._asdict(), "samples": 300, **changed}).dimensionless(SCALES)
+
+
+def points(everything: bool) -> list[Point]:
+    """All combinations, or: the paper's with one value changed, and the corners."""
+    if everything:
+        return [Point(*values) for values in itertools.product(DAMPING, SPRING, STAGE, MASS)]
+    one_changed = [
+        Point()._replace(**{name: value})
+        for name, values in zip(Point._fields, (DAMPING, SPRING, STAGE, MASS), strict=True)
+        for value in values
+    ]
+    corners = itertools.product(*((values[0], values[-1]) for values in (DAMPING, SPRING, STAGE, MASS)))
+    return [*one_changed, *(Point(*values) for values in corners)]
+
+
+def errors(result: DynamicsResult, drive: Drive, profile: Profile) -> dict[str, float]:
+    """How far a motion is from every law, as a share of what each is about; infinite where a law has no number.
+
+    finite: every value up to where the run ended, which is where the outcome says so. energy: the stage's work is stored
+    in the spring and as motion, or taken by friction; the rest is the damper's, which takes at least what it would
+    at constant velocity, and nothing without damping. friction: |F| ≤ F̃. order: slips follow each other.
+    """
+    reached = np.isfinite(result.position)
+    count = int(reached.sum())
+    kept = [values[:count] for values in (result.position, result.velocity, result.spring_force, result.friction)]
+    whole = not reached[count:].any() and (count == reached.size) == result.outcome.ok
+    finite = all(np.isfinite(values).all() for values in kept) and math.isfinite(result.friction_work)
+    if not (whole and finite and count):
+        return dict.fromkeys(LIMITS, math.inf)
+    x, _, _, friction = kept
+    nearby = [profile.limit(x * (1.0 + off)) for off in (-1e-14, 0.0, 1e-14)]  # both sides of a jump
+    beyond = np.abs(friction) - np.max(nearby, axis=0)
+    scale = profile.steady_force or float(np.abs(friction).max()) or 1.0
+    times = np.stack((result.slip_time, result.restick_time), axis=1).ravel()
+    times = times[~np.isnan(times)]
+    return {
+        "finite": 0.0,
+        "energy": _energy_error(result, drive) if result.outcome.ok else 0.0,
+        "friction": max(0.0, float(beyond.max())) / scale,
+        "order": float(np.sum(np.diff(times) < 0.0)),
+    }
+
+
+def _energy_error(result: DynamicsResult, drive: Drive) -> float:
+    k, V, end = drive.spring_stiffness, drive.stage_velocity, drive.duration
+    stretch = V * end - float(result.position[-1])
+    work = V * float(result.binned_force.sum()) * end / len(result.binned_force)
+    stored = 0.5 * float(result.velocity[-1]) ** 2 + 0.5 * k * stretch**2
+    damped = work - stored - result.friction_work
+    least = 2.0 * drive.damping_ratio * math.sqrt(k) * stretch**2 / end
+    amount = max(abs(work), stored, abs(result.friction_work))
+    wrong = abs(damped) if drive.damping_ratio == 0.0 else max(0.0, least - damped)
+    return wrong / amount if amount else 0.0
+
+
+class Family(NamedTuple):
+    """What came of many runs: how they ended, and the worst error of every law."""
+
+    endings: Counter[str]
+    worst: dict[str, float]
+
+
+def survey(everything: bool, **effects: object) -> Family:
+    endings: Counter[str] = Counter()
+    worst = dict.fromkeys(LIMITS, 0.0)
+    for point in points(everything):
+        drive = point.drive(**effects)
+        result = integrate(PROFILES[drive.profile], drive, STIFFNESS, STEPS)
+        endings[result.outcome.ending.value] += 1
+        assert result.outcome.ok or result.outcome.message
+        for law, error in errors(result, drive, PROFILES[drive.profile]).items():
+            assert error <= LIMITS[law], f"{point}: {law} {error}, {result.outcome}"
+            worst[law] = max(worst[law], error)
+    return Family(endings, worst)
+
+
+EFFECTS = [
+    {"profile": profile, "surface_compliance": compliant}
+    for profile, compliant in itertools.product(PROFILES, (True, False))
+]
+
+
+@pytest.mark.parametrize("effects", EFFECTS, ids=str)
+def test_every_drive_obeys_the_laws_or_ends_by_name(effects):
+    family = survey(everything=False, **effects)
+    assert set(family.endings) <= {"completed", "step_limit"}
+    assert family.endings["completed"] > 10
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("effects", EFFECTS, ids=str)
+def test_every_combination_obeys_the_laws_or_ends_by_name(effects):
+    family = survey(everything=True, **effects)
+    assert family.endings["completed"] > 200  # of 480
+
+
+@pytest.mark.parametrize("mass", [1e-3, 1e-5, 1e-6, 1e-7])
+def test_rounding_does_not_hold_a_light_pin_at_an_extremum_of_its_velocity(mass):
+    """Its vibrations are at the rounding of the forces; met again and again, an extremum would take for ever.
+
+    The stage drags it at the plateau, so it slips off tooth after tooth: the mean friction is the plateau's peaks'.
+    """
+    drive = Point(pin_mass=mass).drive()
+    result = integrate(PROFILES["sawtooth"], drive, STIFFNESS, step_limit=6_000_000)
+    assert result.outcome.ok
+    assert all(error <= 10 * LIMITS[law] for law, error in errors(result, drive, PROFILES["sawtooth"]).items())
+    assert PLATEAU.mean <= result.binned_force[-64:].mean() / RECORD.load <= PLATEAU.peak
+
+
+# --- Runge-Kutta: never garbage -------------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize("point", points(everything=False), ids=str)
+@pytest.mark.parametrize("step", [1e-3, 1e-5, 1e-9])
+def test_steps_are_stable_or_refused_with_a_step_that_is(point, step):
+    drive = point.drive(integrator="rk4", time_step=step, duration=0.02)
+    result = integrate(PROFILES["sawtooth"], drive, STIFFNESS, step_limit=100_000)
+    if result.outcome.ok:
+        found = errors(result, drive, PROFILES["sawtooth"])
+        assert found["finite"] == found["order"] == 0.0
+        # Samples are interpolated between steps, over edges too.
+        assert np.abs(result.friction).max() <= PLATEAU.peak * RECORD.load * (1.0 + 1e-12)
+        # The pin is never further ahead of the stage than a free one would swing, nor pulled back behind its start by more.
+        far = drive.stage_velocity * drive.duration
+        assert np.abs(result.position).max() <= 3.0 * far + 1e-300
+    else:
+        assert result.outcome.ending in (Ending.UNSTABLE_STEP, Ending.STEP_LIMIT)
+        advised = float(result.outcome.message.partition("needs ")[2].split()[0])
+        assert (advised < drive.time_step) == (result.outcome.ending is Ending.UNSTABLE_STEP)
+        assert np.isnan(result.position).all()
+
+
+def test_teeth_smaller_than_a_step_act_by_their_mean():
+    """300 000 teeth per unit length, some thousand per step: chance which force a step meets, between both bounds."""
+    fine = profile_through([0.0, 3e-6], [0.4], [0.6])
+    drive = Drive(1.0, 0.1, 0.3, 20.0, integrator="rk4", time_step=0.05, samples=100)
+    stepped = integrate(fine, drive, 5.0)
+    low, mean, high = (integrate(constant_profile(force), drive, 5.0) for force in (0.4, 0.5, 0.6))
+    assert np.abs(stepped.friction).max() <= 0.6
+    assert np.abs(stepped.position - mean.position).max() < np.abs(low.position - high.position).max()
+
+
+# --- profiles -------------------------------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize("compliant", [True, False])
+@pytest.mark.parametrize(
+    "profile",
+    [
+        profile_through([0.0, 1e-9], [0.4], [0.4 + 1e-9]),
+        profile_through([0.0, 1e-3], [0.0], [0.0]),
+        profile_through([0.0, 0.5, 0.5 + 1e-15], [0.3, 0.0], [0.3, 1e6], 0),
+        profile_through([0.0, 0.1, 0.2], [0.0, 1.0], [1.0, 0.0], 0),
+        profile_through([0.0, 1e300], [0.5], [0.5]),
+        profile_through([0.0, 0.3], [1e-300], [2e-300]),
+    ],
+    ids=["one short tooth", "zero force", "a spike one ulp wide", "down to zero", "endless tooth", "tiny forces"],
+)
+def test_odd_profiles_are_crossed(profile, compliant):
+    drive = Drive(1.0, 0.1, 0.3, 5.0, samples=300, surface_compliance=compliant)
+    result = integrate(profile, drive, 5.0, step_limit=1_000_000)
+    found = errors(result, drive, profile)
+    found.pop("friction")  # at a spike an ulp wide the limit itself has no digits
+    assert not any(found.values()), (found, result.outcome)
+
+
+@pytest.mark.parametrize(
+    ("edges", "force"),
+    [([0.0, 0.1, 0.1], [0.4, 0.4]), ([0.0, 0.2, 0.1], [0.4, 0.4]), ([0.0, 0.1], [-0.4]), ([0.0, 0.1], [math.inf])],
+)
+def test_profiles_without_meaning_are_refused(edges, force):
+    """Equal displacements, negative and infinite forces; a record's own negative forces are taken as 0 (solver.profile)."""
+    with pytest.raises(InvalidInput, match=r"needs"):
+        Profile(np.array(edges), np.array(force), np.zeros(len(force)), 0)
+
+
+# --- long drives ----------------------------------------------------------------------------------------------------
+
+
+def longest_drift() -> float:
+    """Share of a natural period by which 10 s (1000 periods) of undamped swinging is off its closed form."""
+    drive = Point(damping_ratio=0.0).drive(profile="mean", surface_compliance=False, duration=10.0, samples=20_000)
+    result = integrate(PROFILES["mean"], drive, 1e30)
+    k, V, F = drive.spring_stiffness, drive.stage_velocity, PLATEAU.mean * RECORD.load
+    slide = Oscillator(k, 0.0, V, F, time=F / k / V)
+    late = result.time > 0.9 * drive.duration
+    position, _ = slide.motion(result.time[late])
+    return float(np.abs(result.position[late] - position).max() / V * math.sqrt(k) / (2.0 * math.pi))
+
+
+def test_ten_seconds_do_not_shift_the_phase():
+    assert longest_drift() < 1e-10  # rounding of ω t of 6000 and of x of 20, over a swing of 3e-3
+
+
+def test_ten_seconds_of_teeth_repeat_with_their_period():
+    """Eleven million teeth: steady sliding repeats itself after each period of the profile, to the rounding of x."""
+    profile = PROFILES["sawtooth"]
+    drive = Point(damping_ratio=1.0).drive()
+    lap = profile.period / drive.stage_velocity
+    laps = math.floor(10.0 / SCALES.time(0.5) / lap)
+    whole = Drive(
+        drive.spring_stiffness, drive.damping_ratio, drive.stage_velocity, laps * lap, samples=laps
+    )  # one sample per period
+    result = integrate(profile, whole, STIFFNESS)
+    assert result.outcome.ok
+    steps = np.diff(result.position[laps // 2 :])
+    assert np.abs(steps - profile.period).max() < 1e-12  # x is 20
+    assert abs(result.position[-1] - result.position[laps // 2] - (laps - laps // 2) * profile.period) < 1e-12
+    assert _energy_error(result, whole) < 1e-10
+
+
+def rows() -> list:
+    """Rows for the table of hard cases (tests.hard_cases.table)."""
+    from tests.hard_cases.table import Row
+
+    law = "finite; work = stored + damped + friction; |F| ≤ F̃; slips in order; at each of 300 times"
+    found = []
+    for effects in EFFECTS:
+        family = survey(everything=True, **effects)
+        name = f"dynamics, {effects['profile']}, {'yielding' if effects['surface_compliance'] else 'rigid'} contact"
+        worst = ", ".join(f"{law} {error:.0e}" for law, error in family.worst.items() if law in ("energy", "friction"))
+        ends = ", ".join(f"{count} {ending}" for ending, count in family.endings.most_common())
+        found.append(Row(name, RANGE, law, worst, f"{ends} (of {STEPS} segments)"))
+    drift = Row(
+        "dynamics, 10 s", "1000 undamped periods", "phase of Eq. 17", f"{longest_drift():.0e} periods", "completed"
+    )
+    return [*found, drift]
