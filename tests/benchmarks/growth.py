@@ -9,7 +9,9 @@ from typing import TypeVar
 import numpy as np
 
 from solver import Case, Slab, contact_state, friction_record, slab_compliance
-from solver.sliding import slide
+from solver.sliding import slide_to_state
+from solver.tableau import MARGIN
+from tests.benchmarks.far_field import far_field_row
 from tests.benchmarks.table import Row, seconds
 
 Value = TypeVar("Value")
@@ -19,6 +21,8 @@ FITTED = 4
 """Exponents are fitted to this many of the largest sizes."""
 DISPLACEMENT = 1.5e-3
 """In L_x: the force is steady from half of it on."""
+BEYOND = (4097, 1e-4)
+"""One size more, to a displacement that its slips reach within a minute: the steady force would take them half an hour."""
 
 
 @dataclass(frozen=True)
@@ -35,24 +39,31 @@ class Cost:
     """In s, like `sliding` and `compliance`."""
     sliding: float
     compliance: float
+    tableau: float
+    """Bytes of the operator that every slip reads two rows of."""
+    far_field: Row | None
+    """What lazy updates would save from here on, where asked for."""
 
 
-def cost(n_x: int) -> Cost:
+def cost(n_x: int, displacement: float = DISPLACEMENT, *, far_field: bool = False) -> Cost:
     """Measure the paper's case at n_x surface nodes."""
     slab = Slab(n_x=n_x)
     compliance, condensing = _timed(lambda: slab_compliance(slab))
-    case = Case(intrinsic_friction=0.5, radius=200.0, slab=slab, max_events=None, max_displacement=DISPLACEMENT)
+    case = Case(intrinsic_friction=0.5, radius=200.0, slab=slab, max_events=None, max_displacement=displacement)
     start, touching = _timed(lambda: contact_state(case, compliance))
-    record, sliding = _timed(lambda: slide(case, compliance, start))
+    (record, end), sliding = _timed(lambda: slide_to_state(case, compliance, start))
     changes = int(record.releases.sum() + record.touches.sum())
     contact = int(start.contact.sum())
-    return Cost(n_x, contact, len(record.kind), int(record.slips.sum()), changes, touching, sliding, condensing)
+    row = far_field_row(case, compliance, end) if far_field else None
+    entries = 2 * (contact + 2 * MARGIN) + 1
+    slips = int(record.slips.sum())
+    return Cost(n_x, contact, len(record.kind), slips, changes, touching, sliding, condensing, 8.0 * entries**2, row)
 
 
 def rows() -> list[Row]:
     """One row per size, and the exponents of its growth."""
     _warm_up()
-    costs = [cost(n_x) for n_x in SIZES]
+    costs = [cost(n_x, far_field=n_x == SIZES[-1]) for n_x in SIZES]
     table = [
         Row(
             f"n_x = {now.n_x}, to δ_p = {DISPLACEMENT:g} L_x: {now.contact} nodes in contact, {now.events} events, "
@@ -69,7 +80,20 @@ def rows() -> list[Row]:
         name: _exponent(costs, name) for name in ("events", "slips", "changes", "sliding", "first_touch", "compliance")
     }
     shown = ", ".join(f"{name.replace('_', ' ')} {power:.2f}" for name, power in powers.items())
-    return [*table, Row(f"exponents of n_x from {costs[-FITTED].n_x} to {costs[-1].n_x}", shown, "", "", "")]
+    table.append(Row(f"exponents of n_x from {costs[-FITTED].n_x} to {costs[-1].n_x}", shown, "", "", ""))
+    return [*table, _beyond_row(cost(*BEYOND)), *(each.far_field for each in costs if each.far_field)]
+
+
+def _beyond_row(largest: Cost) -> Row:
+    return Row(
+        f"n_x = {largest.n_x}, to δ_p = {BEYOND[1]:g} L_x only: {largest.contact} nodes in contact, {largest.events} events, "
+        f"{largest.slips} slips, {largest.changes} changes of the contact, tableau {largest.tableau / 1e6:.0f} MB",
+        f"{seconds(largest.sliding)} ({seconds(largest.sliding / max(largest.slips, 1))} per slip), first touch "
+        f"{seconds(largest.first_touch)}, compliance {seconds(largest.compliance)}",
+        "",
+        "",
+        "",
+    )
 
 
 def _exponent(costs: list[Cost], name: str) -> float:
