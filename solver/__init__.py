@@ -29,7 +29,7 @@ Eq. 12, §2.2.3    dynamics/ (rk4: the paper's, exact: from crossing to crossing
 from solver.boundary_value import NodalFields, blank, solve_mixed
 from solver.case import Case, Drive, Scales, Slab, SlipRule
 from solver.compliance import SurfaceCompliance, slab_compliance, surface_compliance
-from solver.contact import ContactState
+from solver.contact import ContactState, mirrored
 from solver.dynamics import DynamicsResult
 from solver.laboratory import DriveResult, contact_state, drive_result, friction_record
 from solver.observables import FrictionCoefficients, event_statistics
@@ -63,6 +63,7 @@ __all__ = [
     "drive_result",
     "event_statistics",
     "friction_record",
+    "mirrored",
     "plateau_of",
     "slab_compliance",
     "solve_mixed",

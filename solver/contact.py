@@ -15,7 +15,7 @@ from solver.case import Case
 from solver.compliance import SurfaceCompliance
 from solver.conditioning import explained
 from solver.coulomb import CoulombContact, CoulombError
-from solver.outcome import COMPLETED, Ending, Outcome, SingularOperator
+from solver.outcome import COMPLETED, Ending, InvalidInput, Outcome, SingularOperator
 from solver.pin import pin_of
 from solver.tableau import Core, core_of, steadied
 
@@ -97,6 +97,26 @@ class ContactState:
     def friction_force(self) -> float:
         """ΣF, in G·L_x·L_y: positive where the pin drags the slab to the right."""
         return float(self.nodal_force[0].sum())
+
+
+def mirrored(case: Case, state: ContactState) -> ContactState:
+    """The same contact seen in a mirror at the slab's middle: sliding on from it moves the pin to the left.
+
+    Forces, displacements and nodes of what follows are those of the mirror image. Raises InvalidInput where the support is
+    not its own mirror image.
+    """
+    if case.slab.support == "right_side":
+        raise InvalidInput("support = 'right_side': sliding to the left needs a support that is its own mirror image")
+    signs = {"shear": -1.0, "slip": -1.0, "u": -1.0}
+    turned = {
+        name: signs.get(name, 1.0) * getattr(state, name)[::-1]
+        for name in ("pressure", "shear", "slip", "gap", "u", "w")
+    }
+    turned["contact"] = state.contact[::-1].copy()
+    turned["nodal_force"] = np.array([[-1.0], [1.0]]) * state.nodal_force[:, ::-1]
+    for value in turned.values():
+        value.setflags(write=False)
+    return replace(state, displacement=-state.displacement, **turned)
 
 
 def first_touch(case: Case, compliance: SurfaceCompliance) -> ContactState:

@@ -180,7 +180,7 @@ class CoulombContact:
         while True:
             rates = force_rate, _, u_rate, _ = self.rates(push)
             # A node that has just touched bears no force yet, and slides the way its shear begins to push.
-            near = max(1e-9 * self.load, self.least)
+            near = max(1e-9 * self.load * min(self.case.intrinsic_friction, 1.0), self.least)
             none = np.abs(self.force[0]) <= near
             sign = np.sign(np.where(none, force_rate[0], self.force[0]))
             growth = sign * force_rate[0] + self.case.intrinsic_friction * force_rate[1]

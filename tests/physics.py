@@ -43,7 +43,10 @@ def law_errors(state: ContactState, case: Case, compliance: SurfaceCompliance) -
     off = np.maximum(np.abs(state.w + state.approach - height) - blur, 0.0)[inside]
     below = np.maximum(-state.gap - blur, 0.0)
     finite_gap = np.where(np.isfinite(state.gap), state.gap, 0.0)
-    limit = case.intrinsic_friction * normal if math.isfinite(case.intrinsic_friction) else np.inf
+    limited = math.isfinite(case.intrinsic_friction)
+    limit = case.intrinsic_friction * normal if limited else np.inf
+    # The limit itself is known to rounding of μ_i·pressure.
+    borne = load * max(case.intrinsic_friction, 1.0)
     moved = float((np.abs(compliance.matrix) @ np.abs(force)).max())
     stray = float(np.abs(state.nodal_force[:, ~inside]).max(initial=0.0))
     # Forces follow from heights less approach, whose rounding they and all displacements carry.
@@ -53,7 +56,7 @@ def law_errors(state: ContactState, case: Case, compliance: SurfaceCompliance) -
         "equilibrium": float(np.maximum(astray - haze, 0.0).max()) / moved,
         "load": abs(state.normal_force - load) / load,
         "tension": max(float(-normal.min()) - haze, stray, 0.0) / load,
-        "shear": max(float(np.max(shear - limit)) - haze, 0.0) / load,
+        "shear": max(float(np.max(shear - limit)) - haze, 0.0) / borne,
         "penetration": float(below.max()) / moved,
         "pin": float(off.max(initial=0.0)) / moved,
         "complementarity": float(np.abs(finite_gap * normal).max()) / (load * moved),
