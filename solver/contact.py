@@ -62,6 +62,13 @@ ENDINGS = {
 }
 """What the compiled core's return codes mean to a user."""
 
+NO_STUCK_TOUCH = Outcome(
+    Ending.CONTACT_NOT_CONVERGED,
+    "no choice of sticking and sliding nodes obeys Coulomb's law with all of them brought down at once: "
+    'use first_touch = "gradual"',
+)
+"""Nodes at the edge stick and slide, touch and leave in turn: a contact that grows with its load has no such choice."""
+
 BROKEN = {outcome.ending: outcome for outcome in ENDINGS.values()}
 """The same by ending."""
 
@@ -188,7 +195,8 @@ def _touch_with_coulomb_friction(case: Case, compliance: SurfaceCompliance) -> C
             solved.mend()
             solved.raise_load(case.load)
     except CoulombError as error:
-        return coulomb_state(solved, BROKEN[error.ending])
+        stuck = case.first_touch == "stick" and error.ending is Ending.SLIP_UNBOUNDED
+        return coulomb_state(solved, NO_STUCK_TOUCH if stuck else BROKEN[error.ending])
     return coulomb_state(solved, COMPLETED)
 
 
