@@ -18,8 +18,13 @@ from solver.tableau import Core, core_of, steadied
 
 OFF_THE_SLAB = 2.0
 """δ_p in L_x at which a pin that slides on and on has certainly left the slab."""
+RESUMABLE = 10_000
+"""Events after which a run starts afresh from its own state: a run in pieces of so many events has the bits of one in one."""
 FIRST_CAPACITY = 4096
 """Events for which room is made first where only the displacement is limited."""
+
+GOING_ON = (_kernels.FULL, _kernels.DRIFTED, _kernels.OUTGROWN)
+"""Why the compiled core stops though the run does not."""
 
 EVENT_KINDS = ("slip", "release", "touch")
 """What can trigger an event; `FrictionRecord.kind` holds the position in this tuple."""
@@ -109,22 +114,17 @@ def _slide(
     events, held = _empty_events(case.max_events or FIRST_CAPACITY), 0
     farthest = math.inf if case.max_displacement is None else case.max_displacement
     while True:
-        status, held = _kernels.slide_events(core.state, core.rules, events, held, farthest)
-        if status == _kernels.FULL and case.max_events is None:
+        stop = min(len(events.displacement), (held // RESUMABLE + 1) * RESUMABLE)
+        status, held = _kernels.slide_events(core.state, core.rules, _first(events, stop), held, farthest)
+        if status not in GOING_ON or (status == _kernels.FULL and held == case.max_events):
+            break
+        if held == len(events.displacement) and case.max_events is None:
             events = _grown(events)
-        elif status == _kernels.DRIFTED:
-            status = steadied(core, _kernels.DONE)
-            if status != _kernels.DONE:
-                break
-        elif status == _kernels.OUTGROWN:
-            state = contact_state(core, COMPLETED)
-            if beyond_window(core, state):
-                return _slide(case, start, compliance, whole=True)
-            core = _core_at(case, compliance, state, whole)
-            status = _kernels.resolve(core.state, core.rules, _kernels.NOTHING, -1, 1.0)
-            if status != _kernels.DONE:
-                break
-        else:
+        mended, status = _mended(core, status, whole, anew=held % RESUMABLE == 0)
+        if mended is None:
+            return _slide(case, start, compliance, whole=True)
+        core = mended
+        if status != _kernels.DONE:
             break
     end = contact_state(core, ENDINGS[steadied(core, status)])
     if beyond_window(core, end):
@@ -172,6 +172,31 @@ def _slide_with_coulomb_friction(
     return _record(case, start, initial_stiffness, events, len(rows), end), end
 
 
+def _mended(core: Core, status: int, whole: bool, anew: bool) -> tuple[Core | None, int]:
+    """A core to go on with after `status`, one of GOING_ON, and whether it can (DONE); anew: as if resumed from its state.
+
+    None where a node that the core does not follow proves to lie inside the pin.
+    """
+    followed: Core | None = core
+    if status == _kernels.OUTGROWN:
+        followed = _afresh(core, whole)
+        if followed is None:
+            return None, status
+        core, status = followed, _kernels.resolve(followed.state, followed.rules, _kernels.NOTHING, -1, 1.0)
+    else:
+        status = steadied(core, _kernels.DONE)
+    if anew and status == _kernels.DONE:
+        status = steadied(core, status)
+        followed = _afresh(core, whole)
+    return followed, status
+
+
+def _afresh(core: Core, whole: bool) -> Core | None:
+    """The core set up from its own state; None where a node that it does not follow lies inside the pin."""
+    state = contact_state(core, COMPLETED)
+    return None if beyond_window(core, state) else _core_at(core.case, core.compliance, state, whole)
+
+
 def _core_at(case: Case, compliance: SurfaceCompliance, state: ContactState, whole: bool) -> Core:
     xi = np.where(state.contact, compliance.x + state.u - state.displacement, 0.0)
     core = core_of(case, compliance, state.contact, state.u, pin_of(case).height(xi), state.displacement, whole=whole)
@@ -193,6 +218,11 @@ def _empty_events(capacity: int) -> _kernels.Events:
         touches=np.empty(capacity, dtype=np.int32),
         contact_size=np.empty(capacity, dtype=np.int32),
     )
+
+
+def _first(events: _kernels.Events, count: int) -> _kernels.Events:
+    """Room for the first `count` events."""
+    return _kernels.Events(**{name: column[:count] for name, column in events._asdict().items()})
 
 
 def _grown(events: _kernels.Events) -> _kernels.Events:

@@ -1,0 +1,129 @@
+"""Long runs: a million events and ten million slips without drift, and the same bits in one piece or in ten."""
+
+from dataclasses import replace
+from typing import get_args
+
+import numpy as np
+import pytest
+
+from solver import sliding
+from solver.case import Case, Scheme, Slab, SlipRule
+from solver.contact import ContactState, first_touch
+from solver.sliding import FrictionRecord, slide_to_state
+from tests.hard_cases.following import compliance_of
+from tests.hard_cases.table import Row
+from tests.physics import half_plane, law_errors, stored_energy
+
+SCHEMES: tuple[Scheme, ...] = get_args(Scheme)
+COLUMNS = (
+    "displacement",
+    "force_before",
+    "force_after",
+    "stiffness",
+    "kind",
+    "node",
+    "slips",
+    "contact_size",
+    "dissipated",
+)
+
+
+def _long(scheme: Scheme, events: int) -> Case:
+    """A light load on a blunt pin: a million events move the pin by less than the slab's width."""
+    rule = SlipRule(event_floor=1e-9)
+    return Case(slab=Slab(17, scheme=scheme), load=1e-6, radius=2e5, slip_rule=rule, max_events=events)
+
+
+def _in_pieces(case: Case, pieces: int) -> tuple[list[FrictionRecord], ContactState]:
+    compliance = compliance_of(case.slab)
+    assert case.max_events is not None
+    piece = replace(case, max_events=case.max_events // pieces)
+    state, records = first_touch(case, compliance), []
+    for _ in range(pieces):
+        record, state = slide_to_state(piece, compliance, state)
+        records.append(record)
+    return records, state
+
+
+def _assert_same(whole: FrictionRecord, pieces: list[FrictionRecord]) -> None:
+    assert whole.outcome.ok
+    for name in COLUMNS:
+        joined = np.concatenate([getattr(piece, name) for piece in pieces])
+        np.testing.assert_array_equal(joined, getattr(whole, name), err_msg=name)
+
+
+@pytest.mark.parametrize("scheme", SCHEMES)
+def test_a_run_in_ten_pieces_has_the_bits_of_one(scheme: Scheme, monkeypatch: pytest.MonkeyPatch) -> None:
+    """Pieces of RESUMABLE events (here fewer): the whole run starts afresh from its own state there, too."""
+    monkeypatch.setattr(sliding, "RESUMABLE", 50)
+    for radius in (200.0, 20.0):
+        case = Case(slab=Slab(33, scheme=scheme), radius=radius, max_events=500)
+        whole, end = slide_to_state(case, compliance_of(case.slab))
+        pieces, last = _in_pieces(case, 10)
+        _assert_same(whole, pieces)
+        np.testing.assert_array_equal(last.nodal_force, end.nodal_force)
+
+
+def _million(scheme: Scheme) -> tuple[FrictionRecord, ContactState, dict[str, float]]:
+    case = _long(scheme, 1_000_000)
+    compliance = compliance_of(case.slab)
+    record, end = slide_to_state(case, compliance)
+    return record, end, law_errors(end, case, compliance)
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("scheme", SCHEMES)
+def test_a_million_events_do_not_drift(scheme: Scheme) -> None:
+    record, end, errors = _million(scheme)
+    assert record.outcome.ok
+    assert len(record.kind) == 1_000_000
+    assert max(errors.values()) < 1e-9
+    assert abs(record.force_after[-1] - end.friction_force) < 1e-9 * record.load
+    # Every tooth begins where the last event ended, all the way.
+    after = np.concatenate(([record.initial_force], record.force_after[:-1]))
+    slope = np.concatenate(([record.initial_stiffness], record.stiffness[:-1]))
+    rise = slope * np.diff(record.displacement, prepend=0.0)
+    # The steps are differences of displacements, each rounded.
+    assert np.abs(after + rise - record.force_before).max() < 1e-9 * record.load
+    pieces, _ = _in_pieces(_long(scheme, 1_000_000), 10)
+    _assert_same(record, pieces)
+
+
+def _ten_million_slips(events: int = 7000) -> tuple[int, float, float]:
+    """On a reciprocal operator: slips, energy that is missing as a share of the work, worst law."""
+    slab = Slab(17, poisson=0.2)
+    compliance = half_plane(slab)
+    case = Case(slab=slab, intrinsic_friction=1e-4, slip_rule=SlipRule(residual=0.999), max_events=events)
+    case = replace(case, first_touch="frictionless", radius=2e3)
+    start = first_touch(case, compliance)
+    record, end = slide_to_state(case, compliance, start)
+    before = np.concatenate(([record.initial_force], record.force_after[:-1]))
+    steps = np.diff(record.displacement, prepend=0.0)
+    work = float(((before + record.force_before) / 2) @ steps)
+    kept = stored_energy(end) - stored_energy(start) - case.load * (end.approach - start.approach)
+    missing = abs(work - kept - float(record.dissipated.sum())) / work
+    return int(record.slips.sum()), missing, max(law_errors(end, case, compliance).values())
+
+
+@pytest.mark.slow
+def test_ten_million_slips_keep_laws_and_energy() -> None:
+    slips, missing, worst = _ten_million_slips()
+    assert slips > 10_000_000
+    assert missing < 1e-9
+    assert worst < 1e-9
+
+
+def rows() -> list[Row]:
+    """A million events on every scheme, ten million slips on a reciprocal operator."""
+    worst = max(max(_million(scheme)[2].values()) for scheme in SCHEMES)
+    slips, missing, law = _ten_million_slips()
+    return [
+        Row("long runs", "1e6 events", "contact laws in the end", f"{worst:.0e}", "completed; same bits in ten pieces"),
+        Row(
+            "long runs",
+            f"{slips:.1e} slips",
+            "laws; energy balance",
+            f"{law:.0e}; {missing:.0e} of the work",
+            "completed",
+        ),
+    ]
