@@ -77,7 +77,8 @@ def worst_of(runs: Iterable[Followed]) -> dict[str, float]:
 
 def shown(worst: dict[str, float]) -> str:
     """The worst errors in one cell."""
-    return ", ".join(f"{law} {error:.0e}" if error else f"{law} 0" for law, error in worst.items())
+    seen = [f"{law} {error:.0e}" for law, error in worst.items() if error > 1e-15]
+    return ", ".join([*seen, f"{'others' if seen else 'all'} below 1e-15"])
 
 
 def endings_of(runs: Iterable[Followed]) -> str:

@@ -17,7 +17,7 @@ from solver.outcome import Ending, InvalidInput, SingularOperator
 from solver.sliding import slide
 from tests.hard_cases.following import Followed, compliance_of, endings_of, follow, shown, worst_of
 from tests.hard_cases.table import Row
-from tests.physics import coupled_half_plane, half_plane
+from tests.physics import half_plane
 
 SCHEMES: tuple[Scheme, ...] = get_args(Scheme)
 POISSON = (0.0, 0.3, 0.45, 0.49, 0.4999, -0.5, -0.9)
@@ -87,7 +87,7 @@ def test_finer_slabs_do_so_too(scheme: Scheme) -> None:
 
 @pytest.mark.slow
 @pytest.mark.parametrize("scheme", SCHEMES)
-@pytest.mark.parametrize("n_x", [257, 1025])
+@pytest.mark.parametrize("n_x", [257, 1025, 2049])
 def test_many_nodes_obey_the_laws(n_x: int, scheme: Scheme) -> None:
     seen = _tried(Slab(n_x, scheme=scheme), whole=20)
     assert not seen.broken
@@ -138,23 +138,6 @@ def test_an_operator_that_does_negative_work_is_detected_and_named() -> None:
     assert not outcome.ok
     assert "not positive definite" in outcome.message
     assert "galerkin" in outcome.message
-
-
-def test_tiny_pivots_are_seen_in_the_reciprocal_condition() -> None:
-    sound = half_plane(Slab(17)).matrix
-    values, vectors = np.linalg.eigh(sound)
-    values[0] = 1e-14 * values[-1]
-    found = conditioning((vectors * values) @ vectors.T)
-    # The estimate is in another norm: within a factor of the size.
-    assert 1e-16 < found.reciprocal_condition < 1e-12
-    assert conditioning(sound).reciprocal_condition > 1e-4
-
-
-@pytest.mark.parametrize("operator", [half_plane, coupled_half_plane])
-def test_reciprocal_operators_are_known_as_such(operator: object) -> None:
-    found = conditioning(operator(Slab(33)).matrix)  # type: ignore[operator]
-    assert found.asymmetry == 0.0
-    assert found.positive_definite
 
 
 def _worst_condition(found: list[Conditioning]) -> str:
