@@ -11,6 +11,9 @@ from solver.outcome import Ending, Outcome
 
 Dense = NDArray[np.float64]
 
+ILL_CONDITIONED = 1e-9
+"""Reciprocal condition below which forces have too few digits left for the laws of contact (1e-10 of the load)."""
+
 _OPERATORS_FAULT = (
     Ending.CONTACT_NOT_CONVERGED,
     Ending.SLIP_UNBOUNDED,
@@ -50,11 +53,12 @@ def explained(outcome: Outcome, compliance: SurfaceCompliance, contact: NDArray[
         return outcome
     nodes = np.flatnonzero(np.concatenate((contact, contact)))
     found = conditioning(compliance.matrix[np.ix_(nodes, nodes)])
-    if found.positive_definite:
+    operator = f"; the {compliance.slab.scheme} operator of the {int(contact.sum())} nodes in contact"
+    figures = f"(asymmetry {found.asymmetry:.1e}, reciprocal condition {found.reciprocal_condition:.1e})"
+    if not found.positive_definite:
+        why = f"is not positive definite {figures}: use the scheme galerkin, or a poisson further from 0.5"
+    elif found.reciprocal_condition < ILL_CONDITIONED:
+        why = f"is ill-conditioned {figures}: use a poisson further from 0.5, or an aspect_ratio nearer 1"
+    else:
         return outcome
-    why = (
-        f"; the {compliance.slab.scheme} operator of the {int(contact.sum())} nodes in contact is not positive definite "
-        f"(asymmetry {found.asymmetry:.1e}, reciprocal condition {found.reciprocal_condition:.1e}): "
-        "use the scheme galerkin, or a poisson further from 0.5"
-    )
-    return replace(outcome, message=outcome.message + why)
+    return replace(outcome, message=f"{outcome.message}{operator} {why}")

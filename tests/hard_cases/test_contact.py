@@ -9,6 +9,7 @@ import pytest
 
 from solver.case import Case, FirstTouch, Scheme, Slab, SlipRule
 from solver.contact import first_touch
+from solver.outcome import Ending
 from tests.hard_cases.following import Followed, compliance_of, endings_of, follow, shown, worst_of
 from tests.hard_cases.table import Row
 
@@ -104,8 +105,11 @@ def test_the_laws_hold_for_all_combinations(way: FirstTouch, scheme: Scheme) -> 
 def test_a_punch_stands_on_the_nodes_whose_greater_part_it_covers(half_width: float, scheme: Scheme) -> None:
     case = _case(scheme, pin="flat_punch", half_width=half_width, intrinsic_friction=0.5)
     seen = _follow(case)
-    assert seen.states > 0, seen.messages
     assert not seen.broken
+    if seen.states == 0:
+        # Pressing may already pull the next node under the sharp edge.
+        assert set(seen.endings) == {Ending.EDGE_REACHED}
+        return
     # An edge exactly between two nodes goes to the narrower contact; one node always carries.
     covered = np.abs(np.linspace(-0.5, 0.5, N)) <= half_width + 0.499 * H
     np.testing.assert_array_equal(first_touch(case, compliance_of(case.slab)).contact, covered)

