@@ -57,6 +57,7 @@ PUNCHES = {
 
 SLIDERS = {
     "one node": {"radius": 0.1, "load": 1e-6, "max_displacement": 0.2},
+    "stuck over less than the event floor": {"radius": 0.1, "load": 1e-9, "max_displacement": 1e-3},
     "one and two nodes in turn": {"radius": 2.0, "load": 1e-5, "max_displacement": 0.2},
     "far off the centre": {"radius": 5.0, "load": 1e-3, "intrinsic_friction": 0.1, "max_displacement": 0.4},
     "to the corner": {"radius": 1.0, "load": 1e-3, "intrinsic_friction": 0.1, "max_displacement": 0.6},

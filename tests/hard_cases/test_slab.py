@@ -14,10 +14,10 @@ from solver.compliance import SurfaceCompliance
 from solver.conditioning import ILL_CONDITIONED, Conditioning, conditioning
 from solver.contact import first_touch
 from solver.outcome import Ending, InvalidInput, SingularOperator
-from solver.sliding import slide
+from solver.sliding import slide, slide_to_state
 from tests.hard_cases.following import Followed, compliance_of, endings_of, follow, shown, worst_of
 from tests.hard_cases.table import Row
-from tests.physics import half_plane
+from tests.physics import assert_contact_laws, half_plane
 
 SCHEMES: tuple[Scheme, ...] = get_args(Scheme)
 POISSON = (0.0, 0.3, 0.45, 0.49, 0.4999, -0.5, -0.9)
@@ -107,6 +107,16 @@ def test_every_number_of_rows_obeys_the_laws(rows: int, scheme: Scheme) -> None:
     seen = _tried(slab)
     assert not seen.broken
     assert set(seen.endings) == {Ending.COMPLETED}
+
+
+def test_a_contact_that_leaps_across_a_soft_slab_finds_its_deepest_node() -> None:
+    """At its end the pin leaves one side of a pillar and lands on the other, far beyond the nodes followed until then."""
+    slab = Slab(33, aspect_ratio=10.0, poisson=-0.5, scheme="biquadratic")
+    case = Case(slab=slab, max_events=300)
+    record, end = slide_to_state(case, compliance_of(slab))
+    assert record.outcome.ok
+    assert_contact_laws(end, case, compliance_of(slab))
+    assert list(np.flatnonzero(end.contact)) == [32]
 
 
 def test_nanometres_and_metres_are_one_case() -> None:
