@@ -16,6 +16,7 @@ FirstSpacing = Literal["equal", "doubling"]
 PinShape = Literal["parabola", "flat_punch"]
 FirstTouch = Literal["stick", "frictionless", "gradual"]
 SlipOrder = Literal["worst_first", "simultaneous"]
+Distribution = Literal["lognormal", "uniform", "normal"]
 Integrator = Literal["exact", "rk4"]
 ProfileShape = Literal["sawtooth", "linear", "mean"]
 
@@ -26,6 +27,7 @@ _CHOICES: dict[str, tuple[str, ...]] = {
     "pin": get_args(PinShape),
     "first_touch": get_args(FirstTouch),
     "order": get_args(SlipOrder),
+    "distribution": get_args(Distribution),
     "integrator": get_args(Integrator),
     "profile": get_args(ProfileShape),
 }
@@ -53,6 +55,47 @@ class SlipRule:
         _require("residual", self.residual, 0.0 <= self.residual <= 1.0, "0 ≤ residual ≤ 1")
         _require("event_floor", self.event_floor, 0.0 < self.event_floor <= 1.0, "0 < event_floor ≤ 1 (node spacings)")
         _require("cascade_limit", self.cascade_limit, self.cascade_limit >= 1, "at least 1 slip")
+
+
+@dataclass(frozen=True, slots=True)
+class Effects:
+    """Physics that a case can do without; what is off is not computed. All on is the paper's model.
+
+    friction: the pin drags the surface. Without, only pressures act (half of the compliance): the pin can be pressed down,
+        and there is nothing to slide.
+    coupling: tangential forces lift the surface, and normal ones move it sideways. Without (Goodman's approximation) both
+        blocks of the compliance count as zero: pressing causes no shear, so all kinds of first touch are one.
+    pin_translation: the pin's profile is carried along, so that slips change the pin's height over a node, and nodes touch
+        and are released. Without, every node keeps the pressure of first touch and slides along x alone; events are slips.
+        With coupling it counts at first touch, then no longer; without either, the normal problem is solved just once.
+    """
+
+    friction: bool = True
+    coupling: bool = True
+    pin_translation: bool = True
+
+    def __post_init__(self) -> None:
+        _take_declared_types(self)
+
+
+@dataclass(frozen=True, slots=True)
+class Heterogeneity:
+    """μ_i differs from node to node of the slab: drawn independently, with the case's intrinsic_friction as mean.
+
+    spread: standard deviation over mean, 0 for none: `normal` up to 0.25 (cut off at μ_i = 0), `uniform` up to 1/√3,
+    `lognormal` any. seed: the same seed and n_x give the same nodes, whatever else the case is.
+    """
+
+    distribution: Distribution = "lognormal"
+    spread: float = 0.0
+    seed: int = 1
+
+    def __post_init__(self) -> None:
+        _take_declared_types(self)
+        most = {"lognormal": math.inf, "uniform": 1.0 / math.sqrt(3.0), "normal": 0.25}[self.distribution]
+        allowed = 0.0 <= self.spread <= most and self.spread < math.inf
+        _require("spread", self.spread, allowed, f"0 ≤ spread ≤ {most:.4g} with {self.distribution}")
+        _require("seed", self.seed, self.seed >= 0, "seed ≥ 0")
 
 
 @dataclass(frozen=True, slots=True)
@@ -113,6 +156,8 @@ class Case:
     half_width: float = 0.25
     first_touch: FirstTouch = "stick"
     slip_rule: SlipRule = field(default_factory=SlipRule)
+    effects: Effects = field(default_factory=Effects)
+    heterogeneity: Heterogeneity = field(default_factory=Heterogeneity)
     max_events: int | None = 2000
     max_displacement: float | None = None
 
@@ -130,6 +175,16 @@ class Case:
         if self.slip_rule.residual == 1.0 and math.isinf(self.intrinsic_friction):
             raise InvalidInput(
                 "residual = 1.0 with intrinsic_friction = inf: sliding at μ_i·pressure needs a finite μ_i"
+            )
+        if self.slip_rule.residual == 1.0 and not self.effects.pin_translation:
+            raise InvalidInput(
+                "residual = 1.0 with pin_translation = false: classical sliding is solved with the pin carried along only; "
+                "use residual = 0.999"
+            )
+        if self.heterogeneity.spread > 0.0 and not 0.0 < self.intrinsic_friction < math.inf:
+            raise InvalidInput(
+                f"spread = {self.heterogeneity.spread} with intrinsic_friction = {self.intrinsic_friction}: "
+                "needs a mean that can be spread, finite and above 0"
             )
         if self.max_events is None and far is None:
             raise InvalidInput("max_events and max_displacement are both missing: a record needs at least one limit")

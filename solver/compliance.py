@@ -50,6 +50,15 @@ class SurfaceCompliance:
         return widths
 
 
+def uncoupled(compliance: SurfaceCompliance) -> SurfaceCompliance:
+    """The same without the response of u to normal and of w to tangential forces (Goodman's approximation)."""
+    n = compliance.slab.n_x
+    matrix = np.zeros_like(compliance.matrix, subok=False)
+    matrix[:n, :n], matrix[n:, n:] = compliance.matrix[:n, :n], compliance.matrix[n:, n:]
+    matrix.setflags(write=False)
+    return SurfaceCompliance(matrix, compliance.slab)
+
+
 def surface_compliance(
     *,
     n_x: int = 129,

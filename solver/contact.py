@@ -17,14 +17,10 @@ from solver.conditioning import explained
 from solver.coulomb import CoulombContact, CoulombError
 from solver.outcome import COMPLETED, Ending, InvalidInput, Outcome, SingularOperator
 from solver.pin import pin_of
+from solver.pressing import pressed
 from solver.tableau import Core, core_of, steadied
 
 Vector = NDArray[np.float64]
-
-PATIENCE = 10
-"""Rounds in which a contact set may not improve before its wrong nodes are mended one at a time."""
-MOST_ROUNDS = 500
-"""Rounds after which no contact set is looked for any more; a round solves for all nodes in contact."""
 
 ENDINGS = {
     _kernels.DONE: COMPLETED,
@@ -141,6 +137,8 @@ def first_touch(case: Case, compliance: SurfaceCompliance) -> ContactState:
 
 
 def _touch(case: Case, compliance: SurfaceCompliance) -> ContactState:
+    if not (case.effects.friction and case.effects.coupling):
+        return _touch_without_shear(case, compliance)
     if case.slip_rule.residual == 1.0:
         return _touch_with_coulomb_friction(case, compliance)
     if case.first_touch == "gradual":
@@ -148,8 +146,17 @@ def _touch(case: Case, compliance: SurfaceCompliance) -> ContactState:
     return _touch_at_once(case, compliance)
 
 
+def _touch_without_shear(case: Case, compliance: SurfaceCompliance) -> ContactState:
+    """Nothing holds the surface, or nothing moves it sideways: the normal problem is all there is."""
+    found = pressed(case, compliance, stuck=False)
+    forces = np.stack((np.zeros_like(found.pressing), -found.pressing))
+    outcome = COMPLETED if found.converged else ENDINGS[_kernels.CONTACT_CYCLE]
+    return _state(case, compliance, found.contact, forces, found.u, found.v, found.approach, 0.0, 0, outcome)
+
+
 def _touch_at_once(case: Case, compliance: SurfaceCompliance) -> ContactState:
-    contact, u, converged = _normal_contact(case, compliance, case.first_touch == "stick")
+    found = pressed(case, compliance, case.first_touch == "stick")
+    contact, u, converged = found.contact, np.where(found.contact, found.u, 0.0), found.converged
     height = pin_of(case).height(np.where(contact, compliance.x + u, 0.0))
     if not converged and math.isinf(case.intrinsic_friction):
         unsettled = core_of(case, compliance, contact, u, height, whole=True)
@@ -185,9 +192,9 @@ def _touch_with_coulomb_friction(case: Case, compliance: SurfaceCompliance) -> C
         height = pin_of(case).height(x)
         contact, u, load = height == height.min(), np.zeros_like(x), 1e-9 * case.load
     else:
-        contact, u, _ = _normal_contact(case, compliance, case.first_touch == "stick")
-        load = case.load
-    solved = CoulombContact(case, compliance, contact, np.zeros_like(x), u.copy(), load)
+        found = pressed(case, compliance, case.first_touch == "stick")
+        contact, u, load = found.contact, np.where(found.contact, found.u, 0.0), case.load
+    solved = CoulombContact(case, compliance, contact, np.zeros_like(x), u, load)
     try:
         if case.first_touch == "stick":
             solved.press()
@@ -198,87 +205,6 @@ def _touch_with_coulomb_friction(case: Case, compliance: SurfaceCompliance) -> C
         stuck = case.first_touch == "stick" and error.ending is Ending.SLIP_UNBOUNDED
         return coulomb_state(solved, NO_STUCK_TOUCH if stuck else BROKEN[error.ending])
     return coulomb_state(solved, COMPLETED)
-
-
-def _normal_contact(case: Case, compliance: SurfaceCompliance, stuck: bool) -> tuple[NDArray[np.bool_], Vector, bool]:
-    """Contact set and u of the pressed pin, every contact node stuck at u = 0 or free of friction; and if it converged.
-
-    Block principal pivoting (Kostreva; Júdice and Pires): all wrong nodes are mended at once; when their number has not
-    fallen for PATIENCE rounds, only the one furthest right is mended (Murty's rule, which cannot cycle on a positive
-    definite operator) until fewer are wrong than ever before.
-    """
-    x, pin = compliance.x, pin_of(case)
-    contact = np.abs(x) <= max(_expected_half_width(case), np.abs(x).min())
-    u = np.zeros_like(x)
-    fewest, patience = len(x) + 1, PATIENCE
-    seen: set[bytes] = set()
-    for _ in range(MOST_ROUNDS):
-        pressing, u_next, v = _pressed(case, compliance, contact, u, stuck)
-        # A node beside a punch is never under it, even where it has moved there: see EDGE_REACHED.
-        gap = np.where(np.abs(x) <= pin.half_width, pin.height(x + u_next) - v, np.inf)
-        wrong = np.where(contact, -pressing / case.load, np.where(np.isinf(gap), -1.0, -gap / case.load)) > 1e-12
-        settled = np.abs(u_next - u).max() <= 1e-13 * case.load + 4 * np.finfo(float).eps * np.abs(u_next).max()
-        u = u_next
-        if not wrong.any():
-            if settled:
-                return contact, np.where(contact, u, 0.0), True
-            continue
-        count = int(wrong.sum())
-        if count < fewest:
-            fewest, patience = count, PATIENCE
-            seen.clear()
-        patience -= 1
-        if patience < 0:
-            # Nodes stuck at u = 0 have no memory but their set: one that comes back comes back for ever.
-            if stuck and contact.tobytes() in seen:
-                break
-            seen.add(contact.tobytes())
-            wrong[: np.flatnonzero(wrong)[-1]] = False
-        contact = contact ^ wrong
-        if not contact.any():
-            contact[np.argmin(np.abs(x))] = True
-    return contact, np.where(contact, u, 0.0), False
-
-
-def _expected_half_width(case: Case) -> float:
-    """Hertz's contact half-width on a half-plane, a² = 4WR(1-ν)/(2πG): a first guess."""
-    if case.pin == "flat_punch":
-        return case.half_width
-    return math.sqrt(2 * case.load * case.radius * (1 - case.slab.poisson) / math.pi)
-
-
-def _pressed(
-    case: Case, compliance: SurfaceCompliance, contact: NDArray[np.bool_], u: Vector, stuck: bool
-) -> tuple[Vector, Vector, Vector]:
-    """Normal forces N (n,), u (n,) and v = w + approach (n,) with the nodes of `contact` on the pin.
-
-    Without friction the pin's height under a node depends on its u: one Newton step from the given u.
-    """
-    c, n, x, pin = compliance.matrix, compliance.slab.n_x, compliance.x, pin_of(case)
-    nodes = np.flatnonzero(contact)
-    rows = np.concatenate((nodes, nodes + n)) if stuck else nodes + n
-    xi = (x + (0.0 if stuck else u))[nodes]
-    block = c[np.ix_(rows, rows)]
-    right = pin.curvature * xi**2 / 2
-    if stuck:
-        right = np.concatenate((np.zeros(len(nodes)), right))
-    else:
-        block = block - pin.curvature * xi[:, None] * c[np.ix_(nodes, rows)]
-        right = right - pin.curvature * xi * u[nodes]
-    ones = np.zeros(len(rows))
-    ones[-len(nodes) :] = 1.0
-    bordered = np.block([[block, ones[:, None]], [ones[None, :], np.zeros((1, 1))]])
-    try:
-        solution = np.linalg.solve(bordered, np.concatenate((right, [-case.load])))
-    except np.linalg.LinAlgError as error:
-        raise SingularOperator(
-            f"the compliance of {len(nodes)} nodes in contact is singular: use another scheme"
-        ) from error
-    forces, approach = solution[:-1], solution[-1]
-    displacements = c[:, rows] @ forces
-    normal = np.zeros(n)
-    normal[nodes] = -forces[-len(nodes) :]
-    return normal, np.where(contact & stuck, 0.0, displacements[:n]), displacements[n:] + approach
 
 
 def contact_state(core: Core, outcome: Outcome) -> ContactState:

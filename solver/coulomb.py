@@ -13,6 +13,7 @@ from numpy.typing import NDArray
 
 from solver.case import Case
 from solver.compliance import SurfaceCompliance
+from solver.heterogeneity import node_friction
 from solver.outcome import Ending, SingularOperator, SolverError
 from solver.pin import Pin, pin_of
 
@@ -49,6 +50,8 @@ class CoulombContact:
     u: Vector
     load: float
     displacement: float = 0.0
+    friction: Vector = field(init=False)
+    """μ_i of every node."""
     v: Vector = field(init=False)
     force: NDArray[np.float64] = field(init=False)
     """(2, n): f_x and f_z."""
@@ -61,6 +64,7 @@ class CoulombContact:
     """Displacement plus load at that time."""
 
     def __post_init__(self) -> None:
+        self.friction = node_friction(self.case)
         self.solve()
 
     @property
@@ -86,7 +90,7 @@ class CoulombContact:
     @property
     def excess(self) -> Vector:
         """|shear| - μ_i·N of the sticking nodes, -load elsewhere."""
-        over = np.abs(self.force[0]) - self.case.intrinsic_friction * self.pressing
+        over = np.abs(self.force[0]) - self.friction * self.pressing
         return np.where(self.contact & (self.sliding == 0.0), over, -self.load)
 
     @property
@@ -122,7 +126,7 @@ class CoulombContact:
         m, sigma = len(nodes), self.sliding[nodes]
         columns = np.concatenate((nodes, nodes + n))
         c_x, c_z, one = c[np.ix_(nodes, columns)], c[np.ix_(nodes + n, columns)], np.eye(m)
-        limit = np.hstack((one, sigma[:, None] * self.case.intrinsic_friction * one))
+        limit = np.hstack((one, (sigma * self.friction[nodes])[:, None] * one))
         slide = (sigma != 0.0)[:, None]
         system = np.zeros((2 * m + 1, 2 * m + 1))
         system[:m, : 2 * m] = np.where(slide, limit, c_x)
@@ -183,7 +187,7 @@ class CoulombContact:
             near = max(1e-9 * self.load * min(self.case.intrinsic_friction, 1.0), self.least)
             none = np.abs(self.force[0]) <= near
             sign = np.sign(np.where(none, force_rate[0], self.force[0]))
-            growth = sign * force_rate[0] + self.case.intrinsic_friction * force_rate[1]
+            growth = sign * force_rate[0] + self.friction * force_rate[1]
             growth = np.where(self.excess > -near, growth, -1.0)
             dragged = np.where(self.sliding != 0.0, self.sliding * (u_rate - push), -1.0)
             least = TOLERANCE * max(np.abs(force_rate).max(), 1.0)
@@ -230,7 +234,7 @@ class CoulombContact:
     ) -> tuple[float, str, int]:
         """Step after which a role changes, how, and whose; infinite where none does. The gap is taken as linear."""
         force_rate, _, u_rate, v_rate = rates
-        mu, stick = self.case.intrinsic_friction, self.contact & (self.sliding == 0.0)
+        mu, stick = self.friction, self.contact & (self.sliding == 0.0)
         steps = {"release": _time(self.pressing, force_rate[1], self.contact)}
         for sign in (1.0, -1.0):
             room = mu * self.pressing - sign * self.force[0]

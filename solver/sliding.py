@@ -8,11 +8,13 @@ from numpy.typing import NDArray
 
 from solver import _kernels
 from solver.case import Case
-from solver.compliance import SurfaceCompliance
+from solver.compliance import SurfaceCompliance, uncoupled
 from solver.conditioning import explained
 from solver.contact import BROKEN, ENDINGS, ContactState, beyond_window, contact_state, coulomb_state, first_touch
 from solver.coulomb import LONGEST_STEP, CoulombContact, CoulombError
-from solver.outcome import COMPLETED, Ending, Outcome, SingularOperator
+from solver.frozen import FrozenContact
+from solver.heterogeneity import node_friction
+from solver.outcome import COMPLETED, Ending, InvalidInput, Outcome, SingularOperator
 from solver.pin import pin_of
 from solver.tableau import Core, core_of, steadied
 
@@ -92,12 +94,17 @@ def slide_to_state(
     case: Case, compliance: SurfaceCompliance, start: ContactState | None = None
 ) -> tuple[FrictionRecord, ContactState]:
     """Like `slide`, and the contact as it is where the record ends."""
+    if not case.effects.friction:
+        raise InvalidInput("friction = false: needs the stage contact alone, there is nothing to slide against")
     start = first_touch(case, compliance) if start is None else start
     if not start.outcome.ok:
         return _record(case, start, math.nan, _empty_events(0), 0, start), start
-    follow = _slide_with_coulomb_friction if case.slip_rule.residual == 1.0 else _slide
     try:
-        record, end = follow(case, start, compliance)
+        if not case.effects.pin_translation:
+            record, end = _slide_with_frozen_pressures(case, start, compliance)
+        else:
+            follow = _slide_with_coulomb_friction if case.slip_rule.residual == 1.0 else _slide
+            record, end = follow(case, start, compliance if case.effects.coupling else uncoupled(compliance))
     except SingularOperator as error:
         end = replace(start, outcome=error.outcome)
         record = _record(case, start, math.nan, _empty_events(0), 0, end)
@@ -132,6 +139,21 @@ def _slide(
     return _record(case, start, initial_stiffness, events, held, end), end
 
 
+def _slide_with_frozen_pressures(
+    case: Case, start: ContactState, compliance: SurfaceCompliance
+) -> tuple[FrictionRecord, ContactState]:
+    """The run without pin_translation: the tangential problem alone."""
+    contact = FrozenContact(case, compliance, start)
+    events, held = _empty_events(case.max_events or FIRST_CAPACITY), 0
+    farthest = math.inf if case.max_displacement is None else case.max_displacement
+    outcome, held = contact.slide(events, held, farthest)
+    while outcome is None and case.max_events is None:
+        events = _grown(events)
+        outcome, held = contact.slide(events, held, farthest)
+    end = contact.state(outcome or COMPLETED)
+    return _record(case, start, contact.stiffness, events, held, end), end
+
+
 def _slide_with_coulomb_friction(
     case: Case, start: ContactState, compliance: SurfaceCompliance
 ) -> tuple[FrictionRecord, ContactState]:
@@ -139,7 +161,7 @@ def _slide_with_coulomb_friction(
 
     The energy dissipated in sliding since the last event is counted at the event.
     """
-    slides = np.abs(start.nodal_force[0]) >= case.intrinsic_friction * -start.nodal_force[1] * (1 - 1e-9)
+    slides = np.abs(start.nodal_force[0]) >= node_friction(case) * -start.nodal_force[1] * (1 - 1e-9)
     sign = np.where(start.contact & slides, np.sign(start.nodal_force[0]), 0.0)
     solved = CoulombContact(case, compliance, start.contact.copy(), sign, start.u.copy(), case.load, start.displacement)
     rows: list[tuple[float, ...]] = []

@@ -33,6 +33,7 @@ from solver._kernels import (
 )
 from solver.case import Case
 from solver.compliance import SurfaceCompliance
+from solver.heterogeneity import node_friction
 from solver.outcome import SingularOperator
 from solver.pin import pin_of
 
@@ -81,17 +82,18 @@ def core_of(
     matrix = np.ascontiguousarray(compliance.matrix[np.ix_(rows, rows)]).view(np.ndarray)
     matrix.setflags(write=False)
     sticks = math.isinf(case.intrinsic_friction)
+    friction = np.full(len(nodes), 0.0) if sticks else node_friction(case)[window]
     state = Machine(
         matrix=matrix,
-        tableau=_in_lines(tableau(matrix, contact)),
+        tableau=in_lines(tableau(matrix, contact)),
         response=np.zeros(len(rows) + 1),
         inputs=np.concatenate((np.where(contact, u, 0.0), np.where(contact, v, 0.0), [-case.load])),
         rate=np.zeros(len(rows) + 1),
         contact=contact.copy(),
         x=compliance.x[window],
-        friction=np.full(len(nodes), 0.0 if sticks else case.intrinsic_friction),
+        friction=friction,
         sticks=np.full(len(nodes), sticks),
-        limits=np.where(contact & (not sticks), case.intrinsic_friction, np.nan),
+        limits=np.where(contact & (not sticks), friction, np.nan),
         totals=np.array([displacement, 0.0, 0.0]),
         counts=np.zeros(6, dtype=np.int64),
     )
@@ -170,7 +172,7 @@ def tableau(matrix: NDArray[np.float64], contact: NDArray[np.bool_]) -> NDArray[
     return result
 
 
-def _in_lines(square: NDArray[np.float64]) -> NDArray[np.float64]:
+def in_lines(square: NDArray[np.float64]) -> NDArray[np.float64]:
     """The same with every row padded to begin at a cache line: a row that straddles them takes a third longer to add."""
     entries = len(square)
     stride = -(-entries // LINE) * LINE

@@ -1,0 +1,113 @@
+"""Sliding with the pressures of first touch (pin_translation off): the tangential problem alone.
+
+Nodes in contact keep their normal forces, [u] = C_uu [f_x] + C_uw [f_z], whatever the pin and their slips do; nothing
+touches, nothing is released. That is right while δ_p is small against the contact's width and, unless the coupling is off
+too, while shear lifts the surface by little (ν near 0.5).
+"""
+
+from dataclasses import replace
+
+import numpy as np
+import scipy.linalg as la
+from numpy.typing import NDArray
+
+from solver import _frozen_kernels
+from solver._frozen_kernels import FrozenRules, Tangent
+from solver._kernels import Events
+from solver.case import Case
+from solver.compliance import SurfaceCompliance
+from solver.contact import BROKEN, ContactState
+from solver.heterogeneity import node_friction
+from solver.outcome import COMPLETED, Ending, Outcome, SingularOperator
+from solver.tableau import in_lines
+
+_ENDINGS = {
+    _frozen_kernels.DONE: COMPLETED,
+    _frozen_kernels.FULL: COMPLETED,
+    _frozen_kernels.SLIP_UNBOUNDED: BROKEN[Ending.SLIP_UNBOUNDED],
+    _frozen_kernels.CASCADE_LIMIT: BROKEN[Ending.CASCADE_LIMIT],
+    _frozen_kernels.NO_EVENT: BROKEN[Ending.NO_EVENT],
+}
+
+
+class FrozenContact:
+    """A contact whose nodes slide under the pressures of `start`; nodes in contact need not be neighbours."""
+
+    def __init__(self, case: Case, compliance: SurfaceCompliance, start: ContactState) -> None:
+        """Raises SingularOperator where the tangential compliance of the contact cannot be inverted."""
+        self._case, self._compliance, self._start = case, compliance, start
+        self._nodes = np.flatnonzero(start.contact)
+        self._state = _tangent(case, compliance, start, self._nodes)
+        self._rules = FrozenRules(
+            residual=case.slip_rule.residual,
+            simultaneous=case.slip_rule.order == "simultaneous",
+            floor=case.slip_rule.event_floor * case.slab.spacing,
+            cascade_limit=case.slip_rule.cascade_limit,
+            tolerance=1e-12 * case.load,
+        )
+
+    @property
+    def stiffness(self) -> float:
+        """dF/dδ_p while all nodes stick, in G·L_y."""
+        return float(self._state.rate.sum())
+
+    def slide(self, events: Events, held: int, farthest: float) -> tuple[Outcome | None, int]:
+        """Fill `events` from number `held` on, up to δ_p = farthest: how it ended, None where they are full; and how many
+        there are now."""
+        status, held = _frozen_kernels.slide_frozen(self._state, self._rules, events, held, farthest)
+        return None if status == _frozen_kernels.FULL else _ENDINGS[status], held
+
+    def state(self, outcome: Outcome) -> ContactState:
+        """The contact as it is now; its normal fields are those of first touch."""
+        start, c, n = self._start, self._compliance, self._case.slab.n_x
+        force = start.nodal_force.copy()
+        force[0, self._nodes] = self._state.shear
+        u = c.matrix[:n, self._nodes] @ self._state.shear + _pushed(self._case, c, start)
+        u[self._nodes] = self._state.u
+        displacement = float(self._state.totals[0])
+        values = {
+            "shear": force[0] / c.widths,
+            "slip": np.where(start.contact, u - displacement, 0.0),
+            "u": u,
+            "nodal_force": force,
+        }
+        for value in values.values():
+            value.setflags(write=False)
+        slips = int(self._state.counts[0])
+        return replace(start, **values, displacement=displacement, slips=slips, outcome=outcome)
+
+
+def _tangent(case: Case, compliance: SurfaceCompliance, start: ContactState, nodes: NDArray[np.int64]) -> Tangent:
+    block = compliance.matrix[np.ix_(nodes, nodes)]
+    try:
+        stiffness = la.inv(block)
+    except la.LinAlgError as error:
+        raise SingularOperator(
+            f"the tangential compliance of {len(nodes)} nodes in contact is singular: use another scheme or n_x"
+        ) from error
+    limits = node_friction(case)[nodes] * -start.nodal_force[1, nodes]
+    # A node without pressure has no shear either, even where μ_i is infinite.
+    limits = np.where(np.isnan(limits), 0.0, np.maximum(limits, 0.0))
+    u = start.u[nodes].copy()
+    state = Tangent(
+        tableau=in_lines(stiffness.T),
+        base=start.nodal_force[0, nodes] - stiffness @ u,
+        shear=np.empty(len(nodes)),
+        u=u,
+        rate=stiffness.sum(axis=1),
+        limits=limits,
+        weights=1.0 / np.maximum(limits, 1e-12 * case.load),
+        nodes=nodes.astype(np.int32),
+        totals=np.array([start.displacement, 0.0]),
+        counts=np.zeros(2, dtype=np.int64),
+    )
+    _frozen_kernels.refresh(state)
+    return state
+
+
+def _pushed(case: Case, compliance: SurfaceCompliance, start: ContactState) -> NDArray[np.float64]:
+    """u of all surface nodes by the frozen normal forces, (n,)."""
+    n = case.slab.n_x
+    if not case.effects.coupling:
+        return np.zeros(n)
+    return np.asarray(compliance.matrix[:n, n:] @ start.nodal_force[1])

@@ -1,0 +1,122 @@
+"""Press the pin down (§3.1): the contact set, pressures and approach at a given load, before any node slips.
+
+Three kinds of surface: stuck to the pin at u = 0, where shear and pressure act on each other through the coupling; free of
+friction, where pressure alone acts and moves the surface sideways under the pin; and without coupling, where it does not
+even do that, and stuck or free is the same. The last two need the normal forces' half of the compliance, or half of that.
+"""
+
+import math
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from solver.case import Case
+from solver.compliance import SurfaceCompliance
+from solver.outcome import SingularOperator
+from solver.pin import pin_of
+
+Vector = NDArray[np.float64]
+
+PATIENCE = 10
+"""Rounds in which a contact set may not improve before its wrong nodes are mended one at a time."""
+MOST_ROUNDS = 500
+"""Rounds after which no contact set is looked for any more; a round solves for all nodes in contact."""
+
+
+class Pressed(NamedTuple):
+    """The pin pressed down; arrays (n,). converged: all constraints hold, else this is the last iterate."""
+
+    contact: NDArray[np.bool_]
+    pressing: Vector
+    """Normal forces N, zero where free."""
+    u: Vector
+    v: Vector
+    """w + approach."""
+    approach: float
+    converged: bool
+
+
+def pressed(case: Case, compliance: SurfaceCompliance, stuck: bool) -> Pressed:
+    """The pressed pin, every contact node stuck at u = 0 or free of friction. Raises SingularOperator.
+
+    Block principal pivoting (Kostreva; Júdice and Pires): all wrong nodes are mended at once; when their number has not
+    fallen for PATIENCE rounds, only the one furthest right is mended (Murty's rule, which cannot cycle on a positive
+    definite operator) until fewer are wrong than ever before.
+    """
+    x, pin = compliance.x, pin_of(case)
+    contact = np.abs(x) <= max(_expected_half_width(case), np.abs(x).min())
+    u = np.zeros_like(x)
+    fewest, patience = len(x) + 1, PATIENCE
+    seen: set[bytes] = set()
+    for _ in range(MOST_ROUNDS):
+        pressing, u_next, v, approach = _forces(case, compliance, contact, u, stuck)
+        found = Pressed(contact, pressing, u_next, v, approach, True)
+        # A node beside a punch is never under it, even where it has moved there: see EDGE_REACHED.
+        gap = np.where(np.abs(x) <= pin.half_width, pin.height(x + u_next) - v, np.inf)
+        wrong = np.where(contact, -pressing / case.load, np.where(np.isinf(gap), -1.0, -gap / case.load)) > 1e-12
+        settled = np.abs(u_next - u).max() <= 1e-13 * case.load + 4 * np.finfo(float).eps * np.abs(u_next).max()
+        u = u_next
+        if not wrong.any():
+            if settled:
+                return found
+            continue
+        count = int(wrong.sum())
+        if count < fewest:
+            fewest, patience = count, PATIENCE
+            seen.clear()
+        patience -= 1
+        if patience < 0:
+            # Nodes stuck at u = 0 have no memory but their set: one that comes back comes back for ever.
+            if (stuck or not case.effects.coupling) and contact.tobytes() in seen:
+                break
+            seen.add(contact.tobytes())
+            wrong[: np.flatnonzero(wrong)[-1]] = False
+        contact = contact ^ wrong
+        if not contact.any():
+            contact[np.argmin(np.abs(x))] = True
+    return found._replace(contact=contact, converged=False)
+
+
+def _expected_half_width(case: Case) -> float:
+    """Hertz's contact half-width on a half-plane, a² = 4WR(1-ν)/(2πG): a first guess."""
+    if case.pin == "flat_punch":
+        return case.half_width
+    return math.sqrt(2 * case.load * case.radius * (1 - case.slab.poisson) / math.pi)
+
+
+def _forces(
+    case: Case, compliance: SurfaceCompliance, contact: NDArray[np.bool_], u: Vector, stuck: bool
+) -> tuple[Vector, Vector, Vector, float]:
+    """Normal forces N (n,), u (n,), v = w + approach (n,) and the approach with the nodes of `contact` on the pin.
+
+    Without friction the pin's height under a node depends on its u: one Newton step from the given u.
+    """
+    c, n, x, pin = compliance.matrix, compliance.slab.n_x, compliance.x, pin_of(case)
+    coupled, nodes = case.effects.coupling, np.flatnonzero(contact)
+    both = stuck and coupled
+    rows = np.concatenate((nodes, nodes + n)) if both else nodes + n
+    xi = (x + (0.0 if stuck else u))[nodes]
+    block = c[np.ix_(rows, rows)]
+    right = pin.curvature * xi**2 / 2
+    if both:
+        right = np.concatenate((np.zeros(len(nodes)), right))
+    elif coupled:
+        block = block - pin.curvature * xi[:, None] * c[np.ix_(nodes, rows)]
+        right = right - pin.curvature * xi * u[nodes]
+    ones = np.zeros(len(rows))
+    ones[-len(nodes) :] = 1.0
+    bordered = np.block([[block, ones[:, None]], [ones[None, :], np.zeros((1, 1))]])
+    try:
+        solution = np.linalg.solve(bordered, np.concatenate((right, [-case.load])))
+    except np.linalg.LinAlgError as error:
+        raise SingularOperator(
+            f"the compliance of {len(nodes)} nodes in contact is singular: use another scheme"
+        ) from error
+    forces, approach = solution[:-1], float(solution[-1])
+    pressing = np.zeros(n)
+    pressing[nodes] = -forces[-len(nodes) :]
+    if not coupled:
+        return pressing, np.zeros(n), c[n:, rows] @ forces + approach, approach
+    displacements = c[:, rows] @ forces
+    return pressing, np.where(contact & stuck, 0.0, displacements[:n]), displacements[n:] + approach, approach

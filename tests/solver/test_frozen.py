@@ -1,0 +1,98 @@
+"""With frozen pressures a slip is one row of the tangential tableau; the law of friction and equilibrium along x hold."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from solver import sliding
+from solver.case import Case, Effects, Heterogeneity, Slab, SlipOrder, SlipRule
+from solver.compliance import SurfaceCompliance, slab_compliance
+from solver.contact import first_touch
+from solver.heterogeneity import node_friction
+from solver.outcome import Ending, InvalidInput
+from solver.sliding import slide, slide_to_state
+
+SLAB = Slab(n_x=65)
+N = SLAB.n_x
+COMPLIANCE = slab_compliance(SLAB)
+FROZEN = Case(slab=SLAB, radius=100.0, max_events=300, effects=Effects(pin_translation=False))
+GOODMAN = replace(FROZEN, effects=Effects(pin_translation=False, coupling=False))
+
+
+@pytest.mark.parametrize("case", [FROZEN, GOODMAN], ids=["coupled first touch", "Goodman"])
+@pytest.mark.parametrize("order", ["worst_first", "simultaneous"])
+def test_friction_and_equilibrium_hold_where_the_record_ends(case: Case, order: SlipOrder) -> None:
+    case = replace(case, slip_rule=SlipRule(order=order, residual=0.3), heterogeneity=Heterogeneity(spread=0.2))
+    start = first_touch(case, COMPLIANCE)
+    record, end = slide_to_state(case, COMPLIANCE, start)
+    assert record.outcome.ok
+    np.testing.assert_array_equal(end.pressure, start.pressure)
+    normal, shear = -end.nodal_force[1], np.abs(end.nodal_force[0])
+    assert np.all(shear <= node_friction(case) * normal + 1e-11 * case.load)
+    along = COMPLIANCE.matrix[:N, :N] @ end.nodal_force[0]
+    if case.effects.coupling:
+        along += COMPLIANCE.matrix[:N, N:] @ end.nodal_force[1]
+    np.testing.assert_allclose(end.u, along, atol=1e-10 * case.load)
+    assert end.friction_force == pytest.approx(record.final_force, abs=1e-11 * case.load)
+
+
+@pytest.mark.parametrize("case", [FROZEN, GOODMAN], ids=["coupled first touch", "Goodman"])
+def test_every_event_is_a_slip_and_loses_energy(case: Case) -> None:
+    record = slide(case, COMPLIANCE)
+    assert len(record.displacement) == 300
+    assert not record.kind.any()
+    assert not record.releases.any()
+    assert not record.touches.any()
+    assert record.dissipated.min() > 0.0
+    np.testing.assert_allclose(record.stiffness, record.initial_stiffness, rtol=1e-14)  # the same sum in two orders
+
+
+def test_after_first_touch_only_the_tangential_block_is_read(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Without coupling either; no tableau of normal and tangential entries is set up."""
+    start = first_touch(GOODMAN, COMPLIANCE)
+    matrix = np.full_like(COMPLIANCE.matrix, np.nan)
+    matrix[:N, :N] = COMPLIANCE.matrix[:N, :N]
+    whole = slide(GOODMAN, COMPLIANCE, start)
+    for builder in ("core_of", "first_touch", "uncoupled"):
+        monkeypatch.setattr(sliding, builder, None)
+    alone = slide(GOODMAN, SurfaceCompliance(matrix, SLAB), start)
+    for name in ("displacement", "force_after", "node", "slips", "dissipated"):
+        np.testing.assert_array_equal(getattr(alone, name), getattr(whole, name))
+
+
+def test_a_record_continues_from_the_state_it_ended_in() -> None:
+    """150 + 150 events are 300; rounding of the fresh sums between (1e-9 of the load over 20 thousand slips)."""
+    half = replace(GOODMAN, max_events=150)
+    first, state = slide_to_state(half, COMPLIANCE)
+    second = slide(half, COMPLIANCE, state)
+    whole = slide(GOODMAN, COMPLIANCE)
+    np.testing.assert_array_equal(np.concatenate((first.node, second.node)), whole.node)
+    np.testing.assert_allclose(second.force_after, whole.force_after[150:], atol=1e-9 * GOODMAN.load)
+
+
+def test_a_displacement_limit_ends_a_record() -> None:
+    record = slide(replace(GOODMAN, max_events=None, max_displacement=1e-3), COMPLIANCE)
+    assert record.final_displacement == 1e-3
+    assert record.displacement[-1] < 1e-3
+    many = replace(GOODMAN, max_events=None, max_displacement=0.02)
+    assert len(slide(many, COMPLIANCE).displacement) > sliding.FIRST_CAPACITY
+
+
+def test_adhesive_stick_has_no_event() -> None:
+    stuck = slide(replace(GOODMAN, intrinsic_friction=np.inf), COMPLIANCE)
+    assert stuck.outcome.ending is Ending.NO_EVENT
+    pulled = replace(GOODMAN, intrinsic_friction=np.inf, max_events=None, max_displacement=1e-3)
+    assert slide(pulled, COMPLIANCE).final_force == pytest.approx(1e-3 * stuck.initial_stiffness, rel=1e-12)
+
+
+def test_a_cascade_can_be_given_up() -> None:
+    case = replace(FROZEN, slip_rule=SlipRule(cascade_limit=3))
+    assert slide(case, COMPLIANCE).outcome.ending is Ending.CASCADE_LIMIT
+
+
+def test_what_means_nothing_is_refused() -> None:
+    with pytest.raises(InvalidInput, match=r"residual = 1\.0 with pin_translation = false"):
+        replace(FROZEN, slip_rule=SlipRule(residual=1.0))
+    with pytest.raises(InvalidInput, match="friction = false: needs the stage contact alone"):
+        slide(replace(FROZEN, effects=Effects(friction=False)), COMPLIANCE)
