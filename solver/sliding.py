@@ -1,6 +1,7 @@
 """Slide the pin quasistatically from event to event (§2.1.1, §3.2): slip, release, touch -> FrictionRecord."""
 
 import math
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -110,6 +111,21 @@ def slide_to_state(
         record = _record(case, start, math.nan, _empty_events(0), 0, end)
     outcome = explained(end.outcome, compliance, end.contact)
     return replace(record, outcome=outcome), replace(end, outcome=outcome)
+
+
+def states_at(case: Case, compliance: SurfaceCompliance, events: Sequence[int]) -> tuple[list[ContactState], Outcome]:
+    """The contact after each of these events (increasing; 0 is first touch), as far as the record of `case` gets; and how
+    that went."""
+    state, done = first_touch(case, compliance), 0
+    states: list[ContactState] = []
+    for event in events:
+        if event > done and state.outcome.ok:
+            record, state = slide_to_state(replace(case, max_events=event - done), compliance, state)
+            done += len(record.displacement)
+        if done < event or not state.outcome.ok:
+            break
+        states.append(state)
+    return states, state.outcome
 
 
 def _slide(

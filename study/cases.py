@@ -6,6 +6,7 @@ from dataclasses import dataclass
 
 from solver.case import Case
 from solver.outcome import COMPLETED, InvalidInput, Outcome
+from study.effects import refusal
 from study.manifest import Manifest, ManifestError
 from study.parameters import STANDARD, Value, flat, make_case
 from study.provenance import content_hash
@@ -50,6 +51,8 @@ def _campaign_case(manifest: Manifest, point: dict[str, Value]) -> CampaignCase:
     given = {**manifest.fixed, **point}
     try:
         case, outcome = make_case(given), COMPLETED
+        if wrong := refusal(manifest, case):
+            raise InvalidInput(wrong)
     except InvalidInput as error:
         case, outcome = None, error.outcome
     full = flat(case) if case else {**flat(Case()), **given}

@@ -268,10 +268,21 @@ def _show(error: click.ClickException) -> None:
 def _print_plan(planned: "Plan", remaining: "tuple[Task, ...]") -> None:
     refused = [case for case in planned.cases if not case.outcome.ok]
     click.echo(f"{planned.manifest.title}\n{len(planned.cases)} cases, {len(refused)} of them refused")
+    _print_effects(planned)
     _print_counts(planned.tasks, remaining)
     for case in refused:
         point = ", ".join(f"{name} = {value}" for name, value in case.parameters.items())
         click.echo(f"refused: {point}: {case.outcome.message}")
+
+
+def _print_effects(planned: "Plan") -> None:
+    from study.console import Table, print_table  # noqa: PLC0415
+    from study.effects import effects  # noqa: PLC0415
+
+    rows = [
+        (each.name, each.setting, "" if each.setting == "on" else each.without) for each in effects(planned.manifest)
+    ]
+    print_table(Table(("effect", "here", "left out where off"), tuple(rows)))
 
 
 def _print_status(planned: "Plan", remaining: "tuple[Task, ...]") -> None:
@@ -281,10 +292,14 @@ def _print_status(planned: "Plan", remaining: "tuple[Task, ...]") -> None:
 
 def _print_counts(tasks: "tuple[Task, ...]", remaining: "tuple[Task, ...]") -> None:
     from study.console import Table, print_table  # noqa: PLC0415
+    from study.plan import memory_of  # noqa: PLC0415
 
     every, left = Counter(task.kind for task in tasks), Counter(task.kind for task in remaining)
     rows = []
     for kind, count in every.items():
         seconds = sum(task.cost for task in remaining if task.kind == kind)
-        rows.append((kind, str(count), str(count - left[kind]), str(left[kind]), f"{seconds:.3g}"))
-    print_table(Table(("tasks", "all", "finished", "left", "core seconds left, about"), tuple(rows)))
+        memory = max(memory_of(task) for task in tasks if task.kind == kind) / 1e6
+        done = str(count - left[kind])
+        rows.append((kind, str(count), done, str(left[kind]), f"{seconds:.3g}", f"{memory:.3g}"))
+    header = ("tasks", "all", "finished", "left", "core seconds left, about", "MB of arrays each, about")
+    print_table(Table(header, tuple(rows)))

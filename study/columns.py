@@ -68,6 +68,8 @@ def read_table(path: Path) -> Table:
 
 
 def _number_or_text(cell: str) -> Value:
+    if cell in ("true", "false"):  # as in TOML
+        return cell == "true"
     for kind in (int, float):
         try:
             return kind(cell)

@@ -83,7 +83,7 @@ Results = dict[tuple[str, str], TaskResult | None]
 
 
 def _results(keys: CaseTasks, store: Store) -> Results:
-    tasks = {("contact", ""): keys.contact, ("friction", ""): keys.friction}
+    tasks = {("contact", ""): keys.contact, ("friction", ""): keys.friction, ("states", ""): keys.states}
     tasks |= {("drive", name): key for name, key in keys.drives.items()}
     results = {task: store.find(key) for task, key in tasks.items() if key is not None}
     compliance = store.find(keys.compliance) if keys.compliance else None
@@ -173,8 +173,15 @@ class _Table:
 
 def _runs(manifest: Manifest) -> list[Runs]:
     outputs = manifest.outputs
-    wanted = {"friction": outputs.records, "drive": outputs.trajectory, "contact": outputs.tractions}
-    return [Runs(series) for series in SERIES if wanted[series.kind] and series.kind in task_kinds(manifest)]
+    wanted = {
+        "event": outputs.records,
+        "sample": outputs.trajectory,
+        "slip_phase": outputs.phases,
+        "surface_node": outputs.tractions,
+        "state_node": bool(outputs.tractions_at),
+        "interior_node": outputs.subsurface,
+    }
+    return [Runs(series) for series in SERIES if wanted[series.sample] and series.kind in task_kinds(manifest)]
 
 
 def _coordinates(plan: Plan, layout: _Layout) -> dict[str, Any]:

@@ -1,10 +1,13 @@
-"""Which stages and fields a manifest asks for -> which kinds of task exist at all."""
+"""Which stages, effects and outputs a manifest asks for -> which kinds of task exist at all, and what is left out."""
 
-from typing import Literal
+from collections.abc import Sequence
+from typing import Literal, NamedTuple
 
+from solver.case import Case, Effects
+from study.drives import NamedDrive
 from study.manifest import Manifest
 
-TaskKind = Literal["compliance", "contact", "friction", "drive"]
+TaskKind = Literal["compliance", "contact", "friction", "states", "drive"]
 
 
 def task_kinds(manifest: Manifest) -> frozenset[TaskKind]:
@@ -18,6 +21,101 @@ def task_kinds(manifest: Manifest) -> frozenset[TaskKind]:
         kinds.add("contact")
     if "slip" in manifest.stages:
         kinds.add("friction")
+    if manifest.outputs.tractions_at or manifest.outputs.subsurface:
+        kinds.add("states")
     if "dynamics" in manifest.stages:
         kinds.add("drive")
     return frozenset(kinds)
+
+
+def kept(manifest: Manifest) -> dict[TaskKind, bool]:
+    """Kind of task -> whether its arrays are kept, not its scalars alone. A drive reads the whole record, wanted or not."""
+    outputs = manifest.outputs
+    return {
+        "compliance": True,
+        "contact": outputs.tractions,
+        "friction": outputs.records or "dynamics" in manifest.stages,
+        "states": True,
+        "drive": outputs.trajectory or outputs.phases,
+    }
+
+
+def refusal(manifest: Manifest, case: Case) -> str:
+    """Why these stages and outputs mean nothing for this case; empty where they do."""
+    if "slip" in manifest.stages and not case.effects.friction:
+        return 'friction = false: needs stages = ["contact"], as without friction there is nothing to slide against (F = 0)'
+    return ""
+
+
+class Effect(NamedTuple):
+    """One effect in a manifest: what it is called, whether it is on, and what is left out where it is off."""
+
+    name: str
+    setting: str
+    """`on`, `off`, or the values where they differ from case to case or from drive to drive."""
+    without: str
+
+
+def effects(manifest: Manifest) -> tuple[Effect, ...]:
+    """Every effect that a manifest can switch, as this one does."""
+    stages, outputs = manifest.stages, manifest.outputs
+    found = [
+        Effect("slip", _word("slip" in stages), "no friction record: nothing slides"),
+        Effect("dynamics", _word("dynamics" in stages), "Eq. 12 is not integrated"),
+        *(Effect(name, _setting(manifest, name), without) for name, without in _OF_CASES.items()),
+    ]
+    found.append(Effect("spread of μ_i", _spread(manifest), "one μ_i for all nodes, nothing is drawn"))
+    for name, without in _OF_DRIVES.items() if manifest.drives else ():
+        values = [_drive_setting(drive, name) for drive in manifest.drives]
+        found.append(Effect(name, _joint(values), without))
+    for name, without in _OF_OUTPUTS.items():
+        if name not in ("trajectory", "phases") or manifest.drives:
+            found.append(Effect(f"outputs.{name}", _word(bool(getattr(outputs, name))), without))
+    return tuple(found)
+
+
+_OF_CASES = {
+    "friction": "no shear: half of the compliance is not read",
+    "coupling": "shear and pressure do not act on each other; first touch is the normal problem alone",
+    "pin_translation": "pressures stay those of first touch: no touch, no release, a slip is one row of the tangential tableau",
+}
+_OF_DRIVES = {
+    "surface_compliance": "rigid stick (K → ∞), no hysteresis",
+    "reverse_motion": "no negative branch of Eq. 13: a drive that would slip back ends",
+    "damping": "no damper",
+    "sawtooth": "no teeth: lines, or one mean force",
+}
+_OF_OUTPUTS = {
+    "records": "friction records are not in the dataset, and not stored unless a drive reads them",
+    "trajectory": "no motion over time",
+    "phases": "no start and end of macroscopic slips",
+    "tractions": "no tractions after first touch",
+    "tractions_at": "no tractions after chosen events",
+    "subsurface": "nothing is solved for inside the slab",
+}
+
+
+def _setting(manifest: Manifest, name: str) -> str:
+    default = getattr(Effects(), name)
+    return _joint([_word(bool(value)) for value in manifest.axes.get(name, (manifest.fixed.get(name, default),))])
+
+
+def _spread(manifest: Manifest) -> str:
+    values = manifest.axes.get("spread", (manifest.fixed.get("spread", 0.0),))
+    return _joint([f"{value:g}" if value else "off" for value in values])
+
+
+def _drive_setting(drive: NamedDrive, name: str) -> str:
+    if name == "damping":
+        return _word(drive.damping_ratio > 0.0)
+    if name == "sawtooth":
+        return "on" if drive.profile == "sawtooth" else f"off: {drive.profile}"
+    return _word(bool(getattr(drive, name)))
+
+
+def _word(on: bool) -> str:
+    return "on" if on else "off"
+
+
+def _joint(values: Sequence[str]) -> str:
+    return ", ".join(dict.fromkeys(values))

@@ -5,6 +5,7 @@ Scales and drives are in SI, the physics of a case is dimensionless.
 """
 
 import hashlib
+import itertools
 import tomllib
 from collections.abc import Mapping
 from dataclasses import dataclass, fields
@@ -34,13 +35,24 @@ class Outputs:
     """Friction records, event by event."""
     trajectory: bool = True
     """Position, velocity and forces of each drive over time."""
+    phases: bool = True
+    """Start and end of each macroscopic slip of a drive; like `trajectory` where it is not given."""
     tractions: bool = False
     """Pressure and shear of the slab's surface after first touch; on by itself where nothing follows."""
+    tractions_at: tuple[int, ...] = ()
+    """Events after which pressure, shear, slip and gap are kept too; 0 is first touch."""
+    subsurface: bool = False
+    """Displacements and stresses inside the slab, after first touch or after those events."""
 
     def __post_init__(self) -> None:
         for name in _names(Outputs):
-            if not isinstance(getattr(self, name), bool):
-                raise InvalidInput(f"{name} = {getattr(self, name)!r}: needs true or false")
+            value: Any = getattr(self, name)
+            if name == "tractions_at":
+                if not _increasing(value):
+                    raise InvalidInput(f"{name} = {value!r}: needs a list of events, increasing from 0 or more")
+                object.__setattr__(self, name, tuple(value))
+            elif not isinstance(value, bool):
+                raise InvalidInput(f"{name} = {value!r}: needs true or false")
 
 
 @dataclass(frozen=True, slots=True)
@@ -62,6 +74,8 @@ class Manifest:
     constants: Mapping[str, Value]
     numerics: Mapping[str, Value]
     slip_rule: Mapping[str, Value]
+    effects: Mapping[str, Value]
+    heterogeneity: Mapping[str, Value]
     limits: Mapping[str, Value]
     scales: Scales
     drives: tuple[NamedDrive, ...]
@@ -75,7 +89,8 @@ class Manifest:
     @property
     def fixed(self) -> dict[str, Value]:
         """The parameters that were given and are the same in all cases."""
-        return {**self.constants, **self.numerics, **self.slip_rule, **self.limits}
+        tables = (self.constants, self.numerics, self.slip_rule, self.effects, self.heterogeneity, self.limits)
+        return {name: value for table in tables for name, value in table.items()}
 
 
 def load_manifest(path: Path) -> Manifest:
@@ -116,7 +131,7 @@ class _Reader:
         constants = {name: _single(self._values(part, finest)) for name, part in fixed.items()}
         scales = Scales(**self._checked("scales", top.get("scales", {}), Scales))
         stages = self._stages(top)
-        outputs = self._checked("outputs", top.get("outputs", {}), Outputs)
+        outputs = self._outputs(top.get("outputs", {}), stages)
         result = Manifest(
             path=self.path,
             text=text,
@@ -129,10 +144,12 @@ class _Reader:
             constants=constants["constants"],
             numerics=constants["numerics"],
             slip_rule=constants["slip"],
+            effects=constants["effects"],
+            heterogeneity=constants["heterogeneity"],
             limits=constants["limits"],
             scales=scales,
             drives=self._drives(top, scales),
-            outputs=Outputs(**{"tractions": "slip" not in stages, **outputs}),
+            outputs=outputs,
         )
         if self.problems:
             raise ManifestError(self.problems)
@@ -166,6 +183,14 @@ class _Reader:
         elif "dynamics" not in given and top.get("drives"):
             self._refuse(f"stages = {shown(given)}", 'needs "dynamics" for the [[drives]]')
         return STAGES[: len(given)]
+
+    def _outputs(self, content: dict[str, Any], stages: tuple[Stage, ...]) -> Outputs:
+        good = self._checked("outputs", content, Outputs)
+        outputs = Outputs(**{"tractions": "slip" not in stages, "phases": good.get("trajectory", True), **good})
+        if "slip" not in stages and any(outputs.tractions_at):
+            wrong = 'needs stage "slip" for the events after 0'
+            self._refuse(f"outputs.tractions_at = {shown(list(outputs.tractions_at))}", wrong)
+        return outputs
 
     def _design(self, top: dict[str, Any], axes: Columns) -> Design:
         design: Design = top.get("design", "product")
@@ -284,6 +309,13 @@ def _finest(sizes: list[Given]) -> dict[str, Value]:
 
 def _single(columns: dict[str, tuple[Value, ...]]) -> dict[str, Value]:
     return {name: values[0] for name, values in columns.items() if values}
+
+
+def _increasing(value: Any) -> bool:
+    """Whether it is a list of whole numbers from 0 on, each larger than the one before it."""
+    if not isinstance(value, list | tuple) or any(isinstance(one, bool) or not isinstance(one, int) for one in value):
+        return False
+    return all(before < after for before, after in itertools.pairwise([-1, *value]))
 
 
 def _names(kind: type) -> tuple[str, ...]:

@@ -1,11 +1,11 @@
-"""The flat names of a case: every field of Case, Slab and SlipRule is one parameter with one word and one table."""
+"""The flat names of a case: every field of Case and its parts is one parameter with one word and one table."""
 
 import math
 from collections.abc import Mapping
 from dataclasses import fields
 from typing import Any
 
-from solver.case import Case, Slab, SlipRule
+from solver.case import Case, Effects, Heterogeneity, Slab, SlipRule
 from solver.outcome import InvalidInput
 
 Value = float | int | str
@@ -14,6 +14,8 @@ TABLES: dict[str, tuple[str, ...]] = {
     "constants": ("intrinsic_friction", "radius", "load", "poisson", "aspect_ratio", "pin", "half_width"),
     "numerics": ("n_x", "scheme", "support", "first_spacing", "rows", "first_touch"),
     "slip": ("order", "residual", "event_floor", "cascade_limit"),
+    "effects": ("friction", "coupling", "pin_translation"),
+    "heterogeneity": ("distribution", "spread", "seed"),
     "limits": ("events", "displacement"),
 }
 """Table of a manifest -> the words it takes. Any of these words can be an axis instead."""
@@ -22,8 +24,15 @@ WORDS: tuple[str, ...] = tuple(word for words in TABLES.values() for word in wor
 STANDARD = ("intrinsic_friction", "radius", "aspect_ratio", "n_x")
 """Parameters that every case is labelled with, in the order of a dataset's dimensions."""
 
-_SLAB, _RULE = (tuple(item.name for item in fields(kind)) for kind in (Slab, SlipRule))
-_CASE = tuple(item.name for item in fields(Case) if item.name not in ("slab", "slip_rule"))
+_PARTS: dict[str, Any] = {
+    "slab": Slab,
+    "slip_rule": SlipRule,
+    "effects": Effects,
+    "heterogeneity": Heterogeneity,
+}
+"""Field of a case -> the type of its part; the fields of these are parameters as those of the case itself are."""
+_NAMES = {part: tuple(item.name for item in fields(kind)) for part, kind in _PARTS.items()}
+_CASE = tuple(item.name for item in fields(Case) if item.name not in _PARTS)
 _FIELD_OF_WORD = {"events": "max_events", "displacement": "max_displacement"}
 
 
@@ -43,12 +52,14 @@ def make_case(parameters: Mapping[str, Any]) -> Case:
     own = {name: value for name, value in parameters.items() if name in _CASE}
     if "max_displacement" in own:
         own = {"max_events": None, **own}
-    slab = {name: value for name, value in parameters.items() if name in _SLAB}
-    rule = {name: value for name, value in parameters.items() if name in _RULE}
-    return Case(**own, slab=Slab(**slab), slip_rule=SlipRule(**rule))
+    parts = {
+        part: kind(**{name: value for name, value in parameters.items() if name in _NAMES[part]})
+        for part, kind in _PARTS.items()
+    }
+    return Case(**own, **parts)
 
 
 def flat(case: Case) -> dict[str, Value | None]:
     """Every parameter of a case by field name; the inverse of `make_case`."""
-    parts = ((case, _CASE), (case.slab, _SLAB), (case.slip_rule, _RULE))
-    return {name: getattr(part, name) for part, names in parts for name in names}
+    own = {name: getattr(case, name) for name in _CASE}
+    return own | {name: getattr(getattr(case, part), name) for part, names in _NAMES.items() for name in names}

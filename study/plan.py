@@ -6,10 +6,10 @@ from dataclasses import dataclass, field, replace
 
 from solver.case import Case, Drive
 from study.cases import CampaignCase, expand
-from study.effects import task_kinds
+from study.effects import kept, task_kinds
 from study.manifest import Manifest
 from study.parameters import Value
-from study.tasks import Task, compliance_task, contact_task, drive_task, friction_task
+from study.tasks import Task, compliance_task, contact_task, drive_task, friction_task, states_task
 
 
 @dataclass(frozen=True, slots=True)
@@ -19,6 +19,7 @@ class CaseTasks:
     compliance: str | None = None
     contact: str | None = None
     friction: str | None = None
+    states: str | None = None
     drives: Mapping[str, str] = field(default_factory=dict)
     """Name of the drive -> key."""
 
@@ -63,24 +64,31 @@ def _tasks_of(manifest: Manifest, campaign_case: CampaignCase) -> tuple[list[Tas
     case = campaign_case.case
     if case is None:
         return [], CaseTasks()
-    kinds = task_kinds(manifest)
+    kinds, keeps = task_kinds(manifest), kept(manifest)
     axes = {name: campaign_case.parameters[name] for name in manifest.axes}
     slab = {"n_x": case.slab.n_x, **{name: value for name, value in axes.items() if hasattr(case.slab, name)}}
     compliance = _estimated(compliance_task(case.slab), slab)
-    contact = _estimated(contact_task(case), axes) if "contact" in kinds else None
-    friction = _estimated(friction_task(case), axes) if "friction" in kinds else None
+    contact = friction = states = None
+    if "contact" in kinds:
+        contact = _estimated(contact_task(case, scalars_only=not keeps["contact"]), axes)
+    if "friction" in kinds:
+        friction = _estimated(friction_task(case, scalars_only=not keeps["friction"]), axes)
+    if "states" in kinds:
+        events = manifest.outputs.tractions_at or (0,)
+        states = _estimated(states_task(case, events, manifest.outputs.subsurface), axes)
     drives = {}
     if "drive" in kinds:
         for drive in manifest.drives:
-            task = drive_task(case, drive.dimensionless(manifest.scales))
+            task = drive_task(case, drive.dimensionless(manifest.scales), scalars_only=not keeps["drive"])
             drives[drive.name] = _estimated(task, {**axes, "drive": drive.name})
     keys = CaseTasks(
         compliance=compliance.key,
         contact=contact.key if contact else None,
         friction=friction.key if friction else None,
+        states=states.key if states else None,
         drives={name: task.key for name, task in drives.items()},
     )
-    return [task for task in (compliance, contact, friction, *drives.values()) if task], keys
+    return [task for task in (compliance, contact, friction, states, *drives.values()) if task], keys
 
 
 def _longest_chain_first(tasks: Collection[Task]) -> tuple[Task, ...]:
@@ -94,7 +102,7 @@ def _longest_chain_first(tasks: Collection[Task]) -> tuple[Task, ...]:
     return tuple(sorted(tasks, key=lambda task: (-chain[task.key], _STAGE_ORDER[task.kind])))
 
 
-_STAGE_ORDER = {"compliance": 0, "contact": 1, "friction": 2, "drive": 3}
+_STAGE_ORDER = {"compliance": 0, "contact": 1, "friction": 2, "states": 3, "drive": 4}
 
 
 def _estimated(task: Task, label: Mapping[str, Value]) -> Task:
@@ -105,10 +113,15 @@ def _estimated(task: Task, label: Mapping[str, Value]) -> Task:
 # Rough seconds on one core of an ordinary machine: they order the work and warn of days, no more.
 _START = 0.01  # any task: hand out, read, write
 _PER_CUBED_NODE = 2e-9  # compliance: dense condensation
+_PER_TOUCH = 2e-9  # first touch, times n_x^3: a few dense solves for the nodes in contact
+_PER_INNER_SOLVE = 4e-5  # inside of the slab, times n_x^1.5: one sparse factorization
+_FROZEN = 0.4  # a slip with frozen pressures over one with all
 _PER_EVENT = (
     3.5e-8  # friction, times n_x^1.5 as seen from 33 to 257 nodes: a cascade of slips, each a pass over the contact
 )
 _MEAN_STEP = 0.32  # displacement per event, times mean pressure and n_x^-1.2 (§3.2.1, Fig. 8)
+_BLOCKS = 4.0  # square blocks of the surface's size that a condensation holds at once
+_ROOM = 4.0  # copies of its operator that a contact holds at once
 _PER_SOLVE = 1e-7  # friction at residual 1, times n_x^2: a few dense solves per event
 _PER_TOOTH = 1.5e-7  # exact integrator
 _PER_TIME_STEP = 3e-8  # rk4
@@ -119,12 +132,36 @@ def _seconds(task: Task) -> float:
         return _START + _PER_CUBED_NODE * task.slab.n_x**3
     if task.drive is not None:
         return _START + _drive_seconds(task.drive, task.case)
-    events = _events(task.case) if task.kind == "friction" else 1.0
+    events = {"friction": _events(task.case), "states": min(max(task.events, default=0), _events(task.case))}.get(
+        task.kind, 0.0
+    )
+    inside = _PER_INNER_SOLVE * len(task.events) * task.slab.n_x**1.5 if task.subsurface else 0.0
+    touch = _PER_TOUCH * task.slab.n_x**3 * (1.0 if task.case.effects.friction and task.case.effects.coupling else 0.2)
+    start = _START + touch + inside
     residual = task.case.slip_rule.residual
     if residual == 1.0:
-        return _START + _PER_SOLVE * min(events, 20.0 * task.slab.n_x) * float(task.slab.n_x) ** 2
+        return start + _PER_SOLVE * min(events, 20.0 * task.slab.n_x) * float(task.slab.n_x) ** 2
     # A slip that leaves a residual shear is followed by the more slips the less of the shear it drops.
-    return _START + _PER_EVENT * events * math.pow(task.slab.n_x, 1.5) / (1.0 - residual)
+    per_event = _PER_EVENT * (1.0 if task.case.effects.pin_translation else _FROZEN)
+    return start + per_event * events * math.pow(task.slab.n_x, 1.5) / (1.0 - residual)
+
+
+def memory_of(task: Task) -> float:
+    """Rough bytes of arrays while a task runs, beside the compliance that it maps and the program's own."""
+    nodes = float(task.slab.n_x)
+    if task.kind == "compliance" or task.case is None:
+        return 8.0 * _BLOCKS * (2.0 * nodes) ** 2
+    if task.drive is not None:
+        return 8.0 * (5.0 * task.drive.samples + 16.0 * min(_events(task.case), 1e7))
+    effects, records = task.case.effects, 80.0 * min(_events(task.case), 1e7) if task.kind == "friction" else 0.0
+    if not effects.friction or (task.kind == "contact" and not effects.coupling):
+        entries = _ROOM * nodes**2
+    elif not effects.pin_translation and not effects.coupling:
+        entries = 2.0 * _ROOM * nodes**2
+    else:
+        entries = _ROOM * (2.0 * nodes) ** 2
+    inside = 400.0 * nodes**1.5 if task.subsurface else 0.0
+    return 8.0 * (entries + inside) + records
 
 
 def _drive_seconds(drive: Drive, case: Case) -> float:

@@ -40,11 +40,11 @@ class Picture:
 
 def pictures(dataset: xr.Dataset) -> Iterator[Picture]:
     """F/W against δ_p of each record, then the spring force of each drive; all of a sort together come first."""
-    for instance, draw, caption in (
-        ("record", _draw_record, "Friction force over load against pin displacement"),
-        ("trajectory", _draw_trajectory, "Spring force over load against time"),
+    for instance, sample, draw, caption in (
+        ("record", "event", _draw_record, "Friction force over load against pin displacement"),
+        ("trajectory", "sample", _draw_trajectory, "Spring force over load against time"),
     ):
-        if f"{instance}_index" not in dataset:
+        if f"{instance}_index" not in dataset or sample not in dataset.dims:
             continue
         found = [point for point in points(dataset, f"{instance}_index") if point.values[f"{instance}_index"] != ABSENT]
         if 2 <= len(found) <= 8:

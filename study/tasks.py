@@ -17,7 +17,7 @@ from solver.observables import event_statistics, friction_coefficients
 from solver.outcome import COMPLETED, Ending, Outcome, SolverError
 from solver.plateau import plateau_of
 from solver.profile import profile_of
-from solver.sliding import FrictionRecord, slide
+from solver.sliding import FrictionRecord, slide, states_at
 from study.effects import TaskKind
 from study.provenance import content_hash
 
@@ -30,6 +30,7 @@ __all__ = [
     "drive_task",
     "friction_task",
     "run_task",
+    "states_task",
 ]
 
 SOLVER_VERSION = "5"
@@ -48,6 +49,12 @@ class Task:
     """The physics point; None for a compliance."""
     drive: Drive | None = None
     """How the pin is pulled; drive tasks only."""
+    events: tuple[int, ...] = ()
+    """Events after which the contact is looked at; states tasks only."""
+    subsurface: bool = False
+    """Whether the inside of the slab is looked at too; states tasks only."""
+    scalars_only: bool = False
+    """Whether the result's arrays are left out."""
     needs: tuple[str, ...] = ()
     """Keys of the tasks whose results this one reads."""
     cost: float = 0.0
@@ -73,34 +80,63 @@ def compliance_task(slab: Slab) -> Task:
     return Task(_key("compliance", slab), "compliance", slab)
 
 
-def contact_task(case: Case) -> Task:
+def contact_task(case: Case, *, scalars_only: bool = False) -> Task:
     """First touch of a case."""
     needs = (compliance_task(case.slab).key,)
-    return Task(_key("contact", *_touching(case)), "contact", case.slab, case, needs=needs)
+    key = _key("contact", *_touching(case), *_part(scalars_only))
+    return Task(key, "contact", case.slab, case, needs=needs, scalars_only=scalars_only)
 
 
 @lru_cache(maxsize=64)  # asked again by each of its drives
-def friction_task(case: Case) -> Task:
+def friction_task(case: Case, *, scalars_only: bool = False) -> Task:
     """The friction record of a case."""
-    key = _key("friction", *_touching(case), case.max_events, case.max_displacement)
-    return Task(key, "friction", case.slab, case, needs=(compliance_task(case.slab).key,))
+    key = _key("friction", *_sliding(case), *_part(scalars_only))
+    needs = (compliance_task(case.slab).key,)
+    return Task(key, "friction", case.slab, case, needs=needs, scalars_only=scalars_only)
 
 
-def drive_task(case: Case, drive: Drive) -> Task:
+def states_task(case: Case, events: tuple[int, ...], subsurface: bool) -> Task:
+    """The contact of a case after each of some events of its record (0: first touch), and the inside of the slab."""
+    physics = _sliding(case) if any(events) else _touching(case)
+    key = _key("states", *physics, events, subsurface)
+    needs = (compliance_task(case.slab).key,)
+    return Task(key, "states", case.slab, case, events=events, subsurface=subsurface, needs=needs)
+
+
+def drive_task(case: Case, drive: Drive, *, scalars_only: bool = False) -> Task:
     """The motion of the pin over a case's friction record."""
     record = friction_task(case)
-    key = _key("drive", record.key, drive)
-    return Task(key, "drive", case.slab, case, drive, needs=(record.key,))
+    key = _key("drive", record.key, drive, *_part(scalars_only))
+    return Task(key, "drive", case.slab, case, drive, needs=(record.key,), scalars_only=scalars_only)
 
 
 def _key(kind: TaskKind, *content: object) -> str:
     return content_hash(kind, SOLVER_VERSION, *content)
 
 
+def _part(scalars_only: bool) -> tuple[str, ...]:
+    return ("scalars",) if scalars_only else ()
+
+
 def _touching(case: Case) -> tuple[object, ...]:
-    """All that decides first touch; a pin's other shape's size is ignored."""
-    size = case.radius if case.pin == "parabola" else case.half_width
-    return (case.slab, case.pin, size, case.load, case.intrinsic_friction, case.first_touch, case.slip_rule)
+    """All that decides first touch; a pin's other shape's size is ignored, and the friction of a pin that drags nothing."""
+    effects = case.effects
+    pressing = (*_pressing(case), effects.friction, effects.coupling)
+    return (*pressing, *_slipping(case)) if effects.friction and effects.coupling else pressing
+
+
+def _sliding(case: Case) -> tuple[object, ...]:
+    """All that decides a friction record."""
+    return (*_pressing(case), *_slipping(case), case.effects, case.max_events, case.max_displacement)
+
+
+def _pressing(case: Case) -> tuple[object, ...]:
+    return (case.slab, case.pin, case.radius if case.pin == "parabola" else case.half_width, case.load)
+
+
+def _slipping(case: Case) -> tuple[object, ...]:
+    drawn = case.heterogeneity if case.heterogeneity.spread else None
+    return (case.intrinsic_friction, case.first_touch, case.slip_rule, drawn)
 
 
 def run_task(task: Task, inputs: Mapping[str, TaskResult]) -> TaskResult:
@@ -148,6 +184,25 @@ def _run_friction(task: Task, inputs: Mapping[str, TaskResult]) -> TaskResult:
     return _completed(task, scalars, arrays, _noting(record.outcome, plateau.outcome))
 
 
+def _run_states(task: Task, inputs: Mapping[str, TaskResult]) -> TaskResult:
+    case, compliance = _case(task), _compliance(task, inputs)
+    states, outcome = states_at(case, compliance, task.events)
+    columns: dict[str, list[NDArray[Any]]] = {}
+    for event, state in zip(task.events, states, strict=False):
+        surface = {"x": compliance.x, **{name: getattr(state, name) for name in ("pressure", "shear", "slip", "gap")}}
+        found = {f"surface_{name}": values for name, values in surface.items()}
+        if task.subsurface:
+            from solver.subsurface import interior_fields  # noqa: PLC0415  brings splines that no other task needs
+
+            _, inside = _parted(interior_fields(case.slab, state.nodal_force))
+            found |= {f"interior_{name}": values for name, values in inside.items()}
+            found["interior_event"] = np.full(len(inside["x"]), event)
+        found["surface_event"] = np.full(len(compliance.x), event)
+        for name, values in found.items():
+            columns.setdefault(name, []).append(values)
+    return _completed(task, {}, {name: np.concatenate(parts) for name, parts in columns.items()}, outcome)
+
+
 def _run_drive(task: Task, inputs: Mapping[str, TaskResult]) -> TaskResult:
     record, drive = _joined(inputs[task.needs[0]]), _drive(task)
     plateau = plateau_of(record)
@@ -170,7 +225,13 @@ def _run_drive(task: Task, inputs: Mapping[str, TaskResult]) -> TaskResult:
     return _completed(task, scalars, arrays, _noting(motion.outcome, friction.outcome))
 
 
-_RUN = {"compliance": _run_compliance, "contact": _run_contact, "friction": _run_friction, "drive": _run_drive}
+_RUN = {
+    "compliance": _run_compliance,
+    "contact": _run_contact,
+    "friction": _run_friction,
+    "states": _run_states,
+    "drive": _run_drive,
+}
 
 
 def _noting(outcome: Outcome, remark: Outcome) -> Outcome:
@@ -198,7 +259,7 @@ def _counts(record: FrictionRecord) -> dict[str, float | int]:
 def _completed(
     task: Task, scalars: dict[str, float | int], arrays: dict[str, NDArray[Any]], outcome: Outcome = COMPLETED
 ) -> TaskResult:
-    return TaskResult(task.key, task.kind, outcome, scalars, arrays)
+    return TaskResult(task.key, task.kind, outcome, scalars, {} if task.scalars_only else arrays)
 
 
 def _case(task: Task) -> Case:

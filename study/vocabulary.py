@@ -180,6 +180,40 @@ SERIES = (
             "gap": Quantity("surface_gap", "gap between slab and pin at first touch, in L_x"),
         },
     ),
+    Series(
+        "states",
+        "state",
+        "state_node",
+        "state_row_size",
+        {
+            "surface_event": Quantity(
+                "state_event", "event of the record after which the contact is seen, 0: first touch"
+            ),
+            "surface_x": Quantity("state_x", "position of the surface node from the slab's middle, in L_x"),
+            "surface_pressure": Quantity("state_pressure", "contact pressure over W/(L_x·L_y)", per="load"),
+            "surface_shear": Quantity("state_shear", "shear traction over W/(L_x·L_y)", per="load"),
+            "surface_slip": Quantity("state_slip", "slip of the node, in L_x"),
+            "surface_gap": Quantity("state_gap", "gap between slab and pin, in L_x"),
+        },
+    ),
+    Series(
+        "states",
+        "state",
+        "interior_node",
+        "interior_row_size",
+        {
+            "interior_event": Quantity(
+                "interior_event", "event of the record after which the slab is seen, 0: first touch"
+            ),
+            "interior_x": Quantity("interior_x", "position from the slab's middle, in L_x"),
+            "interior_z": Quantity("interior_z", "height above the undeformed surface, in L_x"),
+            "interior_u": Quantity("interior_u", "displacement to the right, in L_x"),
+            "interior_w": Quantity("interior_w", "displacement upwards, in L_x"),
+            "interior_stress_xx": Quantity("interior_stress_xx", "normal stress along x over W/(L_x·L_y)", per="load"),
+            "interior_stress_zz": Quantity("interior_stress_zz", "normal stress along z over W/(L_x·L_y)", per="load"),
+            "interior_stress_xz": Quantity("interior_stress_xz", "shear stress over W/(L_x·L_y)", per="load"),
+        },
+    ),
 )
 
 PARAMETERS = {
@@ -200,6 +234,12 @@ PARAMETERS = {
     "residual": Quantity("residual", "shear left after a slip, as a fraction of μ_i·pressure"),
     "event_floor": Quantity("event_floor", "smallest displacement step, in surface node spacings"),
     "cascade_limit": Quantity("cascade_limit", "slips after which one event is given up"),
+    "friction": Quantity("friction", "whether the pin drags the surface"),
+    "coupling": Quantity("coupling", "whether tangential forces lift the surface and normal ones move it sideways"),
+    "pin_translation": Quantity("pin_translation", "whether the pin's profile is carried along, pressures following"),
+    "distribution": Quantity("distribution", "distribution of μ_i over the nodes"),
+    "spread": Quantity("spread", "standard deviation of μ_i over the nodes, over its mean"),
+    "seed": Quantity("seed", "seed of the nodes' μ_i"),
     "max_events": Quantity("max_events", "events after which a record ends"),
     "max_displacement": Quantity("max_displacement", "pin displacement after which a record ends, in L_x"),
     "pin_mass": Quantity("pin_mass", "mass of the pin", "kg"),

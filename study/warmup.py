@@ -45,4 +45,4 @@ _COMPLIANCE = compliance_task(_STEADY.slab)
 def _tiny(case: Case) -> Case:
     """A small case with the same switches: they decide which kernels run, the numbers do not."""
     rule = replace(_STEADY.slip_rule, order=case.slip_rule.order)
-    return replace(_STEADY, pin=case.pin, first_touch=case.first_touch, slip_rule=rule)
+    return replace(_STEADY, pin=case.pin, first_touch=case.first_touch, slip_rule=rule, effects=case.effects)

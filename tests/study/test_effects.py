@@ -1,25 +1,220 @@
-"""What a manifest does not ask for is not computed."""
+"""What a campaign does not ask for is no task, not computed and not stored; what means nothing is refused by the plan."""
 
+from dataclasses import replace
 from pathlib import Path
 
+import numpy as np
 import pytest
 
-from study.effects import task_kinds
+from solver import contact
+from solver.case import Case, Drive, Effects, Heterogeneity, Scales, Slab, SlipRule
+from solver.compliance import slab_compliance
+from solver.contact import first_touch
+from solver.outcome import Ending
+from solver.sliding import slide_to_state
+from study import dataset, tasks
+from study.drives import NamedDrive
+from study.effects import effects, task_kinds
 from study.manifest import load_manifest
+from study.plan import Plan, make_plan, memory_of
+from study.store import Store
+from study.tasks import TaskResult, compliance_task, contact_task, drive_task, friction_task, run_task, states_task
 
-DRIVE = '[[drives]]\nname = "a"'
+DRIVES = '[[drives]]\nname = "a"\nsamples = 40\n'
+TINY = "numerics.n_x = 17\nconstants.radius = 50\nlimits.events = 60\n"
+CASE = Case(radius=50.0, slab=Slab(17), max_events=60)
+DRIVE: Drive = NamedDrive("paper", samples=50).dimensionless(Scales())
+
+
+def planned(folder: Path, text: str) -> Plan:
+    path = folder / "mine.toml"
+    path.write_text(f'title = "x"\n{text}', "utf-8")
+    return make_plan(load_manifest(path))
+
+
+def states(case: Case, events: tuple[int, ...], subsurface: bool = False) -> TaskResult:
+    compliance = run_task(compliance_task(case.slab), {})
+    return run_task(states_task(case, events, subsurface), {compliance.key: compliance})
+
+
+def computed(plan: Plan, folder: Path) -> Store:
+    store = Store(folder)
+    store.prepare()
+    for task in plan.tasks:
+        store.write(run_task(task, {key: store.read(key) for key in task.needs}))
+    return store
 
 
 @pytest.mark.parametrize(
     ("text", "kinds"),
     [
         ('stages = ["contact"]', {"compliance", "contact"}),
-        ('stages = ["contact", "slip"]', {"compliance", "friction"}),
+        ("", {"compliance", "friction"}),
         ("outputs.tractions = true", {"compliance", "contact", "friction"}),
-        (DRIVE, {"compliance", "friction", "drive"}),
+        ("outputs.tractions_at = [3]", {"compliance", "friction", "states"}),
+        ('stages = ["contact"]\noutputs.subsurface = true', {"compliance", "contact", "states"}),
+        (DRIVES, {"compliance", "friction", "drive"}),
     ],
 )
-def test_stages_and_outputs_decide_the_kinds_of_task(tmp_path: Path, text: str, kinds: set[str]) -> None:
-    path = tmp_path / "mine.toml"
-    path.write_text(f'title = "x"\n{text}')
-    assert task_kinds(load_manifest(path)) == kinds
+def test_tasks_are_those_that_a_campaign_asks_for(tmp_path: Path, text: str, kinds: set[str]) -> None:
+    plan = planned(tmp_path, text)
+    assert {task.kind for task in plan.tasks} == kinds == task_kinds(plan.manifest)
+
+
+def test_a_plateau_study_never_integrates(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(tasks, "integrate", None)
+    plan = planned(tmp_path, TINY)
+    store = computed(plan, tmp_path)
+    assert all(store.read(task.key).outcome.ok for task in plan.tasks)
+
+
+def test_a_drive_on_a_finished_record_never_slides(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    store = computed(planned(tmp_path, TINY), tmp_path)
+    left = planned(tmp_path, TINY + DRIVES).remaining(store.finished())
+    assert [task.kind for task in left] == ["drive"]
+    monkeypatch.setattr(tasks, "slide", None)
+    monkeypatch.setattr(tasks, "slab_compliance", None)
+    assert run_task(left[0], {key: store.read(key) for key in left[0].needs}).outcome.ok
+
+
+def test_a_contact_study_sets_up_no_sliding(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """Without friction not even a tableau, nor anything but the normal forces' columns (tests/solver/test_pressing.py)."""
+    monkeypatch.setattr(tasks, "slide", None)
+    monkeypatch.setattr(contact, "core_of", None)
+    plan = planned(tmp_path, TINY + 'stages = ["contact"]\neffects.friction = false')
+    assert all(computed(plan, tmp_path).read(task.key).outcome.ok for task in plan.tasks)
+
+
+def test_sliding_without_friction_is_refused_before_anything_is_computed(tmp_path: Path) -> None:
+    plan = planned(tmp_path, "axes.friction = [true, false]")
+    good, refused = plan.cases
+    assert good.outcome.ok
+    assert refused.outcome.ending is Ending.INVALID
+    assert refused.outcome.message.startswith('friction = false: needs stages = ["contact"]')
+    assert [task.kind for task in plan.tasks] == ["compliance", "friction"]
+
+
+def test_combinations_that_mean_nothing_are_refused(tmp_path: Path) -> None:
+    text = "axes.residual = [0.5, 1.0]\neffects.pin_translation = false"
+    assert [case.outcome.ok for case in planned(tmp_path, text).cases] == [True, False]
+    text = "axes.intrinsic_friction = [0.5, inf]\nheterogeneity.spread = 0.1"
+    assert [case.outcome.ok for case in planned(tmp_path, text).cases] == [True, False]
+
+
+def test_the_effects_of_a_campaign_are_listed(tmp_path: Path) -> None:
+    text = "axes.coupling = [true, false]\nheterogeneity.spread = 0.2\noutputs.records = false\n"
+    drives = DRIVES + 'profile = "mean"\n[[drives]]\nname = "b"\ndamping_ratio = 0\n'
+    found = {effect.name: effect.setting for effect in effects(planned(tmp_path, text + drives).manifest)}
+    assert found["coupling"] == "on, off"
+    assert found["friction"] == found["pin_translation"] == found["dynamics"] == "on"
+    assert found["spread of μ_i"] == "0.2"
+    assert found["sawtooth"] == "off: mean, on"
+    assert found["damping"] == "on, off"
+    assert found["outputs.records"] == "off"
+    assert found["outputs.phases"] == "on"
+    without = {effect.name: effect.setting for effect in effects(planned(tmp_path, "").manifest)}
+    assert without["dynamics"] == "off"
+    assert "damping" not in without
+
+
+def test_what_is_off_costs_no_memory(tmp_path: Path) -> None:
+    def arrays(text: str) -> float:
+        return max(memory_of(task) for task in planned(tmp_path, text).tasks if task.kind != "compliance")
+
+    assert arrays("effects.pin_translation = false\neffects.coupling = false") < arrays("")
+    touch = 'stages = ["contact"]\n'
+    assert arrays(touch + "effects.friction = false") < arrays(touch)
+    assert arrays("outputs.subsurface = true") > arrays("")
+
+
+# Keys: what does not matter is not in them.
+
+
+def test_an_effect_is_in_the_key_of_what_it_changes() -> None:
+    for effect in (Effects(coupling=False), Effects(pin_translation=False)):
+        assert friction_task(replace(CASE, effects=effect)).key != friction_task(CASE).key
+    rough = replace(CASE, heterogeneity=Heterogeneity(spread=0.1))
+    assert friction_task(rough).key != friction_task(CASE).key != friction_task(CASE, scalars_only=True).key
+    assert friction_task(replace(CASE, heterogeneity=Heterogeneity(seed=2))).key == friction_task(CASE).key
+
+
+def test_first_touch_is_shared_by_cases_that_differ_in_sliding() -> None:
+    frozen = replace(CASE, effects=Effects(pin_translation=False))
+    assert contact_task(frozen).key == contact_task(CASE).key
+    plain = replace(CASE, effects=Effects(friction=False))
+    other = replace(plain, intrinsic_friction=0.1, first_touch="gradual", slip_rule=SlipRule(residual=0.5))
+    assert contact_task(other).key == contact_task(plain).key != contact_task(CASE).key
+
+
+# Outputs.
+
+
+def test_scalars_only_take_a_few_kilobytes(tmp_path: Path) -> None:
+    """10 kB for a case of any size: 2000 events and 129 nodes leave no array behind."""
+    for number, stages in enumerate(('["contact"]\noutputs.tractions = false', '["contact", "slip"]')):
+        plan = planned(tmp_path, f"stages = {stages}\noutputs.records = false")
+        folder = tmp_path / str(number)
+        store = computed(plan, folder)
+        task = plan.tasks[-1]
+        assert store.read(task.key).outcome.ok
+        assert not store.read(task.key).arrays
+        kept = (folder / "results" / f"{task.key}.npz").stat().st_size
+        print(f"{task.kind}: {kept} bytes")
+        assert kept <= 10_000
+        collected = dataset.collect(plan, store)
+        assert not {"event", "sample", "surface_node"} & set(collected.dims)
+
+
+def test_scalars_are_the_same_without_the_arrays(tmp_path: Path) -> None:
+    compliance = {compliance_task(CASE.slab).key: run_task(compliance_task(CASE.slab), {})}
+    whole, part = (run_task(friction_task(CASE, scalars_only=only), compliance) for only in (False, True))
+    assert whole.arrays
+    assert (whole.scalars, whole.outcome) == (part.scalars, part.outcome)
+    inputs = {whole.key: whole}
+    driven, alone = (run_task(drive_task(CASE, DRIVE, scalars_only=only), inputs) for only in (False, True))
+    np.testing.assert_equal(dict(alone.scalars), dict(driven.scalars))
+    assert not alone.arrays
+
+
+@pytest.mark.parametrize("effect", [Effects(), Effects(pin_translation=False)], ids=["whole", "frozen"])
+def test_tractions_at_chosen_events_are_those_of_a_run_that_ends_there(effect: Effects) -> None:
+    case = replace(CASE, effects=effect)
+    result = states(case, (0, 7, 30))
+    compliance = slab_compliance(case.slab)
+    assert result.outcome.ok
+    for event in (0, 7, 30):
+        at = result.arrays["surface_event"] == event
+        if event:
+            _, state = slide_to_state(replace(case, max_events=event), compliance)
+        else:
+            state = first_touch(case, compliance)
+        # A run in pieces sums afresh at each: 1e-10 of the load.
+        np.testing.assert_allclose(result.arrays["surface_pressure"][at], state.pressure, atol=1e-9 * case.load)
+        np.testing.assert_allclose(result.arrays["surface_shear"][at], state.shear, atol=1e-9 * case.load)
+
+
+def test_events_that_a_record_does_not_reach_are_left_out() -> None:
+    case = replace(CASE, max_displacement=1e-3)
+    result = states(case, (0, 2, 100_000))
+    assert result.outcome.ok
+    assert set(result.arrays["surface_event"]) == {0, 2}
+
+
+def test_the_inside_of_the_slab_is_solved_for_on_request_only() -> None:
+    assert not any(name.startswith("interior") for name in states(CASE, (0,)).arrays)
+    inside = states(CASE, (0, 5), subsurface=True).arrays
+    assert len(inside["interior_stress_zz"]) == 2 * (17 + 17 + 9 + 5 + 3)
+
+
+def test_states_and_phases_reach_the_dataset(tmp_path: Path) -> None:
+    text = (
+        TINY
+        + "outputs.trajectory = false\noutputs.phases = true\noutputs.tractions_at = [4]\noutputs.subsurface = true\n"
+    )
+    plan = planned(tmp_path, text + DRIVES)
+    collected = dataset.collect(plan, computed(plan, tmp_path))
+    assert "sample" not in collected.dims
+    assert collected.sizes["state_node"] == 17
+    assert set(collected["state_event"].values) == {4}
+    assert collected["interior_stress_zz"].min() < 0.0
+    assert collected.sizes["slip_phase"] >= 1

@@ -192,6 +192,18 @@ WRONG = {
     ),
     "negative scale": ("scales.slab_width = -1", "scales.slab_width = -1: needs slab_width > 0"),
     "output that is a number": ("outputs.records = 1", "outputs.records = 1: needs true or false"),
+    "events that are no list": (
+        "outputs.tractions_at = 3",
+        "outputs.tractions_at = 3: needs a list of events, increasing from 0 or more",
+    ),
+    "events out of order": ("outputs.tractions_at = [3, 3]", re.compile(r"tractions_at = \[3, 3\]: needs a list of events")),
+    "events of a pin that does not slide": (
+        'stages = ["contact"]\noutputs.tractions_at = [0, 5]',
+        'outputs.tractions_at = [0, 5]: needs stage "slip" for the events after 0',
+    ),
+    "case's effect that is a number": ("effects.coupling = 1", "effects.coupling = 1: needs true or false"),
+    "effect that there is not": ("effects.plasticity = true", re.compile("effects.plasticity = true: unknown")),
+    "spread of no distribution": ("heterogeneity.spread = -0.1", re.compile("needs 0 ≤ spread")),
     "unknown output": ("outputs.record = true", "outputs.record = true: unknown; did you mean records?"),
     # design
     "unknown design": ('design = "grid"', re.compile('design = "grid": needs "product" or "zip"')),

@@ -1,0 +1,81 @@
+"""Inside the slab: displacements and stresses of every node, by back-substitution from the surface's nodal forces (Eq. 11).
+
+Derivatives at a node are those of the parabola through it and its neighbours, along its own row and across the three
+nearest rows; values of a neighbouring row above or below the node come from a cubic spline along that row. Linear fields
+are met exactly.
+"""
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.interpolate import CubicSpline
+
+from solver.boundary_value import blank, solve_mixed
+from solver.case import Slab
+from solver.grid import Grid
+from solver.interpolation import lagrange, slope
+from solver.schemes import stiffness
+
+Vector = NDArray[np.float64]
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class InteriorFields:
+    """Every node of the slab's grid, row by row from the surface down: arrays of shape (nodes,).
+
+    x from the slab's middle, z ≤ 0 from the undeformed surface; u, w in L_x; stresses in G, tension positive.
+    """
+
+    x: Vector
+    z: Vector
+    u: Vector
+    w: Vector
+    stress_xx: Vector
+    stress_zz: Vector
+    stress_xz: Vector
+
+
+def interior_fields(slab: Slab, nodal_force: NDArray[np.float64]) -> InteriorFields:
+    """The fields under forces (2, n) on the surface nodes, f_x and f_z in G·L_x per unit depth.
+
+    Raises SingularOperator where the slab can move freely.
+    """
+    whole = stiffness(slab)
+    question = blank(whole)
+    question.f_x[: slab.n_x], question.f_z[: slab.n_x] = nodal_force
+    found = solve_mixed(whole, question)
+    u_x, u_z = gradient(whole.grid, found.u)
+    w_x, w_z = gradient(whole.grid, found.w)
+    lame = 2 * slab.poisson / (1 - 2 * slab.poisson)  # λ/G
+    x, z = whole.grid.coordinates().T
+    volumetric = lame * (u_x + w_z)
+    return InteriorFields(
+        x=x - 0.5,
+        z=z,
+        u=found.u,
+        w=found.w,
+        stress_xx=volumetric + 2 * u_x,
+        stress_zz=volumetric + 2 * w_z,
+        stress_xz=u_z + w_x,
+    )
+
+
+def gradient(grid: Grid, values: Vector) -> tuple[Vector, Vector]:
+    """∂/∂x and ∂/∂z at every node of a field given by its nodal values, each of shape (nodes,)."""
+    rows = [values[grid.row_nodes(row)] for row in range(grid.rows)]
+    along = [np.gradient(rows[row], grid.spacing(row), edge_order=2) for row in range(grid.rows)]
+    across = []
+    for row in range(grid.rows):
+        used = np.clip(row, 1, grid.rows - 2) + np.array([-1, 0, 1])
+        weights = slope(lagrange([float(grid.depths[q] - grid.depths[row]) for q in used]), 0.0)
+        above_or_below = [_seen_from(grid, rows[q], int(q), row) for q in used]
+        across.append(sum(weight * seen for weight, seen in zip(weights, above_or_below, strict=True)))
+    return np.concatenate(along), np.concatenate(across)
+
+
+def _seen_from(grid: Grid, values: Vector, row: int, here: int) -> Vector:
+    """Values of one row at the x of another row's nodes."""
+    if grid.counts[row] == grid.counts[here]:
+        return values
+    return np.asarray(CubicSpline(grid.row_x(row), values)(grid.row_x(here)))
