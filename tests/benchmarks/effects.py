@@ -1,13 +1,27 @@
-"""What each effect of a drive costs: the paper's drive with the effect on, against the same with it off."""
+"""What each effect costs: time and peak memory with it on, against off, all in one run for the paper's case and drive.
 
+Peak memory is that of arrays made while it runs (`tracemalloc`), beside the compliance and the program.
+"""
+
+import tracemalloc
+from collections.abc import Callable, Sequence
 from dataclasses import replace
 from functools import partial
+from pathlib import Path
+from tempfile import TemporaryDirectory
 
-from solver import Case, Drive, FrictionRecord, friction_record, plateau_of
+from solver import Case, Drive, FrictionRecord, SurfaceCompliance, friction_record, plateau_of
+from solver.case import Effects, Heterogeneity
+from solver.compliance import slab_compliance
+from solver.contact import first_touch
 from solver.dynamics import integrate
 from solver.profile import profile_of
+from solver.sliding import slide, states_at
+from solver.subsurface import interior_fields
+from study.store import Store
+from study.tasks import compliance_task, contact_task, friction_task, run_task
 from tests.benchmarks.dynamics import PAPER, STEP, UNIT
-from tests.benchmarks.table import Row, best, seconds
+from tests.benchmarks.table import Row, best, seconds, verdict
 
 WITHOUT = {
     "surface compliance (and hysteresis)": {"surface_compliance": False},
@@ -16,29 +30,134 @@ WITHOUT = {
     "teeth (profile `mean` when off)": {"profile": "mean"},
     "teeth and surface compliance": {"profile": "mean", "surface_compliance": False},
 }
+CASE = Case(intrinsic_friction=0.5, radius=200.0)
 
 
 def rows() -> list[Row]:
-    """One row per effect; with RK4 too where the effect is its own code."""
-    record = friction_record(Case(intrinsic_friction=0.5, radius=200.0))
+    """One row per effect of contact, sliding, output and drive; of a drive with RK4 too where the effect is its own code."""
+    compliance = slab_compliance(CASE.slab)
+    record = slide(CASE, compliance)
     stepping = replace(PAPER, integrator="rk4", time_step=STEP / UNIT)
-    found = [_row(record, PAPER, name, effect) for name, effect in WITHOUT.items()]
+    found = [*_contact(compliance), *_sliding(compliance), *_outputs(compliance), _stages(compliance, record)]
+    found += [_row(record, PAPER, name, effect) for name, effect in WITHOUT.items()]
     return [*found, _row(record, stepping, "reverse motion, by RK4 at 100 ns", WITHOUT["reverse motion"])]
+
+
+def _contact(compliance: SurfaceCompliance) -> list[Row]:
+    def touch(effects: Effects) -> tuple[float, float]:
+        return _time_and_memory(partial(first_touch, replace(CASE, effects=effects), compliance), 20)
+
+    whole = touch(Effects())
+    return [
+        _against("first touch without friction", touch(Effects(friction=False)), whole, "≤ 1/3", 1 / 3),
+        _against("first touch without coupling", touch(Effects(coupling=False)), whole),
+    ]
+
+
+def _sliding(compliance: SurfaceCompliance) -> list[Row]:
+    """Time for each slip: the records of reduced models have other numbers of slips to 2000 events."""
+
+    def each_slip(case: Case) -> tuple[float, float]:
+        start = first_touch(case, compliance)
+        run = partial(slide, case, compliance, start)
+        duration, memory = _time_and_memory(run, 7)
+        return duration / int(run().slips.sum()), memory
+
+    whole = each_slip(CASE)
+    spread = each_slip(replace(CASE, heterogeneity=Heterogeneity(spread=0.2)))
+    reduced = {
+        "without coupling": Effects(coupling=False),
+        "with frozen pressures (pin_translation off)": Effects(pin_translation=False),
+        "without both": Effects(coupling=False, pin_translation=False),
+    }
+    found = []
+    for name, effects in reduced.items():
+        target = ("" if effects.pin_translation else "≤ 1/2", 0.5)
+        found.append(_against(f"a slip {name}", each_slip(replace(CASE, effects=effects)), whole, *target))
+    return [*found, _against("a slip with one μ_i for all nodes", whole, spread)]
+
+
+def _stages(compliance: SurfaceCompliance, record: FrictionRecord) -> Row:
+    """The paper's drive ten times as long at a tenth of its speed, in steps of 100 ns: there dynamics takes the time."""
+    slow = replace(
+        PAPER,
+        integrator="rk4",
+        time_step=STEP / UNIT,
+        stage_velocity=PAPER.stage_velocity / 10,
+        duration=10 * PAPER.duration,
+    )
+    profile = profile_of(record, plateau_of(record), slow.profile)
+    plateau = _time_and_memory(lambda: plateau_of(friction_record(CASE, compliance)), 5)
+    motion = _time_and_memory(lambda: integrate(profile, slow, record.initial_stiffness), 2)
+    both = (plateau[0] + motion[0], max(plateau[1], motion[1]))
+    return _against("a plateau alone, without 2 s of a slow drive by RK4 at 100 ns", plateau, both, "≤ 1/5", 0.2)
+
+
+def _outputs(compliance: SurfaceCompliance) -> list[Row]:
+    record = _time_and_memory(partial(slide, CASE, compliance), 5)
+    at = _time_and_memory(partial(states_at, CASE, compliance, (0, 1000, 2000)), 5)
+    force = first_touch(CASE, compliance).nodal_force
+    inside = _time_and_memory(partial(interior_fields, CASE.slab, force), 5)
+    return [
+        _against("2000 events, without tractions kept at 0, 1000 and 2000", record, at),
+        Row("inside of the slab, once (nothing when off)", "0 s, 0 MB", _shown(inside), "0", ""),
+        *_files(),
+    ]
+
+
+def _files() -> list[Row]:
+    """Bytes that a case leaves in the store, scalars only, against with its arrays."""
+    found = []
+    with TemporaryDirectory() as folder:
+        store = Store(Path(folder))
+        store.prepare()
+        compliance = run_task(compliance_task(CASE.slab), {})
+        for name, make in (("first touch", contact_task), ("a record of 2000 events", friction_task)):
+            size = {}
+            for only in (True, False):
+                task = make(CASE, scalars_only=only)
+                store.write(run_task(task, {compliance.key: compliance}))
+                size[only] = (store.folder / f"{task.key}.npz").stat().st_size / 1e3
+            found.append(
+                Row(
+                    f"file of {name}, scalars only",
+                    f"{size[True]:.1f} kB",
+                    f"{size[False]:.1f} kB (with arrays)",
+                    f"{size[True] / size[False]:.2f}",
+                    verdict("≤ 10 kB", size[True] <= 10.0),
+                )
+            )
+    return found
+
+
+def _against(what: str, off: Sequence[float], on: Sequence[float], target: str = "", most: float = float("inf")) -> Row:
+    ratio = off[0] / on[0]
+    return Row(what, _shown(off), f"{_shown(on)} (with it)", f"{ratio:.2f}", target and verdict(target, ratio <= most))
+
+
+def _shown(cost: Sequence[float]) -> str:
+    return f"{seconds(cost[0])}, {cost[1] / 1e6:.2g} MB"
+
+
+def _time_and_memory(run: Callable[[], object], repeats: int) -> tuple[float, float]:
+    """Processor seconds, best of several, and peak bytes of arrays."""
+    duration = best(run, repeats)
+    tracemalloc.start()
+    run()
+    memory = float(tracemalloc.get_traced_memory()[1])
+    tracemalloc.stop()
+    return duration, memory
 
 
 def _row(record: FrictionRecord, drive: Drive, name: str, effect: dict[str, object]) -> Row:
     (on, on_steps), (off, off_steps) = (_cost(record, each) for each in (drive, replace(drive, **effect)))
-    return Row(
-        f"0.2 s of the paper's drive without {name} ({off_steps} segments or steps)",
-        seconds(off),
-        f"{seconds(on)} (with it, {on_steps})",
-        f"{off / on:.2f}",
-        "",
+    return _against(
+        f"0.2 s of the paper's drive without {name} ({off_steps} for {on_steps} segments or steps)", off, on
     )
 
 
-def _cost(record: FrictionRecord, drive: Drive) -> tuple[float, int]:
-    """Seconds to integrate a drive over its profile, and its segments or steps."""
+def _cost(record: FrictionRecord, drive: Drive) -> tuple[tuple[float, float], int]:
+    """Seconds and bytes to integrate a drive over its profile, and its segments or steps."""
     profile = profile_of(record, plateau_of(record), drive.profile)
     run = partial(integrate, profile, drive, record.initial_stiffness)
-    return best(run, repeats=20), run().steps
+    return _time_and_memory(run, repeats=20), run().steps
