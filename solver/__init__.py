@@ -9,14 +9,14 @@ the spring force shows static friction, kinetic friction and stick-slip. All is 
 in G, forces in G·L_x·L_y; `Scales` leads back to SI.
 
     from solver import Case, Slab, friction_record, plateau_of
-    record = friction_record(Case(intrinsic_friction=0.5, radius=200.0, slab=Slab(n_x=129)))
+    record = friction_record(Case(intrinsic_friction=0.5, radius=200.0, slab=Slab(n_x=129, scheme="biquadratic")))
     print(plateau_of(record).mean)
 
 paper             module
 ----------------  ------------------------------------------------------------
 §2.1.2            grid (the binary hierarchy), support (Figure 1)
 Eq. 8-10          interpolation
-Eq. 1-7, 11       schemes/ (biquadratic: the paper's stencil)
+Eq. 1-7, 11       schemes/ (biquadratic: the paper's stencil, galerkin: finite elements on grading's rows, half_plane)
 §2.1.4            boundary_value (the mixed problem), compliance (condensation)
 §2.1.1            pin, tableau, contact (first touch), sliding (events), coulomb (residual 1)
 §3.2.1            plateau (steady part of a record), observables (event statistics)

@@ -10,7 +10,7 @@ from typing import Any, Literal, get_args
 
 from solver.outcome import InvalidInput
 
-Scheme = Literal["biquadratic"]
+Scheme = Literal["biquadratic", "galerkin", "half_plane"]
 Support = Literal["bonded", "frictionless", "right_side"]
 FirstSpacing = Literal["equal", "doubling"]
 PinShape = Literal["parabola", "flat_punch"]
@@ -31,6 +31,15 @@ _CHOICES: dict[str, tuple[str, ...]] = {
     "integrator": get_args(Integrator),
     "profile": get_args(ProfileShape),
 }
+
+SCHEME_OF: dict[str, Scheme] = {
+    "first_spacing": "biquadratic",
+    "rows": "biquadratic",
+    "rows_per_level": "galerkin",
+    "coarsest_row": "galerkin",
+    "bottom_row": "galerkin",
+}
+"""Fields of a slab that belong to one scheme."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -103,33 +112,69 @@ class Slab:
     """The elastic slab and its discretization: all that a surface compliance depends on.
 
     n_x: surface nodes, 2^N + 1 with N ≥ 2. aspect_ratio: L_z/L_x. poisson: ν in (-1, 0.5).
-    rows: node rows from 3 to N + 1; None takes them all, as the paper does.
+    scheme: `galerkin` (finite elements that converge), `biquadratic` (the paper's stencil) or `half_plane` (closed form;
+    nothing holds it, so it takes no `support`, and its aspect_ratio is only the depth that displacements are seen from).
+
+    The other fields belong to one scheme, whose defaults replace None; elsewhere they stay None.
+    biquadratic: first_spacing of the rows (`equal`); rows from 3 to N + 1 (all of them, as the paper does).
+    galerkin: rows_per_level until the next row has half the intervals (2); coarsest_row and bottom_row, nodes of the
+    coarsest row and of the bottom one, 2^q + 1 (spacing at most min(1, aspect_ratio)/16, and a quarter of that).
     """
 
     n_x: int = 129
     aspect_ratio: float = 1.0
     poisson: float = 1.0 / 3.0
     support: Support = "bonded"
-    scheme: Scheme = "biquadratic"
-    first_spacing: FirstSpacing = "equal"
+    scheme: Scheme = "galerkin"
+    first_spacing: FirstSpacing | None = None
     rows: int | None = None
+    rows_per_level: int | None = None
+    coarsest_row: int | None = None
+    bottom_row: int | None = None
 
     def __post_init__(self) -> None:
         _take_declared_types(self)
-        levels = round(math.log2(self.n_x - 1)) if self.n_x > 1 else 0
-        _require(
-            "n_x", self.n_x, levels >= 2 and self.n_x == 2**levels + 1, "2^N + 1 with N ≥ 2: 5, 9, 17, 33, 65, 129 …"
-        )
+        levels = _levels(self.n_x)
+        _require("n_x", self.n_x, levels >= 2, "2^N + 1 with N ≥ 2: 5, 9, 17, 33, 65, 129 …")
         _require("aspect_ratio", self.aspect_ratio, self.aspect_ratio > 0.0, "aspect_ratio > 0")
         _require("poisson", self.poisson, -1.0 < self.poisson < 0.5, "-1 < poisson < 0.5")
-        object.__setattr__(self, "rows", levels + 1 if self.rows is None else self.rows)
-        _require("rows", self.rows, 3 <= self.row_count <= levels + 1, f"3 to {levels + 1} rows at n_x = {self.n_x}")
+        for name, scheme in SCHEME_OF.items():
+            given = getattr(self, name)
+            _require(name, given, given is None or scheme == self.scheme, f'scheme = "{scheme}"')
+        if self.scheme == "biquadratic":
+            self._fill_in("first_spacing", "equal")
+            self._fill_in("rows", levels + 1)
+            _require(
+                "rows", self.rows, 3 <= int(self.rows or 0) <= levels + 1, f"3 to {levels + 1} rows at n_x = {self.n_x}"
+            )
+        elif self.scheme == "galerkin":
+            self._grade(levels)
+        else:
+            _require("support", self.support, self.support == "bonded", 'scheme = "galerkin" or "biquadratic"')
 
-    @property
-    def row_count(self) -> int:
-        """Number of node rows, `rows` with its default filled in."""
-        assert self.rows is not None  # filled in when made
-        return self.rows
+    def _grade(self, levels: int) -> None:
+        """Fill in and check the numbers of the graded hierarchy."""
+        self._fill_in("rows_per_level", 2)
+        _require("rows_per_level", self.rows_per_level, int(self.rows_per_level or 0) >= 1, "at least 1")
+        coarsest = min(levels, max(1, math.ceil(math.log2(16.0 / min(1.0, self.aspect_ratio)))))
+        if self.bottom_row is not None:
+            coarsest = min(coarsest, max(1, _levels(self.bottom_row)))
+        self._fill_in("coarsest_row", 2**coarsest + 1)
+        self._fill_in("bottom_row", 2 ** min(levels, max(1, _levels(self.coarsest_row)) + 2) + 1)
+        for name in ("coarsest_row", "bottom_row"):
+            nodes = getattr(self, name)
+            allowed = 1 <= _levels(nodes) <= levels
+            _require(name, nodes, allowed, f"2^q + 1 from 3 to {self.n_x} nodes at n_x = {self.n_x}")
+        _require(
+            "bottom_row",
+            self.bottom_row,
+            int(self.bottom_row or 0) >= int(self.coarsest_row or 0),
+            f"at least coarsest_row = {self.coarsest_row}",
+        )
+
+    def _fill_in(self, name: str, default: object) -> None:
+        if getattr(self, name) is None:
+            object.__setattr__(self, name, default)
 
     @property
     def spacing(self) -> float:
@@ -270,6 +315,12 @@ class Scales:
         return math.sqrt(pin_mass / self.stiffness)
 
 
+def _levels(nodes: int | None) -> int:
+    """q of a row of 2^q + 1 nodes; 0 where there is none."""
+    intervals = (nodes or 0) - 1
+    return intervals.bit_length() - 1 if intervals > 0 and intervals & (intervals - 1) == 0 else 0
+
+
 def _require(name: str, value: object, allowed: bool, need: str) -> None:
     if not allowed:
         raise InvalidInput(f"{name} = {value!r}: needs {need}")
@@ -282,7 +333,8 @@ def _take_declared_types(value: Any) -> None:
         kind = str(item.type)
         if item.name in _CHOICES:
             allowed = _CHOICES[item.name]
-            _require(item.name, given, given in allowed, "one of " + ", ".join(allowed))
+            optional = given is None and type(None) in get_args(item.type)
+            _require(item.name, given, optional or given in allowed, "one of " + ", ".join(allowed))
         elif item.type is bool:
             _require(item.name, given, isinstance(given, bool), "true or false")
         elif "float" in kind and given is not None:

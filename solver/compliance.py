@@ -1,10 +1,11 @@
 """Condense the slab to its surface (§2.1.4, Eq. 11): [u; w] = C [f_x; f_z] for nodal forces on the top row.
 
-Row j of the hierarchy couples to its neighbours only (the boundary rows reach one further, so the two top and the two
-bottom rows are taken together): the stiffness is block tridiagonal and the interior is eliminated row by row, from the
-bottom up, with dense blocks, even and odd fields apart (parity.py).
+A group of rows, as the scheme names them, couples to its neighbours only: the stiffness is block tridiagonal and the
+interior is eliminated group by group, from the bottom up, with dense blocks, even and odd fields apart (parity.py). The
+half-plane is in closed form and needs none of this.
 """
 
+from collections.abc import Callable
 from dataclasses import dataclass
 
 import numpy as np
@@ -15,10 +16,11 @@ from numpy.typing import NDArray
 from solver.case import FirstSpacing, Scheme, Slab, Support
 from solver.outcome import SingularOperator
 from solver.parity import row_bases
-from solver.schemes import Stiffness, stiffness
+from solver.schemes import Stiffness, half_plane, stiffness
 from solver.schemes.stiffness import Sparse
 
 Dense = NDArray[np.float64]
+Solve = Callable[[Dense, Dense], Dense]
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -44,9 +46,14 @@ class SurfaceCompliance:
 
     @property
     def widths(self) -> NDArray[np.float64]:
-        """Length of surface that belongs to each node, in L_x, shape (n,): nodal force = traction × width."""
+        """Length of surface that belongs to each node, in L_x, shape (n,): nodal force = traction × width.
+
+        The scheme's own weights: the width of a control volume, or the integral of a node's hat, which is the same. The
+        half-plane goes on beyond its end nodes, whose hats are whole.
+        """
         widths = np.full(self.slab.n_x, self.slab.spacing)
-        widths[[0, -1]] /= 2
+        if self.slab.scheme != "half_plane":
+            widths[[0, -1]] /= 2
         return widths
 
 
@@ -65,20 +72,27 @@ def surface_compliance(
     aspect_ratio: float = 1.0,
     poisson: float = 1.0 / 3.0,
     support: Support = "bonded",
-    scheme: Scheme = "biquadratic",
-    first_spacing: FirstSpacing = "equal",
+    scheme: Scheme = "galerkin",
+    first_spacing: FirstSpacing | None = None,
     rows: int | None = None,
+    rows_per_level: int | None = None,
+    coarsest_row: int | None = None,
+    bottom_row: int | None = None,
 ) -> SurfaceCompliance:
     """The surface compliance of a slab given by its dimensionless numbers (see `Slab`).
 
     Raises InvalidInput for a value out of range, SingularOperator where the slab can move freely.
     """
-    return slab_compliance(Slab(n_x, aspect_ratio, poisson, support, scheme, first_spacing, rows))
+    given = (first_spacing, rows, rows_per_level, coarsest_row, bottom_row)
+    return slab_compliance(Slab(n_x, aspect_ratio, poisson, support, scheme, *given))
 
 
 def slab_compliance(slab: Slab) -> SurfaceCompliance:
-    """The surface compliance of `slab`. Raises SingularOperator where a block cannot be inverted."""
-    matrix = _condense(stiffness(slab))
+    """The surface compliance of `slab`, exactly symmetric where its scheme is reciprocal.
+
+    Raises SingularOperator where a block cannot be inverted, InvalidInput where the half-plane's datum is too near.
+    """
+    matrix = half_plane(slab) if slab.scheme == "half_plane" else _condense(stiffness(slab))
     matrix.setflags(write=False)
     return SurfaceCompliance(matrix, slab)
 
@@ -88,25 +102,29 @@ def _condense(k: Stiffness) -> Dense:
     n = int(k.grid.counts[0])
     surface = np.concatenate((np.arange(n), k.grid.nodes + np.arange(n)))
     full, total = k.matrix, np.zeros((2 * n, 2 * n))
+    solve = _solve_symmetric if k.symmetric else _solve
     for rows in row_bases(k):
         top = rows[0][surface]
-        total += top @ (top @ _surface_inverse(full, rows).T).T
-    return total
+        groups = [_joined(*(rows[row] for row in group)) for group in k.row_groups]
+        total += top @ (top @ _surface_inverse(full, groups, top.shape[1], solve).T).T
+    return (total + total.T) / 2 if k.symmetric else total
 
 
-def _surface_inverse(full: Sparse, rows: list[Sparse]) -> Dense:
-    """Eliminate every row but the first, from the bottom up, S_b ← A_bb - A_b,b+1 S_(b+1)⁻¹ A_b+1,b; invert what is left."""
-    first, second, *inner = [row for row in rows if row.shape[1]]  # a bonded bottom row has nothing to eliminate
-    groups = [_joined(first, second), *inner[:-2], *([_joined(*inner[-2:])] if inner else [])]
-    below = groups[-1]
+def _surface_inverse(full: Sparse, groups: list[Sparse], surface: int, solve: Solve) -> Dense:
+    """Eliminate every group but the first, from the bottom up, S_b ← A_bb - A_b,b+1 S_(b+1)⁻¹ A_b+1,b; invert what is left.
+
+    The surface's are the first so many fields of the first group.
+    """
+    below, *above = [group for group in reversed(groups) if group.shape[1]]  # a bonded row has nothing to eliminate
     schur = (below.T @ full @ below).toarray()
-    for here in reversed(groups[:-1]):
+    for here in above:
         from_here = (below.T @ full @ here).toarray()
-        schur = (here.T @ full @ here).toarray() - (here.T @ full @ below) @ _solve(schur, from_here)
+        schur = (here.T @ full @ here).toarray() - (here.T @ full @ below) @ solve(schur, from_here)
         below = here
-    m = first.shape[1]
-    surface = schur[:m, :m] - schur[:m, m:] @ _solve(schur[m:, m:], schur[m:, :m])
-    return _solve(surface, np.eye(m))
+    if surface < len(schur):
+        inner = solve(schur[surface:, surface:], schur[surface:, :surface])
+        schur = schur[:surface, :surface] - schur[:surface, surface:] @ inner
+    return solve(schur, np.eye(surface))
 
 
 def _joined(*rows: Sparse) -> Sparse:
@@ -117,11 +135,23 @@ def _solve(matrix: Dense, right: Dense) -> Dense:
     """matrix⁻¹ right, refused where the reciprocal condition number is below machine precision."""
     norm = np.abs(matrix).sum(axis=0).max(initial=0.0)
     factors, pivots, info = la.lapack.dgetrf(matrix)
-    reciprocal_condition = 0.0 if info else float(la.lapack.dgecon(factors, norm)[0])
+    _check(0.0 if info else float(la.lapack.dgecon(factors, norm)[0]))
+    solution, _ = la.lapack.dgetrs(factors, pivots, right)
+    return np.asarray(solution)
+
+
+def _solve_symmetric(matrix: Dense, right: Dense) -> Dense:
+    """The same for a symmetric positive definite matrix, in half the time."""
+    norm = np.abs(matrix).sum(axis=0).max(initial=0.0)
+    factor, info = la.lapack.dpotrf(matrix)
+    _check(0.0 if info else float(la.lapack.dpocon(factor, norm)[0]))
+    solution, _ = la.lapack.dpotrs(factor, right)
+    return np.asarray(solution)
+
+
+def _check(reciprocal_condition: float) -> None:
     if reciprocal_condition < np.finfo(float).eps:
         raise SingularOperator(
             f"the slab's stiffness is singular (reciprocal condition {reciprocal_condition:.1e}): "
             "check that the support restrains it, and that poisson is not too close to 0.5"
         )
-    solution, _ = la.lapack.dgetrs(factors, pivots, right)
-    return np.asarray(solution)

@@ -1,4 +1,6 @@
-"""The binary hierarchy of nodes (§2.1.2): two fine rows on top, each further row with half the intervals.
+"""Rows of nodes, and the paper's binary hierarchy of them (§2.1.2).
+
+That has two fine rows on top and half the intervals in each further row.
 
 Coordinates are in L_x: x from 0 to 1 along the surface, z upwards from the surface (z = 0) to the bottom
 (z = -L_z/L_x). Nodes are numbered row by row from the surface down, left to right.
@@ -61,8 +63,9 @@ class Grid:
 
 
 def binary_hierarchy(slab: Slab) -> Grid:
-    """The grid of `slab`: row spacings in the ratio 1, 1, 2, 4, … (`equal`) or 1, 2, 4, 8, … (`doubling`)."""
-    rows = slab.row_count
+    """The grid of a slab of scheme `biquadratic`: row spacings as 1, 1, 2, 4, … (`equal`) or 1, 2, 4, 8, … (`doubling`)."""
+    rows = slab.rows
+    assert rows  # filled in when made
     intervals = [(slab.n_x - 1) // 2 ** max(row - 1, 0) for row in range(rows)]
     if slab.first_spacing == "equal":
         steps = np.array([1.0] + [2.0**row for row in range(rows - 2)])

@@ -35,3 +35,14 @@ def integral(basis: Basis, lower: float, upper: float) -> NDArray[np.float64]:
     """Integral of each polynomial from lower to upper, shape (m,)."""
     primitive = polynomial.polyint(basis.T)
     return np.asarray(polynomial.polyval(upper, primitive) - polynomial.polyval(lower, primitive))
+
+
+def slopes(basis: Basis) -> Basis:
+    """Derivatives of the polynomials, as polynomials of their own, shape (m, m - 1)."""
+    return np.asarray(polynomial.polyder(basis.T), np.float64).T
+
+
+def gram(first: Basis, second: Basis, lower: float, upper: float) -> NDArray[np.float64]:
+    """Integrals from lower to upper of the products of two sets of polynomials, shape (polynomials, polynomials)."""
+    products = [[polynomial.polymul(one, other) for other in second] for one in first]
+    return np.array([[float(integral(product[None], lower, upper)[0]) for product in row] for row in products])

@@ -13,8 +13,9 @@ from solver.grid import Grid
 def restrained(grid: Grid, support: Support) -> tuple[NDArray[np.bool_], NDArray[np.bool_]]:
     """Nodes with u = 0 and nodes with w = 0, two masks of shape (nodes,).
 
-    `bonded`: u = 0 along the bottom. `frictionless`: u = 0 at the bottom's middle node only. `right_side`: u = 0 along
-    the right side below the surface; the surface corner stays free because the pin may hold it.
+    `bonded`: u = 0 along the bottom. `frictionless`: u = 0 at the bottom's middle node only, a point restraint: under a
+    tangential load, displacements grow as the logarithm of the refinement there. `right_side`: u = 0 along the right side
+    below the surface; the surface corner stays free because the pin may hold it.
     """
     bottom = grid.row_nodes(grid.rows - 1)
     fixed_u = np.zeros(grid.nodes, dtype=np.bool_)

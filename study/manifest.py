@@ -13,7 +13,7 @@ from functools import partial
 from pathlib import Path
 from typing import Any, Literal, get_args
 
-from solver.case import Scales
+from solver.case import SCHEME_OF, Scales
 from solver.outcome import InvalidInput
 from study.columns import Columns, Given, Table, read_table, read_text
 from study.drives import NamedDrive
@@ -127,8 +127,8 @@ class _Reader:
         axes = table.columns if table else self._axes(top.get("axes", {}))
         fixed = {name: self._words(name, top.get(name, {})) for name in TABLES}
         self._one_place(axes, fixed)
-        finest = _finest([*axes.get("n_x", []), *fixed["numerics"].get("n_x", [])])
-        constants = {name: _single(self._values(part, finest)) for name, part in fixed.items()}
+        slabs = _slabs({**fixed["numerics"], **axes})
+        constants = {name: _single(self._values(part, slabs)) for name, part in fixed.items()}
         scales = Scales(**self._checked("scales", top.get("scales", {}), Scales))
         stages = self._stages(top)
         outputs = self._outputs(top.get("outputs", {}), stages)
@@ -140,7 +140,7 @@ class _Reader:
             title=top.get("title", ""),
             stages=stages,
             design="table" if table else self._design(top, axes),
-            axes=self._values(axes, finest),
+            axes=self._values(axes, slabs),
             constants=constants["constants"],
             numerics=constants["numerics"],
             slip_rule=constants["slip"],
@@ -242,18 +242,20 @@ class _Reader:
                 if word in axes:
                     self._refuse(f"{table}.{word}", "is an axis too: needs one place")
 
-    def _values(self, columns: Columns, finest: dict[str, Value]) -> dict[str, tuple[Value, ...]]:
-        """Values in their declared type by field name; those out of range are refused and left out."""
+    def _values(self, columns: Columns, slabs: list[dict[str, Value]]) -> dict[str, tuple[Value, ...]]:
+        """Values in their declared type by field name; those that fit none of the slabs are refused and left out."""
         values: dict[str, tuple[Value, ...]] = {}
         for word, given in columns.items():
             name = field_name(word)
             taken = []
             for where, value in given:
-                point = {**(finest if name == "rows" else {}), name: value}
-                if wrong := need(make_case, point):
-                    self.problems.append(f"{where} = {shown(value)}: {wrong}")
+                points = [{**slab, name: value} for slab in slabs] if name in SCHEME_OF else [{name: value}]
+                wrong = {index: need(make_case, point) for index, point in enumerate(points)}
+                fitting = [point for index, point in enumerate(points) if not wrong[index]]
+                if fitting:
+                    taken.append(flat(make_case(fitting[0]))[name])
                 else:
-                    taken.append(flat(make_case(point))[name])
+                    self.problems.append(f"{where} = {shown(value)}: {list(wrong.values())[-1]}")
             values[name] = tuple(value for value in taken if value is not None)
         return values
 
@@ -301,10 +303,14 @@ class _Reader:
         return drive
 
 
-def _finest(sizes: list[Given]) -> dict[str, Value]:
-    """The largest n_x of a campaign, as a parameter: rows that fit no case fit not even there."""
-    fitting = [given.value for given in sizes if not need(make_case, {"n_x": given.value})]
-    return {"n_x": max(fitting)} if fitting else {}
+def _slabs(numerics: Columns) -> list[dict[str, Value]]:
+    """The campaign's schemes on its largest n_x, as parameters: a scheme's own values that fit none of them fit no case."""
+    good = {
+        word: [given.value for given in numerics.get(word, []) if not need(make_case, {word: given.value})]
+        for word in ("n_x", "scheme")
+    }
+    finest: dict[str, Value] = {"n_x": max(good["n_x"])} if good["n_x"] else {}
+    return [{**finest, "scheme": scheme} for scheme in good["scheme"]] or [finest]
 
 
 def _single(columns: dict[str, tuple[Value, ...]]) -> dict[str, Value]:

@@ -12,7 +12,17 @@ Value = float | int | str
 
 TABLES: dict[str, tuple[str, ...]] = {
     "constants": ("intrinsic_friction", "radius", "load", "poisson", "aspect_ratio", "pin", "half_width"),
-    "numerics": ("n_x", "scheme", "support", "first_spacing", "rows", "first_touch"),
+    "numerics": (
+        "n_x",
+        "scheme",
+        "support",
+        "rows_per_level",
+        "coarsest_row",
+        "bottom_row",
+        "first_spacing",
+        "rows",
+        "first_touch",
+    ),
     "slip": ("order", "residual", "event_floor", "cascade_limit"),
     "effects": ("friction", "coupling", "pin_translation"),
     "heterogeneity": ("distribution", "spread", "seed"),
@@ -42,7 +52,7 @@ def field_name(word: str) -> str:
 
 
 def make_case(parameters: Mapping[str, Any]) -> Case:
-    """The case with these fields, the paper's values for the rest.
+    """The case with these fields, defaults for the rest.
 
     A displacement limit without an event limit stands alone. Raises InvalidInput with the field, value and range.
     """

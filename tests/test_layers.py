@@ -13,6 +13,7 @@ ORDER = {
         "outcome",
         "case",
         "grid",
+        "grading",
         "interpolation",
         "support",
         "schemes",

@@ -1,15 +1,27 @@
-"""Discretizations of the elastic slab, one per file, behind one door: a slab's grid, material and support -> stiffness."""
+"""Discretizations of the elastic slab, one per file, behind two doors.
+
+`stiffness`: the schemes that have a grid, from its grid, material and support. `half_plane`: closed form, the surface's
+compliance straight away. `solver.compliance.slab_compliance` takes any of them.
+"""
 
 from solver.case import Slab
+from solver.grading import graded_hierarchy
 from solver.grid import binary_hierarchy
+from solver.outcome import InvalidInput
 from solver.schemes.biquadratic import biquadratic
+from solver.schemes.galerkin import galerkin
+from solver.schemes.half_plane import half_plane
 from solver.schemes.stiffness import Stiffness
 
-SCHEMES = {"biquadratic": biquadratic}
+SCHEMES = {"biquadratic": (binary_hierarchy, biquadratic), "galerkin": (graded_hierarchy, galerkin)}
+"""Scheme with a grid -> how its grid and its stiffness are made."""
 
-__all__ = ["SCHEMES", "Stiffness", "stiffness"]
+__all__ = ["SCHEMES", "Stiffness", "half_plane", "stiffness"]
 
 
 def stiffness(slab: Slab) -> Stiffness:
-    """The matrices of Eq. 11 for `slab`, by the scheme that it names."""
-    return SCHEMES[slab.scheme](binary_hierarchy(slab), slab.poisson, slab.support)
+    """The matrices of Eq. 11 for `slab`, by the scheme that it names. Raises InvalidInput where that has no grid."""
+    if slab.scheme not in SCHEMES:
+        raise InvalidInput(f"scheme = {slab.scheme!r}: needs one that has a grid: {', '.join(SCHEMES)}")
+    grid_of, scheme = SCHEMES[slab.scheme]
+    return scheme(grid_of(slab), slab.poisson, slab.support)

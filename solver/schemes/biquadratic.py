@@ -40,7 +40,18 @@ def biquadratic(grid: Grid, poisson: float, support: Support) -> Stiffness:
         k_w=block([-(lame + 2) * p.dz_on_ends - p.dx_on_sides for p in parts]),
         fixed_u=fixed_u,
         fixed_w=fixed_w,
+        row_groups=_row_groups(grid.rows, bottom_free=not (fixed_u & fixed_w)[grid.row_nodes(grid.rows - 1)].all()),
+        symmetric=False,
     )
+
+
+def _row_groups(rows: int, *, bottom_free: bool) -> tuple[tuple[int, ...], ...]:
+    """Rows couple to their neighbours, but boundary rows reach one further: the two top and the two bottom rows go together.
+
+    A bottom row without free displacements does not count; it goes with the two above it.
+    """
+    last = max(2, rows - 2 if bottom_free else rows - 3)
+    return ((0, 1), *((row,) for row in range(2, last)), tuple(range(last, rows)))
 
 
 @dataclass(frozen=True, slots=True, eq=False)

@@ -1,6 +1,7 @@
 """A case means one physics point: equal numbers are equal cases, and nonsense is refused by name."""
 
 import math
+import re
 
 import pytest
 
@@ -11,7 +12,38 @@ from solver.outcome import InvalidInput
 def test_whole_numbers_and_reals_make_the_same_case() -> None:
     assert Case(radius=200, load=1e-3) == Case(radius=200.0, load=1e-3)
     assert Slab(n_x=129.0) == Slab(n_x=129)  # type: ignore[arg-type]
-    assert Slab(n_x=33, rows=None) == Slab(n_x=33, rows=6)
+
+
+def test_a_default_spelled_out_makes_the_same_slab() -> None:
+    assert Slab(33, scheme="biquadratic") == Slab(33, scheme="biquadratic", rows=6, first_spacing="equal")
+    graded = Slab(129, rows_per_level=2, coarsest_row=17, bottom_row=65)
+    assert Slab(129) == graded
+    assert hash(Slab(129)) == hash(graded)
+
+
+def test_each_scheme_takes_its_own_numbers_only() -> None:
+    with pytest.raises(InvalidInput, match='rows = 6: needs scheme = "biquadratic"'):
+        Slab(33, rows=6)
+    with pytest.raises(InvalidInput, match="first_spacing = 'equal': needs scheme = \"biquadratic\""):
+        Slab(33, first_spacing="equal")
+    with pytest.raises(InvalidInput, match='rows_per_level = 2: needs scheme = "galerkin"'):
+        Slab(33, scheme="biquadratic", rows_per_level=2)
+    with pytest.raises(InvalidInput, match='coarsest_row = 5: needs scheme = "galerkin"'):
+        Slab(33, scheme="half_plane", coarsest_row=5)
+    with pytest.raises(InvalidInput, match="support = 'right_side': needs scheme"):
+        Slab(33, scheme="half_plane", support="right_side")
+
+
+@pytest.mark.parametrize("n_x", [5, 33, 4097])
+@pytest.mark.parametrize("aspect_ratio", [1e-3, 0.25, 1.0, 100.0])
+def test_the_default_grading_is_good_or_as_good_as_the_surface(n_x: int, aspect_ratio: float) -> None:
+    slab = Slab(n_x, aspect_ratio)
+    assert slab.coarsest_row is not None
+    assert slab.bottom_row is not None
+    assert slab.coarsest_row == n_x or slab.coarsest_row - 1 >= 16 / min(1.0, aspect_ratio)
+    assert slab.bottom_row == min(n_x, 4 * (slab.coarsest_row - 1) + 1)
+    assert Slab(n_x, aspect_ratio, bottom_row=3).coarsest_row == 3
+    assert Slab(n_x, aspect_ratio, coarsest_row=n_x).bottom_row == n_x
 
 
 @pytest.mark.parametrize(
@@ -25,8 +57,13 @@ def test_whole_numbers_and_reals_make_the_same_case() -> None:
         (lambda: Slab(poisson=0.5), "poisson = 0.5"),
         (lambda: Slab(poisson=-1.0), "poisson = -1.0"),
         (lambda: Slab(aspect_ratio=0.0), "aspect_ratio = 0.0"),
-        (lambda: Slab(n_x=33, rows=7), "rows = 7"),
-        (lambda: Slab(n_x=33, rows=2), "rows = 2"),
+        (lambda: Slab(n_x=33, scheme="biquadratic", rows=7), "rows = 7: needs 3 to 6 rows"),
+        (lambda: Slab(n_x=33, scheme="biquadratic", rows=2), "rows = 2: needs 3 to 6 rows"),
+        (lambda: Slab(n_x=33, rows_per_level=0), "rows_per_level = 0: needs at least 1"),
+        (lambda: Slab(n_x=33, coarsest_row=65), "coarsest_row = 65: needs 2^q + 1 from 3 to 33"),
+        (lambda: Slab(n_x=33, coarsest_row=2), "coarsest_row = 2: needs 2^q + 1"),
+        (lambda: Slab(n_x=33, bottom_row=10), "bottom_row = 10: needs 2^q + 1"),
+        (lambda: Slab(n_x=33, coarsest_row=17, bottom_row=9), "bottom_row = 9: needs at least coarsest_row = 17"),
         (lambda: Slab(support="glued"), "support = 'glued'"),  # type: ignore[arg-type]
         (lambda: Case(intrinsic_friction=-0.1), "intrinsic_friction = -0.1"),
         (lambda: Case(intrinsic_friction=math.nan), "intrinsic_friction = nan"),
@@ -45,7 +82,7 @@ def test_whole_numbers_and_reals_make_the_same_case() -> None:
     ],
 )
 def test_a_value_out_of_range_is_refused_by_name_and_value(make: object, name: str) -> None:
-    with pytest.raises(InvalidInput, match=name.replace("(", r"\(")):
+    with pytest.raises(InvalidInput, match=re.escape(name)):
         make()  # type: ignore[operator]
 
 

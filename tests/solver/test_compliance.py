@@ -1,6 +1,7 @@
 """The surface compliance: what a user may rely on whatever the scheme, and what the paper's stencil does not give."""
 
 from dataclasses import replace
+from typing import Any
 
 import numpy as np
 import pytest
@@ -45,10 +46,13 @@ def test_signs_a_node_moves_with_its_force_and_a_drag_dents_ahead() -> None:
 
 
 @pytest.mark.parametrize(
-    ("support", "low", "high"), [("bonded", 0.42, 0.55), ("frictionless", 0.38, 0.55), ("right_side", 1.2, 2.6)]
+    ("support", "low", "high"), [("bonded", 0.42, 0.55), ("frictionless", 0.34, 0.55), ("right_side", 1.2, 2.6)]
 )
 def test_lateral_stiffness_depends_on_the_support(support: Support, low: float, high: float) -> None:
-    """All middle half of the surface moved by 1: 0.42-0.5 G for the bottom restraints, about 2 G for a held side."""
+    """All middle half of the surface moved by 1: 0.42-0.5 G for the bottom restraints, about 2 G for a held side.
+
+    A frictionless bottom is held at a point, which gives way as it is resolved better (0.36 here).
+    """
     compliance = surface_compliance(n_x=N, support=support)
     moved = np.flatnonzero(np.abs(compliance.x) <= 0.29)
     both = np.concatenate((moved, moved + N))
@@ -58,7 +62,7 @@ def test_lateral_stiffness_depends_on_the_support(support: Support, low: float, 
 
 def test_the_paper_stencil_is_neither_reciprocal_nor_converging_in_its_coupling() -> None:
     """A property of the scheme that users are told of: reciprocity fails by far more than rounding."""
-    matrix = surface_compliance(n_x=N).matrix
+    matrix = surface_compliance(n_x=N, scheme="biquadratic").matrix
     asymmetry = np.abs(matrix - matrix.T).max() / np.abs(matrix).max()
     assert 0.01 < asymmetry < 0.5
 
@@ -70,9 +74,15 @@ def test_nodal_widths_tile_the_surface() -> None:
     assert not compliance.matrix.flags.writeable
 
 
-def test_the_keyword_door_and_the_slab_door_are_one() -> None:
-    by_keywords = surface_compliance(n_x=17, aspect_ratio=2.0, poisson=0.2, support="frictionless", rows=4)
-    by_slab = slab_compliance(Slab(n_x=17, aspect_ratio=2.0, poisson=0.2, support="frictionless", rows=4))
+@pytest.mark.parametrize(
+    "grid",
+    [{"scheme": "biquadratic", "rows": 4, "first_spacing": "doubling"},
+     {"rows_per_level": 3, "coarsest_row": 5, "bottom_row": 9}],
+)  # fmt: skip
+def test_the_keyword_door_and_the_slab_door_are_one(grid: dict[str, Any]) -> None:
+    others = {"n_x": 17, "aspect_ratio": 2.0, "poisson": 0.2, "support": "frictionless", **grid}
+    by_keywords = surface_compliance(**others)
+    by_slab = slab_compliance(Slab(**others))
     np.testing.assert_array_equal(by_keywords.matrix, by_slab.matrix)
 
 

@@ -9,7 +9,7 @@ from solver.conditioning import conditioning, explained
 from solver.outcome import COMPLETED, Ending, Outcome
 from tests.physics import coupled_half_plane, half_plane
 
-SLAB = Slab(33)
+SLAB = Slab(33, scheme="biquadratic")
 
 
 def _with_eigenvalues(smallest: float) -> SurfaceCompliance:

@@ -64,7 +64,7 @@ def test_the_name_knows_content_only(tmp_path: Path) -> None:
 @pytest.mark.parametrize(
     "other",
     [
-        "axes.radius = [51]", "axes.rows = [4]", 'axes.support = ["right_side"]', "axes.residual = [0.5]",
+        "axes.radius = [51]", "axes.rows_per_level = [3]", 'axes.support = ["right_side"]', "axes.residual = [0.5]",
         "limits.events = 1999", "limits.displacement = 1e-3", "constants.half_width = 0.2",
     ],
 )  # fmt: skip
@@ -81,13 +81,13 @@ def test_equal_cases_are_refused_naming_both(tmp_path: Path) -> None:
 
 
 def test_a_default_spelled_out_is_the_same_case(tmp_path: Path) -> None:
-    (tmp_path / "cases.csv").write_text("n_x,rows\n17,5\n17,4\n17,5\n")
+    (tmp_path / "cases.csv").write_text("n_x,bottom_row\n17,17\n17,9\n17,17\n")
     with pytest.raises(ManifestError, match="cases 1 and 3 are the same"):
         expand(campaign(tmp_path, 'table = "cases.csv"'))
 
 
 def test_a_point_that_excludes_itself_is_a_case_with_an_outcome(tmp_path: Path) -> None:
-    cases = expand(campaign(tmp_path, "axes.n_x = [17, 33]\nnumerics.rows = 6"))
+    cases = expand(campaign(tmp_path, "axes.n_x = [17, 33]\nnumerics = {rows = 6, scheme = 'biquadratic'}"))
     assert [case.outcome.ending for case in cases] == [Ending.INVALID, Ending.COMPLETED]
     assert cases[0].case is None
     assert cases[0].outcome.message == "rows = 6: needs 3 to 5 rows at n_x = 17"
@@ -107,5 +107,7 @@ def test_every_field_of_a_case_is_a_parameter() -> None:
 
 
 def test_flat_parameters_make_the_case_again() -> None:
-    case = replace(Case(), radius=7.0, slab=Slab(33, rows=4), slip_rule=SlipRule(residual=0.1), max_displacement=1.0)
+    case = replace(
+        Case(), radius=7.0, slab=Slab(33, coarsest_row=5), slip_rule=SlipRule(residual=0.1), max_displacement=1.0
+    )
     assert make_case({name: value for name, value in flat(case).items() if value is not None}) == case

@@ -123,7 +123,7 @@ def test_collecting_what_is_not_finished_says_pending(main, campaign):
 
 
 def test_cases_that_physics_refuses_are_results_and_exit_code_0(main, campaign):
-    text = SMALL.replace("n_x = 17\n", "").replace("[axes]", "[axes]\nrows = [4, 5]\nn_x = [9, 17]")
+    text = SMALL.replace("n_x = 17", 'scheme = "biquadratic"').replace("[axes]", "[axes]\nrows = [4, 5]\nn_x = [9, 17]")
     campaign.write_text(text)
     code, said, _ = main("plan", campaign)
     assert (code, "16 cases, 4 of them refused" in said) == (0, True)

@@ -187,9 +187,11 @@ WRONG = {
     ),
     "residual above 1": ("slip.residual = 1.5", "slip.residual = 1.5: needs 0 ≤ residual ≤ 1"),
     "more rows than any grid has": (
-        "axes.n_x = [17, 33]\nnumerics.rows = 7",
+        "axes.n_x = [17, 33]\nnumerics.rows = 7\nnumerics.scheme = \"biquadratic\"",
         "numerics.rows = 7: needs 3 to 6 rows at n_x = 33",
     ),
+    "rows of another scheme": ("numerics.rows = 5", 'numerics.rows = 5: needs scheme = "biquadratic"'),
+    "level without rows": ("axes.rows_per_level = [2, 0]", "axes.rows_per_level[1] = 0: needs at least 1"),
     "negative scale": ("scales.slab_width = -1", "scales.slab_width = -1: needs slab_width > 0"),
     "output that is a number": ("outputs.records = 1", "outputs.records = 1: needs true or false"),
     "events that are no list": (
@@ -281,7 +283,17 @@ def test_text_in_another_encoding_is_refused(tmp_path: Path) -> None:
 
 
 def test_rows_that_fit_one_grid_of_the_campaign_are_no_error_of_the_file(tmp_path: Path) -> None:
-    assert read(tmp_path, 'title = "x"\naxes.n_x = [17, 33]\nnumerics.rows = 6').numerics == {"rows": 6}
+    assert (
+        read(tmp_path, 'title = "x"\naxes.n_x = [17, 33]\nnumerics = {rows = 6, scheme = "biquadratic"}').numerics[
+            "rows"
+        ]
+        == 6
+    )
+
+
+def test_a_value_of_one_of_the_campaigns_schemes_is_no_error_of_the_file(tmp_path: Path) -> None:
+    text = 'title = "x"\naxes.scheme = ["galerkin", "biquadratic"]\nnumerics.n_x = 17\nnumerics.coarsest_row = 5'
+    assert read(tmp_path, text).numerics == {"n_x": 17, "coarsest_row": 5}
 
 
 def test_the_reference_names_every_parameter() -> None:

@@ -83,7 +83,7 @@ def test_each_case_knows_its_tasks(tmp_path: Path) -> None:
 
 
 def test_an_excluded_case_has_no_tasks(tmp_path: Path) -> None:
-    planned = plan(tmp_path, "axes.n_x = [17, 33]\nnumerics.rows = 6")
+    planned = plan(tmp_path, "axes.n_x = [17, 33]\nnumerics = {rows = 6, scheme = 'biquadratic'}")
     excluded = planned.case_tasks[planned.cases[0].case_id]
     assert (excluded.compliance, excluded.friction, dict(excluded.drives)) == (None, None, {})
     assert len(planned.tasks) == 2

@@ -42,7 +42,7 @@ def test_a_compliance_is_known_by_its_slab_alone() -> None:
     other = replace(CASE, intrinsic_friction=0.1, radius=9.0, slip_rule=SlipRule(residual=0.5))
     assert friction_task(other).needs == friction_task(CASE).needs == (compliance_task(Slab(33)).key,)
     assert compliance_task(Slab(33, poisson=0.3)).key != compliance_task(Slab(33)).key
-    assert compliance_task(Slab(33, rows=6)).key == compliance_task(Slab(33)).key  # 6 rows are all there are
+    assert compliance_task(Slab(33, rows_per_level=2)).key == compliance_task(Slab(33)).key  # the default
 
 
 def test_a_friction_record_is_known_without_the_drive() -> None:
@@ -191,7 +191,7 @@ def test_a_drive_measures_its_friction() -> None:
     """
     record, result = friction(CASE), drive(CASE)
     measured, plateau = result.scalars, record.scalars["plateau_mean"]
-    assert measured["macroscopic_slips"] == len(result.arrays["slip_time"]) == 2
+    assert measured["macroscopic_slips"] == len(result.arrays["slip_time"]) >= 1
     assert measured["kinetic_friction"] == pytest.approx(plateau, abs=5 * measured["kinetic_friction_uncertainty"])
     assert plateau < measured["static_friction"] < 1.01 * record.scalars["peak_friction"]
     assert measured["fitted_static_friction"] == pytest.approx(measured["static_friction"], rel=0.01)

@@ -1,0 +1,125 @@
+"""Energy-consistent discretization on the graded hierarchy: symmetric, conservative, convergent.
+
+The slab is cut into strips of three node rows. In a strip both displacements are Σ_k L_k(z) φ_k(x): L_k are the Lagrange
+quadratics through its rows, φ_k is piecewise quadratic over the nodes of row k (elements two spacings wide). Every row's
+intervals are halves or doubles of its neighbour's, so all φ_k lie in the piecewise quadratics of the strip's finest row:
+fields are continuous, there are no hanging nodes, and the strip is one row of ordinary nine-node elements once each φ_k
+is prolonged to that mesh. The virtual work of the stresses (Eq. 3),
+
+    ∫ (λ+2)(u_x δu_x + w_z δw_z) + λ(u_x δw_z + w_z δu_x) + (u_z + w_x)(δu_z + δw_x),
+
+is then integrated exactly, as products of one-dimensional matrices: with M = ∫p_i p_j, D = ∫p_i' p_j', B = ∫p_i p_j'
+K_u = (λ+2) M_z⊗D_x + D_z⊗M_x, K_w = (λ+2) D_z⊗M_x + M_z⊗D_x, C_uw = λ B_z⊗B_xᵀ + B_zᵀ⊗B_x, C_wu = C_uwᵀ.
+
+The surface row is piecewise linear instead (a subspace of quadratics of half the width), so that contact and slip
+find all surface nodes alike: a nodal force is ∫ traction·hat.
+"""
+
+from collections.abc import Iterable
+
+import numpy as np
+import scipy.sparse as sp
+from numpy.typing import NDArray
+
+from solver.case import Support
+from solver.grid import Grid
+from solver.interpolation import gram, lagrange, slopes
+from solver.schemes.stiffness import Sparse, Stiffness
+from solver.support import restrained
+
+Dense = NDArray[np.float64]
+
+
+def galerkin(grid: Grid, poisson: float, support: Support) -> Stiffness:
+    """Stiffness of the slab by finite elements: symmetric, conservative, positive definite once supported."""
+    strips = range(0, grid.rows - 1, 2)
+    cells = [_cells(grid, strip) for strip in strips]
+    fields = _prolongation(grid, cells)
+    blocks = [_element_blocks(grid, strip, 1.0 / width, poisson) for strip, width in zip(strips, cells, strict=True)]
+    k_u, k_w, c_uw = (fields.T @ _assembled(cells, block) @ fields for block in zip(*blocks, strict=True))
+    fixed_u, fixed_w = restrained(grid, support)
+    return Stiffness(
+        grid=grid,
+        k_u=sp.csr_array(k_u),
+        c_uw=sp.csr_array(c_uw),
+        c_wu=sp.csr_array(c_uw.T),
+        k_w=sp.csr_array(k_w),
+        fixed_u=fixed_u,
+        fixed_w=fixed_w,
+        row_groups=((0,), *((row + 1, row + 2) for row in strips)),
+        symmetric=True,
+    )
+
+
+def _cells(grid: Grid, strip: int) -> int:
+    """Elements of the strip below row `strip`: as fine as its finest row, the surface's hats needing two per quadratic."""
+    quadratic = (int(grid.counts[strip : strip + 3].max()) - 1) // 2
+    return 2 * quadratic if strip == 0 else quadratic
+
+
+def _element_blocks(grid: Grid, strip: int, width: float, poisson: float) -> tuple[Dense, Dense, Dense]:
+    """K_u, K_w and C_uw of one element of a strip, (9, 9) each; its nodes row by row from the top, left to right."""
+    lame = 2 * poisson / (1 - 2 * poisson)  # λ/G
+    z = grid.depths[strip : strip + 3] - grid.depths[strip]
+    mass_z, stiffness_z, mixed_z = _line_matrices([float(depth) for depth in z], float(z[2]), 0.0)
+    mass_x, stiffness_x, mixed_x = _line_matrices([0.0, width / 2, width], 0.0, width)
+    along, across = np.kron(mass_z, stiffness_x), np.kron(stiffness_z, mass_x)
+    coupling = lame * np.kron(mixed_z, mixed_x.T) + np.kron(mixed_z.T, mixed_x)
+    return (lame + 2) * along + across, (lame + 2) * across + along, coupling
+
+
+def _line_matrices(points: list[float], lower: float, upper: float) -> tuple[Dense, Dense, Dense]:
+    """∫p_i p_j, ∫p_i' p_j' and ∫p_i p_j' of the Lagrange polynomials through the points."""
+    basis = lagrange(points)
+    derivatives = slopes(basis)
+    return (
+        gram(basis, basis, lower, upper),
+        gram(derivatives, derivatives, lower, upper),
+        gram(basis, derivatives, lower, upper),
+    )
+
+
+def _assembled(cells: list[int], blocks: Iterable[Dense]) -> Sparse:
+    """Element matrices summed over the cells of every strip; strips have their own three rows of mesh nodes each."""
+    rows, columns, values, first = [], [], [], 0
+    for count, block in zip(cells, blocks, strict=True):
+        across = 2 * count + 1
+        corner = first + 2 * np.arange(count)
+        local = (across * np.arange(3)[:, None] + np.arange(3)).ravel()
+        nodes = corner[:, None] + local
+        rows.append(np.repeat(nodes, 9, axis=1).ravel())
+        columns.append(np.tile(nodes, (1, 9)).ravel())
+        values.append(np.tile(block.ravel(), count))
+        first += 3 * across
+    indices = (np.concatenate(rows), np.concatenate(columns))
+    return sp.csr_array((np.concatenate(values), indices), shape=(first, first))
+
+
+def _prolongation(grid: Grid, cells: list[int]) -> Sparse:
+    """Values of the rows' fields at the mesh nodes of all strips, (mesh nodes, nodes)."""
+    rows, columns, values, first = [], [], [], 0
+    for strip, count in enumerate(cells):
+        for row in range(2 * strip, 2 * strip + 3):
+            nodes, weights = _row_fields(int(grid.counts[row]), 2 * count, linear=row == 0)
+            rows.append(np.repeat(first + np.arange(2 * count + 1), weights.shape[1]))
+            columns.append(grid.row_nodes(row)[0] + nodes.ravel())
+            values.append(weights.ravel())
+            first += 2 * count + 1
+    indices = (np.concatenate(rows), np.concatenate(columns))
+    matrix = sp.csr_array((np.concatenate(values), indices), shape=(first, grid.nodes))
+    matrix.eliminate_zeros()
+    return matrix
+
+
+def _row_fields(count: int, intervals: int, *, linear: bool) -> tuple[NDArray[np.int64], Dense]:
+    """Nodes of a row of `count` and their weights at each end of `intervals` equal intervals, shapes (intervals + 1, m).
+
+    All numbers are small multiples of powers of two, so weights at the row's own nodes are exactly 0 and 1.
+    """
+    order = 1 if linear else 2
+    elements = (count - 1) // order
+    place = np.arange(intervals + 1) * elements / intervals
+    element = np.minimum(place.astype(np.int64), elements - 1)
+    t = place - element
+    weights = [1 - t, t] if linear else [(1 - t) * (1 - 2 * t), 4 * t * (1 - t), t * (2 * t - 1)]
+    return order * element[:, None] + np.arange(order + 1), np.stack(weights, axis=1)

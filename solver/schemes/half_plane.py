@@ -1,0 +1,58 @@
+"""An elastic half-plane in closed form: the limit of a slab that is wide and deep beside its contact.
+
+A line force on the surface of a half-plane moves the surface at distance x by (Flamant, in units of 1/G)
+
+    along itself    (1-ν)/π ln(D/|x|) + datum,    datum = 1/(2π) for a tangential force, -1/(2π) for a normal one,
+    across itself   ±(1-2ν)/4 sign(x)             (a drag dents the surface ahead; a pull draws it together).
+
+A half-plane has no place at rest, so displacements are relative to the point of the interior at the depth D below the
+force. With Flamant's interior field the displacement along the force at distance D is, less a common rigid motion,
+-(1-ν)/π ln D under a normal force (θ = 0) and -(1-ν)/π ln D - 1/(2π) under a tangential one (θ = π/2), and that of the
+surface -(1-ν)/π ln|x| - 1/(2π) and -(1-ν)/π ln|x|: hence the data. D is the slab's height; it decides the approach, and
+nothing that the motion of a pin decides.
+
+A node's force is a hat of traction about it, the end nodes' too, as the half-plane goes on beyond them; displacements are
+taken at the nodes. All of it depends on distance alone: Toeplitz blocks, those along the force even and those across odd.
+"""
+
+import math
+from collections.abc import Callable
+
+import numpy as np
+import scipy.linalg as la
+from numpy.typing import NDArray
+
+from solver.case import Slab
+from solver.outcome import InvalidInput
+
+Dense = NDArray[np.float64]
+
+
+def half_plane(slab: Slab) -> Dense:
+    """The surface compliance of the half-plane, (2n, 2n), exactly symmetric.
+
+    Raises InvalidInput where the aspect ratio is too small: then smooth forces would do negative work, as displacements
+    far from the load, relative to a point so near to it, point the other way.
+    """
+    nu, nodes = slab.poisson, np.arange(slab.n_x)
+    log_distance = math.log(slab.spacing) + _mean_under_hat(_log_primitive, nodes)
+    decay = (1 - nu) / np.pi * (math.log(slab.aspect_ratio) - log_distance)
+    across = la.toeplitz((1 - 2 * nu) / 4 * np.sign(nodes), -(1 - 2 * nu) / 4 * np.sign(nodes))
+    along_x, along_z = (la.toeplitz(decay + datum / (2 * np.pi)) for datum in (1.0, -1.0))
+    matrix = np.block([[along_x, across], [across.T, along_z]])
+    if la.lapack.dpotrf(matrix)[1]:
+        raise InvalidInput(
+            f"aspect_ratio = {slab.aspect_ratio!r}: needs a deeper datum with scheme half_plane (1 suffices for all ν ≥ 0)"
+        )
+    return np.asarray(matrix)
+
+
+def _mean_under_hat(primitive: Callable[[Dense], Dense], nodes: NDArray[np.int64]) -> Dense:
+    """The mean of a function under the hat at distance `nodes`, from the primitive of its primitive; unit spacing."""
+    x = nodes.astype(np.float64)
+    return primitive(x + 1) - 2 * primitive(x) + primitive(x - 1)
+
+
+def _log_primitive(x: Dense) -> Dense:
+    """The primitive of the primitive of ln|x|."""
+    return x**2 * (np.log(np.where(x == 0.0, 1.0, np.abs(x))) / 2 - 0.75)
