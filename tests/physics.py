@@ -49,8 +49,8 @@ def law_errors(state: ContactState, case: Case, compliance: SurfaceCompliance) -
     borne = load * max(case.intrinsic_friction, 1.0)
     moved = float((np.abs(compliance.matrix) @ np.abs(force)).max())
     stray = float(np.abs(state.nodal_force[:, ~inside]).max(initial=0.0))
-    # Forces follow from heights less approach, whose rounding they and all displacements carry.
-    haze = ROUNDING * abs(state.approach)
+    # Forces follow from heights less approach and from displacements along with the pin, whose rounding they carry.
+    haze = ROUNDING * max(abs(state.approach), abs(state.displacement))
     astray = np.abs(compliance.matrix @ force - displacement)
     return {
         "equilibrium": float(np.maximum(astray - haze, 0.0).max()) / moved,

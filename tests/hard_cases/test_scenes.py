@@ -1,0 +1,158 @@
+"""Whatever can be written in a manifest is refused in words, or ends in results that obey the contact's laws or say why not.
+
+Scenes are drawn from far beyond what is sensible; small grids and limits let thousands of them take a minute.
+"""
+
+import json
+import math
+import time
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+from hypothesis import HealthCheck, given, settings
+from hypothesis import strategies as st
+
+from solver.compliance import SurfaceCompliance
+from solver.outcome import Ending
+from solver.sliding import slide_to_state
+from study.manifest import ManifestError, load_manifest
+from study.plan import make_plan
+from study.tasks import TaskResult, run_task
+from tests.physics import assert_contact_laws
+
+LONGEST = 60.0
+"""Seconds after which a scene counts as one that never ends: limits on slips, events and segments keep all below a few."""
+OPEN = ("gap", "restick_time", "restick_position")
+"""What may be infinite or missing: nodes beyond a punch's edges have no pin above them, a last slip may not have ended."""
+
+
+def powers(low: float, high: float) -> st.SearchStrategy[float]:
+    """Numbers from 10^low to 10^high, every order of magnitude as likely."""
+    return st.floats(low, high).map(lambda exponent: 10.0**exponent)
+
+
+def tables(entries: dict[str, st.SearchStrategy[Any]]) -> st.SearchStrategy[dict[str, Any]]:
+    """A table of a manifest with any subset of these keys."""
+    return st.fixed_dictionaries({}, optional=entries)
+
+
+def or_nonsense(sensible: st.SearchStrategy[Any]) -> st.SearchStrategy[Any]:
+    """Mostly a sensible value, now and then what no key takes."""
+    nonsense = st.sampled_from([0, -1, -0.0, math.nan, math.inf, 1e308, 1e-308, "", "none", True, [], 2**70])
+    return st.integers(0, 39).flatmap(lambda dice: nonsense if dice == 0 else sensible)
+
+
+FRICTION = st.one_of(powers(-8, 1), st.sampled_from([0.0, math.inf, 0.5]))
+CONSTANTS = {
+    "intrinsic_friction": or_nonsense(FRICTION),
+    "radius": or_nonsense(powers(-1, 6)),
+    "load": or_nonsense(powers(-12, -1)),
+    "poisson": or_nonsense(st.one_of(st.floats(-0.9, 0.4999), st.sampled_from([0.0, 0.49, 1 / 3]))),
+    "aspect_ratio": or_nonsense(powers(-2, 2)),
+    "pin": st.sampled_from(["parabola", "parabola", "flat_punch"]),
+    "half_width": or_nonsense(st.floats(0.01, 0.5)),
+}
+NUMERICS = {
+    "scheme": st.sampled_from(["biquadratic", "galerkin", "half_plane"]),
+    "support": st.sampled_from(["bonded", "frictionless", "right_side"]),
+    "first_touch": st.sampled_from(["stick", "frictionless", "gradual"]),
+}
+SLIP = {
+    "order": st.sampled_from(["worst_first", "simultaneous"]),
+    "residual": or_nonsense(st.one_of(st.floats(0.0, 1.0), st.sampled_from([0.0, 0.5, 0.999, 1.0]))),
+    "event_floor": or_nonsense(powers(-12, 0)),
+}
+SCALES = {name: or_nonsense(powers(-9, 12)) for name in ("slab_width", "slab_depth", "shear_modulus")}
+DRIVE = {
+    "pin_mass": or_nonsense(powers(-12, 3)),
+    "spring_stiffness": or_nonsense(powers(0, 12)),
+    "damping_ratio": or_nonsense(st.one_of(powers(-3, 1), st.just(0.0))),
+    "stage_velocity": or_nonsense(st.one_of(powers(-9, 1), st.just(0.0))),
+    "duration": or_nonsense(powers(-9, 1)),
+    "integrator": st.sampled_from(["exact", "exact", "rk4"]),
+    "profile": st.sampled_from(["sawtooth", "linear", "mean"]),
+    "time_step": powers(-9, 0),
+}
+
+
+@st.composite
+def scenes(draw: st.DrawFn) -> str:
+    """The text of a manifest."""
+    stages = draw(st.sampled_from([["contact"], ["contact", "slip"], ["contact", "slip", "dynamics"]]))
+    constants, numerics = draw(tables(CONSTANTS)), draw(tables(NUMERICS))
+    numerics["n_x"] = draw(or_nonsense(st.sampled_from([5, 9, 17, 33])))
+    slip = {**draw(tables(SLIP)), "cascade_limit": draw(st.sampled_from([1, 100, 20_000]))}
+    limits: dict[str, Any] = {"events": draw(or_nonsense(st.integers(1, 60)))}
+    if draw(st.booleans()):
+        limits["displacement"] = draw(or_nonsense(powers(-9, 0)))
+    parts = [f"title = 'a scene'\nstages = {_written(stages)}"]
+    sections = {"constants": constants, "numerics": numerics, "slip": slip, "limits": limits}
+    if stages[-1] == "dynamics":
+        sections["scales"] = draw(tables(SCALES))
+        parts[1:] = [f"[[drives]]\nname = 'a'\nsamples = 20\n{_lines(draw(tables(DRIVE)))}"]
+    parts[1:1] = [f"[{name}]\n{_lines(entries)}" for name, entries in sections.items()]
+    return "\n".join(parts)
+
+
+def _lines(entries: dict[str, Any]) -> str:
+    return "\n".join(f"{key} = {_written(value)}" for key, value in entries.items())
+
+
+def _written(value: Any) -> str:
+    """A value in TOML."""
+    return repr(value) if isinstance(value, float) else json.dumps(value)
+
+
+def check(text: str, folder: Path) -> str:
+    """Run a scene and hold it to the laws; returns how it ended."""
+    path = folder / "scene.toml"
+    path.write_text(text)
+    try:
+        plan = make_plan(load_manifest(path))
+    except ManifestError as error:
+        assert str(path) in str(error)
+        return "refused"
+    results: dict[str, TaskResult] = {}
+    for task in plan.tasks:
+        result = results[task.key] = run_task(task, results)
+        assert result.outcome.ok or result.outcome.message, task.kind
+        assert result.outcome.ending is not Ending.CRASHED
+        if result.outcome.ok:
+            _assert_finite(result)
+        if task.kind == "friction" and result.outcome.ok:
+            assert task.case is not None
+            compliance = SurfaceCompliance(results[task.needs[0]].arrays["matrix"], task.slab)
+            record, end = slide_to_state(task.case, compliance)
+            np.testing.assert_array_equal(record.force_after, result.arrays["force_after"])
+            assert np.all(np.diff(record.displacement) > 0.0)
+            assert_contact_laws(end, task.case, compliance)
+    if not results:
+        return str(plan.cases[0].outcome.ending)
+    return str(results[plan.tasks[-1].key].outcome.ending)
+
+
+def _assert_finite(result: TaskResult) -> None:
+    for name, array in result.arrays.items():
+        assert name in OPEN or np.all(np.isfinite(array)), (result.kind, name)
+    if not result.outcome.message:  # a remark says which number is missing
+        for name, number in result.scalars.items():
+            assert not math.isnan(number), (result.kind, name)
+
+
+@pytest.mark.parametrize("count", [200, pytest.param(10_000, marks=pytest.mark.slow)])
+def test_every_scene_ends_in_a_lawful_result_or_a_named_refusal(count, tmp_path):
+    endings: dict[str, int] = {}
+
+    @settings(max_examples=count, derandomize=True, deadline=None, database=None, suppress_health_check=list(HealthCheck))
+    @given(scenes())
+    def every(text: str) -> None:
+        start = time.monotonic()
+        ending = check(text, tmp_path)
+        endings[ending] = endings.get(ending, 0) + 1
+        assert time.monotonic() - start < LONGEST
+
+    every()
+    print(", ".join(f"{ending}: {number}" for ending, number in sorted(endings.items())))
+    assert endings["completed"] > count // 10  # the scenes are no mere nonsense
