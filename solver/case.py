@@ -20,6 +20,11 @@ Distribution = Literal["lognormal", "uniform", "normal"]
 Integrator = Literal["exact", "rk4"]
 ProfileShape = Literal["sawtooth", "linear", "mean"]
 
+MOST_EVENTS = 10**9
+"""Events that a record may be asked to hold: more would not fit any memory."""
+MOST_SAMPLES = 10**7
+"""Output times that a drive may be asked to hold."""
+
 _CHOICES: dict[str, tuple[str, ...]] = {
     "scheme": get_args(Scheme),
     "support": get_args(Support),
@@ -211,10 +216,11 @@ class Case:
         _require(
             "intrinsic_friction", self.intrinsic_friction, self.intrinsic_friction >= 0.0, "intrinsic_friction ≥ 0"
         )
-        _require("radius", self.radius, 0.0 < self.radius < math.inf, "radius > 0")
-        _require("load", self.load, 0.0 < self.load < math.inf, "load > 0")
+        _require("radius", self.radius, 1e-6 <= self.radius <= 1e12, "1e-6 ≤ radius ≤ 1e12")
+        _require("load", self.load, 1e-30 <= self.load <= 1.0, "1e-30 ≤ load ≤ 1 (at 1 the mean stress is G)")
         _require("half_width", self.half_width, 0.0 < self.half_width <= 0.5, "0 < half_width ≤ 0.5")
-        _require("max_events", self.max_events, self.max_events is None or self.max_events >= 1, "at least 1")
+        events = self.max_events
+        _require("max_events", events, events is None or 1 <= events <= MOST_EVENTS, f"1 to {MOST_EVENTS}")
         far = self.max_displacement
         _require("max_displacement", far, far is None or 0.0 < far < math.inf, "max_displacement > 0")
         if self.slip_rule.residual == 1.0 and math.isinf(self.intrinsic_friction):
@@ -269,7 +275,7 @@ class Drive:
         for name in ("damping_ratio", "stage_velocity"):
             value = getattr(self, name)
             _require(name, value, 0.0 <= value < math.inf, f"{name} ≥ 0")
-        _require("samples", self.samples, self.samples >= 1, "at least 1")
+        _require("samples", self.samples, 1 <= self.samples <= MOST_SAMPLES, f"1 to {MOST_SAMPLES}")
         if self.integrator == "rk4":
             step = self.time_step
             _require(

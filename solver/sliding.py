@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from solver import _kernels
-from solver.case import Case
+from solver.case import MOST_EVENTS, Case
 from solver.compliance import SurfaceCompliance, uncoupled
 from solver.conditioning import explained
 from solver.contact import BROKEN, ENDINGS, ContactState, beyond_window, contact_state, coulomb_state, first_touch
@@ -24,7 +24,7 @@ OFF_THE_SLAB = 2.0
 RESUMABLE = 10_000
 """Events after which a run starts afresh from its own state: a run in pieces of so many events has the bits of one in one."""
 FIRST_CAPACITY = 4096
-"""Events for which room is made first where only the displacement is limited."""
+"""Events for which room is made first; it doubles as they come."""
 
 GOING_ON = (_kernels.FULL, _kernels.DRIFTED, _kernels.OUTGROWN)
 """Why the compiled core stops though the run does not."""
@@ -134,14 +134,15 @@ def _slide(
     """The run; `whole` follows every surface node, which is needed only where a far node proves to lie inside the pin."""
     core = _core_at(case, compliance, start, whole)
     initial_stiffness = _kernels.total_shear(core.state, core.state.rate)
-    events, held = _empty_events(case.max_events or FIRST_CAPACITY), 0
+    most = case.max_events or MOST_EVENTS
+    events, held = _empty_events(min(most, FIRST_CAPACITY)), 0
     farthest = math.inf if case.max_displacement is None else case.max_displacement
     while True:
-        stop = min(len(events.displacement), (held // RESUMABLE + 1) * RESUMABLE)
+        stop = min(len(events.displacement), most, (held // RESUMABLE + 1) * RESUMABLE)
         status, held = _kernels.slide_events(core.state, core.rules, _first(events, stop), held, farthest)
-        if status not in GOING_ON or (status == _kernels.FULL and held == case.max_events):
+        if status not in GOING_ON or (status == _kernels.FULL and held == most):
             break
-        if held == len(events.displacement) and case.max_events is None:
+        if held == len(events.displacement):
             events = _grown(events)
         mended, status = _mended(core, status, whole, anew=held % RESUMABLE == 0)
         if mended is None:
