@@ -247,6 +247,7 @@ class Drive:
 
     In these units the pin's mass is 1. damping_ratio is ζ = c/(2√(m·k)); 0 is no damper. time_step matters to `rk4` only.
     samples: number of evenly spaced output times after t = 0; a choice of storage, never a change of the result.
+    step_limit: segments (exact) or time steps (rk4) after which the drive is given up.
 
     surface_compliance: the contact yields with K before it slips (Eq. 13-14). Without, K → ∞: the pin is at rest while
         spring and damper pull no harder than F̃(x), and slides against exactly F̃(x) (Eq. 16-19). This is also Eq. 13-14
@@ -266,6 +267,7 @@ class Drive:
     samples: int = 2000
     surface_compliance: bool = True
     reverse_motion: bool = True
+    step_limit: int = 20_000_000
 
     def __post_init__(self) -> None:
         _take_declared_types(self)
@@ -276,6 +278,7 @@ class Drive:
             value = getattr(self, name)
             _require(name, value, 0.0 <= value < math.inf, f"{name} ≥ 0")
         _require("samples", self.samples, 1 <= self.samples <= MOST_SAMPLES, f"1 to {MOST_SAMPLES}")
+        _require("step_limit", self.step_limit, self.step_limit >= 1, "at least 1")
         if self.integrator == "rk4":
             step = self.time_step
             _require(

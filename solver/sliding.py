@@ -198,7 +198,10 @@ def _slide_with_coulomb_friction(
                 gone, come = int((touching & ~solved.contact).sum()), int((solved.contact & ~touching).sum())
                 forces = (solved.displacement, before, float(solved.force[0].sum()), float(rates[0][0].sum()))
                 counts = (solved.slips - slips, gone, come, int(solved.contact.sum()))
-                rows.append((*forces, dissipated, EVENT_KINDS.index(kind), node, *counts))
+                row: tuple[float, ...] = (*forces, dissipated, EVENT_KINDS.index(kind), node, *counts)
+                if rows and rows[-1][0] == solved.displacement:
+                    row = _as_one(rows.pop(), row)
+                rows.append(row)
                 dissipated = 0.0
         if case.max_displacement is None and solved.displacement >= OFF_THE_SLAB:
             outcome = BROKEN[Ending.CONTACT_LOST]
@@ -209,6 +212,14 @@ def _slide_with_coulomb_friction(
         getattr(events, name)[:] = column
     end = coulomb_state(solved, outcome)
     return _record(case, start, initial_stiffness, events, len(rows), end), end
+
+
+def _as_one(first: tuple[float, ...], then: tuple[float, ...]) -> tuple[float, ...]:
+    """Two events at one displacement as one: the first one's trigger and force before, the sums of what happened."""
+    displacement, before, _, _, dissipated, kind, node, slips, releases, touches, _ = first
+    _, _, after, stiffness, more_dissipated, _, _, *more, contact_size = then
+    counts = (old + new for old, new in zip((slips, releases, touches), more, strict=True))
+    return (displacement, before, after, stiffness, dissipated + more_dissipated, kind, node, *counts, contact_size)
 
 
 def _mended(core: Core, status: int, whole: bool, anew: bool) -> tuple[Core | None, int]:

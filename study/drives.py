@@ -26,6 +26,7 @@ class NamedDrive:
     samples: int = 2000
     surface_compliance: bool = True
     reverse_motion: bool = True
+    step_limit: int = 20_000_000
 
     def __post_init__(self) -> None:
         if not isinstance(self.name, str) or not self.name.strip():
@@ -55,4 +56,5 @@ class NamedDrive:
             samples=self.samples,
             surface_compliance=self.surface_compliance,
             reverse_motion=self.reverse_motion,
+            step_limit=self.step_limit,
         )

@@ -255,6 +255,7 @@ PARAMETERS = {
     "time_step": Quantity("time_step", "step of the integrator", "s"),
     "samples": Quantity("samples", "output times after the start"),
     "surface_compliance": Quantity("surface_compliance", "whether the contact yields before it slips"),
+    "step_limit": Quantity("step_limit", "segments or time steps after which a drive is given up"),
     "reverse_motion": Quantity("reverse_motion", "whether the pin may slip back"),
 }
 

@@ -10,7 +10,7 @@ import numpy as np
 
 from solver.case import Drive
 from solver.dynamics._kernels import Motion, Teeth
-from solver.dynamics.exact import STEP_LIMIT, integrate_exact
+from solver.dynamics.exact import integrate_exact
 from solver.dynamics.result import BINS, DynamicsResult
 from solver.dynamics.rigid import integrate_rigid
 from solver.dynamics.rk4 import integrate_rk4
@@ -20,11 +20,11 @@ from solver.profile import Profile
 __all__ = ["DynamicsResult", "integrate"]
 
 
-def integrate(profile: Profile, drive: Drive, surface_stiffness: float, step_limit: int = STEP_LIMIT) -> DynamicsResult:
+def integrate(profile: Profile, drive: Drive, surface_stiffness: float) -> DynamicsResult:
     """Integrate Eq. 12 with the friction of Eq. 13-14 by the method that `drive.integrator` names.
 
     surface_stiffness: K of Eq. 15, in G·L_y; without surface compliance it only tells slip from stick (`creep_velocity`,
-    `presliding_length`). step_limit: segments or time steps allowed.
+    `presliding_length`).
     Raises InvalidInput unless K > 0. An unstable step, too many segments or a reversal that the drive excludes are
     outcomes of the result.
     """
@@ -47,10 +47,12 @@ def integrate(profile: Profile, drive: Drive, surface_stiffness: float, step_lim
     teeth = Teeth(profile.edges, profile.force, profile.slope, profile.periodic_from)
     if drive.integrator == "rk4":
         assert drive.time_step is not None  # a Drive with rk4 has one
-        run, outcome = integrate_rk4(teeth, motion, drive.samples, drive.time_step, step_limit, drive.reverse_motion)
+        run, outcome = integrate_rk4(
+            teeth, motion, drive.samples, drive.time_step, drive.step_limit, drive.reverse_motion
+        )
     else:
         method = integrate_exact if compliant else integrate_rigid
-        run, outcome = method(teeth, motion, drive.samples, step_limit, drive.reverse_motion)
+        run, outcome = method(teeth, motion, drive.samples, drive.step_limit, drive.reverse_motion)
     time = drive.duration * (np.arange(drive.samples + 1) / drive.samples)
     position, velocity, friction = run.samples.T.copy()
     slip_time, slip_position, slip_force, restick_time, restick_position = run.slips.T.copy()

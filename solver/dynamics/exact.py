@@ -4,14 +4,9 @@ No step size and no tolerance: a segment ends where closed forms say that the fr
 changes. Segments are short enough for velocity and position to be monotone, so the first crossing is the only one.
 """
 
-from typing import Final
-
 from solver.dynamics._kernels import Motion, Run, Teeth, integrate_exactly
 from solver.dynamics.result import BINS
 from solver.outcome import COMPLETED, Ending, Outcome
-
-STEP_LIMIT: Final = 100_000_000
-"""Segments after which a run is given up (some seconds to a minute)."""
 
 
 def integrate_exact(

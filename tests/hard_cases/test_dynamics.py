@@ -114,8 +114,8 @@ def survey(everything: bool, **effects: object) -> Family:
     endings: Counter[str] = Counter()
     worst = dict.fromkeys(LIMITS, 0.0)
     for point in points(everything):
-        drive = point.drive(**effects)
-        result = integrate(PROFILES[drive.profile], drive, STIFFNESS, STEPS)
+        drive = point.drive(step_limit=STEPS, **effects)
+        result = integrate(PROFILES[drive.profile], drive, STIFFNESS)
         endings[result.outcome.ending.value] += 1
         assert result.outcome.ok or result.outcome.message
         for law, error in errors(result, drive, PROFILES[drive.profile]).items():
@@ -150,8 +150,8 @@ def test_rounding_does_not_hold_a_light_pin_at_an_extremum_of_its_velocity(mass)
 
     The stage drags it at the plateau, so it slips off tooth after tooth: the mean friction is the plateau's peaks'.
     """
-    drive = Point(pin_mass=mass).drive()
-    result = integrate(PROFILES["sawtooth"], drive, STIFFNESS, step_limit=6_000_000)
+    drive = Point(pin_mass=mass).drive(step_limit=6_000_000)
+    result = integrate(PROFILES["sawtooth"], drive, STIFFNESS)
     assert result.outcome.ok
     assert all(error <= 10 * LIMITS[law] for law, error in errors(result, drive, PROFILES["sawtooth"]).items())
     assert PLATEAU.mean <= result.binned_force[-64:].mean() / RECORD.load <= PLATEAU.peak
@@ -163,8 +163,8 @@ def test_rounding_does_not_hold_a_light_pin_at_an_extremum_of_its_velocity(mass)
 @pytest.mark.parametrize("point", points(everything=False), ids=str)
 @pytest.mark.parametrize("step", [1e-3, 1e-5, 1e-9])
 def test_steps_are_stable_or_refused_with_a_step_that_is(point, step):
-    drive = point.drive(integrator="rk4", time_step=step, duration=0.02)
-    result = integrate(PROFILES["sawtooth"], drive, STIFFNESS, step_limit=100_000)
+    drive = point.drive(integrator="rk4", time_step=step, duration=0.02, step_limit=100_000)
+    result = integrate(PROFILES["sawtooth"], drive, STIFFNESS)
     if result.outcome.ok:
         found = errors(result, drive, PROFILES["sawtooth"])
         assert found["finite"] == found["order"] == 0.0
@@ -207,8 +207,8 @@ def test_teeth_smaller_than_a_step_act_by_their_mean():
     ids=["one short tooth", "zero force", "a spike one ulp wide", "down to zero", "endless tooth", "tiny forces"],
 )
 def test_odd_profiles_are_crossed(profile, compliant):
-    drive = Drive(1.0, 0.1, 0.3, 5.0, samples=300, surface_compliance=compliant)
-    result = integrate(profile, drive, 5.0, step_limit=1_000_000)
+    drive = Drive(1.0, 0.1, 0.3, 5.0, samples=300, surface_compliance=compliant, step_limit=1_000_000)
+    result = integrate(profile, drive, 5.0)
     found = errors(result, drive, profile)
     found.pop("friction")  # at a spike an ulp wide the limit itself has no digits
     assert not any(found.values()), (found, result.outcome)

@@ -138,7 +138,7 @@ def test_momentum_balance_over_small_teeth():
 
 
 def test_a_limit_on_the_segments_holds_within_a_cruise():
-    result = integrate(SMALL_TEETH.profile, SMALL_TEETH.drive(), K, step_limit=300)
+    result = integrate(SMALL_TEETH.profile, SMALL_TEETH.drive(step_limit=300), K)
     assert result.steps == 300
     assert result.outcome.ending is Ending.STEP_LIMIT
     assert np.isnan(result.position[-1])

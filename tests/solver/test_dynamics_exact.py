@@ -178,7 +178,7 @@ def test_a_frictionless_pin_is_an_oscillator():
 
 def test_too_many_segments_are_an_outcome_with_advice():
     problem = PROBLEMS["one tooth for ever"]
-    result = integrate(problem.profile, problem.drive(), K, step_limit=20)
+    result = integrate(problem.profile, problem.drive(step_limit=20), K)
     assert result.outcome.ending is Ending.STEP_LIMIT
     assert "20 segments" in result.outcome.message
     assert result.steps == 20

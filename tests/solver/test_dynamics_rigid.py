@@ -150,7 +150,7 @@ def test_a_frictionless_pin_is_an_oscillator():
 
 def test_too_many_segments_are_an_outcome():
     problem = PROBLEMS["one tooth for ever"]
-    result = integrate(problem.profile, problem.drive(surface_compliance=False), K, step_limit=20)
+    result = integrate(problem.profile, problem.drive(surface_compliance=False, step_limit=20), K)
     assert result.outcome.ending is Ending.STEP_LIMIT
     assert result.steps == 20
     assert np.isnan(result.position[-1])
