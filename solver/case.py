@@ -216,7 +216,7 @@ class Case:
         _require(
             "intrinsic_friction", self.intrinsic_friction, self.intrinsic_friction >= 0.0, "intrinsic_friction ≥ 0"
         )
-        _require("radius", self.radius, 1e-6 <= self.radius <= 1e12, "1e-6 ≤ radius ≤ 1e12")
+        _require("radius", self.radius, 1e-12 <= self.radius <= 1e24, "1e-12 ≤ radius ≤ 1e24")
         _require("load", self.load, 1e-30 <= self.load <= 1.0, "1e-30 ≤ load ≤ 1 (at 1 the mean stress is G)")
         _require("half_width", self.half_width, 0.0 < self.half_width <= 0.5, "0 < half_width ≤ 0.5")
         events = self.max_events

@@ -41,7 +41,7 @@ WRONG = {
         "poisson = 0.5",
         "poisson < 0.5",
     ),
-    "a negative radius": ("radius = [50.0, 100.0]", "radius = [-50.0]", "axes.radius[0] = -50.0", "1e-6 ≤ radius"),
+    "a negative radius": ("radius = [50.0, 100.0]", "radius = [-50.0]", "axes.radius[0] = -50.0", "1e-12 ≤ radius"),
     "an empty axis": ("radius = [50.0, 100.0]", "radius = []", "axes.radius = []", "at least one value"),
     "a case twice": ("radius = [50.0, 100.0]", "radius = [50.0, 50]", "cases 1 and 2 are the same", "radius = 50.0"),
     "no TOML": ("[axes]", "[axes", "small.toml", ""),
