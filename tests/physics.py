@@ -8,6 +8,7 @@ import scipy.linalg as la
 from solver.case import Case, Slab
 from solver.compliance import SurfaceCompliance
 from solver.contact import ContactState
+from solver.heterogeneity import node_friction
 from solver.pin import pin_of
 
 LIMITS = {
@@ -44,7 +45,7 @@ def law_errors(state: ContactState, case: Case, compliance: SurfaceCompliance) -
     below = np.maximum(-state.gap - blur, 0.0)
     finite_gap = np.where(np.isfinite(state.gap), state.gap, 0.0)
     limited = math.isfinite(case.intrinsic_friction)
-    limit = case.intrinsic_friction * normal if limited else np.inf
+    limit = node_friction(case) * normal if limited else np.inf
     # The limit itself is known to rounding of μ_i·pressure.
     borne = load * max(case.intrinsic_friction, 1.0)
     moved = float((np.abs(compliance.matrix) @ np.abs(force)).max())

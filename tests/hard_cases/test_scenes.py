@@ -15,7 +15,7 @@ from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 
 from solver.case import Scheme
-from solver.compliance import SurfaceCompliance
+from solver.compliance import SurfaceCompliance, uncoupled
 from solver.outcome import Ending
 from solver.sliding import slide_to_state
 from study.manifest import ManifestError, load_manifest
@@ -65,6 +65,12 @@ SLIP = {
     "residual": or_nonsense(st.one_of(st.floats(0.0, 1.0), st.sampled_from([0.0, 0.5, 0.999, 1.0]))),
     "event_floor": or_nonsense(powers(-12, 0)),
 }
+EFFECTS = {name: st.sampled_from([True, True, False]) for name in ("friction", "coupling", "pin_translation")}
+HETEROGENEITY = {
+    "distribution": st.sampled_from(["lognormal", "uniform", "normal"]),
+    "spread": or_nonsense(st.one_of(st.just(0.0), st.floats(0.0, 0.6))),
+    "seed": or_nonsense(st.integers(0, 2**63)),
+}
 SCALES = {name: or_nonsense(powers(-9, 12)) for name in ("slab_width", "slab_depth", "shear_modulus")}
 DRIVE = {
     "pin_mass": or_nonsense(powers(-12, 3)),
@@ -95,6 +101,8 @@ def scenes(draw: st.DrawFn) -> str:
     if stages[-1] == "dynamics":
         sections["scales"] = draw(tables(SCALES))
         parts[1:] = [f"[[drives]]\nname = 'a'\nsamples = 20\nstep_limit = 100000\n{_lines(draw(tables(DRIVE)))}"]
+    if draw(st.integers(0, 3)) == 0:
+        sections |= {"effects": draw(tables(EFFECTS)), "heterogeneity": draw(tables(HETEROGENEITY))}
     parts[1:1] = [f"[{name}]\n{_lines(entries)}" for name, entries in sections.items()]
     return "\n".join(parts)
 
@@ -129,7 +137,8 @@ def check(text: str, folder: Path) -> str:
             record, end = slide_to_state(task.case, compliance)
             np.testing.assert_array_equal(record.force_after, result.arrays["force_after"])
             assert np.all(np.diff(record.displacement) > 0.0)
-            assert_contact_laws(end, task.case, compliance)
+            if task.case.effects.pin_translation:  # else it is carried along in thought only
+                assert_contact_laws(end, task.case, compliance if task.case.effects.coupling else uncoupled(compliance))
     if not results:
         return str(plan.cases[0].outcome.ending)
     return str(results[plan.tasks[-1].key].outcome.ending)
