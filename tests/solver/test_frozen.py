@@ -75,7 +75,7 @@ def test_a_displacement_limit_ends_a_record() -> None:
     record = slide(replace(GOODMAN, max_events=None, max_displacement=1e-3), COMPLIANCE)
     assert record.final_displacement == 1e-3
     assert record.displacement[-1] < 1e-3
-    many = replace(GOODMAN, max_events=None, max_displacement=0.02)
+    many = replace(GOODMAN, max_events=None, max_displacement=0.04)
     assert len(slide(many, COMPLIANCE).displacement) > sliding.FIRST_CAPACITY
 
 

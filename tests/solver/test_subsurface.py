@@ -13,7 +13,7 @@ CASE = Case(slab=Slab(n_x=65), radius=50.0)
 
 
 def test_linear_fields_have_their_gradient() -> None:
-    grid = binary_hierarchy(Slab(n_x=17))
+    grid = binary_hierarchy(Slab(n_x=17, scheme="biquadratic"))
     x, z = grid.coordinates().T
     along, across = gradient(grid, 3.0 * x - 2.0 * z + 1.0)
     np.testing.assert_allclose(along, 3.0, atol=1e-13)
@@ -24,7 +24,7 @@ def test_the_gradient_of_a_smooth_field_converges() -> None:
     """sin(3x)·e^(2z) on the two fine rows: second order in the spacing (rates of 3.7 and more seen for 4)."""
     errors = []
     for n_x in (33, 65, 129):
-        grid = binary_hierarchy(Slab(n_x=n_x))
+        grid = binary_hierarchy(Slab(n_x=n_x, scheme="biquadratic"))
         x, z = grid.coordinates().T
         _, across = gradient(grid, np.sin(3 * x) * np.exp(2 * z))
         exact = 2 * np.sin(3 * x) * np.exp(2 * z)
