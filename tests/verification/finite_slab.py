@@ -7,29 +7,28 @@ from numpy.typing import NDArray
 from skfem import Basis, BilinearForm, ElementQuad2, ElementVector, MeshQuad, asm, condense, solve
 from skfem.helpers import ddot, eye, sym_grad, trace
 
+MOMENTS = 2  # the next, 3e-4 or less, are the mesh's own
+
 
 @dataclass(frozen=True)
 class PunchReference:
-    """A frictionless flat punch pressed into the bonded unit-width slab: force per unit depth and indentation, in G, and
-    the share of it that lies left of positions x."""
+    """A frictionless flat punch pressed into the bonded unit-width slab: force per unit depth and indentation, in G.
+
+    moments: mean of cos 2mθ under the pressure, x = a cos θ, m = 1 … MOMENTS. On a half-plane all vanish, as the pressure
+    is even in θ; on a slab they fall off fast (-0.046, 0.0015 at a = L_x/4), so that a few give the pressure everywhere.
+    """
 
     half_width: float
     stiffness: float
-    x: NDArray[np.float64]
-    share: NDArray[np.float64]
+    moments: NDArray[np.float64]
 
     def share_left_of(self, x: NDArray[np.float64]) -> NDArray[np.float64]:
-        """The load's share left of x: what differs from a half-plane's is smooth, so that is what is interpolated."""
-        return _half_plane_share(x / self.half_width) + np.interp(
-            x, self.x, self.share - _half_plane_share(self.x / self.half_width)
-        )
+        """The load's share left of x, |x| ≤ a."""
+        theta, m = np.arccos(x / self.half_width), np.arange(1, MOMENTS + 1)
+        return 1 - theta / np.pi - np.sin(2 * theta[:, None] * m) @ (self.moments / m) / np.pi
 
 
-def _half_plane_share(x: NDArray[np.float64]) -> NDArray[np.float64]:
-    return 0.5 + np.arcsin(np.clip(x, -1.0, 1.0)) / np.pi
-
-
-LARGEST = 0.015  # the largest element, in slab widths
+LARGEST = 0.03  # the largest element, in slab widths
 
 
 def graded(start: float, stop: float, smallest: float, growth: float, both: bool = False) -> NDArray[np.float64]:
@@ -71,7 +70,6 @@ def flat_punch(
     displacement[under] = -1.0
     displacement = solve(*condense(stiffness, x=displacement, D=np.concatenate((bottom, under))))
     pushing = -(stiffness @ displacement)[under]
-    where = basis.doflocs[0, under]
-    order = np.argsort(where)
-    share = (np.cumsum(pushing[order]) - pushing[order] / 2) / pushing.sum()
-    return PunchReference(half_width, float(pushing.sum()), where[order], share)
+    theta = np.arccos(np.clip(basis.doflocs[0, under] / half_width, -1.0, 1.0))
+    moments = np.cos(2 * np.arange(1, MOMENTS + 1)[:, None] * theta) @ pushing / pushing.sum()
+    return PunchReference(half_width, float(pushing.sum()), moments)

@@ -7,6 +7,7 @@ from solver.analytic import cattaneo_mindlin, hertz
 from solver.case import Case, Slab, SlipRule
 from solver.sliding import slide_to_state
 from tests.physics import half_plane
+from tests.verification.seen import seen
 
 FRICTION, RADIUS, LOAD = 0.5, 200.0, 1e-3
 
@@ -29,9 +30,15 @@ def test_shear_and_stick_zone(residual: float, displacement: float, shear_error:
     ratio = state.friction_force / (FRICTION * LOAD)
     assert 0.1 < ratio < 0.9
     shear = cattaneo_mindlin(theory, FRICTION, ratio, compliance.x)
-    np.testing.assert_allclose(state.shear, shear, atol=shear_error * FRICTION * theory.peak_pressure)
+    error = np.abs(state.shear - shear).max() / (FRICTION * theory.peak_pressure)
     stuck = compliance.x[state.contact & (state.slip == 0.0)]
     stick = theory.half_width * np.sqrt(1 - ratio)
+    borders = np.array([-stuck.min(), stuck.max()])
+    line = seen(
+        f"partial slip, F/μW = {ratio:.2f}, residual {residual}", "Cattaneo 1938, Mindlin 1949; Johnson, §7.2",
+        f"n_x = 129: shear off by {100 * error:.1f} % of its peak, stick zone's ends by "
+        f"{np.abs(borders - stick).max() / slab.spacing:.1f} nodes",
+    )  # fmt: skip
+    assert error <= shear_error, line
     # The border lies between the last stuck node and the next one.
-    for border in (-stuck.min(), stuck.max()):
-        assert border == pytest.approx(stick, abs=slab.spacing)
+    assert np.abs(borders - stick).max() <= slab.spacing, line

@@ -6,6 +6,7 @@ import pytest
 from solver.case import Case, Slab, SlipRule
 from solver.compliance import slab_compliance
 from solver.sliding import slide
+from tests.verification.seen import seen
 
 SLAB = Slab(n_x=33)
 
@@ -25,4 +26,9 @@ def test_friction_tends_to_the_intrinsic_friction(friction: float) -> None:
     is a little less than (1 - residual)/2 (0.41-0.42 and 0.39 of 1 - residual seen)."""
     residuals = np.array([0.9, 0.99])
     deficits = np.array([1 - plateau(friction, residual) / friction for residual in residuals])
-    np.testing.assert_allclose(deficits / (1 - residuals), 0.4, atol=0.05)
+    ratios = deficits / (1 - residuals)
+    friction_left = ", ".join(
+        f"{1 - deficit:.4f} at {residual}" for residual, deficit in zip(residuals, deficits, strict=True)
+    )
+    line = seen(f"Amontons' law as residual → 1, μ = {friction}", "limit", f"F/μW = {friction_left}")
+    assert np.all(np.abs(ratios - 0.4) <= 0.05), line

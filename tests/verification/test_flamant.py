@@ -13,7 +13,8 @@ NEAR = 8  # nodes from the force: its hat is felt as a point there, to 0.14 % of
 
 @pytest.mark.parametrize("poisson", [0.0, 1 / 3])
 @pytest.mark.parametrize(
-    # Seen: 1.3 and 0.8 %, from rows that get coarser with depth; 0.14 % and rounding; for the stencil, to put it on record, 4 and 37 %.
+    # Seen: 1.3 and 0.8 %, from rows that get coarser with depth; 0.14 % and rounding; for the stencil, to put it on
+    # record, 4 and 37 %.
     ("scheme", "fall_error", "step_error"),
     [("galerkin", 0.015, 0.015), ("half_plane", 0.002, 1e-12), ("biquadratic", 0.05, 0.5)],
 )
