@@ -81,7 +81,7 @@ def test_on_a_slab_as_the_contact_gets_small(pin: PinShape, poisson: float) -> N
     """A slab held at its bottom bends under the drag, which tilts the surface by as much as F: that adds an eccentricity
     in proportion to a (27 to 76 % of it at a = 0.04 L_x). Extrapolated from a and a/2 on grids with equal nodes in contact.
 
-    20 nodes in contact leave 1.4 % under a punch, 0.8 % under a parabola. The stencil's coupling is off by more however
+    20 nodes in contact leave 0.9 % under a punch, 0.6 % under a parabola. The stencil's coupling is off by more however
     many there are: printed beside.
     """
     errors = {}
