@@ -3,7 +3,7 @@
 A line force on the surface of a half-plane moves the surface at distance x by (Flamant, in units of 1/G)
 
     along itself    (1-ν)/π ln(D/|x|) + datum,    datum = 1/(2π) for a tangential force, -1/(2π) for a normal one,
-    across itself   ±(1-2ν)/4 sign(x)             (a drag dents the surface ahead; a pull draws it together).
+    across itself   ±(1-2ν)/4 sign(x)             (a drag dents the surface ahead; a push draws it together).
 
 A half-plane has no place at rest, so displacements are relative to the point of the interior at the depth D below the
 force. With Flamant's interior field the displacement along the force at distance D is, less a common rigid motion,
