@@ -141,7 +141,7 @@ class Slab:
         _take_declared_types(self)
         levels = _levels(self.n_x)
         _require("n_x", self.n_x, levels >= 2, "2^N + 1 with N ≥ 2: 5, 9, 17, 33, 65, 129 …")
-        _require("aspect_ratio", self.aspect_ratio, self.aspect_ratio > 0.0, "aspect_ratio > 0")
+        _require("aspect_ratio", self.aspect_ratio, 1e-4 <= self.aspect_ratio <= 1e4, "1e-4 ≤ aspect_ratio ≤ 1e4")
         _require("poisson", self.poisson, -1.0 < self.poisson < 0.5, "-1 < poisson < 0.5")
         for name, scheme in SCHEME_OF.items():
             given = getattr(self, name)
