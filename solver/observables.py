@@ -38,10 +38,14 @@ class EventStatistics:
     cascade_touches: int
     mean_step: float
     """Displacement per event, in L_x."""
+    mean_step_uncertainty: float
+    """Its standard error, from blocks of events; NaN where a block has fewer than two."""
     mean_slips: float
     """Slips per event."""
     mean_drop: float
     """Fall of F/W in an event."""
+    mean_drop_uncertainty: float
+    """Its standard error likewise."""
     peak_friction: float
     """Highest F/W anywhere."""
     dissipated: float
@@ -63,11 +67,19 @@ def event_statistics(record: FrictionRecord) -> EventStatistics:
         cascade_releases=int(record.releases.sum()),
         cascade_touches=int(record.touches.sum()),
         mean_step=float(record.displacement[-1]) * per_event if events else float("nan"),
+        mean_step_uncertainty=_uncertainty_of_mean(np.diff(record.displacement, prepend=0.0)),
         mean_slips=float(record.slips.sum()) * per_event,
         mean_drop=float(np.sum(record.force_before - record.force_after)) * per_event / record.load,
+        mean_drop_uncertainty=_uncertainty_of_mean(record.force_before - record.force_after) / record.load,
         peak_friction=float(np.concatenate(forces).max()) / record.load,
         dissipated=float(record.dissipated.sum()),
     )
+
+
+def _uncertainty_of_mean(values: NDArray[np.float64]) -> float:
+    """Standard error of the mean over events, from blocks of them; the last ones, less than a block, are left out."""
+    size = len(values) // BLOCKS
+    return mean_uncertainty(values[: BLOCKS * size].reshape(BLOCKS, -1).mean(axis=1)) if size > 1 else float("nan")
 
 
 @dataclass(frozen=True, slots=True, eq=False)

@@ -129,6 +129,36 @@ def report(campaign: Path, out: Path | None) -> None:
 
 
 @cli.command()
+@click.argument("campaign", type=click.Path(path_type=Path), required=False)
+@_out
+@click.option("--quick", is_flag=True, help="A few settings of every knob, in seconds, to see that it works.")
+@click.option(
+    "--save",
+    type=click.Path(path_type=Path),
+    help="Write the front there too: campaigns choose from it by front = FILE.",
+)
+def accuracy(campaign: Path | None, out: Path | None, quick: bool, save: Path | None) -> None:
+    """Measure error against time for every numerical knob on CAMPAIGN's first case [default: the paper's case]."""
+    from study.launch import pin_threads  # noqa: PLC0415
+
+    pin_threads()
+    from study import accuracy  # noqa: PLC0415
+    from study.console import print_table  # noqa: PLC0415
+    from study.manifest import load_manifest  # noqa: PLC0415
+
+    with _refusals():
+        scene = accuracy.scene_of(load_manifest(campaign)) if campaign else accuracy.default_scene()
+        diagrams = accuracy.measure(scene, accuracy.QUICK if quick else accuracy.FULL)
+        for sheet in diagrams.sheets:
+            click.echo(f"{sheet.title}; errors against {sheet.reference}")
+            print_table(accuracy.as_table(sheet))
+        if diagrams.remark:
+            click.echo(f"not measured: {diagrams.remark}")
+        for path in accuracy.write(diagrams, _folder(campaign or Path("accuracy"), out), save):
+            click.echo(f"written: {path}")
+
+
+@cli.command()
 @_campaign
 @_out
 @click.option(

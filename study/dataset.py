@@ -18,13 +18,14 @@ from solver.outcome import Outcome
 from study import provenance
 from study.cases import CampaignCase
 from study.effects import task_kinds
+from study.front import Front, load_front
 from study.manifest import Manifest
 from study.parameters import STANDARD, Value, flat
 from study.plan import CaseTasks, Plan
 from study.ragged import ABSENT, Runs, record, texts, trajectory
 from study.store import Store, StoreError, written_whole
 from study.tasks import TaskResult
-from study.vocabulary import COMPANIONS, OUTCOMES, PARAMETERS, SCALARS, SERIES, Quantity, factors
+from study.vocabulary import COMPANIONS, DISCRETIZATION_ERROR, OUTCOMES, PARAMETERS, SCALARS, SERIES, Quantity, factors
 
 __all__ = ["FILE", "PENDING", "collect", "read", "record", "trajectory", "write"]
 
@@ -40,7 +41,10 @@ def collect(plan: Plan, store: Store) -> xr.Dataset:
     runs = _runs(manifest)
     table = _Table(manifest, layout, runs)
     drives = {drive.name: drive for drive in manifest.drives}
+    front = load_front(manifest.front)
     for case in plan.cases:
+        if case.case is not None:
+            table.put(DISCRETIZATION_ERROR.name, case, "", front.expected_error(case.case))
         results = _results(plan.case_tasks[case.case_id], store)
         table.say_outcome(case, _outcome(case, results))
         for name in drives:
@@ -57,7 +61,7 @@ def collect(plan: Plan, store: Store) -> xr.Dataset:
     variables = table.variables
     for each in runs:
         variables |= each.variables()
-    return xr.Dataset(variables, _coordinates(plan, layout), _attributes(manifest))
+    return xr.Dataset(variables, _coordinates(plan, layout), _attributes(manifest, front))
 
 
 def write(dataset: xr.Dataset, path: Path) -> None:
@@ -134,6 +138,7 @@ class _Table:
                 ending, message = OUTCOMES[kind]
                 self._declare(kind, ending, PENDING)
                 self._declare(kind, message, "")
+        self._declare("", DISCRETIZATION_ERROR, np.nan)
         for kind, scalars in SCALARS.items():
             if kind in kinds:
                 for quantity in (*scalars.values(), *COMPANIONS.get(kind, {}).values()):
@@ -226,7 +231,7 @@ def _drive_coordinates(manifest: Manifest) -> dict[str, Any]:
     return found
 
 
-def _attributes(manifest: Manifest) -> dict[str, Any]:
+def _attributes(manifest: Manifest, front: Front) -> dict[str, Any]:
     table = {} if manifest.table_text is None else {"manifest_table": manifest.table_text}
     return {
         "title": manifest.title,
@@ -234,6 +239,7 @@ def _attributes(manifest: Manifest) -> dict[str, Any]:
         "manifest": manifest.text,
         **table,
         "manifest_sha256": manifest.sha256,
+        "discretization_front": f"{front.name}, sha256 {front.sha256}",
         **provenance.attributes(),
         **{item.name: getattr(manifest.scales, item.name) for item in fields(Scales)},
         "scales": "slab_width L_x in m, slab_depth L_y in m, shear_modulus G in Pa",

@@ -17,7 +17,7 @@ from solver.case import SCHEME_OF, Scales
 from solver.outcome import InvalidInput
 from study.columns import Columns, Given, Table, read_table, read_text
 from study.drives import NamedDrive
-from study.parameters import TABLES, WORDS, Value, field_name, flat, make_case
+from study.parameters import SETTINGS, TABLES, WORDS, Value, field_name, flat, make_case
 from study.problems import ManifestError, need, shown, unknown
 
 __all__ = ["STAGES", "Design", "Manifest", "ManifestError", "NamedDrive", "Outputs", "Stage", "load_manifest"]
@@ -80,6 +80,10 @@ class Manifest:
     scales: Scales
     drives: tuple[NamedDrive, ...]
     outputs: Outputs
+    accuracy: float | None = None
+    """The error asked for instead of a discretization (see study.front)."""
+    front: Path | None = None
+    """The measured front to choose from; None for this package's."""
 
     @property
     def name(self) -> str:
@@ -103,11 +107,13 @@ def load_manifest(path: Path) -> Manifest:
     return _Reader(path).manifest(raw, text, document)
 
 
-_TOP: dict[str, tuple[type, str]] = {
+_TOP: dict[str, tuple[type | tuple[type, ...], str]] = {
     "title": (str, "a text"),
     "stages": (list, "a list of stages"),
     "design": (str, '"product" or "zip"'),
     "table": (str, "the path of a CSV file, seen from the campaign file"),
+    "accuracy": ((int, float), "a relative error, 0 < accuracy < 1"),
+    "front": (str, "the path of what nanoslip accuracy --save wrote, seen from the campaign file"),
     "axes": (dict, "a table [axes]"),
     **{name: (dict, f"a table [{name}]") for name in (*TABLES, "scales", "outputs")},
     "drives": (list, "tables [[drives]]"),
@@ -127,6 +133,7 @@ class _Reader:
         axes = table.columns if table else self._axes(top.get("axes", {}))
         fixed = {name: self._words(name, top.get(name, {})) for name in TABLES}
         self._one_place(axes, fixed)
+        accuracy = self._accuracy(top, {**axes, **fixed["numerics"]})
         slabs = _slabs({**fixed["numerics"], **axes})
         constants = {name: _single(self._values(part, slabs)) for name, part in fixed.items()}
         scales = Scales(**self._checked("scales", top.get("scales", {}), Scales))
@@ -150,6 +157,8 @@ class _Reader:
             scales=scales,
             drives=self._drives(top, scales),
             outputs=outputs,
+            accuracy=accuracy,
+            front=self.path.parent / top["front"] if "front" in top else None,
         )
         if self.problems:
             raise ManifestError(self.problems)
@@ -241,6 +250,17 @@ class _Reader:
             for word in part:
                 if word in axes:
                     self._refuse(f"{table}.{word}", "is an axis too: needs one place")
+
+    def _accuracy(self, top: dict[str, Any], given: Columns) -> float | None:
+        """The error asked for; what it decides may not be given beside it."""
+        accuracy = top.get("accuracy")
+        if accuracy is None:
+            return None
+        if isinstance(accuracy, bool) or not 0.0 < accuracy < 1.0:
+            self._refuse(f"accuracy = {shown(accuracy)}", f"needs {_TOP['accuracy'][1]}")
+        for column in (given[word] for word in SETTINGS if word in given):
+            self.problems.append(f"{column[0].where}: needs to be left out beside accuracy = {shown(accuracy)}")
+        return float(accuracy)
 
     def _values(self, columns: Columns, slabs: list[dict[str, Value]]) -> dict[str, tuple[Value, ...]]:
         """Values in their declared type by field name; those that fit none of the slabs are refused and left out."""

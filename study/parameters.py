@@ -34,6 +34,11 @@ WORDS: tuple[str, ...] = tuple(word for words in TABLES.values() for word in wor
 STANDARD = ("intrinsic_friction", "radius", "aspect_ratio", "n_x")
 """Parameters that every case is labelled with, in the order of a dataset's dimensions."""
 
+PHYSICS = ("aspect_ratio", "poisson", "support")
+"""Fields of a slab that say what it is."""
+SETTINGS = tuple(item.name for item in fields(Slab) if item.name not in PHYSICS)
+"""Fields of a slab that say how it is discretized."""
+
 _PARTS: dict[str, Any] = {
     "slab": Slab,
     "slip_rule": SlipRule,

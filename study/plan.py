@@ -9,6 +9,7 @@ from study.cases import CampaignCase, expand
 from study.effects import kept, task_kinds
 from study.manifest import Manifest
 from study.parameters import Value
+from study.targets import settled
 from study.tasks import Task, compliance_task, contact_task, drive_task, friction_task, states_task
 
 
@@ -48,7 +49,11 @@ class Plan:
 
 
 def make_plan(manifest: Manifest) -> Plan:
-    """Everything a campaign has to compute. Raises ManifestError where two cases are the same."""
+    """Everything a campaign has to compute. Raises ManifestError where two cases are the same.
+
+    Of an error asked for, the plan's manifest has the numerics that were chosen for it (see study.targets).
+    """
+    manifest = settled(manifest)
     cases = expand(manifest)
     tasks: dict[str, Task] = {}
     case_tasks = {}

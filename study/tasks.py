@@ -33,7 +33,7 @@ __all__ = [
     "states_task",
 ]
 
-SOLVER_VERSION = "6"
+SOLVER_VERSION = "7"
 """Part of every key: raise it whenever a change of the solver changes a result."""
 
 
@@ -251,7 +251,9 @@ def _counts(record: FrictionRecord) -> dict[str, float | int]:
         "cascade_releases": statistics.cascade_releases,
         "cascade_touches": statistics.cascade_touches,
         "mean_step": statistics.mean_step,
+        "mean_step_uncertainty": statistics.mean_step_uncertainty,
         "mean_drop": statistics.mean_drop,
+        "mean_drop_uncertainty": statistics.mean_drop_uncertainty,
         "peak_friction": statistics.peak_friction,
     }
 

@@ -18,11 +18,15 @@ class Quantity:
     long_name: str
     units: str = "1"
     per: str = ""
+    uncertainty: str = ""
+    """The variable that says how uncertain this one is."""
+    comment: str = ""
 
     @property
     def attributes(self) -> dict[str, Any]:
         """What every variable of the dataset says of itself."""
-        return {"long_name": self.long_name, "units": self.units}
+        more = {"ancillary_variables": self.uncertainty, "comment": self.comment}
+        return {"long_name": self.long_name, "units": self.units} | {name: text for name, text in more.items() if text}
 
 
 @dataclass(frozen=True, slots=True)
@@ -36,24 +40,42 @@ class Series:
     columns: dict[str, Quantity]
 
 
+_GRID = "discretization_error"
+
+DISCRETIZATION_ERROR = Quantity(
+    _GRID,
+    "relative error expected of stiffness, approach, contact half-width and pressure: what the slab's grid costs",
+    comment="measured by nanoslip accuracy on the front that the attribute discretization_front names; NaN where that has "
+    "no such discretization of such a slab, no contact as narrow or as wide, or where the pin is a flat punch",
+)
+"""Of a case, from the measured front."""
+
 SCALARS: dict[str, dict[str, Quantity]] = {
     "contact": {
-        "approach": Quantity("approach", "approach of the pin below the undeformed surface at first touch, in L_x"),
+        "approach": Quantity(
+            "approach", "approach of the pin below the undeformed surface at first touch, in L_x", uncertainty=_GRID
+        ),
         "initial_slips": Quantity("initial_slips", "node slips of first touch"),
         "contact_size": Quantity("initial_contact_size", "nodes in contact after first touch"),
         "maximum_pressure": Quantity(
-            "maximum_pressure", "largest pressure after first touch, over W/(L_x·L_y)", per="load"
+            "maximum_pressure", "largest pressure after first touch, over W/(L_x·L_y)", per="load", uncertainty=_GRID
         ),
         "friction_force": Quantity("initial_friction", "friction force over load after first touch, F/W", per="load"),
     },
     "friction": {
-        "plateau_mean": Quantity("plateau_mean", "mean friction force over load on the steady part of the record, F/W"),
+        "plateau_mean": Quantity(
+            "plateau_mean",
+            "mean friction force over load on the steady part of the record, F/W",
+            uncertainty="plateau_uncertainty",
+        ),
         "plateau_std": Quantity("plateau_std", "standard deviation of F/W on the steady part, over displacement"),
         "plateau_uncertainty": Quantity("plateau_uncertainty", "standard error of plateau_mean from blocks, F/W"),
         "plateau_start": Quantity("plateau_start", "pin displacement where the steady part starts, in L_x"),
         "plateau_end": Quantity("plateau_end", "pin displacement where the steady part ends, in L_x"),
         "peak_friction": Quantity("peak_friction", "largest friction force over load of the whole record, F/W"),
-        "surface_stiffness": Quantity("surface_stiffness", "lateral stiffness K of the contact (Eq. 15), in G·L_y"),
+        "surface_stiffness": Quantity(
+            "surface_stiffness", "lateral stiffness K of the contact (Eq. 15), in G·L_y", uncertainty=_GRID
+        ),
         "events": Quantity("events", "events of the record"),
         "slips": Quantity("slips", "events triggered by a slip"),
         "releases": Quantity("releases", "events triggered by a release"),
@@ -61,10 +83,16 @@ SCALARS: dict[str, dict[str, Quantity]] = {
         "cascade_slips": Quantity("cascade_slips", "node slips of the record, all cascades together"),
         "cascade_releases": Quantity("cascade_releases", "nodes that left contact in the record"),
         "cascade_touches": Quantity("cascade_touches", "nodes that came into contact in the record"),
-        "mean_step": Quantity("mean_step", "mean pin displacement per event, in L_x"),
-        "mean_drop": Quantity("mean_drop", "mean fall of F/W in an event"),
+        "mean_step": Quantity(
+            "mean_step", "mean pin displacement per event, in L_x", uncertainty="mean_step_uncertainty"
+        ),
+        "mean_step_uncertainty": Quantity("mean_step_uncertainty", "standard error of mean_step from blocks, in L_x"),
+        "mean_drop": Quantity("mean_drop", "mean fall of F/W in an event", uncertainty="mean_drop_uncertainty"),
+        "mean_drop_uncertainty": Quantity("mean_drop_uncertainty", "standard error of mean_drop from blocks, F/W"),
         "initial_force": Quantity("initial_friction", "friction force over load after first touch, F/W", per="load"),
-        "initial_stiffness": Quantity("initial_stiffness", "stiffness before the first event, in G·L_y"),
+        "initial_stiffness": Quantity(
+            "initial_stiffness", "stiffness before the first event, in G·L_y", uncertainty=_GRID
+        ),
         "initial_slips": Quantity("initial_slips", "node slips of first touch"),
         "initial_contact_size": Quantity("initial_contact_size", "nodes in contact after first touch"),
         "final_displacement": Quantity("final_displacement", "pin displacement where the record ends, in L_x"),
@@ -72,19 +100,25 @@ SCALARS: dict[str, dict[str, Quantity]] = {
     },
     "drive": {
         "static_friction": Quantity(
-            "static_friction", "static friction coefficient μ_s, from the first macroscopic slip"
+            "static_friction",
+            "static friction coefficient μ_s, from the first macroscopic slip",
+            uncertainty="static_friction_uncertainty",
         ),
         "static_friction_uncertainty": Quantity("static_friction_uncertainty", "uncertainty of static_friction"),
-        "kinetic_friction": Quantity("kinetic_friction", "kinetic friction coefficient μ_k, from steady sliding"),
+        "kinetic_friction": Quantity(
+            "kinetic_friction",
+            "kinetic friction coefficient μ_k, from steady sliding",
+            uncertainty="kinetic_friction_uncertainty",
+        ),
         "kinetic_friction_uncertainty": Quantity("kinetic_friction_uncertainty", "uncertainty of kinetic_friction"),
         "fitted_static_friction": Quantity(
-            "fitted_static_friction", "μ_s for which Eq. 16-19 fit the spring force best"
+            "fitted_static_friction", "μ_s for which Eq. 16-19 fit the spring force best", uncertainty="fit_residual"
         ),
         "fitted_later_static_friction": Quantity(
-            "fitted_later_static_friction", "the same, of every slip but the first"
+            "fitted_later_static_friction", "the same, of every slip but the first", uncertainty="fit_residual"
         ),
         "fitted_kinetic_friction": Quantity(
-            "fitted_kinetic_friction", "μ_k for which Eq. 16-19 fit the spring force best"
+            "fitted_kinetic_friction", "μ_k for which Eq. 16-19 fit the spring force best", uncertainty="fit_residual"
         ),
         "fit_residual": Quantity(
             "fit_residual", "root mean square by which that fit misses the spring force, over load"

@@ -56,6 +56,21 @@ def test_a_record_without_events_has_no_means():
     assert found.peak_friction == record.final_force / LOAD
 
 
+def test_means_over_events_scatter_as_their_uncertainties_say():
+    """640 independent steps and drops: 1/√640 of their standard deviation, known itself to 1/√(2·7) and taken at its largest."""
+    rng = np.random.default_rng(7)
+    steps, drops = rng.uniform(1e-6, 3e-6, 640), rng.uniform(1e-7, 3e-7, 640)
+    found = event_statistics(record_from(steps, drops))
+    scatter = 1.0 / math.sqrt(12.0 * 640)  # of a uniform distribution's mean, over its range
+    assert 0.5 < found.mean_step_uncertainty / (2e-6 * scatter) < 2.0
+    assert 0.5 < found.mean_drop_uncertainty / (2e-7 / LOAD * scatter) < 2.0
+
+
+def test_fewer_than_two_events_a_block_say_nothing_of_their_scatter():
+    found = event_statistics(record_from([1e-6] * 63, [1e-7] * 63))
+    assert np.isnan([found.mean_step_uncertainty, found.mean_drop_uncertainty]).all()
+
+
 def test_kinetic_friction_is_the_plateaus_mean_and_static_friction_one_of_its_peaks():
     """§3.3: the paper's explanation of the two coefficients."""
     result, record, plateau = driven()

@@ -9,6 +9,7 @@ import pytest
 import xarray as xr
 
 from study import dataset
+from study.front import load_front
 from study.manifest import load_manifest
 from study.plan import Plan, make_plan
 from study.store import Store
@@ -258,3 +259,27 @@ def test_a_dataset_that_cannot_be_written_or_read_is_named(small, tmp_path):
         dataset.write(found, tmp_path / "file" / "results.nc")
     with pytest.raises(dataset.StoreError, match="run or collect"):
         dataset.read(Path(tmp_path) / "none.nc")
+
+
+def test_every_case_has_the_error_that_its_grid_was_measured_with(build):
+    """And NaN where it was not: a slab of another height."""
+    plan, store = build(changed(radius="radius = [200.0]") + "[constants]\npoisson = 0.3333333333333333\n")
+    found = dataset.collect(plan, store)
+    expected = load_front().expected_error(plan.cases[0].case)
+    assert np.all(found["discretization_error"] == expected)
+    assert 0.0 < expected < 0.1
+    assert found.attrs["discretization_front"].startswith("front.json, sha256 ")
+    plan, store = build(changed(radius="radius = [200.0]") + "[constants]\naspect_ratio = 1.234\n")
+    found = dataset.collect(plan, store)
+    assert np.all(np.isnan(found["discretization_error"]))
+    assert "NaN where" in found["discretization_error"].attrs["comment"]
+
+
+def test_what_has_an_uncertainty_names_it_and_has_it(small):
+    _, _, found = small
+    named = {name: variable.attrs.get("ancillary_variables") for name, variable in found.data_vars.items()}
+    named = {name: other for name, other in named.items() if other}
+    assert {"plateau_mean", "mean_step", "mean_drop", "surface_stiffness", "static_friction"} <= set(named)
+    for name, other in named.items():
+        assert other in found
+        assert set(found[other].dims) <= set(found[name].dims)

@@ -170,7 +170,8 @@ def test_scalars_are_the_same_without_the_arrays(tmp_path: Path) -> None:
     compliance = {compliance_task(CASE.slab).key: run_task(compliance_task(CASE.slab), {})}
     whole, part = (run_task(friction_task(CASE, scalars_only=only), compliance) for only in (False, True))
     assert whole.arrays
-    assert (whole.scalars, whole.outcome) == (part.scalars, part.outcome)
+    assert whole.scalars == pytest.approx(part.scalars, rel=0.0, abs=0.0, nan_ok=True)
+    assert whole.outcome == part.outcome
     inputs = {whole.key: whole}
     driven, alone = (run_task(drive_task(CASE, DRIVE, scalars_only=only), inputs) for only in (False, True))
     np.testing.assert_equal(dict(alone.scalars), dict(driven.scalars))

@@ -1,0 +1,76 @@
+"""An error instead of a grid: `accuracy = 0.01` -> the cheapest measured discretization that keeps it in every case."""
+
+import math
+from collections.abc import Iterable, Iterator
+from dataclasses import replace
+from typing import Final
+
+from solver.case import Case, Slab
+from study.cases import expand
+from study.front import Front, discretized, hertz_half_width, load_front, physics, settings
+from study.manifest import Manifest
+from study.parameters import Value
+from study.problems import ManifestError
+
+SCHEME: Final = "galerkin"
+"""The scheme that converges: only its discretizations are chosen from."""
+
+
+def settled(manifest: Manifest) -> Manifest:
+    """The manifest with the numerics that its accuracy asks for; itself where it asks for none.
+
+    All cases get the same discretization: a campaign is to compare them. Raises ManifestError where no measured one is
+    good enough, with the best that there is.
+    """
+    if manifest.accuracy is None:
+        return manifest
+    cases = [case.case for case in expand(manifest) if case.case is not None]
+    try:
+        chosen = cheapest(load_front(manifest.front), cases, manifest.accuracy)
+    except UnreachableError as error:
+        raise ManifestError([f"{manifest.path}: accuracy = {manifest.accuracy!r}: {error}"]) from None
+    return replace(manifest, numerics={**manifest.numerics, **_given(chosen)})
+
+
+class UnreachableError(Exception):
+    """No measured discretization is good enough; the message says what is needed instead."""
+
+
+def cheapest(front: Front, cases: Iterable[Case], accuracy: float) -> Slab:
+    """The fastest discretization whose error is expected to be at most `accuracy` in every case, as the first one's slab.
+
+    Raises UnreachableError.
+    """
+    alike = {(case.pin, hertz_half_width(case), *physics(case.slab).values()): case for case in cases}
+    known = [found for found in _expected(front, list(alike.values())) if not math.isnan(found[0])]
+    if not known:
+        raise UnreachableError(
+            f"needs a slab and a contact that {front.name} has (a parabolic pin; its own front is measured by "
+            "nanoslip accuracy CAMPAIGN --save FILE, and named by front = FILE), or n_x instead"
+        )
+    good = [(seconds, error, slab) for error, seconds, slab in known if error <= accuracy]
+    if not good:
+        error, _, slab = min(known, key=lambda found: found[0])
+        words = ", ".join(f"{name} = {value}" for name, value in _given(slab).items())
+        raise UnreachableError(f"needs {_above(error)} or more, the best that {front.name} has: {words}")
+    return min(good, key=lambda found: found[:2])[2]
+
+
+def _expected(front: Front, cases: list[Case]) -> Iterator[tuple[float, float, Slab]]:
+    """Worst expected error, seconds and slab of every discretization that was measured on the first case's slab."""
+    for row in front.like(cases[0].slab):
+        if row.slab.scheme == SCHEME:
+            same = [replace(case, slab=discretized(case.slab, settings(row.slab))) for case in cases]
+            errors = [front.expected_error(case) for case in same]
+            yield (math.nan if any(map(math.isnan, errors)) else max(errors)), row.seconds, row.slab
+
+
+def _given(slab: Slab) -> dict[str, Value]:
+    """The settings that the slab's scheme has."""
+    return {name: value for name, value in settings(slab).items() if value is not None}
+
+
+def _above(error: float) -> float:
+    """The error with two digits, rounded up: what can be asked for."""
+    scale = 10.0 ** (math.floor(math.log10(error)) - 1)
+    return float(f"{math.ceil(error / scale) * scale:.1e}")

@@ -1,0 +1,161 @@
+"""Work and precision: what is measured is what it says; how long it takes is nobody's test."""
+
+import math
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+import pytest
+import xarray as xr
+
+from solver import Case, Slab, friction_record, slab_compliance
+from study import accuracy
+from study.accuracy.operator import OBSERVABLES, lateral_stiffness, nodal_forces, observables_on
+from study.accuracy.sheet import Sheet
+from study.drives import NamedDrive
+from study.front import alike, load_front
+from study.manifest import ManifestError, load_manifest
+from study.plan import make_plan
+from tests.study.test_cli import Main, main  # noqa: F401  a fixture
+
+SMALL = replace(
+    accuracy.default_scene(),
+    case=Case(slab=Slab(n_x=17), max_events=None, max_displacement=1e-3),
+    drive=NamedDrive("short", duration=0.05),
+)
+
+
+@pytest.fixture(scope="module")
+def diagrams() -> accuracy.Diagrams:
+    """Every knob, a little."""
+    return accuracy.measure(SMALL, accuracy.QUICK)
+
+
+@pytest.mark.parametrize("half_width", [0.05, 0.27, 0.5])
+def test_elliptic_forces_carry_the_whole_load_and_its_moments(half_width):
+    x = np.linspace(-0.5, 0.5, 257)
+    force = nodal_forces(x, half_width)
+    assert force.sum() == pytest.approx(1.0, abs=1e-13)
+    assert force @ x == pytest.approx(0.0, abs=1e-13)
+    # ∫x²q dx = a²/4; linear interpolation of x² between nodes adds at most h²/4.
+    assert force @ x**2 == pytest.approx(half_width**2 / 4, abs=(x[1] - x[0]) ** 2 / 4)
+
+
+@pytest.mark.parametrize("scheme", ["biquadratic", "galerkin"])
+def test_the_lateral_stiffness_is_that_of_a_record_whose_nodes_all_stick(scheme):
+    case = Case(
+        intrinsic_friction=math.inf, slab=Slab(n_x=33, scheme=scheme), first_touch="frictionless", max_displacement=1e-9
+    )
+    compliance = slab_compliance(case.slab)
+    record = friction_record(case, compliance)
+    size = record.initial_contact_size
+    nodes = np.arange(size) + (33 - size) // 2
+    assert lateral_stiffness(compliance, nodes) == pytest.approx(record.initial_stiffness, rel=1e-9)
+
+
+def test_finer_operators_are_nearer_to_the_finest():
+    """Ungraded grids of 9 and 17 nodes against 65: smooth loads, order 1 and more."""
+    found = {
+        n_x: observables_on(slab_compliance(Slab(n_x=n_x, scheme="galerkin", coarsest_row=n_x)), (0.3,))[0.3]
+        for n_x in (9, 17, 65)
+    }
+    for name in ("normal_compliance", "tangential_compliance"):
+        error = [abs(found[n_x][name] / found[65][name] - 1.0) for n_x in (9, 17)]
+        assert error[1] < error[0] / 2, name
+
+
+def test_there_is_a_sheet_for_every_sort_of_numerics(diagrams):
+    assert [sheet.name for sheet in diagrams.sheets] == ["operator", "slip_numerics", "integrator"]
+    for sheet in diagrams.sheets:
+        assert {name for row in sheet.rows for name in row} == set(sheet.words)
+        assert set(sheet.shown) <= set(sheet.words)
+        assert np.all(sheet.column("seconds").astype(float) > 0.0)
+        assert sheet.on_front.any()
+        assert sheet.reference
+
+
+def test_the_operators_error_is_the_largest_of_its_observables(diagrams):
+    for row in diagrams.sheets[0].rows:
+        assert row["error"] == max(row[name] for name in OBSERVABLES)
+
+
+def test_the_front_has_every_operator_of_the_diagram(diagrams):
+    """And the diagram's errors are the largest of the contacts that the scene's own is like."""
+    sheet, near = diagrams.sheets[0], [alike(contact, 0.2913) for contact in diagrams.contacts]
+    assert len(diagrams.front) == len(sheet.rows)
+    for measured, row in zip(diagrams.front, sheet.rows, strict=True):
+        assert measured.slab.n_x == row["n_x"]
+        assert max(np.array(measured.errors)[near]) == row["error"]
+
+
+def test_what_errors_are_held_against_has_none(diagrams):
+    chaos, motion = diagrams.sheets[1:]
+    for knob, reference in (("n_x", 33.0), ("event_floor", 1e-6)):
+        apart = {row["value"]: row["step_difference"] for row in chaos.rows if row["knob"] == knob}
+        assert [value for value, difference in apart.items() if difference == 0.0] == [reference]
+    assert [row["integrator"] for row in motion.rows if row["velocity"] == 0.0] == ["exact"]
+    assert all(row["velocity"] > 0.0 for row in motion.rows if row["integrator"] == "rk4")
+
+
+def test_series_that_are_no_rivals_have_a_front_each():
+    rows = tuple(
+        {"knob": knob, "seconds": seconds, "error": error}
+        for knob, seconds, error in [("a", 1.0, 0.1), ("b", 2.0, 0.2), ("b", 3.0, 0.3)]
+    )
+    sheet = Sheet("-", "-", "-", "knob", ("knob",), "error", True, {}, rows)
+    assert sheet.on_front.tolist() == [True, False, False]
+    assert replace(sheet, rivals=False).on_front.tolist() == [True, True, False]
+
+
+def test_the_command_writes_dataset_table_picture_and_front(main: Main, tmp_path: Path):  # noqa: F811
+    path = tmp_path / "mine.toml"
+    path.write_text(
+        'title = "Mine"\nstages = ["contact", "slip"]\n[constants]\npoisson = 0.3\n[axes]\naspect_ratio = [1.0, 2.0]\n'
+        "[numerics]\nn_x = 17\n[limits]\ndisplacement = 1e-3\n"
+    )
+    code, said, _ = main("accuracy", path, "--quick", "--out", tmp_path / "out", "--save", tmp_path / "mine.json")
+    assert code == 0
+    assert "Elastic operator" in said
+    with xr.open_dataset(tmp_path / "out" / "accuracy.nc") as found:
+        assert found.attrs["title"].endswith("Mine")
+        assert "poisson = 0.3" in found.attrs["case"]
+        assert found.attrs["processor"]
+        assert set(found["operator_scheme"].values) == {"biquadratic", "galerkin", "half_plane"}
+        assert found["operator_seconds"].attrs["units"] == "s"
+    assert "| n x | scheme |" in (tmp_path / "out" / "accuracy.md").read_text("utf-8")
+    assert (tmp_path / "out" / "accuracy.png").read_bytes().startswith(b"\x89PNG")
+    saved = load_front(tmp_path / "mine.json")
+    assert {row.slab.aspect_ratio for row in saved.rows} == {1.0, 2.0}
+    path.write_text(
+        path.read_text().replace("n_x = 17", "").replace("title", 'accuracy = 0.5\nfront = "mine.json"\ntitle')
+    )
+    assert make_plan(load_manifest(path)).manifest.numerics["scheme"] == "galerkin"
+
+
+def test_a_scene_without_a_parabola_is_refused(tmp_path: Path):
+    path = tmp_path / "punch.toml"
+    path.write_text('title = "-"\n[constants]\npin = "flat_punch"\n')
+    with pytest.raises(ManifestError, match="measured with a parabola"):
+        accuracy.scene_of(load_manifest(path))
+
+
+def test_a_record_without_a_plateau_drives_no_pin_and_says_so():
+    scene = replace(SMALL, case=replace(SMALL.case, max_displacement=1e-6))
+    found = accuracy.measure(scene, accuracy.QUICK)
+    assert [sheet.name for sheet in found.sheets] == ["operator", "slip_numerics"]
+    assert found.remark.startswith("dynamics: ")
+    assert accuracy.as_dataset(found).attrs["remark"] == found.remark
+
+
+@pytest.mark.slow
+def test_the_shipped_front_describes_this_solver():
+    """Errors measured afresh, at a few discretizations and contacts; the file has three digits."""
+    shipped, slab = load_front(), Slab()
+    some = [row for row in shipped.like(slab) if row.slab.n_x == 65]
+    widths = shipped.contacts[::8]
+    truth = observables_on(slab_compliance(accuracy.reference_slab(slab, accuracy.FULL.reference_size)), widths)
+    for row in some:
+        values = observables_on(slab_compliance(row.slab), widths)
+        for width, error in zip(widths, row.errors[::8], strict=True):
+            worst = max(abs(values[width][name] / truth[width][name] - 1.0) for name in OBSERVABLES)
+            assert worst == pytest.approx(error, rel=6e-3)
