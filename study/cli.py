@@ -148,6 +148,7 @@ def accuracy(campaign: Path | None, out: Path | None, quick: bool, save: Path | 
 
     with _refusals():
         scene = accuracy.scene_of(load_manifest(campaign)) if campaign else accuracy.default_scene()
+        click.echo(f"{scene.title}: measuring, {len(scene.slabs)} slabs, a minute or two each unless --quick", err=True)
         diagrams = accuracy.measure(scene, accuracy.QUICK if quick else accuracy.FULL)
         for sheet in diagrams.sheets:
             click.echo(f"{sheet.title}; errors against {sheet.reference}")
@@ -298,6 +299,10 @@ def _show(error: click.ClickException) -> None:
 def _print_plan(planned: "Plan", remaining: "tuple[Task, ...]") -> None:
     refused = [case for case in planned.cases if not case.outcome.ok]
     click.echo(f"{planned.manifest.title}\n{len(planned.cases)} cases, {len(refused)} of them refused")
+    if planned.manifest.accuracy is not None:
+        from study.targets import choice  # noqa: PLC0415
+
+        click.echo(f"accuracy = {planned.manifest.accuracy:g}: {choice(planned.manifest)}")
     _print_effects(planned)
     _print_counts(planned.tasks, remaining)
     for case in refused:

@@ -9,7 +9,7 @@ from solver.case import Case, Slab
 from study.cases import expand
 from study.front import Front, discretized, hertz_half_width, load_front, physics, settings
 from study.manifest import Manifest
-from study.parameters import Value
+from study.parameters import SETTINGS, Value
 from study.problems import ManifestError
 
 SCHEME: Final = "galerkin"
@@ -22,14 +22,22 @@ def settled(manifest: Manifest) -> Manifest:
     All cases get the same discretization: a campaign is to compare them. Raises ManifestError where no measured one is
     good enough, with the best that there is.
     """
+    if manifest.accuracy is None and manifest.front is None:
+        return manifest
+    front = load_front(manifest.front)  # a file that is not there is better known now than when all is computed
     if manifest.accuracy is None:
         return manifest
     cases = [case.case for case in expand(manifest) if case.case is not None]
     try:
-        chosen = cheapest(load_front(manifest.front), cases, manifest.accuracy)
+        chosen = cheapest(front, cases, manifest.accuracy)
     except UnreachableError as error:
         raise ManifestError([f"{manifest.path}: accuracy = {manifest.accuracy!r}: {error}"]) from None
     return replace(manifest, numerics={**manifest.numerics, **_given(chosen)})
+
+
+def choice(manifest: Manifest) -> str:
+    """The discretization of a settled manifest, in words."""
+    return ", ".join(f"{name} = {manifest.numerics[name]}" for name in SETTINGS if name in manifest.numerics)
 
 
 class UnreachableError(Exception):

@@ -9,6 +9,7 @@ from study.front import Front, Measured, as_text
 from study.manifest import ManifestError, load_manifest
 from study.plan import make_plan
 from study.targets import UnreachableError, cheapest
+from tests.study.test_cli import Main, main  # noqa: F401  a fixture
 
 WIDE, NARROW = Case(radius=200.0), Case(radius=20.0)  # half-widths 0.29 and 0.09
 
@@ -67,6 +68,20 @@ def test_a_plan_has_the_grid_that_was_chosen(campaign):
     assert {case.case.slab.n_x for case in plan.cases if case.case} == {33}
     assert plan.manifest.numerics["n_x"] == 33
     assert plan.manifest.accuracy == 0.1
+
+
+def test_the_command_says_which_grid_was_chosen(main: Main, campaign: Path):  # noqa: F811
+    code, said, _ = main("plan", campaign)
+    assert code == 0
+    assert (
+        "accuracy = 0.1: n_x = 33, scheme = galerkin, rows_per_level = 2, coarsest_row = 17, bottom_row = 33\n" in said
+    )
+
+
+def test_a_front_that_is_not_there_is_missed_before_anything_is_computed(campaign):
+    campaign.write_text(campaign.read_text().replace("accuracy = 0.1\n", "").replace("here.json", "there.json"))
+    with pytest.raises(ManifestError, match=r"there\.json: cannot be read"):
+        make_plan(load_manifest(campaign))
 
 
 def test_a_plan_out_of_reach_names_file_and_value(campaign):
