@@ -47,6 +47,9 @@ class Effort:
     """Of a short timing; the shortest counts."""
 
 
+POINT: Final = "frictionless"
+POINTLESS: Final = "has no accuracy: what is held at one node gives way without limit as rows get finer"
+
 FULL: Final = Effort(
     sizes=(17, 33, 65, 129, 257, 513),
     reference_size=1025,
@@ -82,7 +85,10 @@ def scene_of(manifest: Manifest) -> Scene:
         raise ManifestError([f"{manifest.path}: its first case is no case: {first.outcome.message}"])
     if first.case.pin != "parabola":
         raise ManifestError([f"{manifest.path}: pin = {shown(first.case.pin)}: accuracy is measured with a parabola"])
-    slabs = dict.fromkeys(discretized(each.case.slab, {}) for each in cases if each.case)
+    if first.case.slab.support == POINT:
+        raise ManifestError([f"{manifest.path}: support = {shown(POINT)}: {POINTLESS}"])
+    every = dict.fromkeys(discretized(each.case.slab, {}) for each in cases if each.case)
+    slabs = (slab for slab in every if slab.support != POINT)
     drive = manifest.drives[0] if manifest.drives else NamedDrive("paper")
     return Scene(manifest.title, first.case, tuple(slabs), drive, manifest.scales)
 

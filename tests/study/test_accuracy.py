@@ -80,12 +80,18 @@ def test_the_operators_error_is_the_largest_of_its_observables(diagrams):
 
 
 def test_the_front_has_every_operator_of_the_diagram(diagrams):
-    """And the diagram's errors are the largest of the contacts that the scene's own is like."""
+    """The diagram's errors are the largest of the contacts that the scene's own is like, or the reference is in doubt."""
     sheet, near = diagrams.sheets[0], [alike(contact, 0.2913) for contact in diagrams.contacts]
+    doubt = float(sheet.reference.split(" by ")[1])
     assert len(diagrams.front) == len(sheet.rows)
     for measured, row in zip(diagrams.front, sheet.rows, strict=True):
         assert measured.slab.n_x == row["n_x"]
-        assert max(np.array(measured.errors)[near]) == row["error"]
+        assert max(np.array(measured.errors)[near]) == pytest.approx(max(row["error"], doubt), rel=0.05)  # two digits
+
+
+def test_no_grid_is_measured_twice(diagrams):
+    slabs = [measured.slab for measured in diagrams.front]
+    assert len(set(slabs)) == len(slabs)
 
 
 def test_what_errors_are_held_against_has_none(diagrams):
@@ -139,6 +145,15 @@ def test_a_scene_without_a_parabola_is_refused(tmp_path: Path):
         accuracy.scene_of(load_manifest(path))
 
 
+def test_a_slab_held_at_one_point_has_no_accuracy(tmp_path: Path):
+    path = tmp_path / "point.toml"
+    path.write_text('title = "-"\n[axes]\nsupport = ["frictionless", "bonded"]\n')
+    with pytest.raises(ManifestError, match="gives way without limit"):
+        accuracy.scene_of(load_manifest(path))
+    path.write_text('title = "-"\n[axes]\nsupport = ["bonded", "frictionless"]\n')
+    assert [slab.support for slab in accuracy.scene_of(load_manifest(path)).slabs] == ["bonded"]
+
+
 def test_a_record_without_a_plateau_drives_no_pin_and_says_so():
     scene = replace(SMALL, case=replace(SMALL.case, max_displacement=1e-6))
     found = accuracy.measure(scene, accuracy.QUICK)
@@ -152,10 +167,12 @@ def test_the_shipped_front_describes_this_solver():
     """Errors measured afresh, at a few discretizations and contacts; the file has three digits."""
     shipped, slab = load_front(), Slab()
     some = [row for row in shipped.like(slab) if row.slab.n_x == 65]
+    assert some
     widths = shipped.contacts[::8]
     truth = observables_on(slab_compliance(accuracy.reference_slab(slab, accuracy.FULL.reference_size)), widths)
     for row in some:
         values = observables_on(slab_compliance(row.slab), widths)
         for width, error in zip(widths, row.errors[::8], strict=True):
             worst = max(abs(values[width][name] / truth[width][name] - 1.0) for name in OBSERVABLES)
-            assert worst == pytest.approx(error, rel=6e-3)
+            assert worst < 1.006 * error  # where it is less, the reference was in doubt
+            assert worst == pytest.approx(error, rel=6e-3) or error < 4e-3
