@@ -17,7 +17,8 @@ A slip is two rows of the tableau added to the response; touch and release excha
 from typing import NamedTuple
 
 import numpy as np
-from numba import njit
+from numba import njit, types
+from numba.extending import overload, register_jitable
 from numpy.typing import NDArray
 
 Floats = NDArray[np.float64]
@@ -67,10 +68,21 @@ class Machine(NamedTuple):
     changes of the contact since the last look at the drift."""
 
 
+class Profile(NamedTuple):
+    """A rough pin: its height is curvature·ξ²/2 + rise(ξ), the rise straight between knots and level beyond them."""
+
+    curvature: float
+    knots: Floats
+    """Pin coordinates, increasing."""
+    rises: Floats
+    """Of the same shape."""
+
+
 class Rules(NamedTuple):
     """What does not change during a run."""
 
-    curvature: float
+    profile: float | Profile
+    """Curvature of a smooth pin, or a rough one's profile: its type decides which functions are compiled."""
     half_width: float
     residual: float
     simultaneous: bool
@@ -108,7 +120,38 @@ def _height(rules: Rules, xi: float) -> float:
     """Height of the pin above its lowest point; infinite beyond its edges."""
     if abs(xi) > rules.half_width:
         return np.inf
-    return 0.5 * rules.curvature * xi * xi
+    return float(_height_of(rules.profile, xi))
+
+
+def _height_of(profile: float | Profile, xi: float) -> float:
+    """Height of a pin without edges above its lowest point (of a rough one: of its parabola). Compiled for either kind."""
+    raise NotImplementedError
+
+
+def _smooth_height(profile: float, xi: float) -> float:
+    return 0.5 * profile * xi * xi
+
+
+@register_jitable
+def _rough_height(profile: Profile, xi: float) -> float:
+    last = len(profile.knots) - 1
+    k = min(max(int(np.searchsorted(profile.knots, xi, side="right")), 1), last)
+    along = min(max(xi, profile.knots[0]), profile.knots[last]) - profile.knots[k - 1]
+    rise = profile.rises[k - 1] + along * _slope(profile, k)
+    return float(0.5 * profile.curvature * xi * xi + rise)
+
+
+@njit(cache=True, nogil=True)
+def _slope(profile: Profile, k: int) -> float:
+    """Slope of the rise between knots k - 1 and k; level before the first and behind the last."""
+    if not 0 < k < len(profile.knots):
+        return 0.0
+    return float((profile.rises[k] - profile.rises[k - 1]) / (profile.knots[k] - profile.knots[k - 1]))
+
+
+@overload(_height_of, strict=False)
+def _choose_height(profile, xi):  # type: ignore[no-untyped-def]
+    return _rough_height if isinstance(profile, types.BaseNamedTuple) else _smooth_height
 
 
 @njit(cache=True, nogil=True, fastmath={"contract"})
@@ -321,14 +364,20 @@ def _touch(m: Machine, rules: Rules, i: int, push: float) -> bool:
     return True
 
 
-@njit(cache=True, nogil=True)
 def _slip_move(
-    y: Floats, tableau: Floats, friction: Floats, i: int, xi: float, curvature: float, residual: float
+    y: Floats, tableau: Floats, friction: Floats, i: int, xi: float, profile: float | Profile, residual: float
 ) -> tuple[float, float]:
     """How far node i slips along and down the pin, the others held; infinite where no distance lowers its shear enough.
 
-    The shear that exceeds residual·μ_i·pressure is quadratic in the distance, because the pin's height under the node is.
+    Compiled for a smooth pin or a rough one.
     """
+    raise NotImplementedError
+
+
+def _slip_on_smooth(
+    y: Floats, tableau: Floats, friction: Floats, i: int, xi: float, curvature: float, residual: float
+) -> tuple[float, float]:
+    """The shear that exceeds residual·μ_i·pressure is quadratic in the distance, because the pin's height under the node is."""
     n = len(friction)
     share = residual * friction[i] * (1.0 if y[i] > 0.0 else -1.0)
     excess = y[i] + share * y[n + i]
@@ -339,6 +388,65 @@ def _slip_move(
         return np.inf, 0.0
     distance = -2.0 * excess / (linear + np.sqrt(discriminant))
     return distance, curvature * distance * (xi + 0.5 * distance)
+
+
+def _slip_on_rough(
+    y: Floats, tableau: Floats, friction: Floats, i: int, xi: float, profile: Profile, residual: float
+) -> tuple[float, float]:
+    """The same from knot to knot, the way the shear pushes: the node rests where the excess is first gone."""
+    n = len(friction)
+    share = residual * friction[i] * (1.0 if y[i] > 0.0 else -1.0)
+    excess = y[i] + share * y[n + i]
+    along = tableau[i, i] + share * tableau[i, n + i]
+    down = tableau[n + i, i] + share * tableau[n + i, n + i]
+    sense = -1 if excess > 0.0 else 1
+    k = _stretch(profile, xi, sense)
+    here = xi
+    while True:
+        linear = along + down * (profile.curvature * here + _slope(profile, k))
+        quadratic = -sense * 0.5 * down * profile.curvature
+        far = _knot_ahead(profile, k, sense)
+        step = _first_root(abs(excess), -linear, quadratic)
+        if step <= abs(far - here):
+            distance = here - xi + sense * step
+            return distance, _rough_height(profile, xi + distance) - _rough_height(profile, xi)
+        if abs(far) == np.inf:
+            return np.inf, 0.0
+        # Rounding must not turn a knot's little rest into an excess of the other sign.
+        excess = -sense * max(abs(excess) - linear * abs(far - here) + quadratic * (far - here) ** 2, 0.0)
+        here = far
+        k += sense
+
+
+@njit(cache=True, nogil=True)
+def _stretch(profile: Profile, xi: float, sense: int) -> int:
+    """Number k of the stretch between knots k - 1 and k that a node at ξ enters."""
+    if sense > 0:
+        return int(np.searchsorted(profile.knots, xi, side="right"))
+    return int(np.searchsorted(profile.knots, xi, side="left"))
+
+
+@njit(cache=True, nogil=True)
+def _knot_ahead(profile: Profile, k: int, sense: int) -> float:
+    """End of the stretch between knots k - 1 and k in the direction of `sense`."""
+    if sense > 0:
+        return float(profile.knots[k]) if k < len(profile.knots) else np.inf
+    return float(profile.knots[k - 1]) if k > 0 else -np.inf
+
+
+@njit(cache=True, nogil=True)
+def _first_root(constant: float, linear: float, quadratic: float) -> float:
+    """Smallest t ≥ 0 at which constant + linear·t + quadratic·t², with constant ≥ 0, falls through 0; infinite if none."""
+    discriminant = linear * linear - 4.0 * quadratic * constant
+    if discriminant < 0.0:
+        return np.inf
+    bottom = -linear + np.sqrt(discriminant)
+    return float(2.0 * constant / bottom) if bottom > 0.0 else np.inf
+
+
+@overload(_slip_move, strict=False)
+def _choose_slip(y, tableau, friction, i, xi, profile, residual):  # type: ignore[no-untyped-def]
+    return _slip_on_rough if isinstance(profile, types.BaseNamedTuple) else _slip_on_smooth
 
 
 @njit(cache=True, nogil=True)
@@ -376,7 +484,7 @@ def _slip_in_turn(m: Machine, rules: Rules, first: int) -> tuple[int, int, int]:
     Returns a status, and RELEASE with its node or NOTHING. The arrays are taken out of the machine once: passing the
     whole of it to another compiled function costs more than a slip.
     """
-    n, tolerance, curvature, residual = len(m.x), rules.tolerance, rules.curvature, rules.residual
+    n, tolerance, profile, residual = len(m.x), rules.tolerance, rules.profile, rules.residual
     y, tableau, inputs, x, counts, totals = m.response, m.tableau, m.inputs, m.x, m.counts, m.totals
     shear, normal, friction, limits, contact = y[:n], y[n : 2 * n], m.friction, m.limits, m.contact
     displacement = totals[0]
@@ -391,7 +499,7 @@ def _slip_in_turn(m: Machine, rules: Rules, first: int) -> tuple[int, int, int]:
         if counts[0] >= rules.cascade_limit:
             return CASCADE_LIMIT, NOTHING, -1
         xi = x[node] + inputs[node] - displacement
-        along, down = _slip_move(y, tableau, friction, node, xi, curvature, residual)
+        along, down = _slip_move(y, tableau, friction, node, xi, profile, residual)
         if not along < np.inf:
             return SLIP_UNBOUNDED, NOTHING, -1
         totals[1] -= _glide(y, tableau, inputs, node, along, down)
@@ -421,7 +529,7 @@ def _slip_together(m: Machine, rules: Rules, first: int) -> tuple[int, int, int]
             along[i] = 0.0
             if abs(y[i]) + m.limits[i] * y[n + i] > tolerance or i == first:
                 xi = m.x[i] + m.inputs[i] - displacement
-                along[i], down[i] = _slip_move(y, m.tableau, m.friction, i, xi, rules.curvature, rules.residual)
+                along[i], down[i] = _slip_move(y, m.tableau, m.friction, i, xi, rules.profile, rules.residual)
                 if not along[i] < np.inf:
                     return SLIP_UNBOUNDED, NOTHING, -1
         left, first = -1, -1
@@ -517,7 +625,7 @@ def next_event(m: Machine, rules: Rules, drift: float) -> tuple[float, int, int]
         if m.contact[i]:
             step, what = _step_to_limit(m, i)
         else:
-            step, what = _step_to_touch(m, rules, i, drift), TOUCH
+            step, what = _step_to_touch(m, rules, i, drift, nearest), TOUCH
         if step < nearest:
             nearest, kind, node = step, what, i
     return nearest, kind, node
@@ -543,8 +651,8 @@ def _step_to_limit(m: Machine, i: int) -> tuple[float, int]:
 
 
 @njit(cache=True, nogil=True)
-def _step_to_touch(m: Machine, rules: Rules, i: int, drift: float) -> float:
-    """Step at which free node i meets the pin: the gap is quadratic in the step."""
+def _step_to_touch(m: Machine, rules: Rules, i: int, drift: float, nearest: float) -> float:
+    """Step at which free node i meets the pin: the gap is quadratic in the step. Of no interest beyond `nearest`."""
     n = len(m.x)
     xi, xi_rate = m.x[i] + m.response[i] - m.totals[0], m.rate[i] - drift
     height, height_rate = m.response[n + i], m.rate[n + i]
@@ -554,9 +662,22 @@ def _step_to_touch(m: Machine, rules: Rules, i: int, drift: float) -> float:
             return np.inf
         step = (abs(xi) - rules.half_width * (1.0 - EDGE)) / abs(xi_rate)
         return step if height + height_rate * step >= 0.0 else np.inf
-    gap = 0.5 * rules.curvature * xi * xi - height
-    linear = rules.curvature * xi * xi_rate - height_rate
-    quadratic = 0.5 * rules.curvature * xi_rate * xi_rate
+    return float(_step_to_profile(rules.profile, xi, xi_rate, height, height_rate, nearest))
+
+
+def _step_to_profile(
+    profile: float | Profile, xi: float, xi_rate: float, height: float, height_rate: float, nearest: float
+) -> float:
+    """Step at which a node at ξ and this height meets a pin without edges. Compiled for a smooth pin or a rough one."""
+    raise NotImplementedError
+
+
+def _step_to_smooth(
+    curvature: float, xi: float, xi_rate: float, height: float, height_rate: float, nearest: float
+) -> float:
+    gap = 0.5 * curvature * xi * xi - height
+    linear = curvature * xi * xi_rate - height_rate
+    quadratic = 0.5 * curvature * xi_rate * xi_rate
     if linear >= 0.0:
         return np.inf
     if gap <= 0.0:
@@ -565,6 +686,37 @@ def _step_to_touch(m: Machine, rules: Rules, i: int, drift: float) -> float:
     if discriminant < 0.0:
         return np.inf
     return float(2.0 * gap / (-linear + np.sqrt(discriminant)))
+
+
+def _step_to_rough(
+    profile: Profile, xi: float, xi_rate: float, height: float, height_rate: float, nearest: float
+) -> float:
+    """From knot to knot, to where the gap first closes; a node that lies inside and closes in has met the pin."""
+    sense = 1 if xi_rate > 0.0 else -1
+    k = _stretch(profile, xi, sense)
+    here, passed, gap = xi, 0.0, _rough_height(profile, xi) - height
+    quadratic = 0.5 * profile.curvature * xi_rate * xi_rate
+    while passed < nearest:
+        linear = (profile.curvature * here + _slope(profile, k)) * xi_rate - height_rate
+        far = _knot_ahead(profile, k, sense)
+        longest = (far - here) / xi_rate if xi_rate != 0.0 else np.inf
+        if linear < 0.0 and gap <= 0.0:
+            return passed
+        step = _first_root(max(gap, 0.0), linear, quadratic) if gap > 0.0 else np.inf
+        if step <= longest:
+            return passed + step
+        if longest == np.inf:
+            return np.inf
+        gap += longest * (linear + longest * quadratic)
+        passed += longest
+        here = far
+        k += sense
+    return np.inf
+
+
+@overload(_step_to_profile, strict=False)
+def _choose_step(profile, xi, xi_rate, height, height_rate, nearest):  # type: ignore[no-untyped-def]
+    return _step_to_rough if isinstance(profile, types.BaseNamedTuple) else _step_to_smooth
 
 
 @njit(cache=True, nogil=True)

@@ -4,6 +4,7 @@ Lengths are in slab widths L_x, stresses in shear moduli G, forces in G·L_x·L_
 δ_p/L_x (§3.2.2, completed by the load) are the fields of `Case`.
 """
 
+import itertools
 import math
 from dataclasses import dataclass, field, fields
 from typing import Any, Literal, get_args
@@ -16,6 +17,7 @@ FirstSpacing = Literal["equal", "doubling"]
 PinShape = Literal["parabola", "flat_punch"]
 FirstTouch = Literal["stick", "frictionless", "gradual"]
 SlipOrder = Literal["worst_first", "simultaneous"]
+Roughness = tuple[tuple[float, float], ...]
 Distribution = Literal["lognormal", "uniform", "normal"]
 Integrator = Literal["exact", "rk4"]
 ProfileShape = Literal["sawtooth", "linear", "mean"]
@@ -94,15 +96,20 @@ class Effects:
 
 @dataclass(frozen=True, slots=True)
 class Heterogeneity:
-    """μ_i differs from node to node of the slab: drawn independently, with the case's intrinsic_friction as mean.
+    """What is not the same everywhere: μ_i of the slab's nodes, and the pin's profile.
+
+    μ_i is drawn independently for each node, with the case's intrinsic_friction as mean.
 
     spread: standard deviation over mean, 0 for none: `normal` up to 0.25 (cut off at μ_i = 0), `uniform` up to 1/√3,
     `lognormal` any. seed: the same seed and n_x give the same nodes, whatever else the case is.
+    roughness: (ξ, height) in L_x of two or more points, ξ increasing: what is added to the parabola's height at pin
+    coordinate ξ, straight between the points and level beyond them; () is a smooth pin.
     """
 
     distribution: Distribution = "lognormal"
     spread: float = 0.0
     seed: int = 1
+    roughness: Roughness = ()
 
     def __post_init__(self) -> None:
         _take_declared_types(self)
@@ -110,6 +117,9 @@ class Heterogeneity:
         allowed = 0.0 <= self.spread <= most and self.spread < math.inf
         _require("spread", self.spread, allowed, f"0 ≤ spread ≤ {most:.4g} with {self.distribution}")
         _require("seed", self.seed, self.seed >= 0, "seed ≥ 0")
+        _require("roughness", len(self.roughness), len(self.roughness) != 1, "no or at least 2 points")
+        for (before, _), (after, _) in itertools.pairwise(self.roughness):
+            _require("roughness", (before, after), before < after, "points with increasing ξ")
 
 
 @dataclass(frozen=True, slots=True)
@@ -232,6 +242,14 @@ class Case:
                 "residual = 1.0 with pin_translation = false: classical sliding is solved with the pin carried along only; "
                 "use residual = 0.999"
             )
+        if self.heterogeneity.roughness and self.pin == "flat_punch":
+            raise InvalidInput(
+                "roughness with pin = flat_punch: needs a parabola, a rough punch has no edge to speak of"
+            )
+        if self.heterogeneity.roughness and self.slip_rule.residual == 1.0:
+            raise InvalidInput(
+                "roughness with residual = 1.0: classical sliding is solved on smooth pins only; use residual = 0.999"
+            )
         if self.heterogeneity.spread > 0.0 and not 0.0 < self.intrinsic_friction < math.inf:
             raise InvalidInput(
                 f"spread = {self.heterogeneity.spread} with intrinsic_friction = {self.intrinsic_friction}: "
@@ -346,6 +364,8 @@ def _take_declared_types(value: Any) -> None:
             _require(item.name, given, optional or given in allowed, "one of " + ", ".join(allowed))
         elif item.type is bool:
             _require(item.name, given, isinstance(given, bool), "true or false")
+        elif item.type == Roughness:
+            object.__setattr__(value, item.name, _as_points(item.name, given))
         elif "float" in kind and given is not None:
             object.__setattr__(value, item.name, _as_float(item.name, given))
         elif "int" in kind and given is not None:
@@ -356,6 +376,15 @@ def _as_float(name: str, given: Any) -> float:
     if isinstance(given, bool | str) or not _converts(float, given) or math.isnan(float(given)):
         raise InvalidInput(f"{name} = {given!r}: needs a number")
     return float(given) + 0.0  # -0.0 and 0.0 are one number
+
+
+def _as_points(name: str, given: Any) -> Roughness:
+    try:
+        points = tuple((_as_float(name, xi), _as_float(name, height)) for xi, height in given)
+    except (TypeError, ValueError):
+        raise InvalidInput(f"{name} = {given!r}: needs pairs of numbers (ξ, height)") from None
+    _require(name, given, all(map(math.isfinite, itertools.chain(*points))), "finite numbers")
+    return points
 
 
 def _as_int(name: str, given: Any) -> int:

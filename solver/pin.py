@@ -8,26 +8,46 @@ from numpy.typing import NDArray
 
 from solver.case import Case
 
+Vector = NDArray[np.float64]
+
 
 @dataclass(frozen=True, slots=True)
 class Pin:
     """A pin whose height at pin coordinate ξ is curvature·ξ²/2 for |ξ| ≤ half_width, and out of reach beyond.
 
     curvature: L_x/R of a parabola, 0 for a flat punch. half_width: of a flat punch, rounded to whole nodes; infinite for a
-    parabola.
+    parabola. knots, rises: a rough parabola's additional height at pin coordinates, straight between and level beyond them.
     """
 
     curvature: float
     half_width: float
+    knots: Vector | None = None
+    rises: Vector | None = None
 
-    def height(self, xi: NDArray[np.float64]) -> NDArray[np.float64]:
+    def height(self, xi: Vector) -> Vector:
         """Height of the pin's surface above its lowest point at ξ (any shape), in L_x; infinite beyond the pin."""
-        return np.where(np.abs(xi) <= self.half_width, self.curvature * xi**2 / 2, np.inf)
+        return np.where(np.abs(xi) <= self.half_width, self.face(xi), np.inf)
+
+    def face(self, xi: Vector) -> Vector:
+        """The same as if the pin had no edges."""
+        height = self.curvature * xi**2 / 2
+        if self.knots is None or self.rises is None:
+            return np.asarray(height)
+        return np.asarray(height + np.interp(xi, self.knots, self.rises))
+
+    def slope(self, xi: Vector) -> Vector:
+        """dheight/dξ under the pin; at a knot, of what lies to its right."""
+        slope = self.curvature * xi
+        if self.knots is None or self.rises is None:
+            return np.asarray(slope)
+        steps = np.concatenate(([0.0], np.diff(self.rises) / np.diff(self.knots), [0.0]))
+        return np.asarray(slope + steps[np.searchsorted(self.knots, xi, side="right")])
 
 
 def pin_of(case: Case) -> Pin:
     """The pin of `case`."""
     if case.pin == "parabola":
-        return Pin(curvature=1.0 / case.radius, half_width=math.inf)
+        rough = np.array(case.heterogeneity.roughness).T if case.heterogeneity.roughness else (None, None)
+        return Pin(1.0 / case.radius, math.inf, *rough)
     # A node stands for its width of surface: it is under the punch while the greater part of that is.
     return Pin(curvature=0.0, half_width=case.half_width + 0.499 * case.slab.spacing)

@@ -98,12 +98,13 @@ def _forces(
     rows = np.concatenate((nodes, nodes + n)) if both else nodes + n
     xi = (x + (0.0 if stuck else u))[nodes]
     block = c[np.ix_(rows, rows)]
-    right = pin.curvature * xi**2 / 2
+    right = pin.face(xi)
     if both:
         right = np.concatenate((np.zeros(len(nodes)), right))
     elif coupled:
-        block = block - pin.curvature * xi[:, None] * c[np.ix_(nodes, rows)]
-        right = right - pin.curvature * xi * u[nodes]
+        slope = pin.slope(xi)
+        block = block - slope[:, None] * c[np.ix_(nodes, rows)]
+        right = right - slope * u[nodes]
     ones = np.zeros(len(rows))
     ones[-len(nodes) :] = 1.0
     bordered = np.block([[block, ones[:, None]], [ones[None, :], np.zeros((1, 1))]])

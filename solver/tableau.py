@@ -23,6 +23,7 @@ from solver._kernels import (
     NO_EVENT,
     NOTHING,
     Machine,
+    Profile,
     Rules,
     aim_displacement,
     drift,
@@ -35,7 +36,7 @@ from solver.case import Case
 from solver.compliance import SurfaceCompliance
 from solver.heterogeneity import node_friction
 from solver.outcome import SingularOperator
-from solver.pin import pin_of
+from solver.pin import Pin, pin_of
 
 Vector = NDArray[np.float64]
 
@@ -74,7 +75,8 @@ def core_of(
     contact's compliance cannot be inverted.
     """
     n = compliance.slab.n_x
-    window = slice(0, n) if whole else _window(contact)
+    # Beyond a rough pin's outermost contact any node may touch first.
+    window = slice(0, n) if whole or case.heterogeneity.roughness else _window(contact)
     nodes = np.arange(n)[window]
     rows = np.concatenate((nodes, nodes + n))
     contact, u, v = contact[window], u[window], v[window]
@@ -141,7 +143,7 @@ def _rules(case: Case, window: slice) -> Rules:
     """The constants of a run; tolerances are relative to load and pin."""
     pin, slip, last = pin_of(case), case.slip_rule, window.stop - window.start - 1
     return Rules(
-        curvature=pin.curvature,
+        profile=_profile(pin),
         half_width=pin.half_width,
         residual=slip.residual,
         simultaneous=slip.order == "simultaneous",
@@ -152,6 +154,12 @@ def _rules(case: Case, window: slice) -> Rules:
         offset=window.start,
         safe=(GUARD if window.start > 0 else 0, last - GUARD if window.stop < case.slab.n_x else last),
     )
+
+
+def _profile(pin: Pin) -> float | Profile:
+    if pin.knots is None or pin.rises is None:
+        return pin.curvature
+    return Profile(pin.curvature, np.ascontiguousarray(pin.knots), np.ascontiguousarray(pin.rises))
 
 
 def tableau(matrix: NDArray[np.float64], contact: NDArray[np.bool_]) -> NDArray[np.float64]:

@@ -6,7 +6,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any, NamedTuple
 
-from study.parameters import WORDS, Value
+from study.parameters import AXES, Value
 from study.problems import ManifestError, shown, unknown
 
 
@@ -45,16 +45,12 @@ def read_text(path: Path) -> tuple[bytes, str]:
 def read_table(path: Path) -> Table:
     """Read a table of cases. Raises ManifestError with one line per problem."""
     raw, text = read_text(path)
-    reader = csv.reader(io.StringIO(text, newline=""), skipinitialspace=True, strict=True)
-    try:
-        lines = [(reader.line_num, row) for row in reader if any(cell.strip() for cell in row)]
-    except csv.Error as error:
-        raise ManifestError([f"{path}: line {reader.line_num}: not CSV: {error}"]) from None
+    lines = _lines(path, text)
     if len(lines) < 2:
         raise ManifestError([f"{path}: {len(lines)} lines: needs a header of parameters and at least one case"])
     header = [word.strip() for word in lines[0][1]]
-    problems = [f"column {shown(word)}: {unknown(word, WORDS)}" for word in header if word not in WORDS]
-    problems += [f"column {word}: needs to appear once" for word in WORDS if header.count(word) > 1]
+    problems = [f"column {shown(word)}: {unknown(word, AXES)}" for word in header if word not in AXES]
+    problems += [f"column {word}: needs to appear once" for word in AXES if header.count(word) > 1]
     for line, row in lines[1:]:
         if len(row) != len(header):
             problems.append(f"line {line}: {len(row)} values: needs {len(header)}, one for each column")
@@ -65,6 +61,42 @@ def read_table(path: Path) -> Table:
         for position, word in enumerate(header)
     }
     return Table(raw, text, columns)
+
+
+@dataclass(frozen=True, slots=True)
+class PinProfile:
+    """A CSV file of a pin's roughness: the header `xi,height`, then one point of the profile per line, in L_x."""
+
+    raw: bytes
+    text: str
+    points: tuple[tuple[float, float], ...]
+
+
+def read_profile(path: Path) -> PinProfile:
+    """Read a pin's roughness. Raises ManifestError with one line per problem."""
+    raw, text = read_text(path)
+    lines = _lines(path, text)
+    if not lines or [word.strip() for word in lines[0][1]] != ["xi", "height"]:
+        raise ManifestError([f"{path}: needs the header xi,height"])
+    problems, points = [], []
+    for line, row in lines[1:]:
+        try:
+            xi, height = map(float, row)
+            points.append((xi, height))
+        except ValueError:
+            problems.append(f"{path}: line {line}: {','.join(row)}: needs two numbers, xi and height")
+    if problems:
+        raise ManifestError(problems)
+    return PinProfile(raw, text, tuple(points))
+
+
+def _lines(path: Path, text: str) -> list[tuple[int, list[str]]]:
+    """The lines of a CSV file that are not empty, with their numbers."""
+    reader = csv.reader(io.StringIO(text, newline=""), skipinitialspace=True, strict=True)
+    try:
+        return [(reader.line_num, row) for row in reader if any(cell.strip() for cell in row)]
+    except csv.Error as error:
+        raise ManifestError([f"{path}: line {reader.line_num}: not CSV: {error}"]) from None
 
 
 def _number_or_text(cell: str) -> Value:

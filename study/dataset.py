@@ -232,12 +232,12 @@ def _drive_coordinates(manifest: Manifest) -> dict[str, Any]:
 
 
 def _attributes(manifest: Manifest, front: Front) -> dict[str, Any]:
-    table = {} if manifest.table_text is None else {"manifest_table": manifest.table_text}
+    texts = {"manifest_table": manifest.table_text, "manifest_roughness": manifest.profile_text}
     return {
         "title": manifest.title,
         "Conventions": "CF-1.11",
         "manifest": manifest.text,
-        **table,
+        **{name: text for name, text in texts.items() if text is not None},
         "manifest_sha256": manifest.sha256,
         "discretization_front": f"{front.name}, sha256 {front.sha256}",
         **provenance.attributes(),

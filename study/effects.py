@@ -3,7 +3,7 @@
 from collections.abc import Sequence
 from typing import Literal, NamedTuple
 
-from solver.case import Case, Effects
+from solver.case import Case, Effects, Slab
 from study.drives import NamedDrive
 from study.manifest import Manifest
 
@@ -44,6 +44,8 @@ def refusal(manifest: Manifest, case: Case) -> str:
     """Why these stages and outputs mean nothing for this case; empty where they do."""
     if "slip" in manifest.stages and not case.effects.friction:
         return 'friction = false: needs stages = ["contact"], as without friction there is nothing to slide against (F = 0)'
+    if manifest.outputs.subsurface and case.slab.scheme == "half_plane":
+        return "subsurface = true with scheme = half_plane: needs a scheme that has a grid, a half-plane is its surface only"
     return ""
 
 
@@ -64,7 +66,14 @@ def effects(manifest: Manifest) -> tuple[Effect, ...]:
         Effect("dynamics", _word("dynamics" in stages), "Eq. 12 is not integrated"),
         *(Effect(name, _setting(manifest, name), without) for name, without in _OF_CASES.items()),
     ]
+    schemes = manifest.axes.get("scheme", (manifest.fixed.get("scheme", Slab().scheme),))
+    finite = [_word(scheme != "half_plane") for scheme in schemes]
+    found.append(
+        Effect("finite slab (scheme)", _joint(finite), "half_plane: closed form, no grid, no sides, no bottom")
+    )
     found.append(Effect("spread of μ_i", _spread(manifest), "one μ_i for all nodes, nothing is drawn"))
+    rough = bool(manifest.fixed.get("roughness"))
+    found.append(Effect("roughness of the pin", _word(rough), "a smooth pin, whose height a slip takes in closed form"))
     for name, without in _OF_DRIVES.items() if manifest.drives else ():
         values = [_drive_setting(drive, name) for drive in manifest.drives]
         found.append(Effect(name, _joint(values), without))

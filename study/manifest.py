@@ -15,9 +15,9 @@ from typing import Any, Literal, get_args
 
 from solver.case import SCHEME_OF, Scales
 from solver.outcome import InvalidInput
-from study.columns import Columns, Given, Table, read_table, read_text
+from study.columns import Columns, Given, PinProfile, Table, read_profile, read_table, read_text
 from study.drives import NamedDrive
-from study.parameters import SETTINGS, TABLES, WORDS, Value, field_name, flat, make_case
+from study.parameters import AXES, SETTINGS, TABLES, Value, field_name, flat, make_case
 from study.problems import ManifestError, need, shown, unknown
 
 __all__ = ["STAGES", "Design", "Manifest", "ManifestError", "NamedDrive", "Outputs", "Stage", "load_manifest"]
@@ -64,8 +64,10 @@ class Manifest:
     """The campaign file."""
     table_text: str | None
     """The table of cases, with design `table`."""
+    profile_text: str | None
+    """The pin's roughness, where there is one."""
     sha256: str
-    """Of the campaign file's bytes followed by the table's."""
+    """Of the campaign file's bytes followed by the table's and the roughness's."""
     title: str
     stages: tuple[Stage, ...]
     design: Design
@@ -131,7 +133,12 @@ class _Reader:
         top = self._top(document)
         table = self._table(top)
         axes = table.columns if table else self._axes(top.get("axes", {}))
+        profile = self._profile(top.get("heterogeneity", {}))
         fixed = {name: self._words(name, top.get(name, {})) for name in TABLES}
+        fixed["heterogeneity"].pop("roughness", None)
+        if profile:
+            where = f"{self.path}: heterogeneity.roughness"
+            fixed["heterogeneity"]["roughness"] = [Given(where, profile.points)]
         self._one_place(axes, fixed)
         accuracy = self._accuracy(top, {**axes, **fixed["numerics"]})
         slabs = _slabs({**fixed["numerics"], **axes})
@@ -143,7 +150,8 @@ class _Reader:
             path=self.path,
             text=text,
             table_text=table.text if table else None,
-            sha256=hashlib.sha256(raw + (table.raw if table else b"")).hexdigest(),
+            profile_text=profile.text if profile else None,
+            sha256=hashlib.sha256(raw + b"".join(part.raw for part in (table, profile) if part)).hexdigest(),
             title=top.get("title", ""),
             stages=stages,
             design="table" if table else self._design(top, axes),
@@ -215,8 +223,8 @@ class _Reader:
         axes: Columns = {}
         for word, values in content.items():
             where = f"axes.{word}"
-            if word not in WORDS:
-                self._refuse(f"{where} = {shown(values)}", unknown(word, WORDS))
+            if word not in AXES:
+                self._refuse(f"{where} = {shown(values)}", unknown(word, AXES))
             elif not isinstance(values, list) or not values:
                 self._refuse(f"{where} = {shown(values)}", "needs a list of at least one value")
             else:
@@ -231,6 +239,19 @@ class _Reader:
                 self._refuse(other, f"needs to be left out beside table = {shown(top['table'])}")
         try:
             return read_table(self.path.parent / top["table"])
+        except ManifestError as error:
+            self.problems += error.lines
+            return None
+
+    def _profile(self, content: dict[str, Any]) -> PinProfile | None:
+        name = content.get("roughness")
+        if name is None:
+            return None
+        if not isinstance(name, str):
+            self._refuse(f"heterogeneity.roughness = {shown(name)}", "needs the path of a CSV file with xi and height")
+            return None
+        try:
+            return read_profile(self.path.parent / name)
         except ManifestError as error:
             self.problems += error.lines
             return None

@@ -25,12 +25,14 @@ TABLES: dict[str, tuple[str, ...]] = {
     ),
     "slip": ("order", "residual", "event_floor", "cascade_limit"),
     "effects": ("friction", "coupling", "pin_translation"),
-    "heterogeneity": ("distribution", "spread", "seed"),
+    "heterogeneity": ("distribution", "spread", "seed", "roughness"),
     "limits": ("events", "displacement"),
 }
-"""Table of a manifest -> the words it takes. Any of these words can be an axis instead."""
+"""Table of a manifest -> the words it takes."""
 
 WORDS: tuple[str, ...] = tuple(word for words in TABLES.values() for word in words)
+AXES: tuple[str, ...] = tuple(word for word in WORDS if word != "roughness")
+"""Those that can be an axis; a pin's profile is a file."""
 STANDARD = ("intrinsic_friction", "radius", "aspect_ratio", "n_x")
 """Parameters that every case is labelled with, in the order of a dataset's dimensions."""
 

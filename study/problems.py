@@ -5,7 +5,7 @@ import json
 from collections.abc import Callable, Collection, Iterable
 
 from solver.outcome import InvalidInput
-from study.parameters import TABLES
+from study.parameters import AXES, TABLES
 
 
 class ManifestError(Exception):
@@ -38,6 +38,6 @@ def unknown(word: str, allowed: Collection[str]) -> str:
     """Advice on a word that is not allowed here: where it belongs, what it resembles, or what there is."""
     for table, words in TABLES.items():
         if word in words:
-            return f"belongs in [{table}] or [axes]"
+            return f"belongs in [{table}]" + (" or [axes]" if word in AXES else "")
     near = difflib.get_close_matches(word, allowed, 1)
     return f"unknown; did you mean {near[0]}?" if near else "unknown; needs one of " + ", ".join(allowed)

@@ -131,11 +131,12 @@ def _sliding(case: Case) -> tuple[object, ...]:
 
 
 def _pressing(case: Case) -> tuple[object, ...]:
-    return (case.slab, case.pin, case.radius if case.pin == "parabola" else case.half_width, case.load)
+    size = case.radius if case.pin == "parabola" else case.half_width
+    return (case.slab, case.pin, size, case.load, case.heterogeneity.roughness)
 
 
 def _slipping(case: Case) -> tuple[object, ...]:
-    drawn = case.heterogeneity if case.heterogeneity.spread else None
+    drawn = replace(case.heterogeneity, roughness=()) if case.heterogeneity.spread else None
     return (case.intrinsic_friction, case.first_touch, case.slip_rule, drawn)
 
 

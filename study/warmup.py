@@ -6,7 +6,7 @@ from dataclasses import replace
 from pathlib import Path
 from tempfile import TemporaryDirectory
 
-from solver.case import Case, Slab
+from solver.case import Case, Heterogeneity, Slab
 from study.store import Store
 from study.tasks import Task, compliance_task, contact_task, drive_task, friction_task, run_task
 
@@ -45,4 +45,16 @@ _COMPLIANCE = compliance_task(_STEADY.slab)
 def _tiny(case: Case) -> Case:
     """A small case with the same switches: they decide which kernels run, the numbers do not."""
     rule = replace(_STEADY.slip_rule, order=case.slip_rule.order)
-    return replace(_STEADY, pin=case.pin, first_touch=case.first_touch, slip_rule=rule, effects=case.effects)
+    return replace(
+        _STEADY,
+        pin=case.pin,
+        first_touch=case.first_touch,
+        slip_rule=rule,
+        effects=case.effects,
+        heterogeneity=_rough_or_not(case),
+    )
+
+
+def _rough_or_not(case: Case) -> Heterogeneity:
+    """A rough pin has kernels of its own."""
+    return Heterogeneity(roughness=((-0.1, 0.0), (0.1, 0.0)) if case.heterogeneity.roughness else ())

@@ -16,7 +16,7 @@ from solver.sliding import slide_to_state
 from study import dataset, tasks
 from study.drives import NamedDrive
 from study.effects import effects, task_kinds
-from study.manifest import load_manifest
+from study.manifest import ManifestError, load_manifest
 from study.plan import Plan, make_plan, memory_of
 from study.store import Store
 from study.tasks import TaskResult, compliance_task, contact_task, drive_task, friction_task, run_task, states_task
@@ -126,6 +126,57 @@ def test_what_is_off_costs_no_memory(tmp_path: Path) -> None:
     touch = 'stages = ["contact"]\n'
     assert arrays(touch + "effects.friction = false") < arrays(touch)
     assert arrays("outputs.subsurface = true") > arrays("")
+
+
+def test_a_half_plane_has_no_inside(tmp_path: Path) -> None:
+    plan = planned(tmp_path, 'axes.scheme = ["galerkin", "half_plane"]\noutputs.subsurface = true')
+    assert [case.outcome.ok for case in plan.cases] == [True, False]
+    assert "needs a scheme that has a grid" in plan.cases[1].outcome.message
+    found = {effect.name: effect.setting for effect in effects(plan.manifest)}
+    assert found["finite slab (scheme)"] == "on, off"
+
+
+# A pin's roughness is a file.
+
+
+def test_a_roughness_is_read_from_its_file_and_known_by_its_content(tmp_path: Path) -> None:
+    (tmp_path / "rough.csv").write_text("xi, height\n-0.1, 0\n0, 1e-5\n\n0.1, 0\n")
+    plan = planned(tmp_path, TINY + 'heterogeneity.roughness = "rough.csv"')
+    (case,) = plan.cases
+    assert case.case
+    assert case.case.heterogeneity.roughness == ((-0.1, 0.0), (0.0, 1e-5), (0.1, 0.0))
+    smooth = planned(tmp_path, TINY)
+    assert {task.key for task in plan.tasks} & {task.key for task in smooth.tasks} == {smooth.tasks[0].key}
+    collected = dataset.collect(plan, computed(plan, tmp_path))
+    assert collected.attrs["manifest_roughness"].startswith("xi, height")
+    assert collected["outcome"].item() == "completed"
+    (tmp_path / "rough.csv").write_text("xi, height\n-0.1, 0\n0, 2e-5\n0.1, 0\n")
+    changed = planned(tmp_path, TINY + 'heterogeneity.roughness = "rough.csv"')
+    assert changed.manifest.sha256 != plan.manifest.sha256
+    assert changed.tasks[-1].key != plan.tasks[-1].key
+
+
+@pytest.mark.parametrize(
+    ("content", "wrong"),
+    [
+        ("x,y\n0,0\n", "rough.csv: needs the header xi,height"),
+        ("xi,height\n0,0\n1\n", "rough.csv: line 3: 1: needs two numbers, xi and height"),
+        ("xi,height\n0,a\n", "rough.csv: line 2: 0,a: needs two numbers"),
+        ("xi,height\n0,0\n", "needs no or at least 2 points"),
+        ("xi,height\n0,0\n0,1\n", "needs points with increasing ξ"),
+        ("xi,height\n0,0\n1,inf\n", "needs finite numbers"),
+    ],
+)
+def test_a_wrong_roughness_is_refused(tmp_path: Path, content: str, wrong: str) -> None:
+    (tmp_path / "rough.csv").write_text(content)
+    with pytest.raises(ManifestError, match=wrong):
+        planned(tmp_path, 'heterogeneity.roughness = "rough.csv"')
+
+
+def test_a_roughness_means_nothing_for_a_punch(tmp_path: Path) -> None:
+    (tmp_path / "rough.csv").write_text("xi,height\n0,0\n1,1e-5\n")
+    plan = planned(tmp_path, 'axes.pin = ["parabola", "flat_punch"]\nheterogeneity.roughness = "rough.csv"')
+    assert [case.outcome.ok for case in plan.cases] == [True, False]
 
 
 # Keys: what does not matter is not in them.

@@ -205,6 +205,12 @@ WRONG = {
     ),
     "case's effect that is a number": ("effects.coupling = 1", "effects.coupling = 1: needs true or false"),
     "effect that there is not": ("effects.plasticity = true", re.compile("effects.plasticity = true: unknown")),
+    "roughness that is a number": (
+        "heterogeneity.roughness = 1",
+        "heterogeneity.roughness = 1: needs the path of a CSV file with xi and height",
+    ),
+    "roughness as an axis": ('axes.roughness = ["a.csv"]', re.compile(r"axes.roughness = .*: belongs in \[heterogeneity\]$")),
+    "roughness that is nowhere": ('heterogeneity.roughness = "none.csv"', re.compile("none.csv: cannot be read")),
     "spread of no distribution": ("heterogeneity.spread = -0.1", re.compile("needs 0 ≤ spread")),
     "unknown output": ("outputs.record = true", "outputs.record = true: unknown; did you mean records?"),
     # design
