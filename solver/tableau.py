@@ -41,7 +41,7 @@ from solver.pin import Pin, pin_of
 Vector = NDArray[np.float64]
 
 MARGIN = 8
-"""Free nodes followed on each side of the contact."""
+"""Free nodes followed on each side of the contact, at least."""
 LINE = 8
 """Floats in a cache line of 64 bytes."""
 GUARD = 3
@@ -135,8 +135,13 @@ def steadied(core: Core, status: int) -> int:
 
 
 def _window(contact: NDArray[np.bool_]) -> slice:
-    touching = np.flatnonzero(contact)
-    return slice(max(int(touching[0]) - MARGIN, 0), min(int(touching[-1]) + MARGIN + 1, len(contact)))
+    touching, more = np.flatnonzero(contact), margin(len(contact))
+    return slice(max(int(touching[0]) - more, 0), min(int(touching[-1]) + more + 1, len(contact)))
+
+
+def margin(n_x: int) -> int:
+    """Free nodes followed on each side: where a tableau is dear, the contact has room to grow before the next one."""
+    return max(MARGIN, n_x // 128)
 
 
 def _rules(case: Case, window: slice) -> Rules:

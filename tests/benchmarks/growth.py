@@ -10,7 +10,7 @@ import numpy as np
 
 from solver import Case, Slab, contact_state, friction_record, slab_compliance
 from solver.sliding import slide_to_state
-from solver.tableau import MARGIN
+from solver.tableau import margin
 from tests.benchmarks.far_field import far_field_row
 from tests.benchmarks.table import Row, seconds
 
@@ -55,7 +55,7 @@ def cost(n_x: int, displacement: float = DISPLACEMENT, *, far_field: bool = Fals
     changes = int(record.releases.sum() + record.touches.sum())
     contact = int(start.contact.sum())
     row = far_field_row(case, compliance, end) if far_field else None
-    entries = 2 * (contact + 2 * MARGIN) + 1
+    entries = 2 * (contact + 2 * margin(n_x)) + 1
     slips = int(record.slips.sum())
     return Cost(n_x, contact, len(record.kind), slips, changes, touching, sliding, condensing, 8.0 * entries**2, row)
 
