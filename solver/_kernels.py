@@ -621,14 +621,37 @@ def next_event(m: Machine, rules: Rules, drift: float) -> tuple[float, int, int]
     """
     n = len(m.x)
     nearest, kind, node = np.inf, NOTHING, -1
+    horizon = _horizon(rules.profile, m)
     for i in range(n - 1, -1, -1):
         if m.contact[i]:
             step, what = _step_to_limit(m, i)
         else:
-            step, what = _step_to_touch(m, rules, i, drift, nearest), TOUCH
+            step, what = _step_to_touch(m, rules, i, drift, min(nearest, horizon)), TOUCH
         if step < nearest:
             nearest, kind, node = step, what, i
     return nearest, kind, node
+
+
+def _horizon(profile: float | Profile, m: Machine) -> float:
+    """A step beyond which nothing is looked for: going along a rough profile takes time, a smooth one has no such limit."""
+    raise NotImplementedError
+
+
+def _no_horizon(profile: float, m: Machine) -> float:
+    return np.inf
+
+
+def _next_slip_or_release(profile: Profile, m: Machine) -> float:
+    nearest = np.inf
+    for i in range(len(m.x)):
+        if m.contact[i]:
+            nearest = min(nearest, _step_to_limit(m, i)[0])
+    return nearest * (1.0 + 1e-9)  # what comes first by rounding alone is still seen
+
+
+@overload(_horizon, strict=False)
+def _choose_horizon(profile, m):  # type: ignore[no-untyped-def]
+    return _next_slip_or_release if isinstance(profile, types.BaseNamedTuple) else _no_horizon
 
 
 @njit(cache=True, nogil=True)

@@ -215,6 +215,9 @@ def _compute(farm: "Farm", planned: "Plan", out: Path) -> int:
     if tally.interrupted:
         click.echo("interrupted: what is finished is kept; run again to continue", err=True)
         return EXIT_CODE
+    if any(task.means and task.kind == "friction" for task in tasks):
+        for key in planned.spent(store.finished()):
+            store.drop(key)
     _collect(planned, out)
     if tally.crashed:
         click.echo(f"{tally.crashed} tasks crashed (see above): a defect; run again to try them again", err=True)

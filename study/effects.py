@@ -29,12 +29,12 @@ def task_kinds(manifest: Manifest) -> frozenset[TaskKind]:
 
 
 def kept(manifest: Manifest) -> dict[TaskKind, bool]:
-    """Kind of task -> whether its arrays are kept, not its scalars alone. A drive reads the whole record, wanted or not."""
+    """Kind of task -> whether its arrays are kept, not its scalars alone."""
     outputs = manifest.outputs
     return {
         "compliance": True,
         "contact": outputs.tractions,
-        "friction": outputs.records or "dynamics" in manifest.stages,
+        "friction": outputs.records,
         "states": True,
         "drive": outputs.trajectory or outputs.phases,
     }
@@ -95,7 +95,7 @@ _OF_DRIVES = {
     "sawtooth": "no teeth: lines, or one mean force",
 }
 _OF_OUTPUTS = {
-    "records": "friction records are not in the dataset, and not stored unless a drive reads them",
+    "records": "friction records are not kept once their drives are done",
     "trajectory": "no motion over time",
     "phases": "no start and end of macroscopic slips",
     "tractions": "no tractions after first touch",

@@ -10,7 +10,7 @@ from study.effects import kept, task_kinds
 from study.manifest import Manifest
 from study.parameters import Value
 from study.targets import settled
-from study.tasks import Task, compliance_task, contact_task, drive_task, friction_task, states_task
+from study.tasks import Task, compliance_task, contact_task, digest_task, drive_task, friction_task, states_task
 
 
 @dataclass(frozen=True, slots=True)
@@ -39,13 +39,22 @@ class Plan:
     def remaining(self, finished: Collection[str]) -> tuple[Task, ...]:
         """Tasks still to do, in order, given the keys that are finished.
 
-        A compliance is only a means: without unfinished work that needs it, it is not computed again.
+        A means is not computed again without unfinished work that needs it.
         """
         wanted: set[str] = set()
         for task in reversed(self.tasks):  # from the ends of the chains to their beginnings
-            if task.key not in finished and (task.kind != "compliance" or task.key in wanted):
+            if task.key not in finished and (not task.means or task.key in wanted):
                 wanted |= {task.key, *task.needs}
         return tuple(task for task in self.tasks if task.key in wanted and task.key not in finished)
+
+    def spent(self, finished: Collection[str]) -> tuple[str, ...]:
+        """Records that were only a means, and that no task still needs, given the keys that are finished."""
+        wanted = {need for task in self.remaining(finished) for need in task.needs}
+        return tuple(
+            task.key
+            for task in self.tasks
+            if task.means and task.kind == "friction" and task.key in finished and task.key not in wanted
+        )
 
 
 def make_plan(manifest: Manifest) -> Plan:
@@ -73,11 +82,14 @@ def _tasks_of(manifest: Manifest, campaign_case: CampaignCase) -> tuple[list[Tas
     axes = {name: campaign_case.parameters[name] for name in manifest.axes}
     slab = {"n_x": case.slab.n_x, **{name: value for name, value in axes.items() if hasattr(case.slab, name)}}
     compliance = _estimated(compliance_task(case.slab), slab)
-    contact = friction = states = None
+    contact = friction = record = states = None
     if "contact" in kinds:
         contact = _estimated(contact_task(case, scalars_only=not keeps["contact"]), axes)
     if "friction" in kinds:
         friction = _estimated(friction_task(case, scalars_only=not keeps["friction"]), axes)
+    if friction and "drive" in kinds and not keeps["friction"]:
+        record = _estimated(replace(friction_task(case), means=True), axes)
+        friction = replace(digest_task(record), label=friction.label)
     if "states" in kinds:
         events = manifest.outputs.tractions_at or (0,)
         states = _estimated(states_task(case, events, manifest.outputs.subsurface), axes)
@@ -93,18 +105,23 @@ def _tasks_of(manifest: Manifest, campaign_case: CampaignCase) -> tuple[list[Tas
         states=states.key if states else None,
         drives={name: task.key for name, task in drives.items()},
     )
-    return [task for task in (compliance, contact, friction, states, *drives.values()) if task], keys
+    return [task for task in (compliance, contact, record, friction, states, *drives.values()) if task], keys
 
 
 def _longest_chain_first(tasks: Collection[Task]) -> tuple[Task, ...]:
     """Order by the work that hangs on a task, itself included: what is needed always has more than what needs it."""
     costs = {task.key: task.cost for task in tasks}
     chain = dict(costs)
-    # Kinds are stages, so one pass from the last stage back sees every chain whole.
-    for task in sorted(tasks, key=lambda task: _STAGE_ORDER[task.kind], reverse=True):
+    # One pass from the last stage back sees every chain whole.
+    for task in sorted(tasks, key=_stage, reverse=True):
         for need in task.needs:
             chain[need] = max(chain[need], costs[need] + chain[task.key])
-    return tuple(sorted(tasks, key=lambda task: (-chain[task.key], _STAGE_ORDER[task.kind])))
+    return tuple(sorted(tasks, key=lambda task: (-chain[task.key], _stage(task))))
+
+
+def _stage(task: Task) -> tuple[int, bool]:
+    """Kinds are stages; a record that is only a means comes before its scalars."""
+    return _STAGE_ORDER[task.kind], not task.means
 
 
 _STAGE_ORDER = {"compliance": 0, "contact": 1, "friction": 2, "states": 3, "drive": 4}

@@ -105,6 +105,14 @@ class Store:
             _say_unsound(error)
             return None
 
+    def drop(self, key: str) -> None:
+        """Remove a result that nothing needs any more. Raises StoreError."""
+        path = self.folder / f"{key}.npz"
+        try:
+            path.unlink(missing_ok=True)
+        except OSError as error:
+            raise StoreError(f"{path}: cannot be removed: {error.strerror or error}") from error
+
     def _write_mapped(self, result: TaskResult, meta: dict[str, Any]) -> None:
         matrix = self.folder / f"{result.key}.npy"
         with written_whole(matrix) as scratch:

@@ -27,6 +27,7 @@ __all__ = [
     "TaskResult",
     "compliance_task",
     "contact_task",
+    "digest_task",
     "drive_task",
     "friction_task",
     "run_task",
@@ -55,6 +56,8 @@ class Task:
     """Whether the inside of the slab is looked at too; states tasks only."""
     scalars_only: bool = False
     """Whether the result's arrays are left out."""
+    means: bool = False
+    """Whether the result is wanted by other tasks only, not by the campaign."""
     needs: tuple[str, ...] = ()
     """Keys of the tasks whose results this one reads."""
     cost: float = 0.0
@@ -77,7 +80,7 @@ class TaskResult:
 @lru_cache(maxsize=64)  # hashed once for all cases on it
 def compliance_task(slab: Slab) -> Task:
     """The surface compliance of a slab, shared by all cases on it."""
-    return Task(_key("compliance", slab), "compliance", slab)
+    return Task(_key("compliance", slab), "compliance", slab, means=True)
 
 
 def contact_task(case: Case, *, scalars_only: bool = False) -> Task:
@@ -93,6 +96,12 @@ def friction_task(case: Case, *, scalars_only: bool = False) -> Task:
     key = _key("friction", *_sliding(case), *_part(scalars_only))
     needs = (compliance_task(case.slab).key,)
     return Task(key, "friction", case.slab, case, needs=needs, scalars_only=scalars_only)
+
+
+def digest_task(record: Task) -> Task:
+    """The scalars of a friction record that another task computes; the same result as sliding for them alone."""
+    assert record.case is not None  # every record has one
+    return replace(friction_task(record.case, scalars_only=True), needs=(record.key,))
 
 
 def states_task(case: Case, events: tuple[int, ...], subsurface: bool) -> Task:
@@ -142,6 +151,8 @@ def _slipping(case: Case) -> tuple[object, ...]:
 
 def run_task(task: Task, inputs: Mapping[str, TaskResult]) -> TaskResult:
     """Compute a task from the results it needs. Never raises for physics: a refusal is a result with its outcome."""
+    if task.kind == "friction" and inputs[task.needs[0]].kind == "friction":
+        return replace(inputs[task.needs[0]], key=task.key, arrays={})
     for need in (inputs[key] for key in task.needs):
         if not need.outcome.ok:
             message = f"its {need.kind} ended as {need.outcome.ending}: {need.outcome.message}"

@@ -10,8 +10,10 @@ from functools import partial
 from pathlib import Path
 from tempfile import TemporaryDirectory
 
+import numpy as np
+
 from solver import Case, Drive, FrictionRecord, SurfaceCompliance, friction_record, plateau_of
-from solver.case import Effects, Heterogeneity
+from solver.case import Effects, Heterogeneity, Slab
 from solver.compliance import slab_compliance
 from solver.contact import first_touch
 from solver.dynamics import integrate
@@ -38,7 +40,13 @@ def rows() -> list[Row]:
     compliance = slab_compliance(CASE.slab)
     record = slide(CASE, compliance)
     stepping = replace(PAPER, integrator="rk4", time_step=STEP / UNIT)
-    found = [*_contact(compliance), *_sliding(compliance), *_outputs(compliance), _stages(compliance, record)]
+    found = [
+        *_operators(),
+        *_contact(compliance),
+        *_sliding(compliance),
+        *_outputs(compliance),
+        _stages(compliance, record),
+    ]
     found += [_row(record, PAPER, name, effect) for name, effect in WITHOUT.items()]
     return [*found, _row(record, stepping, "reverse motion, by RK4 at 100 ns", WITHOUT["reverse motion"])]
 
@@ -74,7 +82,22 @@ def _sliding(compliance: SurfaceCompliance) -> list[Row]:
     for name, effects in reduced.items():
         target = ("" if effects.pin_translation else "≤ 1/2", 0.5)
         found.append(_against(f"a slip {name}", each_slip(replace(CASE, effects=effects)), whole, *target))
-    return [*found, _against("a slip with one μ_i for all nodes", whole, spread)]
+    found.append(_against("a slip with one μ_i for all nodes", whole, spread))
+    heights = 1e-5 * np.random.default_rng(1).standard_normal(1001)
+    points = tuple(zip(np.linspace(-0.6, 0.6, 1001).tolist(), heights.tolist(), strict=True))
+    rough = each_slip(replace(CASE, heterogeneity=Heterogeneity(roughness=points)))
+    return [
+        *found,
+        _against("a slip (events and touches included) of a smooth pin, for one of 1001 points", whole, rough),
+    ]
+
+
+def _operators() -> list[Row]:
+    """The compliance of the slab and of the half-plane."""
+    finite, infinite = (
+        _time_and_memory(partial(slab_compliance, slab), 5) for slab in (Slab(), Slab(scheme="half_plane"))
+    )
+    return [_against("compliance of a half-plane, for that of the finite slab", infinite, finite)]
 
 
 def _stages(compliance: SurfaceCompliance, record: FrictionRecord) -> Row:

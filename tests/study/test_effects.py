@@ -217,6 +217,30 @@ def test_scalars_only_take_a_few_kilobytes(tmp_path: Path) -> None:
         assert not {"event", "sample", "surface_node"} & set(collected.dims)
 
 
+def test_a_record_that_only_its_drives_want_goes_with_them(tmp_path: Path) -> None:
+    """All that is left of a case are its scalars, below 10 kB, the compliance aside; they are those of a record kept."""
+    folder = tmp_path / "results"
+    text = "outputs.records = false\noutputs.trajectory = false\n" + TINY + DRIVES
+    plan = planned(tmp_path, text)
+    assert [task.kind for task in plan.tasks] == ["compliance", "friction", "drive", "friction"]
+    record = plan.tasks[1]
+    assert plan.spent({record.key}) == ()
+    store = computed(plan, tmp_path)
+    assert plan.spent(store.finished()) == (record.key,)
+    store.drop(record.key)
+    assert plan.remaining(store.finished()) == ()
+    assert sum(file.stat().st_size for file in folder.glob("*.npz")) <= 10_000
+    kept = friction_task(plan.cases[0].case or CASE)
+    whole = run_task(kept, {key: store.read(key) for key in kept.needs})
+    np.testing.assert_equal(dict(store.read(plan.tasks[-1].key).scalars), dict(whole.scalars))
+    collected = dataset.collect(plan, store)
+    assert collected["outcome"].item() == "completed"
+    assert np.isfinite(collected["static_friction"].item())
+    another = planned(tmp_path, text + '[[drives]]\nname = "b"\n')
+    left = [task.kind for task in another.remaining(store.finished())]
+    assert left == ["friction", "drive"]
+
+
 def test_scalars_are_the_same_without_the_arrays(tmp_path: Path) -> None:
     compliance = {compliance_task(CASE.slab).key: run_task(compliance_task(CASE.slab), {})}
     whole, part = (run_task(friction_task(CASE, scalars_only=only), compliance) for only in (False, True))
