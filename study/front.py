@@ -62,11 +62,12 @@ class Front:
         """The error measured for a case's slab: the largest of all contacts about as wide as its own.
 
         A contact is made of whole nodes, so errors jump with its width; those of its neighbours say how far. NaN for a flat
-        punch (its pressure is singular), for a discretization or a slab that was not measured, and for a contact
-        narrower or wider than all that were.
+        punch (its pressure is singular) and a rough pin, for a discretization or a slab that was not measured, and for a
+        contact narrower or wider than all that were.
         """
         row, half_width = self._row_of.get(case.slab), hertz_half_width(case)
-        if row is None or case.pin == "flat_punch" or not self.contacts[0] <= half_width <= self.contacts[-1]:
+        measured = case.pin == "parabola" and not case.heterogeneity.roughness
+        if row is None or not measured or not self.contacts[0] <= half_width <= self.contacts[-1]:
             return math.nan
         return max(
             error for contact, error in zip(self.contacts, row.errors, strict=True) if alike(contact, half_width)

@@ -49,11 +49,14 @@ def cheapest(front: Front, cases: Iterable[Case], accuracy: float) -> Slab:
 
     Raises UnreachableError.
     """
-    alike = {(case.pin, hertz_half_width(case), *physics(case.slab).values()): case for case in cases}
+    alike = {
+        (case.pin, case.heterogeneity.roughness, hertz_half_width(case), *physics(case.slab).values()): case
+        for case in cases
+    }
     known = [found for found in _expected(front, list(alike.values())) if not math.isnan(found[0])]
     if not known:
         raise UnreachableError(
-            f"needs a slab and a contact that {front.name} has (a parabolic pin; its own front is measured by "
+            f"needs a slab and a contact that {front.name} has (a smooth parabolic pin; its own front is measured by "
             "nanoslip accuracy CAMPAIGN --save FILE, and named by front = FILE), or n_x instead"
         )
     good = [(seconds, error, slab) for error, seconds, slab in known if error <= accuracy]

@@ -46,8 +46,8 @@ DISCRETIZATION_ERROR = Quantity(
     _GRID,
     "relative error expected of stiffness, approach, contact half-width and pressure: what the slab's grid costs",
     comment="measured by nanoslip accuracy on the front that the attribute discretization_front names; NaN where that has "
-    "no such discretization of such a slab, no contact as narrow or as wide, where the pin is a flat punch (its pressure is "
-    "singular), and with the support frictionless (held at one point, a slab gives way without limit as rows get finer)",
+    "no such discretization of such a slab, no contact as narrow or as wide, where the pin is rough or a flat punch (its "
+    "pressure is singular), and with a half_plane or the support frictionless (a point's, which gives way without limit)",
 )
 """Of a case, from the measured front."""
 

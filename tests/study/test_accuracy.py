@@ -83,8 +83,9 @@ def test_the_front_has_every_operator_of_the_diagram(diagrams):
     """The diagram's errors are the largest of the contacts that the scene's own is like, or the reference is in doubt."""
     sheet, near = diagrams.sheets[0], [alike(contact, 0.2913) for contact in diagrams.contacts]
     doubt = float(sheet.reference.split(" by ")[1])
-    assert len(diagrams.front) == len(sheet.rows)
-    for measured, row in zip(diagrams.front, sheet.rows, strict=True):
+    rows = [row for row in sheet.rows if row["scheme"] != "half_plane"]  # another body
+    assert 0 < len(rows) < len(sheet.rows)
+    for measured, row in zip(diagrams.front, rows, strict=True):
         assert measured.slab.n_x == row["n_x"]
         assert max(np.array(measured.errors)[near]) == pytest.approx(max(row["error"], doubt), rel=0.05)  # two digits
 

@@ -7,7 +7,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from solver.case import Case, Slab
+from solver.case import Case, Heterogeneity, Slab
 from study.front import Front, Measured, alike, as_text, discretized, hertz_half_width, load_front, pareto_front
 from study.problems import ManifestError
 
@@ -59,8 +59,9 @@ def test_the_expected_error_is_the_worst_of_the_contacts_about_as_wide():
         contact(0.2, Slab(n_x=33)),
         contact(0.2, Slab(n_x=17, poisson=0.2)),
         contact(0.2, pin="flat_punch"),
+        contact(0.2, heterogeneity=Heterogeneity(roughness=((-0.1, 0.0), (0.1, 1e-6)))),
     ],
-    ids=["narrower", "wider", "another grid", "another slab", "another pin"],
+    ids=["narrower", "wider", "another grid", "another slab", "another pin", "a rough pin"],
 )
 def test_nothing_is_expected_where_nothing_was_measured(case):
     found = front({0.1: 0.1, 0.2: 0.1, 0.4: 0.1})

@@ -64,12 +64,25 @@ def test_nearly_all_of_a_drop_goes_to_the_two_neighbours_on_any_grid(scheme, n_x
 
 
 @pytest.mark.usefixtures("quadratic_surface")
-def test_with_a_quadratic_surface_neighbours_take_more_than_there_is_in_turn():
-    """More than the whole drop goes to two nodes, and those beyond are relieved: cascades die early."""
+def test_with_a_quadratic_surface_nodes_are_strong_and_weak_in_turn():
+    """Quadratic elements weigh their middle nodes twice: these carry two thirds of the load, hence of the shear at most."""
     taken, _ = transfer(slab_compliance(Slab(n_x=65)))
     print(f"quadratic surface: neighbours take {taken}")
     assert taken[0] > 1.05
     assert taken[1] < 0.92
+    assert share_of_odd_nodes("galerkin") == pytest.approx(2 / 3, abs=0.03)  # 35 nodes, their number odd
+
+
+@pytest.mark.parametrize("scheme", TAKEN)
+def test_the_schemes_that_there_are_weigh_all_nodes_alike(scheme):
+    assert share_of_odd_nodes(scheme) == pytest.approx(1 / 2, abs=0.03)
+
+
+def share_of_odd_nodes(scheme: str) -> float:
+    """The share of the load that odd nodes carry at first touch, at 65 nodes."""
+    slab = Slab(n_x=65, scheme=scheme)  # type: ignore[arg-type]
+    state = first_touch(replace(CASE, slab=slab, first_touch="frictionless"), slab_compliance(slab))
+    return float(state.nodal_force[1, 1::2].sum() / state.nodal_force[1].sum())
 
 
 def test_the_plateau_is_a_matter_of_the_surface_more_than_of_the_scheme(request):
