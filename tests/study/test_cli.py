@@ -114,6 +114,35 @@ def test_from_plan_to_report(main, campaign):
     assert "report.html" in said
 
 
+def test_a_plan_shows_effects_tasks_and_memory(main, campaign):
+    campaign.write_text(SMALL + "[effects]\ncoupling = false\n[outputs]\nrecords = false\ntractions_at = [5]\n")
+    code, said, _ = main("plan", campaign)
+    assert code == 0
+    rows = {
+        cells[0]: cells
+        for line in said.splitlines()
+        if (cells := [cell.strip() for cell in line.split("   ") if cell.strip()])
+    }
+    assert rows["coupling"][1:] == ["off", rows["coupling"][2]]
+    assert rows["coupling"][2].startswith("shear and pressure do not act on each other")
+    assert rows["pin_translation"][1:] == ["on"]
+    assert rows["outputs.records"][2] == "friction records are not kept once their drives are done"
+    assert rows["tasks"][-1] == "MB of arrays each, about"
+    assert [rows[kind][1] for kind in ("compliance", "friction", "states", "drive")] == ["1", "8", "4", "8"]
+
+
+def test_records_that_nobody_wants_are_gone_after_the_run(main, campaign):
+    out = campaign.parent / "out"
+    campaign.write_text(SMALL + "[outputs]\nrecords = false\ntrajectory = false\n")
+    assert main("run", campaign, "--out", out, "--serial")[0] == 0
+    sizes = [path.stat().st_size for path in (out / "results").glob("*.npz")]
+    assert len(sizes) == 4 + 8  # scalars of records and of drives
+    assert max(sizes) < 5_000
+    code, said, progress = main("run", campaign, "--out", out, "--serial")
+    assert (code, "0 tasks to do" in progress) == (0, True)
+    assert said.count("completed") == 8
+
+
 def test_collecting_what_is_not_finished_says_pending(main, campaign):
     code, said, _ = main("collect", campaign, "--out", campaign.parent / "out")
     assert code == 0

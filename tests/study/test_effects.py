@@ -6,7 +6,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from solver import contact
+from solver import compliance, contact
 from solver.case import Case, Drive, Effects, Heterogeneity, Scales, Slab, SlipRule
 from solver.compliance import slab_compliance
 from solver.contact import first_touch
@@ -34,8 +34,8 @@ def planned(folder: Path, text: str) -> Plan:
 
 
 def states(case: Case, events: tuple[int, ...], subsurface: bool = False) -> TaskResult:
-    compliance = run_task(compliance_task(case.slab), {})
-    return run_task(states_task(case, events, subsurface), {compliance.key: compliance})
+    slab = run_task(compliance_task(case.slab), {})
+    return run_task(states_task(case, events, subsurface), {slab.key: slab})
 
 
 def computed(plan: Plan, folder: Path) -> Store:
@@ -84,6 +84,12 @@ def test_a_contact_study_sets_up_no_sliding(tmp_path: Path, monkeypatch: pytest.
     monkeypatch.setattr(contact, "core_of", None)
     plan = planned(tmp_path, TINY + 'stages = ["contact"]\neffects.friction = false')
     assert all(computed(plan, tmp_path).read(task.key).outcome.ok for task in plan.tasks)
+
+
+def test_a_half_plane_makes_no_grid(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(compliance, "stiffness", None)
+    task = compliance_task(Slab(17, scheme="half_plane"))
+    assert run_task(task, {}).outcome.ok
 
 
 def test_sliding_without_friction_is_refused_before_anything_is_computed(tmp_path: Path) -> None:
