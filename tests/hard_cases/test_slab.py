@@ -97,14 +97,9 @@ def test_many_nodes_obey_the_laws(n_x: int, scheme: Scheme) -> None:
     assert set(seen.endings) == {Ending.COMPLETED}
 
 
-@pytest.mark.parametrize("scheme", SCHEMES)
 @pytest.mark.parametrize("rows", [3, 4, 5, 6])
-def test_every_number_of_rows_obeys_the_laws(rows: int, scheme: Scheme) -> None:
-    try:
-        slab = Slab(33, scheme=scheme, rows=rows)
-    except InvalidInput as error:
-        pytest.skip(str(error))
-    seen = _tried(slab)
+def test_every_number_of_the_stencils_rows_obeys_the_laws(rows: int) -> None:
+    seen = _tried(Slab(33, scheme="biquadratic", rows=rows))
     assert not seen.broken
     assert set(seen.endings) == {Ending.COMPLETED}
 
