@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.integrate import solve_ivp
 
-from solver import Case, Drive, DynamicsResult, FrictionRecord, Scales, friction_record, plateau_of
+from solver import Case, Drive, DynamicsResult, FrictionRecord, Scales, Slab, friction_record, plateau_of
 from solver.dynamics import integrate
 from solver.profile import Profile, profile_of
 from tests.benchmarks.table import Row, best, seconds, verdict
@@ -33,7 +33,7 @@ VELOCITIES = PAPER.stage_velocity * np.geomspace(0.5, 2.0, 8)
 
 def rows() -> list[Row]:
     """Speed on the paper's case, and errors on hand-made profiles that take every branch."""
-    record = friction_record(Case(intrinsic_friction=0.5, radius=200.0))
+    record = friction_record(Case(intrinsic_friction=0.5, radius=200.0, slab=Slab(scheme="biquadratic")))
     profile, contact = _profile(record), record.initial_stiffness
     exact = best(lambda: integrate(profile, PAPER, contact), repeats=10)
     segments = integrate(profile, PAPER, contact).steps

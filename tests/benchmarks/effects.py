@@ -32,7 +32,7 @@ WITHOUT = {
     "teeth (profile `mean` when off)": {"profile": "mean"},
     "teeth and surface compliance": {"profile": "mean", "surface_compliance": False},
 }
-CASE = Case(intrinsic_friction=0.5, radius=200.0)
+CASE = Case(intrinsic_friction=0.5, radius=200.0, slab=Slab(scheme="biquadratic"))
 
 
 def rows() -> list[Row]:
