@@ -133,7 +133,7 @@ class Slab:
     The other fields belong to one scheme, whose defaults replace None; elsewhere they stay None.
     biquadratic: first_spacing of the rows (`equal`); rows from 3 to N + 1 (all of them, as the paper does).
     galerkin: rows_per_level until the next row has half the intervals (2); coarsest_row and bottom_row, nodes of the
-    coarsest row and of the bottom one, 2^q + 1 (spacing at most min(1, aspect_ratio)/16, and a quarter of that).
+    coarsest row and of the bottom one, 2^q + 1 (spacing at most min(1, aspect_ratio)/16, and an eighth of that).
     """
 
     n_x: int = 129
@@ -175,7 +175,7 @@ class Slab:
         if self.bottom_row is not None:
             coarsest = min(coarsest, max(1, _levels(self.bottom_row)))
         self._fill_in("coarsest_row", 2**coarsest + 1)
-        self._fill_in("bottom_row", 2 ** min(levels, max(1, _levels(self.coarsest_row)) + 2) + 1)
+        self._fill_in("bottom_row", 2 ** min(levels, max(1, _levels(self.coarsest_row)) + 3) + 1)
         for name in ("coarsest_row", "bottom_row"):
             nodes = getattr(self, name)
             allowed = 1 <= _levels(nodes) <= levels

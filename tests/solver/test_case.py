@@ -16,7 +16,7 @@ def test_whole_numbers_and_reals_make_the_same_case() -> None:
 
 def test_a_default_spelled_out_makes_the_same_slab() -> None:
     assert Slab(33, scheme="biquadratic") == Slab(33, scheme="biquadratic", rows=6, first_spacing="equal")
-    graded = Slab(129, rows_per_level=2, coarsest_row=17, bottom_row=65)
+    graded = Slab(129, rows_per_level=2, coarsest_row=17, bottom_row=129)
     assert Slab(129) == graded
     assert hash(Slab(129)) == hash(graded)
 
@@ -41,7 +41,7 @@ def test_the_default_grading_is_good_or_as_good_as_the_surface(n_x: int, aspect_
     assert slab.coarsest_row is not None
     assert slab.bottom_row is not None
     assert slab.coarsest_row == n_x or slab.coarsest_row - 1 >= 16 / min(1.0, aspect_ratio)
-    assert slab.bottom_row == min(n_x, 4 * (slab.coarsest_row - 1) + 1)
+    assert slab.bottom_row == min(n_x, 8 * (slab.coarsest_row - 1) + 1)
     assert Slab(n_x, aspect_ratio, bottom_row=3).coarsest_row == 3
     assert Slab(n_x, aspect_ratio, coarsest_row=n_x).bottom_row == n_x
 

@@ -4,8 +4,22 @@ from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
-from skfem import Basis, BilinearForm, ElementQuad2, ElementVector, MeshQuad, asm, condense, solve
+from scipy.sparse.linalg import splu
+from skfem import (
+    Basis,
+    BilinearForm,
+    ElementQuad2,
+    ElementVector,
+    FacetBasis,
+    LinearForm,
+    MeshQuad,
+    asm,
+    condense,
+    solve,
+)
 from skfem.helpers import ddot, eye, sym_grad, trace
+
+from solver.case import Support
 
 MOMENTS = 2  # the next, 3e-4 or less, are the mesh's own
 
@@ -42,6 +56,62 @@ def graded(start: float, stop: float, smallest: float, growth: float, both: bool
     return start + np.concatenate(([0.0], np.cumsum(steps))) / sum(steps) * (stop - start)
 
 
+def elliptic_energies(
+    half_width: float,
+    poisson: float,
+    aspect_ratio: float,
+    support: Support,
+    smallest: float = 1e-3,
+    growth: float = 2.0,
+) -> NDArray[np.float64]:
+    """Twice the energies of unit elliptic loads on the slab's middle, along x and along z, in 1/G per unit depth, shape (2,).
+
+    The mesh is graded towards the load's edges and towards bottom and sides. `frictionless`: the energy along z alone.
+    """
+    right = np.concatenate(
+        (
+            graded(half_width, 0.0, smallest, growth)[::-1],
+            graded(half_width, 0.5, smallest, growth, both=True)[1:],
+        )
+    )
+    x = np.concatenate((-right[::-1], right[1:]))
+    mesh = MeshQuad.init_tensor(x, graded(-aspect_ratio, 0.0, smallest, growth, both=True))
+    element = ElementVector(ElementQuad2())
+    basis = Basis(mesh, element)
+    top = FacetBasis(mesh, element, facets=mesh.facets_satisfying(lambda p: np.isclose(p[1], 0.0)), intorder=40)
+
+    @LinearForm
+    def along_x(v, at):
+        return 2 / (np.pi * half_width) * np.sqrt(np.maximum(1 - (at.x[0] / half_width) ** 2, 0.0)) * v[0]
+
+    @LinearForm
+    def along_z(v, at):
+        return 2 / (np.pi * half_width) * np.sqrt(np.maximum(1 - (at.x[0] / half_width) ** 2, 0.0)) * v[1]
+
+    bottom = basis.get_dofs(lambda p: np.isclose(p[1], -aspect_ratio))
+    middle = basis.get_dofs(lambda p: np.isclose(p[1], -aspect_ratio) & np.isclose(p[0], 0.0)).all("u^1")
+    held = bottom.all() if support == "bonded" else np.concatenate((bottom.all("u^2"), middle))
+    free = np.setdiff1d(np.arange(basis.N), held)
+    force = np.column_stack([asm(load, top) for load in (along_x, along_z)])[free]
+    stiffness = asm(elasticity(poisson), basis)[free][:, free].tocsc()
+    moved = splu(stiffness, permc_spec="MMD_AT_PLUS_A", diag_pivot_thresh=0.01, options={"SymmetricMode": True}).solve(
+        force
+    )
+    return np.einsum("ij,ij->j", force, moved)
+
+
+def elasticity(poisson: float) -> BilinearForm:
+    """Virtual work of the stresses in plane strain, shear modulus 1."""
+    lame = 2 * poisson / (1 - 2 * poisson)
+
+    @BilinearForm
+    def work(u, v, _):
+        strain = sym_grad(u)
+        return ddot(lame * eye(trace(strain), 2) + 2 * strain, sym_grad(v))
+
+    return work
+
+
 def flat_punch(
     half_width: float, poisson: float, aspect_ratio: float, smallest: float = 1e-4, growth: float = 1.5
 ) -> PunchReference:
@@ -56,14 +126,7 @@ def flat_punch(
     z = graded(0.0, -aspect_ratio, smallest, growth)[::-1]
     mesh = MeshQuad.init_tensor(x, z)
     basis = Basis(mesh, ElementVector(ElementQuad2()))
-    lame = 2 * poisson / (1 - 2 * poisson)
-
-    @BilinearForm
-    def elasticity(u, v, _):
-        strain = sym_grad(u)
-        return ddot(lame * eye(trace(strain), 2) + 2 * strain, sym_grad(v))
-
-    stiffness = asm(elasticity, basis)
+    stiffness = asm(elasticity(poisson), basis)
     bottom = basis.get_dofs(lambda p: np.isclose(p[1], -aspect_ratio)).all()
     under = basis.get_dofs(lambda p: np.isclose(p[1], 0.0) & (np.abs(p[0]) <= half_width * (1 + 1e-9))).all("u^2")
     displacement = basis.zeros()
