@@ -187,15 +187,16 @@ def test_the_spring_pulls_as_far_as_the_stage_is_ahead() -> None:
 def test_a_drive_measures_its_friction() -> None:
     """μ_s is at most the record's peak, μ_k the plateau within five uncertainties, and the fit finds both again.
 
-    A percent, for the nanoscale slips during the run-up, which the closed form does not have.
+    To a mean drop of the record: the closed form has no teeth, and where on one a slip begins is not its to know.
     """
     record, result = friction(CASE), drive(CASE)
     measured, plateau = result.scalars, record.scalars["plateau_mean"]
     assert measured["macroscopic_slips"] == len(result.arrays["slip_time"]) >= 1
     assert measured["kinetic_friction"] == pytest.approx(plateau, abs=5 * measured["kinetic_friction_uncertainty"])
     assert plateau < measured["static_friction"] < 1.01 * record.scalars["peak_friction"]
-    assert measured["fitted_static_friction"] == pytest.approx(measured["static_friction"], rel=0.01)
-    assert measured["fitted_kinetic_friction"] == pytest.approx(measured["kinetic_friction"], rel=0.01)
+    tooth = record.scalars["mean_drop"]
+    assert measured["fitted_static_friction"] == pytest.approx(measured["static_friction"], abs=tooth)
+    assert measured["fitted_kinetic_friction"] == pytest.approx(measured["kinetic_friction"], abs=tooth)
 
 
 def test_a_drive_too_short_to_slip_is_a_good_result_without_coefficients() -> None:
