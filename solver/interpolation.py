@@ -44,5 +44,5 @@ def slopes(basis: Basis) -> Basis:
 
 def gram(first: Basis, second: Basis, lower: float, upper: float) -> NDArray[np.float64]:
     """Integrals from lower to upper of the products of two sets of polynomials, shape (polynomials, polynomials)."""
-    products = [[polynomial.polymul(one, other) for other in second] for one in first]
-    return np.array([[float(integral(product[None], lower, upper)[0]) for product in row] for row in products])
+    products = np.array([np.convolve(one, other) for one in first for other in second])
+    return integral(products, lower, upper).reshape(len(first), len(second))

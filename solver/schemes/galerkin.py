@@ -20,6 +20,7 @@ find all surface nodes alike: a nodal force is ∫ traction·hat.
 """
 
 from collections.abc import Iterable
+from functools import lru_cache
 
 import numpy as np
 import scipy.sparse as sp
@@ -64,8 +65,8 @@ def _cells(grid: Grid, strip: int) -> int:
 def _element_blocks(grid: Grid, strip: int, width: float, poisson: float) -> tuple[Dense, Dense, Dense]:
     """K_u, K_w and C_uw of one element of a strip, (9, 9) each; its nodes row by row from the top, left to right."""
     lame = 2 * poisson / (1 - 2 * poisson)  # λ/G
-    depths = [float(depth) for depth in grid.depths[strip : strip + 3] - grid.depths[strip]]
-    places = [0.0, width / 2, width]
+    depths = tuple(float(depth) for depth in grid.depths[strip : strip + 3] - grid.depths[strip])
+    places = (0.0, width / 2, width)
     mass_z, stiffness_z, mixed_z = _line_matrices(depths, depths[2], 0.0)
     mass_x, stiffness_x, mixed_x = _line_matrices(places, 0.0, width)
     along, across = np.kron(mass_z, stiffness_x), np.kron(stiffness_z, mass_x)
@@ -77,7 +78,8 @@ def _element_blocks(grid: Grid, strip: int, width: float, poisson: float) -> tup
     return k_u, k_w, coupling
 
 
-def _line_matrices(points: list[float], lower: float, upper: float) -> tuple[Dense, Dense, Dense]:
+@lru_cache(maxsize=64)  # strips of one level share their widths, and many their depths
+def _line_matrices(points: tuple[float, ...], lower: float, upper: float) -> tuple[Dense, Dense, Dense]:
     """∫p_i p_j, ∫p_i' p_j' and ∫p_i p_j' of the Lagrange polynomials through the points."""
     basis = lagrange(points)
     derivatives = slopes(basis)
@@ -88,7 +90,8 @@ def _line_matrices(points: list[float], lower: float, upper: float) -> tuple[Den
     )
 
 
-def _gauss_mass(points: list[float], lower: float, upper: float) -> Dense:
+@lru_cache(maxsize=64)
+def _gauss_mass(points: tuple[float, ...], lower: float, upper: float) -> Dense:
     """∫p_i p_j of the Lagrange polynomials through the points, by Gauss' rule of two points."""
     basis, half = lagrange(points), (upper - lower) / 2
     at = [value(basis, (lower + upper) / 2 + side * half) for side in (-(3**-0.5), 3**-0.5)]

@@ -47,7 +47,7 @@ class Cost:
 
 def cost(n_x: int, displacement: float = DISPLACEMENT, *, far_field: bool = False) -> Cost:
     """Measure the paper's case at n_x surface nodes."""
-    slab = Slab(n_x=n_x)
+    slab = Slab(n_x=n_x, scheme="biquadratic")
     compliance, condensing = _timed(lambda: slab_compliance(slab))
     case = Case(intrinsic_friction=0.5, radius=200.0, slab=slab, max_events=None, max_displacement=displacement)
     start, touching = _timed(lambda: contact_state(case, compliance))

@@ -142,7 +142,13 @@ def rows() -> list[Row]:
         ),
         _drift_row(replace(paper, max_events=None, max_displacement=0.022), compliance, 129),
     ]
-    fine = Case(intrinsic_friction=0.5, radius=200.0, slab=Slab(n_x=1025), max_events=None, max_displacement=STEADY)
+    fine = Case(
+        intrinsic_friction=0.5,
+        radius=200.0,
+        slab=Slab(n_x=1025, scheme="biquadratic"),
+        max_events=None,
+        max_displacement=STEADY,
+    )
     compliance = slab_compliance(fine.slab)
     large = slip_cost(fine, compliance, _steady(fine, compliance), events=500)
     table += _slip_rows(large, 1025, 3.0)
