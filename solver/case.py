@@ -291,10 +291,10 @@ class Drive:
         _take_declared_types(self)
         for name in ("spring_stiffness", "duration"):
             value = getattr(self, name)
-            _require(name, value, 0.0 < value < math.inf, f"{name} > 0")
+            _require(name, value, 1e-30 <= value <= 1e30, f"1e-30 ≤ {name} ≤ 1e30")
         for name in ("damping_ratio", "stage_velocity"):
             value = getattr(self, name)
-            _require(name, value, 0.0 <= value < math.inf, f"{name} ≥ 0")
+            _require(name, value, 0.0 <= value <= 1e30, f"0 ≤ {name} ≤ 1e30")
         _require("samples", self.samples, 1 <= self.samples <= MOST_SAMPLES, f"1 to {MOST_SAMPLES}")
         _require("step_limit", self.step_limit, self.step_limit >= 1, "at least 1")
         if self.integrator == "rk4":

@@ -130,7 +130,7 @@ WRONG = {
         DRIVE + "spring_stiffness = true",
         "drives[0].spring_stiffness = true: needs a number",
     ),
-    "negative duration": (DRIVE + "duration = -1.0", "drives[0].duration = -1.0: needs duration > 0"),
+    "negative duration": (DRIVE + "duration = -1.0", "drives[0].duration = -1.0: needs 1e-30 ≤ duration ≤ 1e30"),
     "rk4 without a step": (
         DRIVE + 'integrator = "rk4"',
         "drives[0].time_step: missing: needs 0 < time_step ≤ duration with rk4",
