@@ -42,5 +42,5 @@ format: .venv/installed
 	touch $@
 
 clean:  ## the environment and caches; results stay
-	rm -rf .venv build .mypy_cache .ruff_cache .pytest_cache
+	rm -rf .venv build .mypy_cache .ruff_cache .pytest_cache .hypothesis
 	find . -name __pycache__ -prune -exec rm -rf {} +
