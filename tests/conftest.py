@@ -9,6 +9,12 @@ from pathlib import Path
 
 import pytest
 
+from study.launch import pin_threads
+
+# Before numpy is loaded: on small matrices a second thread costs more than it gains, most of all beside other work.
+UNPINNED = dict(os.environ)
+pin_threads()
+
 ROOT = Path(__file__).parents[1]
 
 SMALL = """\
@@ -52,7 +58,7 @@ def environment() -> dict[str, str]:
 
     Without git the source commit is "unknown": datasets stay comparable while somebody commits.
     """
-    kept = {name: value for name, value in os.environ.items() if not name.startswith(("PMI", "OMPI", "SLURM"))}
+    kept = {name: value for name, value in UNPINNED.items() if not name.startswith(("PMI", "OMPI", "SLURM"))}
     return kept | {"PYTHONPATH": str(ROOT), "PATH": str(Path(sys.executable).parent)}
 
 
