@@ -199,9 +199,7 @@ def _drive_seconds(drive: Drive, case: Case) -> float:
 
 
 def _events(case: Case) -> float:
-    far = case.max_displacement
-    by_distance = math.inf if far is None else far / _mean_step(case)
-    return min(by_distance, math.inf if case.max_events is None else case.max_events)
+    return min(case.farthest / _mean_step(case), math.inf if case.max_events is None else case.max_events)
 
 
 def _mean_step(case: Case) -> float:

@@ -268,9 +268,12 @@ PARAMETERS = {
     "support": Quantity("support", "how the slab is held"),
     "first_spacing": Quantity("first_spacing", "spacing of the first node rows"),
     "first_touch": Quantity("first_touch", "how the pin comes down"),
+    "start": Quantity("start", "where the pin comes down, in node spacings right of the slab's middle"),
     "order": Quantity("order", "which offenders slip first"),
     "residual": Quantity("residual", "shear left after a slip, as a fraction of μ_i·pressure"),
-    "event_floor": Quantity("event_floor", "smallest displacement step, in surface node spacings"),
+    "event_floor": Quantity(
+        "event_floor", "smallest displacement step, in surface node spacings or twenty lengths μ_i·W/K"
+    ),
     "cascade_limit": Quantity("cascade_limit", "slips after which one event is given up"),
     "friction": Quantity("friction", "whether the pin drags the surface"),
     "coupling": Quantity("coupling", "whether tangential forces lift the surface and normal ones move it sideways"),
@@ -280,6 +283,7 @@ PARAMETERS = {
     "seed": Quantity("seed", "seed of the nodes' μ_i"),
     "max_events": Quantity("max_events", "events after which a record ends"),
     "max_displacement": Quantity("max_displacement", "pin displacement after which a record ends, in L_x"),
+    "max_spacings": Quantity("max_spacings", "node spacings that the pin moves before a record ends"),
     "pin_mass": Quantity("pin_mass", "mass of the pin", "kg"),
     "spring_stiffness": Quantity("spring_stiffness", "stiffness k of the coupling spring", "N m-1"),
     "damping_ratio": Quantity("damping_ratio", "damping ratio ζ"),
