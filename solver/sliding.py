@@ -66,6 +66,10 @@ class FrictionRecord:
     """W, in G·L_x·L_y."""
     spacing: float
     """Distance between surface nodes, in L_x: what the pin meets repeats with it."""
+    residual: float
+    """Shear that a slip leaves, as a share of μ_i·pressure."""
+    spread: float
+    """Standard deviation of μ_i over the nodes, over its mean."""
     initial_force: float
     """F at δ_p = 0, after first touch, in G·L_x·L_y."""
     initial_stiffness: float
@@ -298,6 +302,8 @@ def _record(
         **columns,
         load=case.load,
         spacing=case.slab.spacing,
+        residual=case.slip_rule.residual,
+        spread=case.heterogeneity.spread,
         initial_force=start.friction_force,
         initial_stiffness=initial_stiffness,
         initial_slips=start.slips,

@@ -190,6 +190,7 @@ def _run_friction(task: Task, inputs: Mapping[str, TaskResult]) -> TaskResult:
         "plateau_mean": plateau.mean,
         "plateau_std": plateau.std,
         "plateau_uncertainty": plateau.uncertainty,
+        "plateau_spacings": plateau.spacings,
         "plateau_start": plateau.start,
         "plateau_end": plateau.end,
     }
@@ -267,6 +268,9 @@ def _counts(record: FrictionRecord) -> dict[str, float | int]:
         "mean_drop": statistics.mean_drop,
         "mean_drop_uncertainty": statistics.mean_drop_uncertainty,
         "peak_friction": statistics.peak_friction,
+        "spacings": statistics.spacings,
+        "cycle_events": statistics.cycle_events,
+        "cycle_spacings": statistics.cycle_spacings,
     }
 
 
