@@ -69,7 +69,9 @@ class Sampling:
         return math.hypot(sampled, self.disorder * mean)
 
     def of_events(self) -> float:
-        """Relative standard error of step and drop per event over the stretch."""
+        """Relative standard error of step and drop per event over the stretch; of disorder alone where slips drop nothing."""
+        if self.residual == 1.0:
+            return self.disorder
         if self.spacings >= 1.0:
             return math.hypot(EVENT_LEFT_OVER / self.spacings, self.disorder)
         return math.hypot(self.unseen * EVENT_MODULATION, EVENT_LEFT_OVER, self.disorder)
