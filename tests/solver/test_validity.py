@@ -30,6 +30,7 @@ from solver.validity import (
     mask_of,
     record_flags,
 )
+from tests.synthetic import record_from
 
 N = 33
 H = 1.0 / (N - 1)
@@ -91,6 +92,26 @@ def test_a_flag_of_sliding_is_raised_and_not_beside(far: float, near: float, fla
         assert (record.outcome.ok, start.contact.sum()) == (True, 3)
         assert (flag in record_flags(case, start, record, end)) == raised
         assert (flag in expected_flags(case, displacement)) == raised
+
+
+def test_a_record_is_flagged_for_what_was_so_at_any_time_of_it() -> None:
+    """Made-up records of 3 events, alike but for one number: sizes, nodes of events and the end are all looked at."""
+    case = punch(13)
+    start = touched(case)
+    plain = replace(
+        record_from([1e-4] * 3, [1e-5] * 3), contact_size=np.array([13, 13, 13]), node=np.array([16, 16, 16])
+    )
+    at_the_end = replace(start, contact=np.arange(N) == N - 1)
+    for record, end, flags in (
+        (plain, start, ()),
+        (replace(plain, contact_size=np.array([13, 11, 13])), start, (FEW_NODES,)),
+        (replace(plain, contact_size=np.array([13, N, 13])), start, (WHOLE_SLAB,)),
+        (replace(plain, node=np.array([16, 0, 16])), start, (OUTGROWN,)),
+        (replace(plain, node=np.array([16, 1, 16])), start, (NEAR_ENDS,)),
+        (plain, at_the_end, (OUTGROWN,)),
+        (replace(plain, final_displacement=0.3), start, (BEYOND_CONTACT,)),
+    ):
+        assert record_flags(case, start, record, end) == flags
 
 
 def test_a_contact_has_one_place_the_nearest_that_it_came_to() -> None:
