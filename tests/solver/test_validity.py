@@ -112,6 +112,8 @@ def test_a_record_is_flagged_for_what_was_so_at_any_time_of_it() -> None:
         (replace(plain, final_displacement=0.3), start, (BEYOND_CONTACT,)),
     ):
         assert record_flags(case, start, record, end) == flags
+    everywhere = replace(start, contact=np.ones(N, bool))
+    assert record_flags(case, everywhere, plain, start) == (WHOLE_SLAB,)
 
 
 def test_a_contact_has_one_place_the_nearest_that_it_came_to() -> None:
