@@ -11,7 +11,7 @@ from collections import Counter
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import click
 
@@ -118,12 +118,10 @@ def collect(campaign: Path, out: Path | None) -> None:
 def report(campaign: Path, out: Path | None) -> None:
     """Draw figures and write the HTML page of a collected CAMPAIGN."""
     from study import dataset, report  # noqa: PLC0415
-    from study.console import print_table  # noqa: PLC0415
-    from study.summary import scalar_table  # noqa: PLC0415
 
     folder = _folder(campaign, out)
     with _refusals(), dataset.read(folder / dataset.FILE) as opened:
-        print_table(scalar_table(opened))
+        _print_summary(opened)
         page, *figures = report.write(opened, folder)
     click.echo(f"report: {page} ({len(figures)} figures in {folder / report.FOLDER})")
 
@@ -242,15 +240,23 @@ def _executor(out: Path) -> "Callable[[Task], Outcome]":
 
 def _collect(planned: "Plan", out: Path) -> None:
     from study import dataset  # noqa: PLC0415
-    from study.console import print_table  # noqa: PLC0415
     from study.store import Store  # noqa: PLC0415
-    from study.summary import scalar_table  # noqa: PLC0415
 
     collected = dataset.collect(planned, Store(out))
     path = out / dataset.FILE
     dataset.write(collected, path)
-    print_table(scalar_table(collected))
+    _print_summary(collected)
     click.echo(f"dataset: {path}")
+
+
+def _print_summary(dataset: Any) -> None:
+    """The table of a dataset's cases, and what its flags ask for."""
+    from study.console import print_table  # noqa: PLC0415
+    from study.summary import flag_summary, scalar_table  # noqa: PLC0415
+
+    print_table(scalar_table(dataset))
+    for line in flag_summary(dataset):
+        click.echo(line)
 
 
 def _make_plan(campaign: Path) -> "Plan":
@@ -300,6 +306,8 @@ def _show(error: click.ClickException) -> None:
 
 
 def _print_plan(planned: "Plan", remaining: "tuple[Task, ...]") -> None:
+    from study.flags import expected_lines  # noqa: PLC0415
+
     refused = [case for case in planned.cases if not case.outcome.ok]
     click.echo(f"{planned.manifest.title}\n{len(planned.cases)} cases, {len(refused)} of them refused")
     if planned.manifest.accuracy is not None:
@@ -308,6 +316,8 @@ def _print_plan(planned: "Plan", remaining: "tuple[Task, ...]") -> None:
         click.echo(f"accuracy = {planned.manifest.accuracy:g}: {choice(planned.manifest)}")
     _print_effects(planned)
     _print_counts(planned.tasks, remaining)
+    for line in expected_lines(planned):
+        click.echo(f"expected: {line}")
     for case in refused:
         point = ", ".join(f"{name} = {value}" for name, value in case.parameters.items())
         click.echo(f"refused: {point}: {case.outcome.message}")

@@ -15,6 +15,7 @@ import xarray as xr
 
 from solver.case import Scales
 from solver.outcome import Outcome
+from solver.validity import advice_on, flags_in
 from study import provenance
 from study.cases import MEMBER, CampaignCase
 from study.effects import task_kinds
@@ -26,7 +27,18 @@ from study.plan import CaseTasks, Plan
 from study.ragged import ABSENT, Runs, record, texts, trajectory
 from study.store import Store, StoreError, written_whole
 from study.tasks import TaskResult
-from study.vocabulary import COMPANIONS, DISCRETIZATION_ERROR, OUTCOMES, PARAMETERS, SCALARS, SERIES, Quantity, factors
+from study.vocabulary import (
+    ADVICE,
+    COMPANIONS,
+    DISCRETIZATION_ERROR,
+    OUTCOMES,
+    PARAMETERS,
+    SCALARS,
+    SERIES,
+    VALIDITY,
+    Quantity,
+    factors,
+)
 
 __all__ = ["FILE", "PENDING", "collect", "read", "record", "trajectory", "write"]
 
@@ -144,10 +156,11 @@ class _Table:
                 self._declare(kind, ending, PENDING)
                 self._declare(kind, message, "")
         self._declare("", DISCRETIZATION_ERROR, np.nan)
+        self._declare("", ADVICE, "")
         for kind, scalars in SCALARS.items():
             if kind in kinds:
                 for quantity in (*scalars.values(), *COMPANIONS.get(kind, {}).values()):
-                    self._declare(kind, quantity, np.nan)
+                    self._declare(kind, quantity, np.int32(0) if quantity.flags else np.nan)
         for each in runs:
             instance = each.series.instance
             index = Quantity(f"{instance}_index", f"number of the case's {instance}, {ABSENT} where it has none")
@@ -179,6 +192,8 @@ class _Table:
             for name, quantity in scalars.get(result.kind, {}).items():
                 if name in result.scalars:
                     self.put(quantity.name, case, drive, result.scalars[name] * by[quantity.per])
+        if VALIDITY.name in result.scalars:
+            self.put(ADVICE.name, case, drive, advice_on(flags_in(int(result.scalars[VALIDITY.name]))))
 
 
 def _runs(manifest: Manifest) -> list[Runs]:

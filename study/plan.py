@@ -204,6 +204,19 @@ def _events(case: Case) -> float:
     return min(case.farthest / _mean_step(case), math.inf if case.max_events is None else case.max_events)
 
 
+def expected_displacement(case: Case) -> float:
+    """δ_p that a record of this case reaches, in L_x: its limit, or its events' mean steps, to a factor of about two.
+
+    A slip that leaves a residual shear lets the pin move by the less until the next. At residual 1 there are no steps to
+    count: without a limit 0.
+    """
+    far, events, residual = case.max_displacement, case.max_events, case.slip_rule.residual
+    if events is None or (residual == 1.0 and far is not None):
+        return far or 0.0
+    by_events = events * _mean_step(case) * (1.0 - residual)
+    return by_events if far is None else min(far, by_events)
+
+
 def _mean_step(case: Case) -> float:
     hertz = math.sqrt(0.4 * case.load * case.radius)  # half-width of the contact, ν = 1/3
     pressure = case.load / (2.0 * (case.half_width if case.pin == "flat_punch" else min(hertz, 0.5)))

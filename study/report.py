@@ -16,7 +16,7 @@ from matplotlib.figure import Figure
 from study.parameters import Value
 from study.ragged import ABSENT, record, trajectory
 from study.store import StoreError, written_whole
-from study.summary import Point, points, scalar_table, words
+from study.summary import Point, flag_summary, points, scalar_table, words
 
 FILE: Final = "report.html"
 FOLDER: Final = "figures"
@@ -116,5 +116,6 @@ def _page(dataset: xr.Dataset, found: list[Picture]) -> str:
         manifest=dataset.attrs["manifest"],
         attributes=attributes,
         table=scalar_table(dataset),
+        flags=flag_summary(dataset),
         pictures=found,
     )

@@ -17,7 +17,8 @@ from solver.observables import event_statistics, friction_coefficients
 from solver.outcome import COMPLETED, Ending, Outcome, SolverError
 from solver.plateau import plateau_of
 from solver.profile import profile_of
-from solver.sliding import FrictionRecord, slide, states_at
+from solver.sliding import FrictionRecord, slide_to_state, states_at
+from solver.validity import contact_flags, contact_half_width, mask_of, record_flags
 from study.effects import TaskKind
 from study.provenance import content_hash
 
@@ -177,12 +178,16 @@ def _run_contact(task: Task, inputs: Mapping[str, TaskResult]) -> TaskResult:
         "maximum_pressure": float(state.pressure.max()),
         "friction_force": state.friction_force,
         "load": case.load,
+        "contact_half_width": contact_half_width(case, state),
+        "validity_flags": mask_of(contact_flags(case, state)),
     }
     return _completed(task, scalars, {"x": compliance.x, **arrays}, state.outcome)
 
 
 def _run_friction(task: Task, inputs: Mapping[str, TaskResult]) -> TaskResult:
-    record = slide(_case(task), _compliance(task, inputs))
+    case, compliance = _case(task), _compliance(task, inputs)
+    start = first_touch(case, compliance)
+    record, end = slide_to_state(case, compliance, start)
     plateau = plateau_of(record)
     scalars, arrays = _parted(record)
     scalars |= _counts(record) | {
@@ -193,6 +198,8 @@ def _run_friction(task: Task, inputs: Mapping[str, TaskResult]) -> TaskResult:
         "plateau_spacings": plateau.spacings,
         "plateau_start": plateau.start,
         "plateau_end": plateau.end,
+        "contact_half_width": contact_half_width(case, start),
+        "validity_flags": mask_of(record_flags(case, start, record, end)),
     }
     return _completed(task, scalars, arrays, _noting(record.outcome, plateau.outcome))
 
