@@ -64,6 +64,9 @@ class Outcome:
 
 COMPLETED = Outcome(Ending.COMPLETED)
 
+SHOWN = 60
+"""Characters of a value that a message shows."""
+
 
 class SolverError(Exception):
     """Base of everything this package raises on purpose; carries the outcome it stands for."""
@@ -74,6 +77,15 @@ class SolverError(Exception):
     def outcome(self) -> Outcome:
         """The same news as a value."""
         return Outcome(self.ending, str(self))
+
+
+def quoted(value: object) -> str:
+    """A value as messages show it: cut to fit a line, whatever it is."""
+    try:
+        text = repr(value)
+    except (ValueError, RecursionError):  # Python writes no number of more than 4300 digits, and nothing nested deeply
+        return "(too long to show)"
+    return text if len(text) <= SHOWN else text[: SHOWN - 3] + "..."
 
 
 class InvalidInput(SolverError, ValueError):

@@ -209,11 +209,13 @@ def _coordinates(plan: Plan, layout: _Layout) -> dict[str, Any]:
             found[name] = ((), next(iter(values.values())), _parameter(name).attributes)
             continue
         sample = next(iter(values.values()))
-        spread = np.full(shape, "" if isinstance(sample, str) else np.nan, object if isinstance(sample, str) else float)
+        # Whole numbers stay whole, as floats lose digits beyond 2^53, except where some are missing.
+        whole = isinstance(sample, int) and len(values) == len(plan.cases)
+        kind: Any = object if isinstance(sample, str) else np.int64 if whole else float
+        spread = np.full(shape, "" if isinstance(sample, str) else 0 if whole else np.nan, kind)
         for case_id, value in values.items():
             spread[layout.position[case_id]] = value
-        whole = isinstance(sample, int) and len(values) == spread.size
-        found[name] = (tuple(layout.axes), spread.astype(np.int64) if whole else spread, _parameter(name).attributes)
+        found[name] = (tuple(layout.axes), spread, _parameter(name).attributes)
     return found | _drive_coordinates(plan.manifest)
 
 
