@@ -161,12 +161,13 @@ def _slide_with_frozen_pressures(
 ) -> tuple[FrictionRecord, ContactState]:
     """The run without pin_translation: the tangential problem alone."""
     contact = FrozenContact(case, compliance, start)
-    events, held = _empty_events(case.max_events or FIRST_CAPACITY), 0
+    most = case.max_events or MOST_EVENTS
+    events, held = _empty_events(min(most, FIRST_CAPACITY)), 0
     farthest = math.inf if case.max_displacement is None else case.max_displacement
-    outcome, held = contact.slide(events, held, farthest)
-    while outcome is None and case.max_events is None:
+    outcome, held = contact.slide(_first(events, most), held, farthest)
+    while outcome is None and held < most:
         events = _grown(events)
-        outcome, held = contact.slide(events, held, farthest)
+        outcome, held = contact.slide(_first(events, most), held, farthest)
     end = contact.state(outcome or COMPLETED)
     return _record(case, start, contact.stiffness, events, held, end), end
 
