@@ -51,6 +51,7 @@ ORDER = {
         "front",
         "targets",
         "tasks",
+        "cost",
         "plan",
         "backlog",
         "interruption",
