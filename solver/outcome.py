@@ -42,6 +42,8 @@ class Ending(StrEnum):
     """The driven pin slipped back although it was not to (`reverse_motion` of its drive)."""
     NEEDS_FAILED = "needs_failed"
     """Something this computation needs ended badly."""
+    OUT_OF_MEMORY = "out_of_memory"
+    """The machine had no memory left: nothing is known of the case, another machine may compute it."""
     CRASHED = "crashed"
     """The computation raised what it never should: a defect of the program, not of the case."""
 

@@ -9,7 +9,7 @@ was measured on one core; a test holds it to a factor of three, which is what ch
 
 import math
 
-from solver.case import Case
+from solver.case import MOST_EVENTS, Case
 from solver.coulomb import LONGEST_STEP
 from solver.sliding import FIRST_CAPACITY, OFF_THE_SLAB
 from solver.tableau import margin
@@ -59,7 +59,8 @@ def lateral_stiffness(case: Case) -> float:
 
 def mean_step(case: Case) -> float:
     """Displacement from event to event in steady sliding, in L_x."""
-    return slips_per_event(case) / _slips_per_displacement(case)
+    floor = case.slip_rule.event_floor * case.slab.spacing
+    return max(slips_per_event(case) / _slips_per_displacement(case), floor)
 
 
 def slips_per_event(case: Case) -> float:
@@ -79,7 +80,7 @@ def events_of(case: Case) -> float:
     farthest = case.max_displacement or math.inf
     if case.effects.pin_translation:
         farthest = min(farthest, TRAVEL)
-    return min(farthest / mean_step(case), math.inf if case.max_events is None else case.max_events)
+    return min(farthest / mean_step(case), float(case.max_events or MOST_EVENTS))
 
 
 def slips_of(case: Case, events: float) -> float:
@@ -188,7 +189,7 @@ def memory_of(task: Task) -> float:
         found = max(found, _slide_numbers(case))
     if task.subsurface:
         found = max(found, _INNER * task.slab.n_x)
-    return _FLOAT * found + (_record_bytes(case) if task.kind == "friction" else 0.0)
+    return _FLOAT * found + (record_bytes(case) if task.kind == "friction" else 0.0)
 
 
 def _compliance_numbers(task: Task) -> float:
@@ -229,7 +230,7 @@ def _slide_numbers(case: Case) -> float:
     return operator + (_TABLEAUS if entries >= 2.0 * n_x else _GROWING) * entries**2
 
 
-def _record_bytes(case: Case) -> float:
+def record_bytes(case: Case) -> float:
     """Room for the events, which doubles as they come, and the record made of them."""
     if case.slip_rule.residual == 1.0:
         return 8.0 * _EVENT * _coulomb_path(case)[0]  # Python's own numbers

@@ -131,10 +131,11 @@ _STAGE_ORDER = {"compliance": 0, "contact": 1, "friction": 2, "states": 3, "driv
 
 def _estimated(task: Task, label: Mapping[str, Value]) -> Task:
     words = (f"{name}={value:g}" if isinstance(value, float) else f"{name}={value}" for name, value in label.items())
-    return replace(task, cost=_seconds(task), label=" ".join((task.kind, *words)))
+    return replace(task, cost=min(_seconds(task), _LONGEST), label=" ".join((task.kind, *words)))
 
 
 # Rough seconds on one core of an ordinary machine: they order the work and warn of days, no more. See study.cost.
+_LONGEST = 1e12  # thirty thousand years will do for what never ends
 _START = 1e-3  # any task: hand out, read, write
 _PER_GRID = (0.04, 2.5e-4, 7e-10)  # compliance of a grid by powers 0, 1, 3 of n_x: assembly and dense condensation
 _PER_HALF_PLANE = 1e-10  # compliance in closed form, times n_x^3: one look whether it is positive definite

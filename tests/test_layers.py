@@ -53,6 +53,7 @@ ORDER = {
         "tasks",
         "cost",
         "plan",
+        "memory",
         "backlog",
         "interruption",
         "progress",
