@@ -105,6 +105,7 @@ _FROZEN_SLIP = (4.5e-8, 1.5e-10, 5e-13)
 _ROUGH = 2.0  # a slip on a rough pin over one on a smooth pin
 _COULOMB_TOUCH = 2e-8  # first touch with Coulomb friction, times the cube of the nodes: they come to slide one by one
 _COULOMB_STEP = (3.5e-4, 2e-9)  # by powers 0, 3 of the nodes in contact: a few dense solves
+_SOLVES = 3.0  # steps that an event of it is worth: roles change one at a time until all are right
 _INSIDE = (8e-3, 6e-6)  # inside of the slab, by powers 0, 1.5 of n_x: one sparse factorization
 
 
@@ -134,7 +135,7 @@ def _slide_seconds(case: Case, events: float) -> float:
     nodes = contact_nodes(case)
     if case.slip_rule.residual == 1.0:
         changes, travel = _coulomb_path(case)
-        steps = changes + travel / (LONGEST_STEP * case.slab.spacing)
+        steps = _SOLVES * changes + travel / (LONGEST_STEP * case.slab.spacing)
         return _polynomial(_COULOMB_STEP, nodes, (0.0, 3.0)) * steps
     if case.effects.pin_translation:
         slip = _polynomial(_SLIP, _entries(case), (0.0, 1.0, 2.0)) * (_ROUGH if case.heterogeneity.roughness else 1.0)

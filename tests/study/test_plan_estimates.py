@@ -76,7 +76,7 @@ TASKS: dict[str, Task] = {
     "record, held at the side": record(slab={"support": "right_side"}),
     **{f"record, μ_i = {friction}": record(intrinsic_friction=friction) for friction in (0.05, 0.25, 3.0)},
     **{f"record, residual {residual}": record(slip_rule=SlipRule(residual=residual)) for residual in (0.5, 0.9)},
-    "record, Coulomb": record(33, slip_rule=SlipRule(residual=1.0)),
+    "record, Coulomb": record(33, slip_rule=SlipRule(residual=1.0), max_displacement=0.3),
     "record, Coulomb, few events": record(65, slip_rule=SlipRule(residual=1.0), max_events=30),
     "record, simultaneous": record(slip_rule=SlipRule(order="simultaneous")),
     **{f"record, frozen, n_x = {n_x}": record(n_x, effects=Effects(pin_translation=False)) for n_x in (65, 129, 257)},
