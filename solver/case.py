@@ -6,10 +6,11 @@ Lengths are in slab widths L_x, stresses in shear moduli G, forces in G·L_x·L_
 
 import itertools
 import math
+import sys
 from dataclasses import dataclass, field, fields
 from typing import Any, Literal, get_args
 
-from solver.outcome import InvalidInput
+from solver.outcome import InvalidInput, quoted
 
 Scheme = Literal["biquadratic", "galerkin", "half_plane"]
 Support = Literal["bonded", "frictionless", "right_side"]
@@ -24,6 +25,11 @@ ProfileShape = Literal["sawtooth", "linear", "mean"]
 
 MOST_EVENTS = 10**9
 """Events that a record may be asked to hold: more would not fit any memory."""
+MOST_LEVELS = 20
+"""N of the finest surface, 2^N + 1 nodes: its compliance alone would take 35 TB."""
+MOST_ROWS_PER_LEVEL = 1024
+MOST_WHOLE = 2**63 - 1
+"""The largest whole number that arrays and files hold."""
 MOST_SAMPLES = 10**7
 """Output times that a drive may be asked to hold."""
 
@@ -73,7 +79,7 @@ class SlipRule:
         _require(
             "event_floor", self.event_floor, 1e-14 <= self.event_floor <= 1.0, "1e-14 ≤ event_floor ≤ 1 (node spacings)"
         )
-        _require("cascade_limit", self.cascade_limit, self.cascade_limit >= 1, "at least 1 slip")
+        _require("cascade_limit", self.cascade_limit, 1 <= self.cascade_limit <= MOST_WHOLE, f"1 to {MOST_WHOLE} slips")
 
 
 @dataclass(frozen=True, slots=True)
@@ -119,7 +125,7 @@ class Heterogeneity:
         most = {"lognormal": math.inf, "uniform": 1.0 / math.sqrt(3.0), "normal": 0.25}[self.distribution]
         allowed = 0.0 <= self.spread <= most and self.spread < math.inf
         _require("spread", self.spread, allowed, f"0 ≤ spread ≤ {most:.4g} with {self.distribution}")
-        _require("seed", self.seed, self.seed >= 0, "seed ≥ 0")
+        _require("seed", self.seed, 0 <= self.seed <= MOST_WHOLE, f"0 to {MOST_WHOLE}")
         _require("roughness", len(self.roughness), len(self.roughness) != 1, "no or at least 2 points")
         for (before, _), (after, _) in itertools.pairwise(self.roughness):
             _require("roughness", (before, after), before < after, "points with increasing ξ")
@@ -129,7 +135,7 @@ class Heterogeneity:
 class Slab:
     """The elastic slab and its discretization: all that a surface compliance depends on.
 
-    n_x: surface nodes, 2^N + 1 with N ≥ 2. aspect_ratio: L_z/L_x. poisson: ν in (-1, 0.5).
+    n_x: surface nodes, 2^N + 1 with N from 2 to 20. aspect_ratio: L_z/L_x. poisson: ν in (-1, 0.5).
     scheme: `galerkin` (finite elements that converge), `biquadratic` (the paper's stencil) or `half_plane` (closed form;
     nothing holds it, so it takes no `support`, and its aspect_ratio is only the depth that displacements are seen from).
 
@@ -153,7 +159,8 @@ class Slab:
     def __post_init__(self) -> None:
         _take_declared_types(self)
         levels = _levels(self.n_x)
-        _require("n_x", self.n_x, levels >= 2, "2^N + 1 with N ≥ 2: 5, 9, 17, 33, 65, 129 …")
+        nodes = f"2^N + 1 with N from 2 to {MOST_LEVELS}: 5, 9, 17, 33, 65, 129 … {2**MOST_LEVELS + 1}"
+        _require("n_x", self.n_x, 2 <= levels <= MOST_LEVELS, nodes)
         _require("aspect_ratio", self.aspect_ratio, 1e-4 <= self.aspect_ratio <= 1e4, "1e-4 ≤ aspect_ratio ≤ 1e4")
         _require("poisson", self.poisson, -1.0 < self.poisson < 0.5, "-1 < poisson < 0.5")
         for name, scheme in SCHEME_OF.items():
@@ -173,7 +180,8 @@ class Slab:
     def _grade(self, levels: int) -> None:
         """Fill in and check the numbers of the graded hierarchy."""
         self._fill_in("rows_per_level", 2)
-        _require("rows_per_level", self.rows_per_level, int(self.rows_per_level or 0) >= 1, "at least 1")
+        allowed = 1 <= int(self.rows_per_level or 0) <= MOST_ROWS_PER_LEVEL
+        _require("rows_per_level", self.rows_per_level, allowed, f"1 to {MOST_ROWS_PER_LEVEL}")
         coarsest = min(levels, max(1, math.ceil(math.log2(16.0 / min(1.0, self.aspect_ratio)))))
         if self.bottom_row is not None:
             coarsest = min(coarsest, max(1, _levels(self.bottom_row)))
@@ -315,7 +323,7 @@ class Drive:
             value = getattr(self, name)
             _require(name, value, 0.0 <= value <= 1e30, f"0 ≤ {name} ≤ 1e30")
         _require("samples", self.samples, 1 <= self.samples <= MOST_SAMPLES, f"1 to {MOST_SAMPLES}")
-        _require("step_limit", self.step_limit, self.step_limit >= 1, "at least 1")
+        _require("step_limit", self.step_limit, 1 <= self.step_limit <= MOST_WHOLE, f"1 to {MOST_WHOLE}")
         if self.integrator == "rk4":
             step = self.time_step
             _require(
@@ -339,7 +347,7 @@ class Scales:
         _take_declared_types(self)
         for item in fields(self):
             value = getattr(self, item.name)
-            _require(item.name, value, 0.0 < value < math.inf, f"{item.name} > 0")
+            _require(item.name, value, 1e-30 <= value <= 1e30, f"1e-30 ≤ {item.name} ≤ 1e30")
 
     @property
     def force(self) -> float:
@@ -369,7 +377,7 @@ def _levels(nodes: int | None) -> int:
 
 def _require(name: str, value: object, allowed: bool, need: str) -> None:
     if not allowed:
-        raise InvalidInput(f"{name} = {value!r}: needs {need}")
+        raise InvalidInput(f"{name} = {quoted(value)}: needs {need}")
 
 
 def _take_declared_types(value: Any) -> None:
@@ -386,29 +394,32 @@ def _take_declared_types(value: Any) -> None:
         elif item.type == Roughness:
             object.__setattr__(value, item.name, _as_points(item.name, given))
         elif "float" in kind and given is not None:
-            object.__setattr__(value, item.name, _as_float(item.name, given))
+            object.__setattr__(value, item.name, as_float(item.name, given))
         elif "int" in kind and given is not None:
             object.__setattr__(value, item.name, _as_int(item.name, given))
 
 
-def _as_float(name: str, given: Any) -> float:
-    if isinstance(given, bool | str) or not _converts(float, given) or math.isnan(float(given)):
-        raise InvalidInput(f"{name} = {given!r}: needs a number")
+def as_float(name: str, given: Any) -> float:
+    """A number as a float. Raises InvalidInput where it is none, or more than floats hold."""
+    fits = not isinstance(given, int) or abs(given) <= sys.float_info.max
+    _require(name, given, fits, f"a number of at most {sys.float_info.max:.2g}")
+    number = not isinstance(given, bool | str) and _converts(float, given) and not math.isnan(float(given))
+    _require(name, given, number, "a number")
     return float(given) + 0.0  # -0.0 and 0.0 are one number
 
 
 def _as_points(name: str, given: Any) -> Roughness:
     try:
-        points = tuple((_as_float(name, xi), _as_float(name, height)) for xi, height in given)
+        points = tuple((as_float(name, xi), as_float(name, height)) for xi, height in given)
     except (TypeError, ValueError):
-        raise InvalidInput(f"{name} = {given!r}: needs pairs of numbers (ξ, height)") from None
+        raise InvalidInput(f"{name} = {quoted(given)}: needs pairs of numbers (ξ, height)") from None
     _require(name, given, all(map(math.isfinite, itertools.chain(*points))), "finite numbers")
     return points
 
 
 def _as_int(name: str, given: Any) -> int:
     if isinstance(given, bool | str) or not _converts(int, given) or int(given) != given:
-        raise InvalidInput(f"{name} = {given!r}: needs a whole number")
+        raise InvalidInput(f"{name} = {quoted(given)}: needs a whole number")
     return int(given)
 
 

@@ -44,6 +44,8 @@ class Ending(StrEnum):
     """The driven pin slipped back although it was not to (`reverse_motion` of its drive)."""
     NEEDS_FAILED = "needs_failed"
     """Something this computation needs ended badly."""
+    OUT_OF_MEMORY = "out_of_memory"
+    """The machine had no memory left: nothing is known of the case, another machine may compute it."""
     CRASHED = "crashed"
     """The computation raised what it never should: a defect of the program, not of the case."""
 
@@ -66,6 +68,9 @@ class Outcome:
 
 COMPLETED = Outcome(Ending.COMPLETED)
 
+SHOWN = 60
+"""Characters of a value that a message shows."""
+
 
 class SolverError(Exception):
     """Base of everything this package raises on purpose; carries the outcome it stands for."""
@@ -76,6 +81,15 @@ class SolverError(Exception):
     def outcome(self) -> Outcome:
         """The same news as a value."""
         return Outcome(self.ending, str(self))
+
+
+def quoted(value: object) -> str:
+    """A value as messages show it: cut to fit a line, whatever it is."""
+    try:
+        text = repr(value)
+    except (ValueError, RecursionError):  # Python writes no number of more than 4300 digits, and nothing nested deeply
+        return "(too long to show)"
+    return text if len(text) <= SHOWN else text[: SHOWN - 3] + "..."
 
 
 class InvalidInput(SolverError, ValueError):

@@ -166,11 +166,12 @@ def _slide_with_frozen_pressures(
 ) -> tuple[FrictionRecord, ContactState]:
     """The run without pin_translation: the tangential problem alone."""
     contact = FrozenContact(case, compliance, start)
-    events, held = _empty_events(case.max_events or FIRST_CAPACITY), 0
-    outcome, held = contact.slide(events, held, case.farthest)
-    while outcome is None and case.max_events is None:
+    most = case.max_events or MOST_EVENTS
+    events, held = _empty_events(min(most, FIRST_CAPACITY)), 0
+    outcome, held = contact.slide(_first(events, most), held, case.farthest)
+    while outcome is None and held < most:
         events = _grown(events)
-        outcome, held = contact.slide(events, held, case.farthest)
+        outcome, held = contact.slide(_first(events, most), held, case.farthest)
     end = contact.state(outcome or COMPLETED)
     return _record(case, start, contact.stiffness, events, held, end), end
 

@@ -62,11 +62,15 @@ def cli() -> None:
 @_out
 def plan(campaign: Path, out: Path | None) -> None:
     """Show what CAMPAIGN would compute, less what is finished."""
+    from study.memory import shortages  # noqa: PLC0415
     from study.store import Store  # noqa: PLC0415
 
     with _refusals():
         planned = _make_plan(campaign)
-        _print_plan(planned, planned.remaining(Store(_folder(campaign, out)).finished()))
+        remaining = planned.remaining(Store(_folder(campaign, out)).finished())
+        _print_plan(planned, remaining)
+        for line in shortages(planned, remaining):
+            click.echo(f"does not fit here: {line}")
 
 
 @cli.command()
@@ -197,6 +201,8 @@ def _conduct(farm: "Farm", campaign: Path, out: Path) -> int:
 
 def _compute(farm: "Farm", planned: "Plan", out: Path) -> int:
     from study.console import console  # noqa: PLC0415
+    from study.launch import processes_here  # noqa: PLC0415
+    from study.memory import shortages  # noqa: PLC0415
     from study.progress import open_progress  # noqa: PLC0415
     from study.store import Store  # noqa: PLC0415
     from study.warmup import warm_up  # noqa: PLC0415
@@ -204,6 +210,9 @@ def _compute(farm: "Farm", planned: "Plan", out: Path) -> int:
     store = Store(out)
     store.prepare()
     tasks = planned.remaining(store.finished())
+    ranks_here = 1 if farm.size == 1 else min(farm.size, processes_here())
+    if short := shortages(planned, tasks, ranks_here):
+        raise Refusal("\n".join(short))
     if tasks and farm.size > 1:
         warm_up(tasks)
     ranks = "1 process" if farm.size == 1 else f"{farm.size} ranks"
@@ -218,13 +227,16 @@ def _compute(farm: "Farm", planned: "Plan", out: Path) -> int:
             store.drop(key)
     _collect(planned, out)
     if tally.crashed:
-        click.echo(f"{tally.crashed} tasks crashed (see above): a defect; run again to try them again", err=True)
+        click.echo(
+            f"{tally.crashed} tasks crashed or found no memory (see above): run again to try them again", err=True
+        )
         return CRASHED
     return 0
 
 
 def _executor(out: Path) -> "Callable[[Task], Outcome]":
     """How each rank computes a task: needs from the store, result into it."""
+    from solver.outcome import Ending  # noqa: PLC0415
     from study.store import Store  # noqa: PLC0415
     from study.tasks import run_task  # noqa: PLC0415
 
@@ -232,7 +244,8 @@ def _executor(out: Path) -> "Callable[[Task], Outcome]":
 
     def execute(task: "Task") -> "Outcome":
         result = run_task(task, {key: store.read(key) for key in task.needs})
-        store.write(result)
+        if result.outcome.ending is not Ending.OUT_OF_MEMORY:  # another machine, or fewer ranks, may compute it
+            store.write(result)
         return result.outcome
 
     return execute

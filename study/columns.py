@@ -7,7 +7,7 @@ from pathlib import Path
 from typing import Any, NamedTuple
 
 from study.parameters import AXES, Value
-from study.problems import ManifestError, shown, unknown
+from study.problems import ManifestError, path_shown, shown, unknown
 
 
 class Given(NamedTuple):
@@ -35,7 +35,7 @@ def read_text(path: Path) -> tuple[bytes, str]:
     try:
         raw = path.read_bytes()
     except (OSError, ValueError) as error:
-        raise ManifestError([f"{path}: cannot be read: {getattr(error, 'strerror', error)}"]) from None
+        raise ManifestError([f"{path_shown(path)}: cannot be read: {getattr(error, 'strerror', error)}"]) from None
     try:
         return raw, raw.decode("utf-8-sig")
     except UnicodeDecodeError as error:
@@ -84,7 +84,7 @@ def read_profile(path: Path) -> PinProfile:
             xi, height = map(float, row)
             points.append((xi, height))
         except ValueError:
-            problems.append(f"{path}: line {line}: {','.join(row)}: needs two numbers, xi and height")
+            problems.append(f"{path}: line {line}: {shown(','.join(row))}: needs two numbers, xi and height")
     if problems:
         raise ManifestError(problems)
     return PinProfile(raw, text, tuple(points))

@@ -21,7 +21,7 @@ from study.cases import MEMBER, CampaignCase
 from study.effects import task_kinds
 from study.ensemble import ensemble_variables
 from study.front import Front, load_front
-from study.manifest import Manifest
+from study.manifest import VARIED, Manifest
 from study.parameters import STANDARD, Value, flat
 from study.plan import CaseTasks, Plan
 from study.ragged import ABSENT, Runs, record, texts, trajectory
@@ -229,11 +229,16 @@ def _coordinates(plan: Plan, layout: _Layout) -> dict[str, Any]:
             found[name] = ((), next(iter(values.values())), _parameter(name).attributes)
             continue
         sample = next(iter(values.values()))
-        spread = np.full(shape, "" if isinstance(sample, str) else np.nan, object if isinstance(sample, str) else float)
+        # Whole numbers stay whole, as floats lose digits beyond 2^53, except where some are missing.
+        whole = isinstance(sample, int) and len(values) == len(plan.cases)
+        kind: Any = object if isinstance(sample, str) else np.int64 if whole else float
+        spread = np.full(shape, "" if isinstance(sample, str) else 0 if whole else np.nan, kind)
         for case_id, value in values.items():
             spread[layout.position[case_id]] = value
-        whole = isinstance(sample, int) and len(values) == spread.size
-        found[name] = (tuple(layout.axes), spread.astype(np.int64) if whole else spread, _parameter(name).attributes)
+        dims = tuple(layout.axes)
+        if dims[-1] == MEMBER and name not in VARIED:
+            spread, dims = spread[..., 0], dims[:-1]
+        found[name] = (dims, spread, _parameter(name).attributes)
     return found | _drive_coordinates(plan.manifest)
 
 

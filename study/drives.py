@@ -1,11 +1,9 @@
 """How a campaign pulls the pin: SI at this edge, the solver's units beyond it."""
 
-import math
 from dataclasses import dataclass, fields
-from typing import Any
 
-from solver.case import Drive, Integrator, ProfileShape, Scales
-from solver.outcome import InvalidInput
+from solver.case import Drive, Integrator, ProfileShape, Scales, as_float
+from solver.outcome import InvalidInput, quoted
 
 _DRIVE_FIELDS = tuple(item.name for item in fields(Drive))
 
@@ -30,11 +28,11 @@ class NamedDrive:
 
     def __post_init__(self) -> None:
         if not isinstance(self.name, str) or not self.name.strip():
-            raise InvalidInput(f"name = {self.name!r}: needs a name")
-        mass: Any = self.pin_mass
-        if isinstance(mass, bool) or not isinstance(mass, int | float) or not 0.0 < mass < math.inf:
-            raise InvalidInput(f"pin_mass = {mass!r}: needs a number pin_mass > 0")
-        object.__setattr__(self, "pin_mass", float(mass))
+            raise InvalidInput(f"name = {quoted(self.name)}: needs a name")
+        mass = as_float("pin_mass", self.pin_mass)
+        if not 1e-30 <= mass <= 1e30:
+            raise InvalidInput(f"pin_mass = {mass!r}: needs 1e-30 ≤ pin_mass ≤ 1e30")
+        object.__setattr__(self, "pin_mass", mass)
         # The ranges of a drive hold in any units.
         in_range = Drive(**{name: getattr(self, name) for name in _DRIVE_FIELDS})
         for name in _DRIVE_FIELDS:

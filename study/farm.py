@@ -24,7 +24,7 @@ from study.backlog import Work
 from study.crew import Crew
 from study.interruption import LAST_WORDS, Interruption
 from study.launch import processes_started
-from study.ledger import Done, Execute, Ledger, Report, Tally, attempt
+from study.ledger import UNDONE, Done, Execute, Ledger, Report, Tally, attempt
 
 GRACE = 20.0
 """Seconds that a running task is given to finish after a signal."""
@@ -307,6 +307,8 @@ def _attempt(execute: Execute[W], task: W, rank: int) -> Done:
     done = attempt(execute, task, where)
     if done.trace:
         _say(f"{where}: {task.label} crashed\n{done.trace}")
+    elif done.outcome.ending in UNDONE:
+        _say(f"{where}: {task.label}: {done.outcome.message}\n")
     return done
 
 

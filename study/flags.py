@@ -3,8 +3,9 @@
 from collections.abc import Callable, Sequence
 
 from solver.validity import FLAGS, expected_flags, mask_of
+from study.cost import expected_displacement
 from study.parameters import Value
-from study.plan import Plan, expected_displacement
+from study.plan import Plan
 
 
 def flag_lines(masks: Sequence[int], words: Callable[[int], str]) -> list[str]:

@@ -8,6 +8,7 @@ that of block means, and stands beside them in the dataset.
 """
 
 import hashlib
+import itertools
 import json
 import math
 from collections.abc import Iterable, Mapping
@@ -19,14 +20,16 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from solver.case import Case, Slab
-from solver.outcome import SolverError
+from solver.case import Case, Slab, as_float
+from solver.outcome import InvalidInput, SolverError, quoted
 from study.parameters import PHYSICS, SETTINGS
-from study.problems import ManifestError
+from study.problems import ManifestError, path_shown
 
 ALIKE = math.log(1.25)
 SHIPPED = "front.json"
 """The front that comes with this package, measured on the developers' machine."""
+LONGEST_REASON = 150
+"""Characters of why a file is no front."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -120,26 +123,46 @@ def pareto_front(time: ArrayLike, error: ArrayLike) -> NDArray[np.bool_]:
 
 def load_front(path: Path | None = None) -> Front:
     """The front of a file that `nanoslip accuracy --save` wrote; without one, that of this package. Raises ManifestError."""
+    where = Path(SHIPPED) if path is None else path
     try:
         text = (resources.files("study") / SHIPPED if path is None else path).read_text("utf-8")
-        found = json.loads(text)
-        rows = [dict(zip(found["columns"], values, strict=True)) for values in found["rows"]]
-        return Front(
-            name=SHIPPED if path is None else path.name,
-            machine=found["machine"],
-            contacts=tuple(found["contacts"]),
-            rows=tuple(Measured(**_taken(row), slab=Slab(**row)) for row in rows),
-            sha256=hashlib.sha256(text.encode()).hexdigest(),
-        )
+        return _front(SHIPPED if path is None else path.name, text)
     except OSError as error:
-        raise ManifestError([f"{path}: cannot be read: {error.strerror or error}"]) from None
-    except (ValueError, LookupError, TypeError, SolverError) as error:
-        raise ManifestError([f"{path}: no front that nanoslip accuracy wrote: {error!r}"]) from None
+        raise ManifestError([f"{path_shown(where)}: cannot be read: {error.strerror or error}"]) from None
+    except (ValueError, LookupError, TypeError, RecursionError, SolverError) as error:
+        wrong = " ".join(f"{type(error).__name__}: {error}".split())[:LONGEST_REASON]
+        raise ManifestError([f"{path_shown(where)}: no front that nanoslip accuracy wrote: {wrong}"]) from None
 
 
-def _taken(row: dict[str, Any]) -> dict[str, Any]:
-    """Time and errors, taken out of a row, which leaves the slab."""
-    return {"seconds": row.pop("seconds"), "errors": tuple(row.pop("errors"))}
+def _front(name: str, text: str) -> Front:
+    """The front that a text says. Raises ValueError, LookupError, TypeError, RecursionError or SolverError."""
+    found = json.loads(text)
+    contacts = tuple(_measured("contacts", value) for value in found["contacts"])
+    if not contacts or any(before >= after for before, after in itertools.pairwise((0.0, *contacts))):
+        raise InvalidInput(f"contacts = {quoted(contacts)}: needs half-widths that increase, above 0")
+    rows = tuple(_row(dict(zip(found["columns"], values, strict=True))) for values in found["rows"])
+    if not all(len(row.errors) == len(contacts) for row in rows):
+        raise InvalidInput(f"errors: needs {len(contacts)} of every row, one for each contact")
+    machine = dict(found["machine"])
+    if not all(isinstance(word, str) for word in machine.values()):
+        raise InvalidInput(f"machine = {quoted(machine)}: needs texts")
+    return Front(name, machine, contacts, rows, hashlib.sha256(text.encode()).hexdigest())
+
+
+def _row(values: dict[str, Any]) -> Measured:
+    """A row by column; what is neither its time nor its errors is the slab."""
+    seconds = _measured("seconds", values.pop("seconds"))
+    return Measured(
+        errors=tuple(_measured("errors", e) for e in values.pop("errors")), seconds=seconds, slab=Slab(**values)
+    )
+
+
+def _measured(name: str, value: Any) -> float:
+    """A number that can have been measured, or a length. Raises InvalidInput."""
+    number = as_float(name, value)
+    if not 0.0 <= number < math.inf:
+        raise InvalidInput(f"{name} = {number!r}: needs finite numbers from 0 on")
+    return number
 
 
 def as_text(machine: Mapping[str, str], contacts: Iterable[float], rows: Iterable[Measured]) -> str:

@@ -22,6 +22,15 @@ def processes_started() -> int:
     return max(sizes, default=1)
 
 
+def processes_here() -> int:
+    """How many of them the launcher says it started on this machine; all of them where it does not say."""
+    names = ("MPI_LOCALNRANKS", "OMPI_COMM_WORLD_LOCAL_SIZE")
+    sizes = [int(os.environ[name]) for name in names if os.environ.get(name, "").isdigit()]
+    # "4(x2),3": so many on the first machine (and on how many more); the first one has the most.
+    first = os.environ.get("SLURM_STEP_TASKS_PER_NODE", "").partition("(")[0].partition(",")[0]
+    return max([*sizes, *([int(first)] if first.isdigit() else [])], default=processes_started())
+
+
 def pin_threads() -> None:
     """One thread per rank for BLAS and numba: more would fight each other, and sums would depend on their number.
 

@@ -18,6 +18,9 @@ Report = Callable[[W, Outcome, float], None]
 LEAST = 1e-3
 """Seconds that a task takes at least when counting ahead: its files and messages, however little it computes."""
 
+UNDONE = {Ending.CRASHED: "crashed", Ending.OUT_OF_MEMORY: "ran out of memory"}
+"""Endings that are not the task's own, in words: there is no result, and the next run tries again."""
+
 
 @dataclass(frozen=True, slots=True)
 class Done:
@@ -31,7 +34,8 @@ class Done:
 
 @dataclass(frozen=True, slots=True)
 class Tally:
-    """What came of a run: tasks done, tasks that crashed or waited for one that did, and whether it was cut short."""
+    """What came of a run: tasks done, tasks that crashed, ran out of memory or waited for one that did, and whether it was
+    cut short."""
 
     done: int = 0
     crashed: int = 0
@@ -78,14 +82,14 @@ class Ledger(Generic[W]):
         self._estimated[task.kind] += task.cost
         self._measured[task.kind] += done.seconds
         self._report(task, done.outcome, done.seconds)
-        if done.outcome.ending is not Ending.CRASHED:
+        if done.outcome.ending not in UNDONE:
             self._done += 1
             self.backlog.finish(task.key)
             return
         self._crashed += 1
         for lost in self.backlog.abandon(task.key):
             self._crashed += 1
-            self._report(lost, Outcome(Ending.NEEDS_FAILED, f"{task.label} crashed"), 0.0)
+            self._report(lost, Outcome(Ending.NEEDS_FAILED, f"{task.label} {UNDONE[done.outcome.ending]}"), 0.0)
 
     def expected(self, task: W) -> float:
         """Seconds this task will take by its estimate and what its kind took so far; infinite before any is known."""

@@ -13,12 +13,12 @@ from functools import partial
 from pathlib import Path
 from typing import Any, Literal, get_args
 
-from solver.case import SCHEME_OF, Case, Scales
-from solver.outcome import InvalidInput
+from solver.case import MOST_EVENTS, SCHEME_OF, Case, Scales
+from solver.outcome import InvalidInput, quoted
 from study.columns import Columns, Given, PinProfile, Table, read_profile, read_table, read_text
 from study.drives import NamedDrive
 from study.parameters import AXES, SETTINGS, TABLES, Value, field_name, flat, make_case
-from study.problems import ManifestError, need, shown, unknown
+from study.problems import ManifestError, key_shown, need, shown, unknown
 
 __all__ = ["STAGES", "Design", "Manifest", "ManifestError", "NamedDrive", "Outputs", "Stage", "load_manifest"]
 
@@ -26,6 +26,8 @@ Stage = Literal["contact", "slip", "dynamics"]
 Design = Literal["product", "zip", "table"]
 STAGES: tuple[Stage, ...] = get_args(Stage)
 MOST_MEMBERS = 10_000
+VARIED = ("start", "seed")
+"""Parameters in which members of an ensemble differ."""
 SEEDS = 2**32
 """Distance between the seeds of members: nobody's axis of seeds meets another member's."""
 
@@ -52,10 +54,12 @@ class Outputs:
             value: Any = getattr(self, name)
             if name == "tractions_at":
                 if not _increasing(value):
-                    raise InvalidInput(f"{name} = {value!r}: needs a list of events, increasing from 0 or more")
+                    raise InvalidInput(
+                        f"{name} = {quoted(value)}: needs a list of events, increasing from 0 to {MOST_EVENTS}"
+                    )
                 object.__setattr__(self, name, tuple(value))
             elif not isinstance(value, bool):
-                raise InvalidInput(f"{name} = {value!r}: needs true or false")
+                raise InvalidInput(f"{name} = {quoted(value)}: needs true or false")
 
 
 @dataclass(frozen=True, slots=True)
@@ -209,7 +213,7 @@ class _Reader:
         for key, value in document.items():
             kind, wanted = _TOP.get(key, (object, ""))
             if not wanted:
-                self._refuse(f"{key} = {shown(value)}", unknown(key, _TOP))
+                self._refuse(f"{key_shown(key)} = {shown(value)}", unknown(key, _TOP))
             elif not isinstance(value, kind):
                 self._refuse(f"{key} = {shown(value)}", f"needs {wanted}")
             else:
@@ -250,7 +254,7 @@ class _Reader:
     def _axes(self, content: dict[str, Any]) -> Columns:
         axes: Columns = {}
         for word, values in content.items():
-            where = f"axes.{word}"
+            where = f"axes.{key_shown(word)}"
             if word not in AXES:
                 self._refuse(f"{where} = {shown(values)}", unknown(word, AXES))
             elif not isinstance(values, list) or not values:
@@ -291,7 +295,7 @@ class _Reader:
             if word in TABLES[table]:
                 good[word] = [Given(f"{self.path}: {table}.{word}", value)]
             else:
-                self._refuse(f"{table}.{word} = {shown(value)}", unknown(word, TABLES[table]))
+                self._refuse(f"{table}.{key_shown(word)} = {shown(value)}", unknown(word, TABLES[table]))
         return good
 
     def _one_place(self, axes: Columns, fixed: dict[str, Columns]) -> None:
@@ -307,6 +311,7 @@ class _Reader:
             return None
         if isinstance(accuracy, bool) or not 0.0 < accuracy < 1.0:
             self._refuse(f"accuracy = {shown(accuracy)}", f"needs {_TOP['accuracy'][1]}")
+            return None
         for column in (given[word] for word in SETTINGS if word in given):
             self.problems.append(f"{column[0].where}: needs to be left out beside accuracy = {shown(accuracy)}")
         return float(accuracy)
@@ -333,7 +338,7 @@ class _Reader:
         good = {}
         for key, value in content.items():
             if key not in _names(kind):
-                self._refuse(f"{where}.{key} = {shown(value)}", unknown(key, _names(kind)))
+                self._refuse(f"{where}.{key_shown(key)} = {shown(value)}", unknown(key, _names(kind)))
             elif wrong := need(partial(kind, **{**others, key: value})):
                 self._refuse(f"{where}.{key} = {shown(value)}", wrong)
             else:
@@ -361,13 +366,14 @@ class _Reader:
             self._refuse(f"{where}.name", "missing: needs a name")
         try:
             drive = NamedDrive(**(good | last))
-            drive.dimensionless(scales)
         except InvalidInput as error:
             key, _, wrong = str(error).replace(" = None", ": missing").partition(": ")
             self._refuse(f"{where}.{key}", wrong)
             return None
-        except ArithmeticError:
-            self._refuse(where, "overflows in units of the [scales]: needs less extreme numbers")
+        try:
+            drive.dimensionless(scales)
+        except InvalidInput as error:
+            self._refuse(where, f"in units of pin_mass and [scales], {error}")
             return None
         return drive
 
@@ -387,10 +393,10 @@ def _single(columns: dict[str, tuple[Value, ...]]) -> dict[str, Value]:
 
 
 def _increasing(value: Any) -> bool:
-    """Whether it is a list of whole numbers from 0 on, each larger than the one before it."""
+    """Whether it is a list of whole numbers from 0 to the most events of a record, each larger than the one before it."""
     if not isinstance(value, list | tuple) or any(isinstance(one, bool) or not isinstance(one, int) for one in value):
         return False
-    return all(before < after for before, after in itertools.pairwise([-1, *value]))
+    return all(before < after for before, after in itertools.pairwise([-1, *value, MOST_EVENTS + 1]))
 
 
 def _names(kind: type) -> tuple[str, ...]:

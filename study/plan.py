@@ -1,16 +1,18 @@
 """Cases -> tasks: each distinct computation once, needed ones before those that need them, longest chain first."""
 
-import math
 from collections.abc import Collection, Mapping
 from dataclasses import dataclass, field, replace
 
 from solver.case import Case, Drive
 from study.cases import MEMBER, CampaignCase, expand
+from study.cost import mean_step, memory_of, seconds_of
 from study.effects import kept, task_kinds
 from study.manifest import Manifest
 from study.parameters import Value
 from study.targets import settled
 from study.tasks import Task, compliance_task, contact_task, digest_task, drive_task, friction_task, states_task
+
+__all__ = ["CaseTasks", "Plan", "make_plan", "memory_of"]
 
 
 @dataclass(frozen=True, slots=True)
@@ -131,23 +133,14 @@ _STAGE_ORDER = {"compliance": 0, "contact": 1, "friction": 2, "states": 3, "driv
 
 def _estimated(task: Task, label: Mapping[str, Value]) -> Task:
     words = (f"{name}={value:g}" if isinstance(value, float) else f"{name}={value}" for name, value in label.items())
-    return replace(task, cost=_seconds(task), label=" ".join((task.kind, *words)))
+    return replace(task, cost=min(_seconds(task), _LONGEST), label=" ".join((task.kind, *words)))
 
 
-# Rough seconds on one core of an ordinary machine: they order the work and warn of days, no more.
-_START = 0.01  # any task: hand out, read, write
+# Rough seconds on one core of an ordinary machine: they order the work and warn of days, no more. See study.cost.
+_LONGEST = 1e12  # thirty thousand years will do for what never ends
+_START = 1e-3  # any task: hand out, read, write
 _PER_GRID = (0.04, 2.5e-4, 7e-10)  # compliance of a grid by powers 0, 1, 3 of n_x: assembly and dense condensation
 _PER_HALF_PLANE = 1e-10  # compliance in closed form, times n_x^3: one look whether it is positive definite
-_PER_TOUCH = 2e-9  # first touch, times n_x^3: a few dense solves for the nodes in contact
-_PER_INNER_SOLVE = 4e-5  # inside of the slab, times n_x^1.5: one sparse factorization
-_FROZEN = 0.4  # a slip with frozen pressures over one with all
-_PER_EVENT = (
-    3.5e-8  # friction, times n_x^1.5 as seen from 33 to 257 nodes: a cascade of slips, each a pass over the contact
-)
-_MEAN_STEP = 0.32  # displacement per event, times mean pressure and n_x^-1.2 (§3.2.1, Fig. 8)
-_BLOCKS = 4.0  # square blocks of the surface's size that a condensation holds at once
-_ROOM = 3.0  # copies of its operator that a contact holds at once
-_PER_SOLVE = 1e-7  # friction at residual 1, times n_x^2: a few dense solves per event
 _PER_TOOTH = 1.5e-7  # exact integrator
 _PER_TIME_STEP = 3e-8  # rk4
 
@@ -160,64 +153,11 @@ def _seconds(task: Task) -> float:
         return _START + once + each * task.slab.n_x + cubed * task.slab.n_x**3
     if task.drive is not None:
         return _START + _drive_seconds(task.drive, task.case)
-    events = {"friction": _events(task.case), "states": min(max(task.events, default=0), _events(task.case))}.get(
-        task.kind, 0.0
-    )
-    inside = _PER_INNER_SOLVE * len(task.events) * task.slab.n_x**1.5 if task.subsurface else 0.0
-    touch = _PER_TOUCH * task.slab.n_x**3 * (1.0 if task.case.effects.friction and task.case.effects.coupling else 0.2)
-    start = _START + touch + inside
-    residual = task.case.slip_rule.residual
-    if residual == 1.0:
-        return start + _PER_SOLVE * min(events, 20.0 * task.slab.n_x) * float(task.slab.n_x) ** 2
-    # A slip that leaves a residual shear is followed by the more slips the less of the shear it drops.
-    per_event = _PER_EVENT * (1.0 if task.case.effects.pin_translation else _FROZEN)
-    return start + per_event * events * math.pow(task.slab.n_x, 1.5) / (1.0 - residual)
-
-
-def memory_of(task: Task) -> float:
-    """Rough bytes of arrays while a task runs, beside the compliance that it maps and the program's own."""
-    nodes = float(task.slab.n_x)
-    if task.kind == "compliance" or task.case is None:
-        grid = 0.0 if task.slab.scheme == "half_plane" else 1500.0 * nodes
-        return 8.0 * (_BLOCKS * (2.0 * nodes) ** 2 + grid)
-    if task.drive is not None:
-        return 8.0 * (5.0 * task.drive.samples + 16.0 * min(_events(task.case), 1e7))
-    effects, records = task.case.effects, 80.0 * min(_events(task.case), 1e7) if task.kind == "friction" else 0.0
-    if not effects.friction or (task.kind == "contact" and not effects.coupling):
-        entries = _ROOM * nodes**2
-    elif not effects.pin_translation and not effects.coupling:
-        entries = 2.0 * _ROOM * nodes**2
-    else:
-        entries = _ROOM * (2.0 * nodes) ** 2
-    inside = 400.0 * nodes**1.5 if task.subsurface else 0.0
-    return 8.0 * (entries + inside) + records
+    return _START + seconds_of(task, task.case)
 
 
 def _drive_seconds(drive: Drive, case: Case) -> float:
     if drive.time_step is not None:
         return _PER_TIME_STEP * drive.duration / drive.time_step
-    teeth = 0.0 if drive.profile == "mean" else drive.stage_velocity * drive.duration / _mean_step(case)
+    teeth = 0.0 if drive.profile == "mean" else drive.stage_velocity * drive.duration / mean_step(case)
     return _PER_TOOTH * (drive.samples + teeth)
-
-
-def _events(case: Case) -> float:
-    return min(case.farthest / _mean_step(case), math.inf if case.max_events is None else case.max_events)
-
-
-def expected_displacement(case: Case) -> float:
-    """δ_p that a record of this case reaches, in L_x: its limit, or its events' mean steps, to a factor of about two.
-
-    A slip that leaves a residual shear lets the pin move by the less until the next. At residual 1 there are no steps to
-    count: without a limit 0.
-    """
-    far, events, residual = case.max_displacement, case.max_events, case.slip_rule.residual
-    if events is None or (residual == 1.0 and far is not None):
-        return far or 0.0
-    by_events = events * _mean_step(case) * (1.0 - residual)
-    return by_events if far is None else min(far, by_events)
-
-
-def _mean_step(case: Case) -> float:
-    hertz = math.sqrt(0.4 * case.load * case.radius)  # half-width of the contact, ν = 1/3
-    pressure = case.load / (2.0 * (case.half_width if case.pin == "flat_punch" else min(hertz, 0.5)))
-    return _MEAN_STEP * pressure * math.pow(case.slab.n_x, -1.2)

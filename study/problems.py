@@ -2,10 +2,15 @@
 
 import difflib
 import json
+import re
 from collections.abc import Callable, Collection, Iterable
+from pathlib import Path
 
-from solver.outcome import InvalidInput
+from solver.outcome import SHOWN, InvalidInput, quoted
 from study.parameters import AXES, TABLES
+
+LONGEST_PATH = 200
+"""Characters of a path that a message shows."""
 
 
 class ManifestError(Exception):
@@ -21,8 +26,22 @@ class ManifestError(Exception):
 
 def shown(value: object) -> str:
     """A value much as its author wrote it, cut to fit a line."""
-    text = repr(value) if isinstance(value, float) else json.dumps(value, ensure_ascii=False, default=str)
-    return text if len(text) <= 60 else text[:57] + "..."
+    try:
+        text = repr(value) if isinstance(value, float) else json.dumps(value, ensure_ascii=False, default=str)
+    except (ValueError, RecursionError):  # Python writes no number of more than 4300 digits, and nothing nested deeply
+        return quoted(value)
+    return text if len(text) <= SHOWN else text[: SHOWN - 3] + "..."
+
+
+def key_shown(key: str) -> str:
+    """A key of a file as its author wrote it, cut to fit a line; in quotes where it is no single word."""
+    return key if re.fullmatch(r"[A-Za-z0-9_-]+", key) and len(key) <= SHOWN else shown(key)
+
+
+def path_shown(path: Path) -> str:
+    """A path as one line that is not too long, whatever a file said it was."""
+    text = "".join(letter if letter.isprintable() else repr(letter)[1:-1] for letter in str(path))
+    return text if len(text) <= LONGEST_PATH else text[: LONGEST_PATH - 3] + "..."
 
 
 def need(make: Callable[..., object], *arguments: object) -> str:
@@ -30,7 +49,7 @@ def need(make: Callable[..., object], *arguments: object) -> str:
     try:
         make(*arguments)
     except InvalidInput as error:
-        return "needs " + str(error).partition(": needs ")[2]
+        return "needs " + str(error).rpartition(": needs ")[2]
     return ""
 
 
@@ -39,5 +58,5 @@ def unknown(word: str, allowed: Collection[str]) -> str:
     for table, words in TABLES.items():
         if word in words:
             return f"belongs in [{table}]" + (" or [axes]" if word in AXES else "")
-    near = difflib.get_close_matches(word, allowed, 1)
+    near = difflib.get_close_matches(word[:SHOWN], allowed, 1)
     return f"unknown; did you mean {near[0]}?" if near else "unknown; needs one of " + ", ".join(allowed)

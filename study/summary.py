@@ -70,6 +70,7 @@ def flag_summary(dataset: xr.Dataset) -> list[str]:
     """One line for each flag that a case of the dataset has: how many have it, the first of them, and the advice."""
     if VALIDITY.name not in dataset:
         return []
+    dataset = over_members(dataset)
     masks = dataset[VALIDITY.name]
     varying = [str(name) for name in _varying(dataset, masks.dims)]
 
@@ -102,7 +103,7 @@ def _varying(dataset: xr.Dataset, dims: tuple[Any, ...]) -> list[Any]:
     if "case" not in dims:
         return [dim for dim in dims if dataset.sizes[dim] > 1]
     along = [name for name in dataset.coords if "case" in dataset[name].dims and name not in ("case", "case_id")]
-    several = [name for name in along if len(set(dataset[name].values.tolist())) > 1]
+    several = [name for name in along if len(set(dataset[name].values.ravel().tolist())) > 1]
     return (several or ["case"]) + [dim for dim in dims if dim != "case"]
 
 

@@ -151,7 +151,10 @@ def _slipping(case: Case) -> tuple[object, ...]:
 
 
 def run_task(task: Task, inputs: Mapping[str, TaskResult]) -> TaskResult:
-    """Compute a task from the results it needs. Never raises for physics: a refusal is a result with its outcome."""
+    """Compute a task from the results it needs. Never raises for physics: a refusal is a result with its outcome.
+
+    `OUT_OF_MEMORY` is of the machine, not of the task: such a result is not to be kept.
+    """
     if task.kind == "friction" and inputs[task.needs[0]].kind == "friction":
         return replace(inputs[task.needs[0]], key=task.key, arrays={})
     for need in (inputs[key] for key in task.needs):
@@ -162,6 +165,11 @@ def run_task(task: Task, inputs: Mapping[str, TaskResult]) -> TaskResult:
         return _RUN[task.kind](task, inputs)
     except SolverError as error:
         return TaskResult(task.key, task.kind, error.outcome)
+    except MemoryError as error:
+        return TaskResult(task.key, task.kind, Outcome(Ending.OUT_OF_MEMORY, _NO_MEMORY.format(task.slab.n_x, error)))
+
+
+_NO_MEMORY = "no memory left at n_x = {}: start fewer ranks on a machine, or use a smaller n_x or fewer events ({})"
 
 
 def _run_compliance(task: Task, inputs: Mapping[str, TaskResult]) -> TaskResult:

@@ -59,7 +59,7 @@ def test_the_default_grading_is_good_or_as_good_as_the_surface(n_x: int, aspect_
         (lambda: Slab(aspect_ratio=0.0), "aspect_ratio = 0.0"),
         (lambda: Slab(n_x=33, scheme="biquadratic", rows=7), "rows = 7: needs 3 to 6 rows"),
         (lambda: Slab(n_x=33, scheme="biquadratic", rows=2), "rows = 2: needs 3 to 6 rows"),
-        (lambda: Slab(n_x=33, rows_per_level=0), "rows_per_level = 0: needs at least 1"),
+        (lambda: Slab(n_x=33, rows_per_level=0), "rows_per_level = 0: needs 1 to 1024"),
         (lambda: Slab(n_x=33, coarsest_row=65), "coarsest_row = 65: needs 2^q + 1 from 3 to 33"),
         (lambda: Slab(n_x=33, coarsest_row=2), "coarsest_row = 2: needs 2^q + 1"),
         (lambda: Slab(n_x=33, bottom_row=10), "bottom_row = 10: needs 2^q + 1"),

@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 
 from solver import sliding
+from solver._kernels import Events
 from solver.case import Case, Effects, Heterogeneity, Slab, SlipOrder, SlipRule
 from solver.compliance import SurfaceCompliance, slab_compliance
 from solver.contact import first_touch
@@ -96,3 +97,22 @@ def test_what_means_nothing_is_refused() -> None:
         replace(FROZEN, slip_rule=SlipRule(residual=1.0))
     with pytest.raises(InvalidInput, match="friction = false: needs the stage contact alone"):
         slide(replace(FROZEN, effects=Effects(friction=False)), COMPLIANCE)
+
+
+def test_a_record_takes_no_more_room_than_its_events_need(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Not for all that it may hold: a limit of 1e9 events beside a displacement is 70 GB. The events are the same ones."""
+    whole, room, empty = slide(FROZEN, COMPLIANCE), [], sliding._empty_events
+
+    def noted(capacity: int) -> Events:
+        room.append(capacity)
+        assert capacity <= 1024
+        return empty(capacity)
+
+    monkeypatch.setattr(sliding, "_empty_events", noted)
+    monkeypatch.setattr(sliding, "FIRST_CAPACITY", 8)
+    far = float(whole.displacement[-1])
+    for limited in (FROZEN, replace(FROZEN, max_events=10**9, max_displacement=far * (1.0 + 1e-12))):
+        record = slide(limited, COMPLIANCE)
+        for name in ("displacement", "force_before", "force_after", "node", "slips", "dissipated"):
+            np.testing.assert_array_equal(getattr(record, name), getattr(whole, name))
+    assert room == 2 * [8, 16, 32, 64, 128, 256, 512]

@@ -15,9 +15,10 @@ from solver.compliance import slab_compliance
 from solver.sliding import slide
 from solver.validity import FLAGS, NEAR_ENDS, WHOLE_SLAB, advice_on, flags_in
 from study import dataset, report
+from study.cost import expected_displacement
 from study.flags import expected_lines, flag_lines
 from study.manifest import load_manifest
-from study.plan import Plan, expected_displacement, make_plan
+from study.plan import Plan, make_plan
 from study.store import Store
 from study.summary import flag_summary, scalar_table
 from study.tasks import run_task

@@ -125,7 +125,7 @@ WRONG = {
     "drive with a number for a name": ("[[drives]]\nname = 3", "drives[0].name = 3: needs a name"),
     "drives of one name": (DRIVE + DRIVE, 'drives[1].name = "a": is another drive\'s name too: needs its own'),
     "unknown drive key": (DRIVE + "mass = 1", "drives[0].mass = 1: unknown; did you mean pin_mass?"),
-    "massless pin": (DRIVE + "pin_mass = 0", "drives[0].pin_mass = 0: needs a number pin_mass > 0"),
+    "massless pin": (DRIVE + "pin_mass = 0", "drives[0].pin_mass = 0: needs 1e-30 ≤ pin_mass ≤ 1e30"),
     "stiffness that is true": (
         DRIVE + "spring_stiffness = true",
         "drives[0].spring_stiffness = true: needs a number",
@@ -153,8 +153,8 @@ WRONG = {
         'drives[0].profile = "average": needs one of sawtooth, linear, mean',
     ),
     "units that overflow": (
-        DRIVE + "[scales]\nshear_modulus = 1e-300\nslab_depth = 1e-300",
-        "drives[0]: overflows in units of the [scales]: needs less extreme numbers",
+        DRIVE + "[scales]\nshear_modulus = 1e-20\nslab_depth = 1e-20",
+        re.compile(r"drives\[0\]: in units of pin_mass and \[scales\], spring_stiffness = .*e\+45: needs 1e-30 ≤ spring"),
     ),
     # parameters
     "unknown axis": ("axes.radus = [1]", "axes.radus = [1]: unknown; did you mean radius?"),
@@ -178,7 +178,7 @@ WRONG = {
     "broken count": ("limits.events = 2.5", "limits.events = 2.5: needs a whole number"),
     "nodes off the hierarchy": (
         "numerics.n_x = 100",
-        "numerics.n_x = 100: needs 2^N + 1 with N ≥ 2: 5, 9, 17, 33, 65, 129 …",
+        "numerics.n_x = 100: needs 2^N + 1 with N from 2 to 20: 5, 9, 17, 33, 65, 129 … 1048577",
     ),
     "incompressible slab": ("constants.poisson = 0.5", "constants.poisson = 0.5: needs -1 < poisson < 0.5"),
     "unknown support": (
@@ -191,12 +191,12 @@ WRONG = {
         "numerics.rows = 7: needs 3 to 6 rows at n_x = 33",
     ),
     "rows of another scheme": ("numerics.rows = 5", 'numerics.rows = 5: needs scheme = "biquadratic"'),
-    "level without rows": ("axes.rows_per_level = [2, 0]", "axes.rows_per_level[1] = 0: needs at least 1"),
-    "negative scale": ("scales.slab_width = -1", "scales.slab_width = -1: needs slab_width > 0"),
+    "level without rows": ("axes.rows_per_level = [2, 0]", "axes.rows_per_level[1] = 0: needs 1 to 1024"),
+    "negative scale": ("scales.slab_width = -1", "scales.slab_width = -1: needs 1e-30 ≤ slab_width ≤ 1e30"),
     "output that is a number": ("outputs.records = 1", "outputs.records = 1: needs true or false"),
     "events that are no list": (
         "outputs.tractions_at = 3",
-        "outputs.tractions_at = 3: needs a list of events, increasing from 0 or more",
+        "outputs.tractions_at = 3: needs a list of events, increasing from 0 to 1000000000",
     ),
     "events out of order": ("outputs.tractions_at = [3, 3]", re.compile(r"tractions_at = \[3, 3\]: needs a list of events")),
     "events of a pin that does not slide": (

@@ -56,7 +56,7 @@ def test_the_longest_chain_starts_first(tmp_path: Path) -> None:
         ("numerics.n_x = 33", "numerics.n_x = 65"),
         ("limits.events = 100", "limits.events = 1000"),
         ("limits.displacement = 1e-3", "limits.displacement = 1e-2"),
-        ("slip.residual = 0.0", "slip.residual = 0.9"),
+        ("limits.displacement = 1e-2\nslip.residual = 0.0", "limits.displacement = 1e-2\nslip.residual = 0.9"),
         ('[[drives]]\nname = "a"\nduration = 0.1', '[[drives]]\nname = "a"\nduration = 0.2'),
         ('[[drives]]\nname = "a"\nprofile = "mean"', '[[drives]]\nname = "a"\nprofile = "sawtooth"'),
         ('[[drives]]\nname = "a"\nintegrator = "rk4"\ntime_step = 1e-6',

@@ -1,0 +1,61 @@
+"""Whether tasks fit the memory of the machine that is to compute them: it depends on the machine, so it is no case's outcome."""
+
+import math
+import os
+from collections.abc import Sequence
+
+from study.cost import memory_of, record_bytes
+from study.plan import Plan
+from study.tasks import Task
+
+PROGRAM = 2e8
+"""Bytes of a process that has computed nothing yet."""
+NAMED = 5
+"""Tasks that are named where many do not fit."""
+
+
+def machine_memory() -> float:
+    """Bytes of physical memory of this machine; infinite where the system does not say."""
+    try:
+        return float(os.sysconf("SC_PAGE_SIZE")) * float(os.sysconf("SC_PHYS_PAGES"))
+    except (ValueError, OSError, AttributeError):
+        return math.inf
+
+
+def shortages(planned: Plan, tasks: Sequence[Task], ranks: int = 1) -> tuple[str, ...]:
+    """One line for each of these tasks that this machine has no memory for, the worst first; else one where it has none for
+    the largest ones at once, as many as it has ranks. Empty where all fit."""
+    there, path = machine_memory(), planned.manifest.path
+    worst = sorted(tasks, key=need_of, reverse=True)
+    large = [task for task in worst if need_of(task) > there]
+    lines = [f"{path}: {_named(task)}: {_short(need_of(task), there)}: {_advice(task)}" for task in large[:NAMED]]
+    if len(large) > NAMED:
+        lines.append(f"{path}: {len(large) - NAMED} more tasks need more memory than this machine has")
+    together = need_of(*worst[:ranks])
+    if not large and together > there:
+        fitting = max(count for count in range(1, ranks) if need_of(*worst[:count]) <= there)
+        advice = f"start at most {fitting}, or use more machines"
+        lines.append(f"{path}: {ranks} ranks on one machine: {_short(together, there)}: {advice}")
+    return tuple(lines)
+
+
+def need_of(*tasks: Task) -> float:
+    """Bytes that processes with one task each need; all that read a compliance map the same copy of it."""
+    read = {task.slab for task in tasks if task.kind not in ("compliance", "drive")}
+    return sum(8.0 * (2.0 * slab.n_x) ** 2 for slab in read) + sum(PROGRAM + memory_of(task) for task in tasks)
+
+
+def _named(task: Task) -> str:
+    """The task by its label, and the size that decides."""
+    size = f"n_x={task.slab.n_x}"
+    return task.label if size in task.label.split() else f"{task.label} {size}"
+
+
+def _short(need: float, there: float) -> str:
+    return f"needs about {need / 1e9:.3g} GB of memory, this machine has {there / 1e9:.3g} GB"
+
+
+def _advice(task: Task) -> str:
+    if task.kind == "friction" and task.case is not None and record_bytes(task.case) > memory_of(task) / 2.0:
+        return "use fewer limits.events, a shorter limits.displacement, or a machine with more memory"
+    return "use a smaller n_x, or a machine with more memory"
