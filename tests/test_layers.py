@@ -41,6 +41,7 @@ ORDER = {
     ],
     "study": [
         "provenance",
+        "origin",
         "parameters",
         "problems",
         "columns",
