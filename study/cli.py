@@ -8,7 +8,7 @@ import atexit
 import gc
 import sys
 from collections import Counter
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Mapping
 from contextlib import contextmanager
 from pathlib import Path
 from typing import TYPE_CHECKING
@@ -20,6 +20,7 @@ from study.interruption import EXIT_CODE
 if TYPE_CHECKING:
     from solver.outcome import Outcome
     from study.farm import Farm
+    from study.origin import Origins
     from study.plan import Plan
     from study.tasks import Task
 
@@ -66,7 +67,9 @@ def plan(campaign: Path, out: Path | None) -> None:
 
     with _refusals():
         planned = _make_plan(campaign)
-        _print_plan(planned, planned.remaining(Store(_folder(campaign, out)).finished()))
+        found = Store(_folder(campaign, out)).inventory()
+        _print_plan(planned, planned.remaining(found))
+        _name_foreign(planned.foreign(found), campaign)
 
 
 @cli.command()
@@ -76,18 +79,24 @@ def plan(campaign: Path, out: Path | None) -> None:
 @click.option(
     "--grace", default=20.0, show_default=True, help="Seconds that running tasks get to finish after a signal."
 )
-def run(campaign: Path, out: Path | None, serial: bool, grace: float) -> None:
+@click.option(
+    "--recompute-foreign", is_flag=True, help="Compute again what other software computed (`nanoslip status` names it)."
+)
+def run(campaign: Path, out: Path | None, serial: bool, grace: float, recompute_foreign: bool) -> None:
     """Compute what is not finished of CAMPAIGN, then collect it. Under mpiexec or srun: with all ranks."""
     from study.launch import pin_threads  # noqa: PLC0415
 
     pin_threads()
+    from study.origin import here  # noqa: PLC0415
+
+    here()  # starts git, and a process that uses MPI should start none
     from study.farm import open_farm  # noqa: PLC0415  loads numpy, which looks at the threads once
 
     with _refusals():
         farm = open_farm(grace, serial)
     out = _folder(campaign, out)
     with farm:
-        farm.leave(_conduct(farm, campaign, out) if farm.root else farm.serve(_executor(out)))
+        farm.leave(_conduct(farm, campaign, out, recompute_foreign) if farm.root else farm.serve(_executor(out)))
 
 
 @cli.command()
@@ -99,8 +108,9 @@ def status(campaign: Path, out: Path | None) -> None:
 
     with _refusals():
         planned = _make_plan(campaign)
-        remaining = planned.remaining(Store(_folder(campaign, out)).finished())
-        _print_status(planned, remaining)
+        found = Store(_folder(campaign, out)).inventory()
+        _print_status(planned, planned.remaining(found))
+        _name_foreign(planned.foreign(found), campaign)
 
 
 @cli.command()
@@ -187,25 +197,33 @@ def submit(campaign: Path, out: Path | None, site: Path, submit: bool) -> None:
         raise Refusal("sbatch: not found; is this a machine of the cluster?") from None
 
 
-def _conduct(farm: "Farm", campaign: Path, out: Path) -> int:
+def _conduct(farm: "Farm", campaign: Path, out: Path, recompute_foreign: bool) -> int:
     """The root's part of a run; returns the exit code of all."""
+    from study.store import Store  # noqa: PLC0415
+
     try:
         with _refusals():
-            return _compute(farm, _make_plan(campaign), out)
+            planned, store = _make_plan(campaign), Store(out)
+            store.prepare()
+            finished = store.inventory()
+            foreign = planned.foreign(finished)
+            if recompute_foreign:
+                click.echo(f"{len(foreign)} results of other software count as not finished", err=True)
+                finished = {key: origins for key, origins in finished.items() if key not in foreign}
+            else:
+                _name_foreign(foreign, campaign, err=True)
+            return _compute(farm, planned, out, planned.remaining(finished))
     except click.ClickException as error:
         _show(error)
         return error.exit_code
 
 
-def _compute(farm: "Farm", planned: "Plan", out: Path) -> int:
+def _compute(farm: "Farm", planned: "Plan", out: Path, tasks: "tuple[Task, ...]") -> int:
     from study.console import console  # noqa: PLC0415
     from study.progress import open_progress  # noqa: PLC0415
     from study.store import Store  # noqa: PLC0415
     from study.warmup import warm_up  # noqa: PLC0415
 
-    store = Store(out)
-    store.prepare()
-    tasks = planned.remaining(store.finished())
     if tasks and farm.size > 1:
         warm_up(tasks)
     ranks = "1 process" if farm.size == 1 else f"{farm.size} ranks"
@@ -215,6 +233,7 @@ def _compute(farm: "Farm", planned: "Plan", out: Path) -> int:
     if tally.interrupted:
         click.echo("interrupted: what is finished is kept; run again to continue", err=True)
         return EXIT_CODE
+    store = Store(out)
     if any(task.means and task.kind == "friction" for task in tasks):
         for key in planned.spent(store.finished()):
             store.drop(key)
@@ -251,6 +270,8 @@ def _collect(planned: "Plan", out: Path) -> None:
     dataset.write(collected, path)
     print_table(scalar_table(collected))
     click.echo(f"dataset: {path}")
+    if mixed := collected.attrs.get(dataset.MIXED):
+        click.echo(f"{mixed} (computed_by says which case is whose)")
 
 
 def _make_plan(campaign: Path) -> "Plan":
@@ -311,6 +332,20 @@ def _print_plan(planned: "Plan", remaining: "tuple[Task, ...]") -> None:
     for case in refused:
         point = ", ".join(f"{name} = {value}" for name, value in case.parameters.items())
         click.echo(f"refused: {point}: {case.outcome.message}")
+
+
+def _name_foreign(foreign: "Mapping[str, Origins]", campaign: Path, err: bool = False) -> None:
+    """Say which results are other software's, and how they would be this one's."""
+    from study.origin import census, here  # noqa: PLC0415
+
+    if not foreign:
+        return
+    parts = "; ".join(f"{count} of {origin}" for origin, count in sorted(census(foreign.values()).items()))
+    click.echo(
+        f"{len(foreign)} finished results are other software's: {parts}; here is {here()}. They are used as they are; "
+        f"nanoslip run {campaign} --recompute-foreign computes them again",
+        err=err,
+    )
 
 
 def _print_effects(planned: "Plan") -> None:

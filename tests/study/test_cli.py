@@ -4,12 +4,15 @@ import subprocess
 import sys
 import time
 from collections.abc import Callable
+from dataclasses import replace
 from pathlib import Path
 
 import pytest
 import xarray as xr
 
 from study import cli
+from study.origin import here
+from study.store import Store
 from tests.conftest import ROOT, SMALL
 
 Main = Callable[..., tuple[int, str, str]]
@@ -112,6 +115,46 @@ def test_from_plan_to_report(main, campaign):
     code, said, _ = main("report", campaign, "--out", out)
     assert (code, (out / "report.html").is_file()) == (0, True)
     assert "report.html" in said
+
+
+def disown(out: Path, every: int) -> set[str]:
+    """Make every so-manieth result another software's; returns the files."""
+    store, changed = Store(out), set()
+    for key in sorted(store.finished())[::every]:
+        result = store.read(key)
+        store.write(replace(result, origins=(replace(here(), source_hash="0ther", source_commit="c0ffee"),)))
+        changed.add(key)
+    return changed
+
+
+def test_results_of_other_software_are_named_and_computed_again_when_asked(main, campaign):
+    out = campaign.parent / "out"
+    assert main("run", campaign, "--out", out, "--serial")[0] == 0
+    for command in ("plan", "status"):
+        assert "other software's" not in main(command, campaign, "--out", out)[1]
+    before = (out / "results.nc").read_bytes()
+    changed = disown(out, every=3)
+    stamps = {path.stem: path.stat().st_mtime_ns for path in (out / "results").glob("*.npz")}
+    for command in ("plan", "status"):
+        code, said, _ = main(command, campaign, "--out", out)
+        assert code == 0
+        assert f"{len(changed)} finished results are other software's: {len(changed)} of nanoslip" in said
+        assert "source 0ther, commit c0ffee" in said
+        assert f"nanoslip run {campaign} --recompute-foreign" in said
+
+    code, said, errors = main("run", campaign, "--out", out, "--serial")
+    assert (code, "0 tasks to do" in errors, "source 0ther" in errors) == (0, True, True)
+    assert "results of different software: " in said
+    with xr.open_dataset(out / "results.nc") as found:
+        assert "of nanoslip" in found.attrs["mixed_software"]
+    assert "results of different software: " in main("collect", campaign, "--out", out)[1]
+
+    code, said, errors = main("run", campaign, "--out", out, "--serial", "--recompute-foreign")
+    assert (code, "different software" in said) == (0, False)
+    assert f"{len(changed)} results of other software" in errors
+    assert (out / "results.nc").read_bytes() == before
+    after = {path.stem: path.stat().st_mtime_ns for path in (out / "results").glob("*.npz")}
+    assert {key for key in after if after[key] != stamps[key]} == changed & set(after)
 
 
 def test_a_plan_shows_effects_tasks_and_memory(main, campaign):
