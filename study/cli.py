@@ -23,6 +23,7 @@ if TYPE_CHECKING:
     from study.origin import Origins
     from study.plan import Plan
     from study.tasks import Task
+    from study.verification import Finding
 
 WRONG_INPUT = 2
 CRASHED = 1
@@ -136,6 +137,36 @@ def report(campaign: Path, out: Path | None) -> None:
         print_table(scalar_table(opened))
         page, *figures = report.write(opened, folder)
     click.echo(f"report: {page} ({len(figures)} figures in {folder / report.FOLDER})")
+
+
+@cli.command()
+@click.argument("dataset", type=click.Path(path_type=Path))
+@click.option(
+    "--sample", type=click.IntRange(min=1), help="So many cases only, evenly spread, the same each time [default: all]"
+)
+def verify(dataset: Path, sample: int | None) -> None:
+    """Compute DATASET (results.nc) again from itself alone: bit-identical, within tolerance, or different.
+
+    Exit codes: 0 identical or within tolerance, 1 something is different, 2 nothing that can be computed again.
+    """
+    from study.launch import pin_threads  # noqa: PLC0415
+
+    pin_threads()
+    from tempfile import TemporaryDirectory  # noqa: PLC0415
+
+    from study import verification  # noqa: PLC0415
+    from study.store import Store  # noqa: PLC0415
+
+    with _refusals(), TemporaryDirectory() as folder, verification.opened(dataset) as found:
+        planned = verification.rebuilt(found, dataset)
+        cases = verification.computed(planned, found)
+        chosen = verification.sample(cases, sample)
+        click.echo(f"{planned.manifest.title}: {len(chosen)} of {len(planned.cases)} cases to recompute", err=True)
+        code = _recompute(verification.tasks_of(planned, chosen, found), Path(folder))
+        if not code:
+            findings = list(verification.compare(found, planned, chosen, Store(Path(folder))))
+            code = _print_findings(findings, dataset, len(planned.cases) - len(cases), len(cases) - len(chosen))
+    sys.exit(code)
 
 
 @cli.command()
@@ -272,6 +303,39 @@ def _collect(planned: "Plan", out: Path) -> None:
     click.echo(f"dataset: {path}")
     if mixed := collected.attrs.get(dataset.MIXED):
         click.echo(f"{mixed} (computed_by says which case is whose)")
+
+
+def _recompute(tasks: "tuple[Task, ...]", out: Path) -> int:
+    """Compute tasks in this process alone; returns an exit code."""
+    from study.console import console  # noqa: PLC0415
+    from study.farm import open_farm  # noqa: PLC0415
+    from study.progress import open_progress  # noqa: PLC0415
+    from study.store import Store  # noqa: PLC0415
+
+    Store(out).prepare()
+    with open_farm(serial=True) as farm, open_progress(tasks, console(stderr=True)) as progress:
+        tally = farm.run(tasks, _executor(out), progress)
+    if tally.interrupted:
+        click.echo("interrupted: nothing is compared", err=True)
+        return EXIT_CODE
+    return CRASHED if tally.crashed else 0
+
+
+def _print_findings(findings: "list[Finding]", path: Path, pending: int, left_out: int) -> int:
+    """A table of the cases, those that differ first if they are many; returns the exit code."""
+    from study.comparison import Verdict  # noqa: PLC0415
+    from study.console import Table, print_table  # noqa: PLC0415
+    from study.summary import MOST_ROWS  # noqa: PLC0415
+
+    shown = findings if len(findings) <= MOST_ROWS else sorted(findings, key=lambda each: -each.verdict)[:MOST_ROWS]
+    rows = tuple((each.label, str(each.verdict), each.remark) for each in shown)
+    print_table(Table(("case", "recomputed", "the largest difference"), rows))
+    counts = Counter(each.verdict for each in findings[1:])
+    parts = [f"{counts[verdict]} {verdict}" for verdict in Verdict]
+    parts += [f"{pending} pending, skipped"] if pending else []
+    parts += [f"{left_out} not in the sample"] if left_out else []
+    click.echo(f"{path}: cases: {', '.join(parts)}; {findings[0].label}: {findings[0].verdict}")
+    return CRASHED if any(each.verdict is Verdict.DIFFERENT for each in findings) else 0
 
 
 def _make_plan(campaign: Path) -> "Plan":

@@ -5,6 +5,7 @@ values where the design is a full product, over `case` otherwise; over `drive` t
 and trajectories differ in length: they are contiguous ragged arrays, which `record` and `trajectory` cut apart.
 """
 
+import json
 from collections import Counter
 from collections.abc import Mapping
 from dataclasses import dataclass, fields
@@ -25,6 +26,7 @@ from study.parameters import STANDARD, Value, flat
 from study.plan import CaseTasks, Plan
 from study.ragged import ABSENT, Runs, record, texts, trajectory
 from study.store import Store, StoreError, written_whole
+from study.targets import chosen
 from study.tasks import TaskResult
 from study.vocabulary import (
     COMPANIONS,
@@ -41,6 +43,11 @@ from study.vocabulary import (
 __all__ = ["FILE", "PENDING", "collect", "read", "record", "trajectory", "write"]
 
 FILE: Final = "results.nc"
+FORMAT: Final = "nanoslip_format"
+VERSION: Final = 1
+"""Attribute of a dataset, and its value: to be raised whenever a variable is added, renamed or given another meaning."""
+CHOSEN: Final = "numerics_chosen"
+"""Attribute of a dataset of a campaign that asks for an error: the numerics that it got, as JSON."""
 MIXED: Final = "mixed_software"
 """Attribute of a dataset whose results are not all by the same software: names all of it, with counts."""
 PENDING: Final = "pending"
@@ -54,7 +61,7 @@ def collect(plan: Plan, store: Store) -> xr.Dataset:
     runs = _runs(manifest)
     table = _Table(manifest, layout, runs)
     drives = {drive.name: drive for drive in manifest.drives}
-    front = load_front(manifest.front)
+    front = load_front(manifest.front, manifest.front_text)
     makers: dict[str, Origins] = {}
     for case in plan.cases:
         if case.case is not None:
@@ -290,8 +297,14 @@ def _makers(counts: Mapping[Origin, int]) -> dict[str, str]:
 
 
 def _attributes(manifest: Manifest, front: Front, counts: Mapping[Origin, int]) -> dict[str, Any]:
-    texts = {"manifest_table": manifest.table_text, "manifest_roughness": manifest.profile_text}
+    texts = {
+        "manifest_table": manifest.table_text,
+        "manifest_roughness": manifest.profile_text,
+        "manifest_front": manifest.front_text,
+        CHOSEN: None if manifest.accuracy is None else json.dumps(chosen(manifest)),
+    }
     return {
+        FORMAT: VERSION,
         "title": manifest.title,
         "Conventions": "CF-1.11",
         "manifest": manifest.text,

@@ -118,10 +118,13 @@ def pareto_front(time: ArrayLike, error: ArrayLike) -> NDArray[np.bool_]:
     return on_front
 
 
-def load_front(path: Path | None = None) -> Front:
-    """The front of a file that `nanoslip accuracy --save` wrote; without one, that of this package. Raises ManifestError."""
+def load_front(path: Path | None = None, given: str | None = None) -> Front:
+    """The front of a file that `nanoslip accuracy --save` wrote; without one, that of this package.
+
+    given: the file's text, where it was read before. Raises ManifestError.
+    """
     try:
-        text = (resources.files("study") / SHIPPED if path is None else path).read_text("utf-8")
+        text = given or (resources.files("study") / SHIPPED if path is None else path).read_text("utf-8")
         found = json.loads(text)
         rows = [dict(zip(found["columns"], values, strict=True)) for values in found["rows"]]
         return Front(

@@ -65,6 +65,8 @@ ORDER = {
         "vocabulary",
         "ragged",
         "dataset",
+        "comparison",
+        "verification",
         "console",
         "accuracy",
         "summary",
@@ -79,7 +81,7 @@ ORDER = {
 HOMES = {
     "mpi4py": {"farm"},
     "netCDF4": {"dataset", "accuracy", "report"},
-    "xarray": {"ragged", "dataset", "accuracy", "summary", "report"},
+    "xarray": {"ragged", "dataset", "verification", "accuracy", "summary", "report"},
     "matplotlib": {"accuracy", "report"},
 }
 FILES = sorted(path for package in ORDER for path in (ROOT / package).rglob("*.py"))
