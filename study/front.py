@@ -63,15 +63,14 @@ class Front:
 
         A contact is made of whole nodes, so errors jump with its width; those of its neighbours say how far. NaN for a flat
         punch (its pressure is singular) and a rough pin, for a discretization or a slab that was not measured, and for a
-        contact narrower or wider than all that were.
+        contact narrower or wider than all that were, or like none of them.
         """
         row, half_width = self._row_of.get(case.slab), hertz_half_width(case)
         measured = case.pin == "parabola" and not case.heterogeneity.roughness
         if row is None or not measured or not self.contacts[0] <= half_width <= self.contacts[-1]:
             return math.nan
-        return max(
-            error for contact, error in zip(self.contacts, row.errors, strict=True) if alike(contact, half_width)
-        )
+        errors = zip(self.contacts, row.errors, strict=True)
+        return max((error for contact, error in errors if alike(contact, half_width)), default=math.nan)
 
     def like(self, slab: Slab) -> tuple[Measured, ...]:
         """All discretizations of a slab like this one."""

@@ -24,9 +24,8 @@ def settled(manifest: Manifest) -> Manifest:
     """
     if manifest.accuracy is None and manifest.front is None:
         return manifest
-    front = load_front(
-        manifest.front, manifest.front_text
-    )  # a file that is not there is better known now than when all is computed
+    # A file that is no front is better known now than when all is computed.
+    front = load_front(manifest.front, manifest.front_text)
     if manifest.accuracy is None:
         return manifest
     cases = [case.case for case in expand(manifest) if case.case is not None]
