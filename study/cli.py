@@ -162,6 +162,8 @@ def verify(dataset: Path, sample: int | None) -> None:
         cases = verification.computed(planned, found)
         chosen = verification.sample(cases, sample)
         click.echo(f"{planned.manifest.title}: {len(chosen)} of {len(planned.cases)} cases to recompute", err=True)
+        if other := verification.other_software(found):
+            click.echo(other)
         code = _recompute(verification.tasks_of(planned, chosen, found), Path(folder))
         if not code:
             findings = list(verification.compare(found, planned, chosen, Store(Path(folder))))

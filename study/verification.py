@@ -35,8 +35,9 @@ from study.comparison import (
     worst,
 )
 from study.manifest import Manifest, parse_manifest
-from study.origin import Origin
+from study.origin import Origin, here
 from study.plan import Plan, make_plan
+from study.provenance import UNKNOWN
 from study.ragged import ABSENT
 from study.store import Store, StoreError
 from study.tasks import Task
@@ -84,7 +85,8 @@ def rebuilt(found: xr.Dataset, path: Path) -> Plan:
         )
     beside = {key: str(facts[f"manifest_{key}"]) for key in _BESIDE if f"manifest_{key}" in facts}
     _untouched(path, facts, beside)
-    manifest = parse_manifest(path, str(facts["manifest"]), beside)
+    # A byte order mark is no part of the text, but it was hashed.
+    manifest = replace(parse_manifest(path, str(facts["manifest"]), beside), sha256=str(facts["manifest_sha256"]))
     if manifest.drives and OUTCOMES["drive"][0].name not in found:
         raise NotVerifiableError(f"{path}: {OUTCOMES['drive'][0].name}: missing: needs how its drives ended")
     return _planned(manifest, facts, path)
@@ -113,6 +115,12 @@ def _planned(manifest: Manifest, facts: Mapping[str, Any], path: Path) -> Plan:
         ) from None
     plan = make_plan(replace(manifest, accuracy=None, numerics={**manifest.numerics, **chosen}))
     return replace(plan, manifest=replace(plan.manifest, accuracy=manifest.accuracy))
+
+
+def other_software(found: xr.Dataset) -> str:
+    """Who computed the dataset, and who recomputes it, where that is not the same software; else empty."""
+    origin = Origin(**{item.name: str(found.attrs.get(item.name, UNKNOWN)) for item in fields(Origin)})
+    return "" if origin.alike(here()) else f"computed by {origin}; recomputed by {here()}"
 
 
 def computed(plan: Plan, found: xr.Dataset) -> tuple[CampaignCase, ...]:

@@ -1,5 +1,6 @@
 """The command line: each wrong input is one clear message and exit code 2; the physics' refusals are results."""
 
+import shutil
 import subprocess
 import sys
 import time
@@ -7,6 +8,7 @@ from collections.abc import Callable
 from dataclasses import replace
 from pathlib import Path
 
+import netCDF4
 import pytest
 import xarray as xr
 
@@ -157,6 +159,37 @@ def test_results_of_other_software_are_named_and_computed_again_when_asked(main,
     assert {key for key in after if after[key] != stamps[key]} == changed & set(after)
 
 
+def test_a_dataset_is_verified_from_itself_alone(main, campaign, tmp_path):
+    out = campaign.parent / "out"
+    assert main("run", campaign, "--out", out, "--serial")[0] == 0
+    path = tmp_path / "alone.nc"
+    (out / "results.nc").rename(path)
+    shutil.rmtree(out)
+    campaign.unlink()
+    code, said, progress = main("verify", path)
+    assert (code, "13 of 13 tasks done" in progress) == (0, True)
+    assert said.count("bit-identical") == 1 + 4 + 2  # all share; cases; the last line
+    assert f"{path}: cases: 4 bit-identical, 0 within tolerance, 0 different; what all cases share: bit-id" in said
+
+    with netCDF4.Dataset(path, "a") as opened:
+        opened["mean_step"][1, 1, 0, 0] *= 1.0 + 1e-6
+    code, said, _ = main("verify", path)
+    assert (code, "mean_step by " in said) == (1, True)
+    assert "3 bit-identical, 0 within tolerance, 1 different" in said
+    code, said, _ = main("verify", path, "--sample", 1)
+    assert code == 0
+    assert "1 bit-identical, 0 within tolerance, 0 different, 3 not in the sample" in said
+
+
+def test_what_cannot_be_verified_is_one_clear_message(main, campaign):
+    for path, said in ((campaign, "no dataset"), (campaign.parent / "none.nc", "No such file")):
+        code, _, errors = main("verify", path)
+        assert (code, len(errors.splitlines())) == (2, 1)
+        assert str(path) in errors
+        assert said in errors
+    assert main("verify", campaign, "--sample", 0)[0] == 2
+
+
 def test_a_plan_shows_effects_tasks_and_memory(main, campaign):
     campaign.write_text(SMALL + "[effects]\ncoupling = false\n[outputs]\nrecords = false\ntractions_at = [5]\n")
     code, said, _ = main("plan", campaign)
@@ -260,7 +293,7 @@ def test_the_module_is_the_command(nanoslip):
     done = nanoslip("--help")
     assert done.returncode == 0
     assert done.stdout.startswith("Usage: nanoslip")
-    for command in ("plan", "run", "status", "collect", "report", "submit"):
+    for command in ("plan", "run", "status", "collect", "report", "verify", "submit"):
         assert command in done.stdout
 
 
