@@ -170,9 +170,16 @@ def compare(found: xr.Dataset, plan: Plan, cases: Sequence[CampaignCase], store:
         yield _finding("what all cases share", differences)
         if not shared.comparable:
             return
-        pair = _Pair(found, again, shared.left_out)
+        pair = _Pair(found, again, shared.left_out, _missing(found, plan, cases))
         for case in cases:
-            yield pair.finding(case)
+            pair.look(case)
+        yield from map(pair.finding, cases)
+
+
+def _missing(found: xr.Dataset, plan: Plan, cases: Sequence[CampaignCase]) -> NDArray[np.bool_]:
+    """Mask over the cases of those that the dataset has and that were not recomputed."""
+    names = {case.case_id for case in computed(plan, found)} - {case.case_id for case in cases}
+    return np.isin(found["case_id"].values.astype(str), sorted(names))
 
 
 def _finding(label: str, differences: Sequence[Difference], remark: str = "") -> Finding:
@@ -242,28 +249,45 @@ _FRONT: Final = "discretization_front"
 class _Pair:
     """A dataset and the same one computed again, case by case."""
 
-    def __init__(self, found: xr.Dataset, again: xr.Dataset, left_out: set[str]) -> None:
-        self._found, self._again = found, again
-        along = set(again["case_id"].dims)
-        numbers = {f"{series.instance}_index" for series in SERIES}
-        self._scalars = [
+    def __init__(self, found: xr.Dataset, again: xr.Dataset, left_out: set[str], missing: NDArray[np.bool_]) -> None:
+        """missing: over the cases, those that the dataset has and that were not recomputed."""
+        self._found, self._again, self._missing = found, again, missing
+        self._along = tuple(map(str, again["case_id"].dims))
+        apart = {f"{series.instance}_index" for series in SERIES} | left_out | _SOFTWARE
+        self._names = [
             str(name)
             for name, values in again.data_vars.items()
-            if along <= set(values.dims) and not {str(name)} & (numbers | left_out | _SOFTWARE) and name in found
+            if set(self._along) & set(values.dims) and str(name) not in apart and name in found.variables
         ]
-        self._scales = {name: _scale(again[name]) for name in self._scalars}
+        self._scales = {name: _scale(again[name]) for name in self._names}
+        self._parted = np.zeros(missing.shape, np.bool_)
         self._starts = {
             series.count: tuple(_starts(each[series.count].values) for each in (found, again))
             for series in SERIES
             if series.count in found and series.count in again
         }
 
+    def look(self, case: CampaignCase) -> None:
+        """See whether a case's record took another path; to be done for all of them first."""
+        place = _place(self._again, case.case_id) or {}
+        kept, now = self._values(place, [name for name in self._names if name in _OF_RECORDS])
+        votes = [
+            relative(kept[name].values, now[name].values, self._scales[name]) > ROUNDING
+            for name in kept
+            if not (np.isnan(kept[name].values).all() and np.isnan(now[name].values).all())
+        ]
+        self._parted[tuple(place.values())] = bool(votes) and 2 * sum(votes) >= len(votes)
+
     def finding(self, case: CampaignCase) -> Finding:
         """What came of one case."""
         place = _place(self._again, case.case_id) or {}
-        kept, now = ({name: each[name].isel(place) for name in self._scalars} for each in (self._found, self._again))
-        parted = self._parted(kept, now)
-        differences = [self._scalar(name, kept, now, parted) for name in self._scalars]
+        parted = bool(self._parted[tuple(place.values())])
+        # What is made of several cases, as the mean over an ensemble, needs all of them.
+        names = [name for name in self._names if not self._missing[self._together(name, place)].any()]
+        kept, now = self._values(place, names)
+        differences = [
+            self._scalar(name, kept, now, bool(self._parted[self._together(name, place)].any())) for name in names
+        ]
         for series in SERIES:
             if series.count in self._starts and not (parted and series.kind != "contact"):
                 differences += self._run(series, place)
@@ -271,14 +295,18 @@ class _Pair:
         label = ", ".join(f"{name} = {value}" for name, value in case.parameters.items())
         return _finding(label, differences, remark)
 
-    def _parted(self, kept: "_Values", now: "_Values") -> bool:
-        """Whether half or more of the numbers over the record differ by more than rounding."""
-        votes = [
-            relative(kept[name].values, now[name].values, self._scales[name]) > ROUNDING
-            for name in _OF_RECORDS & set(self._scalars)
-            if not (np.isnan(kept[name].values).all() and np.isnan(now[name].values).all())
-        ]
-        return bool(votes) and 2 * sum(votes) >= len(votes)
+    def _together(self, name: str, place: "_Place") -> tuple[Any, ...]:
+        """The cases that a variable's value at a place is made of, as an index."""
+        dims = self._again.variables[name].dims
+        return tuple(place[dim] if dim in dims else slice(None) for dim in self._along)
+
+    def _values(self, place: "_Place", names: Sequence[str]) -> "tuple[_Values, _Values]":
+        """The variables at a place, as kept and as recomputed."""
+        kept, now = (
+            {name: each.variables[name].isel(place, missing_dims="ignore") for name in names}
+            for each in (self._found, self._again)
+        )
+        return kept, now
 
     def _scalar(self, name: str, kept: "_Values", now: "_Values", parted: bool) -> Difference:
         found = compared(name, kept[name].values, now[name].values, self._scales[name])
@@ -289,7 +317,7 @@ class _Pair:
         if not parted or name in _BEFORE_SLIDING or now[name].dtype == object:
             return found
         error = str(now[name].attrs.get("ancillary_variables", ""))
-        if not error.endswith("_uncertainty"):
+        if not error.endswith("_uncertainty") or error not in now:
             return Difference(name, Verdict.WITHIN, 0.0, "not compared")
         errors = (kept[error].values, now[error].values)
         close = within_uncertainty(kept[name].values, now[name].values, errors)
@@ -298,7 +326,9 @@ class _Pair:
     def _run(self, series: Series, place: "_Place") -> list[Difference]:
         """The runs of one series that belong to a case, a run for each of its drives."""
         index = f"{series.instance}_index"
-        pairs = zip(*(each[index].isel(place).values.ravel() for each in (self._found, self._again)), strict=True)
+        pairs = zip(
+            *(each.variables[index].isel(place).values.ravel() for each in (self._found, self._again)), strict=True
+        )
         found = []
         for kept, now in pairs:
             if (kept == ABSENT) != (now == ABSENT):
@@ -310,20 +340,24 @@ class _Pair:
     def _columns(self, series: Series, kept: int, now: int) -> list[Difference]:
         """One run beside the other: whose it is, and column by column."""
         owner = [
-            compared(name, self._found[name].values[kept : kept + 1], self._again[name].values[now : now + 1])
+            compared(
+                name,
+                self._found.variables[name][kept : kept + 1].values,
+                self._again.variables[name][now : now + 1].values,
+            )
             for name in (f"{series.instance}_case_id", f"{series.instance}_drive")
-            if name in self._again and name in self._found
+            if name in self._again.variables and name in self._found.variables
         ]
         here, there = (_window(starts, at) for starts, at in zip(self._starts[series.count], (kept, now), strict=True))
-        names = [quantity.name for quantity in series.columns.values() if quantity.name in self._again]
+        names = [quantity.name for quantity in series.columns.values() if quantity.name in self._again.variables]
         return owner + [
-            compared(name, self._found[name][here].values, self._again[name][there].values)
+            compared(name, self._found.variables[name][here].values, self._again.variables[name][there].values)
             for name in names
-            if name in self._found
+            if name in self._found.variables
         ]
 
 
-_Values = Mapping[str, xr.DataArray]
+_Values = Mapping[str, xr.Variable]
 _Place = dict[str, int]
 
 _BEFORE_SLIDING: Final = {

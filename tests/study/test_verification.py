@@ -10,6 +10,7 @@ from typing import Any
 import netCDF4
 import numpy as np
 import pytest
+import xarray as xr
 
 from solver.case import Slab
 from study import dataset, verification
@@ -221,6 +222,25 @@ def test_a_sample_is_spread_evenly_and_is_the_same_every_time(small, tmp_path):
     assert len(Store(tmp_path / "again").finished()) == 1 + 2 + 4
 
 
+def test_what_is_made_of_several_cases_is_compared_where_all_of_them_were_recomputed(tmp_path, monkeypatch):
+    collect = dataset.collect
+
+    def with_mean(*arguments: Any) -> xr.Dataset:
+        found = collect(*arguments)
+        return found.assign(mean_of_radii=found["mean_step"].variable.mean("radius"))
+
+    monkeypatch.setattr(dataset, "collect", with_mean)
+    path = computed(tmp_path / "campaign", SMALL)
+    assert verdicts(verified(path, tmp_path)) == 5 * [Verdict.IDENTICAL]
+    assert verdicts(verified(path, tmp_path / "one", count=1)) == 2 * [Verdict.IDENTICAL]
+    with netCDF4.Dataset(path, "a") as opened:
+        opened["mean_of_radii"][1, 0, 0] *= 1.001
+    findings = verified(path, tmp_path)
+    assert verdicts(findings) == [0, 0, 0, 2, 2]
+    assert "mean_of_radii" in findings[3].remark
+    assert verdicts(verified(path, tmp_path / "one", count=1)) == 2 * [Verdict.IDENTICAL]
+
+
 def test_what_is_pending_is_not_computed(tmp_path):
     def late(task: Task) -> bool:
         case = task.case
@@ -248,6 +268,7 @@ DESIGNS = {
     "an accuracy": "accuracy = 0.05\n" + RECORDS.replace("n_x = 17", ""),
     "an accuracy from a front": 'accuracy = 0.005\nfront = "../far/front.json"\n' + RECORDS.replace("n_x = 17", ""),
     "states": RECORDS + "[outputs]\ntractions = true\ntractions_at = [0, 30]\nsubsurface = true\n",
+    "scalars alone": SMALL + "[outputs]\nrecords = false\ntrajectory = false\n",
     "contact alone": RECORDS.replace(', "slip"', ""),
     "refused cases": RECORDS.replace("n_x = 17", "n_x = 17\nrows = 4\nscheme = 'biquadratic'\n").replace(
         "radius = [50.0, 100.0]", "first_touch = ['stick', 'gradual']\npoisson = [0.3, 0.499]"
