@@ -123,7 +123,8 @@ def load_front(path: Path | None = None, given: str | None = None) -> Front:
     given: the file's text, where it was read before. Raises ManifestError.
     """
     try:
-        text = given or (resources.files("study") / SHIPPED if path is None else path).read_text("utf-8")
+        file = resources.files("study") / SHIPPED if path is None else path
+        text = file.read_text("utf-8") if given is None else given
         found = json.loads(text)
         rows = [dict(zip(found["columns"], values, strict=True)) for values in found["rows"]]
         return Front(

@@ -286,7 +286,8 @@ class _Reader:
         if "front" not in top:
             return None
         try:
-            return self._given("front") or read_text(self.path.parent / top["front"])[1]
+            given = self._given("front")
+            return read_text(self.path.parent / top["front"])[1] if given is None else given
         except ManifestError as error:
             self.problems += error.lines
             return None
