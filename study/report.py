@@ -110,7 +110,8 @@ def _page(dataset: xr.Dataset, found: list[Picture]) -> str:
     environment = jinja2.Environment(
         loader=jinja2.PackageLoader("study"), autoescape=True, undefined=jinja2.StrictUndefined, trim_blocks=True
     )
-    attributes = {name: value for name, value in dataset.attrs.items() if name not in ("title", "manifest")}
+    elsewhere = ("title", "manifest", "manifest_front")  # shown above, or too long to be
+    attributes = {name: value for name, value in dataset.attrs.items() if name not in elsewhere}
     return environment.get_template("report.html.j2").render(
         title=dataset.attrs["title"],
         manifest=dataset.attrs["manifest"],

@@ -20,6 +20,7 @@ from solver.profile import profile_of
 from solver.sliding import FrictionRecord, slide_to_state, states_at
 from solver.validity import contact_flags, contact_half_width, mask_of, record_flags
 from study.effects import TaskKind
+from study.origin import Origins, here, stemming
 from study.provenance import content_hash
 
 __all__ = [
@@ -76,6 +77,8 @@ class TaskResult:
     outcome: Outcome
     scalars: Mapping[str, float | int] = field(default_factory=dict)
     arrays: Mapping[str, NDArray[Any]] = field(default_factory=dict)
+    origins: Origins = ()
+    """The software that computed it and what it was computed from; empty where nobody knows."""
 
 
 @lru_cache(maxsize=64)  # hashed once for all cases on it
@@ -157,6 +160,11 @@ def run_task(task: Task, inputs: Mapping[str, TaskResult]) -> TaskResult:
     """
     if task.kind == "friction" and inputs[task.needs[0]].kind == "friction":
         return replace(inputs[task.needs[0]], key=task.key, arrays={})
+    used = stemming((here(),), *(inputs[key].origins for key in task.needs))
+    return replace(_computed(task, inputs), origins=used)
+
+
+def _computed(task: Task, inputs: Mapping[str, TaskResult]) -> TaskResult:
     for need in (inputs[key] for key in task.needs):
         if not need.outcome.ok:
             message = f"its {need.kind} ended as {need.outcome.ending}: {need.outcome.message}"

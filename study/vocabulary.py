@@ -189,6 +189,12 @@ OUTCOMES = {
 }
 """Kind of task ("": all before the drives) -> the variables that say how it ended."""
 
+COMPUTED_BY = {
+    "": Quantity("computed_by", "software that computed the case, by its name along software; empty while pending"),
+    "drive": Quantity("drive_computed_by", "software that computed the dynamic stage, by its name along software"),
+}
+"""As `OUTCOMES`: the variables that say which software a result stems from, its inputs' included."""
+
 COMPANIONS: dict[str, dict[str, Quantity]] = {
     "friction": {
         "surface_stiffness": Quantity(
