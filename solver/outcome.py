@@ -61,7 +61,13 @@ class Outcome:
         """True when the computation did what was asked."""
         return self.ending is Ending.COMPLETED
 
+    @property
+    def usable(self) -> bool:
+        """True when what was computed is right and whole, though it may lack what the outcome says it lacks."""
+        return self.ending in _USABLE
 
+
+_USABLE = frozenset({Ending.COMPLETED, Ending.NO_PLATEAU, Ending.NO_SLIP})
 COMPLETED = Outcome(Ending.COMPLETED)
 
 

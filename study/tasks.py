@@ -17,6 +17,7 @@ from solver.observables import event_statistics, friction_coefficients
 from solver.outcome import COMPLETED, Ending, Outcome, SolverError
 from solver.plateau import plateau_of
 from solver.profile import profile_of
+from solver.regime import REGIMES, count_sticks
 from solver.sliding import FrictionRecord, slide, states_at
 from study.effects import TaskKind
 from study.provenance import content_hash
@@ -154,7 +155,7 @@ def run_task(task: Task, inputs: Mapping[str, TaskResult]) -> TaskResult:
     if task.kind == "friction" and inputs[task.needs[0]].kind == "friction":
         return replace(inputs[task.needs[0]], key=task.key, arrays={})
     for need in (inputs[key] for key in task.needs):
-        if not need.outcome.ok:
+        if not need.outcome.usable:  # a record without a plateau is still a record
             message = f"its {need.kind} ended as {need.outcome.ending}: {need.outcome.message}"
             return TaskResult(task.key, task.kind, Outcome(Ending.NEEDS_FAILED, message))
     try:
@@ -193,7 +194,7 @@ def _run_friction(task: Task, inputs: Mapping[str, TaskResult]) -> TaskResult:
         "plateau_start": plateau.start,
         "plateau_end": plateau.end,
     }
-    return _completed(task, scalars, arrays, _noting(record.outcome, plateau.outcome))
+    return _completed(task, scalars, arrays, plateau.outcome if record.outcome.ok else record.outcome)
 
 
 def _run_states(task: Task, inputs: Mapping[str, TaskResult]) -> TaskResult:
@@ -221,10 +222,14 @@ def _run_drive(task: Task, inputs: Mapping[str, TaskResult]) -> TaskResult:
     motion = integrate(profile_of(record, plateau, drive.profile), drive, record.initial_stiffness)
     friction = friction_coefficients(motion, record, plateau)
     fit = fit_stick_slip(motion, drive, record.load)
+    sticks = count_sticks(motion)
     scalars, arrays = _parted(motion)
     scalars |= {
         "load": record.load,
         "macroscopic_slips": len(motion.slip_time),
+        "resticks": sticks.resticks,
+        "time_stuck": sticks.time_stuck,
+        "regime": REGIMES.index(sticks.regime) if sticks.regime else float("nan"),
         "static_friction": friction.static_friction,
         "static_friction_uncertainty": friction.static_friction_uncertainty,
         "kinetic_friction": friction.kinetic_friction,
@@ -234,7 +239,7 @@ def _run_drive(task: Task, inputs: Mapping[str, TaskResult]) -> TaskResult:
         "fitted_kinetic_friction": fit.kinetic_friction,
         "fit_residual": fit.residual,
     }
-    return _completed(task, scalars, arrays, _noting(motion.outcome, friction.outcome))
+    return _completed(task, scalars, arrays, friction.outcome)
 
 
 _RUN = {
@@ -244,11 +249,6 @@ _RUN = {
     "states": _run_states,
     "drive": _run_drive,
 }
-
-
-def _noting(outcome: Outcome, remark: Outcome) -> Outcome:
-    """A good outcome with the remark's message: what is missing are some numbers (NaN), not the result."""
-    return replace(outcome, message=remark.message) if outcome.ok else outcome
 
 
 def _counts(record: FrictionRecord) -> dict[str, float | int]:

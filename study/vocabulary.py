@@ -7,6 +7,7 @@ from dataclasses import dataclass
 from typing import Any
 
 from solver.case import Case, Scales
+from solver.regime import REGIMES
 from study.drives import NamedDrive
 
 
@@ -21,6 +22,8 @@ class Quantity:
     uncertainty: str = ""
     """The variable that says how uncertain this one is."""
     comment: str = ""
+    words: tuple[str, ...] = ()
+    """What a result's numbers 0, 1, … stand for: the variable is a text, empty where the number is missing."""
 
     @property
     def attributes(self) -> dict[str, Any]:
@@ -125,6 +128,15 @@ SCALARS: dict[str, dict[str, Quantity]] = {
             "fit_residual", "root mean square by which that fit misses the spring force, over load"
         ),
         "macroscopic_slips": Quantity("macroscopic_slips", "slips longer than the presliding length"),
+        "resticks": Quantity("resticks", "macroscopic slips that ended: the pin came down to creep_velocity"),
+        "time_stuck": Quantity("time_stuck", "share of the duration in which the pin was in no macroscopic slip"),
+        "regime": Quantity(
+            "regime",
+            "what the pin does: sticks, stick_slip or slides",
+            comment="sticks: no macroscopic slip; slides: the last one did not end, and lasted longer than any cycle "
+            "before it, from one slip's start to the next one's; stick_slip: all else; empty where the drive ended early",
+            words=REGIMES,
+        ),
         "micro_slips": Quantity("micro_slips", "slips that ended before the presliding length"),
         "micro_travel": Quantity("micro_travel", "total length of the micro slips", "m", "length"),
         "friction_work": Quantity("friction_work", "work against friction, in W·L_x", per="load"),

@@ -35,6 +35,7 @@ ORDER = {
         "plateau",
         "profile",
         "dynamics",
+        "regime",
         "observables",
         "analytic",
         "laboratory",
