@@ -38,6 +38,8 @@ class Ending(StrEnum):
     """An integrator needed more steps than the limit allows."""
     UNSTABLE_STEP = "unstable_step"
     """The time step asked for is beyond the integrator's stability limit."""
+    ROUNDING = "rounding"
+    """What the drive asks for is smaller than double precision can tell."""
     REVERSED = "reversed"
     """The driven pin slipped back although it was not to (`reverse_motion` of its drive)."""
     NEEDS_FAILED = "needs_failed"
