@@ -6,6 +6,7 @@ Lengths are in L_x, stiffness in G·L_y, forces over the load W; what a drive yi
 from dataclasses import dataclass
 from typing import Any
 
+from solver.analytic import MOST_SAMPLES, MOST_SLIPS
 from solver.case import Case, Scales
 from solver.regime import REGIMES
 from study.drives import NamedDrive
@@ -125,7 +126,10 @@ SCALARS: dict[str, dict[str, Quantity]] = {
             "fitted_kinetic_friction", "μ_k for which Eq. 16-19 fit the spring force best", uncertainty="fit_residual"
         ),
         "fit_residual": Quantity(
-            "fit_residual", "root mean square by which that fit misses the spring force, over load"
+            "fit_residual",
+            "root mean square by which that fit misses the spring force, over load",
+            comment=f"at up to {MOST_SAMPLES} of the samples; NaN, as what was fitted, without a macroscopic slip and where "
+            f"the drive or Eq. 16-19 slip {MOST_SLIPS} times or more",
         ),
         "macroscopic_slips": Quantity("macroscopic_slips", "slips longer than the presliding length"),
         "resticks": Quantity("resticks", "macroscopic slips that ended: the pin came down to creep_velocity"),
