@@ -72,7 +72,6 @@ _COLUMNS: Final = (
     ("K/(G·L_y)", ("surface_stiffness",)),
     ("μ_s", ("static_friction", "static_friction_uncertainty")),
     ("μ_k", ("kinetic_friction", "kinetic_friction_uncertainty")),
-    ("regime", ("regime",)),
     ("events", ("events",)),
     ("node slips", ("cascade_slips",)),
     ("δ_p/L_x", ("final_displacement",)),
@@ -93,8 +92,6 @@ def _number(value: Value) -> str:
 
 
 def _cell(values: xr.Dataset, names: tuple[str, ...]) -> str:
-    if values[names[0]].dtype.kind in "OUT":  # a text, as written or as read
-        return str(values[names[0]].item()) or "–"
     value, *uncertainty = (float(values[name]) for name in names if name in values)
     if math.isnan(value):
         return "–"

@@ -44,7 +44,6 @@ def made_up(design: str = "product", outcome: str = "completed", drives: int = 1
         "message": over_cases(["", "" if outcome == "completed" else "do < this > instead"]),
         "static_friction": over_drives([0.15, np.nan]),
         "kinetic_friction": over_drives([0.14, np.nan]),
-        "regime": over_drives(["slides", ""]),
         "drive_outcome": over_drives(["completed", outcome]),
         "drive_message": over_drives(["", ""]),
         "record_index": over_cases([0, -1]),
@@ -63,13 +62,13 @@ def made_up(design: str = "product", outcome: str = "completed", drives: int = 1
 
 def test_the_table_has_a_row_for_each_case_labelled_by_what_varies():
     table = summary.scalar_table(made_up())
-    assert table.header == ("μ_i", "plateau F/W", "peak F/W", "μ_s", "μ_k", "regime", "events", "outcome")
-    assert table.rows[0] == ("0.25", "0.1432 ± 0.0004", "0.2", "0.15", "0.14", "slides", "2", "completed")
+    assert table.header == ("μ_i", "plateau F/W", "peak F/W", "μ_s", "μ_k", "events", "outcome")
+    assert table.rows[0] == ("0.25", "0.1432 ± 0.0004", "0.2", "0.15", "0.14", "2", "completed")
 
 
 def test_a_case_without_numbers_shows_dashes_and_its_advice():
     row = summary.scalar_table(made_up(outcome="invalid")).rows[1]
-    assert row == ("0.5", "–", "–", "–", "–", "–", "–", "invalid: do < this > instead")
+    assert row == ("0.5", "–", "–", "–", "–", "–", "invalid: do < this > instead")
 
 
 @pytest.mark.parametrize("design", ["product", "case"])
