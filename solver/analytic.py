@@ -178,37 +178,47 @@ def fit_stick_slip(result: DynamicsResult, drive: Drive, load: float) -> StickSl
     """
     if not result.outcome.ok or not 0 < len(result.slip_force) < MOST_SLIPS:
         return _NO_FIT
-    kept = slice(None, None, math.ceil(len(result.time) / MOST_SAMPLES))
-    time, spring_force = result.time[kept], result.spring_force[kept]
-
-    def model(forces: Floats) -> StickSlip:
-        kinetic, static, later = (float(force) * load for force in forces)
-        return stick_slip(time, drive, kinetic, static, later, MOST_SLIPS)
-
-    def misfit(forces: Floats) -> Floats:
-        return (model(forces).spring_force - spring_force) / load
-
-    first = spring_force[-len(time) // 4 :].mean(), result.slip_force[0], result.slip_force[-1]
+    kept = slice(None, None, math.ceil((len(result.time) - 1) / MOST_SAMPLES))
+    target = _Target(result.time[kept], result.spring_force[kept], drive, load)
+    first = target.force[-len(target.time) // 4 :].mean(), result.slip_force[0], result.slip_force[-1]
     laters = first[2], 0.5 * (first[0] + first[2])  # where a re-stick comes and goes the misfit has a kink
     starts = [np.array([first[0], first[1], later]) / load for later in laters]
     fits = [
-        least_squares(misfit, start, diff_step=np.full(3, 1e-5), x_scale=1e-2, max_nfev=_MOST_TRIALS)
+        least_squares(target.misfit, start, diff_step=np.full(3, 1e-5), x_scale=1e-2, max_nfev=_MOST_TRIALS)
         for start in starts
-        if len(model(start).slip_time) < MOST_SLIPS
+        if len(target.model(start).slip_time) < MOST_SLIPS
     ]
-    if not fits:
-        return _NO_FIT
-    best_forces = min(fits, key=lambda fit: float(fit.cost)).x
-    kinetic, static, later = (float(max(force, best_forces[0])) for force in best_forces)
-    best = model(np.array([kinetic, static, later]))
-    if len(best.slip_time) >= MOST_SLIPS:
-        return _NO_FIT
-    residual = float(np.sqrt(np.mean((best.spring_force - spring_force) ** 2))) / load
-    return StickSlipFit(kinetic, static, later if len(best.slip_time) > 1 else math.nan, residual, best)
+    return target.fitted(min(fits, key=lambda fit: float(fit.cost)).x) if fits else _NO_FIT
 
 
 _NONE = np.empty(0)
 _NO_FIT = StickSlipFit(math.nan, math.nan, math.nan, math.nan, StickSlip(_NONE, _NONE, _NONE, _NONE, _NONE, _NONE))
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class _Target:
+    """The spring force (n,) that a fit is to meet at given times (n,); friction (3,) over W: kinetic, static, later."""
+
+    time: Floats
+    force: Floats
+    drive: Drive
+    load: float
+
+    def model(self, friction: Floats) -> StickSlip:
+        kinetic, static, later = (float(share) * self.load for share in friction)
+        return stick_slip(self.time, self.drive, kinetic, static, later, MOST_SLIPS)
+
+    def misfit(self, friction: Floats) -> Floats:
+        return (self.model(friction).spring_force - self.force) / self.load
+
+    def fitted(self, friction: Floats) -> StickSlipFit:
+        """What a fit ended at; static friction counts as the kinetic one where it is below."""
+        kinetic, static, later = (float(max(share, friction[0])) for share in friction)
+        best = self.model(np.array([kinetic, static, later]))
+        if len(best.slip_time) >= MOST_SLIPS:
+            return _NO_FIT
+        residual = float(np.sqrt(np.mean((best.spring_force - self.force) ** 2))) / self.load
+        return StickSlipFit(kinetic, static, later if len(best.slip_time) > 1 else math.nan, residual, best)
 
 
 # --- contact of a half-plane (plane strain; lengths in L_x, forces in G·L_x per unit depth) ---------------------------
