@@ -22,7 +22,7 @@ Eq. 1-7, 11       schemes/ (biquadratic: the paper's stencil, galerkin: finite e
 §3.2.1            plateau (steady part of a record), observables (event statistics)
 §2.2.2, Eq. 13-15 profile (sawtooth, periodic extension, relaxation point)
 Eq. 12, §2.2.3    dynamics/ (rk4: the paper's, exact: from crossing to crossing, rigid: the same as K → ∞)
-§3.3              observables (μ_s, μ_k)
+§3.3              observables (μ_s, μ_k), regime (stick, slip or both in turn)
 §3.1, Eq. 16-19   analytic (flat punch, Hertz, Cattaneo-Mindlin, sliding with coupling, stick-slip)
 """
 

@@ -7,6 +7,7 @@ position: its sine lacks V ζ ω_n/ω_d. Here both follow from one solution.
 
 import math
 from dataclasses import dataclass, field
+from typing import Final
 
 import numpy as np
 from numpy.typing import NDArray
@@ -59,7 +60,9 @@ class Oscillator:
         jerk = -2.0 * decay * acceleration - self.spring_stiffness * speed
         phase = math.atan2(-acceleration * beat, jerk + decay * acceleration) % math.pi
         turn = self.time + (phase if phase > _ROUNDING else math.pi) / beat
-        while turn - math.pi / beat < before:  # between turns of the velocity there is at most one stop
+        for _ in range(3):  # the velocity falls least far the later: where its first minimum is no stop, none is
+            if turn - math.pi / beat >= before:
+                break
             if self._velocity(turn) < -_ROUNDING * self.stage_velocity:
                 stop = float(
                     brentq(self._velocity, max(turn - math.pi / beat, self.time), turn, xtol=1e-15 * turn, rtol=1e-15)
@@ -69,7 +72,9 @@ class Oscillator:
         return math.nan
 
     def _velocity(self, time: float) -> float:
-        return float(self.motion(np.asarray(time))[1])
+        distance, speed = self._start()
+        h, rate = self._impulse_response(np.asarray(time) - self.time)
+        return float(self.stage_velocity + speed * rate - self.spring_stiffness * distance * h)
 
     def _start(self) -> tuple[float, float]:
         """Distance and velocity relative to steady sliding, at the start."""
@@ -84,7 +89,8 @@ class Oscillator:
             return tau * np.exp(-decay * tau), (1.0 - natural * tau) * np.exp(-decay * tau)
         beat = natural * math.sqrt(abs(1.0 - self.damping_ratio**2))
         if self.damping_ratio < 1.0:
-            sine, cosine = np.exp(-decay * tau) * np.sin(beat * tau), np.exp(-decay * tau) * np.cos(beat * tau)
+            left = np.exp(-decay * tau)
+            sine, cosine = left * np.sin(beat * tau), left * np.cos(beat * tau)
         else:
             # Two decaying exponentials: hyperbolic functions would overflow before the damping takes hold.
             fast, slow = np.exp(-(decay + beat) * tau), np.exp(-(natural**2 / (decay + beat)) * tau)
@@ -105,12 +111,17 @@ class StickSlip:
 
 
 def stick_slip(
-    time: Floats, drive: Drive, kinetic: float, static: float, later_static: float | None = None
+    time: Floats,
+    drive: Drive,
+    kinetic: float,
+    static: float,
+    later_static: float | None = None,
+    most_slips: float = math.inf,
 ) -> StickSlip:
     """Eq. 16-19: stick from x = 0 at t = 0, slip at the static friction force, stick where the velocity vanishes, …
 
     time: (n,), increasing. kinetic, static: forces in G·L_x·L_y; later_static: of every slip but the first. A
-    static friction below the kinetic one counts as equal to it.
+    static friction below the kinetic one counts as equal to it. After `most_slips` the pin stays where it is.
     """
     k, stage = drive.spring_stiffness, drive.stage_velocity
     lag = 2.0 * drive.damping_ratio / math.sqrt(k)  # c/k
@@ -120,14 +131,13 @@ def stick_slip(
     resticks: list[float] = []
     while True:
         start = max(since, (max(limit, kinetic) / k + stuck_at) / stage - lag)
-        position[time >= since] = stuck_at
-        velocity[time >= since] = 0.0
-        if not start < time[-1]:
+        position[np.searchsorted(time, since) :] = stuck_at
+        if not start < time[-1] or len(slips) >= most_slips:
             break
         slide = Oscillator(k, drive.damping_ratio, stage, kinetic, start, stuck_at)
-        moving = time >= start
-        position[moving], velocity[moving] = slide.motion(time[moving])
         since = slide.first_stop(float(time[-1]))
+        moving = slice(np.searchsorted(time, start), None if math.isnan(since) else np.searchsorted(time, since))
+        position[moving], velocity[moving] = slide.motion(time[moving])
         slips.append(start)
         resticks.append(since)
         if math.isnan(since):
@@ -137,11 +147,19 @@ def stick_slip(
     return StickSlip(time, position, velocity, k * (stage * time - position), np.array(slips), np.array(resticks))
 
 
+MOST_SLIPS: Final = 128
+"""Slips of Eq. 16-19 up to which they are fitted: more take long, and their phases fit nothing."""
+MOST_SAMPLES: Final = 10_000
+"""Times at which the fit looks, evenly chosen from a motion's."""
+_MOST_TRIALS = 40
+"""Steps of the least squares from one start; some fifteen are enough."""
+
+
 @dataclass(frozen=True, slots=True)
 class StickSlipFit:
     """Friction coefficients with which Eq. 16-19 fit a spring force best; NaN for a later slip that never came.
 
-    residual: root mean square of what is left, as a fraction of W.
+    residual: root mean square of what is left, as a fraction of W. motion: of the closed form, at the times of the fit.
     """
 
     kinetic_friction: float
@@ -155,26 +173,52 @@ def fit_stick_slip(result: DynamicsResult, drive: Drive, load: float) -> StickSl
     """Fit Eq. 16-19 to the computed spring force by least squares, as the paper does for Figure 9 (§3.3).
 
     load: W in G·L_x·L_y. Unknowns: one kinetic friction, and static friction of the first slip and of all later ones.
-    Needs a result with a macroscopic slip; without one, or after a run that ended badly, every coefficient is NaN.
+    Needs a result with a macroscopic slip; without one, after a run that ended badly, or where motion or closed form
+    slip `MOST_SLIPS` times, every coefficient is NaN. A motion of more than `MOST_SAMPLES` times is thinned.
     """
-    if not result.outcome.ok or not len(result.slip_force):
-        nan, none = math.nan, np.empty(0)
-        return StickSlipFit(nan, nan, nan, nan, StickSlip(none, none, none, none, none, none))
-
-    def misfit(forces: Floats) -> Floats:
-        model = stick_slip(result.time, drive, *(float(force) * load for force in forces))
-        return (model.spring_force - result.spring_force) / load
-
-    start = result.spring_force[-len(result.time) // 4 :].mean(), result.slip_force[0], result.slip_force[-1]
+    if not result.outcome.ok or not 0 < len(result.slip_force) < MOST_SLIPS:
+        return _NO_FIT
+    kept = slice(None, None, math.ceil((len(result.time) - 1) / MOST_SAMPLES))
+    target = _Target(result.time[kept], result.spring_force[kept], drive, load)
+    first = target.force[-len(target.time) // 4 :].mean(), result.slip_force[0], result.slip_force[-1]
+    laters = first[2], 0.5 * (first[0] + first[2])  # where a re-stick comes and goes the misfit has a kink
+    starts = [np.array([first[0], first[1], later]) / load for later in laters]
     fits = [
-        least_squares(misfit, np.array([start[0], start[1], later]) / load, diff_step=np.full(3, 1e-5), x_scale=1e-2)
-        for later in (start[2], 0.5 * (start[0] + start[2]))  # where a re-stick comes and goes the misfit has a kink
+        least_squares(target.misfit, start, diff_step=np.full(3, 1e-5), x_scale=1e-2, max_nfev=_MOST_TRIALS)
+        for start in starts
+        if len(target.model(start).slip_time) < MOST_SLIPS
     ]
-    best_forces = min(fits, key=lambda fit: float(fit.cost)).x
-    kinetic, static, later = (float(max(force, best_forces[0])) for force in best_forces)
-    best = stick_slip(result.time, drive, kinetic * load, static * load, later * load)
-    residual = float(np.sqrt(np.mean((best.spring_force - result.spring_force) ** 2))) / load
-    return StickSlipFit(kinetic, static, later if len(best.slip_time) > 1 else math.nan, residual, best)
+    return target.fitted(min(fits, key=lambda fit: float(fit.cost)).x) if fits else _NO_FIT
+
+
+_NONE = np.empty(0)
+_NO_FIT = StickSlipFit(math.nan, math.nan, math.nan, math.nan, StickSlip(_NONE, _NONE, _NONE, _NONE, _NONE, _NONE))
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class _Target:
+    """The spring force (n,) that a fit is to meet at given times (n,); friction (3,) over W: kinetic, static, later."""
+
+    time: Floats
+    force: Floats
+    drive: Drive
+    load: float
+
+    def model(self, friction: Floats) -> StickSlip:
+        kinetic, static, later = (float(share) * self.load for share in friction)
+        return stick_slip(self.time, self.drive, kinetic, static, later, MOST_SLIPS)
+
+    def misfit(self, friction: Floats) -> Floats:
+        return (self.model(friction).spring_force - self.force) / self.load
+
+    def fitted(self, friction: Floats) -> StickSlipFit:
+        """What a fit ended at; static friction counts as the kinetic one where it is below."""
+        kinetic, static, later = (float(max(share, friction[0])) for share in friction)
+        best = self.model(np.array([kinetic, static, later]))
+        if len(best.slip_time) >= MOST_SLIPS:
+            return _NO_FIT
+        residual = float(np.sqrt(np.mean((best.spring_force - self.force) ** 2))) / self.load
+        return StickSlipFit(kinetic, static, later if len(best.slip_time) > 1 else math.nan, residual, best)
 
 
 # --- contact of a half-plane (plane strain; lengths in L_x, forces in G·L_x per unit depth) ---------------------------

@@ -40,6 +40,8 @@ class Ending(StrEnum):
     """An integrator needed more steps than the limit allows."""
     UNSTABLE_STEP = "unstable_step"
     """The time step asked for is beyond the integrator's stability limit."""
+    ROUNDING = "rounding"
+    """What the drive asks for is smaller than double precision can tell."""
     REVERSED = "reversed"
     """The driven pin slipped back although it was not to (`reverse_motion` of its drive)."""
     NEEDS_FAILED = "needs_failed"
@@ -65,7 +67,13 @@ class Outcome:
         """True when the computation did what was asked."""
         return self.ending is Ending.COMPLETED
 
+    @property
+    def usable(self) -> bool:
+        """True when what was computed is right and whole, though it may lack what the outcome says it lacks."""
+        return self.ending in _USABLE
 
+
+_USABLE = frozenset({Ending.COMPLETED, Ending.NO_PLATEAU, Ending.NO_SLIP})
 COMPLETED = Outcome(Ending.COMPLETED)
 
 SHOWN = 60

@@ -110,7 +110,7 @@ def profile_of(record: FrictionRecord, plateau: Plateau, shape: ProfileShape) ->
 
 def _need(plateau: Plateau) -> None:
     if not plateau.outcome.ok:
-        raise NoPlateauError(plateau.outcome.message)
+        raise NoPlateauError(f"the friction record has none to repeat: {plateau.outcome.message}")
 
 
 def _periodic(whole: Teeth, plateau: Plateau) -> Profile:

@@ -14,7 +14,7 @@ from typing import Final
 import numpy as np
 from numpy.typing import NDArray
 
-MODULATION: Final = 0.30
+MODULATION: Final = 0.32
 """Standard deviation of the friction force over a node spacing, of its mean, times nodes in contact over what a slip drops."""
 EVENT_MODULATION: Final = 0.75
 """The same of step and force drop per event, of their means; that it depends on the contact little was measured."""
@@ -22,7 +22,7 @@ PEAK_MODULATION: Final = 1.2
 """The same of the force at which a pin first slides, between starts."""
 DISORDER: Final = 0.5
 """Standard deviation of the mean force between seeds, of its mean, times √nodes over the spread of μ_i."""
-LEFT_OVER: Final = 1.1
+LEFT_OVER: Final = 1.2
 """What of the standard error of blocks is left of a mean over one whole spacing, of whose blocks the most is modulation."""
 EVENLY: Final = 0.6
 """What of the standard error of independent members is left where their starts are spread evenly."""
@@ -63,8 +63,9 @@ class Sampling:
             sampled = LEFT_OVER * seen / math.sqrt(len(blocks)) / math.floor(self.spacings)
         else:
             # What was seen of the modulation tells its size the better the more of a spacing it was.
+            share = self.spacings**2
             expected = MODULATION * self.discreteness * mean
-            modulation = math.hypot(math.sqrt(1.0 - self.spacings) * expected, math.sqrt(self.spacings) * seen)
+            modulation = math.hypot(math.sqrt(1.0 - share) * expected, math.sqrt(share) * seen)
             sampled = math.hypot(within, self.unseen * modulation)
         return math.hypot(sampled, self.disorder * mean)
 

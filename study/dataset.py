@@ -127,10 +127,12 @@ def _results(keys: CaseTasks, store: Store) -> Results:
 
 
 def _outcome(case: CampaignCase, results: Results) -> Outcome | None:
-    """How a case ended up to its friction record: the first trouble, else the last news; None while unfinished."""
+    """How a case ended up to its friction record: the first failure, else what is missing; None while unfinished."""
     outcome: Outcome | None = case.outcome
     for (kind, _), result in results.items():
-        if kind != "drive" and outcome is not None and outcome.ok:
+        if kind == "drive" or outcome is None or not outcome.usable:
+            continue
+        if result is None or outcome.ok or not result.outcome.usable:
             outcome = result.outcome if result else None
     return outcome
 
@@ -178,7 +180,7 @@ class _Table:
         for kind, scalars in SCALARS.items():
             if kind in kinds:
                 for quantity in (*scalars.values(), *COMPANIONS.get(kind, {}).values()):
-                    self._declare(kind, quantity, np.int32(0) if quantity.flags else np.nan)
+                    self._declare(kind, quantity, _nothing(quantity))
         for each in runs:
             instance = each.series.instance
             index = Quantity(f"{instance}_index", f"number of the case's {instance}, {ABSENT} where it has none")
@@ -219,9 +221,23 @@ class _Table:
         for scalars in (SCALARS, COMPANIONS):
             for name, quantity in scalars.get(result.kind, {}).items():
                 if name in result.scalars:
-                    self.put(quantity.name, case, drive, result.scalars[name] * by[quantity.per])
+                    self.put(quantity.name, case, drive, _value(quantity, result.scalars[name], by))
         if VALIDITY.name in result.scalars:
             self.put(ADVICE.name, case, drive, advice_on(flags_in(int(result.scalars[VALIDITY.name]))))
+
+
+def _nothing(quantity: Quantity) -> object:
+    """What stands for a number that is not there."""
+    if quantity.words:
+        return ""
+    return np.int32(0) if quantity.flags else np.nan
+
+
+def _value(quantity: Quantity, number: float | int, by: dict[str, float]) -> float | str:
+    """A result's number in the dataset's unit, or the word that it stands for."""
+    if quantity.words:
+        return "" if np.isnan(number) else quantity.words[int(number)]
+    return number * by[quantity.per]
 
 
 def _runs(manifest: Manifest) -> list[Runs]:

@@ -3,9 +3,9 @@
 from collections.abc import Collection, Mapping
 from dataclasses import dataclass, field, replace
 
-from solver.case import Case, Drive
 from study.cases import MEMBER, CampaignCase, expand
-from study.cost import mean_step, memory_of, seconds_of
+from study.cost import memory_of, seconds_of
+from study.drive_cost import drive_seconds
 from study.effects import kept, task_kinds
 from study.manifest import Manifest
 from study.origin import Origins, foreign, here
@@ -148,8 +148,6 @@ _LONGEST = 1e12  # thirty thousand years will do for what never ends
 _START = 1e-3  # any task: hand out, read, write
 _PER_GRID = (0.04, 2.5e-4, 7e-10)  # compliance of a grid by powers 0, 1, 3 of n_x: assembly and dense condensation
 _PER_HALF_PLANE = 1e-10  # compliance in closed form, times n_x^3: one look whether it is positive definite
-_PER_TOOTH = 1.5e-7  # exact integrator
-_PER_TIME_STEP = 3e-8  # rk4
 
 
 def _seconds(task: Task) -> float:
@@ -159,12 +157,5 @@ def _seconds(task: Task) -> float:
         once, each, cubed = _PER_GRID
         return _START + once + each * task.slab.n_x + cubed * task.slab.n_x**3
     if task.drive is not None:
-        return _START + _drive_seconds(task.drive, task.case)
+        return _START + drive_seconds(task.drive, task.case)
     return _START + seconds_of(task, task.case)
-
-
-def _drive_seconds(drive: Drive, case: Case) -> float:
-    if drive.time_step is not None:
-        return _PER_TIME_STEP * drive.duration / drive.time_step
-    teeth = 0.0 if drive.profile == "mean" else drive.stage_velocity * drive.duration / mean_step(case)
-    return _PER_TOOTH * (drive.samples + teeth)

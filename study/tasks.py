@@ -17,6 +17,7 @@ from solver.observables import event_statistics, friction_coefficients
 from solver.outcome import COMPLETED, Ending, Outcome, SolverError
 from solver.plateau import plateau_of
 from solver.profile import profile_of
+from solver.regime import REGIMES, count_sticks
 from solver.sliding import FrictionRecord, slide_to_state, states_at
 from solver.validity import contact_flags, contact_half_width, mask_of, record_flags
 from study.effects import TaskKind
@@ -166,7 +167,7 @@ def run_task(task: Task, inputs: Mapping[str, TaskResult]) -> TaskResult:
 
 def _computed(task: Task, inputs: Mapping[str, TaskResult]) -> TaskResult:
     for need in (inputs[key] for key in task.needs):
-        if not need.outcome.ok:
+        if not need.outcome.usable:  # a record without a plateau is still a record
             message = f"its {need.kind} ended as {need.outcome.ending}: {need.outcome.message}"
             return TaskResult(task.key, task.kind, Outcome(Ending.NEEDS_FAILED, message))
     try:
@@ -217,7 +218,7 @@ def _run_friction(task: Task, inputs: Mapping[str, TaskResult]) -> TaskResult:
         "contact_half_width": contact_half_width(case, start),
         "validity_flags": mask_of(record_flags(case, start, record, end)),
     }
-    return _completed(task, scalars, arrays, _noting(record.outcome, plateau.outcome))
+    return _completed(task, scalars, arrays, plateau.outcome if record.outcome.ok else record.outcome)
 
 
 def _run_states(task: Task, inputs: Mapping[str, TaskResult]) -> TaskResult:
@@ -245,10 +246,14 @@ def _run_drive(task: Task, inputs: Mapping[str, TaskResult]) -> TaskResult:
     motion = integrate(profile_of(record, plateau, drive.profile), drive, record.initial_stiffness)
     friction = friction_coefficients(motion, record, plateau)
     fit = fit_stick_slip(motion, drive, record.load)
+    sticks = count_sticks(motion)
     scalars, arrays = _parted(motion)
     scalars |= {
         "load": record.load,
         "macroscopic_slips": len(motion.slip_time),
+        "resticks": sticks.resticks,
+        "time_stuck": sticks.time_stuck,
+        "regime": REGIMES.index(sticks.regime) if sticks.regime else float("nan"),
         "static_friction": friction.static_friction,
         "static_friction_uncertainty": friction.static_friction_uncertainty,
         "kinetic_friction": friction.kinetic_friction,
@@ -258,7 +263,7 @@ def _run_drive(task: Task, inputs: Mapping[str, TaskResult]) -> TaskResult:
         "fitted_kinetic_friction": fit.kinetic_friction,
         "fit_residual": fit.residual,
     }
-    return _completed(task, scalars, arrays, _noting(motion.outcome, friction.outcome))
+    return _completed(task, scalars, arrays, friction.outcome)
 
 
 _RUN = {
@@ -268,11 +273,6 @@ _RUN = {
     "states": _run_states,
     "drive": _run_drive,
 }
-
-
-def _noting(outcome: Outcome, remark: Outcome) -> Outcome:
-    """A good outcome with the remark's message: what is missing are some numbers (NaN), not the result."""
-    return replace(outcome, message=remark.message) if outcome.ok else outcome
 
 
 def _counts(record: FrictionRecord) -> dict[str, float | int]:

@@ -8,7 +8,9 @@ from typing import Any
 
 import numpy as np
 
+from solver.analytic import MOST_SAMPLES, MOST_SLIPS
 from solver.case import Case, Scales
+from solver.regime import REGIMES
 from solver.validity import FLAGS
 from study.drives import NamedDrive
 
@@ -26,6 +28,8 @@ class Quantity:
     comment: str = ""
     flags: bool = False
     """Whether its bits are the flags of solver.validity: a whole number, 0 where there is none, not NaN."""
+    words: tuple[str, ...] = ()
+    """What a result's numbers 0, 1, … stand for: the variable is a text, empty where the number is missing."""
 
     @property
     def attributes(self) -> dict[str, Any]:
@@ -165,9 +169,21 @@ SCALARS: dict[str, dict[str, Quantity]] = {
             "fitted_kinetic_friction", "μ_k for which Eq. 16-19 fit the spring force best", uncertainty="fit_residual"
         ),
         "fit_residual": Quantity(
-            "fit_residual", "root mean square by which that fit misses the spring force, over load"
+            "fit_residual",
+            "root mean square by which that fit misses the spring force, over load",
+            comment=f"at up to {MOST_SAMPLES} of the samples; NaN, as what was fitted, without a macroscopic slip and where "
+            f"the drive or Eq. 16-19 slip {MOST_SLIPS} times or more",
         ),
         "macroscopic_slips": Quantity("macroscopic_slips", "slips longer than the presliding length"),
+        "resticks": Quantity("resticks", "macroscopic slips that ended: the pin came down to creep_velocity"),
+        "time_stuck": Quantity("time_stuck", "share of the duration in which the pin was in no macroscopic slip"),
+        "regime": Quantity(
+            "regime",
+            "what the pin does: sticks, stick_slip or slides",
+            comment="sticks: no macroscopic slip; slides: the last one did not end, and lasted longer than any cycle "
+            "before it, from one slip's start to the next one's; stick_slip: all else; empty where the drive ended early",
+            words=REGIMES,
+        ),
         "micro_slips": Quantity("micro_slips", "slips that ended before the presliding length"),
         "micro_travel": Quantity("micro_travel", "total length of the micro slips", "m", "length"),
         "friction_work": Quantity("friction_work", "work against friction, in W·L_x", per="load"),

@@ -9,12 +9,13 @@ import math
 import numpy as np
 
 from solver.case import Drive
-from solver.dynamics._kernels import Motion, Teeth
+from solver.dynamics._kernels import Motion, Run, Teeth
 from solver.dynamics.exact import integrate_exact
+from solver.dynamics.precision import nothing, resolved
 from solver.dynamics.result import BINS, DynamicsResult
 from solver.dynamics.rigid import integrate_rigid
 from solver.dynamics.rk4 import integrate_rk4
-from solver.outcome import InvalidInput
+from solver.outcome import InvalidInput, Outcome
 from solver.profile import Profile
 
 __all__ = ["DynamicsResult", "integrate"]
@@ -25,8 +26,8 @@ def integrate(profile: Profile, drive: Drive, surface_stiffness: float) -> Dynam
 
     surface_stiffness: K of Eq. 15, in G·L_y; without surface compliance it only tells slip from stick (`creep_velocity`,
     `presliding_length`).
-    Raises InvalidInput unless K > 0. An unstable step, too many segments or a reversal that the drive excludes are
-    outcomes of the result.
+    Raises InvalidInput unless K > 0. An unstable step, too many segments, a reversal that the drive excludes or forces
+    below rounding are outcomes of the result.
     """
     if not 0.0 < surface_stiffness < math.inf:
         raise InvalidInput(f"surface_stiffness = {surface_stiffness!r}: needs surface_stiffness > 0")
@@ -44,15 +45,7 @@ def integrate(profile: Profile, drive: Drive, surface_stiffness: float) -> Dynam
         duration=drive.duration,
         instant=1e-8 / (math.sqrt(k + stiffest) + damping),
     )
-    teeth = Teeth(profile.edges, profile.force, profile.slope, profile.periodic_from)
-    if drive.integrator == "rk4":
-        assert drive.time_step is not None  # a Drive with rk4 has one
-        run, outcome = integrate_rk4(
-            teeth, motion, drive.samples, drive.time_step, drive.step_limit, drive.reverse_motion
-        )
-    else:
-        method = integrate_exact if compliant else integrate_rigid
-        run, outcome = method(teeth, motion, drive.samples, drive.step_limit, drive.reverse_motion)
+    run, outcome = _run(profile, motion, drive)
     time = drive.duration * (np.arange(drive.samples + 1) / drive.samples)
     position, velocity, friction = run.samples.T.copy()
     slip_time, slip_position, slip_force, restick_time, restick_position = run.slips.T.copy()
@@ -76,3 +69,16 @@ def integrate(profile: Profile, drive: Drive, surface_stiffness: float) -> Dynam
         steps=run.steps,
         outcome=outcome,
     )
+
+
+def _run(profile: Profile, motion: Motion, drive: Drive) -> tuple[Run, Outcome]:
+    """The motion by the drive's method, and how it ended; nothing where rounding would drown it."""
+    outcome = resolved(profile, motion)
+    if not outcome.ok:
+        return nothing(drive.samples), outcome
+    teeth = Teeth(profile.edges, profile.force, profile.slope, profile.periodic_from)
+    if drive.integrator == "rk4":
+        assert drive.time_step is not None  # a Drive with rk4 has one
+        return integrate_rk4(teeth, motion, drive.samples, drive.time_step, drive.step_limit, drive.reverse_motion)
+    method = integrate_exact if drive.surface_compliance else integrate_rigid
+    return method(teeth, motion, drive.samples, drive.step_limit, drive.reverse_motion)

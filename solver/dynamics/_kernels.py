@@ -831,10 +831,39 @@ def integrate_rigidly(
 
 # --- Runge-Kutta ----------------------------------------------------------------------------------------------------
 
+_NEARBY = 8
+_COUNTABLE = 4.5e15
+"""Teeth that a position in double precision can tell apart."""
+
+
+@_compiled
+def _tooth_near(teeth: Teeth, x: float) -> int:
+    """The tooth that holds x, or one beside it where rounding blurs an edge: by whole periods, then bisection."""
+    count, first = teeth.force.size, teeth.periodic_from
+    start, far = teeth.edges[first], abs(x)
+    period = teeth.edges[count] - start
+    laps = max(0, int((far - start) / period))
+    within = int(np.searchsorted(teeth.edges, far - laps * period, side="right")) - 1
+    index = min(max(within, 0), count - 1) + laps * (count - first)
+    return index if x >= 0.0 else -1 - index
+
 
 @_compiled
 def _located(teeth: Teeth, index: int, x: float) -> tuple[int, float, float, float, float]:
-    """The tooth that holds x, looked for from tooth `index` on: its index, and what `_tooth` says of it."""
+    """The tooth that holds x, looked for from tooth `index` on: its index, and what `_tooth` says of it.
+
+    NaN for an x so far out that teeth cannot be told apart any more, or that is no number.
+    """
+    count, first = teeth.force.size, teeth.periodic_from
+    if not abs(x) <= _COUNTABLE / (count - first) * (teeth.edges[count] - teeth.edges[first]):
+        return index, math.nan, math.nan, math.nan, math.nan
+    left, right, base, slope = _tooth(teeth, index)
+    for _ in range(_NEARBY):  # nearly every step ends in one of the next teeth
+        if left <= x < right:
+            return index, left, right, base, slope
+        index += 1 if x >= right else -1
+        left, right, base, slope = _tooth(teeth, index)
+    index = _tooth_near(teeth, x)
     left, right, base, slope = _tooth(teeth, index)
     while x >= right:
         index += 1
@@ -864,7 +893,7 @@ def integrate_by_steps(
     """Classical Runge-Kutta steps of equal length; F at every stage with the relaxation point of the step's start,
     which Eq. 14 updates after the step. Samples by cubic interpolation, impulse by the trapezoidal rule.
 
-    one_way: see `integrate_exactly`.
+    one_way: see `integrate_exactly`. A motion that runs away ends there, its `friction_work` NaN.
     """
     k, c, V, K, duration = motion.spring, motion.damping, motion.stage, motion.contact, motion.duration
     samples = np.full((sample_count + 1, 3), np.nan)
@@ -894,6 +923,9 @@ def integrate_by_steps(
         x, v = pin.position + dt / 6.0 * dx, pin.velocity + dt / 6.0 * dv
         if not left <= x < right:
             index, left, right, base, slope = _located(teeth, index, x)
+        if math.isnan(left):
+            work = math.nan
+            break
         if one_way is not None and K * (x - relaxed) < -(base + slope * (x - left)):
             break
         new = Pin(end, x, v, _friction(x, relaxed, K, base + slope * (x - left)))
@@ -914,7 +946,6 @@ def integrate_by_steps(
         pushed += 0.5 * dt * (driving + new_driving)
         work += 0.5 * (pin.friction + new.friction) * (x - pin.position)
         relaxed = x - new.friction / K
-        pin, driving = new, new_driving
-        computed += 1
+        pin, driving, computed = new, new_driving, computed + 1
     table = _slip_table(slip, finished, motion, pin)
     return Run(pin.time, computed, samples, impulse, table, slip.micro_slips, slip.micro_travel, work)

@@ -10,6 +10,7 @@ import numpy as np
 
 from solver.dynamics._kernels import Motion, Run, Teeth, integrate_by_steps
 from solver.dynamics.exact import reversed_at
+from solver.dynamics.precision import nothing
 from solver.dynamics.result import BINS
 from solver.outcome import COMPLETED, Ending, Outcome
 
@@ -26,12 +27,15 @@ def integrate_rk4(
         message = (
             f"time_step = {time_step:.6g}: the stuck pin's vibrations would grow; needs {longest(motion):.6g} or less"
         )
-        return _nothing(samples), Outcome(Ending.UNSTABLE_STEP, message)
+        return nothing(samples), Outcome(Ending.UNSTABLE_STEP, message)
     steps = max(1, math.ceil(motion.duration / time_step * (1.0 - 1e-12)))
     if steps > step_limit:
         message = f"time_step = {time_step:.6g}: {steps} steps; needs {motion.duration / step_limit:.6g} or more"
-        return _nothing(samples), Outcome(Ending.STEP_LIMIT, message)
+        return nothing(samples), Outcome(Ending.STEP_LIMIT, message)
     run = integrate_by_steps(teeth, motion, steps, samples, BINS, None if reverse_motion else True)
+    if math.isnan(run.friction_work):
+        message = f"time_step = {time_step:.6g}: the motion ran away at t = {run.reached:.6g}; needs a shorter step"
+        return run, Outcome(Ending.UNSTABLE_STEP, message)
     return run, COMPLETED if run.steps == steps else reversed_at(run)
 
 
@@ -50,8 +54,3 @@ def longest(motion: Motion) -> float:
         middle = 0.5 * (low + high)
         low, high = (middle, high) if is_stable(middle, motion) else (low, middle)
     return low
-
-
-def _nothing(samples: int) -> Run:
-    nan = math.nan
-    return Run(0.0, 0, np.full((samples + 1, 3), nan), np.full(BINS + 1, nan), np.empty((0, 5)), 0, nan, nan)

@@ -6,7 +6,8 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from solver.analytic import Oscillator, fit_stick_slip, stick_slip
+from solver import analytic
+from solver.analytic import MOST_SAMPLES, MOST_SLIPS, Oscillator, StickSlip, fit_stick_slip, stick_slip
 from solver.case import Drive
 from solver.dynamics import integrate
 from tests.synthetic import constant_profile, profile_through
@@ -106,6 +107,73 @@ def test_without_a_slip_there_is_nothing_to_fit():
     drive = replace(DRIVE, duration=1.0)
     fit = fit_stick_slip(integrate(constant_profile(2.0), drive, 5.0), drive, load=4.0)
     assert np.isnan([fit.kinetic_friction, fit.static_friction, fit.later_static_friction, fit.residual]).all()
+
+
+@pytest.fixture
+def trials(monkeypatch) -> list[StickSlip]:
+    """Every closed form that a fit computes."""
+    found: list[StickSlip] = []
+
+    def noted(*arguments, **names) -> StickSlip:
+        found.append(stick_slip(*arguments, **names))
+        return found[-1]
+
+    monkeypatch.setattr(analytic, "stick_slip", noted)
+    return found
+
+
+def worn(duration: float, samples: int = 1000) -> tuple[Drive, float]:
+    """A drive, and a static force, that stick and slip for ever: a cycle takes 18."""
+    return replace(DRIVE, duration=duration, samples=samples, damping_ratio=0.02), 2.0
+
+
+@pytest.mark.parametrize("duration", [300.0, 3000.0, 30_000.0])
+def test_a_fit_takes_no_longer_the_more_slips_there_are(trials, duration):
+    """Of the closed form, 30 000 hold 1700 slips; what takes the time is slips times trials."""
+    drive, static = worn(duration)
+    plain = integrate(constant_profile(0.5), replace(drive, surface_compliance=False), 1e6)
+    result = replace(plain, slip_force=np.array([static]))
+    assert len(stick_slip(result.time, drive, 0.5, static).slip_time) > 0.05 * duration
+    fit_stick_slip(result, drive, load=4.0)
+    assert len(trials) <= 330
+    assert max(len(model.slip_time) for model in trials) <= MOST_SLIPS
+
+
+def test_a_motion_of_too_many_slips_is_not_fitted(trials):
+    drive, static = worn(6000.0)
+    motion = stick_slip(np.linspace(0.0, 6000.0, 1001), drive, 0.5, static)
+    assert len(motion.slip_time) > MOST_SLIPS
+    plain = integrate(constant_profile(1e3), drive, 5.0)
+    result = replace(plain, spring_force=motion.spring_force, slip_force=np.full(len(motion.slip_time), static))
+    assert math.isnan(fit_stick_slip(result, drive, load=4.0).residual)
+    result = replace(result, slip_force=np.array([static]))  # or its closed form's, from every start
+    assert math.isnan(fit_stick_slip(result, drive, load=4.0).residual)
+
+
+def test_a_closed_form_cut_short_is_the_same_up_to_there():
+    drive, static = worn(300.0)
+    whole = stick_slip(TIME * 5.0, drive, 0.5, static)
+    cut = stick_slip(TIME * 5.0, drive, 0.5, static, most_slips=3)
+    assert np.array_equal(cut.slip_time, whole.slip_time[:3])
+    before = whole.time < whole.slip_time[3]
+    assert np.array_equal(cut.position[before], whole.position[before])
+    assert np.unique(cut.position[~before]).size == 1
+
+
+def test_a_fit_looks_at_so_many_samples_and_finds_the_same(trials):
+    """Ten or a hundred thousand samples of one motion: the latter at every tenth, which are the former."""
+    stiff = 1e6
+    profile = profile_through([0.0, 2.0 / stiff, 1.0], [0.0, 0.5], [2.0, 0.5], periodic_from=1)
+    drives = [replace(DRIVE, samples=samples, duration=40.0) for samples in (MOST_SAMPLES, 100_000)]
+    few, many = (fit_stick_slip(integrate(profile, drive, stiff), drive, load=4.0) for drive in drives)
+    assert {len(model.time) for model in trials} == {MOST_SAMPLES + 1}
+    for name in ("kinetic_friction", "static_friction", "later_static_friction"):
+        assert getattr(many, name) == pytest.approx(getattr(few, name), abs=1e-9)
+
+
+@pytest.mark.parametrize("damping_ratio", [0.0, 1e-12, 0.1])
+def test_a_pin_that_does_not_stop_in_its_first_swing_never_does_however_long_one_looks(damping_ratio):
+    assert math.isnan(Oscillator(1.0, damping_ratio, 0.2, 0.5, 2.5, 0.0).first_stop(1e15))
 
 
 def test_an_overdamped_pin_settles_however_long_it_is_watched():

@@ -5,7 +5,8 @@ import math
 import numpy as np
 import pytest
 
-from solver.dynamics import integrate
+from solver.dynamics import integrate, rk4
+from solver.dynamics._kernels import Teeth, _located, _tooth
 from solver.outcome import Ending
 from tests.solver.drives import PROBLEMS, K, Problem
 from tests.synthetic import profile_through
@@ -71,3 +72,45 @@ def test_samples_between_steps_are_interpolated_to_the_methods_order():
     stepped = integrate(smooth.profile, smooth.drive(samples=997, integrator="rk4", time_step=0.01), K)
     assert np.abs(stepped.position - exact.position).max() < 1e-8  # h⁴/384 of the fourth derivative, ω⁴·0.1 or so
     assert np.abs(stepped.velocity - exact.velocity).max() < 1e-7
+
+
+def walked(teeth: Teeth, x: float) -> int:
+    """The tooth that holds x, one by one from the first."""
+    index = 0
+    while not _tooth(teeth, index)[0] <= x < _tooth(teeth, index)[1]:
+        index += 1 if x >= _tooth(teeth, index)[1] else -1
+    return index
+
+
+@pytest.mark.parametrize("problem", PROBLEMS.values(), ids=PROBLEMS.keys())
+def test_a_tooth_far_away_is_the_one_that_a_walk_from_tooth_to_tooth_finds(problem):
+    """Both ways from the start, over laps, from any tooth on; edges themselves belong to the tooth on their right."""
+    profile = problem.profile
+    teeth = Teeth(profile.edges, profile.force, profile.slope, profile.periodic_from)
+    rng = np.random.default_rng(3)
+    edges = [_tooth(teeth, index)[0] for index in (-70, -3, 0, 1, 40, 333)]
+    for x in (*rng.uniform(-60.0, 60.0, 100), *edges):
+        there = walked(teeth, x)
+        for start in (there - 5000, there - 9, there + 1, there + 777):
+            assert _located(teeth, start, x) == (there, *_tooth(teeth, there))
+
+
+def test_a_tooth_beyond_a_billion_laps_is_found_at_once():
+    profile = PROBLEMS["falling teeth"].profile
+    teeth = Teeth(profile.edges, profile.force, profile.slope, profile.periodic_from)
+    for x in (3.3e9, -3.3e9):
+        _, left, right, _, _ = _located(teeth, 0, x)
+        assert left <= x < right
+    for x in (1e300, -math.inf, math.nan):
+        assert math.isnan(_located(teeth, 0, x)[1])
+
+
+def test_a_motion_that_runs_away_ends_by_name(monkeypatch):
+    """Were an unstable step ever let through: the position grows by orders of magnitude each step, to infinity."""
+    monkeypatch.setattr(rk4, "is_stable", lambda time_step, motion: True)
+    problem = PROBLEMS["falling teeth"]
+    result = integrate(problem.profile, problem.drive(integrator="rk4", time_step=20.0, duration=20000.0), K)
+    assert result.outcome.ending is Ending.UNSTABLE_STEP
+    assert "ran away at t = " in result.outcome.message
+    assert 0 < result.steps < 1000
+    assert np.isnan(result.position[-1])

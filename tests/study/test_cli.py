@@ -216,7 +216,7 @@ def test_records_that_nobody_wants_are_gone_after_the_run(main, campaign):
     assert max(sizes) < 5_000
     code, said, progress = main("run", campaign, "--out", out, "--serial")
     assert (code, "0 tasks to do" in progress) == (0, True)
-    assert said.count("completed") == 8
+    assert (said.count("completed"), said.count("no_slip")) == (7, 1)  # one slow stage never gets the pin to slip
 
 
 def test_collecting_what_is_not_finished_says_pending(main, campaign):
@@ -253,7 +253,7 @@ def test_a_defect_is_exit_code_1_and_keeps_the_rest(main, campaign, monkeypatch)
     assert code == 1
     assert "6 tasks crashed" in errors  # two records and the two drives of each
     assert "RuntimeError: a defect" in errors
-    assert (said.count("completed"), said.count("pending")) == (4, 4)
+    assert [said.count(word) for word in ("completed", "no_slip", "pending")] == [3, 1, 4]
     monkeypatch.setattr(tasks, "run_task", compute)
     assert main("run", campaign, "--out", out, "--serial")[0] == 0
 

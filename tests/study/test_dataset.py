@@ -9,6 +9,7 @@ import numpy as np
 import pytest
 import xarray as xr
 
+from solver.outcome import Ending, Outcome
 from study import dataset
 from study.front import load_front
 from study.manifest import load_manifest
@@ -241,6 +242,39 @@ def test_a_failed_stage_is_the_outcome_of_the_case(build, tmp_path):
     part.write(TaskResult(good.key, good.kind, bad, good.scalars, good.arrays))
     found = dataset.collect(plan, part).isel(intrinsic_friction=0, radius=0)
     assert (found["outcome"].item(), found["message"].item()) == ("cascade_limit", "raise it")
+
+
+def test_what_a_case_and_a_drive_lack_can_be_filtered(build):
+    """Eight events are no plateau; over 60 the slow drive never slips, and what it does is a word."""
+    plan, store = build(changed(events="events = 8", radius="radius = [50.0]"))
+    found = dataset.collect(plan, store)
+    assert set(found["outcome"].values.ravel()) == set(found["drive_outcome"].values.ravel()) == {"no_plateau"}
+    assert set(found["regime"].values.ravel()) == {""}
+    assert found["events"].values.ravel().tolist() == [8.0, 8.0]
+    assert found["record_index"].values.ravel().tolist() == [0, 1]
+    plan, store = build(SMALL.replace("stage_velocity = 1e-3", "stage_velocity = 1e-4"))
+    found = dataset.collect(plan, store)
+    assert set(found["outcome"].values.ravel()) == {"completed"}
+    slow = found.sel(drive="slow")
+    assert set(slow["drive_outcome"].values.ravel()) == {"no_slip"}
+    assert set(slow["regime"].values.ravel()) == {"sticks"}
+    assert np.all(slow["time_stuck"] == 1.0)
+    assert found["resticks"].dims == found["regime"].dims == (*CASE_DIMS, "drive")
+
+
+def test_a_failure_outweighs_a_missing_plateau_and_what_is_unfinished_is_pending(build, tmp_path):
+    text = changed(events="events = 8", radius="radius = [50.0]") + "[outputs]\ntractions_at = [3]\n"
+    plan, store = build(text)
+    part = Store(tmp_path)
+    part.prepare()
+    first, second = (plan.case_tasks[case.case_id] for case in plan.cases)
+    for keys in (first, second):
+        part.write(store.read(keys.friction))
+    lost = Outcome(Ending.CONTACT_LOST, "press harder")
+    part.write(replace(store.read(first.states), outcome=lost))
+    found = dataset.collect(plan, part)
+    assert found["outcome"].values.ravel().tolist() == ["contact_lost", "pending"]
+    assert found["message"].values.ravel()[0] == "press harder"
 
 
 def test_bytes_depend_on_results_alone(small, tmp_path):

@@ -1,0 +1,54 @@
+"""Whether double precision can tell what a drive asks for: far out, the spring's stretch is lost in the position.
+
+A pin that slides is F/k behind the stage, at x close to V·t. Both are known to the 16th digit of V·t, and the spring
+force k(Vt - x) to k times that. Beside the friction force this is noise: on settled drives up to three times the share
+that `resolved` computes (tests.hard_cases.test_dynamics). Teeth narrower than that digit of x cannot be met one by one.
+"""
+
+import math
+from typing import Final
+
+import numpy as np
+
+from solver.dynamics._kernels import Motion, Run
+from solver.dynamics.result import BINS
+from solver.outcome import COMPLETED, Ending, Outcome
+from solver.profile import Profile
+
+LARGEST: Final = 1e-4
+"""Rounding allowed, over the steady friction force and over the mean width of a tooth: what a plateau knows of itself."""
+_DIGIT: Final = float(np.finfo(float).eps)
+
+
+def resolved(profile: Profile, motion: Motion) -> Outcome:
+    """`COMPLETED`, or `ROUNDING` where spring force or teeth will drown in the rounding of the pin's position."""
+    friction, way = profile.steady_force, motion.stage * motion.duration
+    force_noise = _DIGIT * motion.spring * way
+    if friction == 0.0 or motion.spring * way <= friction:  # nothing to be lost in, or it never gets away
+        return COMPLETED
+    if force_noise > LARGEST * friction:
+        return _refused(
+            f"spring_stiffness × stage_velocity × duration rounds the spring force by {force_noise / friction:.1e} of the "
+            "friction force: soften the spring, slow the stage or shorten the drive",
+            force_noise / friction,
+        )
+    uneven = np.ptp(profile.force) > 0.0 or bool(profile.slope.any())
+    teeth = len(profile.force) - profile.periodic_from
+    position_noise = _DIGIT * way * teeth / profile.period
+    if uneven and position_noise > LARGEST:
+        return _refused(
+            f"stage_velocity × duration rounds the position by {position_noise:.1e} of the friction profile's mean tooth: "
+            'slow the stage, shorten the drive or take profile = "mean"',
+            position_noise,
+        )
+    return COMPLETED
+
+
+def nothing(samples: int) -> Run:
+    """What a drive that is refused delivers: NaN at all times."""
+    nan = math.nan
+    return Run(0.0, 0, np.full((samples + 1, 3), nan), np.full(BINS + 1, nan), np.empty((0, 5)), 0, nan, nan)
+
+
+def _refused(message: str, noise: float) -> Outcome:
+    return Outcome(Ending.ROUNDING, f"{message} (by {noise / LARGEST:.1e} or more)")
