@@ -18,6 +18,7 @@ ORDER = {
         "support",
         "schemes",
         "boundary_value",
+        "column",
         "subsurface",
         "parity",
         "compliance",
