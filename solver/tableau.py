@@ -9,6 +9,7 @@ contact and a margin. When a touch comes near the window's end, a wider window i
 """
 
 import math
+import warnings
 from dataclasses import dataclass
 
 import numpy as np
@@ -198,9 +199,12 @@ def in_lines(square: NDArray[np.float64]) -> NDArray[np.float64]:
 
 def _inverse(block: NDArray[np.float64]) -> NDArray[np.float64]:
     try:
-        return np.asarray(la.inv(block))
-    except la.LinAlgError as error:
+        with warnings.catch_warnings():
+            warnings.simplefilter("error", la.LinAlgWarning)  # its reciprocal condition is below machine precision
+            return np.asarray(la.inv(block))
+    except (la.LinAlgError, la.LinAlgWarning) as error:
         nodes = (len(block) - 1) // 2
         raise SingularOperator(
-            f"the compliance of {nodes} nodes in contact is singular: use another scheme or n_x"
+            f"the compliance of {nodes} nodes in contact is singular to rounding: use another scheme or n_x, "
+            "or an aspect_ratio nearer 1"
         ) from error
