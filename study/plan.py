@@ -6,6 +6,7 @@ from dataclasses import dataclass, field, replace
 
 from solver.case import Case, Drive
 from study.cases import CampaignCase, expand
+from study.condensation import condensation_bytes, condensation_seconds
 from study.effects import kept, task_kinds
 from study.manifest import Manifest
 from study.parameters import Value
@@ -134,8 +135,6 @@ def _estimated(task: Task, label: Mapping[str, Value]) -> Task:
 
 # Rough seconds on one core of an ordinary machine: they order the work and warn of days, no more.
 _START = 0.01  # any task: hand out, read, write
-_PER_GRID = (0.04, 2.5e-4, 7e-10)  # compliance of a grid by powers 0, 1, 3 of n_x: assembly and dense condensation
-_PER_HALF_PLANE = 1e-10  # compliance in closed form, times n_x^3: one look whether it is positive definite
 _PER_TOUCH = 2e-9  # first touch, times n_x^3: a few dense solves for the nodes in contact
 _PER_INNER_SOLVE = 4e-5  # inside of the slab, times n_x^1.5: one sparse factorization
 _FROZEN = 0.4  # a slip with frozen pressures over one with all
@@ -143,7 +142,6 @@ _PER_EVENT = (
     3.5e-8  # friction, times n_x^1.5 as seen from 33 to 257 nodes: a cascade of slips, each a pass over the contact
 )
 _MEAN_STEP = 0.32  # displacement per event, times mean pressure and n_x^-1.2 (§3.2.1, Fig. 8)
-_BLOCKS = 4.0  # square blocks of the surface's size that a condensation holds at once
 _ROOM = 3.0  # copies of its operator that a contact holds at once
 _PER_SOLVE = 1e-7  # friction at residual 1, times n_x^2: a few dense solves per event
 _PER_TOOTH = 1.5e-7  # exact integrator
@@ -152,10 +150,7 @@ _PER_TIME_STEP = 3e-8  # rk4
 
 def _seconds(task: Task) -> float:
     if task.kind == "compliance" or task.case is None:
-        if task.slab.scheme == "half_plane":
-            return _START + _PER_HALF_PLANE * task.slab.n_x**3
-        once, each, cubed = _PER_GRID
-        return _START + once + each * task.slab.n_x + cubed * task.slab.n_x**3
+        return _START + condensation_seconds(task.slab)
     if task.drive is not None:
         return _START + _drive_seconds(task.drive, task.case)
     events = {"friction": _events(task.case), "states": min(max(task.events, default=0), _events(task.case))}.get(
@@ -174,10 +169,9 @@ def _seconds(task: Task) -> float:
 
 def memory_of(task: Task) -> float:
     """Rough bytes of arrays while a task runs, beside the compliance that it maps and the program's own."""
-    nodes = float(task.slab.n_x)
     if task.kind == "compliance" or task.case is None:
-        grid = 0.0 if task.slab.scheme == "half_plane" else 1500.0 * nodes
-        return 8.0 * (_BLOCKS * (2.0 * nodes) ** 2 + grid)
+        return condensation_bytes(task.slab)
+    nodes = float(task.slab.n_x)
     if task.drive is not None:
         return 8.0 * (5.0 * task.drive.samples + 16.0 * min(_events(task.case), 1e7))
     effects, records = task.case.effects, 80.0 * min(_events(task.case), 1e7) if task.kind == "friction" else 0.0

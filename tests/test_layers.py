@@ -52,6 +52,7 @@ ORDER = {
         "front",
         "targets",
         "tasks",
+        "condensation",
         "plan",
         "backlog",
         "interruption",
