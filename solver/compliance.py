@@ -1,8 +1,8 @@
 """Condense the slab to its surface (§2.1.4, Eq. 11): [u; w] = C [f_x; f_z] for nodal forces on the top row.
 
 A group of rows, as the scheme names them, couples to its neighbours only: the stiffness is block tridiagonal and the
-interior is eliminated group by group, from the bottom up, with dense blocks, even and odd fields apart (parity.py). The
-half-plane is in closed form and needs none of this.
+interior is eliminated group by group, from the bottom up, with dense blocks, even and odd fields apart (parity.py). Of a
+slab that is a column only the two ends are condensed (column.py). The half-plane is in closed form and needs none of this.
 """
 
 from collections.abc import Callable
@@ -14,6 +14,7 @@ import scipy.sparse as sp
 from numpy.typing import NDArray
 
 from solver.case import FirstSpacing, Scheme, Slab, Support
+from solver.column import lengthening, resultants, trunk
 from solver.outcome import SingularOperator
 from solver.parity import row_bases
 from solver.schemes import Stiffness, half_plane, stiffness
@@ -92,7 +93,11 @@ def slab_compliance(slab: Slab) -> SurfaceCompliance:
 
     Raises SingularOperator where a block cannot be inverted, InvalidInput where the half-plane's datum is too near.
     """
-    matrix = half_plane(slab) if slab.scheme == "half_plane" else _condense(stiffness(slab))
+    matrix = half_plane(slab) if slab.scheme == "half_plane" else _condense(stiffness(trunk(slab)))
+    if trunk(slab) != slab:
+        acting = resultants(slab.n_x)
+        longer = acting.T @ lengthening(slab) @ acting
+        matrix += (longer + longer.T) / 2
     matrix.setflags(write=False)
     return SurfaceCompliance(matrix, slab)
 

@@ -8,7 +8,6 @@ too, while shear lifts the surface by little (ν near 0.5).
 from dataclasses import replace
 
 import numpy as np
-import scipy.linalg as la
 from numpy.typing import NDArray
 
 from solver import _frozen_kernels
@@ -18,8 +17,8 @@ from solver.case import Case
 from solver.compliance import SurfaceCompliance
 from solver.contact import BROKEN, ContactState
 from solver.heterogeneity import node_friction
-from solver.outcome import COMPLETED, Ending, Outcome, SingularOperator
-from solver.tableau import in_lines
+from solver.outcome import COMPLETED, Ending, Outcome
+from solver.tableau import in_lines, inverse
 
 _ENDINGS = {
     _frozen_kernels.DONE: COMPLETED,
@@ -82,12 +81,7 @@ class FrozenContact:
 
 def _tangent(case: Case, compliance: SurfaceCompliance, start: ContactState, nodes: NDArray[np.int64]) -> Tangent:
     block = compliance.matrix[np.ix_(nodes, nodes)]
-    try:
-        stiffness = la.inv(block)
-    except la.LinAlgError as error:
-        raise SingularOperator(
-            f"the tangential compliance of {len(nodes)} nodes in contact is singular: use another scheme or n_x"
-        ) from error
+    stiffness = inverse(block, f"tangential compliance of {len(nodes)} nodes")
     limits = node_friction(case)[nodes] * -start.nodal_force[1, nodes]
     # A node without pressure has no shear either, even where μ_i is infinite.
     limits = np.where(np.isnan(limits), 0.0, np.maximum(limits, 0.0))

@@ -112,7 +112,7 @@ def _forces(
         solution = np.linalg.solve(bordered, np.concatenate((right, [-case.load])))
     except np.linalg.LinAlgError as error:
         raise SingularOperator(
-            f"the compliance of {len(nodes)} nodes in contact is singular: use another scheme"
+            f"the compliance of {len(nodes)} nodes in contact is singular: use another scheme, or an aspect_ratio nearer 1"
         ) from error
     forces, approach = solution[:-1], float(solution[-1])
     pressing = np.zeros(n)

@@ -3,9 +3,12 @@
 Derivatives at a node are those of the parabola through it and its neighbours, along its own row and across the three
 nearest rows; values of a neighbouring row above or below the node come from a cubic spline along that row. Linear fields
 are met exactly.
+
+A slab that is a column (column.py) has nodes in its ends only, each half of its trunk: the lower one bears a bar's stresses
+with the moment that has grown on the way down.
 """
 
-from dataclasses import dataclass
+from dataclasses import dataclass, fields, replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -13,9 +16,10 @@ from scipy.interpolate import CubicSpline
 
 from solver.boundary_value import blank, solve_mixed
 from solver.case import Slab
+from solver.column import bar_forces, lengthening, passed_down, resultants, trunk
 from solver.grid import Grid
 from solver.interpolation import lagrange, slope
-from solver.schemes import stiffness
+from solver.schemes import Stiffness, stiffness
 
 Vector = NDArray[np.float64]
 
@@ -36,18 +40,27 @@ class InteriorFields:
     stress_xz: Vector
 
 
+_NAMES = [item.name for item in fields(InteriorFields)]
+
+
 def interior_fields(slab: Slab, nodal_force: NDArray[np.float64]) -> InteriorFields:
     """The fields under forces (2, n) on the surface nodes, f_x and f_z in G·L_x per unit depth.
 
     Raises SingularOperator where the slab can move freely.
     """
-    whole = stiffness(slab)
-    question = blank(whole)
-    question.f_x[: slab.n_x], question.f_z[: slab.n_x] = nodal_force
+    whole = stiffness(trunk(slab))
+    found = _solved(whole, slab.poisson, nodal_force)
+    return found if trunk(slab) == slab else _lengthened(slab, whole, found, nodal_force.ravel())
+
+
+def _solved(whole: Stiffness, poisson: float, nodal_force: NDArray[np.float64]) -> InteriorFields:
+    """The fields of a slab that has a grid from top to bottom."""
+    question, nodes = blank(whole), int(whole.grid.counts[0])
+    question.f_x[:nodes], question.f_z[:nodes] = nodal_force
     found = solve_mixed(whole, question)
     u_x, u_z = gradient(whole.grid, found.u)
     w_x, w_z = gradient(whole.grid, found.w)
-    lame = 2 * slab.poisson / (1 - 2 * slab.poisson)  # λ/G
+    lame = 2 * poisson / (1 - 2 * poisson)  # λ/G
     x, z = whole.grid.coordinates().T
     volumetric = lame * (u_x + w_z)
     return InteriorFields(
@@ -59,6 +72,19 @@ def interior_fields(slab: Slab, nodal_force: NDArray[np.float64]) -> InteriorFie
         stress_zz=volumetric + 2 * w_z,
         stress_xz=u_z + w_x,
     )
+
+
+def _lengthened(slab: Slab, whole: Stiffness, found: InteriorFields, force: Vector) -> InteriorFields:
+    """The fields of a column: the trunk's upper half moved with the surface, its lower half further down."""
+    acting = resultants(slab.n_x) @ force
+    w, u, rotation = lengthening(slab) @ acting
+    upper = replace(found, u=found.u + u - rotation * found.z, w=found.w + w + rotation * found.x)
+    more = slab.aspect_ratio - trunk(slab).aspect_ratio
+    bar = bar_forces(slab.n_x) @ passed_down(slab, more) @ acting
+    lower = _solved(whole, slab.poisson, bar.reshape(2, -1))
+    lower = replace(lower, z=lower.z - more)
+    inside = found.z > -trunk(slab).aspect_ratio / 2
+    return InteriorFields(*(np.where(inside, getattr(upper, name), getattr(lower, name)) for name in _NAMES))
 
 
 def gradient(grid: Grid, values: Vector) -> tuple[Vector, Vector]:

@@ -9,6 +9,7 @@ contact and a margin. When a touch comes near the window's end, a wider window i
 """
 
 import math
+import warnings
 from dataclasses import dataclass
 
 import numpy as np
@@ -177,12 +178,12 @@ def tableau(matrix: NDArray[np.float64], contact: NDArray[np.bool_]) -> NDArray[
     bordered[n : 2 * n, 2 * n] = bordered[2 * n, n : 2 * n] = 1.0
     turned = np.flatnonzero(np.concatenate((contact, contact, [True])))
     kept = np.flatnonzero(np.concatenate((~contact, ~contact, [False])))
-    inverse = _inverse(bordered[np.ix_(turned, turned)])
-    from_kept = bordered[np.ix_(kept, turned)] @ inverse
+    stiffness = inverse(bordered[np.ix_(turned, turned)], f"compliance of {int(contact.sum())} nodes")
+    from_kept = bordered[np.ix_(kept, turned)] @ stiffness
     result = np.empty_like(bordered)
-    result[np.ix_(turned, turned)] = inverse.T
+    result[np.ix_(turned, turned)] = stiffness.T
     result[np.ix_(turned, kept)] = from_kept.T
-    result[np.ix_(kept, turned)] = -(inverse @ bordered[np.ix_(turned, kept)]).T
+    result[np.ix_(kept, turned)] = -(stiffness @ bordered[np.ix_(turned, kept)]).T
     result[np.ix_(kept, kept)] = (bordered[np.ix_(kept, kept)] - from_kept @ bordered[np.ix_(turned, kept)]).T
     return result
 
@@ -198,11 +199,13 @@ def in_lines(square: NDArray[np.float64]) -> NDArray[np.float64]:
     return padded
 
 
-def _inverse(block: NDArray[np.float64]) -> NDArray[np.float64]:
+def inverse(block: NDArray[np.float64], name: str) -> NDArray[np.float64]:
+    """block⁻¹ of a `name`; SingularOperator where not a digit of it is sure."""
     try:
-        return np.asarray(la.inv(block))
-    except la.LinAlgError as error:
-        nodes = (len(block) - 1) // 2
+        with warnings.catch_warnings():
+            warnings.simplefilter("error", la.LinAlgWarning)  # its reciprocal condition is below machine precision
+            return np.asarray(la.inv(block))
+    except (la.LinAlgError, la.LinAlgWarning) as error:
         raise SingularOperator(
-            f"the compliance of {nodes} nodes in contact is singular: use another scheme or n_x"
+            f"the {name} in contact is singular to rounding: use another scheme or n_x, or an aspect_ratio nearer 1"
         ) from error

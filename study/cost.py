@@ -14,6 +14,7 @@ from solver.case import MOST_EVENTS, Case
 from solver.coulomb import LONGEST_STEP
 from solver.sliding import FIRST_CAPACITY, OFF_THE_SLAB
 from solver.tableau import margin
+from study.condensation import condensation_bytes
 from study.tasks import Task
 
 NODE_STIFFNESS = 3.5
@@ -175,8 +176,6 @@ def _polynomial(coefficients: tuple[float, ...], base: float, powers: tuple[floa
 
 
 _FLOAT = 8.0
-_BLOCKS = 4.0  # square blocks of the surface's size that a condensation holds at once
-_GRID_ROW = 750.0  # numbers for each node of a row of the grid
 _TABLEAUS = 4.2  # copies of its tableau that a contact holds at once
 _GROWING = 6.5  # the same while the contact has outgrown one
 _ROUNDS = 3.9  # copies of its system while the contact is looked for
@@ -188,7 +187,7 @@ _INNER = 4500.0  # numbers for each surface node when the inside of the slab is 
 def memory_of(task: Task) -> float:
     """Rough bytes of arrays while a task runs, beside the compliance that it maps and the program's own."""
     if task.kind == "compliance" or task.case is None:
-        return _FLOAT * _compliance_numbers(task)
+        return condensation_bytes(task.slab)
     case = task.case
     if task.drive is not None:
         return _FLOAT * (5.0 * task.drive.samples + 16.0 * events_of(case))
@@ -198,17 +197,6 @@ def memory_of(task: Task) -> float:
     if task.subsurface:
         found = max(found, _INNER * task.slab.n_x)
     return _FLOAT * found + (record_bytes(case) if task.kind == "friction" else 0.0)
-
-
-def _compliance_numbers(task: Task) -> float:
-    slab, nodes = task.slab, float(task.slab.n_x)
-    if slab.scheme == "half_plane":
-        grid = 0.0
-    elif slab.scheme == "biquadratic":
-        grid = 2.0 * _GRID_ROW * nodes
-    else:
-        grid = _GRID_ROW * float(slab.rows_per_level or 2) * (nodes + float(slab.bottom_row or 0))
-    return _BLOCKS * (2.0 * nodes) ** 2 + grid
 
 
 def _touch_numbers(case: Case) -> float:

@@ -4,6 +4,7 @@ from collections.abc import Collection, Mapping
 from dataclasses import dataclass, field, replace
 
 from study.cases import MEMBER, CampaignCase, expand
+from study.condensation import condensation_seconds
 from study.cost import memory_of, seconds_of
 from study.drive_cost import drive_seconds
 from study.effects import kept, task_kinds
@@ -146,16 +147,11 @@ def _estimated(task: Task, label: Mapping[str, Value]) -> Task:
 # Rough seconds on one core of an ordinary machine: they order the work and warn of days, no more. See study.cost.
 _LONGEST = 1e12  # thirty thousand years will do for what never ends
 _START = 1e-3  # any task: hand out, read, write
-_PER_GRID = (0.04, 2.5e-4, 7e-10)  # compliance of a grid by powers 0, 1, 3 of n_x: assembly and dense condensation
-_PER_HALF_PLANE = 1e-10  # compliance in closed form, times n_x^3: one look whether it is positive definite
 
 
 def _seconds(task: Task) -> float:
     if task.kind == "compliance" or task.case is None:
-        if task.slab.scheme == "half_plane":
-            return _START + _PER_HALF_PLANE * task.slab.n_x**3
-        once, each, cubed = _PER_GRID
-        return _START + once + each * task.slab.n_x + cubed * task.slab.n_x**3
+        return _START + condensation_seconds(task.slab)
     if task.drive is not None:
         return _START + drive_seconds(task.drive, task.case)
     return _START + seconds_of(task, task.case)

@@ -3,10 +3,11 @@
 import numpy as np
 import pytest
 
-from solver.case import Slab
+from solver.case import Case, Effects, Slab
 from solver.compliance import SurfaceCompliance, slab_compliance
 from solver.conditioning import conditioning, explained
 from solver.outcome import COMPLETED, Ending, Outcome
+from solver.sliding import slide
 from tests.physics import coupled_half_plane, half_plane
 
 SLAB = Slab(33, scheme="biquadratic")
@@ -52,3 +53,27 @@ def test_only_a_bad_end_on_a_bad_operator_is_explained() -> None:
     message = explained(bad, broken, everywhere).message
     assert message.startswith("no slip; the biquadratic operator of the 33 nodes in contact is not positive definite")
     assert "galerkin" in message
+
+
+@pytest.mark.parametrize("sway", [4e15, 1e17])
+@pytest.mark.parametrize("effects", [Effects(), Effects(pin_translation=False, coupling=False)], ids=["full", "frozen"])
+def test_a_contact_singular_to_rounding_is_named(effects: Effects, sway: float) -> None:
+    """A sway of so much beside a local compliance of 1: hardly a digit of the latter is left, and then none; no library is to
+    say so instead."""
+    slab = Slab(33)
+    matrix = half_plane(slab).matrix.copy()
+    matrix[:33, :33] += sway
+    case = Case(slab=slab, effects=effects, max_events=3)
+    outcome = slide(case, SurfaceCompliance(matrix, slab)).outcome
+    assert outcome.ending is Ending.SINGULAR_OPERATOR
+    assert "aspect_ratio nearer 1" in outcome.message
+
+
+def test_a_pillar_is_not_sent_to_the_scheme_that_it_has() -> None:
+    """What rounding takes from `galerkin` no scheme brings back."""
+    slab = Slab(33, 1e4)
+    broken = SurfaceCompliance(-np.eye(66), slab)
+    message = explained(Outcome(Ending.SLIP_UNBOUNDED, "no slip"), broken, np.ones(33, dtype=np.bool_)).message
+    assert "not positive definite" in message
+    assert "use the scheme" not in message
+    assert "aspect_ratio nearer 1" in message

@@ -1,9 +1,11 @@
 """Stresses inside: a patch of uniform strain is met exactly, the surface agrees with what contact saw, rows carry the load."""
 
+from typing import get_args
+
 import numpy as np
 import pytest
 
-from solver.case import Case, Slab
+from solver.case import Case, Slab, Support
 from solver.compliance import slab_compliance
 from solver.contact import first_touch
 from solver.grid import binary_hierarchy
@@ -54,3 +56,44 @@ def test_stress_under_the_pin_is_its_pressure_and_rows_carry_the_load() -> None:
         carried = -np.trapezoid(inside.stress_zz[row], inside.x[row])
         print(f"z = {z:.3f}: carries {carried / CASE.load:.3f} of the load")
         assert carried == pytest.approx(CASE.load, rel=0.1)
+
+
+@pytest.mark.parametrize("support", get_args(Support))
+@pytest.mark.parametrize("height", [20.0, 1e4])
+def test_a_columns_surface_moves_as_contact_saw_it(height: float, support: Support) -> None:
+    """Two factorizations of one trunk, whose condition is 1e6, and the same rigid motions beside it."""
+    slab = Slab(33, height, support=support)
+    force = np.random.default_rng(3).standard_normal((2, 33))
+    inside, moved = interior_fields(slab, force), slab_compliance(slab).matrix @ force.ravel()
+    np.testing.assert_allclose(
+        np.concatenate((inside.u[:33], inside.w[:33])), moved, rtol=0, atol=1e-9 * np.abs(moved).max()
+    )
+
+
+@pytest.mark.parametrize("height", [20.0, 1e4])
+def test_deep_inside_a_column_is_a_bar(height: float) -> None:
+    """Four widths from either end σ_zz = N + 12 M x, with the moment that the shear force has added on the way down, and
+    σ_xx = 0: to parabolas through rows half a width apart, 1e-3 and 3e-3 seen, as in a slab ten widths high. The middle has
+    no nodes."""
+    nodes = np.linspace(-0.5, 0.5, 33)
+    force = np.stack((np.exp(-3 * nodes), nodes**3 - 0.4)) / 33
+    inside = interior_fields(Slab(33, height, 0.3), force)
+    shear, axial, moment = force[0].sum(), force[1].sum(), nodes @ force[1]
+    assert not ((inside.z < -6.0) & (inside.z > 6.0 - height)).any()
+    for deep in ((inside.z < -3.5) & (inside.z > -4.5), (inside.z > 3.5 - height) & (inside.z < 4.5 - height)):
+        x, z = inside.x[deep], inside.z[deep]
+        expected = axial + 12 * (moment + shear * z) * x
+        scale = np.abs(expected).max()
+        assert deep.sum() >= 17
+        np.testing.assert_allclose(inside.stress_zz[deep], expected, rtol=0, atol=2e-3 * scale)
+        np.testing.assert_allclose(inside.stress_xx[deep], 0.0, rtol=0, atol=5e-3 * scale)
+
+
+def test_with_next_to_nothing_let_in_a_column_is_its_trunk() -> None:
+    """Both halves are then those of one field: to 4e-9 of its largest value, what Saint-Venant leaves half-way down."""
+    force = np.zeros((2, 33))
+    force[0], force[1, 20] = 0.01, -0.5
+    plain, column = (interior_fields(Slab(33, height, 0.3), force) for height in (10.0, 10.0 + 1e-9))
+    for name in ("u", "w", "stress_zz", "stress_xz", "stress_xx"):
+        expected = getattr(plain, name)
+        np.testing.assert_allclose(getattr(column, name), expected, rtol=0, atol=1e-8 * np.abs(expected).max())

@@ -1,0 +1,111 @@
+"""Tall slabs: deeper than a few widths a slab of scheme `galerkin` is a column, and only its two ends need a grid.
+
+What a load on the surface has beside its resultants dies out with depth as exp(-4.2 z/L_x), or, where the right side is
+held, exp(-2.1 z/L_x): the roots of sin 2γ = ±2γ (Saint-Venant; Fadle, Papkovich). So a slab taller than TALL is its `trunk`
+of that height with a piece let in half-way, whose stresses are exactly a bar's: axial force N and moment M linear in x, shear
+force Q a parabola. Its energy per height is (N²/E' + M²/(E'I) + 6/5 Q²)/2 with E' = 2/(1 - ν), I = 1/12 in the solver's units.
+What grows with the height beside it is what the held end, its foot, gives way under a bending moment: that is read from
+the trunk's own field. A held right side takes shear force and moment, which leaves N alone.
+"""
+
+from collections.abc import Callable
+from dataclasses import replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from solver.boundary_value import blank, solve_mixed
+from solver.case import Slab
+from solver.schemes import stiffness
+
+Dense = NDArray[np.float64]
+
+TALL = 10.0
+"""Height in L_x up to which a slab has a grid from top to bottom: half-way down, 1e-9 is left of what is not a bar's (of what
+a held right side does not take, 3e-5), and 1e-18 (1e-9) of that comes back from the bottom."""
+
+
+def trunk(slab: Slab) -> Slab:
+    """The slab whose grid serves `slab`: itself, or where that is taller than TALL the same of that height."""
+    return replace(slab, aspect_ratio=TALL) if slab.scheme == "galerkin" and slab.aspect_ratio > TALL else slab
+
+
+def resultants(n_x: int) -> Dense:
+    """What [N; Q; M] at the surface's middle are of nodal forces [f_x; f_z], shape (3, 2·n_x).
+
+    Its transpose takes the motions that do work on them, [w; u; rotation], to the surface's nodes.
+    """
+    none, one, x = np.zeros(n_x), np.ones(n_x), np.linspace(-0.5, 0.5, n_x)
+    return np.stack([np.concatenate(pair) for pair in ((none, one), (one, none), (none, x))])
+
+
+def bar_forces(n_x: int) -> Dense:
+    """Nodal forces [f_x; f_z] of a bar's stresses per unit N, Q and M on the surface, shape (2·n_x, 3)."""
+    uniform = _nodal(n_x, np.ones_like)
+    parabola = _nodal(n_x, lambda x: 1.5 - 6.0 * x**2)
+    linear = _nodal(n_x, lambda x: 12.0 * x)
+    none = np.zeros(n_x)
+    pairs = ((none, uniform), (parabola, none), (none, linear))
+    return np.stack([np.concatenate(pair) for pair in pairs], axis=1)
+
+
+def lengthening(slab: Slab) -> Dense:
+    """By how much [w; u; rotation] of the surface per [N; Q; M] is more than the trunk's, shape (3, 3), symmetric.
+
+    Raises SingularOperator where the trunk can move freely.
+    """
+    long, short = slab.aspect_ratio, trunk(slab).aspect_ratio
+    if slab.support == "right_side":
+        return np.diag([(long - short) / _modulus(slab), 0.0, 0.0])
+    foot, levers = _foot(trunk(slab)), [passed_down(slab, height) for height in (long, short)]
+    more, less = (lever.T @ foot @ lever for lever in levers)
+    return _bar(slab, long) - _bar(slab, short) + more - less
+
+
+def passed_down(slab: Slab, height: float) -> Dense:
+    """[N; Q; M] of a section so far down per those at the surface, shape (3, 3): the height is the shear force's lever."""
+    if slab.support == "right_side":
+        return np.diag([1.0, 0.0, 0.0])
+    return np.array([[1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, -height, 1.0]])
+
+
+def _bar(slab: Slab, height: float) -> Dense:
+    """[w; u; rotation] of the upper end of a clamped bar per [N; Q; M] there, shape (3, 3)."""
+    modulus = _modulus(slab)
+    bent, cross = 12.0 / modulus * height, -6.0 / modulus * height**2
+    moved = 4.0 / modulus * height**3 + 1.2 * height
+    return np.array([[height / modulus, 0.0, 0.0], [0.0, moved, cross], [0.0, cross, bent]])
+
+
+def _foot(slab: Slab) -> Dense:
+    """[w; u; rotation] of the held end per [N; Q; M] there, (3, 3); zero what does not grow with the height.
+
+    From the field of M = 1 in the middle, bending of curvature κ: at the height h above the foot w = x·θ, θ = κh + foot's,
+    and u = foot's - ∫θ dh - ν/(1-ν)·κ/2·(x² - 1/20), of which the last term does no work on the parabola of a shear force.
+    """
+    k = stiffness(slab)
+    question = blank(k)
+    question.f_x[: slab.n_x], question.f_z[: slab.n_x] = bar_forces(slab.n_x)[:, 2].reshape(2, -1)
+    found = solve_mixed(k, question)
+    row = int(np.argmin(np.abs(k.grid.depths + slab.aspect_ratio / 2)))
+    nodes, above = k.grid.row_nodes(row), slab.aspect_ratio + float(k.grid.depths[row])
+    curvature, squeezed = 12.0 / _modulus(slab), slab.poisson / (1.0 - slab.poisson)
+    turned = float(found.w[nodes[-1]] - found.w[nodes[0]]) - curvature * above
+    middle = float(found.u[nodes[len(nodes) // 2]])
+    moved = middle + curvature * above**2 / 2 + turned * above - squeezed * curvature / 40
+    return np.array([[0.0, 0.0, 0.0], [0.0, 0.0, moved], [0.0, moved, turned]])
+
+
+def _modulus(slab: Slab) -> float:
+    """E' = E/(1 - ν²) in G."""
+    return 2.0 / (1.0 - slab.poisson)
+
+
+def _nodal(n_x: int, traction: Callable[[Dense], Dense]) -> Dense:
+    """∫traction·hat of every surface node, shape (n_x,); by two Gauss points an interval, exact for parabolas."""
+    x, spacing, force = np.linspace(-0.5, 0.5, n_x), 1.0 / (n_x - 1), np.zeros(n_x)
+    for place in ((1 - 3**-0.5) / 2, (1 + 3**-0.5) / 2):
+        part = traction(x[:-1] + place * spacing) * spacing / 2
+        force[:-1] += part * (1 - place)
+        force[1:] += part * place
+    return force
