@@ -1,6 +1,7 @@
 """The command line: the only place that joins manifest, plan, farm, store, dataset and report.
 
-Exit codes: 0 done, whatever the physics said; 1 something crashed; 2 the input is wrong; 99 interrupted, run again.
+Exit codes: 0 done, whatever the physics said; 1 something crashed, or came out different; 2 the input is wrong; 99 interrupted,
+run again.
 Commands import what they need when they run: `--help` is to be instant, and ranks load no more than they use.
 """
 

@@ -2,16 +2,21 @@
 
 Each case is *bit-identical*, *within tolerance* or *different*. Within tolerance is every number within `ROUNDING` of its
 variable's scale, the largest magnitude that was recomputed; texts and whole numbers must be the same, but for the advice of a
-`message`. Sliding is a chain of decisions: where a last digit turned one of them, a record takes another path. It is taken
-for that where half or more of the case's numbers over its record differ, and then what precedes sliding still has
-to agree as before, plateau, steps, μ_s, μ_k and whatever states an uncertainty within `STANDARD_ERRORS` combined ones, and
-event by event nothing is compared. One wrong number is never taken for that.
+`message`. Two things are chains of decisions, which a last digit may turn: a record, seldom, and a drive over its teeth, often.
+
+- A record took another path where half or more of the case's numbers over it differ. What precedes sliding still has to agree
+  as before; what states an uncertainty (plateau, mean step, μ_s, μ_k) agrees within `STANDARD_ERRORS` combined ones, or within
+  `LITTLE` of its scale where its uncertainty is unknown; the rest is not compared.
+- A drive may have taken another path only where last digits moved all over the case: where half or more of its numbers
+  have other bits. Then of the drive only what states an uncertainty has to agree, as above.
+
+One wrong number in a file is never taken for either.
 """
 
 import hashlib
 import itertools
 import json
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass, fields, replace
 from pathlib import Path
@@ -25,6 +30,7 @@ from study import dataset
 from study.cases import CampaignCase
 from study.comparison import (
     ROUNDING,
+    STANDARD_ERRORS,
     Difference,
     Verdict,
     compared,
@@ -43,6 +49,9 @@ from study.store import Store, StoreError
 from study.tasks import Task
 from study.vocabulary import COMPANIONS, COMPUTED_BY, DISCRETIZATION_ERROR, OUTCOMES, SCALARS, SERIES, Series
 
+LITTLE: Final = 1e-2
+"""Share of its scale by which a number may differ that took another path and does not know its uncertainty."""
+_NOT_COMPARED: Final = "not compared"
 _BESIDE: Final = ("table", "roughness", "front")
 """Keys of a manifest that name a file, whose text is the attribute manifest_<key>."""
 _BOM: Final = b"\xef\xbb\xbf"
@@ -187,8 +196,9 @@ def _finding(label: str, differences: Sequence[Difference], remark: str = "") ->
     told = sorted((each for each in differences if each.verdict == verdict), key=lambda each: -each.size)
     if verdict is Verdict.IDENTICAL:
         return Finding(label, verdict, remark)
-    more = f", and {len(told) - 1} more: " + ", ".join(each.name for each in told[1:4]) if len(told) > 1 else ""
-    dots = ", ..." if len(told) > 4 else ""
+    others = list(dict.fromkeys(each.name for each in told if each.name != told[0].name))
+    more = f", and {len(others)} more: " + ", ".join(others[:3]) if others else ""
+    dots = ", ..." if len(others) > 3 else ""
     return Finding(label, verdict, "; ".join(part for part in (remark, f"{told[0]}{more}{dots}") if part))
 
 
@@ -260,7 +270,7 @@ class _Pair:
             if set(self._along) & set(values.dims) and str(name) not in apart and name in found.variables
         ]
         self._scales = {name: _scale(again[name]) for name in self._names}
-        self._parted = np.zeros(missing.shape, np.bool_)
+        self._parted, self._moved = (np.zeros(missing.shape, np.bool_) for _ in range(2))
         self._starts = {
             series.count: tuple(_starts(each[series.count].values) for each in (found, again))
             for series in SERIES
@@ -268,15 +278,20 @@ class _Pair:
         }
 
     def look(self, case: CampaignCase) -> None:
-        """See whether a case's record took another path; to be done for all of them first."""
+        """See whether a case's last digits moved, and whether its record took another path; for all of them first."""
         place = _place(self._again, case.case_id) or {}
-        kept, now = self._values(place, [name for name in self._names if name in _OF_RECORDS])
-        votes = [
-            relative(kept[name].values, now[name].values, self._scales[name]) > ROUNDING
-            for name in kept
-            if not (np.isnan(kept[name].values).all() and np.isnan(now[name].values).all())
-        ]
-        self._parted[tuple(place.values())] = bool(votes) and 2 * sum(votes) >= len(votes)
+        names = [name for name in self._names if self._again.variables[name].dtype.kind == "f"]
+        pairs = {name: (kept.values, now.values) for name, kept, now in self._pairs(place, names)}
+        numbers = {name: pair for name, pair in pairs.items() if not np.isnan(pair).all()}
+        self._moved[tuple(place.values())] = _half(not identical(*pair) for pair in numbers.values())
+        self._parted[tuple(place.values())] = _half(
+            relative(*pair, self._scales[name]) > ROUNDING for name, pair in numbers.items() if name in _OF_RECORDS
+        )
+
+    def _pairs(self, place: "_Place", names: Sequence[str]) -> "Iterator[tuple[str, xr.Variable, xr.Variable]]":
+        """Variables at a place, by name, as kept and as recomputed, where both have one shape."""
+        kept, now = self._values(place, names)
+        return ((name, kept[name], now[name]) for name in names if kept[name].shape == now[name].shape)
 
     def finding(self, case: CampaignCase) -> Finding:
         """What came of one case."""
@@ -285,13 +300,17 @@ class _Pair:
         # What is made of several cases, as the mean over an ensemble, needs all of them.
         names = [name for name in self._names if not self._missing[self._together(name, place)].any()]
         kept, now = self._values(place, names)
+        moved = bool(self._moved[tuple(place.values())])
         differences = [
-            self._scalar(name, kept, now, bool(self._parted[self._together(name, place)].any())) for name in names
+            self._scalar(name, kept, now, moved, bool(self._parted[self._together(name, place)].any()))
+            for name in names
         ]
         for series in SERIES:
             if series.count in self._starts and not (parted and series.kind != "contact"):
-                differences += self._run(series, place)
-        remark = "its record takes another path: compared within uncertainties" if parted else ""
+                differences += self._run(series, place, moved)
+        turned = "its record takes" if parted else "a drive takes"
+        elsewhere = parted or any(each.words == _NOT_COMPARED for each in differences)
+        remark = f"{turned} another path: compared within uncertainties" if elsewhere else ""
         label = ", ".join(f"{name} = {value}" for name, value in case.parameters.items())
         return _finding(label, differences, remark)
 
@@ -308,22 +327,25 @@ class _Pair:
         )
         return kept, now
 
-    def _scalar(self, name: str, kept: "_Values", now: "_Values", parted: bool) -> Difference:
+    def _scalar(self, name: str, kept: "_Values", now: "_Values", moved: bool, parted: bool) -> Difference:
         found = compared(name, kept[name].values, now[name].values, self._scales[name])
         if found.verdict is not Verdict.DIFFERENT:
             return found
         if name in _ADVICE:
             return replace(found, verdict=Verdict.WITHIN)
-        if not parted or name in _BEFORE_SLIDING or now[name].dtype == object:
+        elsewhere = parted if name in _OF_RECORDS else moved or parted
+        if not elsewhere or name in _BEFORE_SLIDING or now[name].dtype == object:
             return found
         error = str(now[name].attrs.get("ancillary_variables", ""))
         if not error.endswith("_uncertainty") or error not in now:
-            return Difference(name, Verdict.WITHIN, 0.0, "not compared")
-        errors = (kept[error].values, now[error].values)
+            return Difference(name, Verdict.WITHIN, 0.0, _NOT_COMPARED)
+        # An error that nobody knows is taken for `LITTLE` in all.
+        little = LITTLE * self._scales[name] / STANDARD_ERRORS
+        errors = (np.nan_to_num(kept[error].values, nan=little), np.nan_to_num(now[error].values, nan=little))
         close = within_uncertainty(kept[name].values, now[name].values, errors)
         return replace(found, verdict=Verdict.WITHIN) if close else found
 
-    def _run(self, series: Series, place: "_Place") -> list[Difference]:
+    def _run(self, series: Series, place: "_Place", moved: bool) -> list[Difference]:
         """The runs of one series that belong to a case, a run for each of its drives."""
         index = f"{series.instance}_index"
         pairs = zip(
@@ -334,10 +356,10 @@ class _Pair:
             if (kept == ABSENT) != (now == ABSENT):
                 found.append(_odd(index, "none kept" if kept == ABSENT else "none recomputed"))
             elif kept != ABSENT:
-                found += self._columns(series, int(kept), int(now))
+                found += self._columns(series, int(kept), int(now), moved)
         return found
 
-    def _columns(self, series: Series, kept: int, now: int) -> list[Difference]:
+    def _columns(self, series: Series, kept: int, now: int, moved: bool) -> list[Difference]:
         """One run beside the other: whose it is, and column by column."""
         owner = [
             compared(
@@ -350,11 +372,21 @@ class _Pair:
         ]
         here, there = (_window(starts, at) for starts, at in zip(self._starts[series.count], (kept, now), strict=True))
         names = [quantity.name for quantity in series.columns.values() if quantity.name in self._again.variables]
-        return owner + [
+        found = [
             compared(name, self._found.variables[name][here].values, self._again.variables[name][there].values)
             for name in names
             if name in self._found.variables
         ]
+        elsewhere = moved and series.kind == "drive" and worst(found) is Verdict.DIFFERENT
+        return owner + (
+            [Difference(name, Verdict.WITHIN, 0.0, _NOT_COMPARED) for name in names] if elsewhere else found
+        )
+
+
+def _half(votes: Iterable[bool]) -> bool:
+    """Whether half or more are in favour, of one or more."""
+    counted = list(votes)
+    return bool(counted) and 2 * sum(counted) >= len(counted)
 
 
 _Values = Mapping[str, xr.Variable]

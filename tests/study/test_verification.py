@@ -31,6 +31,8 @@ RECORDS = SMALL.split("[[drives]]")[0].replace(', "dynamics"', "")
 STEADY = RECORDS.replace("[0.25, 0.5]", "[0.5]").replace("[50.0, 100.0]", "[100.0, 200.0]")
 STEADY = STEADY.replace("n_x = 17", "n_x = 65").replace("events = 60", "events = 1500")
 
+DRIVEN = STEADY.replace('"slip"]', '"slip", "dynamics"]').replace("[100.0, 200.0]", "[200.0]")
+DRIVEN += '[[drives]]\nname = "a"\nsamples = 200\n'
 
 KNOWN: dict[str, TaskResult] = {}
 
@@ -330,6 +332,40 @@ def test_a_record_on_another_path_is_held_to_what_states_an_uncertainty(tmp_path
     assert verdicts(much) == [0, 2, 2]
     assert "initial_friction" in much[1].remark  # which precedes sliding
     assert "plateau_mean" in much[2].remark
+
+
+def test_a_drive_may_take_another_path_only_where_last_digits_moved(tmp_path):
+    """As on another processor: a step more, and the friction of one sample on the other side of a tooth; μ_k is held."""
+    path = computed(tmp_path / "steady", DRIVEN)
+
+    def touched(digits: float, kinetic: float = 1.0) -> Run:
+        def run(task: Task, inputs: Mapping[str, TaskResult]) -> TaskResult:
+            result = once(task, inputs)
+            if task.kind == "compliance":
+                return result
+            scalars = {name: value * (1.0 + digits) for name, value in result.scalars.items()}
+            arrays = {
+                name: values * (1 + digits) if values.dtype == float else values
+                for name, values in result.arrays.items()
+            }
+            if task.kind == "drive":
+                scalars["steps"] = result.scalars["steps"] + 1
+                scalars["kinetic_friction"] *= kinetic
+                arrays["friction"] = arrays["friction"] * np.where(np.arange(len(arrays["friction"])) == 30, 1.03, 1.0)
+            return replace(result, scalars=scalars, arrays=arrays)
+
+        return run
+
+    moved = verified(path, tmp_path / "moved", run=touched(1e-13))
+    assert verdicts(moved) == [0, 1]
+    assert "a drive takes another path" in moved[1].remark
+    wrong = verified(path, tmp_path / "wrong", run=touched(1e-13, kinetic=1.5))
+    assert verdicts(wrong) == [0, 2]
+    assert "kinetic_friction" in wrong[1].remark
+    still = verified(path, tmp_path / "still", run=touched(0.0))
+    assert verdicts(still) == [0, 2]
+    assert "sample_friction" in still[1].remark
+    assert "steps" in still[1].remark
 
 
 def test_other_software_is_named(altered):
