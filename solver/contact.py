@@ -15,10 +15,11 @@ from solver.case import Case
 from solver.compliance import SurfaceCompliance
 from solver.conditioning import explained
 from solver.coulomb import CoulombContact, CoulombError
-from solver.outcome import COMPLETED, Ending, InvalidInput, Outcome, SingularOperator
+from solver.outcome import COMPLETED, Ending, InvalidInput, Outcome, SingularOperator, TooFarApart
 from solver.pin import pin_of
-from solver.pressing import pressed
+from solver.pressing import Pressed, pressed
 from solver.tableau import Core, core_of, steadied
+from solver.validity import NOT_FINITE, STEEP_PIN, validity
 
 Vector = NDArray[np.float64]
 
@@ -51,6 +52,8 @@ ENDINGS = {
         "the compliance of the nodes in contact is so ill-conditioned that forces and displacements disagree by more than "
         "1e-10: use the scheme galerkin, or an aspect_ratio nearer 1",
     ),
+    _kernels.STEEP: STEEP_PIN,
+    _kernels.NOT_FINITE: NOT_FINITE,
     _kernels.NO_EVENT: Outcome(
         Ending.NO_EVENT,
         "no displacement triggers an event: the contact sticks; set limits.displacement, or lower intrinsic_friction",
@@ -65,8 +68,25 @@ NO_STUCK_TOUCH = Outcome(
 )
 """Nodes at the edge stick and slide, touch and leave in turn: a contact that grows with its load has no such choice."""
 
+OUT_FROM_UNDER = Outcome(
+    Ending.EDGE_REACHED,
+    "pressed down without friction, a node moves out from under the punch's edge, where a sharp edge has no answer: "
+    'lower load, or use first_touch = "stick" or "gradual"',
+)
+"""The node would have to be both under the punch and beside it."""
+
 BROKEN = {outcome.ending: outcome for outcome in ENDINGS.values()}
 """The same by ending."""
+
+
+ROUNDINGS_FAULT = (
+    Ending.CONTACT_NOT_CONVERGED,
+    Ending.SLIP_UNBOUNDED,
+    Ending.CASCADE_LIMIT,
+    Ending.SINGULAR_OPERATOR,
+    Ending.STEEP_PIN,
+)
+"""Endings that heights known too coarsely can cause."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -131,9 +151,19 @@ def first_touch(case: Case, compliance: SurfaceCompliance) -> ContactState:
         raise ValueError("the compliance belongs to another slab than the case")
     try:
         state = _touch(case, compliance)
-    except SingularOperator as error:
+    except (SingularOperator, TooFarApart) as error:
         return _nothing(case, error.outcome)
-    return replace(state, outcome=explained(state.outcome, compliance, state.contact))
+    return doubted(case, compliance, state)
+
+
+def doubted(case: Case, compliance: SurfaceCompliance, state: ContactState) -> ContactState:
+    """The state, its outcome what becomes of it in the light of the operator's condition and of `validity`."""
+    outcome = explained(state.outcome, compliance, state.contact)
+    if outcome.ok or outcome.ending in ROUNDINGS_FAULT:
+        found = validity(case, compliance, state.contact, state.u, state.displacement)
+        # What rounding decides is no fault of friction or operator; a flank's steepness counts where all else is well.
+        outcome = found if outcome.ok or found.ending is Ending.ROUNDING else outcome
+    return replace(state, outcome=outcome)
 
 
 def _touch(case: Case, compliance: SurfaceCompliance) -> ContactState:
@@ -151,11 +181,20 @@ def _touch_without_shear(case: Case, compliance: SurfaceCompliance) -> ContactSt
     found = pressed(case, compliance, stuck=False)
     forces = np.stack((np.zeros_like(found.pressing), -found.pressing))
     outcome = COMPLETED if found.converged else ENDINGS[_kernels.CONTACT_CYCLE]
+    if _out_from_under(case, compliance, found):
+        outcome = OUT_FROM_UNDER
     return _state(case, compliance, found.contact, forces, found.u, found.v, found.approach, 0.0, 0, outcome)
+
+
+def _out_from_under(case: Case, compliance: SurfaceCompliance, found: Pressed) -> bool:
+    """Whether a node in contact has moved beyond the punch's edge."""
+    return bool((np.abs(compliance.x + found.u)[found.contact] > pin_of(case).half_width).any())
 
 
 def _touch_at_once(case: Case, compliance: SurfaceCompliance) -> ContactState:
     found = pressed(case, compliance, case.first_touch == "stick")
+    if _out_from_under(case, compliance, found):
+        return replace(_nothing(case, OUT_FROM_UNDER), contact=found.contact)
     contact, u, converged = found.contact, np.where(found.contact, found.u, 0.0), found.converged
     height = pin_of(case).height(np.where(contact, compliance.x + u, 0.0))
     if not converged and math.isinf(case.intrinsic_friction):

@@ -28,6 +28,10 @@ class Ending(StrEnum):
     """No node was left that could carry the load (the pin left the slab)."""
     EDGE_REACHED = "edge_reached"
     """The sharp edge of a flat punch came upon a node that was not under it."""
+    STEEP_PIN = "steep_pin"
+    """The pin is too steep where it touches: what lies along and across the slab is no longer shear and pressure."""
+    ROUNDING = "rounding"
+    """The numbers of this case are so far apart that rounding decides the result."""
     NO_EVENT = "no_event"
     """No further event exists: the contact sticks however far the pin moves."""
     NO_PLATEAU = "no_plateau"
@@ -84,3 +88,9 @@ class SingularOperator(SolverError):
     """An operator that must be invertible is not; the message names it and the likely cause."""
 
     ending = Ending.SINGULAR_OPERATOR
+
+
+class TooFarApart(SolverError):
+    """Numbers so far apart that none comes of them; the message names them."""
+
+    ending = Ending.ROUNDING

@@ -10,12 +10,20 @@ from numpy.typing import NDArray
 from solver import _kernels
 from solver.case import MOST_EVENTS, Case
 from solver.compliance import SurfaceCompliance, uncoupled
-from solver.conditioning import explained
-from solver.contact import BROKEN, ENDINGS, ContactState, beyond_window, contact_state, coulomb_state, first_touch
+from solver.contact import (
+    BROKEN,
+    ENDINGS,
+    ContactState,
+    beyond_window,
+    contact_state,
+    coulomb_state,
+    doubted,
+    first_touch,
+)
 from solver.coulomb import LONGEST_STEP, CoulombContact, CoulombError
 from solver.frozen import FrozenContact
 from solver.heterogeneity import node_friction
-from solver.outcome import COMPLETED, Ending, InvalidInput, Outcome, SingularOperator
+from solver.outcome import COMPLETED, Ending, InvalidInput, Outcome, SingularOperator, TooFarApart
 from solver.pin import pin_of
 from solver.tableau import Core, core_of, steadied
 
@@ -106,11 +114,11 @@ def slide_to_state(
         else:
             follow = _slide_with_coulomb_friction if case.slip_rule.residual == 1.0 else _slide
             record, end = follow(case, start, compliance if case.effects.coupling else uncoupled(compliance))
-    except SingularOperator as error:
+    except (SingularOperator, TooFarApart) as error:
         end = replace(start, outcome=error.outcome)
         record = _record(case, start, math.nan, _empty_events(0), 0, end)
-    outcome = explained(end.outcome, compliance, end.contact)
-    return replace(record, outcome=outcome), replace(end, outcome=outcome)
+    end = doubted(case, compliance, end)
+    return replace(record, outcome=end.outcome), end
 
 
 def states_at(case: Case, compliance: SurfaceCompliance, events: Sequence[int]) -> tuple[list[ContactState], Outcome]:

@@ -123,7 +123,7 @@ def steadied(core: Core, status: int) -> int:
     if status not in (DONE, FULL, NO_EVENT):
         return status
     for _ in range(3):
-        lifted, drifted = seat(core.state, core.rules), drift(core.state) > DRIFT_LIMIT
+        lifted, drifted = seat(core.state, core.rules), not drift(core.state) <= DRIFT_LIMIT
         if not (lifted or drifted):
             return status
         if drifted:

@@ -23,6 +23,7 @@ ORDER = {
         "compliance",
         "conditioning",
         "pin",
+        "validity",
         "heterogeneity",
         "pressing",
         "_kernels",
