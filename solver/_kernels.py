@@ -36,7 +36,9 @@ REFRESH_CHANGES = 64  # changes of the contact after which everything is summed 
 CHANGES_PER_NODE = 20  # touches and releases in one cascade, per node, after which they count as a cycle
 BLUR = 1e-15  # rounding of the pin's height, as a share of it
 EDGE = 1e-9  # relative distance inside a punch's edge at which a node counts as under it
-STEEPEST = 1.0  # slope of the pin under a node in contact beyond which along and across say nothing of shear and pressure
+STEEPEST = (
+    1.0  # slope of the pin under a node in contact beyond which along and across say nothing of shear and pressure
+)
 CREATED = 1e-14  # energy that rounding may create in one event, as a share of the load times what it displaces (W² / G)
 PLACE = 0xFFFF  # lowest bits of a shear ratio, 2^-36 of it, that give way to the node's place: nearer ratios are ties
 
@@ -846,10 +848,10 @@ def slide_events(m: Machine, rules: Rules, events: Events, first: int, farthest:
         m.counts[:3] = 0
         m.totals[1] = 0.0
         status = resolve(m, rules, kind, node, 1.0)
+        if status == DONE and m.totals[1] < -CREATED * m.inputs[-1] * m.inputs[-1] and _steep(m, rules, True):
+            status = STEEP
         if status != DONE:
             return status, e
-        if m.totals[1] < -CREATED * m.inputs[-1] * m.inputs[-1] and _steep(m, rules, True):
-            return STEEP, e
         events.force_after[e] = total_shear(m, m.response)
         events.stiffness[e] = total_shear(m, m.rate)
         events.dissipated[e] = m.totals[1]

@@ -123,7 +123,8 @@ class Heterogeneity:
         _require("roughness", len(self.roughness), len(self.roughness) != 1, "no or at least 2 points")
         for (before, _), (after, _) in itertools.pairwise(self.roughness):
             _require("roughness", (before, after), before < after, "points with increasing ξ")
-            _require("roughness", (before, after), after - before >= LEAST_APART, f"points at least {LEAST_APART:g} apart")
+            apart = after - before >= LEAST_APART
+            _require("roughness", (before, after), apart, f"points at least {LEAST_APART:g} apart")
         for point in self.roughness:
             allowed = max(map(abs, point)) <= FARTHEST_POINT
             _require("roughness", point, allowed, f"|ξ| and |height| up to {FARTHEST_POINT:g}")

@@ -84,7 +84,7 @@ def _tangent(case: Case, compliance: SurfaceCompliance, start: ContactState, nod
     block = compliance.matrix[np.ix_(nodes, nodes)]
     try:
         stiffness = la.inv(block)
-    except la.LinAlgError as error:
+    except (la.LinAlgError, ValueError) as error:  # singular, or not finite
         raise SingularOperator(
             f"the tangential compliance of {len(nodes)} nodes in contact is singular: use another scheme or n_x"
         ) from error

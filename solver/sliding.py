@@ -26,6 +26,7 @@ from solver.heterogeneity import node_friction
 from solver.outcome import COMPLETED, Ending, InvalidInput, Outcome, SingularOperator, TooFarApart
 from solver.pin import pin_of
 from solver.tableau import Core, core_of, steadied
+from solver.validity import STEEPEST
 
 OFF_THE_SLAB = 2.0
 """δ_p in L_x at which a pin that slides on and on has certainly left the slab."""
@@ -203,6 +204,7 @@ def _slide_with_coulomb_friction(
             solved.change(kind if step <= longest else "", node)
             rates = solved.settle(1.0)
             if step <= longest:
+                _refuse_flanks(solved, dissipated)
                 gone, come = int((touching & ~solved.contact).sum()), int((solved.contact & ~touching).sum())
                 forces = (solved.displacement, before, float(solved.force[0].sum()), float(rates[0][0].sum()))
                 counts = (solved.slips - slips, gone, come, int(solved.contact.sum()))
@@ -220,6 +222,14 @@ def _slide_with_coulomb_friction(
         getattr(events, name)[:] = column
     end = coulomb_state(solved, outcome)
     return _record(case, start, initial_stiffness, events, len(rows), end), end
+
+
+def _refuse_flanks(solved: CoulombContact, dissipated: float) -> None:
+    """Raises CoulombError where a node is on a flank above 45°, or on one above its μ_i in an event that creates energy."""
+    slope = np.abs(solved.pin.slope(solved.xi))[solved.contact]
+    creates = dissipated < -_kernels.CREATED * solved.load**2 and bool((slope > solved.friction[solved.contact]).any())
+    if creates or not (slope <= STEEPEST).all():
+        raise CoulombError(Ending.STEEP_PIN)
 
 
 def _as_one(first: tuple[float, ...], then: tuple[float, ...]) -> tuple[float, ...]:

@@ -199,7 +199,7 @@ def in_lines(square: NDArray[np.float64]) -> NDArray[np.float64]:
 def _inverse(block: NDArray[np.float64]) -> NDArray[np.float64]:
     try:
         return np.asarray(la.inv(block))
-    except la.LinAlgError as error:
+    except (la.LinAlgError, ValueError) as error:  # singular, or not finite
         nodes = (len(block) - 1) // 2
         raise SingularOperator(
             f"the compliance of {nodes} nodes in contact is singular: use another scheme or n_x"

@@ -1,8 +1,6 @@
 """Whether a contact that was found means something: its numbers are near enough for double precision, its pin is flat
 enough for shear and pressure to be what lies along and across the slab."""
 
-import math
-
 import numpy as np
 from numpy.typing import NDArray
 
@@ -16,8 +14,8 @@ Vector = NDArray[np.float64]
 STEEPEST = 1.0
 """Slope of the pin under a node in contact, as in `solver._kernels`, which looks at it after every cascade."""
 COARSEST = 1e-4
-"""Rounding of the pin's heights, as a share of what the load displaces, beyond which it decides: forces are then known to
-some 1e-3 of the load (measured, see tests/hard_cases)."""
+"""Rounding of the pin's heights, as a share of what the load displaces, beyond which it decides: measured,
+forces change by 1.4 times that share of the load when every height changes by a rounding."""
 
 STEEP_PIN = Outcome(
     Ending.STEEP_PIN,
@@ -61,5 +59,5 @@ def rounding_share(case: Case, compliance: SurfaceCompliance, contact: NDArray[n
     if pin.rises is not None:
         highest += float(np.abs(pin.rises).max())
     nodes = n + np.flatnonzero(contact)
-    displaced = case.load * float(compliance.matrix[nodes, nodes].min())
-    return math.inf if not displaced > 0.0 else np.finfo(float).eps * highest / displaced
+    displaced = case.load * float(np.abs(compliance.matrix[nodes, nodes]).max())
+    return float(np.finfo(float).eps) * highest / displaced
