@@ -35,6 +35,9 @@ RESUMABLE = 10_000
 FIRST_CAPACITY = 4096
 """Events for which room is made first; it doubles as they come."""
 
+CREATED_ON_THE_WAY = 1e-4
+"""Energy that an event may create at residual 1, in W²/G: there it is an integral over steps, not known to rounding (1e-5)."""
+
 GOING_ON = (_kernels.FULL, _kernels.DRIFTED, _kernels.OUTGROWN)
 """Why the compiled core stops though the run does not."""
 
@@ -227,7 +230,9 @@ def _slide_with_coulomb_friction(
 def _refuse_flanks(solved: CoulombContact, dissipated: float) -> None:
     """Raises CoulombError where a node is on a flank above 45°, or on one above its μ_i in an event that creates energy."""
     slope = np.abs(solved.pin.slope(solved.xi))[solved.contact]
-    creates = dissipated < -_kernels.CREATED * solved.load**2 and bool((slope > solved.friction[solved.contact]).any())
+    creates = dissipated < -CREATED_ON_THE_WAY * solved.load**2 and bool(
+        (slope > solved.friction[solved.contact]).any()
+    )
     if creates or not (slope <= STEEPEST).all():
         raise CoulombError(Ending.STEEP_PIN)
 

@@ -198,7 +198,7 @@ def test_heights_whose_rounding_outweighs_the_load_are_named(way: FirstTouch, sc
 
 @pytest.mark.parametrize("scheme", SCHEMES)
 def test_forces_are_known_as_well_as_heights_are(scheme: Scheme) -> None:
-    """Every height wrong by a rounding: forces change by no more than 3 times the share that `COARSEST` limits (measured: 1.4)."""
+    """Every height wrong by a rounding: forces change by at most 3 times the share limited by `COARSEST` (measured: 1.4)."""
     for seed in range(12):
         rng, load = np.random.default_rng(seed), 10.0 ** -(9.0 + 0.5 * seed)
         rises = 10.0 ** rng.uniform(-6.0, -1.0) + 3.0 * load * rng.standard_normal(61)

@@ -62,10 +62,10 @@ def test_what_is_no_number_is_drift_and_ends_a_cascade(entry: int, value: float)
     assert _kernels.drift(core.state) < _kernels.DRIFT_LIMIT
     core.state.response[entry] = value
     assert not _kernels.drift(core.state) <= _kernels.DRIFT_LIMIT
-    core.state.limits[:] = np.nan  # nothing slips: what is left is the look at the numbers
-    core.state.contact[:] &= entry != 13  # nor is anything released
     status = _kernels.resolve(core.state, core.rules, _kernels.NOTHING, -1, 1.0)
-    assert ENDINGS[status].ending is Ending.ROUNDING
+    assert not ENDINGS[status].ok  # an infinite shear slips, an infinite tension is released: neither gets far
+    if np.isnan(value):
+        assert ENDINGS[status].ending is Ending.ROUNDING
 
 
 def test_inputs_that_are_no_numbers_cannot_be_mended() -> None:
