@@ -159,7 +159,9 @@ def first_touch(case: Case, compliance: SurfaceCompliance) -> ContactState:
 def doubted(case: Case, compliance: SurfaceCompliance, state: ContactState) -> ContactState:
     """The state, its outcome what becomes of it in the light of the operator's condition and of `validity`."""
     outcome = explained(state.outcome, compliance, state.contact)
-    if outcome.ok or outcome.ending in ROUNDINGS_FAULT:
+    # Frozen pressures are those of first touch, however far the pin has gone since.
+    carried = case.effects.pin_translation or state.displacement == 0.0
+    if carried and (outcome.ok or outcome.ending in ROUNDINGS_FAULT):
         found = validity(case, compliance, state.contact, state.u, state.displacement)
         # What rounding decides is no fault of friction or operator; a flank's steepness counts where all else is well.
         outcome = found if outcome.ok or found.ending is Ending.ROUNDING else outcome

@@ -96,3 +96,17 @@ def test_what_means_nothing_is_refused() -> None:
         replace(FROZEN, slip_rule=SlipRule(residual=1.0))
     with pytest.raises(InvalidInput, match="friction = false: needs the stage contact alone"):
         slide(replace(FROZEN, effects=Effects(friction=False)), COMPLIANCE)
+
+
+def test_a_pin_that_is_not_carried_along_is_as_steep_as_at_first_touch() -> None:
+    """A parabola dragged three quarters of a slab to the side would stand on a flank of 50° there."""
+    case = replace(FROZEN, radius=0.5, load=1e-4, intrinsic_friction=10.0, max_events=None, max_displacement=0.75)
+    assert slide(case, COMPLIANCE).outcome.ok
+
+
+def test_a_shear_that_is_no_number_is_seen() -> None:
+    """No comparison in the kernel is true of it: nothing would seem to slip."""
+    start = first_touch(GOODMAN, COMPLIANCE)
+    u = start.u.copy()
+    u[np.flatnonzero(start.contact)[0]] = np.nan
+    assert slide(GOODMAN, COMPLIANCE, replace(start, u=u)).outcome.ending is Ending.ROUNDING
