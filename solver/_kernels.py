@@ -27,7 +27,7 @@ SLIP, RELEASE, TOUCH, NOTHING = 0, 1, 2, 3
 DONE, FULL, DRIFTED, SLIP_UNBOUNDED, CASCADE_LIMIT, CONTACT_LOST, NO_EVENT, EDGE_REACHED, OUTGROWN, CONTACT_CYCLE = (
     range(10)
 )
-OVERSHOT = 10
+OVERSHOT, NOT_FINITE, STEEP = 10, 11, 12
 
 DRIFT_LIMIT = 1e-11  # relative residual of the prescribed displacements or of the load at which the tableau is rebuilt
 REFRESH_SLIPS = 65536  # slips after which the response is summed afresh: rounding of a vector sum stays below 1e-12
@@ -38,6 +38,10 @@ STRETCHES = 20.0  # the event floor counts in node spacings, or in this many len
 OVERSHOOT = 1e-4  # what shear may exceed its limit by before an event, all nodes together, as a share of μ_i·W
 BLUR = 1e-15  # rounding of the pin's height, as a share of it
 EDGE = 1e-9  # relative distance inside a punch's edge at which a node counts as under it
+STEEPEST = (
+    1.0  # slope of the pin under a node in contact beyond which along and across say nothing of shear and pressure
+)
+CREATED = 1e-14  # energy that rounding may create in one event, as a share of the load times what it displaces (W² / G)
 PLACE = 0xFFFF  # lowest bits of a shear ratio, 2^-36 of it, that give way to the node's place: nearer ratios are ties
 
 
@@ -156,6 +160,24 @@ def _slope(profile: Profile, k: int) -> float:
     return float((profile.rises[k] - profile.rises[k - 1]) / (profile.knots[k] - profile.knots[k - 1]))
 
 
+def _slope_of(profile: float | Profile, xi: float) -> float:
+    """Slope of a pin without edges at ξ; at a knot, of what lies to its right. Compiled for either kind."""
+    raise NotImplementedError
+
+
+def _smooth_slope(profile: float, xi: float) -> float:
+    return profile * xi
+
+
+def _rough_slope(profile: Profile, xi: float) -> float:
+    return profile.curvature * xi + _slope(profile, int(np.searchsorted(profile.knots, xi, side="right")))
+
+
+@overload(_slope_of, strict=False)
+def _choose_slope(profile, xi):  # type: ignore[no-untyped-def]
+    return _rough_slope if isinstance(profile, types.BaseNamedTuple) else _smooth_slope
+
+
 @overload(_height_of, strict=False)
 def _choose_height(profile, xi):  # type: ignore[no-untyped-def]
     return _rough_height if isinstance(profile, types.BaseNamedTuple) else _smooth_height
@@ -217,7 +239,8 @@ def total_shear(m: Machine, values: Floats) -> float:
 @njit(cache=True, nogil=True)
 def _drift(m: Machine, missing: Floats) -> float:
     """Fill `missing` (N,) with what inputs in contact and responses elsewhere lack of the displacements that the compliance
-    gives for the forces, and the load of the forces' sum; returns the largest as a share of all that is displaced (loaded)."""
+    gives for the forces, and the load of the forces' sum; returns the largest as a share of all that is displaced (loaded).
+    Infinite where anything is not a number or where nothing bears the load."""
     n = len(m.x)
     error, largest, carried = 0.0, 0.0, 0.0
     blur = 8.0 * BLUR * abs(m.response[2 * n])  # far out on a sharp pin heights are more than all the load displaces
@@ -233,10 +256,15 @@ def _drift(m: Machine, missing: Floats) -> float:
                     seen += by_x + by_z
                     moved += abs(by_x) + abs(by_z)
             missing[row] = m.inputs[row] - seen if m.contact[i] else seen - m.response[row]
-            error = max(error, abs(missing[row]) - blur)
+            off = abs(missing[row]) - blur
+            if not off <= error:
+                error = off if off < np.inf else np.inf  # no number is above infinity, which NaN becomes
             largest = max(largest, moved)
     missing[2 * n] = m.inputs[2 * n] - carried
-    return float(max(error / largest, abs(missing[2 * n] / m.inputs[2 * n])))
+    unborne = abs(missing[2 * n] / m.inputs[2 * n])
+    if not (largest > 0.0 and unborne < np.inf):
+        return np.inf
+    return float(max(error / largest, unborne))
 
 
 @njit(cache=True, nogil=True)
@@ -312,7 +340,7 @@ def seat(m: Machine, rules: Rules) -> bool:
         if m.contact[i]:
             height = _height(rules, m.x[i] + m.inputs[i] - m.totals[0])
             lift = height - m.inputs[n + i]
-            if abs(lift) > rules.tolerance + BLUR * height and height < np.inf:
+            if abs(lift) > rules.tolerance + BLUR * abs(height) and height < np.inf:
                 _glide(m.response, m.tableau, m.inputs, i, 0.0, lift)
                 moved = True
     return moved
@@ -507,7 +535,7 @@ def _slip_in_turn(m: Machine, rules: Rules, first: int) -> tuple[int, int, int]:
             return CASCADE_LIMIT, NOTHING, -1
         xi = x[node] + inputs[node] - displacement
         along, down = _slip_move(y, tableau, friction, node, xi, profile, residual)
-        if not along < np.inf:
+        if not abs(along) < np.inf:
             return SLIP_UNBOUNDED, NOTHING, -1
         totals[1] -= _glide(y, tableau, inputs, node, along, down)
         counts[0] += 1
@@ -537,7 +565,7 @@ def _slip_together(m: Machine, rules: Rules, first: int) -> tuple[int, int, int]
             if abs(y[i]) + m.limits[i] * y[n + i] > tolerance or i == first:
                 xi = m.x[i] + m.inputs[i] - displacement
                 along[i], down[i] = _slip_move(y, m.tableau, m.friction, i, xi, rules.profile, rules.residual)
-                if not along[i] < np.inf:
+                if not abs(along[i]) < np.inf:
                     return SLIP_UNBOUNDED, NOTHING, -1
         left, first = -1, -1
         for i in range(n):
@@ -583,8 +611,9 @@ def _change_contact(m: Machine, rules: Rules, kind: int, i: int, push: float) ->
         if m.contact.sum() == 1:
             return CONTACT_LOST
         return DONE if _release(m, i, push) else SLIP_UNBOUNDED
-    if abs(m.x[i]) > rules.half_width:
-        # The sharp edge of a punch meets a node that was not under it: neither side of the edge is an equilibrium.
+    if abs(m.x[i]) > rules.half_width or abs(m.x[i] + m.response[i] - m.totals[0]) > rules.half_width:
+        # The sharp edge of a punch meets a node that was not under it, or has passed over one within a step of the floor:
+        # neither side of the edge is an equilibrium.
         return EDGE_REACHED
     return DONE if _touch(m, rules, i, push) else SLIP_UNBOUNDED
 
@@ -616,8 +645,30 @@ def resolve(m: Machine, rules: Rules, kind: int, node: int, push: float) -> int:
         if kind == NOTHING:
             node = _deepest_penetration(m, rules)
             if node < 0:
-                return DONE
+                return _verdict(m, rules)
             kind = TOUCH
+
+
+@njit(cache=True, nogil=True)
+def _verdict(m: Machine, rules: Rules) -> int:
+    """DONE where the end of a cascade means something: all numbers finite (none of the comparisons above sees a NaN), and
+    no node on a flank steeper than STEEPEST."""
+    for k in range(len(m.response)):
+        if not abs(m.response[k]) < np.inf:
+            return NOT_FINITE
+    return STEEP if _steep(m, rules, False) else DONE
+
+
+@njit(cache=True, nogil=True)
+def _steep(m: Machine, rules: Rules, against_friction: bool) -> bool:
+    """Whether a node in contact is on a flank steeper than STEEPEST, or than half of its μ_i: there the pressure may drive a
+    slip downhill harder than the shear, which falls from μ_i·pressure to none, holds it back."""
+    for i in range(len(m.x)):
+        if m.contact[i]:
+            most = min(0.5 * m.friction[i], STEEPEST) if against_friction and not m.sticks[i] else STEEPEST
+            if not abs(_slope_of(rules.profile, m.x[i] + m.inputs[i] - m.totals[0])) <= most:
+                return True
+    return False
 
 
 @njit(cache=True, nogil=True)
@@ -827,6 +878,8 @@ def slide_events(m: Machine, rules: Rules, events: Events, first: int, farthest:
         m.counts[:3] = 0
         m.totals[1] = 0.0
         status = resolve(m, rules, kind, node, 1.0) if overshoot(m) <= most else OVERSHOT
+        if status == DONE and m.totals[1] < -CREATED * m.inputs[-1] * m.inputs[-1] and _steep(m, rules, True):
+            status = STEEP
         if status != DONE:
             return status, e
         stiffness = total_shear(m, m.rate)

@@ -23,6 +23,8 @@ Distribution = Literal["lognormal", "uniform", "normal"]
 Integrator = Literal["exact", "rk4"]
 ProfileShape = Literal["sawtooth", "linear", "mean"]
 
+LEAST_APART, FARTHEST_POINT = 1e-12, 1e6
+"""ξ between two points of a rough pin, and ξ or height of one, in L_x: atoms are further apart, and no slab is as large."""
 MOST_EVENTS = 10**9
 """Events that a record may be asked to hold: more would not fit any memory."""
 MOST_LEVELS = 20
@@ -112,7 +114,8 @@ class Heterogeneity:
     spread: standard deviation over mean, 0 for none: `normal` up to 0.25 (cut off at μ_i = 0), `uniform` up to 1/√3,
     `lognormal` any. seed: the same seed and n_x give the same nodes, whatever else the case is.
     roughness: (ξ, height) in L_x of two or more points, ξ increasing: what is added to the parabola's height at pin
-    coordinate ξ, straight between the points and level beyond them; () is a smooth pin.
+    coordinate ξ, straight between the points and level beyond them; () is a smooth pin. Points at least 1e-12 apart,
+        ξ and height up to 1e6.
     """
 
     distribution: Distribution = "lognormal"
@@ -129,6 +132,11 @@ class Heterogeneity:
         _require("roughness", len(self.roughness), len(self.roughness) != 1, "no or at least 2 points")
         for (before, _), (after, _) in itertools.pairwise(self.roughness):
             _require("roughness", (before, after), before < after, "points with increasing ξ")
+            apart = after - before >= LEAST_APART
+            _require("roughness", (before, after), apart, f"points at least {LEAST_APART:g} apart")
+        for point in self.roughness:
+            allowed = max(map(abs, point)) <= FARTHEST_POINT
+            _require("roughness", point, allowed, f"|ξ| and |height| up to {FARTHEST_POINT:g}")
 
 
 @dataclass(frozen=True, slots=True)

@@ -15,9 +15,10 @@ from solver.case import Case
 from solver.compliance import SurfaceCompliance
 from solver.conditioning import explained
 from solver.coulomb import CoulombContact, CoulombError
-from solver.outcome import COMPLETED, Ending, InvalidInput, Outcome, SingularOperator
+from solver.outcome import COMPLETED, Ending, InvalidInput, Outcome, SingularOperator, TooFarApart
 from solver.pin import pin_of, surface_from_pin
-from solver.pressing import pressed
+from solver.pressing import Pressed, pressed
+from solver.soundness import NOT_FINITE, STEEP_PIN, soundness
 from solver.tableau import Core, core_of, steadied
 
 Vector = NDArray[np.float64]
@@ -56,6 +57,8 @@ ENDINGS = {
         "the smallest step pushed nodes beyond μ_i·pressure by more than 1e-4 of μ_i·W: lower slip.event_floor, or, where it "
         "is small, the radius or the displacement limit",
     ),
+    _kernels.STEEP: STEEP_PIN,
+    _kernels.NOT_FINITE: NOT_FINITE,
     _kernels.NO_EVENT: Outcome(
         Ending.NO_EVENT,
         "no displacement triggers an event: the contact sticks; set limits.displacement, or lower intrinsic_friction",
@@ -70,8 +73,25 @@ NO_STUCK_TOUCH = Outcome(
 )
 """Nodes at the edge stick and slide, touch and leave in turn: a contact that grows with its load has no such choice."""
 
+OUT_FROM_UNDER = Outcome(
+    Ending.EDGE_REACHED,
+    "pressed down without friction, a node moves out from under the punch's edge, where a sharp edge has no answer: "
+    'lower load, or use first_touch = "stick" or "gradual"',
+)
+"""The node would have to be both under the punch and beside it."""
+
 BROKEN = {outcome.ending: outcome for outcome in ENDINGS.values()}
 """The same by ending."""
+
+
+ROUNDINGS_FAULT = (
+    Ending.CONTACT_NOT_CONVERGED,
+    Ending.SLIP_UNBOUNDED,
+    Ending.CASCADE_LIMIT,
+    Ending.SINGULAR_OPERATOR,
+    Ending.STEEP_PIN,
+)
+"""Endings that heights known too coarsely can cause."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -138,9 +158,21 @@ def first_touch(case: Case, compliance: SurfaceCompliance) -> ContactState:
         raise ValueError("the compliance belongs to another slab than the case")
     try:
         state = _touch(case, compliance)
-    except SingularOperator as error:
+    except (SingularOperator, TooFarApart) as error:
         return _nothing(case, error.outcome)
-    return replace(state, outcome=explained(state.outcome, compliance, state.contact))
+    return doubted(case, compliance, state)
+
+
+def doubted(case: Case, compliance: SurfaceCompliance, state: ContactState) -> ContactState:
+    """The state, its outcome what becomes of it in the light of the operator's condition and of `soundness`."""
+    outcome = explained(state.outcome, compliance, state.contact)
+    # Frozen pressures are those of first touch, however far the pin has gone since.
+    carried = case.effects.pin_translation or state.displacement == 0.0
+    if carried and (outcome.ok or outcome.ending in ROUNDINGS_FAULT):
+        found = soundness(case, compliance, state.contact, state.u, state.displacement)
+        # What rounding decides is no fault of friction or operator; a flank's steepness counts where all else is well.
+        outcome = found if outcome.ok or found.ending is Ending.ROUNDING else outcome
+    return replace(state, outcome=outcome)
 
 
 def _touch(case: Case, compliance: SurfaceCompliance) -> ContactState:
@@ -158,11 +190,20 @@ def _touch_without_shear(case: Case, compliance: SurfaceCompliance) -> ContactSt
     found = pressed(case, compliance, stuck=False)
     forces = np.stack((np.zeros_like(found.pressing), -found.pressing))
     outcome = COMPLETED if found.converged else ENDINGS[_kernels.CONTACT_CYCLE]
+    if _out_from_under(case, compliance, found):
+        outcome = OUT_FROM_UNDER
     return _state(case, compliance, found.contact, forces, found.u, found.v, found.approach, 0.0, 0, outcome)
+
+
+def _out_from_under(case: Case, compliance: SurfaceCompliance, found: Pressed) -> bool:
+    """Whether a node in contact has moved beyond the punch's edge."""
+    return bool((np.abs(surface_from_pin(case) + found.u)[found.contact] > pin_of(case).half_width).any())
 
 
 def _touch_at_once(case: Case, compliance: SurfaceCompliance) -> ContactState:
     found = pressed(case, compliance, case.first_touch == "stick")
+    if _out_from_under(case, compliance, found):
+        return replace(_nothing(case, OUT_FROM_UNDER), contact=found.contact)
     contact, u, converged = found.contact, np.where(found.contact, found.u, 0.0), found.converged
     height = pin_of(case).height(np.where(contact, surface_from_pin(case) + u, 0.0))
     if not converged and math.isinf(case.intrinsic_friction):

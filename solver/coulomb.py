@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 from solver.case import Case
 from solver.compliance import SurfaceCompliance
 from solver.heterogeneity import node_friction
-from solver.outcome import Ending, SingularOperator, SolverError
+from solver.outcome import Ending, SingularOperator, SolverError, TooFarApart
 from solver.pin import Pin, pin_of, surface_from_pin
 
 Vector = NDArray[np.float64]
@@ -140,6 +140,9 @@ class CoulombContact:
             solution = np.linalg.solve(system, np.concatenate((tangential, normal - middle, [load])))
         except np.linalg.LinAlgError as error:
             raise SingularOperator(f"{m} nodes in contact with Coulomb friction: singular; lower μ_i") from error
+        if not np.isfinite(solution).all():
+            # Every comparison with a NaN is false: nothing would seem to be wrong.
+            raise TooFarApart("the forces of the contact are no numbers: use a load and a radius nearer 1")
         force = np.zeros((2, n))
         force[:, nodes] = solution[:-1].reshape(2, m)
         u, v = (c[:, columns] @ solution[:-1]).reshape(2, n)

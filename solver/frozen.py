@@ -57,6 +57,9 @@ class FrozenContact:
         """Fill `events` from number `held` on, up to δ_p = farthest: how it ended, None where they are full; and how many
         there are now."""
         status, held = _frozen_kernels.slide_frozen(self._state, self._rules, events, held, farthest)
+        if not np.isfinite(self._state.shear).all():
+            # No comparison in the kernel sees a NaN, and none ever leaves the shear again.
+            return BROKEN[Ending.ROUNDING], held
         return None if status == _frozen_kernels.FULL else _ENDINGS[status], held
 
     def state(self, outcome: Outcome) -> ContactState:

@@ -30,6 +30,10 @@ class Ending(StrEnum):
     """No node was left that could carry the load (the pin left the slab)."""
     EDGE_REACHED = "edge_reached"
     """The sharp edge of a flat punch came upon a node that was not under it."""
+    STEEP_PIN = "steep_pin"
+    """The pin is too steep where it touches: what lies along and across the slab is no longer shear and pressure."""
+    ROUNDING = "rounding"
+    """The numbers of this case are so far apart that rounding decides the result."""
     NO_EVENT = "no_event"
     """No further event exists: the contact sticks however far the pin moves."""
     NO_PLATEAU = "no_plateau"
@@ -40,8 +44,6 @@ class Ending(StrEnum):
     """An integrator needed more steps than the limit allows."""
     UNSTABLE_STEP = "unstable_step"
     """The time step asked for is beyond the integrator's stability limit."""
-    ROUNDING = "rounding"
-    """What the drive asks for is smaller than double precision can tell."""
     REVERSED = "reversed"
     """The driven pin slipped back although it was not to (`reverse_motion` of its drive)."""
     NEEDS_FAILED = "needs_failed"
@@ -108,3 +110,9 @@ class SingularOperator(SolverError):
     """An operator that must be invertible is not; the message names it and the likely cause."""
 
     ending = Ending.SINGULAR_OPERATOR
+
+
+class TooFarApart(SolverError):
+    """Numbers so far apart that none comes of them; the message names them."""
+
+    ending = Ending.ROUNDING

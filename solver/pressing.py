@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 
 from solver.case import Case
 from solver.compliance import SurfaceCompliance
-from solver.outcome import SingularOperator
+from solver.outcome import SingularOperator, TooFarApart
 from solver.pin import pin_of, surface_from_pin
 
 Vector = NDArray[np.float64]
@@ -38,7 +38,7 @@ class Pressed(NamedTuple):
 
 
 def pressed(case: Case, compliance: SurfaceCompliance, stuck: bool) -> Pressed:
-    """The pressed pin, every contact node stuck at u = 0 or free of friction. Raises SingularOperator.
+    """The pressed pin, every contact node stuck at u = 0 or free of friction. Raises SingularOperator, TooFarApart.
 
     Block principal pivoting (Kostreva; Júdice and Pires): all wrong nodes are mended at once; when their number has not
     fallen for PATIENCE rounds, only the one furthest right is mended (Murty's rule, which cannot cycle on a positive
@@ -114,6 +114,9 @@ def _forces(
         raise SingularOperator(
             f"the compliance of {len(nodes)} nodes in contact is singular: use another scheme, or an aspect_ratio nearer 1"
         ) from error
+    if not np.isfinite(solution).all():
+        # Every comparison with a NaN is false: nothing would seem to be wrong.
+        raise TooFarApart("the forces of the contact are no numbers: use a load, a radius and heights nearer 1")
     forces, approach = solution[:-1], float(solution[-1])
     pressing = np.zeros(n)
     pressing[nodes] = -forces[-len(nodes) :]

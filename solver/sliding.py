@@ -10,13 +10,22 @@ from numpy.typing import NDArray
 from solver import _kernels
 from solver.case import MOST_EVENTS, Case
 from solver.compliance import SurfaceCompliance, uncoupled
-from solver.conditioning import explained
-from solver.contact import BROKEN, ENDINGS, ContactState, beyond_window, contact_state, coulomb_state, first_touch
+from solver.contact import (
+    BROKEN,
+    ENDINGS,
+    ContactState,
+    beyond_window,
+    contact_state,
+    coulomb_state,
+    doubted,
+    first_touch,
+)
 from solver.coulomb import LONGEST_STEP, CoulombContact, CoulombError
 from solver.frozen import FrozenContact
 from solver.heterogeneity import node_friction
-from solver.outcome import COMPLETED, Ending, InvalidInput, Outcome, SingularOperator
+from solver.outcome import COMPLETED, Ending, InvalidInput, Outcome, SingularOperator, TooFarApart
 from solver.pin import pin_of, surface_from_pin
+from solver.soundness import STEEPEST
 from solver.tableau import Core, core_of, steadied
 
 OFF_THE_SLAB = 2.0
@@ -25,6 +34,9 @@ RESUMABLE = 10_000
 """Events after which a run starts afresh from its own state: a run in pieces of so many events has the bits of one in one."""
 FIRST_CAPACITY = 4096
 """Events for which room is made first; it doubles as they come."""
+
+CREATED_ON_THE_WAY = 1e-4
+"""Energy that an event may create at residual 1, in W²/G: there it is an integral over steps, not known to rounding (1e-5)."""
 
 GOING_ON = (_kernels.FULL, _kernels.DRIFTED, _kernels.OUTGROWN)
 """Why the compiled core stops though the run does not."""
@@ -112,11 +124,11 @@ def slide_to_state(
         else:
             follow = _slide_with_coulomb_friction if case.slip_rule.residual == 1.0 else _slide
             record, end = follow(case, start, compliance if case.effects.coupling else uncoupled(compliance))
-    except SingularOperator as error:
+    except (SingularOperator, TooFarApart) as error:
         end = replace(start, outcome=error.outcome)
         record = _record(case, start, math.nan, _empty_events(0), 0, end)
-    outcome = explained(end.outcome, compliance, end.contact)
-    return replace(record, outcome=outcome), replace(end, outcome=outcome)
+    end = doubted(case, compliance, end)
+    return replace(record, outcome=end.outcome), end
 
 
 def states_at(case: Case, compliance: SurfaceCompliance, events: Sequence[int]) -> tuple[list[ContactState], Outcome]:
@@ -200,6 +212,7 @@ def _slide_with_coulomb_friction(
             solved.change(kind if step <= longest else "", node)
             rates = solved.settle(1.0)
             if step <= longest:
+                _refuse_flanks(solved, dissipated)
                 gone, come = int((touching & ~solved.contact).sum()), int((solved.contact & ~touching).sum())
                 forces = (solved.displacement, before, float(solved.force[0].sum()), float(rates[0][0].sum()))
                 counts = (solved.slips - slips, gone, come, int(solved.contact.sum()))
@@ -217,6 +230,16 @@ def _slide_with_coulomb_friction(
         getattr(events, name)[:] = column
     end = coulomb_state(solved, outcome)
     return _record(case, start, initial_stiffness, events, len(rows), end), end
+
+
+def _refuse_flanks(solved: CoulombContact, dissipated: float) -> None:
+    """Raises CoulombError where a node is on a flank above 45°, or on one above its μ_i in an event that creates energy."""
+    slope = np.abs(solved.pin.slope(solved.xi))[solved.contact]
+    creates = dissipated < -CREATED_ON_THE_WAY * solved.load**2 and bool(
+        (slope > solved.friction[solved.contact]).any()
+    )
+    if creates or not (slope <= STEEPEST).all():
+        raise CoulombError(Ending.STEEP_PIN)
 
 
 def _as_one(first: tuple[float, ...], then: tuple[float, ...]) -> tuple[float, ...]:

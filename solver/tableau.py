@@ -124,7 +124,7 @@ def steadied(core: Core, status: int) -> int:
     if status not in (DONE, FULL, NO_EVENT):
         return status
     for _ in range(3):
-        lifted, drifted = seat(core.state, core.rules), drift(core.state) > DRIFT_LIMIT
+        lifted, drifted = seat(core.state, core.rules), not drift(core.state) <= DRIFT_LIMIT
         if not (lifted or drifted):
             return status
         if drifted:
@@ -205,7 +205,7 @@ def inverse(block: NDArray[np.float64], name: str) -> NDArray[np.float64]:
         with warnings.catch_warnings():
             warnings.simplefilter("error", la.LinAlgWarning)  # its reciprocal condition is below machine precision
             return np.asarray(la.inv(block))
-    except (la.LinAlgError, la.LinAlgWarning) as error:
+    except (la.LinAlgError, la.LinAlgWarning, ValueError) as error:
         raise SingularOperator(
             f"the {name} in contact is singular to rounding: use another scheme or n_x, or an aspect_ratio nearer 1"
         ) from error

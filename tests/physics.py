@@ -40,7 +40,7 @@ def law_errors(state: ContactState, case: Case, compliance: SurfaceCompliance) -
     normal, shear = -state.nodal_force[1], np.abs(state.nodal_force[0])
     # Rounding of heights cannot be told from gaps; where a node is far out on a sharp pin that is more than the load moves.
     height = pin_of(case).height(surface_from_pin(case) + state.u - state.displacement)
-    blur = np.where(np.isfinite(height), ROUNDING * height, 0.0)
+    blur = np.where(np.isfinite(height), ROUNDING * np.abs(height), 0.0)
     off = np.maximum(np.abs(state.w + state.approach - height) - blur, 0.0)[inside]
     below = np.maximum(-state.gap - blur, 0.0)
     finite_gap = np.where(np.isfinite(state.gap), state.gap, 0.0)

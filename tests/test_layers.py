@@ -24,6 +24,7 @@ ORDER = {
         "compliance",
         "conditioning",
         "pin",
+        "soundness",
         "heterogeneity",
         "pressing",
         "_kernels",

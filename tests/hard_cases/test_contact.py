@@ -6,10 +6,14 @@ from typing import get_args
 
 import numpy as np
 import pytest
+from numpy.typing import NDArray
 
-from solver.case import Case, FirstTouch, Scheme, Slab, SlipRule
-from solver.contact import first_touch
+from solver.case import Case, Effects, FirstTouch, Heterogeneity, Scheme, Slab, SlipRule
+from solver.compliance import SurfaceCompliance
+from solver.contact import ContactState, first_touch
 from solver.outcome import Ending
+from solver.sliding import slide
+from solver.soundness import COARSEST, rounding_share
 from tests.hard_cases.following import Followed, compliance_of, endings_of, follow, shown, worst_of
 from tests.hard_cases.table import Row
 
@@ -157,12 +161,132 @@ def test_first_touch_scales_with_load_and_curvature(way: FirstTouch, factor: flo
     assert second.approach / factor == pytest.approx(first.approach, rel=tolerance)
 
 
+FRICTIONLESS = {"with friction": Effects(), "without": Effects(friction=False)}
+
+
+@pytest.mark.parametrize("scheme", ["galerkin", "biquadratic"])
+@pytest.mark.parametrize("half_width", [0.25, 0.4])
+@pytest.mark.parametrize("effects", FRICTIONLESS.values(), ids=FRICTIONLESS.keys())
+def test_a_node_pushed_out_from_under_the_edge_is_named(effects: Effects, half_width: float, scheme: Scheme) -> None:
+    """Without friction, at ν = 0.49, a heavy punch pushes its last nodes outwards by more than half a spacing."""
+    slab = Slab(n_x=129, scheme=scheme, poisson=0.49)
+    punch = Case(slab=slab, pin="flat_punch", half_width=half_width, load=0.15, first_touch="frictionless")
+    state = first_touch(replace(punch, effects=effects), compliance_of(slab))
+    assert state.outcome.ending is Ending.EDGE_REACHED
+    assert 'first_touch = "stick"' in state.outcome.message
+    assert first_touch(replace(punch, first_touch="stick"), compliance_of(slab)).outcome.ok
+
+
+def _profile(height: float, seed: int = 4) -> Heterogeneity:
+    rises = height * np.random.default_rng(seed).uniform(0.0, 1.0, 61)
+    return Heterogeneity(roughness=tuple(zip(np.linspace(-0.6, 0.6, 61).tolist(), rises.tolist(), strict=True)))
+
+
+@pytest.mark.parametrize("scheme", SCHEMES)
+@pytest.mark.parametrize("way", WAYS)
+def test_heights_whose_rounding_outweighs_the_load_are_named(way: FirstTouch, scheme: Scheme) -> None:
+    """A height of 1e-3 is known to 2e-19: that is much of what 1e-18 displaces, and little of what 1e-12 does."""
+    rough = _case(scheme, radius=200.0, heterogeneity=_profile(1e-3), first_touch=way)
+    compliance = compliance_of(rough.slab)
+    for load in (1e-25, 1e-18):
+        outcome = first_touch(replace(rough, load=load), compliance).outcome
+        assert outcome.ending is Ending.ROUNDING, load
+        assert "raise load" in outcome.message
+    assert not _follow(replace(rough, load=1e-12)).broken
+    assert first_touch(replace(rough, load=1e-12), compliance).outcome.ok
+
+
+@pytest.mark.parametrize("scheme", SCHEMES)
+def test_forces_are_known_as_well_as_heights_are(scheme: Scheme) -> None:
+    """Every height wrong by a rounding: forces change by at most 3 times the share limited by `COARSEST` (measured: 1.4)."""
+    for seed in range(12):
+        rng, load = np.random.default_rng(seed), 10.0 ** -(9.0 + 0.5 * seed)
+        rises = 10.0 ** rng.uniform(-6.0, -1.0) + 3.0 * load * rng.standard_normal(61)
+        wrong = rises * (1.0 + np.finfo(float).eps * rng.integers(-1, 2, 61))
+        first, second = (_pressed_rough(scheme, load, heights) for heights in (rises, wrong))
+        state, share = first
+        assert state.outcome.ok is (share <= COARSEST)
+        if state.outcome.ok:
+            # Below 1e-10 other roundings are seen.
+            noise = float(np.abs(state.nodal_force - second[0].nodal_force).max()) / load
+            assert noise <= 3.0 * share + 1e-10
+
+
+def _pressed_rough(scheme: Scheme, load: float, rises: NDArray[np.float64]) -> tuple[ContactState, float]:
+    points = tuple(zip(np.linspace(-0.6, 0.6, 61).tolist(), rises.tolist(), strict=True))
+    case = _case(scheme, load=load, radius=0.1 / load, heterogeneity=Heterogeneity(roughness=points))
+    compliance = compliance_of(case.slab)
+    state = first_touch(case, compliance)
+    xi = (compliance.x + state.u)[state.contact]
+    return state, rounding_share(case, compliance, state.contact, xi)
+
+
+@pytest.mark.parametrize("way", WAYS)
+@pytest.mark.parametrize("residual", [0.0, 1.0])
+def test_what_is_no_number_is_seen(residual: float, way: FirstTouch) -> None:
+    """Every comparison with a NaN is false: no constraint seems violated."""
+    case = _case("galerkin", first_touch=way, slip_rule=SlipRule(residual=residual))
+    matrix = np.full((2 * N, 2 * N), np.nan)
+    record = slide(case, SurfaceCompliance(matrix, case.slab))
+    assert record.outcome.ending in (Ending.ROUNDING, Ending.SINGULAR_OPERATOR)
+
+
+def _extremes() -> list[Case]:
+    """The lightest loads, the sharpest and flattest pins, the largest floors, knots and heights at the ends of their ranges."""
+    tried = [
+        _case(
+            scheme,
+            load=load,
+            radius=radius,
+            first_touch=way,
+            slip_rule=SlipRule(event_floor=floor, cascade_limit=20_000),
+            max_displacement=0.3,
+        )
+        for scheme in SCHEMES
+        for way in WAYS
+        for load in (1e-30, 1e-24, 1e-12, 1.0)
+        for radius in (1e-12, 1.0, 1e24)
+        for floor in (1e-300, 1.0)
+    ]
+    heights = [(0.0, 1e-300, 1e-12), (0.0, 1e6, -1e6), (1e-30, 0.0, 1e-15)]
+    profiles = [tuple(zip((-1e-12, 0.0, 1e-12), each, strict=True)) for each in heights]
+    return tried + [
+        replace(case, heterogeneity=Heterogeneity(roughness=profile))
+        for case in tried[:: len(SCHEMES)]
+        for profile in profiles
+        if case.slip_rule.event_floor == 1.0
+    ]
+
+
+def test_the_ends_of_every_range_are_computed_or_named() -> None:
+    for case in _extremes():
+        seen = _follow(case, 3, 20)
+        assert not seen.broken, case
+        assert set(seen.endings) <= EXTREME_ENDINGS, (case, seen.endings)
+
+
+EXTREME_ENDINGS = {
+    Ending.COMPLETED,
+    Ending.ROUNDING,
+    Ending.STEEP_PIN,
+    Ending.CONTACT_LOST,
+    Ending.CASCADE_LIMIT,
+    Ending.SLIP_UNBOUNDED,
+    Ending.CONTACT_NOT_CONVERGED,
+}
+
+
 def rows() -> list[Row]:
     """Every load with every radius, in three ways of touching; punch edges about a node; pins dragged to the corner."""
     pressed = [_follow(case, 5, 20) for scheme in SCHEMES for way in WAYS for case in _everything(scheme, way)]
     punches = [_case(scheme, pin="flat_punch", half_width=width) for scheme in SCHEMES for width in PUNCHES.values()]
     dragged = [_dragged(scheme, name) for scheme in SCHEMES for name in SLIDERS]
+    light = [_case("galerkin", load=10.0**power, heterogeneity=_profile(1e-3)) for power in range(-30, -2)]
     tried = {
+        "rough pins of height 1e-3, W 1e-30 to 1e-3": [_follow(case, 5, 20) for case in light],
+        "W 1e-30 to 1, R/L_x 1e-12 to 1e24, event floor 1e-300 to 1, knots 1e-12 apart": [
+            _follow(case, 3, 20) for case in _extremes()
+        ],
         "W 1e-12 to 0.1, R/L_x 0.1 to 1e6, all ways to touch": pressed,
         "punch edges within 1e-12 of a node or of a middle": [_follow(case) for case in punches],
         "one node, two, off the centre, to the corner": dragged,

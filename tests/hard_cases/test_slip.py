@@ -1,19 +1,20 @@
 """Hard slips: friction from none to infinite, every residual, ties of mirror nodes, floors, chatter, long cascades, reversal."""
 
 import math
+from collections import Counter
 from collections.abc import Callable
 from dataclasses import replace
-from typing import get_args
+from typing import Any, get_args
 
 import numpy as np
 import pytest
 
-from solver.case import Case, Effects, FirstTouch, Scheme, Slab, SlipRule, Support
+from solver.case import Case, Effects, FirstTouch, Heterogeneity, Scheme, Slab, SlipRule, Support
 from solver.compliance import SurfaceCompliance
 from solver.contact import first_touch, mirrored
 from solver.outcome import Ending, InvalidInput
 from solver.plateau import plateau_of
-from solver.sliding import slide, slide_to_state
+from solver.sliding import FrictionRecord, slide, slide_to_state
 from tests.hard_cases.following import Followed, compliance_of, endings_of, follow, shown, worst_of
 from tests.hard_cases.table import Row
 from tests.physics import coupled_half_plane, half_plane, smallest_step, stored_energy
@@ -187,6 +188,11 @@ def test_turning_back_dissipates_and_balances_its_energy(operator: Callable[[Sla
     assert record.dissipated.min() >= -1e-12 * scale
 
 
+def _waves(height: float) -> Heterogeneity:
+    heights = height * np.random.default_rng(7).standard_normal(61)
+    return Heterogeneity(roughness=tuple(zip(np.linspace(-0.6, 0.6, 61).tolist(), heights.tolist(), strict=True)))
+
+
 def _plateaus() -> dict[float, float]:
     slab = Slab(65)
     case = Case(slab=slab, max_events=None, max_displacement=6e-3)
@@ -299,6 +305,60 @@ def test_residual_shear_is_what_is_left() -> None:
                 assert abs(left) < 1e-12 * case.load
 
 
+STEEP = {
+    # How steep a pin is where it touches, against μ_i, decides; below half of μ_i all is well.
+    "paper": ({}, True),
+    "small pin, small load": ({"radius": 0.5, "load": 1e-4, "intrinsic_friction": 0.5, "max_displacement": 0.1}, True),
+    "small pin, slope above half of μ_i": ({"radius": 0.2, "load": 3e-2, "intrinsic_friction": 0.1}, False),
+    "steep against a small μ_i": ({"intrinsic_friction": 1e-3}, False),
+    "above 45°": ({"radius": 0.02, "load": 0.1}, False),
+    "rough, slopes of some hundredths": ({"heterogeneity": _waves(1e-4)}, True),
+    "rough, slopes of some tens": ({"heterogeneity": _waves(0.3), "radius": 1.0}, False),
+    "rough, slopes near μ_i": ({"heterogeneity": _waves(3e-3), "radius": 1.0, "intrinsic_friction": 0.1}, False),
+}
+
+
+def _steep(scheme: Scheme, residual: float, changes: dict[str, Any]) -> FrictionRecord:
+    slab = Slab(N, scheme=scheme)
+    rule = SlipRule(residual=residual, cascade_limit=20_000)
+    case = Case(**{"slab": slab, "slip_rule": rule, "max_events": 60, "max_displacement": 0.3, **changes})
+    return slide(case, compliance_of(slab))
+
+
+def _created(record: FrictionRecord) -> float:
+    """The largest energy that an event created, as a share of all that was dissipated."""
+    return max(-float(record.dissipated.min(initial=0.0)), 0.0) / max(float(np.abs(record.dissipated).sum()), 1e-300)
+
+
+@pytest.mark.parametrize("scheme", SCHEMES)
+@pytest.mark.parametrize("residual", [0.0, 0.5, 0.9])
+@pytest.mark.parametrize("name", STEEP)
+def test_no_completed_record_creates_energy(name: str, residual: float, scheme: Scheme) -> None:
+    """Rounding leaves 1e-30 of it at the default event floor; steep pins left 1e-4 to 1e-1 (1e-10: between them)."""
+    changes, flat = STEEP[name]
+    record = _steep(scheme, residual, changes)
+    assert _created(record) < 1e-10
+    assert record.outcome.ending in (Ending.COMPLETED, Ending.STEEP_PIN)
+    assert record.outcome.ok or not flat
+    if not record.outcome.ok:
+        assert "radius" in record.outcome.message
+
+
+@pytest.mark.parametrize("name", [name for name, (_, flat) in STEEP.items() if not flat])
+def test_every_kind_of_steep_pin_is_named_somewhere(name: str) -> None:
+    endings = {_steep(scheme, residual, STEEP[name][0]).outcome.ending for scheme in SCHEMES for residual in (0.0, 0.5)}
+    assert Ending.STEEP_PIN in endings
+
+
+def test_sliding_at_the_limit_up_a_flank_steeper_than_friction_is_named() -> None:
+    """Residual 1 has a solver of its own: at μ_i = 0.05 and a slope of 0.7 a fiftieth of the work came from nowhere."""
+    for friction, steep in ((0.05, True), (1.0, False)):
+        slab = Slab(17)
+        case = Case(slab=slab, radius=0.1, load=0.1, intrinsic_friction=friction, slip_rule=SlipRule(residual=1.0))
+        record = slide(replace(case, max_events=40, max_displacement=0.1), compliance_of(slab))
+        assert record.outcome.ending is (Ending.STEEP_PIN if steep else Ending.COMPLETED)
+
+
 def rows() -> list[Row]:
     """Friction and residual on every scheme, the energy on reciprocal operators, floors, and turning back."""
     runs = [_tried(*pair, scheme, 10**6) for pair in _pairs() for scheme in SCHEMES]
@@ -310,7 +370,21 @@ def rows() -> list[Row]:
     shares = ", ".join(f"{floor:.0e}: {share:.0e}" for floor, share in apart.items() if floor > 1e-8)
     turned = [_turned_back(scheme, residual) for scheme in SCHEMES for residual in (0.0, 0.5)]
     balance = f"imbalance {max(i for i, _ in energy):.0e} of the work, created {max(c for _, c in energy):.0e}"
+    flanks = [
+        _steep(scheme, residual, changes)
+        for changes, _ in STEEP.values()
+        for scheme in SCHEMES
+        for residual in (0.0, 0.5)
+    ]
+    endings = Counter(record.outcome.ending.value for record in flanks)
     return [
+        Row(
+            "slip",
+            "pins from flat to above 45°, smooth and rough, μ_i 1e-3 to 0.5",
+            "dissipation ≥ 0",
+            f"created {max(map(_created, flanks)):.0e} of what was lost",
+            ", ".join(f"{count} {ending}" for ending, count in endings.most_common()),
+        ),
         Row(
             "slip",
             "μ_i 0 to 1e6 and infinite, residual 0 to 1",

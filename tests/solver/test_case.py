@@ -5,7 +5,7 @@ import re
 
 import pytest
 
-from solver.case import Case, Drive, Scales, Slab, SlipRule
+from solver.case import Case, Drive, Heterogeneity, Scales, Slab, SlipRule
 from solver.outcome import InvalidInput
 
 
@@ -78,6 +78,11 @@ def test_the_default_grading_is_good_or_as_good_as_the_surface(n_x: int, aspect_
         (lambda: SlipRule(event_floor=1e-20), "event_floor = 1e-20: needs 1e-14"),
         (lambda: Case(start=1.01), "start = 1.01: needs 0 ≤ start ≤ 1"),
         (lambda: Case(max_spacings=0), "max_spacings = 0.0: needs max_spacings > 0"),
+        (lambda: Heterogeneity(roughness=((0.0, 0.0), (1e-18, 1e-6))), "needs points at least 1e-12 apart"),
+        (
+            lambda: Heterogeneity(roughness=((0.0, 1e300), (0.1, 0.0))),
+            "(0.0, 1e+300): needs |ξ| and |height| up to 1e+06",
+        ),
         (lambda: Drive(0.0, 0.1, 1.0, 1.0), "spring_stiffness = 0.0"),
         (lambda: Drive(1.0, 0.1, 1.0, 1.0, integrator="rk4"), "time_step = None"),
         (lambda: Drive(1.0, 0.1, 1.0, 1.0, surface_compliance=0), "surface_compliance = 0: needs true or false"),  # type: ignore[arg-type]

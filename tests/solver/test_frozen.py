@@ -116,3 +116,17 @@ def test_a_record_takes_no_more_room_than_its_events_need(monkeypatch: pytest.Mo
         for name in ("displacement", "force_before", "force_after", "node", "slips", "dissipated"):
             np.testing.assert_array_equal(getattr(record, name), getattr(whole, name))
     assert room == 2 * [8, 16, 32, 64, 128, 256, 512]
+
+
+def test_a_pin_that_is_not_carried_along_is_as_steep_as_at_first_touch() -> None:
+    """A parabola dragged three quarters of a slab to the side would stand on a flank of 50° there."""
+    case = replace(FROZEN, radius=0.5, load=1e-4, intrinsic_friction=10.0, max_events=None, max_displacement=0.75)
+    assert slide(case, COMPLIANCE).outcome.ok
+
+
+def test_a_shear_that_is_no_number_is_seen() -> None:
+    """No comparison in the kernel is true of it: nothing would seem to slip."""
+    start = first_touch(GOODMAN, COMPLIANCE)
+    u = start.u.copy()
+    u[np.flatnonzero(start.contact)[0]] = np.nan
+    assert slide(GOODMAN, COMPLIANCE, replace(start, u=u)).outcome.ending is Ending.ROUNDING

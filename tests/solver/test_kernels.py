@@ -1,10 +1,17 @@
-"""The search for the worst offender, bit for bit: the largest shear ratio, and of mirror twins the one further right."""
+"""The search for the worst offender, bit for bit: the largest shear ratio, and of mirror twins the one further right; and
+numbers that are none, which no comparison sees."""
 
 import numpy as np
 import pytest
 from numpy.typing import NDArray
 
+from solver import _kernels
 from solver._kernels import _look
+from solver.case import Case, Slab
+from solver.compliance import slab_compliance
+from solver.contact import ENDINGS
+from solver.outcome import Ending
+from solver.tableau import Core, core_of, steadied
 
 NODES = 45
 TOLERANCE = 1e-15
@@ -37,3 +44,39 @@ def test_rounding_does_not_decide_between_mirror_twins(seed: int) -> None:
         shear[right] = ratio
         shear[left] = -ratio * (1.0 + rng.integers(-4, 5) * np.finfo(float).eps)
         assert look(shear, np.ones(NODES), np.ones(NODES))[0] == right
+
+
+def one_node() -> Core:
+    slab = Slab(n_x=9)
+    contact = np.arange(9) == 4
+    core = core_of(Case(slab=slab), slab_compliance(slab), contact, np.zeros(9), np.zeros(9), whole=True)
+    _kernels.aim_displacement(core.state)
+    return core
+
+
+@pytest.mark.parametrize("value", [np.nan, np.inf, -np.inf])
+@pytest.mark.parametrize("entry", [1, 4, 13, 18])
+def test_what_is_no_number_is_drift_and_ends_a_cascade(entry: int, value: float) -> None:
+    """In a free node's displacement, a contact node's shear and pressure, and the approach."""
+    core = one_node()
+    assert _kernels.drift(core.state) < _kernels.DRIFT_LIMIT
+    core.state.response[entry] = value
+    assert not _kernels.drift(core.state) <= _kernels.DRIFT_LIMIT
+    status = _kernels.resolve(core.state, core.rules, _kernels.NOTHING, -1, 1.0)
+    assert not ENDINGS[status].ok  # an infinite shear slips, an infinite tension is released: neither gets far
+    if np.isnan(value):
+        assert ENDINGS[status].ending is Ending.ROUNDING
+
+
+def test_inputs_that_are_no_numbers_cannot_be_mended() -> None:
+    core = one_node()
+    core.state.inputs[4] = np.nan
+    _kernels.refresh(core.state)
+    assert ENDINGS[steadied(core, _kernels.DONE)].ending is Ending.ROUNDING
+
+
+def test_a_contact_that_bears_nothing_is_drift() -> None:
+    """The largest displacement is what drift is compared with: there is none."""
+    core = one_node()
+    core.state.response[:] = 0.0
+    assert _kernels.drift(core.state) == np.inf

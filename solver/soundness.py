@@ -1,0 +1,63 @@
+"""Whether a contact that was found means something: its numbers are near enough for double precision, its pin is flat
+enough for shear and pressure to be what lies along and across the slab."""
+
+import numpy as np
+from numpy.typing import NDArray
+
+from solver.case import Case
+from solver.compliance import SurfaceCompliance
+from solver.outcome import COMPLETED, Ending, Outcome
+from solver.pin import pin_of, surface_from_pin
+
+Vector = NDArray[np.float64]
+
+STEEPEST = 1.0
+"""Slope of the pin under a node in contact, as in `solver._kernels`, which looks at it after every cascade."""
+COARSEST = 1e-4
+"""Rounding of the pin's heights, as a share of what the load displaces, beyond which it decides: measured,
+forces change by 1.4 times that share of the load when every height changes by a rounding."""
+
+STEEP_PIN = Outcome(
+    Ending.STEEP_PIN,
+    "the pin is too steep where it touches, either above 45° or so steep against intrinsic_friction that an event creates "
+    "energy: raise radius or intrinsic_friction, lower load, or use a smoother heterogeneity.roughness",
+)
+"""Down a flank of slope s the pressure does the work s·N per distance, which only a shear above s·N can make a loss."""
+NOT_FINITE = Outcome(
+    Ending.ROUNDING,
+    "a force or displacement is no longer a number: use a load, a radius and an event_floor nearer those of the paper",
+)
+
+
+def soundness(
+    case: Case, compliance: SurfaceCompliance, contact: NDArray[np.bool_], u: Vector, displacement: float
+) -> Outcome:
+    """COMPLETED where a contact of these nodes, (n,), with displacements u (n,) means something, else why not."""
+    xi = (surface_from_pin(case) + u - displacement)[contact]
+    if not np.isfinite(xi).all():
+        return NOT_FINITE
+    share = rounding_share(case, compliance, contact, xi)
+    if not share <= COARSEST:
+        return Outcome(
+            Ending.ROUNDING,
+            f"heights of the pin are known to {share:.0e} of what the load displaces, {COARSEST:g} is needed: raise load, "
+            "or use a larger radius or lower heights in heterogeneity.roughness",
+        )
+    return COMPLETED if bool((np.abs(pin_of(case).slope(xi)) <= STEEPEST).all()) else STEEP_PIN
+
+
+def rounding_share(case: Case, compliance: SurfaceCompliance, contact: NDArray[np.bool_], xi: Vector) -> float:
+    """Rounding of the pin's heights at ξ, those of the nodes of `contact`, over what the load would displace one of them;
+    0 without contact.
+
+    A rough pin's height is a sum of larger ones, parabola and profile, and any point of the profile may be the next to touch.
+    """
+    if not len(xi):
+        return 0.0
+    pin, n = pin_of(case), case.slab.n_x
+    highest = float(pin.curvature * (xi**2).max() / 2)
+    if pin.rises is not None:
+        highest += float(np.abs(pin.rises).max())
+    nodes = n + np.flatnonzero(contact)
+    displaced = case.load * float(np.abs(compliance.matrix[nodes, nodes]).max())
+    return float(np.finfo(float).eps) * highest / displaced
