@@ -14,11 +14,11 @@ import numpy as np
 from numba import njit
 from numpy.typing import NDArray
 
-from solver._kernels import Events
+from solver._kernels import OVERSHOOT, STRETCHES, Events
 
 Floats = NDArray[np.float64]
 
-DONE, FULL, SLIP_UNBOUNDED, CASCADE_LIMIT, NO_EVENT = range(5)
+DONE, FULL, SLIP_UNBOUNDED, CASCADE_LIMIT, NO_EVENT, OVERSHOT = range(6)
 _SLIP = 0
 
 _REFRESH_SLIPS = 65536  # slips after which the shear is summed afresh: rounding of a vector sum stays below 1e-12
@@ -56,6 +56,8 @@ class FrozenRules(NamedTuple):
     residual: float
     simultaneous: bool
     floor: float
+    spacing: float
+    limit: float
     cascade_limit: int
     tolerance: float
 
@@ -182,12 +184,32 @@ def _advance(t: Tangent, step: float) -> None:
 
 
 @njit(cache=True, nogil=True)
+def _smallest_step(rules: FrozenRules, stiffness: float, displacement: float) -> float:
+    """See `solver._kernels.smallest_step`."""
+    least = 4.5e-16 * displacement
+    if not stiffness > 0.0:
+        return max(rules.floor * rules.spacing, least)
+    unit = min(rules.spacing, STRETCHES * rules.limit / stiffness)
+    return max(rules.floor * unit, 0.1 * rules.tolerance / stiffness, least)
+
+
+@njit(cache=True, nogil=True)
+def _overshoot(t: Tangent) -> float:
+    """By how much shear exceeds its limits, all nodes together."""
+    total = 0.0
+    for i in range(len(t.u)):
+        total += max(abs(t.shear[i]) - t.limits[i], 0.0)
+    return total
+
+
+@njit(cache=True, nogil=True)
 def slide_frozen(t: Tangent, rules: FrozenRules, events: Events, first: int, farthest: float) -> tuple[int, int]:
     """Slide from event to event; returns why it stopped and how many events the record now holds."""
     stiffness = t.rate.sum()
+    most = OVERSHOOT * rules.limit + len(t.u) * rules.tolerance
     for e in range(first, len(events.displacement)):
         step, node = _next_slip(t)
-        step = max(step, rules.floor)
+        step = max(step, _smallest_step(rules, stiffness, t.totals[0]))
         if node < 0 and farthest == np.inf:
             return NO_EVENT, e
         if t.totals[0] + step >= farthest:
@@ -200,6 +222,8 @@ def slide_frozen(t: Tangent, rules: FrozenRules, events: Events, first: int, far
         events.node[e] = t.nodes[node]
         t.counts[0] = 0
         t.totals[1] = 0.0
+        if not _overshoot(t) <= most:
+            return OVERSHOT, e
         status = _slip_together(t, rules, node) if rules.simultaneous else _slip_in_turn(t, rules, node)
         if status != DONE:
             return status, e

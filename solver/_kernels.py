@@ -27,12 +27,15 @@ SLIP, RELEASE, TOUCH, NOTHING = 0, 1, 2, 3
 DONE, FULL, DRIFTED, SLIP_UNBOUNDED, CASCADE_LIMIT, CONTACT_LOST, NO_EVENT, EDGE_REACHED, OUTGROWN, CONTACT_CYCLE = (
     range(10)
 )
+OVERSHOT = 10
 
 DRIFT_LIMIT = 1e-11  # relative residual of the prescribed displacements or of the load at which the tableau is rebuilt
 REFRESH_SLIPS = 65536  # slips after which the response is summed afresh: rounding of a vector sum stays below 1e-12
 LOOK_EVENTS = 64  # events after which the drift is looked at, changes of the contact or not
 REFRESH_CHANGES = 64  # changes of the contact after which everything is summed afresh
 CHANGES_PER_NODE = 20  # touches and releases in one cascade, per node, after which they count as a cycle
+STRETCHES = 20.0  # the event floor counts in node spacings, or in this many lengths μ_i·W/K where those are shorter
+OVERSHOOT = 1e-4  # what shear may exceed its limit by before an event, all nodes together, as a share of μ_i·W
 BLUR = 1e-15  # rounding of the pin's height, as a share of it
 EDGE = 1e-9  # relative distance inside a punch's edge at which a node counts as under it
 PLACE = 0xFFFF  # lowest bits of a shear ratio, 2^-36 of it, that give way to the node's place: nearer ratios are ties
@@ -87,7 +90,11 @@ class Rules(NamedTuple):
     residual: float
     simultaneous: bool
     floor: float
-    """Smallest step of the displacement."""
+    """The event floor, in node spacings."""
+    spacing: float
+    """Distance between surface nodes."""
+    limit: float
+    """μ_i·W; infinite where nodes never slip."""
     cascade_limit: int
     tolerance: float
     """Force below which a constraint counts as met."""
@@ -776,8 +783,31 @@ def raise_load(m: Machine, rules: Rules, target: float) -> int:
 
 
 @njit(cache=True, nogil=True)
+def smallest_step(rules: Rules, stiffness: float, displacement: float) -> float:
+    """The event floor as a length. It is to outlive rounding, so it follows what the friction limit moves: in the paper's case
+    a node spacing is shorter than STRETCHES. Never so little that all forces stay within the tolerance, or δ_p the same."""
+    least = 4.5e-16 * displacement
+    if not stiffness > 0.0:
+        return max(rules.floor * rules.spacing, least)
+    unit = min(rules.spacing, STRETCHES * rules.limit / stiffness)
+    return max(rules.floor * unit, 0.1 * rules.tolerance / stiffness, least)
+
+
+@njit(cache=True, nogil=True)
+def overshoot(m: Machine) -> float:
+    """By how much shear exceeds μ_i·pressure, all nodes together."""
+    n, total = len(m.x), 0.0
+    for i in range(n):
+        excess = abs(m.response[i]) + m.limits[i] * m.response[n + i]
+        total += excess if excess > 0.0 else 0.0
+    return total
+
+
+@njit(cache=True, nogil=True)
 def slide_events(m: Machine, rules: Rules, events: Events, first: int, farthest: float) -> tuple[int, int]:
     """Slide from event to event; returns why it stopped and how many events the record now holds."""
+    most = OVERSHOOT * rules.limit + len(m.x) * rules.tolerance
+    stiffness = total_shear(m, m.rate)
     for e in range(first, len(events.displacement)):
         step, kind, node = next_event(m, rules, 1.0)
         if node < 0 and farthest == np.inf:
@@ -787,7 +817,8 @@ def slide_events(m: Machine, rules: Rules, events: Events, first: int, farthest:
             advance(m, left)
             return DONE, e
         # A floor beyond the end of the run does not hide the event before it.
-        step = min(max(step, rules.floor), left)
+        floor = smallest_step(rules, stiffness, m.totals[0])
+        step = min(max(step, floor), left)
         advance(m, step)
         events.displacement[e] = m.totals[0]
         events.force_before[e] = total_shear(m, m.response)
@@ -795,11 +826,12 @@ def slide_events(m: Machine, rules: Rules, events: Events, first: int, farthest:
         events.node[e] = rules.offset + node
         m.counts[:3] = 0
         m.totals[1] = 0.0
-        status = resolve(m, rules, kind, node, 1.0)
+        status = resolve(m, rules, kind, node, 1.0) if overshoot(m) <= most else OVERSHOT
         if status != DONE:
             return status, e
+        stiffness = total_shear(m, m.rate)
         events.force_after[e] = total_shear(m, m.response)
-        events.stiffness[e] = total_shear(m, m.rate)
+        events.stiffness[e] = stiffness
         events.dissipated[e] = m.totals[1]
         events.slips[e] = m.counts[0]
         events.releases[e] = m.counts[1]

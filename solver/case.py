@@ -63,7 +63,8 @@ class SlipRule:
         slips every offender by the distance it would slip alone.
     residual: shear left after a slip, as a fraction of μ_i·pressure, in [0, 1]; 0 is a full stress drop, 1 is classical
         Coulomb sliding, which has no slips one at a time (order, event_floor and cascade_limit do not matter then).
-    event_floor: smallest displacement step, in surface node spacings (the paper's is 1e-6).
+    event_floor: smallest displacement step, in surface node spacings (the paper's is 1e-6), or in twenty lengths μ_i·W/K
+        where those are shorter, which they are not in the paper's case: it is to outlive rounding, not to move the pin.
     cascade_limit: slips after which one event is given up.
     """
 
@@ -75,7 +76,9 @@ class SlipRule:
     def __post_init__(self) -> None:
         _take_declared_types(self)
         _require("residual", self.residual, 0.0 <= self.residual <= 1.0, "0 ≤ residual ≤ 1")
-        _require("event_floor", self.event_floor, 0.0 < self.event_floor <= 1.0, "0 < event_floor ≤ 1 (node spacings)")
+        _require(
+            "event_floor", self.event_floor, 1e-14 <= self.event_floor <= 1.0, "1e-14 ≤ event_floor ≤ 1 (node spacings)"
+        )
         _require("cascade_limit", self.cascade_limit, 1 <= self.cascade_limit <= MOST_WHOLE, f"1 to {MOST_WHOLE} slips")
 
 
@@ -213,7 +216,10 @@ class Case:
     radius: R/L_x of a parabolic pin (ignored by a flat punch). half_width: a/L_x of a flat punch (ignored by a parabola).
     load: W/(G·L_x·L_y). first_touch: `stick` brings all nodes in contact down stuck at u = 0 and slips them afterwards,
     `frictionless` sticks them where frictionless contact leaves them, `gradual` raises the load event by event.
-    max_events, max_displacement (L_x): the record ends at whichever comes first; at least one is needed.
+    start: where the pin comes down, in node spacings right of the slab's middle node, 0 to 1: what the pin meets repeats
+    with the nodes, so starts between two of them sample all there is.
+    max_events, max_displacement (L_x), max_spacings (node spacings): the record ends at whichever comes first; at least
+    one is needed.
     """
 
     intrinsic_friction: float = 0.5
@@ -223,11 +229,13 @@ class Case:
     pin: PinShape = "parabola"
     half_width: float = 0.25
     first_touch: FirstTouch = "stick"
+    start: float = 0.0
     slip_rule: SlipRule = field(default_factory=SlipRule)
     effects: Effects = field(default_factory=Effects)
     heterogeneity: Heterogeneity = field(default_factory=Heterogeneity)
     max_events: int | None = 2000
     max_displacement: float | None = None
+    max_spacings: float | None = None
 
     def __post_init__(self) -> None:
         _take_declared_types(self)
@@ -241,6 +249,9 @@ class Case:
         _require("max_events", events, events is None or 1 <= events <= MOST_EVENTS, f"1 to {MOST_EVENTS}")
         far = self.max_displacement
         _require("max_displacement", far, far is None or 0.0 < far < math.inf, "max_displacement > 0")
+        wide = self.max_spacings
+        _require("max_spacings", wide, wide is None or 0.0 < wide < math.inf, "max_spacings > 0")
+        _require("start", self.start, 0.0 <= self.start <= 1.0, "0 ≤ start ≤ 1 (node spacings)")
         if self.slip_rule.residual == 1.0 and math.isinf(self.intrinsic_friction):
             raise InvalidInput(
                 "residual = 1.0 with intrinsic_friction = inf: sliding at μ_i·pressure needs a finite μ_i"
@@ -263,8 +274,16 @@ class Case:
                 f"spread = {self.heterogeneity.spread} with intrinsic_friction = {self.intrinsic_friction}: "
                 "needs a mean that can be spread, finite and above 0"
             )
-        if self.max_events is None and far is None:
-            raise InvalidInput("max_events and max_displacement are both missing: a record needs at least one limit")
+        if self.max_events is None and far is None and wide is None:
+            raise InvalidInput(
+                "max_events, max_displacement and max_spacings are all missing: a record needs at least one limit"
+            )
+
+    @property
+    def farthest(self) -> float:
+        """δ_p in L_x at which a record ends at the latest; infinite without such a limit."""
+        far = math.inf if self.max_displacement is None else self.max_displacement
+        return far if self.max_spacings is None else min(far, self.max_spacings * self.slab.spacing)
 
 
 @dataclass(frozen=True, slots=True)

@@ -16,7 +16,7 @@ from solver.compliance import SurfaceCompliance
 from solver.conditioning import explained
 from solver.coulomb import CoulombContact, CoulombError
 from solver.outcome import COMPLETED, Ending, InvalidInput, Outcome, SingularOperator
-from solver.pin import pin_of
+from solver.pin import pin_of, surface_from_pin
 from solver.pressing import pressed
 from solver.tableau import Core, core_of, steadied
 
@@ -50,6 +50,11 @@ ENDINGS = {
         Ending.SINGULAR_OPERATOR,
         "the compliance of the nodes in contact is so ill-conditioned that forces and displacements disagree by more than "
         "1e-10: use the scheme galerkin, or an aspect_ratio nearer 1",
+    ),
+    _kernels.OVERSHOT: Outcome(
+        Ending.OVERSHOT,
+        "the smallest step pushed nodes beyond μ_i·pressure by more than 1e-4 of μ_i·W: lower slip.event_floor, or, where it "
+        "is small, the radius or the displacement limit",
     ),
     _kernels.NO_EVENT: Outcome(
         Ending.NO_EVENT,
@@ -105,11 +110,13 @@ class ContactState:
 def mirrored(case: Case, state: ContactState) -> ContactState:
     """The same contact seen in a mirror at the slab's middle: sliding on from it moves the pin to the left.
 
-    Forces, displacements and nodes of what follows are those of the mirror image. Raises InvalidInput where the support is
-    not its own mirror image.
+    Forces, displacements and nodes of what follows are those of the mirror image. Raises InvalidInput where the support or
+    the pin's start is not its own mirror image.
     """
     if case.slab.support == "right_side":
         raise InvalidInput("support = 'right_side': sliding to the left needs a support that is its own mirror image")
+    if case.start:
+        raise InvalidInput(f"start = {case.start!r}: sliding to the left needs a pin over the slab's middle, start = 0")
     signs = {"shear": -1.0, "slip": -1.0, "u": -1.0}
     turned = {
         name: signs.get(name, 1.0) * getattr(state, name)[::-1]
@@ -157,7 +164,7 @@ def _touch_without_shear(case: Case, compliance: SurfaceCompliance) -> ContactSt
 def _touch_at_once(case: Case, compliance: SurfaceCompliance) -> ContactState:
     found = pressed(case, compliance, case.first_touch == "stick")
     contact, u, converged = found.contact, np.where(found.contact, found.u, 0.0), found.converged
-    height = pin_of(case).height(np.where(contact, compliance.x + u, 0.0))
+    height = pin_of(case).height(np.where(contact, surface_from_pin(case) + u, 0.0))
     if not converged and math.isinf(case.intrinsic_friction):
         unsettled = core_of(case, compliance, contact, u, height, whole=True)
         return contact_state(unsettled, ENDINGS[_kernels.CONTACT_CYCLE])
@@ -174,7 +181,7 @@ def _touch_at_once(case: Case, compliance: SurfaceCompliance) -> ContactState:
 
 def _load_gradually(case: Case, compliance: SurfaceCompliance) -> ContactState:
     """Start from a millionth of a millionth of the load on the lowest nodes and raise it event by event."""
-    x = compliance.x
+    x = surface_from_pin(case)
     height = pin_of(case).height(x)
     core = core_of(case, compliance, height == height.min(), np.zeros_like(x), height, whole=True)
     core.state.inputs[-1] = -1e-12 * case.load
@@ -187,7 +194,7 @@ def _load_gradually(case: Case, compliance: SurfaceCompliance) -> ContactState:
 
 
 def _touch_with_coulomb_friction(case: Case, compliance: SurfaceCompliance) -> ContactState:
-    x = compliance.x
+    x = surface_from_pin(case)
     if case.first_touch == "gradual":
         height = pin_of(case).height(x)
         contact, u, load = height == height.min(), np.zeros_like(x), 1e-9 * case.load
@@ -253,7 +260,7 @@ def _state(
         "pressure": -forces[1] / compliance.widths,
         "shear": forces[0] / compliance.widths,
         "slip": np.where(contact, u - displacement, 0.0),
-        "gap": np.where(contact, 0.0, pin_of(case).height(compliance.x + u - displacement) - v),
+        "gap": np.where(contact, 0.0, pin_of(case).height(surface_from_pin(case) + u - displacement) - v),
         "u": u.copy(),
         "w": v - approach,
         "nodal_force": forces,

@@ -15,7 +15,7 @@ from solver.case import Case
 from solver.compliance import SurfaceCompliance
 from solver.heterogeneity import node_friction
 from solver.outcome import Ending, SingularOperator, SolverError
-from solver.pin import Pin, pin_of
+from solver.pin import Pin, pin_of, surface_from_pin
 
 Vector = NDArray[np.float64]
 
@@ -50,6 +50,8 @@ class CoulombContact:
     u: Vector
     load: float
     displacement: float = 0.0
+    x: Vector = field(init=False)
+    """Of every node, from the pin's lowest point at δ_p = 0."""
     friction: Vector = field(init=False)
     """μ_i of every node."""
     v: Vector = field(init=False)
@@ -64,7 +66,7 @@ class CoulombContact:
     """Displacement plus load at that time."""
 
     def __post_init__(self) -> None:
-        self.friction = node_friction(self.case)
+        self.x, self.friction = surface_from_pin(self.case), node_friction(self.case)
         self.solve()
 
     @property
@@ -75,7 +77,7 @@ class CoulombContact:
     @property
     def xi(self) -> Vector:
         """Pin coordinate of every node, (n,)."""
-        return np.asarray(self.compliance.x + self.u - self.displacement)
+        return np.asarray(self.x + self.u - self.displacement)
 
     @property
     def pressing(self) -> Vector:
@@ -152,7 +154,7 @@ class CoulombContact:
 
     def touch(self, node: int) -> None:
         """Bring a node into contact, sticking where it is."""
-        if abs(self.compliance.x[node]) > self.pin.half_width:
+        if abs(self.x[node]) > self.pin.half_width:
             raise CoulombError(Ending.EDGE_REACHED)
         self.contact[node] = True
 

@@ -27,6 +27,7 @@ _ENDINGS = {
     _frozen_kernels.SLIP_UNBOUNDED: BROKEN[Ending.SLIP_UNBOUNDED],
     _frozen_kernels.CASCADE_LIMIT: BROKEN[Ending.CASCADE_LIMIT],
     _frozen_kernels.NO_EVENT: BROKEN[Ending.NO_EVENT],
+    _frozen_kernels.OVERSHOT: BROKEN[Ending.OVERSHOT],
 }
 
 
@@ -41,7 +42,9 @@ class FrozenContact:
         self._rules = FrozenRules(
             residual=case.slip_rule.residual,
             simultaneous=case.slip_rule.order == "simultaneous",
-            floor=case.slip_rule.event_floor * case.slab.spacing,
+            floor=case.slip_rule.event_floor,
+            spacing=case.slab.spacing,
+            limit=case.intrinsic_friction * case.load,
             cascade_limit=case.slip_rule.cascade_limit,
             tolerance=1e-12 * case.load,
         )

@@ -3,14 +3,26 @@
 The plateau of a friction record is found in solver.plateau; the same truncation and block rules serve the drive.
 """
 
+import math
 from dataclasses import dataclass
+from typing import Final
 
 import numpy as np
 from numpy.typing import NDArray
 
 from solver.dynamics import DynamicsResult
 from solver.outcome import COMPLETED, Ending, Outcome
-from solver.plateau import BLOCKS, Plateau, latest_truncation, mean_uncertainty, plateau_of, truncation, unsteadiness
+from solver.plateau import (
+    BLOCKS,
+    Plateau,
+    latest_truncation,
+    mean_uncertainty,
+    plateau_of,
+    sampling_of,
+    truncation,
+    unsteadiness,
+)
+from solver.sampling import MODULATION, Sampling
 from solver.sliding import EVENT_KINDS, FrictionRecord
 
 __all__ = [
@@ -21,6 +33,10 @@ __all__ = [
     "friction_coefficients",
     "plateau_of",
 ]
+
+
+LONGEST_CYCLE: Final = 6000
+"""Events at the end of a record that are searched for a cycle."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -39,7 +55,7 @@ class EventStatistics:
     mean_step: float
     """Displacement per event, in L_x."""
     mean_step_uncertainty: float
-    """Its standard error, from blocks of events; NaN where a block has fewer than two."""
+    """Its standard error as an estimate of the mean over all positions of the pin, see solver.sampling."""
     mean_slips: float
     """Slips per event."""
     mean_drop: float
@@ -50,6 +66,12 @@ class EventStatistics:
     """Highest F/W anywhere."""
     dissipated: float
     """Energy lost in all events, in G·L_x²·L_y."""
+    spacings: float
+    """Node spacings that the record spans: what the pin meets repeats with them."""
+    cycle_events: int
+    """Events after which the end of the record repeats itself, 0 where it does not."""
+    cycle_spacings: float
+    """How far the pin moves in one such cycle, in node spacings; NaN without one."""
 
 
 def event_statistics(record: FrictionRecord) -> EventStatistics:
@@ -58,6 +80,9 @@ def event_statistics(record: FrictionRecord) -> EventStatistics:
     slips, releases, touches = (int(np.sum(record.kind == kind)) for kind in range(len(EVENT_KINDS)))
     per_event = 1.0 / events if events else float("nan")
     forces = (record.force_before, record.force_after, [record.initial_force, record.final_force])
+    sampling = sampling_of(record, 0, record.final_displacement)
+    cycle = cycle_of(record)
+    drops = (record.force_before - record.force_after) / record.load
     return EventStatistics(
         events=events,
         slips=slips,
@@ -67,19 +92,48 @@ def event_statistics(record: FrictionRecord) -> EventStatistics:
         cascade_releases=int(record.releases.sum()),
         cascade_touches=int(record.touches.sum()),
         mean_step=float(record.displacement[-1]) * per_event if events else float("nan"),
-        mean_step_uncertainty=_uncertainty_of_mean(np.diff(record.displacement, prepend=0.0)),
+        mean_step_uncertainty=_uncertainty_of_mean(np.diff(record.displacement, prepend=0.0), sampling),
         mean_slips=float(record.slips.sum()) * per_event,
-        mean_drop=float(np.sum(record.force_before - record.force_after)) * per_event / record.load,
-        mean_drop_uncertainty=_uncertainty_of_mean(record.force_before - record.force_after) / record.load,
+        mean_drop=float(drops.sum()) * per_event,
+        mean_drop_uncertainty=_uncertainty_of_mean(drops, sampling),
         peak_friction=float(np.concatenate(forces).max()) / record.load,
         dissipated=float(record.dissipated.sum()),
+        spacings=sampling.spacings,
+        cycle_events=cycle,
+        cycle_spacings=float(record.displacement[-1] - record.displacement[-1 - cycle]) / record.spacing
+        if cycle
+        else float("nan"),
     )
 
 
-def _uncertainty_of_mean(values: NDArray[np.float64]) -> float:
-    """Standard error of the mean over events, from blocks of them; the last ones, less than a block, are left out."""
+def cycle_of(record: FrictionRecord) -> int:
+    """Number of events after which the end of a record repeats itself; 0 where it does not.
+
+    A cycle is seen at least three times over: the same nodes in turn, the same forces to a thousandth of the drops.
+    """
+    node, after = record.node[-LONGEST_CYCLE:], record.force_after[-LONGEST_CYCLE:]
+    if not len(node):
+        return 0
+    drops = record.force_before[-LONGEST_CYCLE:] - after
+    near = 1e-3 * float(np.abs(drops).max(initial=0.0))
+    again = len(node) - 1 - np.flatnonzero((node[:-1] == node[-1]) & (np.abs(after[:-1] - after[-1]) <= near))[::-1]
+    for period in again[3 * again <= len(node)]:
+        end = slice(-2 * int(period), None)
+        before = slice(-3 * int(period), -int(period))
+        if np.array_equal(node[end], node[before]) and np.all(np.abs(after[end] - after[before]) <= near):
+            return int(period)
+    return 0
+
+
+def _uncertainty_of_mean(values: NDArray[np.float64], sampling: Sampling) -> float:
+    """Standard error of the mean over events: that of blocks (the last events, less than a block, are left out), and what
+    the phases that were not seen may have brought. NaN where a block has fewer than two events."""
     size = len(values) // BLOCKS
-    return mean_uncertainty(values[: BLOCKS * size].reshape(BLOCKS, -1).mean(axis=1)) if size > 1 else float("nan")
+    if size < 2:
+        return float("nan")
+    within = mean_uncertainty(values[: BLOCKS * size].reshape(BLOCKS, -1).mean(axis=1))
+    unseen = sampling.of_events() * abs(float(values.mean()))
+    return unseen if sampling.spacings >= 1.0 else float(np.hypot(within, unseen))
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -87,10 +141,10 @@ class FrictionCoefficients:
     """Macroscopic friction of one drive, as forces over W; NaN where it could not be measured, for which see `outcome`.
 
     static_friction: largest driving force before the first macroscopic slip ran off (μ_s). every_static_friction: (s,)
-    the same for each slip. static_friction_uncertainty: scatter of the highest force between equal stretches of the
-    record's plateau, which is how much another stretch of the same record would change it.
+    the same for each slip. static_friction_uncertainty: standard deviation between starts of the pin within a node spacing,
+    from the scatter between stretches of the plateau or, where it is larger, from the model of solver.sampling.
     kinetic_friction: mean of the driving force where it is steady (μ_k). kinetic_friction_uncertainty: from its block
-    means, and from those of the plateau that it repeats, for the same reason.
+    means, from the plateau that it repeats, and from how much of a node spacing the pin travels.
     """
 
     static_friction: float
@@ -116,10 +170,12 @@ def friction_coefficients(result: DynamicsResult, record: FrictionRecord, platea
         kinetic, uncertainty, outcome = _steady_mean(result.binned_force / record.load)
     return FrictionCoefficients(
         static_friction=float(static[0]),
-        static_friction_uncertainty=_scatter_of_peaks(record, plateau) / record.load,
+        static_friction_uncertainty=_uncertainty_of_peak(record, plateau, float(static[0])),
         every_static_friction=static,
         kinetic_friction=kinetic,
-        kinetic_friction_uncertainty=float(np.hypot(uncertainty, plateau.uncertainty)),
+        kinetic_friction_uncertainty=math.hypot(
+            uncertainty, plateau.uncertainty, _not_travelled(result, record, kinetic)
+        ),
         outcome=outcome,
     )
 
@@ -134,6 +190,20 @@ def _steady_mean(bins: NDArray[np.float64]) -> tuple[float, float, Outcome]:
     if complaint:
         return float("nan"), float("nan"), Outcome(Ending.NO_PLATEAU, f"the driving force {complaint}: raise duration")
     return float(blocks.mean()), mean_uncertainty(blocks), COMPLETED
+
+
+def _uncertainty_of_peak(record: FrictionRecord, plateau: Plateau, static: float) -> float:
+    """Standard deviation of F/W where the pin first slides, between starts; NaN without a plateau."""
+    if not plateau.outcome.ok:
+        return float("nan")
+    expected = sampling_of(record, plateau.first_event, plateau.end - plateau.start).of_peak() * static
+    return float(np.fmax(_scatter_of_peaks(record, plateau) / record.load, expected))
+
+
+def _not_travelled(result: DynamicsResult, record: FrictionRecord, kinetic: float) -> float:
+    """What the part of a node spacing that the pin does not travel leaves open of the mean force over load."""
+    travelled = sampling_of(record, 0, float(np.nanmax(result.position)) - result.presliding_length)
+    return travelled.unseen * MODULATION * travelled.discreteness * kinetic
 
 
 def _scatter_of_peaks(record: FrictionRecord, plateau: Plateau) -> float:

@@ -24,6 +24,8 @@ class Ending(StrEnum):
     """A node's shear does not fall when it slips: Coulomb friction has no unique answer there."""
     CASCADE_LIMIT = "cascade_limit"
     """One event needed more slips than the limit allows."""
+    OVERSHOT = "overshot"
+    """A step as small as allowed moved the pin further than the friction law lets it."""
     CONTACT_LOST = "contact_lost"
     """No node was left that could carry the load (the pin left the slab)."""
     EDGE_REACHED = "edge_reached"

@@ -44,6 +44,11 @@ class Pin:
         return np.asarray(slope + steps[np.searchsorted(self.knots, xi, side="right")])
 
 
+def surface_from_pin(case: Case) -> Vector:
+    """The undeformed surface nodes as the pin sees them before it moves: x from its lowest point, shape (n_x,), in L_x."""
+    return np.linspace(-0.5, 0.5, case.slab.n_x) - case.start * case.slab.spacing
+
+
 def pin_of(case: Case) -> Pin:
     """The pin of `case`."""
     if case.pin == "parabola":

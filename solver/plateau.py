@@ -2,6 +2,9 @@
 
 The force is integrated exactly into equal bins of displacement. The steady part starts where truncation minimises the
 marginal standard error of the mean, the sum of squares about the mean over the squared number of bins kept (MSER).
+Where a record goes on for half a node spacing or more after its first touch is forgotten, the steady part is all of that;
+from one spacing on, the last whole spacings: what the pin meets repeats with them, so a mean over whole ones is free of the
+modulation within one, and a pin that goes on over them for ever (§2.2.2) meets what it would meet.
 It is refused where a line through eight block means still rises or falls by more than `DRIFT` of the mean, unless
 the change is lost in the scatter of the blocks (less than `SIGNIFICANT` standard errors). A truncation as late as it is
 allowed to be has no such excuse.
@@ -15,6 +18,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from solver.outcome import COMPLETED, Ending, Outcome
+from solver.sampling import Sampling
 from solver.sliding import FrictionRecord
 
 BINS: Final = 512
@@ -23,9 +27,13 @@ LEAST_SHARE: Final = 0.25
 """Share of the bins that truncation always keeps."""
 DRIFT: Final = 0.01
 """Change along the steady part, as a fraction of its mean, that is never called a drift."""
+WHOLE: Final = 0.02
+"""Part of a node spacing by which events may miss a whole number of them."""
 SIGNIFICANT: Final = 5.0
 """Standard errors beyond which a change is no accident (one record in four hundred with eight blocks)."""
 FEWEST_EVENTS: Final = 8
+SETTLING: Final = 3.0
+"""How often the contact is stretched as far as before it slides until nothing is left of first touch."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -33,8 +41,9 @@ class Plateau:
     """The steady part of a friction record; forces as F/W, NaN where `outcome` is not ok.
 
     It reaches from event `first_event` at displacement `start` (L_x) to event `last_event` at `end`, just after both.
-    mean and std are displacement-weighted integrals over the sawtooth, without approximation. uncertainty is the
-    largest standard error of the mean from 8, 16 and 32 blocks. peak is the highest force within.
+    mean and std are displacement-weighted integrals over the sawtooth, without approximation. uncertainty is the standard
+    error of the mean as an estimate of that over all positions of the pin (see solver.sampling): it knows how many node
+    spacings the steady part spans. peak is the highest force within. spacings: the length of the steady part.
     """
 
     start: float
@@ -45,6 +54,7 @@ class Plateau:
     std: float
     uncertainty: float
     peak: float
+    spacings: float
     outcome: Outcome = COMPLETED
 
 
@@ -85,18 +95,18 @@ def plateau_of(record: FrictionRecord) -> Plateau:
     if events < 2 * FEWEST_EVENTS:
         return _refused(f"{events} events: a plateau needs at least {2 * FEWEST_EVENTS}; raise max_events")
     whole = teeth(record)
-    kept_from = truncation(whole.block_means(0.0, record.final_displacement, BINS))
-    first = int(np.searchsorted(record.displacement, record.final_displacement * kept_from / BINS))
-    last = events - 1
+    from_where, latest = _steady_from(record, whole)
+    first, last = int(np.searchsorted(record.displacement, from_where)), events - 1
     if last - first < FEWEST_EVENTS:
         return _refused(f"{last - first} events in the steady part: needs {FEWEST_EVENTS} or more; raise max_events")
     start, end = float(record.displacement[first]), float(record.displacement[last])
     blocks = whole.block_means(start, end, BLOCKS)
-    complaint = unsteadiness(blocks, latest=kept_from >= latest_truncation(BINS))
+    complaint = unsteadiness(blocks, latest=latest)
     if complaint:
         return _refused(f"the friction force still {complaint}; raise max_events or max_displacement")
     steady = Teeth(record.displacement[first:], record.force_after[first:last], record.force_before[first + 1 :])
     mean, std = _moments(steady)
+    sampling = sampling_of(record, first, end - start)
     return Plateau(
         start=start,
         end=end,
@@ -104,9 +114,34 @@ def plateau_of(record: FrictionRecord) -> Plateau:
         last_event=last,
         mean=mean / record.load,
         std=std / record.load,
-        uncertainty=mean_uncertainty(blocks) / record.load,
+        uncertainty=sampling.of_mean_force(blocks, mean_uncertainty(blocks)) / record.load,
         peak=float(max(steady.start.max(), steady.end.max())) / record.load,
+        spacings=sampling.spacings,
     )
+
+
+def sampling_of(record: FrictionRecord, first: int, length: float) -> Sampling:
+    """What a stretch of a record that begins after event `first` and is so long (L_x) can know."""
+    nodes = float(record.contact_size[first:].mean()) if len(record.contact_size) > first else float("nan")
+    # Events and their distances are rounded: a stretch made to be whole spacings is.
+    spacings = length / record.spacing
+    whole = round(spacings)
+    return Sampling(whole if abs(spacings - whole) < WHOLE else spacings, nodes, record.residual, record.spread)
+
+
+def _steady_from(record: FrictionRecord, whole: Teeth) -> tuple[float, bool]:
+    """Where the steady part begins (L_x), and whether that is as late as it may be."""
+    end = float(record.displacement[-1])
+    settled = (
+        SETTLING * abs(record.final_force / record.initial_stiffness) if record.initial_stiffness > 0.0 else math.inf
+    )
+    spacings = (end - settled) / record.spacing
+    if spacings >= 1.0:
+        return end - math.floor(spacings) * record.spacing, False
+    if spacings >= 0.5:
+        return settled, False
+    kept_from = truncation(whole.block_means(0.0, record.final_displacement, BINS))
+    return record.final_displacement * kept_from / BINS, kept_from >= latest_truncation(BINS)
 
 
 def latest_truncation(count: int) -> int:
@@ -154,4 +189,4 @@ def _moments(steady: Teeth) -> tuple[float, float]:
 
 def _refused(message: str) -> Plateau:
     nan = float("nan")
-    return Plateau(nan, nan, 0, 0, nan, nan, nan, nan, Outcome(Ending.NO_PLATEAU, message))
+    return Plateau(nan, nan, 0, 0, nan, nan, nan, nan, nan, Outcome(Ending.NO_PLATEAU, message))

@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 from solver.case import Case
 from solver.compliance import SurfaceCompliance
 from solver.outcome import SingularOperator
-from solver.pin import pin_of
+from solver.pin import pin_of, surface_from_pin
 
 Vector = NDArray[np.float64]
 
@@ -44,7 +44,7 @@ def pressed(case: Case, compliance: SurfaceCompliance, stuck: bool) -> Pressed:
     fallen for PATIENCE rounds, only the one furthest right is mended (Murty's rule, which cannot cycle on a positive
     definite operator) until fewer are wrong than ever before.
     """
-    x, pin = compliance.x, pin_of(case)
+    x, pin = surface_from_pin(case), pin_of(case)
     contact = np.abs(x) <= max(_expected_half_width(case), np.abs(x).min())
     u = np.zeros_like(x)
     fewest, patience = len(x) + 1, PATIENCE
@@ -92,7 +92,7 @@ def _forces(
 
     Without friction the pin's height under a node depends on its u: one Newton step from the given u.
     """
-    c, n, x, pin = compliance.matrix, compliance.slab.n_x, compliance.x, pin_of(case)
+    c, n, x, pin = compliance.matrix, compliance.slab.n_x, surface_from_pin(case), pin_of(case)
     coupled, nodes = case.effects.coupling, np.flatnonzero(contact)
     both = stuck and coupled
     rows = np.concatenate((nodes, nodes + n)) if both else nodes + n

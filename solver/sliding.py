@@ -16,7 +16,7 @@ from solver.coulomb import LONGEST_STEP, CoulombContact, CoulombError
 from solver.frozen import FrozenContact
 from solver.heterogeneity import node_friction
 from solver.outcome import COMPLETED, Ending, InvalidInput, Outcome, SingularOperator
-from solver.pin import pin_of
+from solver.pin import pin_of, surface_from_pin
 from solver.tableau import Core, core_of, steadied
 
 OFF_THE_SLAB = 2.0
@@ -64,6 +64,12 @@ class FrictionRecord:
     """Energy lost in the event, in G·L_x²·L_y."""
     load: float
     """W, in G·L_x·L_y."""
+    spacing: float
+    """Distance between surface nodes, in L_x: what the pin meets repeats with it."""
+    residual: float
+    """Shear that a slip leaves, as a share of μ_i·pressure."""
+    spread: float
+    """Standard deviation of μ_i over the nodes, over its mean."""
     initial_force: float
     """F at δ_p = 0, after first touch, in G·L_x·L_y."""
     initial_stiffness: float
@@ -136,10 +142,9 @@ def _slide(
     initial_stiffness = _kernels.total_shear(core.state, core.state.rate)
     most = case.max_events or MOST_EVENTS
     events, held = _empty_events(min(most, FIRST_CAPACITY)), 0
-    farthest = math.inf if case.max_displacement is None else case.max_displacement
     while True:
         stop = min(len(events.displacement), most, (held // RESUMABLE + 1) * RESUMABLE)
-        status, held = _kernels.slide_events(core.state, core.rules, _first(events, stop), held, farthest)
+        status, held = _kernels.slide_events(core.state, core.rules, _first(events, stop), held, case.farthest)
         if status not in GOING_ON or (status == _kernels.FULL and held == most):
             break
         if held == len(events.displacement):
@@ -163,11 +168,10 @@ def _slide_with_frozen_pressures(
     contact = FrozenContact(case, compliance, start)
     most = case.max_events or MOST_EVENTS
     events, held = _empty_events(min(most, FIRST_CAPACITY)), 0
-    farthest = math.inf if case.max_displacement is None else case.max_displacement
-    outcome, held = contact.slide(_first(events, most), held, farthest)
+    outcome, held = contact.slide(_first(events, most), held, case.farthest)
     while outcome is None and held < most:
         events = _grown(events)
-        outcome, held = contact.slide(_first(events, most), held, farthest)
+        outcome, held = contact.slide(_first(events, most), held, case.farthest)
     end = contact.state(outcome or COMPLETED)
     return _record(case, start, contact.stiffness, events, held, end), end
 
@@ -184,7 +188,7 @@ def _slide_with_coulomb_friction(
     solved = CoulombContact(case, compliance, start.contact.copy(), sign, start.u.copy(), case.load, start.displacement)
     rows: list[tuple[float, ...]] = []
     dissipated, initial_stiffness, outcome = 0.0, math.nan, COMPLETED
-    farthest = min(case.max_displacement or math.inf, OFF_THE_SLAB)
+    farthest = min(case.farthest, OFF_THE_SLAB)
     try:
         rates = solved.settle(1.0)
         initial_stiffness = float(rates[0][0].sum())
@@ -204,7 +208,7 @@ def _slide_with_coulomb_friction(
                     row = _as_one(rows.pop(), row)
                 rows.append(row)
                 dissipated = 0.0
-        if case.max_displacement is None and solved.displacement >= OFF_THE_SLAB:
+        if math.isinf(case.farthest) and solved.displacement >= OFF_THE_SLAB:
             outcome = BROKEN[Ending.CONTACT_LOST]
     except CoulombError as error:
         outcome = BROKEN[error.ending]
@@ -249,7 +253,7 @@ def _afresh(core: Core, whole: bool) -> Core | None:
 
 
 def _core_at(case: Case, compliance: SurfaceCompliance, state: ContactState, whole: bool) -> Core:
-    xi = np.where(state.contact, compliance.x + state.u - state.displacement, 0.0)
+    xi = np.where(state.contact, surface_from_pin(case) + state.u - state.displacement, 0.0)
     core = core_of(case, compliance, state.contact, state.u, pin_of(case).height(xi), state.displacement, whole=whole)
     _kernels.aim_displacement(core.state)
     return core
@@ -298,6 +302,9 @@ def _record(
     return FrictionRecord(
         **columns,
         load=case.load,
+        spacing=case.slab.spacing,
+        residual=case.slip_rule.residual,
+        spread=case.heterogeneity.spread,
         initial_force=start.friction_force,
         initial_stiffness=initial_stiffness,
         initial_slips=start.slips,

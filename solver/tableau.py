@@ -36,7 +36,7 @@ from solver.case import Case
 from solver.compliance import SurfaceCompliance
 from solver.heterogeneity import node_friction
 from solver.outcome import SingularOperator
-from solver.pin import Pin, pin_of
+from solver.pin import Pin, pin_of, surface_from_pin
 
 Vector = NDArray[np.float64]
 
@@ -92,7 +92,7 @@ def core_of(
         inputs=np.concatenate((np.where(contact, u, 0.0), np.where(contact, v, 0.0), [-case.load])),
         rate=np.zeros(len(rows) + 1),
         contact=contact.copy(),
-        x=compliance.x[window],
+        x=surface_from_pin(case)[window],
         friction=friction,
         sticks=np.full(len(nodes), sticks),
         limits=np.where(contact & (not sticks), friction, np.nan),
@@ -152,7 +152,9 @@ def _rules(case: Case, window: slice) -> Rules:
         half_width=pin.half_width,
         residual=slip.residual,
         simultaneous=slip.order == "simultaneous",
-        floor=slip.event_floor * case.slab.spacing,
+        floor=slip.event_floor,
+        spacing=case.slab.spacing,
+        limit=case.intrinsic_friction * case.load,
         cascade_limit=slip.cascade_limit,
         tolerance=1e-12 * case.load,
         tolerance_gap=1e-12 * case.load + 2 * np.finfo(float).eps * pin.curvature,

@@ -11,6 +11,9 @@ from study.manifest import Manifest, ManifestError
 from study.parameters import STANDARD, Value, flat, make_case
 from study.provenance import content_hash
 
+MEMBER = "member"
+"""What a case of an ensemble has beside its parameters: its number in the ensemble, from 0."""
+
 
 @dataclass(frozen=True, slots=True)
 class CampaignCase:
@@ -19,7 +22,7 @@ class CampaignCase:
     case_id: str
     """Hash of all its parameters (12 hexadecimal digits): the same point has the same name in every campaign."""
     parameters: dict[str, Value]
-    """The four standard parameters, then every axis, by field name."""
+    """The four standard parameters, then every axis, by field name; then the number of its member, where there are several."""
     case: Case | None
     """None where the parameters exclude each other."""
     outcome: Outcome
@@ -28,7 +31,8 @@ class CampaignCase:
 
 def expand(manifest: Manifest) -> tuple[CampaignCase, ...]:
     """All cases of a campaign, the last axis fastest. Raises ManifestError naming both where two are the same."""
-    cases = tuple(_campaign_case(manifest, point) for point in _points(manifest))
+    members = range(manifest.ensemble.members)
+    cases = tuple(_campaign_case(manifest, point, member) for point in _points(manifest) for member in members)
     numbers: dict[str, int] = {}
     problems = []
     for number, case in enumerate(cases, 1):
@@ -47,15 +51,21 @@ def _points(manifest: Manifest) -> Iterator[dict[str, Value]]:
         yield dict(zip(manifest.axes, values, strict=True))
 
 
-def _campaign_case(manifest: Manifest, point: dict[str, Value]) -> CampaignCase:
+def _campaign_case(manifest: Manifest, point: dict[str, Value], member: int) -> CampaignCase:
     given = {**manifest.fixed, **point}
+    several = manifest.ensemble.members > 1
     try:
         case, outcome = make_case(given), COMPLETED
+        if several:
+            given |= manifest.ensemble.varied(case, member)
+            case = make_case(given)
         if wrong := refusal(manifest, case):
             raise InvalidInput(wrong)
     except InvalidInput as error:
         case, outcome = None, error.outcome
-    full = flat(case) if case else {**flat(Case()), **given}
+    full = flat(case) if case else {**flat(Case()), **given, **({MEMBER: member} if several else {})}
     standard = {name: full[name] for name in STANDARD}
     labels = {name: value for name, value in {**standard, **point}.items() if value is not None}
+    if several:
+        labels[MEMBER] = member
     return CampaignCase(content_hash("case", full, length=12), labels, case, outcome)

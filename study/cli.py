@@ -229,7 +229,9 @@ def _compute(farm: "Farm", planned: "Plan", out: Path) -> int:
             store.drop(key)
     _collect(planned, out)
     if tally.crashed:
-        click.echo(f"{tally.crashed} tasks crashed or found no memory (see above): run again to try them again", err=True)
+        click.echo(
+            f"{tally.crashed} tasks crashed or found no memory (see above): run again to try them again", err=True
+        )
         return CRASHED
     return 0
 

@@ -19,6 +19,8 @@ NODE_STIFFNESS = 3.5
 """Of a surface node against its neighbours at rest, in G: slips per displacement, times what they drop, over nodes."""
 TOGETHER = 0.35
 """Slips in an event of steady sliding, times K, over nodes in contact."""
+STRETCHES, LEAST_STEP = 20.0, 1e-13
+"""The event floor's unit is at most so many μ_i·W/K; without friction the least step is so many W/K."""
 TRAVEL = 1.5
 """Displacement at which the pin has left the slab, in L_x."""
 CHANGES_PER_SPACING = 0.75
@@ -59,8 +61,9 @@ def lateral_stiffness(case: Case) -> float:
 
 def mean_step(case: Case) -> float:
     """Displacement from event to event in steady sliding, in L_x."""
-    floor = case.slip_rule.event_floor * case.slab.spacing
-    return max(slips_per_event(case) / _slips_per_displacement(case), floor)
+    moved = case.load / lateral_stiffness(case)
+    floor = case.slip_rule.event_floor * min(case.slab.spacing, STRETCHES * _finite(case.intrinsic_friction) * moved)
+    return max(slips_per_event(case) / _slips_per_displacement(case), floor, LEAST_STEP * moved)
 
 
 def slips_per_event(case: Case) -> float:
@@ -77,9 +80,7 @@ def _slips_per_displacement(case: Case) -> float:
 
 def events_of(case: Case) -> float:
     """Events of a record: as many as it may have, or as fit into its displacement, or as the pin finds on its slab."""
-    farthest = case.max_displacement or math.inf
-    if case.effects.pin_translation:
-        farthest = min(farthest, TRAVEL)
+    farthest = min(case.farthest, TRAVEL) if case.effects.pin_translation else case.farthest
     return min(farthest / mean_step(case), float(case.max_events or MOST_EVENTS))
 
 
@@ -147,7 +148,7 @@ def _slide_seconds(case: Case, events: float) -> float:
 
 def _coulomb_path(case: Case) -> tuple[float, float]:
     """Events of Coulomb sliding, and the displacement they take."""
-    farthest = min(case.max_displacement or math.inf, OFF_THE_SLAB)
+    farthest = min(case.farthest, OFF_THE_SLAB)
     events = float(case.max_events) if case.max_events else math.inf
     # All nodes come to slide first; then the pin touches and releases them one by one.
     onset = 2.0 * contact_nodes(case)

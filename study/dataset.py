@@ -16,8 +16,9 @@ import xarray as xr
 from solver.case import Scales
 from solver.outcome import Outcome
 from study import provenance
-from study.cases import CampaignCase
+from study.cases import MEMBER, CampaignCase
 from study.effects import task_kinds
+from study.ensemble import ensemble_variables
 from study.front import Front, load_front
 from study.manifest import Manifest
 from study.parameters import STANDARD, Value, flat
@@ -59,6 +60,7 @@ def collect(plan: Plan, store: Store) -> xr.Dataset:
                 if each.series.kind == kind:
                     table.put(f"{each.series.instance}_index", case, name, each.add(result, by, case.case_id, name))
     variables = table.variables
+    variables |= ensemble_variables(variables)
     for each in runs:
         variables |= each.variables()
     return xr.Dataset(variables, _coordinates(plan, layout), _attributes(manifest, front))
@@ -113,15 +115,18 @@ class _Layout:
 
 
 def _layout(plan: Plan) -> _Layout:
+    members = plan.manifest.ensemble.members
+    ensemble: dict[str, tuple[Value, ...]] = {MEMBER: tuple(range(members))} if members > 1 else {}
     if plan.manifest.design != "product":
-        numbers = tuple(range(len(plan.cases)))
-        return _Layout({"case": numbers}, {plan.cases[number].case_id: (number,) for number in numbers})
+        axes: dict[str, tuple[Value, ...]] = {"case": tuple(range(len(plan.cases) // members)), **ensemble}
+        places = (divmod(number, members) if ensemble else (number,) for number in range(len(plan.cases)))
+        return _Layout(axes, {case.case_id: place for case, place in zip(plan.cases, places, strict=True)})
     given = plan.manifest.axes
     names = (*STANDARD, *(name for name, values in given.items() if name not in STANDARD and len(values) > 1))
-    axes = {name: tuple(given.get(name, (plan.cases[0].parameters[name],))) for name in names}
+    axes = {name: tuple(given.get(name, (plan.cases[0].parameters[name],))) for name in names} | ensemble
     return _Layout(
         axes,
-        {case.case_id: tuple(axes[name].index(case.parameters[name]) for name in names) for case in plan.cases},
+        {case.case_id: tuple(axes[name].index(case.parameters[name]) for name in axes) for case in plan.cases},
     )
 
 

@@ -13,7 +13,7 @@ from functools import partial
 from pathlib import Path
 from typing import Any, Literal, get_args
 
-from solver.case import MOST_EVENTS, SCHEME_OF, Scales
+from solver.case import MOST_EVENTS, SCHEME_OF, Case, Scales
 from solver.outcome import InvalidInput, quoted
 from study.columns import Columns, Given, PinProfile, Table, read_profile, read_table, read_text
 from study.drives import NamedDrive
@@ -25,6 +25,9 @@ __all__ = ["STAGES", "Design", "Manifest", "ManifestError", "NamedDrive", "Outpu
 Stage = Literal["contact", "slip", "dynamics"]
 Design = Literal["product", "zip", "table"]
 STAGES: tuple[Stage, ...] = get_args(Stage)
+MOST_MEMBERS = 10_000
+SEEDS = 2**32
+"""Distance between the seeds of members: nobody's axis of seeds meets another member's."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -58,6 +61,29 @@ class Outputs:
 
 
 @dataclass(frozen=True, slots=True)
+class Ensemble:
+    """Members of every case: the same physics with the pin started elsewhere, and other nodes where their μ_i are drawn.
+
+    members: how many, 1 to MOST_MEMBERS. Their starts are spread evenly over a node spacing from the case's own on; with a
+    `spread` every member has a seed of its own. 1 is no ensemble.
+    """
+
+    members: int = 1
+
+    def __post_init__(self) -> None:
+        count: Any = self.members
+        if isinstance(count, bool) or not isinstance(count, int) or not 1 <= count <= MOST_MEMBERS:
+            raise InvalidInput(f"members = {shown(count)}: needs a whole number from 1 to {MOST_MEMBERS}")
+
+    def varied(self, case: Case, member: int) -> dict[str, Value]:
+        """The parameters in which a member differs from the case."""
+        start = (case.start + member / self.members) % 1.0 if member else case.start
+        drawn = case.heterogeneity
+        changes: dict[str, Value] = {"start": start}
+        return changes | ({"seed": drawn.seed + member * SEEDS} if drawn.spread else {})
+
+
+@dataclass(frozen=True, slots=True)
 class Manifest:
     """A campaign as its author wrote it, checked. Parameters go by field name and have their declared type."""
 
@@ -84,6 +110,7 @@ class Manifest:
     scales: Scales
     drives: tuple[NamedDrive, ...]
     outputs: Outputs
+    ensemble: Ensemble = Ensemble()
     accuracy: float | None = None
     """The error asked for instead of a discretization (see study.front)."""
     front: Path | None = None
@@ -119,7 +146,7 @@ _TOP: dict[str, tuple[type | tuple[type, ...], str]] = {
     "accuracy": ((int, float), "a relative error, 0 < accuracy < 1"),
     "front": (str, "the path of what nanoslip accuracy --save wrote, seen from the campaign file"),
     "axes": (dict, "a table [axes]"),
-    **{name: (dict, f"a table [{name}]") for name in (*TABLES, "scales", "outputs")},
+    **{name: (dict, f"a table [{name}]") for name in (*TABLES, "scales", "outputs", "ensemble")},
     "drives": (list, "tables [[drives]]"),
 }
 
@@ -167,6 +194,7 @@ class _Reader:
             scales=scales,
             drives=self._drives(top, scales),
             outputs=outputs,
+            ensemble=Ensemble(**self._checked("ensemble", top.get("ensemble", {}), Ensemble)),
             accuracy=accuracy,
             front=self.path.parent / top["front"] if "front" in top else None,
         )

@@ -22,11 +22,12 @@ TABLES: dict[str, tuple[str, ...]] = {
         "first_spacing",
         "rows",
         "first_touch",
+        "start",
     ),
     "slip": ("order", "residual", "event_floor", "cascade_limit"),
     "effects": ("friction", "coupling", "pin_translation"),
     "heterogeneity": ("distribution", "spread", "seed", "roughness"),
-    "limits": ("events", "displacement"),
+    "limits": ("events", "displacement", "spacings"),
 }
 """Table of a manifest -> the words it takes."""
 
@@ -50,7 +51,7 @@ _PARTS: dict[str, Any] = {
 """Field of a case -> the type of its part; the fields of these are parameters as those of the case itself are."""
 _NAMES = {part: tuple(item.name for item in fields(kind)) for part, kind in _PARTS.items()}
 _CASE = tuple(item.name for item in fields(Case) if item.name not in _PARTS)
-_FIELD_OF_WORD = {"events": "max_events", "displacement": "max_displacement"}
+_FIELD_OF_WORD = {"events": "max_events", "displacement": "max_displacement", "spacings": "max_spacings"}
 
 
 def field_name(word: str) -> str:
@@ -61,13 +62,13 @@ def field_name(word: str) -> str:
 def make_case(parameters: Mapping[str, Any]) -> Case:
     """The case with these fields, defaults for the rest.
 
-    A displacement limit without an event limit stands alone. Raises InvalidInput with the field, value and range.
+    A limit of displacement or spacings without one of events stands alone. Raises InvalidInput with the field, value and range.
     """
     for name, value in parameters.items():
         if isinstance(value, float) and math.isinf(value) and name != "intrinsic_friction":
             raise InvalidInput(f"{name} = {value!r}: needs a finite number")
     own = {name: value for name, value in parameters.items() if name in _CASE}
-    if "max_displacement" in own:
+    if {"max_displacement", "max_spacings"} & own.keys():
         own = {"max_events": None, **own}
     parts = {
         part: kind(**{name: value for name, value in parameters.items() if name in _NAMES[part]})

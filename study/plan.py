@@ -4,7 +4,7 @@ from collections.abc import Collection, Mapping
 from dataclasses import dataclass, field, replace
 
 from solver.case import Case, Drive
-from study.cases import CampaignCase, expand
+from study.cases import MEMBER, CampaignCase, expand
 from study.cost import mean_step, memory_of, seconds_of
 from study.effects import kept, task_kinds
 from study.manifest import Manifest
@@ -83,6 +83,8 @@ def _tasks_of(manifest: Manifest, campaign_case: CampaignCase) -> tuple[list[Tas
     kinds, keeps = task_kinds(manifest), kept(manifest)
     axes = {name: campaign_case.parameters[name] for name in manifest.axes}
     slab = {"n_x": case.slab.n_x, **{name: value for name, value in axes.items() if hasattr(case.slab, name)}}
+    if MEMBER in campaign_case.parameters:
+        axes[MEMBER] = campaign_case.parameters[MEMBER]
     compliance = _estimated(compliance_task(case.slab), slab)
     contact = friction = record = states = None
     if "contact" in kinds:

@@ -10,6 +10,7 @@ import numpy as np
 import xarray as xr
 
 from study.console import Table
+from study.ensemble import over_members
 from study.parameters import Value
 
 MOST_ROWS: Final = 500
@@ -42,7 +43,8 @@ def points(dataset: xr.Dataset, variable: str) -> Iterator[Point]:
 
 
 def scalar_table(dataset: xr.Dataset) -> Table:
-    """One row for each case and drive, up to `MOST_ROWS`."""
+    """One row for each case and drive, up to `MOST_ROWS`; the members of an ensemble are one row."""
+    dataset = over_members(dataset)
     found = points(dataset, "static_friction" if "static_friction" in dataset else "outcome")
     shown = list(itertools.islice(found, MOST_ROWS))
     columns = [(title, names) for title, names in _COLUMNS if names[0] in dataset]
@@ -73,6 +75,7 @@ _COLUMNS: Final = (
     ("μ_s", ("static_friction", "static_friction_uncertainty")),
     ("μ_k", ("kinetic_friction", "kinetic_friction_uncertainty")),
     ("events", ("events",)),
+    ("spacings", ("record_spacings",)),
     ("node slips", ("cascade_slips",)),
     ("δ_p/L_x", ("final_displacement",)),
 )

@@ -34,7 +34,7 @@ __all__ = [
     "states_task",
 ]
 
-SOLVER_VERSION = "9"
+SOLVER_VERSION = "10"
 """Part of every key: raise it whenever a change of the solver changes a result."""
 
 
@@ -136,12 +136,12 @@ def _touching(case: Case) -> tuple[object, ...]:
 
 def _sliding(case: Case) -> tuple[object, ...]:
     """All that decides a friction record."""
-    return (*_pressing(case), *_slipping(case), case.effects, case.max_events, case.max_displacement)
+    return (*_pressing(case), *_slipping(case), case.effects, case.max_events, case.farthest)
 
 
 def _pressing(case: Case) -> tuple[object, ...]:
     size = case.radius if case.pin == "parabola" else case.half_width
-    return (case.slab, case.pin, size, case.load, case.heterogeneity.roughness)
+    return (case.slab, case.pin, size, case.start, case.load, case.heterogeneity.roughness)
 
 
 def _slipping(case: Case) -> tuple[object, ...]:
@@ -198,6 +198,7 @@ def _run_friction(task: Task, inputs: Mapping[str, TaskResult]) -> TaskResult:
         "plateau_mean": plateau.mean,
         "plateau_std": plateau.std,
         "plateau_uncertainty": plateau.uncertainty,
+        "plateau_spacings": plateau.spacings,
         "plateau_start": plateau.start,
         "plateau_end": plateau.end,
     }
@@ -275,6 +276,9 @@ def _counts(record: FrictionRecord) -> dict[str, float | int]:
         "mean_drop": statistics.mean_drop,
         "mean_drop_uncertainty": statistics.mean_drop_uncertainty,
         "peak_friction": statistics.peak_friction,
+        "spacings": statistics.spacings,
+        "cycle_events": statistics.cycle_events,
+        "cycle_spacings": statistics.cycle_spacings,
     }
 
 

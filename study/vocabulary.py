@@ -69,8 +69,11 @@ SCALARS: dict[str, dict[str, Quantity]] = {
             "mean friction force over load on the steady part of the record, F/W",
             uncertainty="plateau_uncertainty",
         ),
+        "plateau_spacings": Quantity("plateau_spacings", "length of the steady part, in node spacings"),
         "plateau_std": Quantity("plateau_std", "standard deviation of F/W on the steady part, over displacement"),
-        "plateau_uncertainty": Quantity("plateau_uncertainty", "standard error of plateau_mean from blocks, F/W"),
+        "plateau_uncertainty": Quantity(
+            "plateau_uncertainty", "standard error of plateau_mean as the mean over all starts, F/W"
+        ),
         "plateau_start": Quantity("plateau_start", "pin displacement where the steady part starts, in L_x"),
         "plateau_end": Quantity("plateau_end", "pin displacement where the steady part ends, in L_x"),
         "peak_friction": Quantity("peak_friction", "largest friction force over load of the whole record, F/W"),
@@ -78,6 +81,11 @@ SCALARS: dict[str, dict[str, Quantity]] = {
             "surface_stiffness", "lateral stiffness K of the contact (Eq. 15), in G·L_y", uncertainty=_GRID
         ),
         "events": Quantity("events", "events of the record"),
+        "spacings": Quantity(
+            "record_spacings", "node spacings that the record spans: what the pin meets repeats with them"
+        ),
+        "cycle_events": Quantity("cycle_events", "events after which the record's end repeats itself, 0: it does not"),
+        "cycle_spacings": Quantity("cycle_spacings", "how far the pin moves in such a cycle, in node spacings"),
         "slips": Quantity("slips", "events triggered by a slip"),
         "releases": Quantity("releases", "events triggered by a release"),
         "touches": Quantity("touches", "events triggered by a new contact"),
@@ -87,9 +95,13 @@ SCALARS: dict[str, dict[str, Quantity]] = {
         "mean_step": Quantity(
             "mean_step", "mean pin displacement per event, in L_x", uncertainty="mean_step_uncertainty"
         ),
-        "mean_step_uncertainty": Quantity("mean_step_uncertainty", "standard error of mean_step from blocks, in L_x"),
+        "mean_step_uncertainty": Quantity(
+            "mean_step_uncertainty", "standard error of mean_step as the mean over all starts, in L_x"
+        ),
         "mean_drop": Quantity("mean_drop", "mean fall of F/W in an event", uncertainty="mean_drop_uncertainty"),
-        "mean_drop_uncertainty": Quantity("mean_drop_uncertainty", "standard error of mean_drop from blocks, F/W"),
+        "mean_drop_uncertainty": Quantity(
+            "mean_drop_uncertainty", "standard error of mean_drop as the mean over all starts, F/W"
+        ),
         "initial_force": Quantity("initial_friction", "friction force over load after first touch, F/W", per="load"),
         "initial_stiffness": Quantity(
             "initial_stiffness", "stiffness before the first event, in G·L_y", uncertainty=_GRID
@@ -105,13 +117,17 @@ SCALARS: dict[str, dict[str, Quantity]] = {
             "static friction coefficient μ_s, from the first macroscopic slip",
             uncertainty="static_friction_uncertainty",
         ),
-        "static_friction_uncertainty": Quantity("static_friction_uncertainty", "uncertainty of static_friction"),
+        "static_friction_uncertainty": Quantity(
+            "static_friction_uncertainty", "standard deviation of static_friction between starts"
+        ),
         "kinetic_friction": Quantity(
             "kinetic_friction",
             "kinetic friction coefficient μ_k, from steady sliding",
             uncertainty="kinetic_friction_uncertainty",
         ),
-        "kinetic_friction_uncertainty": Quantity("kinetic_friction_uncertainty", "uncertainty of kinetic_friction"),
+        "kinetic_friction_uncertainty": Quantity(
+            "kinetic_friction_uncertainty", "standard error of kinetic_friction as the mean over all starts"
+        ),
         "fitted_static_friction": Quantity(
             "fitted_static_friction", "μ_s for which Eq. 16-19 fit the spring force best", uncertainty="fit_residual"
         ),
@@ -268,9 +284,12 @@ PARAMETERS = {
     "support": Quantity("support", "how the slab is held"),
     "first_spacing": Quantity("first_spacing", "spacing of the first node rows"),
     "first_touch": Quantity("first_touch", "how the pin comes down"),
+    "start": Quantity("start", "where the pin comes down, in node spacings right of the slab's middle"),
     "order": Quantity("order", "which offenders slip first"),
     "residual": Quantity("residual", "shear left after a slip, as a fraction of μ_i·pressure"),
-    "event_floor": Quantity("event_floor", "smallest displacement step, in surface node spacings"),
+    "event_floor": Quantity(
+        "event_floor", "smallest displacement step, in surface node spacings or twenty lengths μ_i·W/K"
+    ),
     "cascade_limit": Quantity("cascade_limit", "slips after which one event is given up"),
     "friction": Quantity("friction", "whether the pin drags the surface"),
     "coupling": Quantity("coupling", "whether tangential forces lift the surface and normal ones move it sideways"),
@@ -280,6 +299,10 @@ PARAMETERS = {
     "seed": Quantity("seed", "seed of the nodes' μ_i"),
     "max_events": Quantity("max_events", "events after which a record ends"),
     "max_displacement": Quantity("max_displacement", "pin displacement after which a record ends, in L_x"),
+    "max_spacings": Quantity("max_spacings", "node spacings that the pin moves before a record ends"),
+    "member": Quantity(
+        "member", "number of the ensemble's member: starts of the pin spread over a node spacing, own seeds"
+    ),
     "pin_mass": Quantity("pin_mass", "mass of the pin", "kg"),
     "spring_stiffness": Quantity("spring_stiffness", "stiffness k of the coupling spring", "N m-1"),
     "damping_ratio": Quantity("damping_ratio", "damping ratio ζ"),

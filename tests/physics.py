@@ -9,7 +9,7 @@ from solver.case import Case, Slab
 from solver.compliance import SurfaceCompliance
 from solver.contact import ContactState
 from solver.heterogeneity import node_friction
-from solver.pin import pin_of
+from solver.pin import pin_of, surface_from_pin
 
 LIMITS = {
     "equilibrium": 1e-10,
@@ -39,7 +39,7 @@ def law_errors(state: ContactState, case: Case, compliance: SurfaceCompliance) -
     displacement = np.concatenate((state.u, state.w))
     normal, shear = -state.nodal_force[1], np.abs(state.nodal_force[0])
     # Rounding of heights cannot be told from gaps; where a node is far out on a sharp pin that is more than the load moves.
-    height = pin_of(case).height(compliance.x + state.u - state.displacement)
+    height = pin_of(case).height(surface_from_pin(case) + state.u - state.displacement)
     blur = np.where(np.isfinite(height), ROUNDING * height, 0.0)
     off = np.maximum(np.abs(state.w + state.approach - height) - blur, 0.0)[inside]
     below = np.maximum(-state.gap - blur, 0.0)
@@ -101,3 +101,8 @@ def coupled_half_plane(slab: Slab) -> SurfaceCompliance:
 def stored_energy(state: ContactState) -> float:
     """½ f·d, in G·L_x²·L_y."""
     return 0.5 * float(state.nodal_force.ravel() @ np.concatenate((state.u, state.w)))
+
+
+def smallest_step(case: Case, stiffness: float) -> float:
+    """The event floor in L_x of a contact of stiffness K: in node spacings, or in twenty lengths μ_i·W/K if they are shorter."""
+    return case.slip_rule.event_floor * min(case.slab.spacing, 20.0 * case.intrinsic_friction * case.load / stiffness)

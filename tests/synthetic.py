@@ -9,6 +9,7 @@ from solver.sliding import FrictionRecord
 
 LOAD = 1e-3
 STIFFNESS = 0.45
+SPACING = 1.0 / 128.0
 
 
 def record_from(steps: ArrayLike, drops: ArrayLike, initial_force: float = 0.0, tail: float = 0.0) -> FrictionRecord:
@@ -29,6 +30,9 @@ def record_from(steps: ArrayLike, drops: ArrayLike, initial_force: float = 0.0, 
         contact_size=np.full(events, 9, np.int32),
         dissipated=drops**2 / (2.0 * STIFFNESS),
         load=LOAD,
+        spacing=SPACING,
+        residual=1.0,  # teeth that no grid modulates
+        spread=0.0,
         initial_force=initial_force,
         initial_stiffness=STIFFNESS,
         initial_slips=0,

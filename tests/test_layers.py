@@ -32,6 +32,7 @@ ORDER = {
         "contact",
         "frozen",
         "sliding",
+        "sampling",
         "plateau",
         "profile",
         "dynamics",
@@ -64,6 +65,7 @@ ORDER = {
         "store",
         "warmup",
         "vocabulary",
+        "ensemble",
         "ragged",
         "dataset",
         "console",
@@ -80,7 +82,7 @@ ORDER = {
 HOMES = {
     "mpi4py": {"farm"},
     "netCDF4": {"dataset", "accuracy", "report"},
-    "xarray": {"ragged", "dataset", "accuracy", "summary", "report"},
+    "xarray": {"ensemble", "ragged", "dataset", "accuracy", "summary", "report"},
     "matplotlib": {"accuracy", "report"},
 }
 FILES = sorted(path for package in ORDER for path in (ROOT / package).rglob("*.py"))

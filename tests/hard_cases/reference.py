@@ -39,7 +39,9 @@ class Reference:
     """A parabolic pin of finite μ_i on a slab; arrays over the n surface nodes."""
 
     def __init__(self, case: Case, compliance: SurfaceCompliance) -> None:
-        self.case, self.c, self.x = case, compliance.matrix, compliance.x
+        self.case, self.c = case, compliance.matrix
+        self.spacing = compliance.x[1] - compliance.x[0]
+        self.x = compliance.x - case.start * self.spacing
         self.n = len(self.x)
         self.mu, self.load = case.intrinsic_friction, case.load
         self.nothing = 1e-12 * case.load
@@ -155,13 +157,18 @@ class Reference:
         # Of what happens at once: the node further right.
         return max((one for one in found if one[0] <= nearest * (1.0 + 1e-12)), key=lambda one: one[2])
 
+    def _floor(self) -> float:
+        """The smallest step, counted in node spacings or in twenty lengths μ_i·W/K, whichever is shorter."""
+        moving = np.where(self.contact, 1.0, 0.0)
+        stiffness = float(self.answer(moving, np.zeros(self.n), 0.0)[0].sum())
+        return self.case.slip_rule.event_floor * min(self.spacing, 20.0 * self.mu * self.load / stiffness)
+
     def slide(self, events: int) -> list[Event]:
         """The next events of the record."""
         record = []
-        floor = self.case.slip_rule.event_floor * (self.x[1] - self.x[0])
         for _ in range(events):
             step, kind, node = self._next()
-            step = max(step, floor)
+            step = max(step, self._floor())
             self.delta += step
             self.u[self.contact] += step
             before = float(self.now()[0].sum())

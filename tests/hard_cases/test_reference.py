@@ -26,7 +26,8 @@ SAMPLE: dict[str, dict[str, object]] = {
     "walking": {"radius": 10.0, "max_events": 300},
     "full contact": {"radius": 2000.0},
     "light": {"load": 1e-8},
-    "coarse floor": {"slip_rule": SlipRule(event_floor=1e-3)},
+    "between two nodes": {"start": 0.37},
+    "coarse floor": {"slip_rule": SlipRule(event_floor=1e-5)},
 }
 WALKING = "walking"
 

@@ -70,11 +70,14 @@ def test_the_default_grading_is_good_or_as_good_as_the_surface(n_x: int, aspect_
         (lambda: Case(radius=-5), "radius = -5"),
         (lambda: Case(load=0), "load = 0"),
         (lambda: Case(load="1"), "load = '1'"),  # type: ignore[arg-type]
-        (lambda: Case(max_events=None), "max_events and max_displacement"),
+        (lambda: Case(max_events=None), "max_events, max_displacement and max_spacings"),
         (lambda: Case(half_width=0.6), "half_width = 0.6"),
         (lambda: SlipRule(residual=1.5), "residual = 1.5"),
         (lambda: SlipRule(residual=-0.1), "residual = -0.1"),
         (lambda: SlipRule(event_floor=0.0), "event_floor = 0.0"),
+        (lambda: SlipRule(event_floor=1e-20), "event_floor = 1e-20: needs 1e-14"),
+        (lambda: Case(start=1.01), "start = 1.01: needs 0 ≤ start ≤ 1"),
+        (lambda: Case(max_spacings=0), "max_spacings = 0.0: needs max_spacings > 0"),
         (lambda: Drive(0.0, 0.1, 1.0, 1.0), "spring_stiffness = 0.0"),
         (lambda: Drive(1.0, 0.1, 1.0, 1.0, integrator="rk4"), "time_step = None"),
         (lambda: Drive(1.0, 0.1, 1.0, 1.0, surface_compliance=0), "surface_compliance = 0: needs true or false"),  # type: ignore[arg-type]

@@ -105,7 +105,7 @@ def test_no_number_of_a_result_is_lost(small):
     for task in plan.tasks:
         result = store.read(task.key)
         columns = {name for series in SERIES if series.kind == task.kind for name in series.columns}
-        known_apart = {"load", "displacement"}  # a parameter; zero at first touch
+        known_apart = {"load", "spacing", "residual", "spread", "displacement"}  # of parameters; zero at first touch
         assert set(result.scalars) - known_apart <= set(SCALARS.get(task.kind, {}))
         if task.kind in ("friction", "drive"):
             assert set(result.arrays) - {"binned_force"} <= columns  # what uncertainties are made of

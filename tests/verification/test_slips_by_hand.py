@@ -135,7 +135,7 @@ def test_touch_then_slip_by_a_step_of_the_floor() -> None:
     A node that has just touched bears no pressure, hence no shear: it slips after the smallest step, the floor, until it
     bears no shear; sliding down the pin's flank brings it pressure. What is lost is ½ |f_b s| less what the load gains.
     """
-    alpha, beta, kappa, mu, load, radius, floor = 1.0, 0.3, 1.0, 0.8, 0.1, 0.25, 0.02
+    alpha, beta, kappa, mu, load, radius, floor = 1.0, 0.3, 1.0, 0.8, 0.1, 0.25, 2e-5
     case = Case(
         slab=SLAB, radius=radius, load=load, intrinsic_friction=mu,
         slip_rule=SlipRule(event_floor=floor), max_events=2,
@@ -162,7 +162,7 @@ def test_touch_then_slip_by_a_step_of_the_floor() -> None:
     }  # fmt: skip
     error = deviation(record, by_hand)
     line = seen("touch, then slip", "by hand", f"off by {error:.1e}")
-    assert error <= 1e-12, line
+    assert error <= 1e-11, line  # rounding: the step is a hundred-thousandth of the displacements it is added to
     assert [EVENT_KINDS[kind] for kind in record.kind] == ["touch", "slip"]
     assert list(record.node) == [RIGHT, RIGHT]
     np.testing.assert_allclose(-state.nodal_force[1, [MIDDLE, RIGHT]], [load - normal, normal], **EXACT)

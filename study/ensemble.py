@@ -1,0 +1,107 @@
+"""What an ensemble knows: means over members, their standard error, and how much members differ."""
+
+from collections import Counter
+from collections.abc import Mapping
+from typing import Any, Final
+
+import numpy as np
+import xarray as xr
+from numpy.typing import NDArray
+
+from solver.sampling import ensemble_uncertainty
+from study.cases import MEMBER
+from study.vocabulary import Quantity
+
+OBSERVABLES: Final = {
+    "plateau_mean": "plateau F/W",
+    "peak_friction": "largest F/W",
+    "mean_step": "mean step per event, in L_x",
+    "mean_drop": "mean fall of F/W in an event",
+    "static_friction": "μ_s",
+    "kinetic_friction": "μ_k",
+}
+"""Variables that members make a distribution of."""
+
+
+def ensemble_variables(variables: Mapping[str, xr.Variable]) -> dict[str, xr.Variable]:
+    """Mean, standard error and standard deviation over `member` of each observable that has it; none without members."""
+    found: dict[str, xr.Variable] = {}
+    for name, words in OBSERVABLES.items():
+        if name in variables and MEMBER in variables[name].dims:
+            found |= _reduced(name, words, variables[name])
+    return found
+
+
+def ensemble_name(name: str, part: str) -> str:
+    """The variable that holds a part (`mean`, `uncertainty`, `std`) of an observable's ensemble."""
+    return f"{name}_ensemble_{part}"
+
+
+def _reduced(name: str, words: str, variable: xr.Variable) -> dict[str, xr.Variable]:
+    axis = variable.dims.index(MEMBER)
+    dims = tuple(dim for dim in variable.dims if dim != MEMBER)
+    values = np.moveaxis(variable.values.astype(float), axis, -1)
+    uncertainty = ensemble_name(name, "uncertainty")
+    parts = (
+        ("mean", f"mean over members of {words}", _mean, uncertainty),
+        ("uncertainty", f"standard error of the mean over members of {words}", ensemble_uncertainty, ""),
+        ("std", f"standard deviation between members of {words}", _std, ""),
+    )
+    return {
+        ensemble_name(name, part): xr.Variable(
+            dims,
+            np.apply_along_axis(reduce, -1, values),
+            Quantity(ensemble_name(name, part), meaning, str(variable.attrs["units"]), uncertainty=by).attributes,
+        )
+        for part, meaning, reduce, by in parts
+    }
+
+
+def _mean(values: NDArray[np.float64]) -> float:
+    found = values[np.isfinite(values)]
+    return float(found.mean()) if len(found) else float("nan")
+
+
+def _std(values: NDArray[np.float64]) -> float:
+    found = values[np.isfinite(values)]
+    return float(np.std(found, ddof=1)) if len(found) > 1 else float("nan")
+
+
+def over_members(dataset: xr.Dataset) -> xr.Dataset:
+    """The scalars of a dataset with the members of each ensemble as one case; the dataset itself where it has no members.
+
+    Observables and their uncertainties are the ensemble's, other numbers means over members, endings are counted.
+    """
+    if MEMBER not in dataset.dims:
+        return dataset
+    cases = dataset[[name for name in dataset.data_vars if set(dataset[name].dims) <= _dims_of_cases(dataset)]].load()
+    kept = {name: each if MEMBER not in each.dims else _joined(each) for name, each in cases.data_vars.items()}
+    for name in OBSERVABLES:
+        if ensemble_name(name, "mean") in dataset:
+            kept[name] = cases[ensemble_name(name, "mean")]
+            kept[f"{name}_uncertainty"] = cases[ensemble_name(name, "uncertainty")]
+    coordinates = {name: each for name, each in cases.coords.items() if MEMBER not in each.dims}
+    return xr.Dataset({name: each.variable for name, each in kept.items()}, coordinates, dataset.attrs)
+
+
+def _dims_of_cases(dataset: xr.Dataset) -> set[Any]:
+    return set(dataset["outcome"].dims) | {"drive"}
+
+
+def _joined(array: xr.DataArray) -> xr.DataArray:
+    """One value of all members: the mean of numbers, texts that occur with their counts."""
+    if array.dtype.kind not in "OUT":
+        return array.astype(float).mean(MEMBER, keep_attrs=True)
+    values = np.moveaxis(array.values, array.dims.index(MEMBER), -1)
+    texts = np.empty(values.shape[:-1], dtype=object)
+    for place in np.ndindex(texts.shape):
+        texts[place] = _counted(values[place])
+    return xr.DataArray(texts, dims=[dim for dim in array.dims if dim != MEMBER])
+
+
+def _counted(values: NDArray[Any]) -> str:
+    """The text that all members have, else every text with the number of members that have it."""
+    counts = Counter(str(value) for value in values)
+    if len(counts) == 1:
+        return next(iter(counts))
+    return "; ".join(f"{count} {text}" for text, count in counts.most_common() if text)

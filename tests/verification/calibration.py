@@ -1,0 +1,200 @@
+"""How often ± holds: mixed cases, each from several starts of the pin within a node spacing, against the mean over all of them.
+
+A record is cut to what a shorter one would have been, so that one run per start serves all lengths. What an uncertainty is to
+cover is the mean over starts and over several node spacings, as the other starts of the case tell it; for μ_s, which is one
+event of a drive, it is the scatter between starts itself. `python -m tests.verification.calibration` measures the whole table,
+tests/verification/calibration.md.
+"""
+
+import math
+import sys
+from collections import defaultdict
+from collections.abc import Iterator
+from dataclasses import dataclass, replace
+from pathlib import Path
+
+import numpy as np
+
+from solver.case import Case, Drive, Slab, SlipRule
+from solver.compliance import SurfaceCompliance, slab_compliance
+from solver.dynamics import integrate
+from solver.observables import event_statistics, friction_coefficients
+from solver.outcome import SolverError
+from solver.plateau import plateau_of
+from solver.profile import profile_of
+from solver.sampling import ensemble_uncertainty
+from solver.sliding import FrictionRecord, slide
+
+LENGTHS = (0.02, 0.3, 1.0, 4.0)
+"""Of a record, in node spacings."""
+STARTS = 8
+MOST_EVENTS = 250_000
+"""Cases with more in the longest record are left out: they would take minutes each."""
+COLUMNS = (
+    "displacement",
+    "force_before",
+    "force_after",
+    "stiffness",
+    "dissipated",
+    "kind",
+    "node",
+    "slips",
+    "releases",
+)
+COLUMNS += ("touches", "contact_size")
+Reading = dict[str, tuple[float, float]]
+"""Observable -> value and uncertainty; NaN where there is none."""
+
+
+@dataclass(frozen=True)
+class Verdict:
+    """One stated uncertainty: of what, from what, and how often it would have to be taken to reach the truth."""
+
+    observable: str
+    source: str
+    case: int
+    error: float
+    """|value - truth|, over the truth."""
+    times: float
+    """The same over the stated uncertainty; NaN where none was stated."""
+
+
+def drawn(seed: int) -> Case:
+    """A case from all over the map: schemes, supports, slip rules, 7 to 50 nodes in contact, μ_i 0.05 to 0.9."""
+    rng = np.random.default_rng(seed)
+    scheme = str(rng.choice(["biquadratic", "galerkin", "half_plane"]))
+    poisson, height = float(rng.uniform(0.0, 0.45)), float(rng.choice([1.0, 2.0]))
+    support = "bonded" if scheme == "half_plane" else str(rng.choice(["bonded", "bonded", "right_side"]))
+    slab = Slab(int(rng.choice([65, 129])), height, poisson, support, scheme)  # type: ignore[arg-type]
+    half_width = math.exp(rng.uniform(math.log(7), math.log(50))) / 2 * slab.spacing
+    load = 10.0 ** rng.uniform(-5.0, -2.7)
+    return Case(
+        intrinsic_friction=math.exp(rng.uniform(math.log(0.05), math.log(0.9))),
+        radius=half_width**2 * math.pi / (2 * load * (1 - poisson)),
+        load=load,
+        slab=slab,
+        slip_rule=SlipRule(
+            order=str(rng.choice(["worst_first", "worst_first", "simultaneous"])),  # type: ignore[arg-type]
+            residual=float(rng.choice([0.0, 0.0, 0.0, 0.5])),
+        ),
+        max_events=MOST_EVENTS,
+        max_spacings=LENGTHS[-1],
+    )
+
+
+def cut(record: FrictionRecord, spacings: float) -> FrictionRecord:
+    """The record as it would be with a limit of so many node spacings."""
+    end = spacings * record.spacing
+    held = int(np.searchsorted(record.displacement, end, side="right"))
+    columns = {name: getattr(record, name)[:held] for name in COLUMNS}
+    last = record.displacement[held - 1] if held else 0.0
+    force = record.force_after[held - 1] if held else record.initial_force
+    rate = record.stiffness[held - 1] if held else record.initial_stiffness
+    return replace(record, **columns, final_displacement=end, final_force=float(force + rate * (end - last)))
+
+
+def driven(case: Case, record: FrictionRecord) -> Drive:
+    """A drive like the paper's on this contact: as soft a spring, as many periods, a stage that goes as far."""
+    spring = 0.004 * record.initial_stiffness
+    duration = 20.0 * 2.0 * math.pi / math.sqrt(spring)
+    return Drive(spring, 0.1, 3.0 * case.intrinsic_friction * case.load / spring / duration, duration, samples=2)
+
+
+def read(case: Case, record: FrictionRecord) -> Reading:
+    """What a user reads off a record and a drive over it, each with its stated uncertainty."""
+    events, plateau = event_statistics(record), plateau_of(record)
+    found = {
+        "plateau": (plateau.mean, plateau.uncertainty),
+        "mean step": (events.mean_step, events.mean_step_uncertainty),
+        "mean drop": (events.mean_drop, events.mean_drop_uncertainty),
+    }
+    if plateau.outcome.ok:
+        drive = driven(case, record)
+        motion = integrate(profile_of(record, plateau, drive.profile), drive, record.initial_stiffness)
+        friction = friction_coefficients(motion, record, plateau)
+        found["μ_s"] = (friction.static_friction, friction.static_friction_uncertainty)
+        found["μ_k"] = (friction.kinetic_friction, friction.kinetic_friction_uncertainty)
+    return found
+
+
+def records(case: Case, compliance: SurfaceCompliance) -> list[FrictionRecord]:
+    """The case's longest record from evenly spread starts; empty where one does not get there."""
+    found = []
+    for member in range(STARTS):
+        found.append(slide(replace(case, start=(member + 0.5) / STARTS), compliance))
+        if not found[-1].outcome.ok or len(found[-1].kind) >= MOST_EVENTS:
+            return []
+    return found
+
+
+def verdicts(number: int) -> Iterator[Verdict]:
+    """Every uncertainty stated for the case of this number, from every start, length and ensemble."""
+    case = drawn(number)
+    try:
+        runs = records(case, slab_compliance(case.slab))
+    except SolverError:
+        return
+    if not runs:
+        return
+    readings = {length: [read(case, cut(run, length)) for run in runs] for length in LENGTHS}
+    for observable in ("plateau", "mean step", "mean drop", "μ_s", "μ_k"):
+        nothing = (math.nan, math.nan)
+        table = {length: np.array([each.get(observable, nothing) for each in readings[length]]) for length in LENGTHS}
+        best = table[LENGTHS[-1]][:, 0]
+        for length, values in table.items():
+            for start in range(STARTS):
+                truth = float(np.nanmean(np.delete(best, start)))
+                yield _verdict(observable, f"{length:g}", number, *values[start], truth)
+            source = f"8 starts of {length:g}"
+            mean = float(np.nanmean(values[:, 0])) if np.isfinite(values[:, 0]).any() else math.nan
+            yield _verdict(
+                observable, source, number, mean, ensemble_uncertainty(values[:, 0]), float(np.nanmean(best))
+            )
+
+
+def _verdict(observable: str, source: str, number: int, value: float, stated: float, truth: float) -> Verdict:
+    error = abs(value - truth)
+    return Verdict(observable, source, number, error / abs(truth), error / stated if stated > 0.0 else math.nan)
+
+
+def as_markdown(found: list[Verdict]) -> str:
+    """Coverage by observable and length: how often one and two ± hold, how large they are, and how often none is stated."""
+    groups: dict[tuple[str, str], list[Verdict]] = defaultdict(list)
+    for verdict in found:
+        groups[verdict.observable, verdict.source].append(verdict)
+    lines = [
+        "| of | from a record of (node spacings) | ± holds | 2 ± holds | median error | not stated |",
+        "|---|---|---|---|---|---|",
+    ]
+    for (observable, source), group in groups.items():
+        times, errors = np.array([each.times for each in group]), np.array([each.error for each in group])
+        stated = np.isfinite(times)
+        one, two = coverage(times)
+        missing = 1.0 - stated.mean()
+        middle = np.median(errors[stated]) if stated.any() else math.nan
+        lines.append(f"| {observable} | {source} | {one:.0%} | {two:.0%} | {middle:.2%} | {missing:.0%} |")
+    return "\n".join(lines) + "\n"
+
+
+def coverage(times: np.ndarray) -> tuple[float, float]:
+    """Share of stated uncertainties that hold once, and twice, as an average over what was stated."""
+    stated = times[np.isfinite(times)]
+    return (float(np.mean(stated <= 1.0)), float(np.mean(stated <= 2.0))) if len(stated) else (math.nan, math.nan)
+
+
+def main(wanted: int, first: int = 0) -> None:
+    """Measure so many cases and write the table."""
+    found: list[Verdict] = []
+    taken, number = 0, first
+    while taken < wanted:
+        new = list(verdicts(number))
+        taken, number = taken + bool(new), number + 1
+        found += new
+        print(f"case {number - 1}: {'left out' if not new else taken}", file=sys.stderr, flush=True)
+    text = f"{taken} mixed cases, {STARTS} starts each.\n\n{as_markdown(found)}"
+    Path(__file__).with_suffix(".md").write_text(text, "utf-8")
+    print(text)
+
+
+if __name__ == "__main__":
+    main(int(sys.argv[1]) if len(sys.argv) > 1 else 200)
