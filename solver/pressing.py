@@ -45,7 +45,7 @@ def pressed(case: Case, compliance: SurfaceCompliance, stuck: bool) -> Pressed:
     definite operator) until fewer are wrong than ever before.
     """
     x, pin = surface_from_pin(case), pin_of(case)
-    contact = np.abs(x) <= max(_expected_half_width(case), np.abs(x).min())
+    contact = np.abs(x) <= max(expected_half_width(case), np.abs(x).min())
     u = np.zeros_like(x)
     fewest, patience = len(x) + 1, PATIENCE
     seen: set[bytes] = set()
@@ -78,7 +78,7 @@ def pressed(case: Case, compliance: SurfaceCompliance, stuck: bool) -> Pressed:
     return found._replace(contact=contact, converged=False)
 
 
-def _expected_half_width(case: Case) -> float:
+def expected_half_width(case: Case) -> float:
     """Hertz's contact half-width on a half-plane, a² = 4WR(1-ν)/(2πG): a first guess."""
     if case.pin == "flat_punch":
         return case.half_width

@@ -8,10 +8,10 @@ import atexit
 import gc
 import sys
 from collections import Counter
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Mapping
 from contextlib import contextmanager
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import click
 
@@ -20,8 +20,10 @@ from study.interruption import EXIT_CODE
 if TYPE_CHECKING:
     from solver.outcome import Outcome
     from study.farm import Farm
+    from study.origin import Origins
     from study.plan import Plan
     from study.tasks import Task
+    from study.verification import Finding
 
 WRONG_INPUT = 2
 CRASHED = 1
@@ -67,10 +69,12 @@ def plan(campaign: Path, out: Path | None) -> None:
 
     with _refusals():
         planned = _make_plan(campaign)
-        remaining = planned.remaining(Store(_folder(campaign, out)).finished())
+        found = Store(_folder(campaign, out)).inventory()
+        remaining = planned.remaining(found)
         _print_plan(planned, remaining)
         for line in shortages(planned, remaining):
             click.echo(f"does not fit here: {line}")
+        _name_foreign(planned.foreign(found), campaign)
 
 
 @cli.command()
@@ -80,18 +84,24 @@ def plan(campaign: Path, out: Path | None) -> None:
 @click.option(
     "--grace", default=20.0, show_default=True, help="Seconds that running tasks get to finish after a signal."
 )
-def run(campaign: Path, out: Path | None, serial: bool, grace: float) -> None:
+@click.option(
+    "--recompute-foreign", is_flag=True, help="Compute again what other software computed (`nanoslip status` names it)."
+)
+def run(campaign: Path, out: Path | None, serial: bool, grace: float, recompute_foreign: bool) -> None:
     """Compute what is not finished of CAMPAIGN, then collect it. Under mpiexec or srun: with all ranks."""
     from study.launch import pin_threads  # noqa: PLC0415
 
     pin_threads()
+    from study.origin import here  # noqa: PLC0415
+
+    here()  # starts git, and a process that uses MPI should start none
     from study.farm import open_farm  # noqa: PLC0415  loads numpy, which looks at the threads once
 
     with _refusals():
         farm = open_farm(grace, serial)
     out = _folder(campaign, out)
     with farm:
-        farm.leave(_conduct(farm, campaign, out) if farm.root else farm.serve(_executor(out)))
+        farm.leave(_conduct(farm, campaign, out, recompute_foreign) if farm.root else farm.serve(_executor(out)))
 
 
 @cli.command()
@@ -103,8 +113,9 @@ def status(campaign: Path, out: Path | None) -> None:
 
     with _refusals():
         planned = _make_plan(campaign)
-        remaining = planned.remaining(Store(_folder(campaign, out)).finished())
-        _print_status(planned, remaining)
+        found = Store(_folder(campaign, out)).inventory()
+        _print_status(planned, planned.remaining(found))
+        _name_foreign(planned.foreign(found), campaign)
 
 
 @cli.command()
@@ -122,14 +133,44 @@ def collect(campaign: Path, out: Path | None) -> None:
 def report(campaign: Path, out: Path | None) -> None:
     """Draw figures and write the HTML page of a collected CAMPAIGN."""
     from study import dataset, report  # noqa: PLC0415
-    from study.console import print_table  # noqa: PLC0415
-    from study.summary import scalar_table  # noqa: PLC0415
 
     folder = _folder(campaign, out)
     with _refusals(), dataset.read(folder / dataset.FILE) as opened:
-        print_table(scalar_table(opened))
+        _print_summary(opened)
         page, *figures = report.write(opened, folder)
     click.echo(f"report: {page} ({len(figures)} figures in {folder / report.FOLDER})")
+
+
+@cli.command()
+@click.argument("dataset", type=click.Path(path_type=Path))
+@click.option(
+    "--sample", type=click.IntRange(min=1), help="So many cases only, evenly spread, the same each time [default: all]"
+)
+def verify(dataset: Path, sample: int | None) -> None:
+    """Compute DATASET (results.nc) again from itself alone: bit-identical, within tolerance, or different.
+
+    Exit codes: 0 identical or within tolerance, 1 something is different, 2 nothing that can be computed again.
+    """
+    from study.launch import pin_threads  # noqa: PLC0415
+
+    pin_threads()
+    from tempfile import TemporaryDirectory  # noqa: PLC0415
+
+    from study import verification  # noqa: PLC0415
+    from study.store import Store  # noqa: PLC0415
+
+    with _refusals(), TemporaryDirectory() as folder, verification.opened(dataset) as found:
+        planned = verification.rebuilt(found, dataset)
+        cases = verification.computed(planned, found)
+        chosen = verification.sample(cases, sample)
+        click.echo(f"{planned.manifest.title}: {len(chosen)} of {len(planned.cases)} cases to recompute", err=True)
+        if other := verification.other_software(found):
+            click.echo(other)
+        code = _recompute(verification.tasks_of(planned, chosen, found), Path(folder))
+        if not code:
+            findings = list(verification.compare(found, planned, chosen, Store(Path(folder))))
+            code = _print_findings(findings, dataset, len(planned.cases) - len(cases), len(cases) - len(chosen))
+    sys.exit(code)
 
 
 @cli.command()
@@ -191,17 +232,28 @@ def submit(campaign: Path, out: Path | None, site: Path, submit: bool) -> None:
         raise Refusal("sbatch: not found; is this a machine of the cluster?") from None
 
 
-def _conduct(farm: "Farm", campaign: Path, out: Path) -> int:
+def _conduct(farm: "Farm", campaign: Path, out: Path, recompute_foreign: bool) -> int:
     """The root's part of a run; returns the exit code of all."""
+    from study.store import Store  # noqa: PLC0415
+
     try:
         with _refusals():
-            return _compute(farm, _make_plan(campaign), out)
+            planned, store = _make_plan(campaign), Store(out)
+            store.prepare()
+            finished = store.inventory()
+            foreign = planned.foreign(finished)
+            if recompute_foreign:
+                click.echo(f"{len(foreign)} results of other software count as not finished", err=True)
+                finished = {key: origins for key, origins in finished.items() if key not in foreign}
+            else:
+                _name_foreign(foreign, campaign, err=True)
+            return _compute(farm, planned, out, planned.remaining(finished))
     except click.ClickException as error:
         _show(error)
         return error.exit_code
 
 
-def _compute(farm: "Farm", planned: "Plan", out: Path) -> int:
+def _compute(farm: "Farm", planned: "Plan", out: Path, tasks: "tuple[Task, ...]") -> int:
     from study.console import console  # noqa: PLC0415
     from study.launch import processes_here  # noqa: PLC0415
     from study.memory import shortages  # noqa: PLC0415
@@ -209,9 +261,6 @@ def _compute(farm: "Farm", planned: "Plan", out: Path) -> int:
     from study.store import Store  # noqa: PLC0415
     from study.warmup import warm_up  # noqa: PLC0415
 
-    store = Store(out)
-    store.prepare()
-    tasks = planned.remaining(store.finished())
     ranks_here = 1 if farm.size == 1 else min(farm.size, processes_here())
     if short := shortages(planned, tasks, ranks_here):
         raise Refusal("\n".join(short))
@@ -224,6 +273,7 @@ def _compute(farm: "Farm", planned: "Plan", out: Path) -> int:
     if tally.interrupted:
         click.echo("interrupted: what is finished is kept; run again to continue", err=True)
         return EXIT_CODE
+    store = Store(out)
     if any(task.means and task.kind == "friction" for task in tasks):
         for key in planned.spent(store.finished()):
             store.drop(key)
@@ -255,15 +305,58 @@ def _executor(out: Path) -> "Callable[[Task], Outcome]":
 
 def _collect(planned: "Plan", out: Path) -> None:
     from study import dataset  # noqa: PLC0415
-    from study.console import print_table  # noqa: PLC0415
     from study.store import Store  # noqa: PLC0415
-    from study.summary import scalar_table  # noqa: PLC0415
 
     collected = dataset.collect(planned, Store(out))
     path = out / dataset.FILE
     dataset.write(collected, path)
-    print_table(scalar_table(collected))
+    _print_summary(collected)
     click.echo(f"dataset: {path}")
+    if mixed := collected.attrs.get(dataset.MIXED):
+        click.echo(f"{mixed} (computed_by says which case is whose)")
+
+
+def _recompute(tasks: "tuple[Task, ...]", out: Path) -> int:
+    """Compute tasks in this process alone; returns an exit code."""
+    from study.console import console  # noqa: PLC0415
+    from study.farm import open_farm  # noqa: PLC0415
+    from study.progress import open_progress  # noqa: PLC0415
+    from study.store import Store  # noqa: PLC0415
+
+    Store(out).prepare()
+    with open_farm(serial=True) as farm, open_progress(tasks, console(stderr=True)) as progress:
+        tally = farm.run(tasks, _executor(out), progress)
+    if tally.interrupted:
+        click.echo("interrupted: nothing is compared", err=True)
+        return EXIT_CODE
+    return CRASHED if tally.crashed else 0
+
+
+def _print_findings(findings: "list[Finding]", path: Path, pending: int, left_out: int) -> int:
+    """A table of the cases, those that differ first if they are many; returns the exit code."""
+    from study.comparison import Verdict  # noqa: PLC0415
+    from study.console import Table, print_table  # noqa: PLC0415
+    from study.summary import MOST_ROWS  # noqa: PLC0415
+
+    shown = findings if len(findings) <= MOST_ROWS else sorted(findings, key=lambda each: -each.verdict)[:MOST_ROWS]
+    rows = tuple((each.label, str(each.verdict), each.remark) for each in shown)
+    print_table(Table(("case", "recomputed", "the largest difference"), rows))
+    counts = Counter(each.verdict for each in findings[1:])
+    parts = [f"{counts[verdict]} {verdict}" for verdict in Verdict]
+    parts += [f"{pending} pending, skipped"] if pending else []
+    parts += [f"{left_out} not in the sample"] if left_out else []
+    click.echo(f"{path}: cases: {', '.join(parts)}; {findings[0].label}: {findings[0].verdict}")
+    return CRASHED if any(each.verdict is Verdict.DIFFERENT for each in findings) else 0
+
+
+def _print_summary(dataset: Any) -> None:
+    """The table of a dataset's cases, and what its flags ask for."""
+    from study.console import print_table  # noqa: PLC0415
+    from study.summary import flag_summary, scalar_table  # noqa: PLC0415
+
+    print_table(scalar_table(dataset))
+    for line in flag_summary(dataset):
+        click.echo(line)
 
 
 def _make_plan(campaign: Path) -> "Plan":
@@ -313,6 +406,8 @@ def _show(error: click.ClickException) -> None:
 
 
 def _print_plan(planned: "Plan", remaining: "tuple[Task, ...]") -> None:
+    from study.flags import expected_lines  # noqa: PLC0415
+
     refused = [case for case in planned.cases if not case.outcome.ok]
     click.echo(f"{planned.manifest.title}\n{len(planned.cases)} cases, {len(refused)} of them refused")
     if planned.manifest.accuracy is not None:
@@ -321,9 +416,25 @@ def _print_plan(planned: "Plan", remaining: "tuple[Task, ...]") -> None:
         click.echo(f"accuracy = {planned.manifest.accuracy:g}: {choice(planned.manifest)}")
     _print_effects(planned)
     _print_counts(planned.tasks, remaining)
+    for line in expected_lines(planned):
+        click.echo(f"expected: {line}")
     for case in refused:
         point = ", ".join(f"{name} = {value}" for name, value in case.parameters.items())
         click.echo(f"refused: {point}: {case.outcome.message}")
+
+
+def _name_foreign(foreign: "Mapping[str, Origins]", campaign: Path, err: bool = False) -> None:
+    """Say which results are other software's, and how they would be this one's."""
+    from study.origin import census, here  # noqa: PLC0415
+
+    if not foreign:
+        return
+    parts = "; ".join(f"{count} of {origin}" for origin, count in sorted(census(foreign.values()).items()))
+    click.echo(
+        f"{len(foreign)} finished results are other software's: {parts}; here is {here()}. They are used as they are; "
+        f"nanoslip run {campaign} --recompute-foreign computes them again",
+        err=err,
+    )
 
 
 def _print_effects(planned: "Plan") -> None:

@@ -42,9 +42,9 @@ def read_text(path: Path) -> tuple[bytes, str]:
         raise ManifestError([f"{path}: byte {error.start}: not UTF-8 text"]) from None
 
 
-def read_table(path: Path) -> Table:
-    """Read a table of cases. Raises ManifestError with one line per problem."""
-    raw, text = read_text(path)
+def read_table(path: Path, given: str | None = None) -> Table:
+    """Read a table of cases, or take the text that is given for it. Raises ManifestError with one line per problem."""
+    raw, text = read_text(path) if given is None else (given.encode(), given)
     lines = _lines(path, text)
     if len(lines) < 2:
         raise ManifestError([f"{path}: {len(lines)} lines: needs a header of parameters and at least one case"])
@@ -72,9 +72,9 @@ class PinProfile:
     points: tuple[tuple[float, float], ...]
 
 
-def read_profile(path: Path) -> PinProfile:
-    """Read a pin's roughness. Raises ManifestError with one line per problem."""
-    raw, text = read_text(path)
+def read_profile(path: Path, given: str | None = None) -> PinProfile:
+    """Read a pin's roughness, or take the text that is given for it. Raises ManifestError with one line per problem."""
+    raw, text = read_text(path) if given is None else (given.encode(), given)
     lines = _lines(path, text)
     if not lines or [word.strip() for word in lines[0][1]] != ["xi", "height"]:
         raise ManifestError([f"{path}: needs the header xi,height"])

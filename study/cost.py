@@ -9,6 +9,7 @@ was measured on one core; a test holds it to a factor of three, which is what ch
 
 import math
 
+from solver._kernels import STRETCHES
 from solver.case import MOST_EVENTS, Case
 from solver.coulomb import LONGEST_STEP
 from solver.sliding import FIRST_CAPACITY, OFF_THE_SLAB
@@ -19,8 +20,8 @@ NODE_STIFFNESS = 3.5
 """Of a surface node against its neighbours at rest, in G: slips per displacement, times what they drop, over nodes."""
 TOGETHER = 0.35
 """Slips in an event of steady sliding, times K, over nodes in contact."""
-STRETCHES, LEAST_STEP = 20.0, 1e-13
-"""The event floor's unit is at most so many μ_i·W/K; without friction the least step is so many W/K."""
+LEAST_STEP = 1e-13
+"""The least step of the pin, over what the load moves it (W/K): without friction every event takes it."""
 TRAVEL = 1.5
 """Displacement at which the pin has left the slab, in L_x."""
 CHANGES_PER_SPACING = 0.75
@@ -82,6 +83,13 @@ def events_of(case: Case) -> float:
     """Events of a record: as many as it may have, or as fit into its displacement, or as the pin finds on its slab."""
     farthest = min(case.farthest, TRAVEL) if case.effects.pin_translation else case.farthest
     return min(farthest / mean_step(case), float(case.max_events or MOST_EVENTS))
+
+
+def expected_displacement(case: Case) -> float:
+    """δ_p that a record reaches, in L_x: its limit, or its events' mean steps."""
+    if case.slip_rule.residual == 1.0:
+        return _coulomb_path(case)[1]
+    return min(case.farthest, events_of(case) * mean_step(case))
 
 
 def slips_of(case: Case, events: float) -> float:

@@ -5,6 +5,8 @@ values where the design is a full product, over `case` otherwise; over `drive` t
 and trajectories differ in length: they are contiguous ragged arrays, which `record` and `trajectory` cut apart.
 """
 
+import json
+from collections import Counter
 from collections.abc import Mapping
 from dataclasses import dataclass, fields
 from pathlib import Path
@@ -15,22 +17,43 @@ import xarray as xr
 
 from solver.case import Scales
 from solver.outcome import Outcome
-from study import provenance
+from solver.validity import advice_on, flags_in
 from study.cases import MEMBER, CampaignCase
 from study.effects import task_kinds
 from study.ensemble import ensemble_variables
 from study.front import Front, load_front
-from study.manifest import Manifest
+from study.manifest import VARIED, Manifest
+from study.origin import NOBODY, Origin, Origins, census, mixture, stemming
 from study.parameters import STANDARD, Value, flat
 from study.plan import CaseTasks, Plan
 from study.ragged import ABSENT, Runs, record, texts, trajectory
 from study.store import Store, StoreError, written_whole
+from study.targets import chosen
 from study.tasks import TaskResult
-from study.vocabulary import COMPANIONS, DISCRETIZATION_ERROR, OUTCOMES, PARAMETERS, SCALARS, SERIES, Quantity, factors
+from study.vocabulary import (
+    ADVICE,
+    COMPANIONS,
+    COMPUTED_BY,
+    DISCRETIZATION_ERROR,
+    OUTCOMES,
+    PARAMETERS,
+    SCALARS,
+    SERIES,
+    VALIDITY,
+    Quantity,
+    factors,
+)
 
 __all__ = ["FILE", "PENDING", "collect", "read", "record", "trajectory", "write"]
 
 FILE: Final = "results.nc"
+FORMAT: Final = "nanoslip_format"
+VERSION: Final = 1
+"""Attribute of a dataset, and its value: to be raised whenever a variable is added, renamed or given another meaning."""
+CHOSEN: Final = "numerics_chosen"
+"""Attribute of a dataset of a campaign that asks for an error: the numerics that it got, as JSON."""
+MIXED: Final = "mixed_software"
+"""Attribute of a dataset whose results are not all by the same software: names all of it, with counts."""
 PENDING: Final = "pending"
 """The outcome of what is not computed yet."""
 
@@ -42,7 +65,8 @@ def collect(plan: Plan, store: Store) -> xr.Dataset:
     runs = _runs(manifest)
     table = _Table(manifest, layout, runs)
     drives = {drive.name: drive for drive in manifest.drives}
-    front = load_front(manifest.front)
+    front = load_front(manifest.front, manifest.front_text)
+    makers: dict[str, Origins] = {}
     for case in plan.cases:
         if case.case is not None:
             table.put(DISCRETIZATION_ERROR.name, case, "", front.expected_error(case.case))
@@ -51,9 +75,12 @@ def collect(plan: Plan, store: Store) -> xr.Dataset:
         for name in drives:
             driven = results.get(("drive", name))
             table.say_outcome(case, driven.outcome if driven else None if case.case else case.outcome, name)
+        table.say_makers(case, results)
         for (kind, name), result in results.items():
             if result is None or case.case is None:
                 continue
+            if kind != "compliance":  # what is made of it says whose it was
+                makers[result.key] = result.origins
             by = factors(case.case, manifest.scales, drives.get(name))
             table.enter(case, name, result, by)
             for each in runs:
@@ -63,7 +90,9 @@ def collect(plan: Plan, store: Store) -> xr.Dataset:
     variables |= ensemble_variables(variables)
     for each in runs:
         variables |= each.variables()
-    return xr.Dataset(variables, _coordinates(plan, layout), _attributes(manifest, front))
+    counts = census(makers.values())
+    variables |= _software(counts)
+    return xr.Dataset(variables, _coordinates(plan, layout), _attributes(manifest, front, counts))
 
 
 def write(dataset: xr.Dataset, path: Path) -> None:
@@ -143,11 +172,13 @@ class _Table:
                 ending, message = OUTCOMES[kind]
                 self._declare(kind, ending, PENDING)
                 self._declare(kind, message, "")
+                self._declare(kind, COMPUTED_BY[kind], "")
         self._declare("", DISCRETIZATION_ERROR, np.nan)
+        self._declare("", ADVICE, "")
         for kind, scalars in SCALARS.items():
             if kind in kinds:
                 for quantity in (*scalars.values(), *COMPANIONS.get(kind, {}).values()):
-                    self._declare(kind, quantity, np.nan)
+                    self._declare(kind, quantity, np.int32(0) if quantity.flags else np.nan)
         for each in runs:
             instance = each.series.instance
             index = Quantity(f"{instance}_index", f"number of the case's {instance}, {ABSENT} where it has none")
@@ -173,12 +204,24 @@ class _Table:
             self.put(ending.name, case, drive, outcome.ending.value)
             self.put(message.name, case, drive, outcome.message)
 
+    def say_makers(self, case: CampaignCase, results: Results) -> None:
+        """Set which software a case, and each of its drives, stems from."""
+        found: dict[str, list[Origins]] = {}
+        for (kind, name), result in results.items():
+            if result is not None and kind != "compliance":
+                found.setdefault(name, []).append(result.origins or (NOBODY,))
+        for name, parts in found.items():
+            names = " ".join(origin.name for origin in stemming(*parts))
+            self.put(COMPUTED_BY["drive" if name else ""].name, case, name, names)
+
     def enter(self, case: CampaignCase, drive: str, result: TaskResult, by: dict[str, float]) -> None:
         """Set all scalars of a result."""
         for scalars in (SCALARS, COMPANIONS):
             for name, quantity in scalars.get(result.kind, {}).items():
                 if name in result.scalars:
                     self.put(quantity.name, case, drive, result.scalars[name] * by[quantity.per])
+        if VALIDITY.name in result.scalars:
+            self.put(ADVICE.name, case, drive, advice_on(flags_in(int(result.scalars[VALIDITY.name]))))
 
 
 def _runs(manifest: Manifest) -> list[Runs]:
@@ -220,7 +263,10 @@ def _coordinates(plan: Plan, layout: _Layout) -> dict[str, Any]:
         spread = np.full(shape, "" if isinstance(sample, str) else 0 if whole else np.nan, kind)
         for case_id, value in values.items():
             spread[layout.position[case_id]] = value
-        found[name] = (tuple(layout.axes), spread, _parameter(name).attributes)
+        dims = tuple(layout.axes)
+        if dims[-1] == MEMBER and name not in VARIED:
+            spread, dims = spread[..., 0], dims[:-1]
+        found[name] = (dims, spread, _parameter(name).attributes)
     return found | _drive_coordinates(plan.manifest)
 
 
@@ -238,16 +284,50 @@ def _drive_coordinates(manifest: Manifest) -> dict[str, Any]:
     return found
 
 
-def _attributes(manifest: Manifest, front: Front) -> dict[str, Any]:
-    texts = {"manifest_table": manifest.table_text, "manifest_roughness": manifest.profile_text}
+def _software(counts: Mapping[Origin, int]) -> dict[str, Any]:
+    """The software that computed the results, one origin each."""
+    origins = sorted(counts)
+    label = Quantity("software", "name of the software: a hash of what is known of it")
+    count = Quantity("software_results", "results that stem from the software, those of a case and of its drives")
+    found: dict[str, Any] = {
+        label.name: (label.name, texts(origin.name for origin in origins), label.attributes),
+        count.name: (label.name, np.array([counts[origin] for origin in origins], np.int64), count.attributes),
+    }
+    for item in fields(Origin):
+        quantity = Quantity(f"software_{item.name}", f"{item.name} of the software")
+        found[quantity.name] = (label.name, texts(getattr(each, item.name) for each in origins), quantity.attributes)
+    return found
+
+
+def _makers(counts: Mapping[Origin, int]) -> dict[str, str]:
+    """What the software is that computed the results; where several did, all of it, the most frequent first."""
+    found = {}
+    for item in fields(Origin):
+        values: Counter[str] = Counter()
+        for origin, count in counts.items():
+            values[getattr(origin, item.name)] += count
+        several = [f"{value} ({count} results)" for value, count in sorted(values.items(), key=lambda v: (-v[1], v[0]))]
+        found[item.name] = ", ".join(several if len(several) > 1 else values) or "nothing is computed yet"
+    mixed = mixture(counts)
+    return {**found, MIXED: mixed} if mixed else found
+
+
+def _attributes(manifest: Manifest, front: Front, counts: Mapping[Origin, int]) -> dict[str, Any]:
+    texts = {
+        "manifest_table": manifest.table_text,
+        "manifest_roughness": manifest.profile_text,
+        "manifest_front": manifest.front_text,
+        CHOSEN: None if manifest.accuracy is None else json.dumps(chosen(manifest)),
+    }
     return {
+        FORMAT: VERSION,
         "title": manifest.title,
         "Conventions": "CF-1.11",
         "manifest": manifest.text,
         **{name: text for name, text in texts.items() if text is not None},
         "manifest_sha256": manifest.sha256,
         "discretization_front": f"{front.name}, sha256 {front.sha256}",
-        **provenance.attributes(),
+        **_makers(counts),
         **{item.name: getattr(manifest.scales, item.name) for item in fields(Scales)},
         "scales": "slab_width L_x in m, slab_depth L_y in m, shear_modulus G in Pa",
     }

@@ -89,7 +89,9 @@ def _dims_of_cases(dataset: xr.Dataset) -> set[Any]:
 
 
 def _joined(array: xr.DataArray) -> xr.DataArray:
-    """One value of all members: the mean of numbers, texts that occur with their counts."""
+    """One value of all members: the mean of numbers, all flags that any has, texts that occur with their counts."""
+    if "flag_masks" in array.attrs:
+        return array.reduce(np.bitwise_or.reduce, MEMBER, keep_attrs=True)
     if array.dtype.kind not in "OUT":
         return array.astype(float).mean(MEMBER, keep_attrs=True)
     values = np.moveaxis(array.values, array.dims.index(MEMBER), -1)

@@ -66,15 +66,14 @@ class Front:
 
         A contact is made of whole nodes, so errors jump with its width; those of its neighbours say how far. NaN for a flat
         punch (its pressure is singular) and a rough pin, for a discretization or a slab that was not measured, and for a
-        contact narrower or wider than all that were.
+        contact narrower or wider than all that were, or like none of them.
         """
         row, half_width = self._row_of.get(case.slab), hertz_half_width(case)
         measured = case.pin == "parabola" and not case.heterogeneity.roughness
         if row is None or not measured or not self.contacts[0] <= half_width <= self.contacts[-1]:
             return math.nan
-        return max(
-            error for contact, error in zip(self.contacts, row.errors, strict=True) if alike(contact, half_width)
-        )
+        errors = zip(self.contacts, row.errors, strict=True)
+        return max((error for contact, error in errors if alike(contact, half_width)), default=math.nan)
 
     def like(self, slab: Slab) -> tuple[Measured, ...]:
         """All discretizations of a slab like this one."""
@@ -121,11 +120,15 @@ def pareto_front(time: ArrayLike, error: ArrayLike) -> NDArray[np.bool_]:
     return on_front
 
 
-def load_front(path: Path | None = None) -> Front:
-    """The front of a file that `nanoslip accuracy --save` wrote; without one, that of this package. Raises ManifestError."""
+def load_front(path: Path | None = None, given: str | None = None) -> Front:
+    """The front of a file that `nanoslip accuracy --save` wrote; without one, that of this package.
+
+    given: the file's text, where it was read before. Raises ManifestError.
+    """
     where = Path(SHIPPED) if path is None else path
     try:
-        text = (resources.files("study") / SHIPPED if path is None else path).read_text("utf-8")
+        file = resources.files("study") / SHIPPED if path is None else path
+        text = file.read_text("utf-8") if given is None else given
         return _front(SHIPPED if path is None else path.name, text)
     except OSError as error:
         raise ManifestError([f"{path_shown(where)}: cannot be read: {error.strerror or error}"]) from None

@@ -20,12 +20,24 @@ from study.drives import NamedDrive
 from study.parameters import AXES, SETTINGS, TABLES, Value, field_name, flat, make_case
 from study.problems import ManifestError, key_shown, need, shown, unknown
 
-__all__ = ["STAGES", "Design", "Manifest", "ManifestError", "NamedDrive", "Outputs", "Stage", "load_manifest"]
+__all__ = [
+    "STAGES",
+    "Design",
+    "Manifest",
+    "ManifestError",
+    "NamedDrive",
+    "Outputs",
+    "Stage",
+    "load_manifest",
+    "parse_manifest",
+]
 
 Stage = Literal["contact", "slip", "dynamics"]
 Design = Literal["product", "zip", "table"]
 STAGES: tuple[Stage, ...] = get_args(Stage)
 MOST_MEMBERS = 10_000
+VARIED = ("start", "seed")
+"""Parameters in which members of an ensemble differ."""
 SEEDS = 2**32
 """Distance between the seeds of members: nobody's axis of seeds meets another member's."""
 
@@ -115,6 +127,8 @@ class Manifest:
     """The error asked for instead of a discretization (see study.front)."""
     front: Path | None = None
     """The measured front to choose from; None for this package's."""
+    front_text: str | None = None
+    """That front's file."""
 
     @property
     def name(self) -> str:
@@ -129,13 +143,25 @@ class Manifest:
 
 
 def load_manifest(path: Path) -> Manifest:
-    """Read a campaign file and the table it names. Raises ManifestError with one line per problem."""
+    """Read a campaign file and the files it names. Raises ManifestError with one line per problem."""
     raw, text = read_text(path)
+    return _Reader(path).manifest(raw, text, _document(path, text))
+
+
+def parse_manifest(path: Path, text: str, beside: Mapping[str, str]) -> Manifest:
+    """As `load_manifest`, from texts alone: no file is read. Raises ManifestError with one line per problem.
+
+    path: what problems are said of. beside: the texts of the files that it names, by the keys that name them (`table`,
+    `roughness`, `front`).
+    """
+    return _Reader(path, beside).manifest(text.encode(), text, _document(path, text))
+
+
+def _document(path: Path, text: str) -> dict[str, Any]:
     try:
-        document = tomllib.loads(text)
+        return tomllib.loads(text)
     except (ValueError, RecursionError) as error:
         raise ManifestError([f"{path}: not TOML: {error}"]) from None
-    return _Reader(path).manifest(raw, text, document)
 
 
 _TOP: dict[str, tuple[type | tuple[type, ...], str]] = {
@@ -154,8 +180,9 @@ _TOP: dict[str, tuple[type | tuple[type, ...], str]] = {
 class _Reader:
     """Reads one campaign file, gathering its problems."""
 
-    def __init__(self, path: Path) -> None:
+    def __init__(self, path: Path, beside: Mapping[str, str] | None = None) -> None:
         self.path = path
+        self.beside = beside
         self.problems: list[str] = []
 
     def manifest(self, raw: bytes, text: str, document: dict[str, Any]) -> Manifest:
@@ -197,6 +224,7 @@ class _Reader:
             ensemble=Ensemble(**self._checked("ensemble", top.get("ensemble", {}), Ensemble)),
             accuracy=accuracy,
             front=self.path.parent / top["front"] if "front" in top else None,
+            front_text=self._front(top),
         )
         if self.problems:
             raise ManifestError(self.problems)
@@ -268,7 +296,7 @@ class _Reader:
             if other in top:
                 self._refuse(other, f"needs to be left out beside table = {shown(top['table'])}")
         try:
-            return read_table(self.path.parent / top["table"])
+            return read_table(self.path.parent / top["table"], self._given("table"))
         except ManifestError as error:
             self.problems += error.lines
             return None
@@ -281,10 +309,28 @@ class _Reader:
             self._refuse(f"heterogeneity.roughness = {shown(name)}", "needs the path of a CSV file with xi and height")
             return None
         try:
-            return read_profile(self.path.parent / name)
+            return read_profile(self.path.parent / name, self._given("roughness"))
         except ManifestError as error:
             self.problems += error.lines
             return None
+
+    def _front(self, top: dict[str, Any]) -> str | None:
+        if "front" not in top:
+            return None
+        try:
+            given = self._given("front")
+            return read_text(self.path.parent / top["front"])[1] if given is None else given
+        except ManifestError as error:
+            self.problems += error.lines
+            return None
+
+    def _given(self, key: str) -> str | None:
+        """The text that stands for the file of a key; None where files are read. Raises ManifestError where it is missing."""
+        if self.beside is None:
+            return None
+        if key not in self.beside:
+            raise ManifestError([f"{self.path}: {key}: the text of its file is missing"])
+        return self.beside[key]
 
     def _words(self, table: str, content: dict[str, Any]) -> Columns:
         """The known words of a table of parameters, each a column of one."""

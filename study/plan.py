@@ -8,6 +8,7 @@ from study.cases import MEMBER, CampaignCase, expand
 from study.cost import mean_step, memory_of, seconds_of
 from study.effects import kept, task_kinds
 from study.manifest import Manifest
+from study.origin import Origins, foreign, here
 from study.parameters import Value
 from study.targets import settled
 from study.tasks import Task, compliance_task, contact_task, digest_task, drive_task, friction_task, states_task
@@ -48,6 +49,12 @@ class Plan:
             if task.key not in finished and (not task.means or task.key in wanted):
                 wanted |= {task.key, *task.needs}
         return tuple(task for task in self.tasks if task.key in wanted and task.key not in finished)
+
+    def foreign(self, finished: Mapping[str, Origins]) -> dict[str, Origins]:
+        """The plan's results that other software than this had a hand in, given all that are finished."""
+        home = here()
+        mine = (task.key for task in self.tasks if task.key in finished)
+        return {key: finished[key] for key in mine if foreign(finished[key], home)}
 
     def spent(self, finished: Collection[str]) -> tuple[str, ...]:
         """Records that were only a means, and that no task still needs, given the keys that are finished."""

@@ -6,7 +6,7 @@ import os
 import platform
 import subprocess
 import tomllib
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping
 from dataclasses import fields, is_dataclass
 from importlib import metadata
 from pathlib import Path
@@ -42,7 +42,7 @@ def _canonical(value: object) -> object:
 
 def attributes() -> dict[str, str]:
     """The software that computes here, as names and values for a dataset's attributes."""
-    versions = {f"{name}_version": _installed(name) for name in LIBRARIES}
+    versions = {f"{name}_version": installed(name) for name in LIBRARIES}
     return {
         f"{DISTRIBUTION}_version": version(),
         "source_commit": source_commit(),
@@ -58,11 +58,13 @@ def version(root: Path | None = None) -> str:
         project = tomllib.loads(description.read_text("utf-8")).get("project", {})
         if project.get("name") == DISTRIBUTION:
             return str(project["version"])
-    return _installed(DISTRIBUTION)
+    return installed(DISTRIBUTION)
 
 
-def source_commit(root: Path | None = None) -> str:
+def source_commit(root: Path | None = None, within: Iterable[Path] = ()) -> str:
     """Commit of the source tree this package was imported from, "+modified" where tracked files differ from it.
+
+    within: the files that count; without them all.
 
     Outside a checkout: the commit that pip recorded when it installed from version control; else "unknown".
     """
@@ -72,7 +74,7 @@ def source_commit(root: Path | None = None) -> str:
     commit = _git(tree, "rev-parse", "HEAD")
     if commit is None:
         return UNKNOWN
-    changes = _git(tree, "status", "--porcelain", "--untracked-files=no")
+    changes = _git(tree, "status", "--porcelain", "--untracked-files=no", "--", *map(str, within))
     return f"{commit}+modified" if changes else commit
 
 
@@ -91,7 +93,8 @@ def _git(tree: Path, *arguments: str) -> str | None:
     return done.stdout.strip()
 
 
-def _installed(name: str) -> str:
+def installed(name: str) -> str:
+    """Version of an installed distribution, or "unknown"."""
     try:
         return metadata.version(name)
     except metadata.PackageNotFoundError:

@@ -16,7 +16,7 @@ from matplotlib.figure import Figure
 from study.parameters import Value
 from study.ragged import ABSENT, record, trajectory
 from study.store import StoreError, written_whole
-from study.summary import Point, points, scalar_table, words
+from study.summary import Point, flag_summary, points, scalar_table, words
 
 FILE: Final = "report.html"
 FOLDER: Final = "figures"
@@ -110,11 +110,13 @@ def _page(dataset: xr.Dataset, found: list[Picture]) -> str:
     environment = jinja2.Environment(
         loader=jinja2.PackageLoader("study"), autoescape=True, undefined=jinja2.StrictUndefined, trim_blocks=True
     )
-    attributes = {name: value for name, value in dataset.attrs.items() if name not in ("title", "manifest")}
+    elsewhere = ("title", "manifest", "manifest_front")  # shown above, or too long to be
+    attributes = {name: value for name, value in dataset.attrs.items() if name not in elsewhere}
     return environment.get_template("report.html.j2").render(
         title=dataset.attrs["title"],
         manifest=dataset.attrs["manifest"],
         attributes=attributes,
         table=scalar_table(dataset),
+        flags=flag_summary(dataset),
         pictures=found,
     )

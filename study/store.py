@@ -22,6 +22,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from solver.outcome import Ending, Outcome
+from study.origin import Origins, as_data, from_data
 from study.tasks import TaskResult
 
 FOLDER = "results"
@@ -30,6 +31,7 @@ MAPPED = "matrix"
 ABANDONED = 86_400.0
 """Seconds after which another host's scratch file is taken for a killed run's."""
 _META = "meta.json"
+_ORIGINS = "origins"
 _SCRATCH = ".scratch"
 
 
@@ -62,11 +64,14 @@ class Store:
 
     def finished(self) -> set[str]:
         """Keys of all results that are there and sound; an unsound file is named on stderr and not counted."""
-        sound = set()
+        return set(self.inventory())
+
+    def inventory(self) -> dict[str, Origins]:
+        """The finished results, as `finished` counts them, and the software that each stems from."""
+        sound = {}
         for path in sorted(self.folder.glob("*.npz")) + sorted(self.folder.glob("*.json")):
             try:
-                _check(path)
-                sound.add(path.stem)
+                sound[path.stem] = from_data(_check(path).get(_ORIGINS, ()))
             except CorruptResultError as error:
                 _say_unsound(error)
         return sound
@@ -78,6 +83,7 @@ class Store:
             "ending": result.outcome.ending.value,
             "message": result.outcome.message,
             "scalars": dict(result.scalars),
+            _ORIGINS: as_data(result.origins),
         }
         try:
             if MAPPED in result.arrays:
@@ -93,7 +99,8 @@ class Store:
         mapped = self.folder / f"{key}.json"
         meta, arrays = _read_mapped(mapped) if mapped.exists() else _read_archive(self.folder / f"{key}.npz")
         outcome = Outcome(Ending(meta["ending"]), meta["message"])
-        return TaskResult(key, meta["kind"], outcome, meta["scalars"], arrays)
+        origins = from_data(meta.get(_ORIGINS, ()))
+        return TaskResult(key, meta["kind"], outcome, meta["scalars"], arrays, origins)
 
     def find(self, key: str) -> TaskResult | None:
         """A result as `read` gives it; None where there is none, or an unsound one, which is named on stderr."""
@@ -199,31 +206,32 @@ def _read_archive(path: Path) -> tuple[dict[str, Any], dict[str, NDArray[Any]]]:
     return meta, arrays
 
 
-def _check(path: Path) -> None:
-    """Raise CorruptResultError unless every byte of a result is as it was written."""
+def _check(path: Path) -> dict[str, Any]:
+    """What a result says of itself. Raises CorruptResultError unless every byte is as it was written."""
     if path.suffix == ".npz":
-        _check_archive(path)
-        return
+        return _check_archive(path)
     matrix = path.with_suffix(".npy")
     try:
-        meta = json.loads(path.read_bytes())
+        meta: dict[str, Any] = json.loads(path.read_bytes())
         sound = zlib.crc32(matrix.read_bytes()) == meta["crc32"]
     except (FileNotFoundError, ValueError, KeyError) as error:
         raise CorruptResultError(f"{path}: not a whole result ({error})") from error
     if not sound:
         raise CorruptResultError(f"{matrix}: not a whole result (its bytes are not those that were written)")
+    return meta
 
 
-def _check_archive(path: Path) -> None:
+def _check_archive(path: Path) -> dict[str, Any]:
     # Checksums alone: making arrays of the bytes as well takes twice as long.
     try:
         with zipfile.ZipFile(path) as archive:
-            json.loads(archive.read(_META))
+            meta: dict[str, Any] = json.loads(archive.read(_META))
             damaged = archive.testzip()
     except (zipfile.BadZipFile, KeyError, ValueError, EOFError) as error:
         raise CorruptResultError(f"{path}: not a whole result ({error})") from error
     if damaged is not None:
         raise CorruptResultError(f"{path}: not a whole result (the bytes of {damaged} are not those that were written)")
+    return meta
 
 
 def _say_unsound(error: CorruptResultError) -> None:

@@ -9,9 +9,12 @@ from typing import Any, Final
 import numpy as np
 import xarray as xr
 
+from solver.validity import flags_in
 from study.console import Table
 from study.ensemble import over_members
+from study.flags import flag_lines
 from study.parameters import Value
+from study.vocabulary import VALIDITY
 
 MOST_ROWS: Final = 500
 """Rows of a table; more are a matter for the dataset."""
@@ -63,6 +66,21 @@ def scalar_table(dataset: xr.Dataset) -> Table:
     return Table(header, tuple(rows))
 
 
+def flag_summary(dataset: xr.Dataset) -> list[str]:
+    """One line for each flag that a case of the dataset has: how many have it, the first of them, and the advice."""
+    if VALIDITY.name not in dataset:
+        return []
+    dataset = over_members(dataset)
+    masks = dataset[VALIDITY.name]
+    varying = [str(name) for name in _varying(dataset, masks.dims)]
+
+    def first(number: int) -> str:
+        here = masks[np.unravel_index(number, masks.shape)]
+        return words({name: here[name].item() for name in varying})
+
+    return flag_lines(masks.values.ravel().tolist(), first if masks.size > 1 else lambda _: "")
+
+
 def words(label: dict[str, Value]) -> str:
     """A label in one line."""
     return ", ".join(f"{SYMBOLS.get(name, name)} = {_number(value)}" for name, value in label.items())
@@ -76,7 +94,6 @@ _COLUMNS: Final = (
     ("μ_k", ("kinetic_friction", "kinetic_friction_uncertainty")),
     ("events", ("events",)),
     ("spacings", ("record_spacings",)),
-    ("node slips", ("cascade_slips",)),
     ("δ_p/L_x", ("final_displacement",)),
 )
 
@@ -86,7 +103,7 @@ def _varying(dataset: xr.Dataset, dims: tuple[Any, ...]) -> list[Any]:
     if "case" not in dims:
         return [dim for dim in dims if dataset.sizes[dim] > 1]
     along = [name for name in dataset.coords if "case" in dataset[name].dims and name not in ("case", "case_id")]
-    several = [name for name in along if len(set(dataset[name].values.tolist())) > 1]
+    several = [name for name in along if len(set(dataset[name].values.ravel().tolist())) > 1]
     return (several or ["case"]) + [dim for dim in dims if dim != "case"]
 
 
@@ -104,8 +121,12 @@ def _cell(values: xr.Dataset, names: tuple[str, ...]) -> str:
 
 
 def _ending(values: xr.Dataset) -> str:
-    """The first trouble of a case and its drive, with the advice."""
-    for ending, message in (("outcome", "message"), ("drive_outcome", "drive_message")):
-        if ending in values and (values[ending] != "completed" or values[message] != ""):
-            return ": ".join(str(values[name].item()) for name in (ending, message) if values[name] != "")
-    return "completed"
+    """The first trouble of a case and its drive with the advice, and in brackets the case's flags."""
+    ending, message = "completed", ""
+    for found, why in (("outcome", "message"), ("drive_outcome", "drive_message")):
+        if found in values and (values[found] != "completed" or values[why] != ""):
+            ending, message = str(values[found].item()), str(values[why].item())
+            break
+    flags = flags_in(int(values[VALIDITY.name])) if VALIDITY.name in values else ()
+    named = f" [{', '.join(flag.name for flag in flags)}]" if flags else ""
+    return f"{ending}{named}" + (f": {message}" if message else "")

@@ -24,7 +24,8 @@ def settled(manifest: Manifest) -> Manifest:
     """
     if manifest.accuracy is None and manifest.front is None:
         return manifest
-    front = load_front(manifest.front)  # a file that is not there is better known now than when all is computed
+    # A file that is no front is better known now than when all is computed.
+    front = load_front(manifest.front, manifest.front_text)
     if manifest.accuracy is None:
         return manifest
     cases = [case.case for case in expand(manifest) if case.case is not None]
@@ -37,7 +38,12 @@ def settled(manifest: Manifest) -> Manifest:
 
 def choice(manifest: Manifest) -> str:
     """The discretization of a settled manifest, in words."""
-    return ", ".join(f"{name} = {manifest.numerics[name]}" for name in SETTINGS if name in manifest.numerics)
+    return ", ".join(f"{name} = {value}" for name, value in chosen(manifest).items())
+
+
+def chosen(manifest: Manifest) -> dict[str, Value]:
+    """The discretization of a settled manifest."""
+    return {name: manifest.numerics[name] for name in SETTINGS if name in manifest.numerics}
 
 
 class UnreachableError(Exception):

@@ -17,8 +17,10 @@ from solver.observables import event_statistics, friction_coefficients
 from solver.outcome import COMPLETED, Ending, Outcome, SolverError
 from solver.plateau import plateau_of
 from solver.profile import profile_of
-from solver.sliding import FrictionRecord, slide, states_at
+from solver.sliding import FrictionRecord, slide_to_state, states_at
+from solver.validity import contact_flags, contact_half_width, mask_of, record_flags
 from study.effects import TaskKind
+from study.origin import Origins, here, stemming
 from study.provenance import content_hash
 
 __all__ = [
@@ -75,6 +77,8 @@ class TaskResult:
     outcome: Outcome
     scalars: Mapping[str, float | int] = field(default_factory=dict)
     arrays: Mapping[str, NDArray[Any]] = field(default_factory=dict)
+    origins: Origins = ()
+    """The software that computed it and what it was computed from; empty where nobody knows."""
 
 
 @lru_cache(maxsize=64)  # hashed once for all cases on it
@@ -156,6 +160,11 @@ def run_task(task: Task, inputs: Mapping[str, TaskResult]) -> TaskResult:
     """
     if task.kind == "friction" and inputs[task.needs[0]].kind == "friction":
         return replace(inputs[task.needs[0]], key=task.key, arrays={})
+    used = stemming((here(),), *(inputs[key].origins for key in task.needs))
+    return replace(_computed(task, inputs), origins=used)
+
+
+def _computed(task: Task, inputs: Mapping[str, TaskResult]) -> TaskResult:
     for need in (inputs[key] for key in task.needs):
         if not need.outcome.ok:
             message = f"its {need.kind} ended as {need.outcome.ending}: {need.outcome.message}"
@@ -185,12 +194,16 @@ def _run_contact(task: Task, inputs: Mapping[str, TaskResult]) -> TaskResult:
         "maximum_pressure": float(state.pressure.max()),
         "friction_force": state.friction_force,
         "load": case.load,
+        "contact_half_width": contact_half_width(case, state),
+        "validity_flags": mask_of(contact_flags(case, state)),
     }
     return _completed(task, scalars, {"x": compliance.x, **arrays}, state.outcome)
 
 
 def _run_friction(task: Task, inputs: Mapping[str, TaskResult]) -> TaskResult:
-    record = slide(_case(task), _compliance(task, inputs))
+    case, compliance = _case(task), _compliance(task, inputs)
+    start = first_touch(case, compliance)
+    record, end = slide_to_state(case, compliance, start)
     plateau = plateau_of(record)
     scalars, arrays = _parted(record)
     scalars |= _counts(record) | {
@@ -201,6 +214,8 @@ def _run_friction(task: Task, inputs: Mapping[str, TaskResult]) -> TaskResult:
         "plateau_spacings": plateau.spacings,
         "plateau_start": plateau.start,
         "plateau_end": plateau.end,
+        "contact_half_width": contact_half_width(case, start),
+        "validity_flags": mask_of(record_flags(case, start, record, end)),
     }
     return _completed(task, scalars, arrays, _noting(record.outcome, plateau.outcome))
 

@@ -6,7 +6,10 @@ Lengths are in L_x, stiffness in G·L_y, forces over the load W; what a drive yi
 from dataclasses import dataclass
 from typing import Any
 
+import numpy as np
+
 from solver.case import Case, Scales
+from solver.validity import FLAGS
 from study.drives import NamedDrive
 
 
@@ -21,11 +24,16 @@ class Quantity:
     uncertainty: str = ""
     """The variable that says how uncertain this one is."""
     comment: str = ""
+    flags: bool = False
+    """Whether its bits are the flags of solver.validity: a whole number, 0 where there is none, not NaN."""
 
     @property
     def attributes(self) -> dict[str, Any]:
         """What every variable of the dataset says of itself."""
-        more = {"ancillary_variables": self.uncertainty, "comment": self.comment}
+        more: dict[str, Any] = {"ancillary_variables": self.uncertainty, "comment": self.comment}
+        if self.flags:
+            more["flag_masks"] = [np.int32(flag.mask) for flag in FLAGS]
+            more["flag_meanings"] = " ".join(flag.name for flag in FLAGS)
         return {"long_name": self.long_name, "units": self.units} | {name: text for name, text in more.items() if text}
 
 
@@ -51,8 +59,25 @@ DISCRETIZATION_ERROR = Quantity(
 )
 """Of a case, from the measured front."""
 
+VALIDITY = Quantity(
+    "validity_flags",
+    "ways in which the contact, at any time of the record, means little",
+    comment="bits by flag_masks; 0: none, or not computed (see outcome); what each means and asks for is in advice",
+    flags=True,
+)
+ADVICE = Quantity("advice", "what to do about validity_flags, empty where there is none")
+_HALF_WIDTH = Quantity(
+    "contact_half_width",
+    "half-width of the contact after first touch, in L_x",
+    uncertainty=_GRID,
+    comment="half of nodes in contact times spacing, at most half the slab: right to within a spacing, of a contact of k "
+    "nodes 2/k of it",
+)
+
 SCALARS: dict[str, dict[str, Quantity]] = {
     "contact": {
+        "validity_flags": VALIDITY,
+        "contact_half_width": _HALF_WIDTH,
         "approach": Quantity(
             "approach", "approach of the pin below the undeformed surface at first touch, in L_x", uncertainty=_GRID
         ),
@@ -64,6 +89,8 @@ SCALARS: dict[str, dict[str, Quantity]] = {
         "friction_force": Quantity("initial_friction", "friction force over load after first touch, F/W", per="load"),
     },
     "friction": {
+        "validity_flags": VALIDITY,
+        "contact_half_width": _HALF_WIDTH,
         "plateau_mean": Quantity(
             "plateau_mean",
             "mean friction force over load on the steady part of the record, F/W",
@@ -161,6 +188,12 @@ OUTCOMES = {
     ),
 }
 """Kind of task ("": all before the drives) -> the variables that say how it ended."""
+
+COMPUTED_BY = {
+    "": Quantity("computed_by", "software that computed the case, by its name along software; empty while pending"),
+    "drive": Quantity("drive_computed_by", "software that computed the dynamic stage, by its name along software"),
+}
+"""As `OUTCOMES`: the variables that say which software a result stems from, its inputs' included."""
 
 COMPANIONS: dict[str, dict[str, Quantity]] = {
     "friction": {

@@ -33,6 +33,7 @@ ORDER = {
         "frozen",
         "sliding",
         "sampling",
+        "validity",
         "plateau",
         "profile",
         "dynamics",
@@ -42,6 +43,7 @@ ORDER = {
     ],
     "study": [
         "provenance",
+        "origin",
         "parameters",
         "problems",
         "columns",
@@ -54,6 +56,7 @@ ORDER = {
         "tasks",
         "cost",
         "plan",
+        "flags",
         "memory",
         "backlog",
         "interruption",
@@ -68,6 +71,8 @@ ORDER = {
         "ensemble",
         "ragged",
         "dataset",
+        "comparison",
+        "verification",
         "console",
         "accuracy",
         "summary",
@@ -82,7 +87,7 @@ ORDER = {
 HOMES = {
     "mpi4py": {"farm"},
     "netCDF4": {"dataset", "accuracy", "report"},
-    "xarray": {"ensemble", "ragged", "dataset", "accuracy", "summary", "report"},
+    "xarray": {"ensemble", "ragged", "dataset", "verification", "accuracy", "summary", "report"},
     "matplotlib": {"accuracy", "report"},
 }
 FILES = sorted(path for package in ORDER for path in (ROOT / package).rglob("*.py"))

@@ -1,15 +1,20 @@
 """The command line: each wrong input is one clear message and exit code 2; the physics' refusals are results."""
 
+import shutil
 import subprocess
 import sys
 import time
 from collections.abc import Callable
+from dataclasses import replace
 from pathlib import Path
 
+import netCDF4
 import pytest
 import xarray as xr
 
 from study import cli
+from study.origin import here
+from study.store import Store
 from tests.conftest import ROOT, SMALL
 
 Main = Callable[..., tuple[int, str, str]]
@@ -112,6 +117,77 @@ def test_from_plan_to_report(main, campaign):
     code, said, _ = main("report", campaign, "--out", out)
     assert (code, (out / "report.html").is_file()) == (0, True)
     assert "report.html" in said
+
+
+def disown(out: Path, every: int) -> set[str]:
+    """Make every so-manieth result another software's; returns the files."""
+    store, changed = Store(out), set()
+    for key in sorted(store.finished())[::every]:
+        result = store.read(key)
+        store.write(replace(result, origins=(replace(here(), source_hash="0ther", source_commit="c0ffee"),)))
+        changed.add(key)
+    return changed
+
+
+def test_results_of_other_software_are_named_and_computed_again_when_asked(main, campaign):
+    out = campaign.parent / "out"
+    assert main("run", campaign, "--out", out, "--serial")[0] == 0
+    for command in ("plan", "status"):
+        assert "other software's" not in main(command, campaign, "--out", out)[1]
+    before = (out / "results.nc").read_bytes()
+    changed = disown(out, every=3)
+    stamps = {path.stem: path.stat().st_mtime_ns for path in (out / "results").glob("*.npz")}
+    for command in ("plan", "status"):
+        code, said, _ = main(command, campaign, "--out", out)
+        assert code == 0
+        assert f"{len(changed)} finished results are other software's: {len(changed)} of nanoslip" in said
+        assert "source 0ther, commit c0ffee" in said
+        assert f"nanoslip run {campaign} --recompute-foreign" in said
+
+    code, said, errors = main("run", campaign, "--out", out, "--serial")
+    assert (code, "0 tasks to do" in errors, "source 0ther" in errors) == (0, True, True)
+    assert "results of different software: " in said
+    with xr.open_dataset(out / "results.nc") as found:
+        assert "of nanoslip" in found.attrs["mixed_software"]
+    assert "results of different software: " in main("collect", campaign, "--out", out)[1]
+
+    code, said, errors = main("run", campaign, "--out", out, "--serial", "--recompute-foreign")
+    assert (code, "different software" in said) == (0, False)
+    assert f"{len(changed)} results of other software" in errors
+    assert (out / "results.nc").read_bytes() == before
+    after = {path.stem: path.stat().st_mtime_ns for path in (out / "results").glob("*.npz")}
+    assert {key for key in after if after[key] != stamps[key]} == changed & set(after)
+
+
+def test_a_dataset_is_verified_from_itself_alone(main, campaign, tmp_path):
+    out = campaign.parent / "out"
+    assert main("run", campaign, "--out", out, "--serial")[0] == 0
+    path = tmp_path / "alone.nc"
+    (out / "results.nc").rename(path)
+    shutil.rmtree(out)
+    campaign.unlink()
+    code, said, progress = main("verify", path)
+    assert (code, "13 of 13 tasks done" in progress) == (0, True)
+    assert said.count("bit-identical") == 1 + 4 + 2  # all share; cases; the last line
+    assert f"{path}: cases: 4 bit-identical, 0 within tolerance, 0 different; what all cases share: bit-id" in said
+
+    with netCDF4.Dataset(path, "a") as opened:
+        opened["mean_step"][1, 1, 0, 0] *= 1.0 + 1e-6
+    code, said, _ = main("verify", path)
+    assert (code, "mean_step by " in said) == (1, True)
+    assert "3 bit-identical, 0 within tolerance, 1 different" in said
+    code, said, _ = main("verify", path, "--sample", 1)
+    assert code == 0
+    assert "1 bit-identical, 0 within tolerance, 0 different, 3 not in the sample" in said
+
+
+def test_what_cannot_be_verified_is_one_clear_message(main, campaign):
+    for path, said in ((campaign, "no dataset"), (campaign.parent / "none.nc", "No such file")):
+        code, _, errors = main("verify", path)
+        assert (code, len(errors.splitlines())) == (2, 1)
+        assert str(path) in errors
+        assert said in errors
+    assert main("verify", campaign, "--sample", 0)[0] == 2
 
 
 def test_a_plan_shows_effects_tasks_and_memory(main, campaign):
@@ -217,7 +293,7 @@ def test_the_module_is_the_command(nanoslip):
     done = nanoslip("--help")
     assert done.returncode == 0
     assert done.stdout.startswith("Usage: nanoslip")
-    for command in ("plan", "run", "status", "collect", "report", "submit"):
+    for command in ("plan", "run", "status", "collect", "report", "verify", "submit"):
         assert command in done.stdout
 
 

@@ -2,6 +2,7 @@
 
 import time
 from collections.abc import Callable
+from dataclasses import fields, replace
 from pathlib import Path
 
 import numpy as np
@@ -11,6 +12,7 @@ import xarray as xr
 from study import dataset
 from study.front import load_front
 from study.manifest import load_manifest
+from study.origin import Origin, here
 from study.plan import Plan, make_plan
 from study.store import Store
 from study.tasks import TaskResult, run_task
@@ -283,3 +285,59 @@ def test_what_has_an_uncertainty_names_it_and_has_it(small):
     for name, other in named.items():
         assert other in found
         assert set(found[other].dims) <= set(found[name].dims)
+
+
+OLD = replace(here(), source_hash="0123456789abcdef", source_commit="c0ffee", numpy_version="1.0")
+
+
+def copied(plan: Plan, store: Store, folder: Path, by: Callable[[TaskResult], Origin]) -> Store:
+    """The same results, as if computed by other software."""
+    other = Store(folder)
+    other.prepare()
+    for task in plan.tasks:
+        result = store.read(task.key)
+        other.write(replace(result, origins=(by(result),)))
+    return other
+
+
+def test_the_software_named_is_that_which_computed_not_that_which_collects(small, tmp_path):
+    plan, store, found = small
+    assert found.attrs["source_hash"] == here().source_hash
+    assert found["software_results"].values.tolist() == [12]  # four records and their eight drives
+    assert set(found["computed_by"].values.ravel()) == {here().name} == set(found["drive_computed_by"].values.ravel())
+    found = dataset.collect(plan, copied(plan, store, tmp_path, lambda _: OLD))
+    for item in fields(Origin):
+        assert found.attrs[item.name] == getattr(OLD, item.name)
+        assert found[f"software_{item.name}"].values.tolist() == [getattr(OLD, item.name)]
+    assert set(found["computed_by"].values.ravel()) == {OLD.name}
+    assert dataset.MIXED not in found.attrs
+
+
+def test_results_of_different_software_are_named_with_counts_and_case_by_case(small, tmp_path):
+    plan, store, _ = small
+    one = plan.case_tasks[plan.cases[0].case_id]
+    kept = {one.friction, *one.drives.values()}
+    mixed = copied(plan, store, tmp_path, lambda result: here() if result.key in kept else OLD)
+    found = dataset.collect(plan, mixed)
+    assert found.attrs["source_hash"] == f"{OLD.source_hash} (9 results), {here().source_hash} (3 results)"
+    assert found.attrs["python_version"] == here().python_version
+    assert f"9 of {OLD}; 3 of {here()}" in found.attrs[dataset.MIXED]
+    assert found["computed_by"].values.ravel().tolist() == [here().name] + 3 * [OLD.name]
+    counts = dict(zip(found["software"].values, found["software_results"].values, strict=True))
+    assert counts == {here().name: 3, OLD.name: 9}
+
+
+def test_a_result_that_does_not_say_is_of_unknown_software_and_no_result_of_none(small, tmp_path):
+    plan, store, _ = small
+    silent, empty = Store(tmp_path / "silent"), Store(tmp_path / "empty")
+    for made in (silent, empty):
+        made.prepare()
+    for task in plan.tasks:
+        silent.write(replace(store.read(task.key), origins=()))
+    assert dataset.collect(plan, silent).attrs["source_hash"] == "unknown"
+    found = dataset.collect(plan, empty)
+    assert found.attrs["source_hash"] == "nothing is computed yet"
+    assert set(found["computed_by"].values.ravel()) == {""}
+    dataset.write(found, tmp_path / "empty.nc")
+    with dataset.read(tmp_path / "empty.nc") as again:
+        assert again.sizes["software"] == 0

@@ -73,14 +73,14 @@ def test_a_drive_on_a_finished_record_never_slides(tmp_path: Path, monkeypatch: 
     store = computed(planned(tmp_path, TINY), tmp_path)
     left = planned(tmp_path, TINY + DRIVES).remaining(store.finished())
     assert [task.kind for task in left] == ["drive"]
-    monkeypatch.setattr(tasks, "slide", None)
+    monkeypatch.setattr(tasks, "slide_to_state", None)
     monkeypatch.setattr(tasks, "slab_compliance", None)
     assert run_task(left[0], {key: store.read(key) for key in left[0].needs}).outcome.ok
 
 
 def test_a_contact_study_sets_up_no_sliding(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     """Without friction not even a tableau, nor anything but the normal forces' columns (tests/solver/test_pressing.py)."""
-    monkeypatch.setattr(tasks, "slide", None)
+    monkeypatch.setattr(tasks, "slide_to_state", None)
     monkeypatch.setattr(contact, "core_of", None)
     plan = planned(tmp_path, TINY + 'stages = ["contact"]\neffects.friction = false')
     assert all(computed(plan, tmp_path).read(task.key).outcome.ok for task in plan.tasks)

@@ -69,6 +69,11 @@ def test_nothing_is_expected_where_nothing_was_measured(case):
     assert math.isnan(found.expected_error(case))
 
 
+def test_nothing_is_expected_between_contacts_that_are_far_apart():
+    found = front({0.05: 0.1, 0.4: 0.1})
+    assert math.isnan(found.expected_error(contact(0.15)))
+
+
 def test_a_file_gives_back_what_was_written(tmp_path: Path):
     rows = (Measured(Slab(n_x=17), 1.0, (0.1, 0.2)), Measured(Slab(n_x=33, support="frictionless"), 0.25, (1e-17, 0.3)))
     path = tmp_path / "mine.json"

@@ -8,7 +8,7 @@ import pytest
 
 from solver.case import Scales
 from study.drives import NamedDrive
-from study.manifest import Manifest, ManifestError, load_manifest
+from study.manifest import Manifest, ManifestError, load_manifest, parse_manifest
 from study.parameters import TABLES
 
 CAMPAIGNS = Path(__file__).parents[2] / "campaigns"
@@ -316,3 +316,17 @@ def test_the_campaigns_of_the_repository_are_good(path: Path) -> None:
 def test_the_reference_starts_with_a_campaign_that_works(tmp_path: Path) -> None:
     text = (CAMPAIGNS / "README.md").read_text("utf-8").split("```toml\n")[1].split("```")[0]
     assert len(read(tmp_path, text).axes["load"]) == 4
+
+
+def test_a_manifest_is_the_same_from_its_texts_alone_and_no_file_is_read(tmp_path: Path) -> None:
+    beside = {"table": "radius\n50\n100\n", "roughness": "xi,height\n-0.1,0\n0.1,1e-6\n", "front": "{}"}
+    for key, text in beside.items():
+        (tmp_path / key).write_text(text)
+    text = 'title = "x"\ntable = "table"\nfront = "front"\nheterogeneity.roughness = "roughness"\n'
+    there = read(tmp_path, text)
+    for key in beside:
+        (tmp_path / key).unlink()
+    assert parse_manifest(there.path, text, beside) == there
+    for key in beside:
+        with pytest.raises(ManifestError, match=f"{key}: the text of its file is missing"):
+            parse_manifest(there.path, text, {name: beside[name] for name in beside if name != key})

@@ -70,6 +70,15 @@ def test_a_checkout_names_its_commit_and_whether_it_was_changed(tmp_path: Path) 
     assert source_commit(tmp_path) == f"{commit}+modified"
 
 
+def test_only_the_files_that_count_make_a_checkout_modified(tmp_path: Path) -> None:
+    commit = checkout(tmp_path)
+    (tmp_path / "prose").write_text("1")
+    git(tmp_path, "add", "prose")
+    assert source_commit(tmp_path, within=[tmp_path / "file"]) == commit
+    (tmp_path / "file").write_text("2")
+    assert source_commit(tmp_path, within=[tmp_path / "file"]) == f"{commit}+modified"
+
+
 def test_a_git_hooks_environment_names_no_other_repository(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     (tmp_path / "mine").mkdir()
     (tmp_path / "other").mkdir()

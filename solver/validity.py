@@ -1,0 +1,181 @@
+"""Where a contact is lawful for the nodes and yet says nothing about a pin on a slab: flags, each with advice.
+
+`expected_flags` guesses them from Hertz before anything is computed, `contact_flags` and `record_flags` look at what came.
+A flagged result is no failure: it obeys all laws of the discrete model, and its outcome stays what it is.
+
+Hertz knows neither the slab's ends nor its bottom, which both make the contact narrower: his half-width is 6 % too large
+at a/L_x = 1/3 and 14 % at 1/2 on a slab as tall as wide, 22 and 30 % on one a quarter as tall. Nor does he know that
+friction drags the contact back, towards the left end. So guesses of the ends are early for first touch, late for long records.
+"""
+
+import math
+from collections.abc import Iterable
+from typing import Any, NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from solver.case import Case
+from solver.contact import ContactState
+from solver.pressing import expected_half_width
+from solver.sliding import FrictionRecord
+
+FEWEST_NODES = 12
+"""Nodes in contact below which pressure, shear and events are those of single nodes. A spacing, to which nodes say where a
+contact ends, is then more than a sixth of its half-width."""
+NEAR = 0.45
+"""Distance of the contact's edge from the slab's end, in half-widths, below which the end counts: there the free side raises
+a pressed parabola's largest pressure by a tenth (6 % at 0.75, 19 % at 0.15), on a slab as tall as wide or taller. Plateaus
+notice an end only when the contact is at it: F/(Wμ_i) is 0.52 up to 0.13 half-widths and 0.71 then (μ_i = 0.5, n_x = 129)."""
+LARGEST_PRESSURE = 0.1
+"""Mean pressure over G above which displacements have gradients of about a tenth (Hertz: the slope at the contact's edge is
+4(1 - ν)/π times it, 0.85 at ν = 1/3, the shear below the middle 0.38 times): the share that linear elasticity neglects."""
+
+
+class Flag(NamedTuple):
+    """One way in which a contact means little."""
+
+    mask: int
+    """Its bit."""
+    name: str
+    meaning: str
+    advice: str
+
+
+FEW_NODES = Flag(
+    1, "few_nodes", f"fewer than {FEWEST_NODES} nodes in contact", "raise n_x, load or radius (half_width of a punch)"
+)
+NEAR_ENDS = Flag(
+    2,
+    "near_ends",
+    f"contact nearer to an end of the slab than {NEAR:g} of its half-width",
+    "lower load, radius (half_width of a punch) or the record's limits",
+)
+OUTGROWN = Flag(
+    4,
+    "outgrown",
+    "contact at an end of the surface, where the grid ends and not the contact",
+    "lower load, radius (half_width of a punch) or the record's limits",
+)
+WHOLE_SLAB = Flag(
+    8,
+    "whole_slab",
+    "all surface nodes in contact: the slab under a load, no contact of its own size",
+    "lower load or radius (half_width of a punch)",
+)
+BEYOND_CONTACT = Flag(
+    16,
+    "beyond_contact",
+    "pin moved by more than the contact's half-width, away from where it came down",
+    "lower limits.displacement or limits.events",
+)
+LARGE_STRAIN = Flag(
+    32,
+    "large_strain",
+    f"mean pressure above {LARGEST_PRESSURE:g} G: strains beyond linear elasticity",
+    "lower load, or raise radius (half_width of a punch)",
+)
+FLAGS = (FEW_NODES, NEAR_ENDS, OUTGROWN, WHOLE_SLAB, BEYOND_CONTACT, LARGE_STRAIN)
+"""All of them. `near_ends`, `outgrown` and `whole_slab` are degrees of one thing: a contact has the last that applies."""
+
+Flags = tuple[Flag, ...]
+
+
+class _Seen(NamedTuple):
+    """All that flags are judged by."""
+
+    fewest: int
+    """Nodes in contact."""
+    most: int
+    half_width: float
+    """At first touch, in L_x."""
+    margin: float
+    """From the contact's edge to the nearer end of the surface, in L_x; 0 or less with a node at that end in contact."""
+    travel: float
+    """How far the pin moved, in L_x."""
+
+
+def expected_flags(case: Case, displacement: float = 0.0) -> Flags:
+    """The flags to be expected of a case, from Hertz's half-width (a flat punch's own), without computing anything.
+
+    displacement: δ_p that its record is expected to reach, in L_x; 0 is first touch alone. A guess: see above.
+    """
+    half_width, rounding = min(expected_half_width(case), 0.5), 0.499 if case.pin == "flat_punch" else 1e-9
+    nodes = min(2 * math.floor(half_width / case.slab.spacing + rounding) + 1, case.slab.n_x)
+    return _judged(case, _Seen(nodes, nodes, half_width, 0.5 - half_width - displacement, displacement))
+
+
+def contact_flags(case: Case, state: ContactState) -> Flags:
+    """The flags of a contact at one pin position; none of one that was not reached."""
+    if not state.outcome.ok:
+        return ()
+    size = int(state.contact.sum())
+    margin = _margin(case, np.flatnonzero(state.contact))
+    return _judged(case, _Seen(size, size, contact_half_width(case, state), margin, 0.0))
+
+
+def record_flags(case: Case, start: ContactState, record: FrictionRecord, end: ContactState) -> Flags:
+    """The flags of a friction record from `start` to `end`: what was so at any time of it.
+
+    Sizes are known after every event; places from both ends and from the nodes of all events, which are in contact.
+    """
+    if not start.outcome.ok:
+        return ()
+    sizes = np.append(record.contact_size, start.contact.sum())
+    nodes = np.concatenate((np.flatnonzero(start.contact), np.flatnonzero(end.contact), record.node))
+    travel = record.final_displacement - start.displacement
+    half_width = contact_half_width(case, start)
+    return _judged(case, _Seen(int(sizes.min()), int(sizes.max()), half_width, _margin(case, nodes), travel))
+
+
+def contact_half_width(case: Case, state: ContactState) -> float:
+    """Half of nodes in contact × spacing, at most half the slab, in L_x; NaN for a contact that was not reached.
+
+    A whole number of nodes, odd in symmetry, is right to within a spacing: Hertz's half-width lies 0.8 spacings below it to
+    0.4 above, of k nodes 2/k of it at most. Of a contact with gaps it is half the real width.
+    """
+    if not state.outcome.ok:
+        return math.nan
+    return min(float(state.contact.sum()) * case.slab.spacing, 1.0) / 2
+
+
+def mask_of(flags: Flags) -> int:
+    """The flags as bits of one number."""
+    return sum(flag.mask for flag in flags)
+
+
+def flags_in(mask: int) -> Flags:
+    """The flags that are bits of a number."""
+    return tuple(flag for flag in FLAGS if mask & flag.mask)
+
+
+def advice_on(flags: Iterable[Flag]) -> str:
+    """What to do about flags, in one line; empty without any."""
+    return "; ".join(f"{flag.name}: {flag.advice}" for flag in flags)
+
+
+def _margin(case: Case, nodes: NDArray[Any]) -> float:
+    """From the edge of the contact that has these nodes (at least one) to the nearer end of the surface."""
+    between = min(int(nodes.min()), case.slab.n_x - 1 - int(nodes.max()))
+    return (between - 0.5) * case.slab.spacing
+
+
+def _judged(case: Case, seen: _Seen) -> Flags:
+    narrowest = min(seen.half_width, expected_half_width(case))  # few nodes make a narrow contact seem wide
+    found = (
+        FEW_NODES if seen.fewest < FEWEST_NODES else None,
+        _place(case, seen),
+        BEYOND_CONTACT if seen.travel > seen.half_width else None,
+        LARGE_STRAIN if case.load > LARGEST_PRESSURE * 2 * narrowest else None,
+    )
+    return tuple(flag for flag in found if flag)
+
+
+def _place(case: Case, seen: _Seen) -> Flag | None:
+    """How near the contact came to the ends of the surface; a half-plane's are those of its grid alone."""
+    if seen.most == case.slab.n_x:
+        return WHOLE_SLAB
+    if seen.margin <= 0.0:
+        return OUTGROWN
+    near = case.slab.scheme != "half_plane" and seen.margin < NEAR * seen.half_width
+    return NEAR_ENDS if near else None

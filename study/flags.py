@@ -1,0 +1,43 @@
+"""How the flags of a campaign's cases are said: one line for each flag, on the terminal and in the report."""
+
+from collections.abc import Callable, Sequence
+
+from solver.validity import FLAGS, expected_flags, mask_of
+from study.cost import expected_displacement
+from study.parameters import Value
+from study.plan import Plan
+
+
+def flag_lines(masks: Sequence[int], words: Callable[[int], str]) -> list[str]:
+    """For each flag that any case has: in how many, which is the first, what it means, what to do.
+
+    masks: the flags of every case, as bits. words: a case's number -> what tells it from the others, empty for a single case.
+    """
+    lines = []
+    for flag in FLAGS:
+        having = [number for number, mask in enumerate(masks) if mask & flag.mask]
+        if having:
+            first = words(having[0])
+            where = f"{len(having)} of {len(masks)} cases" + (f", first {first}" if first else "")
+            lines.append(f"{flag.name}: {where}: {flag.meaning}; {flag.advice}")
+    return lines
+
+
+def expected_lines(plan: Plan) -> list[str]:
+    """What is to be expected of a plan's cases before anything is computed; nothing of refused ones."""
+    slides = "slip" in plan.manifest.stages
+    varying = [name for name, values in plan.manifest.axes.items() if len(values) > 1]
+
+    def words(number: int) -> str:
+        point = plan.cases[number].parameters
+        return ", ".join(f"{name} = {_short(point[name])}" for name in varying if name in point)
+
+    cases = [each.case for each in plan.cases]
+    masks = [
+        mask_of(expected_flags(case, expected_displacement(case) if slides else 0.0)) if case else 0 for case in cases
+    ]
+    return flag_lines(masks, words)
+
+
+def _short(value: Value) -> str:
+    return f"{value:.6g}" if isinstance(value, float) else str(value)

@@ -1,0 +1,130 @@
+"""Which software computed a result. No clock, host or rank: the same software says the same of itself everywhere.
+
+What identifies it is a hash of the *contents* of the files that decide a result, its folder or repository apart: the whole
+solver, and `study/tasks.py`, which calls it. Commit and "+modified" are written down beside it where git is there.
+"""
+
+import hashlib
+import importlib.util
+import platform
+from collections import Counter
+from collections.abc import Iterable, Mapping
+from dataclasses import dataclass, fields
+from functools import lru_cache
+from pathlib import Path
+from typing import Final
+
+from study import provenance
+from study.provenance import UNKNOWN, content_hash
+
+PACKAGE: Final = "solver"
+BRIDGE: Final = "study.tasks"
+"""The module beside the solver that makes numbers."""
+
+
+@dataclass(frozen=True, slots=True, order=True)
+class Origin:
+    """One state of the software. Results of two origins that are `alike` can be told apart by nothing that computes."""
+
+    nanoslip_version: str = UNKNOWN
+    source_hash: str = UNKNOWN
+    """Of the contents of the files that decide results (16 hexadecimal digits): comments count, names and folders do not."""
+    source_commit: str = UNKNOWN
+    """The commit, "+modified" where the files that decide results differ from it."""
+    python_version: str = UNKNOWN
+    numpy_version: str = UNKNOWN
+    scipy_version: str = UNKNOWN
+    numba_version: str = UNKNOWN
+
+    @property
+    def name(self) -> str:
+        """A short name: a hash of all that is known of it (8 hexadecimal digits)."""
+        return content_hash(self, length=8)
+
+    @property
+    def deciding(self) -> tuple[str, ...]:
+        """What can change a last digit: the source and the libraries that compute. A commit of prose is no other source."""
+        return (self.source_hash, self.numpy_version, self.scipy_version, self.numba_version)
+
+    def alike(self, other: "Origin") -> bool:
+        """Whether both compute the same; what is unknown is like nothing."""
+        return UNKNOWN not in self.deciding and self.deciding == other.deciding
+
+    def __str__(self) -> str:
+        return (
+            f"nanoslip {self.nanoslip_version}, source {self.source_hash}, commit {self.source_commit}, "
+            f"numpy {self.numpy_version}, scipy {self.scipy_version}, numba {self.numba_version}"
+        )
+
+
+Origins = tuple[Origin, ...]
+"""All software that a result stems from, its inputs' included: sorted, each once."""
+
+NOBODY: Final = Origin()
+"""Whoever computed a result that does not say."""
+
+
+@lru_cache(maxsize=1)
+def here() -> Origin:
+    """The software that runs here. Asks git, which is a process of its own: to be called before MPI starts."""
+    return Origin(
+        nanoslip_version=provenance.version(),
+        source_hash=source_hash(source_files()),
+        source_commit=provenance.source_commit(within=source_files()),
+        python_version=platform.python_version(),
+        **{f"{name}_version": provenance.installed(name) for name in ("numpy", "scipy", "numba")},
+    )
+
+
+def source_files() -> tuple[Path, ...]:
+    """The files that decide results."""
+    package, bridge = importlib.util.find_spec(PACKAGE), importlib.util.find_spec(BRIDGE)
+    assert package is not None  # without them this would not run
+    assert bridge is not None
+    folders = package.submodule_search_locations or ()
+    return (*(path for folder in folders for path in Path(folder).rglob("*.py")), Path(str(bridge.origin)))
+
+
+def source_hash(files: Iterable[Path]) -> str:
+    """Hash of the contents of files, whatever they are called, in whatever order and with whatever line ends they come."""
+    contents = sorted(hashlib.sha256(path.read_bytes().replace(b"\r\n", b"\n")).hexdigest() for path in files)
+    return content_hash(contents, length=16)
+
+
+def stemming(*parts: Origins) -> Origins:
+    """The origins of what was made of these."""
+    return tuple(sorted({origin for part in parts for origin in part}))
+
+
+def as_data(origins: Origins) -> list[dict[str, str]]:
+    """Origins as plain data, to be written."""
+    return [{item.name: getattr(origin, item.name) for item in fields(Origin)} for origin in origins]
+
+
+def from_data(found: Iterable[Mapping[str, str]]) -> Origins:
+    """Origins as `as_data` gave them; what was not written is unknown."""
+    return tuple(_known(*(each.get(item.name, UNKNOWN) for item in fields(Origin))) for each in found)
+
+
+@lru_cache(maxsize=256)  # thousands of results, a few origins
+def _known(*values: str) -> Origin:
+    return Origin(*values)
+
+
+def foreign(origins: Origins, home: Origin) -> bool:
+    """Whether other software than `home` had a hand in a result."""
+    return not origins or not all(origin.alike(home) for origin in origins)
+
+
+def census(results: Iterable[Origins]) -> Counter[Origin]:
+    """How many of these results stem from which software; a result of several counts for each."""
+    return Counter(origin for origins in results for origin in (origins or (NOBODY,)))
+
+
+def mixture(counts: Mapping[Origin, int]) -> str:
+    """All origins with their counts in one line, where they are not all alike; else empty."""
+    first = next(iter(counts), NOBODY)
+    if all(origin == first or origin.alike(first) for origin in counts):
+        return ""
+    parts = (f"{counts[origin]} of {origin}" for origin in sorted(counts, key=lambda each: (-counts[each], each)))
+    return "results of different software: " + "; ".join(parts)

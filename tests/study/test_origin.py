@@ -1,0 +1,100 @@
+"""The software that computed a result is known by the contents of its files, and told apart from any other's."""
+
+import shutil
+import subprocess
+import sys
+from dataclasses import replace
+from pathlib import Path
+
+from solver.case import Case, Slab
+from study.origin import (
+    NOBODY,
+    Origin,
+    as_data,
+    census,
+    foreign,
+    from_data,
+    here,
+    mixture,
+    source_files,
+    source_hash,
+    stemming,
+)
+from study.store import Store
+from study.tasks import compliance_task, contact_task, run_task
+from tests.conftest import ROOT
+
+HOME = Origin("1.0", "aa", "c0ffee", "3.12.0", "2.1", "1.14", "0.61")
+OTHER = replace(HOME, source_hash="bb")
+
+
+def test_every_file_of_the_solver_decides_and_so_does_its_bridge():
+    files = set(source_files())
+    assert set((ROOT / "solver").rglob("*.py")) | {ROOT / "study" / "tasks.py"} == files
+
+
+def test_the_hash_is_of_contents_not_of_names_or_order(tmp_path):
+    (tmp_path / "a.py").write_text("x = 1\n")
+    (tmp_path / "b.py").write_text("y = 2\n")
+    (tmp_path / "moved").mkdir()
+    shutil.copy(tmp_path / "b.py", tmp_path / "moved" / "0.py")
+    (tmp_path / "moved" / "c.py").write_bytes(b"x = 1\r\n")
+    before = source_hash([tmp_path / "a.py", tmp_path / "b.py"])
+    assert source_hash(sorted((tmp_path / "moved").iterdir())) == before
+    (tmp_path / "b.py").write_text("y = 3\n")
+    assert source_hash([tmp_path / "a.py", tmp_path / "b.py"]) != before
+
+
+def test_every_process_says_the_same_of_itself_from_wherever_it_is_started(environment, tmp_path):
+    program = "from study.origin import here; print(here().source_hash, here().source_commit)"
+    said = {
+        subprocess.run(
+            [sys.executable, "-c", program], env=environment, cwd=cwd, capture_output=True, check=True
+        ).stdout
+        for cwd in (ROOT, tmp_path)
+    }
+    assert said == {f"{here().source_hash} unknown\n".encode()}  # no git there
+
+
+def test_prose_and_python_are_no_other_software_but_source_and_libraries_are():
+    assert HOME.alike(replace(HOME, source_commit="beef", python_version="3.13.1", nanoslip_version="1.1"))
+    for name in ("source_hash", "numpy_version", "scipy_version", "numba_version"):
+        assert not HOME.alike(replace(HOME, **{name: "x"})), name
+    assert not NOBODY.alike(NOBODY)
+
+
+def test_a_result_that_any_other_software_had_a_hand_in_is_foreign():
+    assert not foreign((HOME,), HOME)
+    assert foreign((HOME, OTHER), HOME)
+    assert foreign((), HOME)
+
+
+def test_origins_come_back_as_they_were_written_and_what_is_not_there_is_unknown():
+    origins = stemming((OTHER,), (HOME, OTHER))
+    assert origins == (HOME, OTHER)
+    assert from_data(as_data(origins)) == origins
+    assert from_data([{"source_hash": "aa", "since": "2031"}]) == (Origin(source_hash="aa"),)
+
+
+def test_a_mixture_names_all_with_their_counts_and_one_software_is_none():
+    assert mixture({}) == ""
+    assert mixture({HOME: 3, replace(HOME, source_commit="beef"): 1}) == ""
+    said = mixture(census([(HOME,), (HOME, OTHER), ()]))
+    assert "2 of nanoslip 1.0, source aa, commit c0ffee, numpy 2.1" in said
+    assert "1 of nanoslip 1.0, source bb" in said
+    assert "1 of nanoslip unknown" in said
+    assert mixture({NOBODY: 2}) == ""
+
+
+def test_a_result_says_who_computed_it_and_what_it_was_computed_from(tmp_path: Path):
+    store = Store(tmp_path)
+    store.prepare()
+    task = compliance_task(Slab(n_x=9))
+    store.write(run_task(task, {}))
+    assert store.read(task.key).origins == (here(),)
+    store.write(replace(store.read(task.key), origins=(OTHER,)))
+    pressed = run_task(contact_task(Case(slab=Slab(n_x=9))), {task.key: store.read(task.key)})
+    store.write(pressed)
+    assert set(pressed.origins) == {here(), OTHER}
+    assert store.inventory() == {task.key: (OTHER,), pressed.key: pressed.origins}
+    assert store.read(pressed.key).origins == pressed.origins
