@@ -21,6 +21,8 @@ NODE_STIFFNESS = 3.5
 """Of a surface node against its neighbours at rest, in G: slips per displacement, times what they drop, over nodes."""
 TOGETHER = 0.35
 """Slips in an event of steady sliding, times K, over nodes in contact."""
+LEAST_STEP = 1e-13
+"""The least step of the pin, over what the load moves it (W/K): without friction every event takes it."""
 TRAVEL = 1.5
 """Displacement at which the pin has left the slab, in L_x."""
 CHANGES_PER_SPACING = 0.75
@@ -61,9 +63,9 @@ def lateral_stiffness(case: Case) -> float:
 
 def mean_step(case: Case) -> float:
     """Displacement from event to event in steady sliding, in L_x."""
-    stretch = _finite(case.intrinsic_friction) * case.load / lateral_stiffness(case)
-    floor = case.slip_rule.event_floor * min(case.slab.spacing, STRETCHES * stretch)
-    return max(slips_per_event(case) / _slips_per_displacement(case), floor, 1e-300)
+    moved = case.load / lateral_stiffness(case)
+    floor = case.slip_rule.event_floor * min(case.slab.spacing, STRETCHES * _finite(case.intrinsic_friction) * moved)
+    return max(slips_per_event(case) / _slips_per_displacement(case), floor, LEAST_STEP * moved)
 
 
 def slips_per_event(case: Case) -> float:

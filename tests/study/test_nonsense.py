@@ -14,7 +14,7 @@ from solver.case import Scales
 from study import dataset
 from study.drives import NamedDrive
 from study.front import SHIPPED, load_front
-from study.manifest import ManifestError, Outputs, load_manifest
+from study.manifest import Ensemble, ManifestError, Outputs, load_manifest
 from study.parameters import TABLES
 from study.plan import make_plan
 from study.store import Store
@@ -63,11 +63,24 @@ NONSENSE = {
 }
 
 PLACES: dict[str, list[str]] = {
-    "top level": ["title", "stages", "design", "table", "accuracy", "front", "axes", "drives", *TABLES, "scales"],
+    "top level": [
+        "title",
+        "stages",
+        "design",
+        "table",
+        "accuracy",
+        "front",
+        "axes",
+        "drives",
+        *TABLES,
+        "scales",
+        "ensemble",
+    ],
     **{table: list(words) for table, words in TABLES.items()},
     "axes": [word for words in TABLES.values() for word in words],
     "scales": [item.name for item in fields(Scales)],
     "outputs": [item.name for item in fields(Outputs)],
+    "ensemble": [item.name for item in fields(Ensemble)],
     "drives": [item.name for item in fields(NamedDrive)],
     "unknown": ["nonsense", '"two words"', '"a\\nb"', "x" * 5000, ".".join("x" * 2000), '""'],
 }
