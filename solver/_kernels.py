@@ -34,7 +34,9 @@ REFRESH_SLIPS = 65536  # slips after which the response is summed afresh: roundi
 LOOK_EVENTS = 64  # events after which the drift is looked at, changes of the contact or not
 REFRESH_CHANGES = 64  # changes of the contact after which everything is summed afresh
 CHANGES_PER_NODE = 20  # touches and releases in one cascade, per node, after which they count as a cycle
-STRETCHES = 20.0  # the event floor counts in node spacings, or in this many lengths μ_i·W/K where those are shorter
+STRETCHES = (
+    24.0  # the event floor counts in node spacings, or in this many stretches of the contact where those are shorter
+)
 OVERSHOOT = 1e-4  # what shear may exceed its limit by before an event, all nodes together, as a share of μ_i·W
 BLUR = 1e-15  # rounding of the pin's height, as a share of it
 EDGE = 1e-9  # relative distance inside a punch's edge at which a node counts as under it
@@ -834,14 +836,19 @@ def raise_load(m: Machine, rules: Rules, target: float) -> int:
 
 
 @njit(cache=True, nogil=True)
-def smallest_step(rules: Rules, stiffness: float, displacement: float) -> float:
-    """The event floor as a length. It is to outlive rounding, so it follows what the friction limit moves: in the paper's case
-    a node spacing is shorter than STRETCHES. Never so little that all forces stay within the tolerance, or δ_p the same."""
-    least = 4.5e-16 * displacement
+def smallest_step(m: Machine, rules: Rules) -> float:
+    """The event floor as a length. It is to outlive rounding, so it counts in what stretches the contact to its friction limit
+    where that is short: by STRETCHES·event_floor of μ_i·W it may overshoot. In the paper's case a node spacing is shorter. Never
+    so little that all forces stay within the tolerance, or δ_p the same."""
+    n, stiffness = len(m.x), 0.0
+    for i in range(n):
+        if m.contact[i]:
+            stiffness += abs(m.rate[i]) + m.friction[i] * abs(m.rate[n + i])
+    least = 4.5e-16 * m.totals[0]
     if not stiffness > 0.0:
-        return max(rules.floor * rules.spacing, least)
+        return float(max(rules.floor * rules.spacing, least))
     unit = min(rules.spacing, STRETCHES * rules.limit / stiffness)
-    return max(rules.floor * unit, 0.1 * rules.tolerance / stiffness, least)
+    return float(max(rules.floor * unit, 0.1 * rules.tolerance / stiffness, least))
 
 
 @njit(cache=True, nogil=True)
@@ -858,7 +865,6 @@ def overshoot(m: Machine) -> float:
 def slide_events(m: Machine, rules: Rules, events: Events, first: int, farthest: float) -> tuple[int, int]:
     """Slide from event to event; returns why it stopped and how many events the record now holds."""
     most = OVERSHOOT * rules.limit + len(m.x) * rules.tolerance
-    stiffness = total_shear(m, m.rate)
     for e in range(first, len(events.displacement)):
         step, kind, node = next_event(m, rules, 1.0)
         if node < 0 and farthest == np.inf:
@@ -868,8 +874,7 @@ def slide_events(m: Machine, rules: Rules, events: Events, first: int, farthest:
             advance(m, left)
             return DONE, e
         # A floor beyond the end of the run does not hide the event before it.
-        floor = smallest_step(rules, stiffness, m.totals[0])
-        step = min(max(step, floor), left)
+        step = min(max(step, smallest_step(m, rules)), left)
         advance(m, step)
         events.displacement[e] = m.totals[0]
         events.force_before[e] = total_shear(m, m.response)
@@ -882,9 +887,8 @@ def slide_events(m: Machine, rules: Rules, events: Events, first: int, farthest:
             status = STEEP
         if status != DONE:
             return status, e
-        stiffness = total_shear(m, m.rate)
         events.force_after[e] = total_shear(m, m.response)
-        events.stiffness[e] = stiffness
+        events.stiffness[e] = total_shear(m, m.rate)
         events.dissipated[e] = m.totals[1]
         events.slips[e] = m.counts[0]
         events.releases[e] = m.counts[1]

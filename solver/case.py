@@ -65,8 +65,8 @@ class SlipRule:
         slips every offender by the distance it would slip alone.
     residual: shear left after a slip, as a fraction of μ_i·pressure, in [0, 1]; 0 is a full stress drop, 1 is classical
         Coulomb sliding, which has no slips one at a time (order, event_floor and cascade_limit do not matter then).
-    event_floor: smallest displacement step, in surface node spacings (the paper's is 1e-6), or in twenty lengths μ_i·W/K
-        where those are shorter, which they are not in the paper's case: it is to outlive rounding, not to move the pin.
+    event_floor: smallest displacement step, in surface node spacings (the paper's is 1e-6), or in 24 times what μ_i·W stretches
+        the contact by where that is less, which it is not in the paper's case: it is to outlive rounding, not to move the pin.
     cascade_limit: slips after which one event is given up.
     """
 

@@ -71,7 +71,7 @@ class EventStatistics:
     cycle_events: int
     """Events after which the end of the record repeats itself, 0 where it does not."""
     cycle_spacings: float
-    """How far the pin moves in one such cycle, in node spacings; NaN without one."""
+    """How far the pin moves in one such cycle, in node spacings; 0 without one."""
 
 
 def event_statistics(record: FrictionRecord) -> EventStatistics:
@@ -102,7 +102,7 @@ def event_statistics(record: FrictionRecord) -> EventStatistics:
         cycle_events=cycle,
         cycle_spacings=float(record.displacement[-1] - record.displacement[-1 - cycle]) / record.spacing
         if cycle
-        else float("nan"),
+        else 0.0,
     )
 
 

@@ -38,6 +38,11 @@ FIRST_CAPACITY = 4096
 CREATED_ON_THE_WAY = 1e-4
 """Energy that an event may create at residual 1, in W²/G: there it is an integral over steps, not known to rounding (1e-5)."""
 
+CREATED = 1e-6
+"""Energy that events may create, as a share of what others lose: a touch pays back what a coarse event floor overshot."""
+ROUNDING = 1e-15
+"""Energy that rounding may create in one event on average, as a share of the load times what it displaces."""
+
 GOING_ON = (_kernels.FULL, _kernels.DRIFTED, _kernels.OUTGROWN)
 """Why the compiled core stops though the run does not."""
 
@@ -128,7 +133,18 @@ def slide_to_state(
         end = replace(start, outcome=error.outcome)
         record = _record(case, start, math.nan, _empty_events(0), 0, end)
     end = doubted(case, compliance, end)
+    if end.outcome.ok and _creates_energy(case, record, end):
+        end = replace(end, outcome=BROKEN[Ending.STEEP_PIN])
     return replace(record, outcome=end.outcome), end
+
+
+def _creates_energy(case: Case, record: FrictionRecord, end: ContactState) -> bool:
+    """Whether little by little, on flanks steeper than half of μ_i, events have created more energy than rounding can."""
+    created, lost = -np.minimum(record.dissipated, 0.0).sum(), np.maximum(record.dissipated, 0.0).sum()
+    if not created > CREATED * lost + ROUNDING * case.load**2 * len(record.dissipated):
+        return False
+    xi = (surface_from_pin(case) + end.u - end.displacement)[end.contact]
+    return bool((np.abs(pin_of(case).slope(xi)) > 0.5 * node_friction(case)[end.contact]).any())
 
 
 def states_at(case: Case, compliance: SurfaceCompliance, events: Sequence[int]) -> tuple[list[ContactState], Outcome]:

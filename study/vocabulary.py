@@ -337,7 +337,7 @@ PARAMETERS = {
     "order": Quantity("order", "which offenders slip first"),
     "residual": Quantity("residual", "shear left after a slip, as a fraction of μ_i·pressure"),
     "event_floor": Quantity(
-        "event_floor", "smallest displacement step, in surface node spacings or twenty lengths μ_i·W/K"
+        "event_floor", "smallest displacement step, in surface node spacings or 24 elastic stretches"
     ),
     "cascade_limit": Quantity("cascade_limit", "slips after which one event is given up"),
     "friction": Quantity("friction", "whether the pin drags the surface"),

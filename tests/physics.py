@@ -104,5 +104,6 @@ def stored_energy(state: ContactState) -> float:
 
 
 def smallest_step(case: Case, stiffness: float) -> float:
-    """The event floor in L_x of a contact of stiffness K: in node spacings, or in twenty lengths μ_i·W/K if they are shorter."""
-    return case.slip_rule.event_floor * min(case.slab.spacing, 20.0 * case.intrinsic_friction * case.load / stiffness)
+    """The event floor in L_x: in node spacings, or in 24 times what μ_i·W stretches the contact by if that is less. stiffness: of
+    all nodes in contact, shear and μ_i·pressure added up without sign."""
+    return case.slip_rule.event_floor * min(case.slab.spacing, 24.0 * case.intrinsic_friction * case.load / stiffness)

@@ -158,10 +158,10 @@ class Reference:
         return max((one for one in found if one[0] <= nearest * (1.0 + 1e-12)), key=lambda one: one[2])
 
     def _floor(self) -> float:
-        """The smallest step, counted in node spacings or in twenty lengths μ_i·W/K, whichever is shorter."""
-        moving = np.where(self.contact, 1.0, 0.0)
-        stiffness = float(self.answer(moving, np.zeros(self.n), 0.0)[0].sum())
-        return self.case.slip_rule.event_floor * min(self.spacing, 20.0 * self.mu * self.load / stiffness)
+        """The smallest step, counted in node spacings or in 24 stretches of the contact, whichever is shorter."""
+        shear, normal, _, _ = self.answer(np.where(self.contact, 1.0, 0.0), np.zeros(self.n), 0.0)
+        stiffness = float((np.abs(shear) + self.mu * np.abs(normal)).sum())
+        return self.case.slip_rule.event_floor * min(self.spacing, 24.0 * self.mu * self.load / stiffness)
 
     def slide(self, events: int) -> list[Event]:
         """The next events of the record."""

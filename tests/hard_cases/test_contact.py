@@ -246,7 +246,7 @@ def _extremes() -> list[Case]:
         for way in WAYS
         for load in (1e-30, 1e-24, 1e-12, 1.0)
         for radius in (1e-12, 1.0, 1e24)
-        for floor in (1e-300, 1.0)
+        for floor in (1e-14, 1.0)
     ]
     heights = [(0.0, 1e-300, 1e-12), (0.0, 1e6, -1e6), (1e-30, 0.0, 1e-15)]
     profiles = [tuple(zip((-1e-12, 0.0, 1e-12), each, strict=True)) for each in heights]
@@ -269,6 +269,7 @@ EXTREME_ENDINGS = {
     Ending.COMPLETED,
     Ending.ROUNDING,
     Ending.STEEP_PIN,
+    Ending.OVERSHOT,
     Ending.CONTACT_LOST,
     Ending.CASCADE_LIMIT,
     Ending.SLIP_UNBOUNDED,
@@ -284,7 +285,7 @@ def rows() -> list[Row]:
     light = [_case("galerkin", load=10.0**power, heterogeneity=_profile(1e-3)) for power in range(-30, -2)]
     tried = {
         "rough pins of height 1e-3, W 1e-30 to 1e-3": [_follow(case, 5, 20) for case in light],
-        "W 1e-30 to 1, R/L_x 1e-12 to 1e24, event floor 1e-300 to 1, knots 1e-12 apart": [
+        "W 1e-30 to 1, R/L_x 1e-12 to 1e24, event floor 1e-14 to 1, knots 1e-12 apart": [
             _follow(case, 3, 20) for case in _extremes()
         ],
         "W 1e-12 to 0.1, R/L_x 0.1 to 1e6, all ways to touch": pressed,

@@ -35,6 +35,7 @@ LACKS = {
         "plateau_std",
         "plateau_start",
         "plateau_end",
+        "plateau_spacings",
         "mean_step",
         "mean_drop",
         "kinetic_friction",
