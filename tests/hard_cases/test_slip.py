@@ -8,7 +8,7 @@ from typing import get_args
 import numpy as np
 import pytest
 
-from solver.case import Case, Effects, FirstTouch, Scheme, Slab, SlipRule, Support
+from solver.case import Case, Effects, FirstTouch, Heterogeneity, Scheme, Slab, SlipRule, Support
 from solver.compliance import SurfaceCompliance
 from solver.contact import first_touch, mirrored
 from solver.outcome import Ending, InvalidInput
@@ -136,6 +136,18 @@ def test_a_slab_held_at_one_side_has_no_mirror_image() -> None:
     case = Case(slab=Slab(N, support="right_side"))
     state = first_touch(case, compliance_of(case.slab))
     with pytest.raises(InvalidInput, match="right_side"):
+        mirrored(case, state)
+
+
+@pytest.mark.parametrize(
+    ("drawn", "word"),
+    [(Heterogeneity(spread=0.2), "spread"), (Heterogeneity(roughness=((0.0, 0.0), (0.1, 1e-4))), "roughness")],
+)
+def test_what_lies_left_and_right_unlike_has_no_mirror_image_of_one_case(drawn: Heterogeneity, word: str) -> None:
+    """The state could be turned, but what slides on from it would meet the nodes and the pin of the case, unturned."""
+    case = Case(slab=Slab(N), heterogeneity=drawn)
+    state = first_touch(case, compliance_of(case.slab))
+    with pytest.raises(InvalidInput, match=word):
         mirrored(case, state)
 
 
