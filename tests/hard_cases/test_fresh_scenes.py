@@ -1,4 +1,4 @@
-"""Other scenes at every run, on a seed that is printed: driven, with every key, on large grids, over ranks; and those that failed.
+"""Other scenes at every run, on a seed that is printed: driven, with every key, on large grids, over ranks; and what failed once.
 
 A failure shows the seed and the whole scene. With the seed in NANOSLIP_SCENE_SEED the run is the same again; the scene goes into
 `scenes` as a file that says what failed.
@@ -41,7 +41,11 @@ def drawn(strategy: st.SearchStrategy[str], count: int, number: int) -> list[str
     # The stream is drawn before anything runs: what a scene does then cannot move it.
     @seed(number)
     @settings(
-        max_examples=count, deadline=None, database=None, phases=[Phase.generate], suppress_health_check=list(HealthCheck)
+        max_examples=count,
+        deadline=None,
+        database=None,
+        phases=[Phase.generate],
+        suppress_health_check=list(HealthCheck),
     )
     @given(strategy)
     def draw(text: str) -> None:
@@ -80,7 +84,9 @@ def test_a_scene_that_once_failed_ends_in_a_lawful_result_or_a_named_refusal(pat
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize(("kind", "count"), [(scenes(), 500), (scenes_with_every_key(), 1000)], ids=["committed", "all"])
+@pytest.mark.parametrize(
+    ("kind", "count"), [(scenes(), 500), (scenes_with_every_key(), 1000)], ids=["committed", "all"]
+)
 def test_fresh_scenes_obey_the_laws_or_say_why_not(kind, count: int, number: int, tmp_path: Path) -> None:
     endings = tried(drawn(kind, count, number), number, tmp_path)
     assert endings["completed"] > count // 20, f"{SEED}={number}: mere nonsense"
