@@ -130,13 +130,17 @@ class ContactState:
 def mirrored(case: Case, state: ContactState) -> ContactState:
     """The same contact seen in a mirror at the slab's middle: sliding on from it moves the pin to the left.
 
-    Forces, displacements and nodes of what follows are those of the mirror image. Raises InvalidInput where the support or
-    the pin's start is not its own mirror image.
+    Forces, displacements and nodes of what follows are those of the mirror image. Raises InvalidInput where the support, the
+    pin's start, its roughness or the nodes' μ_i are not their own mirror image: what follows would meet them unturned.
     """
     if case.slab.support == "right_side":
         raise InvalidInput("support = 'right_side': sliding to the left needs a support that is its own mirror image")
     if case.start:
         raise InvalidInput(f"start = {case.start!r}: sliding to the left needs a pin over the slab's middle, start = 0")
+    for name in ("spread", "roughness"):
+        given = getattr(case.heterogeneity, name)
+        if given:
+            raise InvalidInput(f"{name} = {given!r}: sliding to the left needs nodes alike and a smooth pin")
     signs = {"shear": -1.0, "slip": -1.0, "u": -1.0}
     turned = {
         name: signs.get(name, 1.0) * getattr(state, name)[::-1]

@@ -16,16 +16,20 @@ from numpy.typing import NDArray
 
 MODULATION: Final = 0.32
 """Standard deviation of the friction force over a node spacing, of its mean, times nodes in contact over what a slip drops."""
-EVENT_MODULATION: Final = 0.75
+EVENT_MODULATION: Final = 0.6
 """The same of step and force drop per event, of their means; that it depends on the contact little was measured."""
-PEAK_MODULATION: Final = 1.2
+PEAK_MODULATION: Final = 1.1
 """The same of the force at which a pin first slides, between starts."""
-DISORDER: Final = 0.5
+DISORDER: Final = 1.3
 """Standard deviation of the mean force between seeds, of its mean, times √nodes over the spread of μ_i."""
-LEFT_OVER: Final = 1.2
+LEFT_OVER: Final = 1.3
 """What of the standard error of blocks is left of a mean over one whole spacing, of whose blocks the most is modulation."""
 EVENLY: Final = 0.6
 """What of the standard error of independent members is left where their starts are spread evenly."""
+SHARED: Final = 0.35
+"""Part of the uncertainty that each member states that all members have in common."""
+KNOWN: Final = 0.1
+"""Node spacings below which step and drop per event are not known: first touch takes about as long to be forgotten."""
 EVENT_LEFT_OVER: Final = 0.1
 """Uncertainty of step and drop per event over one whole spacing, of their means."""
 
@@ -70,9 +74,12 @@ class Sampling:
         return math.hypot(sampled, self.disorder * mean)
 
     def of_events(self) -> float:
-        """Relative standard error of step and drop per event over the stretch; of disorder alone where slips drop nothing."""
+        """Relative standard error of step and drop per event over the stretch, NaN below KNOWN; of disorder alone where slips
+        drop nothing."""
         if self.residual == 1.0:
             return self.disorder
+        if self.spacings < KNOWN:
+            return math.nan
         if self.spacings >= 1.0:
             return math.hypot(EVENT_LEFT_OVER / self.spacings, self.disorder)
         return math.hypot(self.unseen * EVENT_MODULATION, EVENT_LEFT_OVER, self.disorder)
@@ -82,13 +89,15 @@ class Sampling:
         return math.hypot(PEAK_MODULATION * self.discreteness, DISORDER * self.spread / math.sqrt(max(self.nodes, 1.0)))
 
 
-def ensemble_uncertainty(values: NDArray[np.float64]) -> float:
+def ensemble_uncertainty(values: NDArray[np.float64], stated: NDArray[np.float64]) -> float:
     """Standard error of the mean over members (m,) whose starts are spread evenly over a node spacing; NaN of fewer than 2.
 
+    stated: the members' own uncertainties (m,), NaN where one states none; of none at all the mean's is not known either.
     Members without a value (NaN) are left out; then phases are missing, and all of the scatter counts as chance.
     """
     found = values[np.isfinite(values)]
-    if len(found) < 2:
+    known = stated[np.isfinite(stated)]
+    if len(found) < 2 or not len(known):
         return math.nan
     even = EVENLY if len(found) == len(values) else 1.0
-    return even * float(np.std(found, ddof=1)) / math.sqrt(len(found))
+    return math.hypot(even * float(np.std(found, ddof=1)) / math.sqrt(len(found)), SHARED * float(np.median(known)))

@@ -23,12 +23,16 @@ OBSERVABLES: Final = {
 """Variables that members make a distribution of."""
 
 
+PER_EVENT: Final = ("mean_step", "mean_drop")
+"""Those that are means over events: a member counts by how many it has."""
+
+
 def ensemble_variables(variables: Mapping[str, xr.Variable]) -> dict[str, xr.Variable]:
     """Mean, standard error and standard deviation over `member` of each observable that has it; none without members."""
     found: dict[str, xr.Variable] = {}
     for name, words in OBSERVABLES.items():
         if name in variables and MEMBER in variables[name].dims:
-            found |= _reduced(name, words, variables[name])
+            found |= _reduced(name, words, variables)
     return found
 
 
@@ -37,29 +41,38 @@ def ensemble_name(name: str, part: str) -> str:
     return f"{name}_ensemble_{part}"
 
 
-def _reduced(name: str, words: str, variable: xr.Variable) -> dict[str, xr.Variable]:
-    axis = variable.dims.index(MEMBER)
+def _reduced(name: str, words: str, variables: Mapping[str, xr.Variable]) -> dict[str, xr.Variable]:
+    variable = variables[name]
     dims = tuple(dim for dim in variable.dims if dim != MEMBER)
-    values = np.moveaxis(variable.values.astype(float), axis, -1)
-    uncertainty = ensemble_name(name, "uncertainty")
-    parts = (
-        ("mean", f"mean over members of {words}", _mean, uncertainty),
-        ("uncertainty", f"standard error of the mean over members of {words}", ensemble_uncertainty, ""),
-        ("std", f"standard deviation between members of {words}", _std, ""),
-    )
-    return {
-        ensemble_name(name, part): xr.Variable(
-            dims,
-            np.apply_along_axis(reduce, -1, values),
-            Quantity(ensemble_name(name, part), meaning, str(variable.attrs["units"]), uncertainty=by).attributes,
-        )
-        for part, meaning, reduce, by in parts
+    values, stated = _by_member(variable), _by_member(variables.get(f"{name}_uncertainty", 0.0 * variable))
+    weights = _by_member(variables["events"]) if name in PER_EVENT else np.ones_like(values)
+    parts: dict[str, tuple[str, Any]] = {
+        "mean": (f"mean over members of {words}", lambda place: _mean(values[place], weights[place])),
+        "uncertainty": (
+            f"standard error of the mean over members of {words}",
+            lambda place: ensemble_uncertainty(values[place], stated[place]),
+        ),
+        "std": (f"standard deviation between members of {words}", lambda place: _std(values[place])),
     }
+    found = {}
+    for part, (meaning, reduce) in parts.items():
+        reduced = np.empty(values.shape[:-1])
+        for place in np.ndindex(reduced.shape):
+            reduced[place] = reduce(place)
+        by = ensemble_name(name, "uncertainty") if part == "mean" else ""
+        quantity = Quantity(ensemble_name(name, part), meaning, str(variable.attrs["units"]), uncertainty=by)
+        found[quantity.name] = xr.Variable(dims, reduced, quantity.attributes)
+    return found
 
 
-def _mean(values: NDArray[np.float64]) -> float:
-    found = values[np.isfinite(values)]
-    return float(found.mean()) if len(found) else float("nan")
+def _by_member(variable: xr.Variable) -> NDArray[np.float64]:
+    """Its numbers with the members last."""
+    return np.moveaxis(variable.values.astype(float), variable.dims.index(MEMBER), -1)
+
+
+def _mean(values: NDArray[np.float64], weights: NDArray[np.float64]) -> float:
+    here = np.isfinite(values) & (weights > 0.0)
+    return float(np.average(values[here], weights=weights[here])) if here.any() else float("nan")
 
 
 def _std(values: NDArray[np.float64]) -> float:

@@ -23,6 +23,8 @@ LIMITS = {
 """What `law_errors` may reach."""
 ROUNDING = 8.0 * np.finfo(float).eps
 """Share of a pin's height that is lost to rounding."""
+CARRIED = 64.0 * np.finfo(float).eps
+"""The same of approach and δ_p where forces and displacements follow from them: rounded at every step, 34 ε seen in 60 events."""
 
 
 def law_errors(state: ContactState, case: Case, compliance: SurfaceCompliance) -> dict[str, float]:
@@ -51,7 +53,7 @@ def law_errors(state: ContactState, case: Case, compliance: SurfaceCompliance) -
     moved = float((np.abs(compliance.matrix) @ np.abs(force)).max())
     stray = float(np.abs(state.nodal_force[:, ~inside]).max(initial=0.0))
     # Forces follow from heights less approach and from displacements along with the pin, whose rounding they carry.
-    haze = ROUNDING * max(abs(state.approach), abs(state.displacement))
+    haze = CARRIED * max(abs(state.approach), abs(state.displacement))
     astray = np.abs(compliance.matrix @ force - displacement)
     return {
         "equilibrium": float(np.maximum(astray - haze, 0.0).max()) / moved,

@@ -112,23 +112,25 @@ def scenes(draw: st.DrawFn) -> str:
     limits: dict[str, Any] = {"events": draw(or_nonsense(st.integers(1, 60)))}
     if draw(st.booleans()):
         limits["displacement"] = draw(or_nonsense(powers(-9, 0)))
-    parts = [f"title = 'a scene'\nstages = {_written(stages)}"]
+    parts = [f"title = 'a scene'\nstages = {written(stages)}"]
     sections = {"constants": constants, "numerics": numerics, "slip": slip, "limits": limits}
     if stages[-1] == "dynamics":
         sections["scales"] = draw(tables(SCALES))
-        parts[1:] = [f"[[drives]]\nname = 'a'\nsamples = 20\nstep_limit = 100000\n{_lines(draw(tables(DRIVE)))}"]
+        parts[1:] = [f"[[drives]]\nname = 'a'\nsamples = 20\nstep_limit = 100000\n{lines(draw(tables(DRIVE)))}"]
     if draw(st.integers(0, 3)) == 0:
         sections |= {"effects": draw(tables(EFFECTS)), "heterogeneity": draw(tables(HETEROGENEITY))}
-    parts[1:1] = [f"[{name}]\n{_lines(entries)}" for name, entries in sections.items()]
+    parts[1:1] = [f"[{name}]\n{lines(entries)}" for name, entries in sections.items()]
     return "\n".join(parts)
 
 
-def _lines(entries: dict[str, Any]) -> str:
-    return "\n".join(f"{key} = {_written(value)}" for key, value in entries.items())
+def lines(entries: dict[str, Any]) -> str:
+    return "\n".join(f"{key} = {written(value)}" for key, value in entries.items())
 
 
-def _written(value: Any) -> str:
+def written(value: Any) -> str:
     """A value in TOML."""
+    if isinstance(value, list):
+        return f"[{', '.join(map(written, value))}]"
     return repr(value) if isinstance(value, float) else json.dumps(value)
 
 

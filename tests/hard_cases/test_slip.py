@@ -148,6 +148,18 @@ def test_a_slab_held_at_one_side_has_no_mirror_image() -> None:
         mirrored(case, state)
 
 
+@pytest.mark.parametrize(
+    ("drawn", "word"),
+    [(Heterogeneity(spread=0.2), "spread"), (Heterogeneity(roughness=((0.0, 0.0), (0.1, 1e-4))), "roughness")],
+)
+def test_what_lies_left_and_right_unlike_has_no_mirror_image_of_one_case(drawn: Heterogeneity, word: str) -> None:
+    """The state could be turned, but what slides on from it would meet the nodes and the pin of the case, unturned."""
+    case = Case(slab=Slab(N), heterogeneity=drawn)
+    state = first_touch(case, compliance_of(case.slab))
+    with pytest.raises(InvalidInput, match=word):
+        mirrored(case, state)
+
+
 def _turned_back(scheme: Scheme, residual: float) -> Followed:
     """Right until friction is full, left until it is full again, right once more; laws after every stretch and in between."""
     slab = Slab(N, scheme=scheme)

@@ -42,6 +42,7 @@ COLUMNS = (
     "releases",
 )
 COLUMNS += ("touches", "contact_size")
+PER_EVENT = ("mean step", "mean drop")
 Reading = dict[str, tuple[float, float]]
 """Observable -> value and uncertainty; NaN where there is none."""
 
@@ -145,11 +146,12 @@ def verdicts(number: int) -> Iterator[Verdict]:
             for start in range(STARTS):
                 truth = float(np.nanmean(np.delete(best, start)))
                 yield _verdict(observable, f"{length:g}", number, *values[start], truth)
-            source = f"8 starts of {length:g}"
-            mean = float(np.nanmean(values[:, 0])) if np.isfinite(values[:, 0]).any() else math.nan
-            yield _verdict(
-                observable, source, number, mean, ensemble_uncertainty(values[:, 0]), float(np.nanmean(best))
-            )
+            if length < LENGTHS[-1] and observable != "μ_s":  # what the truth is made of, and what it repeats
+                events = [len(cut(run, length).kind) for run in runs] if observable in PER_EVENT else [1] * STARTS
+                here = np.isfinite(values[:, 0])
+                mean = float(np.average(values[here, 0], weights=np.array(events)[here])) if here.any() else math.nan
+                stated = ensemble_uncertainty(values[:, 0], values[:, 1])
+                yield _verdict(observable, f"8 starts of {length:g}", number, mean, stated, float(np.nanmean(best)))
 
 
 def _verdict(observable: str, source: str, number: int, value: float, stated: float, truth: float) -> Verdict:

@@ -1,0 +1,92 @@
+"""Twenty thousand events, several node spacings: what began is forgotten, no energy is lost, pieces are the whole."""
+
+import math
+from dataclasses import replace
+from typing import get_args
+
+import numpy as np
+import pytest
+
+from solver.case import Case, FirstTouch, Heterogeneity, Scheme, Slab, SlipRule
+from solver.compliance import slab_compliance
+from solver.contact import first_touch
+from solver.plateau import plateau_of
+from solver.sliding import RESUMABLE, slide, slide_to_state
+from tests.verification.seen import seen
+from tests.verification.test_energy import total_energy
+
+EVENTS = 20_000
+COLUMNS = (
+    "displacement",
+    "force_before",
+    "force_after",
+    "stiffness",
+    "dissipated",
+    "kind",
+    "node",
+    "slips",
+    "contact_size",
+)
+"""Of a record; all that decides what is made of it."""
+
+
+def long_case(n_x: int, touch: FirstTouch = "stick", **changes: object) -> Case:
+    """20 000 events; four node spacings at n_x = 65."""
+    return Case(slab=Slab(n_x=n_x), first_touch=touch, max_events=EVENTS, **changes)  # type: ignore[arg-type]
+
+
+@pytest.mark.parametrize("n_x", [33, 65])
+def test_the_plateau_does_not_know_how_the_pin_came_down(n_x: int) -> None:
+    """Two plateaus differ by no more than twice their standard errors together, as errors of independent means do."""
+    compliance = slab_compliance(Slab(n_x=n_x))
+    starts = {way: slide(long_case(n_x, way), compliance) for way in get_args(FirstTouch)}
+    found = {way: plateau_of(record) for way, record in starts.items()}
+    assert all(record.outcome.ok and len(record.node) == EVENTS for record in starts.values())
+    # Otherwise they would agree because they are one record.
+    assert len({record.initial_force for record in starts.values()}) == len(starts)
+    shown = ", ".join(f"{way} {one.mean:.5f} ± {one.uncertainty:.1g}" for way, one in found.items())
+    line = seen(f"plateau from three first touches, n_x = {n_x}", "the steady part is steady", shown)
+    for one in found.values():
+        for other in found.values():
+            assert abs(one.mean - other.mean) <= 2.0 * math.hypot(one.uncertainty, other.uncertainty), line
+            assert one.uncertainty < 2e-3 * one.mean, line  # the comparison means something
+
+
+@pytest.mark.parametrize("residual", [0.0, 0.5])
+@pytest.mark.parametrize("n_x", [33, 65])
+def test_no_energy_is_lost_in_a_long_record(n_x: int, residual: float) -> None:
+    """Work of the pin = stored + dissipated. 20 000 sums rounded at random are off by √20 000 ε = 3e-14 of the work; the
+    tolerance is ten times that, and a fourteenth of what they could be off if all were rounded one way."""
+    case = long_case(n_x, slip_rule=SlipRule(residual=residual))
+    compliance = slab_compliance(case.slab)
+    start = first_touch(case, compliance)
+    record, end = slide_to_state(case, compliance, start)
+    assert len(record.node) == EVENTS
+    forces = np.concatenate(([record.initial_force], record.force_after[:-1])) + record.force_before
+    work = float(forces / 2 @ np.diff(record.displacement, prepend=0.0))
+    off = work - (total_energy(case, end) - total_energy(case, start)) - float(record.dissipated.sum())
+    line = seen(
+        f"energy of a long record, n_x = {n_x}, residual {residual}", "definition",
+        f"{EVENTS} events, {100 * record.dissipated.sum() / work:.1f} % of the work dissipated, off by {abs(off) / work:.0e}",
+    )  # fmt: skip
+    assert abs(off) <= 10.0 * math.sqrt(EVENTS) * np.finfo(float).eps * work, line
+
+
+@pytest.mark.parametrize("scheme", get_args(Scheme))
+def test_a_record_in_pieces_has_the_bits_of_one_in_one(scheme: Scheme) -> None:
+    """A ContactState is all that a record goes on from: pieces of RESUMABLE events, nodes unlike each other, a start between
+    two nodes. No tolerance: the same arithmetic."""
+    drawn = Heterogeneity(spread=0.2, seed=5)
+    case = Case(slab=Slab(n_x=33, scheme=scheme), start=0.3, heterogeneity=drawn, max_events=2 * RESUMABLE)
+    compliance = slab_compliance(case.slab)
+    whole, end = slide_to_state(case, compliance)
+    assert len(whole.node) == 2 * RESUMABLE
+    first, state = slide_to_state(replace(case, max_events=RESUMABLE), compliance)
+    second, last = slide_to_state(replace(case, max_events=RESUMABLE), compliance, state)
+    for name in COLUMNS:
+        np.testing.assert_array_equal(
+            np.concatenate((getattr(first, name), getattr(second, name))), getattr(whole, name)
+        )
+    for name in ("contact", "u", "w", "nodal_force", "slip", "gap"):
+        np.testing.assert_array_equal(getattr(last, name), getattr(end, name))
+    seen(f"a record in two pieces, {scheme}", "the whole", f"{2 * RESUMABLE} events, the same bits")

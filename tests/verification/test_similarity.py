@@ -1,0 +1,109 @@
+"""Cases that are one case in other units have one record: similarity in R and W, and the half-plane, which knows no length."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from solver.case import Case, Effects, Scheme, Slab, SlipRule
+from solver.compliance import slab_compliance
+from solver.sliding import FrictionRecord, slide
+from tests.verification.seen import listed, seen
+
+SIMILAR = {"displacement": 1, "force_before": 1, "force_after": 1, "stiffness": 0, "dissipated": 2}
+"""Columns of a record and the power of s by which they shrink when R grows to R·s and W falls to W/s."""
+GOODMAN = Effects(coupling=False, pin_translation=False)
+LOAD = 1e-4
+"""Light enough for the event floor to follow the load: 20·μ_i·W/K is below a node spacing."""
+
+
+def cases(slab: Slab, residual: float) -> dict[str, Case]:
+    """Contacts that scale exactly: their pin's height over a node does not change as the node slips.
+
+    Elsewhere the height at x + s_i is meant, and s_i shrinks with W while x does not.
+    """
+    parabola = Case(slab=slab, radius=0.2 / LOAD, load=LOAD, max_events=1000, slip_rule=SlipRule(residual=residual))
+    return {
+        "parabola, pressures kept, uncoupled": replace(parabola, effects=GOODMAN),
+        "flat punch, all effects": replace(parabola, pin="flat_punch"),
+    }
+
+
+def similar(case: Case, s: float) -> Case:
+    """R·s and W/s: the same contact width, and everything that the load moves divided by s."""
+    return replace(case, radius=case.radius * s, load=case.load / s)
+
+
+def difference(one: FrictionRecord, other: FrictionRecord, s: float) -> float:
+    """Largest difference of a column of `other`, scaled back, as a share of that column's largest value."""
+    off = [np.abs(getattr(other, name) * s**power - getattr(one, name)).max() for name, power in SIMILAR.items()]
+    return max(float(gap / np.abs(getattr(one, name)).max()) for gap, name in zip(off, SIMILAR, strict=True))
+
+
+@pytest.mark.parametrize("residual", [0.0, 0.5])
+@pytest.mark.parametrize("scheme", ["galerkin", "biquadratic", "half_plane"])
+def test_radius_and_load_scale_the_record(scheme: Scheme, residual: float) -> None:
+    """Heights x²/2R, elastic displacements and forces are all divided by s, and so are tolerances and the event floor.
+
+    A power of two scales a floating-point number without rounding: the same bits. Any other factor rounds each input once;
+    1000 events with some 10 slips each pass that on: 1e-10 is 5e5 roundings of the largest number.
+    """
+    slab = Slab(n_x=65, scheme=scheme)
+    compliance = slab_compliance(slab)
+    for name, case in cases(slab, residual).items():
+        record = slide(case, compliance)
+        assert record.outcome.ok
+        assert len(record.node) == 1000
+        others = {s: slide(similar(case, s), compliance) for s in (2.0, 1024.0, 2.0**20, 3.0)}
+        off = {s: difference(record, other, s) for s, other in others.items()}
+        line = seen(
+            f"R·s, W/s: {name}, {scheme}, residual {residual}", "linear elasticity",
+            f"records differ by {', '.join(f'{gap:.0e} (s = {s:g})' for s, gap in off.items())}",
+        )  # fmt: skip
+        for s, other in others.items():
+            np.testing.assert_array_equal(other.node, record.node, err_msg=line)
+            np.testing.assert_array_equal(other.slips, record.slips, err_msg=line)
+            assert off[s] == 0.0 or (s == 3.0 and off[s] < 1e-10), line
+
+
+@pytest.mark.parametrize("first_touch", ["stick", "frictionless"])
+def test_a_pin_that_is_carried_along_scales_in_the_limit_of_small_loads(first_touch: str) -> None:
+    """With all effects the pin's height is taken at x + s_i, so that s_i/x is left: it falls in proportion to the load.
+
+    Ten events, before a near tie can be settled otherwise; 1 % for what is quadratic in s_i/x.
+    """
+    slab = Slab(n_x=65)
+    compliance = slab_compliance(slab)
+    found = []
+    for load in (1e-5, 1e-6, 1e-7):
+        case = Case(slab=slab, load=load, radius=0.2 / load, max_events=10, first_touch=first_touch)  # type: ignore[arg-type]
+        record, other = slide(case, compliance), slide(similar(case, 2.0), compliance)
+        np.testing.assert_array_equal(other.node, record.node)
+        found.append(float(np.abs(other.displacement * 2.0 / record.displacement - 1.0).max()))
+    line = seen(f"R·2, W/2 with all effects, {first_touch}", "limit W → 0", f"events differ by {listed(found)}")
+    assert found[0] < 1e-2, line
+    np.testing.assert_allclose(np.divide(found[1:], found[:-1]), 0.1, rtol=0.01, err_msg=line)
+
+
+@pytest.mark.parametrize("depth", [2.0, 4.0])
+@pytest.mark.parametrize("friction", [0.1, 0.5])
+def test_a_half_plane_has_no_length_of_its_own(friction: float, depth: float) -> None:
+    """All lengths halved on twice the nodes: R, W, δ_p (per L_x), node spacing and the depth of the datum; the nodes in contact
+    are the same ones about the middle, and nothing knows of the slab's ends.
+
+    Logarithms of spacing and depth are rounded apart, each entry of the compliance by some 1e-16; 2000 events of 19 nodes in
+    contact make that 4e-13 at most; 5e-12 leaves an order of magnitude to another machine's logarithm.
+    """
+    coarse = Slab(n_x=65, scheme="half_plane", aspect_ratio=depth)
+    fine = replace(coarse, n_x=129, aspect_ratio=depth / 2.0)
+    case = Case(slab=coarse, intrinsic_friction=friction, load=5e-4, radius=100.0, max_events=2000)
+    half = replace(case, slab=fine, load=case.load / 2.0, radius=case.radius / 2.0)
+    record, other = slide(case, slab_compliance(coarse)), slide(half, slab_compliance(fine))
+    assert record.outcome.ok
+    assert record.initial_contact_size == 19
+    off = difference(record, other, 2.0)
+    line = seen(
+        f"half-plane at half the size, μ_i = {friction}, depth {depth:g}", "no length", f"{off:.0e} in 2000 events"
+    )
+    np.testing.assert_array_equal(other.node - 32, record.node, err_msg=line)
+    assert off < 5e-12, line
