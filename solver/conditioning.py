@@ -19,6 +19,7 @@ _OPERATORS_FAULT = (
     Ending.SLIP_UNBOUNDED,
     Ending.CASCADE_LIMIT,
     Ending.SINGULAR_OPERATOR,
+    Ending.OVERSHOT,
 )
 """Endings that an operator which is not positive definite can cause."""
 

@@ -26,11 +26,12 @@ UNDRIVEN = {"refused", Ending.INVALID, Ending.NEEDS_FAILED}
 
 
 @pytest.fixture
-def number() -> int:
-    """The seed of this run, printed: from the environment, else fresh."""
+def number(capsys: pytest.CaptureFixture[str]) -> int:
+    """The seed of this run, printed whether the test passes or not: from the environment, else fresh."""
     given_seed = os.environ.get(SEED)
     number = int(given_seed) if given_seed else secrets.randbits(64)
-    print(f"{SEED}={number}")
+    with capsys.disabled():
+        print(f"\n{SEED}={number}")
     return number
 
 

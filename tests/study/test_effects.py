@@ -166,8 +166,8 @@ def test_a_roughness_is_read_from_its_file_and_known_by_its_content(tmp_path: Pa
     ("content", "wrong"),
     [
         ("x,y\n0,0\n", "rough.csv: needs the header xi,height"),
-        ("xi,height\n0,0\n1\n", "rough.csv: line 3: 1: needs two numbers, xi and height"),
-        ("xi,height\n0,a\n", "rough.csv: line 2: 0,a: needs two numbers"),
+        ("xi,height\n0,0\n1\n", 'rough.csv: line 3: "1": needs two numbers, xi and height'),
+        ("xi,height\n0,a\n", 'rough.csv: line 2: "0,a": needs two numbers'),
         ("xi,height\n0,0\n", "needs no or at least 2 points"),
         ("xi,height\n0,0\n0,1\n", "needs points with increasing ξ"),
         ("xi,height\n0,0\n1,inf\n", "needs finite numbers"),

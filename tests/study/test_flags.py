@@ -76,7 +76,7 @@ def test_the_dataset_holds_flags_as_cf_has_them_and_the_advice(collected: Collec
     assert names(found) == FOUND
     for mask, advice in zip(found["validity_flags"].values.flat, found["advice"].values.flat, strict=True):
         assert advice == advice_on(flags_in(int(mask)))
-    assert set(found["outcome"].values.flat) == {"completed"}
+    assert set(found["outcome"].values.flat) <= {"completed", "no_plateau"}  # flags are no failures
     assert found["contact_half_width"].squeeze().values[1].tolist() == [3.5 / 32, 0.5, 0.5]
 
 
@@ -97,8 +97,9 @@ def test_the_table_names_a_cases_flags_and_lines_say_what_to_do(collected: Colle
     found = collected(MAP)
     endings = [row[-1] for row in scalar_table(found).rows]
     for flags, ending in zip(itertools.chain(*FOUND), endings, strict=True):
-        assert ending.startswith("completed" + (f" [{flags.replace(' ', ', ')}]" if flags else ""))
-        assert ("[" in ending) == bool(flags)
+        word = ending.partition(":")[0]
+        assert word.partition(" [")[0] in ("completed", "no_plateau")
+        assert word.partition(" [")[2] == (f"{flags.replace(' ', ', ')}]" if flags else "")
     whole = "whole_slab: 3 of 6 cases, first R/L_x = 20, load = 0.3: all surface nodes in contact"
     assert [line.split(":")[0] for line in flag_summary(found)] == ["few_nodes", "whole_slab", "large_strain"]
     assert flag_summary(found)[1].startswith(whole)

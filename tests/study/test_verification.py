@@ -313,7 +313,7 @@ def test_a_front_that_was_measured_anew_chooses_nothing_and_judges_nothing(tmp_p
 
 
 def test_a_record_on_another_path_is_held_to_what_states_an_uncertainty(tmp_path):
-    """A friction of 1e-5 more turns some decisions and moves no mean by much; of 2e-2 more it moves them."""
+    """A friction of 1e-5 more turns some decisions and moves no mean by much; a fifth more moves them."""
 
     def nudged(by: float) -> Run:
         def run(task: Task, inputs: Mapping[str, TaskResult]) -> TaskResult:
@@ -328,7 +328,7 @@ def test_a_record_on_another_path_is_held_to_what_states_an_uncertainty(tmp_path
     little = verified(path, tmp_path / "little", run=nudged(1e-5))
     assert verdicts(little) == [0, 1, 1]
     assert all("takes another path" in each.remark for each in little[1:])
-    much = verified(path, tmp_path / "much", run=nudged(2e-2))
+    much = verified(path, tmp_path / "much", run=nudged(0.2))
     assert verdicts(much) == [0, 2, 2]
     assert "initial_friction" in much[1].remark  # which precedes sliding
     assert "plateau_mean" in much[2].remark
