@@ -5,14 +5,14 @@ marginal standard error of the mean, the sum of squares about the mean over the 
 Where a record goes on for half a node spacing or more after its first touch is forgotten, the steady part is all of that;
 from one spacing on, the last whole spacings: what the pin meets repeats with them, so a mean over whole ones is free of the
 modulation within one, and a pin that goes on over them for ever (§2.2.2) meets what it would meet.
-It is refused where a line through eight block means still rises or falls by more than `DRIFT` of the mean, unless
-the change is lost in the scatter of the blocks (less than `SIGNIFICANT` standard errors). A truncation as late as it is
-allowed to be has no such excuse.
+It is refused where the force of whole spacings differs from that before them, so many spacings ago; of less, where a line
+through eight block means still rises or falls by more than `DRIFT` of the mean, unless the change is lost in the scatter of
+the blocks (less than `SIGNIFICANT` standard errors). A truncation as late as it is allowed to be has no such excuse.
 """
 
 import math
 from dataclasses import dataclass
-from typing import Final
+from typing import Final, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -27,6 +27,8 @@ LEAST_SHARE: Final = 0.25
 """Share of the bins that truncation always keeps."""
 DRIFT: Final = 0.01
 """Change along the steady part, as a fraction of its mean, that is never called a drift."""
+LEAST_OVERLAP: Final = 0.1
+"""Part of a node spacing before whole ones that is enough to compare their end with."""
 WHOLE: Final = 0.02
 """Part of a node spacing by which events may miss a whole number of them."""
 SIGNIFICANT: Final = 5.0
@@ -93,17 +95,20 @@ def plateau_of(record: FrictionRecord) -> Plateau:
     """Find the steady part of `record`; the outcome is `NO_PLATEAU`, with advice, where there is none."""
     events = len(record.displacement)
     if events < 2 * FEWEST_EVENTS:
-        return _refused(f"{events} events: a plateau needs at least {2 * FEWEST_EVENTS}; raise max_events")
+        return _refused(f"{events} events: a plateau needs at least {2 * FEWEST_EVENTS}; raise limits.events")
     whole = teeth(record)
-    from_where, latest = _steady_from(record, whole)
-    first, last = int(np.searchsorted(record.displacement, from_where)), events - 1
+    begins = _steady_from(record, whole)
+    first, last = int(np.searchsorted(record.displacement, begins.at)), events - 1
     if last - first < FEWEST_EVENTS:
-        return _refused(f"{last - first} events in the steady part: needs {FEWEST_EVENTS} or more; raise max_events")
+        return _refused(f"{last - first} events in the steady part: needs {FEWEST_EVENTS} or more; raise limits.events")
     start, end = float(record.displacement[first]), float(record.displacement[last])
     blocks = whole.block_means(start, end, BLOCKS)
-    complaint = unsteadiness(blocks, latest=latest)
+    if begins.before >= LEAST_OVERLAP * record.spacing:
+        complaint = _unlike(whole, start, end, min(begins.before, end - start))
+    else:
+        complaint = unsteadiness(blocks, latest=begins.latest)
     if complaint:
-        return _refused(f"the friction force still {complaint}; raise max_events or max_displacement")
+        return _refused(f"the friction force still {complaint}; raise limits.events or limits.spacings")
     steady = Teeth(record.displacement[first:], record.force_after[first:last], record.force_before[first + 1 :])
     mean, std = _moments(steady)
     sampling = sampling_of(record, first, end - start)
@@ -129,19 +134,42 @@ def sampling_of(record: FrictionRecord, first: int, length: float) -> Sampling:
     return Sampling(whole if abs(spacings - whole) < WHOLE else spacings, nodes, record.residual, record.spread)
 
 
-def _steady_from(record: FrictionRecord, whole: Teeth) -> tuple[float, bool]:
-    """Where the steady part begins (L_x), and whether that is as late as it may be."""
+class _Beginning(NamedTuple):
+    """Where the steady part begins (L_x), whether that is as late as it may be, and what of whole spacings lies before it."""
+
+    at: float
+    latest: bool = False
+    before: float = 0.0
+
+
+def _steady_from(record: FrictionRecord, whole: Teeth) -> _Beginning:
     end = float(record.displacement[-1])
     settled = (
         SETTLING * abs(record.final_force / record.initial_stiffness) if record.initial_stiffness > 0.0 else math.inf
     )
     spacings = (end - settled) / record.spacing
     if spacings >= 1.0:
-        return end - math.floor(spacings) * record.spacing, False
+        begins = end - math.floor(spacings) * record.spacing
+        return _Beginning(begins, before=begins - settled)
     if spacings >= 0.5:
-        return settled, False
+        return _Beginning(settled)
     kept_from = truncation(whole.block_means(0.0, record.final_displacement, BINS))
-    return record.final_displacement * kept_from / BINS, kept_from >= latest_truncation(BINS)
+    return _Beginning(record.final_displacement * kept_from / BINS, kept_from >= latest_truncation(BINS))
+
+
+def _unlike(whole: Teeth, start: float, end: float, overlap: float) -> str:
+    """What is wrong with calling whole spacings from `start` to `end` steady, as the end of a sentence; empty if nothing is.
+
+    The force over the last stretch of them and over the one before them, so many spacings ago, are to be alike: the pin is
+    where it was between the nodes.
+    """
+    now = whole.block_means(end - overlap, end, 8)
+    change = now - whole.block_means(start - overlap, start, 8)
+    share = float(change.mean()) / abs(float(now.mean())) if now.mean() else math.inf
+    error = float(np.std(change, ddof=1)) / math.sqrt(8)
+    if abs(share) <= DRIFT or abs(float(change.mean())) <= SIGNIFICANT * error:
+        return ""
+    return f"{'rises' if share > 0.0 else 'falls'} by {abs(share):.1%} from one node spacing to the next"
 
 
 def latest_truncation(count: int) -> int:

@@ -408,15 +408,20 @@ def _show(error: click.ClickException) -> None:
 
 def _print_plan(planned: "Plan", remaining: "tuple[Task, ...]") -> None:
     from study.flags import expected_lines  # noqa: PLC0415
+    from study.spans import span_line  # noqa: PLC0415
 
     refused = [case for case in planned.cases if not case.outcome.ok]
-    click.echo(f"{planned.manifest.title}\n{len(planned.cases)} cases, {len(refused)} of them refused")
+    members = planned.manifest.ensemble.members
+    of_members = f" ({len(planned.cases) // members} times {members} members)" if members > 1 else ""
+    click.echo(f"{planned.manifest.title}\n{len(planned.cases)} cases{of_members}, {len(refused)} of them refused")
     if planned.manifest.accuracy is not None:
         from study.targets import choice  # noqa: PLC0415
 
         click.echo(f"accuracy = {planned.manifest.accuracy:g}: {choice(planned.manifest)}")
     _print_effects(planned)
     _print_counts(planned.tasks, remaining)
+    if spans := span_line(planned):
+        click.echo(spans)
     for line in expected_lines(planned):
         click.echo(f"expected: {line}")
     for case in refused:

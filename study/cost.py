@@ -128,7 +128,12 @@ def seconds_of(task: Task, case: Case) -> float:
         events = min(float(max(task.events, default=0)), events_of(case))
         inside = len(task.events) * _polynomial(_INSIDE, task.slab.n_x, (0.0, 1.5)) if task.subsurface else 0.0
         return touch + inside + (_slide_seconds(case, events) if events else 0.0)
-    return touch + _slide_seconds(case, events_of(case))
+    return record_seconds(case)
+
+
+def record_seconds(case: Case) -> float:
+    """Seconds of a case's friction record, first touch included."""
+    return _touch_seconds(case) + _slide_seconds(case, events_of(case))
 
 
 def _touch_seconds(case: Case) -> float:

@@ -9,12 +9,12 @@ from study.cost import mean_step
 # Rough seconds on one core of an ordinary machine, as in study.cost.
 _PLATEAU = 0.53  # F/W over μ_i at residual 0, whatever the grid (§3.2.1)
 _EXCESS = 0.02  # of static friction over kinetic one, for slips after the first
-_PER_SAMPLE = 3e-7  # any integrator
-_PER_TOOTH = 1e-7  # exact integrator
+_PER_SAMPLE = 2e-7  # any integrator
+_PER_TOOTH = 3e-8  # exact integrator
 _PER_TIME_STEP = 6.5e-8  # rk4
-_PER_LEAP = 8e-7  # more for a step over many teeth, which looks each of them up
+_PER_LEAP = 5e-7  # more for a step over many teeth, which looks each of them up
 _MANY_TEETH = 20.0
-_FIT_TRIALS = 130.0  # of Eq. 16-19, from both starts together
+_FIT_TRIALS = 90.0  # of Eq. 16-19, from both starts together
 _PER_TRIAL = (4e-4, 1.2e-7, 1.2e-4)  # once, for each time looked at, for each slip
 
 

@@ -62,6 +62,7 @@ ORDER = {
         "drive_cost",
         "plan",
         "flags",
+        "spans",
         "memory",
         "backlog",
         "interruption",

@@ -77,7 +77,7 @@ def far_field_row(case: Case, compliance: SurfaceCompliance, start: ContactState
         counts, jumps = np.zeros(3, dtype=np.int64), np.zeros(len(machine.x), dtype=np.int64)
         for _ in range(EVENTS):
             step, kind, node = kernels.next_event(machine, rules, 1.0)
-            kernels.advance(machine, max(step, rules.floor))
+            kernels.advance(machine, max(step, kernels.smallest_step(machine, rules)))
             machine.counts[:] = 0
             if kind == kernels.SLIP:
                 _cascade(machine, rules, node, size, counts, jumps)

@@ -54,7 +54,7 @@ def test_a_record_that_still_rises_has_no_plateau(scale, noise):
     plateau = plateau_of(rising(scale, noise=noise))
     assert plateau.outcome.ending is Ending.NO_PLATEAU
     assert "rises by" in plateau.outcome.message
-    assert "max_events" in plateau.outcome.message
+    assert "limits.events" in plateau.outcome.message
     assert np.isnan([plateau.mean, plateau.uncertainty, plateau.start]).all()
 
 

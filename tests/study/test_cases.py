@@ -9,7 +9,7 @@ from solver.case import Case, Slab, SlipRule
 from solver.outcome import Ending
 from study.cases import expand
 from study.manifest import Manifest, ManifestError, load_manifest
-from study.parameters import WORDS, field_name, flat, make_case
+from study.parameters import LIMITS, WORDS, field_name, flat, make_case
 
 
 def campaign(folder: Path, text: str) -> Manifest:
@@ -30,19 +30,22 @@ def test_a_product_has_every_combination_the_last_axis_fastest(tmp_path: Path) -
 
 def test_zip_reads_the_axes_together(tmp_path: Path) -> None:
     cases = expand(campaign(tmp_path, 'design = "zip"\naxes.radius = [50, 200]\naxes.n_x = [17, 33]'))
-    assert [case.case for case in cases] == [Case(radius=50, slab=Slab(17)), Case(radius=200, slab=Slab(33))]
+    assert [case.case for case in cases] == [
+        Case(radius=50, slab=Slab(17), **LIMITS),
+        Case(radius=200, slab=Slab(33), **LIMITS),
+    ]
 
 
 def test_a_table_gives_a_case_per_line(tmp_path: Path) -> None:
     (tmp_path / "cases.csv").write_text("order,residual\nsimultaneous,0\nworst_first,0.5\n")
     cases = expand(campaign(tmp_path, 'table = "cases.csv"\nconstants.load = 2e-3'))
     rules = [SlipRule("simultaneous"), SlipRule(residual=0.5)]
-    assert [case.case for case in cases] == [Case(load=2e-3, slip_rule=rule) for rule in rules]
+    assert [case.case for case in cases] == [Case(load=2e-3, slip_rule=rule, **LIMITS) for rule in rules]
 
 
 def test_no_axes_is_one_case(tmp_path: Path) -> None:
     (case,) = expand(campaign(tmp_path, "numerics.n_x = 33"))
-    assert case.case == Case(slab=Slab(33))
+    assert case.case == Case(slab=Slab(33), **LIMITS)
 
 
 def test_labels_are_the_standard_four_and_the_axes(tmp_path: Path) -> None:

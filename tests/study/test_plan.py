@@ -57,7 +57,7 @@ def test_the_longest_chain_starts_first(tmp_path: Path) -> None:
     ("cheap", "dear"),
     [
         ("numerics.n_x = 33", "numerics.n_x = 65"),
-        ("constants.aspect_ratio = 1", "constants.aspect_ratio = 10"),
+        ("limits.events = 9\nconstants.aspect_ratio = 1", "limits.events = 9\nconstants.aspect_ratio = 10"),
         ("numerics.coarsest_row = 17", "numerics.coarsest_row = 129"),
         ("limits.events = 100", "limits.events = 1000"),
         ("limits.displacement = 1e-3", "limits.displacement = 1e-2"),

@@ -161,7 +161,7 @@ def test_a_record_without_a_plateau_says_so_and_is_kept() -> None:
     """Its outcome can be filtered; its numbers, but for the plateau's, are as good as any record's."""
     result = friction(replace(CASE, max_events=5))
     assert result.outcome.ending is Ending.NO_PLATEAU
-    assert "raise max_events" in result.outcome.message
+    assert "raise limits.events" in result.outcome.message
     missing = {name for name, number in result.scalars.items() if np.isnan(number)}
     assert missing == {name for name in result.scalars if name.startswith("plateau_")} | {
         "mean_step_uncertainty", "mean_drop_uncertainty",
