@@ -11,6 +11,7 @@ the blocks (less than `SIGNIFICANT` standard errors). A truncation as late as it
 """
 
 import math
+from collections.abc import Iterator
 from dataclasses import dataclass
 from typing import Final, NamedTuple
 
@@ -91,27 +92,48 @@ def teeth(record: FrictionRecord) -> Teeth:
     )
 
 
+class _Beginning(NamedTuple):
+    """Where the steady part begins (L_x), whether that is as late as it may be, and what of whole spacings lies before it."""
+
+    at: float
+    latest: bool = False
+    before: float = 0.0
+
+
 def plateau_of(record: FrictionRecord) -> Plateau:
     """Find the steady part of `record`; the outcome is `NO_PLATEAU`, with advice, where there is none."""
     events = len(record.displacement)
     if events < 2 * FEWEST_EVENTS:
         return _refused(f"{events} events: a plateau needs at least {2 * FEWEST_EVENTS}; raise limits.events")
     whole = teeth(record)
-    begins = _steady_from(record, whole)
-    first, last = int(np.searchsorted(record.displacement, begins.at)), events - 1
+    complaint = ""
+    for begins in _beginnings(record, whole):
+        first = int(np.searchsorted(record.displacement, begins.at))
+        complaint = _complaint(record, whole, begins, first)
+        if not complaint:
+            return _plateau(record, whole, first)
+    return _refused(complaint)
+
+
+def _complaint(record: FrictionRecord, whole: Teeth, begins: _Beginning, first: int) -> str:
+    """What is wrong with calling the record steady after event `first`, with advice; empty if nothing is."""
+    start, end, last = float(record.displacement[first]), float(record.displacement[-1]), len(record.displacement) - 1
     if last - first < FEWEST_EVENTS:
-        return _refused(f"{last - first} events in the steady part: needs {FEWEST_EVENTS} or more; raise limits.events")
-    start, end = float(record.displacement[first]), float(record.displacement[last])
-    blocks = whole.block_means(start, end, BLOCKS)
+        return f"{last - first} events in the steady part: needs {FEWEST_EVENTS} or more; raise limits.events"
     if begins.before >= LEAST_OVERLAP * record.spacing:
-        complaint = _unlike(whole, start, end, min(begins.before, end - start))
+        wrong = _unlike(whole, start, end, min(begins.before, record.spacing))
     else:
-        complaint = unsteadiness(blocks, latest=begins.latest)
-    if complaint:
-        return _refused(f"the friction force still {complaint}; raise limits.events or limits.spacings")
+        wrong = unsteadiness(whole.block_means(start, end, BLOCKS), latest=begins.latest)
+    return f"the friction force still {wrong}; raise limits.events or limits.spacings" if wrong else ""
+
+
+def _plateau(record: FrictionRecord, whole: Teeth, first: int) -> Plateau:
+    """What the record is from just after event `first` to its last one."""
+    last = len(record.displacement) - 1
+    start, end = float(record.displacement[first]), float(record.displacement[last])
     steady = Teeth(record.displacement[first:], record.force_after[first:last], record.force_before[first + 1 :])
     mean, std = _moments(steady)
-    sampling = sampling_of(record, first, end - start)
+    blocks, sampling = whole.block_means(start, end, BLOCKS), sampling_of(record, first, end - start)
     return Plateau(
         start=start,
         end=end,
@@ -134,27 +156,23 @@ def sampling_of(record: FrictionRecord, first: int, length: float) -> Sampling:
     return Sampling(whole if abs(spacings - whole) < WHOLE else spacings, nodes, record.residual, record.spread)
 
 
-class _Beginning(NamedTuple):
-    """Where the steady part begins (L_x), whether that is as late as it may be, and what of whole spacings lies before it."""
-
-    at: float
-    latest: bool = False
-    before: float = 0.0
-
-
-def _steady_from(record: FrictionRecord, whole: Teeth) -> _Beginning:
+def _beginnings(record: FrictionRecord, whole: Teeth) -> Iterator[_Beginning]:
+    """Where the steady part may begin, the best first: as many whole spacings as there are, or fewer if the force drifts."""
     end = float(record.displacement[-1])
     settled = (
         SETTLING * abs(record.final_force / record.initial_stiffness) if record.initial_stiffness > 0.0 else math.inf
     )
     spacings = (end - settled) / record.spacing
-    if spacings >= 1.0:
-        begins = end - math.floor(spacings) * record.spacing
-        return _Beginning(begins, before=begins - settled)
-    if spacings >= 0.5:
-        return _Beginning(settled)
-    kept_from = truncation(whole.block_means(0.0, record.final_displacement, BINS))
-    return _Beginning(record.final_displacement * kept_from / BINS, kept_from >= latest_truncation(BINS))
+    count = math.floor(spacings) if spacings >= 1.0 else 0
+    while count:
+        begins = end - count * record.spacing
+        yield _Beginning(begins, before=begins - settled)
+        count //= 2
+    if 0.5 <= spacings < 1.0:
+        yield _Beginning(settled)
+    if spacings < 0.5:
+        kept_from = truncation(whole.block_means(0.0, record.final_displacement, BINS))
+        yield _Beginning(record.final_displacement * kept_from / BINS, kept_from >= latest_truncation(BINS))
 
 
 def _unlike(whole: Teeth, start: float, end: float, overlap: float) -> str:
