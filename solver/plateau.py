@@ -117,9 +117,10 @@ def plateau_of(record: FrictionRecord) -> Plateau:
 
 def _complaint(record: FrictionRecord, whole: Teeth, begins: _Beginning, first: int) -> str:
     """What is wrong with calling the record steady after event `first`, with advice; empty if nothing is."""
-    start, end, last = float(record.displacement[first]), float(record.displacement[-1]), len(record.displacement) - 1
+    last = len(record.displacement) - 1
     if last - first < FEWEST_EVENTS:
-        return f"{last - first} events in the steady part: needs {FEWEST_EVENTS} or more; raise limits.events"
+        return f"{max(last - first, 0)} events in the steady part: needs {FEWEST_EVENTS} or more; raise limits.events"
+    start, end = float(record.displacement[first]), float(record.displacement[last])
     if begins.before >= LEAST_OVERLAP * record.spacing:
         wrong = _unlike(whole, start, end, min(begins.before, record.spacing))
     else:
