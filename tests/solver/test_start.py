@@ -107,7 +107,7 @@ def test_the_laws_of_contact_hold_between_nodes(scheme: Scheme, way: FirstTouch,
 
 
 def test_a_punch_stands_over_the_nodes_under_it() -> None:
-    """A node counts while the greater part of its width is covered: from 0.5 on the next one right does, the last left does not."""
+    """A node counts while the greater part of its width is covered: from 0.5 on the next one right does."""
     slab = Slab(33)
     case = Case(slab=slab, pin="flat_punch", half_width=4 * slab.spacing, first_touch="frictionless")
     compliance = slab_compliance(slab)
