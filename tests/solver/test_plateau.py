@@ -191,3 +191,8 @@ def test_a_stretch_made_to_be_whole_spacings_is() -> None:
     for length, spacings in ((1.985, 2.0), (2.015, 2.0), (2.03, 2.03), (1.97, 1.97), (0.99, 1.0), (0.5, 0.5)):
         assert sampling_of(record, 0, length * SPACING).spacings == pytest.approx(spacings, rel=1e-12)
     assert sampling_of(record, 0, SPACING).nodes == 9.0
+
+
+@pytest.mark.parametrize("spacings", [1e-6, 0.004, 0.017])
+def test_a_short_stretch_is_not_none(spacings: float) -> None:
+    assert sampling_of(modulated_record(1.0, 0.0), 0, spacings * SPACING).spacings == pytest.approx(spacings, rel=1e-12)
