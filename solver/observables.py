@@ -109,17 +109,18 @@ def event_statistics(record: FrictionRecord) -> EventStatistics:
 def cycle_of(record: FrictionRecord) -> int:
     """Number of events after which the end of a record repeats itself; 0 where it does not.
 
-    A cycle is seen at least three times over: the same nodes in turn, the same forces to a thousandth of the drops.
+    A cycle is seen at least three times over: the same nodes in turn, the same forces to a thousandth of its largest drop.
     """
     node, after = record.node[-LONGEST_CYCLE:], record.force_after[-LONGEST_CYCLE:]
     if not len(node):
         return 0
-    drops = record.force_before[-LONGEST_CYCLE:] - after
-    near = 1e-3 * float(np.abs(drops).max(initial=0.0))
+    drops = np.abs(record.force_before[-LONGEST_CYCLE:] - after)
+    near = 1e-3 * float(drops.max())
     again = len(node) - 1 - np.flatnonzero((node[:-1] == node[-1]) & (np.abs(after[:-1] - after[-1]) <= near))[::-1]
     for period in again[3 * again <= len(node)]:
         end = slice(-2 * int(period), None)
         before = slice(-3 * int(period), -int(period))
+        near = 1e-3 * float(drops[-int(period) :].max())
         if np.array_equal(node[end], node[before]) and np.all(np.abs(after[end] - after[before]) <= near):
             return int(period)
     return 0
@@ -127,13 +128,15 @@ def cycle_of(record: FrictionRecord) -> int:
 
 def _uncertainty_of_mean(values: NDArray[np.float64], sampling: Sampling) -> float:
     """Standard error of the mean over events: that of blocks (the last events, less than a block, are left out), and what
-    the phases that were not seen may have brought. NaN where a block has fewer than two events."""
+    the phases that were not seen may have brought, which is all from one spacing on where slips drop anything. NaN where a
+    block has fewer than two events."""
     size = len(values) // BLOCKS
     if size < 2:
         return float("nan")
     within = mean_uncertainty(values[: BLOCKS * size].reshape(BLOCKS, -1).mean(axis=1))
     unseen = sampling.of_events() * abs(float(values.mean()))
-    return unseen if sampling.spacings >= 1.0 else float(np.hypot(within, unseen))
+    modelled = sampling.spacings >= 1.0 and sampling.residual < 1.0
+    return unseen if modelled else float(np.hypot(within, unseen))
 
 
 @dataclass(frozen=True, slots=True, eq=False)

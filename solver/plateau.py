@@ -154,7 +154,8 @@ def sampling_of(record: FrictionRecord, first: int, length: float) -> Sampling:
     # Events and their distances are rounded: a stretch made to be whole spacings is.
     spacings = length / record.spacing
     whole = round(spacings)
-    return Sampling(whole if abs(spacings - whole) < WHOLE else spacings, nodes, record.residual, record.spread)
+    counted = float(whole) if whole and abs(spacings - whole) < WHOLE else spacings
+    return Sampling(counted, nodes, record.residual, record.spread)
 
 
 def _beginnings(record: FrictionRecord, whole: Teeth) -> Iterator[_Beginning]:

@@ -264,7 +264,8 @@ def _coordinates(plan: Plan, layout: _Layout) -> dict[str, Any]:
         name: (name, _array(values), _parameter(name).attributes) for name, values in layout.axes.items()
     }
     found["case_id"] = (tuple(layout.axes), ids, _CASE_ID.attributes)
-    points = {case.case_id: {**(flat(case.case) if case.case else {}), **case.parameters} for case in plan.cases}
+    # Of what varies between members, an axis says where the first of them is: the case itself knows better.
+    points = {case.case_id: {**case.parameters, **(flat(case.case) if case.case else {})} for case in plan.cases}
     for name in PARAMETERS:
         values = {case_id: point[name] for case_id, point in points.items() if point.get(name) is not None}
         if name in layout.axes or not values:

@@ -41,10 +41,16 @@ def ensemble_name(name: str, part: str) -> str:
     return f"{name}_ensemble_{part}"
 
 
+def _uncertainty_of(name: str, variable: xr.Variable) -> str:
+    """The variable that holds what each member states of its own value; of a name that is free where members state nothing."""
+    return str(variable.attrs.get("ancillary_variables", f"{name}_uncertainty"))
+
+
 def _reduced(name: str, words: str, variables: Mapping[str, xr.Variable]) -> dict[str, xr.Variable]:
     variable = variables[name]
     dims = tuple(dim for dim in variable.dims if dim != MEMBER)
-    values, stated = _by_member(variable), _by_member(variables.get(f"{name}_uncertainty", 0.0 * variable))
+    values = _by_member(variable)
+    stated = _by_member(variables.get(_uncertainty_of(name, variable), 0.0 * variable))
     weights = _by_member(variables["events"]) if name in PER_EVENT else np.ones_like(values)
     parts: dict[str, tuple[str, Any]] = {
         "mean": (f"mean over members of {words}", lambda place: _mean(values[place], weights[place])),
@@ -92,7 +98,7 @@ def over_members(dataset: xr.Dataset) -> xr.Dataset:
     for name in OBSERVABLES:
         if ensemble_name(name, "mean") in dataset:
             kept[name] = cases[ensemble_name(name, "mean")]
-            kept[f"{name}_uncertainty"] = cases[ensemble_name(name, "uncertainty")]
+            kept[_uncertainty_of(name, cases[name].variable)] = cases[ensemble_name(name, "uncertainty")]
     coordinates = {name: each for name, each in cases.coords.items() if MEMBER not in each.dims}
     return xr.Dataset({name: each.variable for name, each in kept.items()}, coordinates, dataset.attrs)
 

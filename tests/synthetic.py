@@ -1,5 +1,7 @@
 """Made-up friction records and profiles, for laws that must hold whatever slab they come from."""
 
+from dataclasses import replace
+
 import numpy as np
 from numpy.typing import ArrayLike
 
@@ -54,6 +56,18 @@ def noisy_record(events: int = 2000, ramp: int = 400, level: float = 0.27, seed:
         force = min(before, resting_place)
         drops[event] = before - force
     return record_from(steps, drops)
+
+
+def modulated_record(spacings: float, phase: float, level: float = 0.27, amplitude: float = 0.05) -> FrictionRecord:
+    """A ramp, then about 3000 teeth to a node spacing whose middles are level·(1 + amplitude·sin 2π(x/spacing + phase)), as
+    F/W, as slips that drop all would leave them."""
+    per = 3001.7
+    steps = np.full(int(spacings * per), SPACING / per)
+    x = np.cumsum(steps)
+    wave = level * LOAD * (1.0 + amplitude * np.sin(2.0 * np.pi * (x / SPACING + phase)))
+    after = np.minimum(STIFFNESS * x, wave - 0.5 * STIFFNESS * steps)
+    drops = np.concatenate(([0.0], after[:-1])) + STIFFNESS * steps - after
+    return replace(record_from(steps, drops), residual=0.0)
 
 
 def profile_through(edges: ArrayLike, starts: ArrayLike, ends: ArrayLike, periodic_from: int = 0) -> Profile:

@@ -257,6 +257,38 @@ def test_the_friction_law_holds_before_every_event(name: str) -> None:
     assert np.diff(record.displacement, prepend=0.0).min() > 0.0
 
 
+def test_with_frozen_pressures_the_load_is_but_a_unit() -> None:
+    """With W·R kept and no coupling, by which nodes move under the pin at first touch, nothing else has a length once the event
+    floor is one of elastic stretch: the same record at W = 2^-20 and 2^-50, to the bit, as powers of two leave digits alone."""
+    effects = Effects(coupling=False, pin_translation=False)
+    one, other = (
+        slide(
+            Case(load=load, radius=0.2 / load, slab=Slab(65), effects=effects, slip_rule=SlipRule(event_floor=2e-6)),
+            compliance_of(Slab(65)),
+        )
+        for load in (2.0**-20, 2.0**-50)
+    )
+    assert one.outcome.ok
+    assert len(one.kind) == 2000
+    for name in ("displacement", "force_before", "force_after"):
+        np.testing.assert_array_equal(getattr(one, name), 2.0**30 * getattr(other, name), err_msg=name)
+    for name in ("node", "slips", "kind"):
+        np.testing.assert_array_equal(getattr(one, name), getattr(other, name), err_msg=name)
+
+
+@pytest.mark.parametrize("load", [1e-3, 1e-7, 1e-12, 1e-20])
+def test_with_frozen_pressures_the_smallest_step_is_that_of_moving_ones(load: float) -> None:
+    """Taken, and not undercut: of 2000 events some follow each other at once."""
+    case = Case(
+        load=load, radius=0.2 / load, effects=Effects(pin_translation=False), slip_rule=SlipRule(event_floor=1e-5)
+    )
+    record = slide(case, compliance_of(case.slab))
+    assert record.outcome.ok, record.outcome
+    steps = np.diff(record.displacement, prepend=0.0)
+    # The steps are differences of rounded displacements.
+    assert steps.min() == pytest.approx(smallest_step(case, record.initial_stiffness), rel=1e-9)
+
+
 def test_a_record_does_not_depend_on_the_load_alone() -> None:
     """With W·R kept, W is a unit: F/W over δ_p/W is the same to what the pin's shift against the nodes changes."""
     plateaus = [

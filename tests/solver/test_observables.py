@@ -1,20 +1,22 @@
 """Counts are of triggers and of whole cascades; μ_s and μ_k come with uncertainties, or with the reason why not."""
 
 import math
+import time
 from dataclasses import replace
 from itertools import pairwise
 
 import numpy as np
 import pytest
 
-from solver.case import Drive
+from solver.case import Case, Drive, Slab, SlipRule
+from solver.compliance import slab_compliance
 from solver.dynamics import DynamicsResult, integrate
-from solver.observables import event_statistics, friction_coefficients
+from solver.observables import LONGEST_CYCLE, cycle_of, event_statistics, friction_coefficients
 from solver.outcome import Ending
 from solver.plateau import Plateau, plateau_of
 from solver.profile import sawtooth
-from solver.sliding import FrictionRecord
-from tests.synthetic import LOAD, STIFFNESS, noisy_record, record_from
+from solver.sliding import FrictionRecord, slide
+from tests.synthetic import LOAD, SPACING, STIFFNESS, noisy_record, record_from
 
 TIME_UNIT = math.sqrt(0.5 / 1e8)  # s: the paper's pin of 0.5 kg, G = 10 GPa, L_y = 1 cm
 PAPER = Drive(2e-3, 0.1, 2.0 * TIME_UNIT, 0.2 / TIME_UNIT)
@@ -119,3 +121,118 @@ def test_a_failed_run_passes_its_outcome_on():
     found = friction_coefficients(result, record, plateau)
     assert found.outcome.ending is Ending.UNSTABLE_STEP
     assert math.isnan(found.static_friction)
+
+
+SEVEN = np.array([3, 1, 4, 1, 5, 9, 2])
+"""A cycle of seven events: their nodes, and how large their drops are; two of them are of one node."""
+
+
+def cyclic(turns: float, noise: float = 0.0, before: int = 300) -> FrictionRecord:
+    """Events at random nodes, then so many turns of SEVEN; the forces between are off by noise of a drop."""
+    rng = np.random.default_rng(7)
+    count = round(7 * turns)
+    drops = np.concatenate((rng.random(before) * 1e-6, np.resize(SEVEN, count) * 1e-7))
+    steps = np.concatenate((drops[:before], np.roll(np.resize(SEVEN, count), 2) * 1e-7)) / STIFFNESS
+    drops[before:] += noise * 9e-7 * np.diff(rng.random(count), prepend=0.0)
+    nodes = np.concatenate((rng.integers(10, 60, before), np.resize(SEVEN, count)))
+    return replace(record_from(steps, drops), node=nodes.astype(np.int32))
+
+
+@pytest.mark.parametrize("turns", [3, 3.5, 10, 1200])
+def test_a_cycle_at_the_end_of_a_record_is_found(turns: float) -> None:
+    """From the third turn on; 1200 of them are more events than are searched."""
+    record = cyclic(turns)
+    found = event_statistics(record)
+    assert found.cycle_events == 7
+    # One turn is Σ SEVEN·1e-7 / STIFFNESS long, to rounding of displacements that many turns add up to.
+    assert found.cycle_spacings == pytest.approx(25e-7 / STIFFNESS / SPACING, rel=1e-9)
+
+
+def test_a_cycle_is_one_to_a_thousandth_of_its_drops() -> None:
+    assert cycle_of(cyclic(10, noise=1e-4)) == 7
+    assert cycle_of(cyclic(10, noise=1e-2)) == 0
+
+
+@pytest.mark.parametrize("turns", [0, 1, 2, 2.9])
+def test_what_was_not_seen_three_times_is_no_cycle(turns: float) -> None:
+    record = cyclic(turns)
+    found = event_statistics(record)
+    assert (found.cycle_events, found.cycle_spacings) == (0, 0.0)
+
+
+def test_a_cycle_that_ended_is_none() -> None:
+    record = cyclic(10)
+    node = record.node.copy()
+    node[-1] = 60
+    assert cycle_of(replace(record, node=node)) == 0
+
+
+def test_a_noisy_record_has_no_cycle() -> None:
+    record = noisy_record()
+    assert cycle_of(record) == 0
+    rng = np.random.default_rng(3)
+    assert cycle_of(replace(record, node=rng.integers(0, 9, len(record.node)).astype(np.int32))) == 0
+
+
+def test_little_events_after_large_ones_are_no_cycle() -> None:
+    """A node that chatters while the force creeps on: every drop a hundred thousandth of those before, every force another."""
+    drops = np.concatenate((np.full(50, 1e-6), np.full(5, 1e-11)))
+    steps = np.concatenate((np.full(50, 1.1e-6), np.full(5, 5e-11))) / STIFFNESS
+    record = record_from(steps, drops)
+    assert np.abs(np.diff(record.force_after[-5:])).min() > 0.9 * drops[-1] > 0.0
+    assert cycle_of(record) == 0
+
+
+@pytest.mark.parametrize("events", [0, 1, 2])
+def test_a_tiny_record_has_no_cycle(events: int) -> None:
+    whole = record_from([1e-6, 1e-6, 1e-6], [1e-7, 1e-7, 1e-7])
+    names = ("displacement", "force_before", "force_after", "node")
+    assert cycle_of(replace(whole, **{name: getattr(whole, name)[:events] for name in names})) == 0
+
+
+def test_three_times_the_same_event_is_a_cycle_of_one() -> None:
+    assert cycle_of(record_from(np.full(3, 1e-6), np.full(3, STIFFNESS * 1e-6))) == 1
+
+
+def test_searching_for_a_cycle_takes_no_time() -> None:
+    """The same force after every event, and nodes among which every second is a candidate: nearly 1000 periods are tried,
+    each of up to 4000 events. 15 ms where it was written; what grew with the cube would take minutes."""
+    events = 2 * LONGEST_CYCLE
+    record = record_from(np.full(events, 1e-6), np.full(events, STIFFNESS * 1e-6))
+    rng = np.random.default_rng(5)
+    record = replace(record, node=rng.integers(0, 2, events).astype(np.int32))
+    started = time.perf_counter()
+    assert cycle_of(record) == 0
+    assert time.perf_counter() - started < 2.0
+
+
+def test_classical_sliding_states_how_well_its_steps_are_known() -> None:
+    """There slips drop nothing, and what is unknown of steps is their scatter, over whole node spacings too: as large as that
+    between starts at least."""
+    case = Case(radius=100.0, slab=Slab(129, scheme="half_plane"), slip_rule=SlipRule(residual=1.0), max_spacings=12.4)
+    compliance = slab_compliance(case.slab)
+    starts = [replace(case, start=start) for start in (0.0, 0.25, 0.5, 0.75)]
+    found = [event_statistics(slide(one, compliance)) for one in starts]
+    between = float(np.std([one.mean_step for one in found], ddof=1))
+    assert between > 0.0
+    for one in found:
+        assert one.spacings == pytest.approx(12.4)
+        assert one.mean_step_uncertainty > between
+        assert one.mean_drop_uncertainty > 0.0
+
+
+def test_spacings_are_those_of_the_whole_record() -> None:
+    record = record_from(np.full(100, 1e-4), np.full(100, 1e-7), tail=2e-4)
+    assert event_statistics(record).spacings == pytest.approx(1.02e-2 / SPACING, rel=1e-12)
+
+
+@pytest.mark.parametrize("spacings", [0.5, 4.0])
+def test_steps_of_slips_that_drop_are_no_better_known_than_the_model_says(spacings: float) -> None:
+    """Teeth all alike: what is stated is of the phases that were not seen, or of the ends of what was."""
+    events = 640
+    length = spacings * SPACING / events
+    record = replace(record_from(np.full(events, length), np.full(events, STIFFNESS * length)), residual=0.0)
+    found = event_statistics(record)
+    expected = math.hypot(0.6 * 2.0 / math.pi, 0.1) if spacings < 1.0 else 0.1 / 4.0
+    assert found.mean_step_uncertainty == pytest.approx(expected * length, rel=1e-6)
+    assert found.mean_drop_uncertainty == pytest.approx(expected * STIFFNESS * length / LOAD, rel=1e-6)

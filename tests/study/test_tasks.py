@@ -68,11 +68,26 @@ def test_a_friction_record_is_known_without_the_drive() -> None:
         replace(CASE, intrinsic_friction=0.4), replace(CASE, radius=51.0), replace(CASE, load=2e-3),
         replace(CASE, slab=Slab(17)), replace(CASE, pin="flat_punch"), replace(CASE, first_touch="gradual"),
         replace(CASE, slip_rule=SlipRule(residual=0.5)), replace(CASE, max_events=301),
-        replace(CASE, max_displacement=1.0),
+        replace(CASE, max_displacement=1.0), replace(CASE, max_spacings=4.0), replace(CASE, start=0.5),
     ],
 )  # fmt: skip
 def test_all_that_decides_a_record_is_in_its_key(other: Case) -> None:
     assert friction_task(other).key != friction_task(CASE).key
+
+
+def test_a_limit_in_spacings_is_known_by_its_displacement() -> None:
+    """The same place said in other words is the same task; of two limits, only the nearer decides."""
+    there = replace(CASE, max_displacement=4.0 / 32.0)
+    for other in (
+        replace(CASE, max_spacings=4.0),
+        replace(CASE, max_spacings=4.0, max_displacement=1.0),
+        replace(CASE, max_spacings=7.0, max_displacement=4.0 / 32.0),
+    ):
+        assert friction_task(other).key == friction_task(there).key
+        assert drive_task(other, DRIVE).key == drive_task(there, DRIVE).key
+    assert friction_task(replace(CASE, max_spacings=4.5)).key != friction_task(there).key
+    # First touch comes before any limit, and knows where the pin starts.
+    assert contact_task(there).key == contact_task(CASE).key != contact_task(replace(CASE, start=0.5)).key
 
 
 def test_what_a_pin_does_not_have_is_not_in_its_key() -> None:
