@@ -10,6 +10,7 @@ from solver.compliance import SurfaceCompliance
 from solver.contact import ContactState
 from solver.heterogeneity import node_friction
 from solver.pin import pin_of, surface_from_pin
+from solver.sliding import FrictionRecord
 
 LIMITS = {
     "equilibrium": 1e-10,
@@ -71,6 +72,16 @@ def assert_contact_laws(state: ContactState, case: Case, compliance: SurfaceComp
     errors = law_errors(state, case, compliance)
     broken = {law: error for law, error in errors.items() if not error <= LIMITS[law]}
     assert not broken, broken
+
+
+def assert_friction_law(case: Case, record: FrictionRecord) -> None:
+    """|F| ≤ μ_i·W at the record's start, before and after every event, but for the share of it that a smallest step may push
+    nodes beyond their limit (1e-4), and rounding; of nodes with different μ_i, the largest."""
+    if math.isinf(case.intrinsic_friction):
+        return
+    most = float(node_friction(case).max()) * case.load
+    forces = np.concatenate((record.force_before, record.force_after, [record.initial_force]))
+    assert np.abs(forces).max(initial=0.0) <= most * (1.0 + 1e-4) + 1e-10 * case.load
 
 
 def half_plane(slab: Slab, depth: float = math.e**2) -> SurfaceCompliance:

@@ -21,7 +21,7 @@ from solver.sliding import slide_to_state
 from study.manifest import ManifestError, load_manifest
 from study.plan import make_plan
 from study.tasks import TaskResult, run_task
-from tests.physics import assert_contact_laws
+from tests.physics import assert_contact_laws, assert_friction_law
 
 LONGEST = 60.0
 """Seconds after which a scene counts as one that never ends: limits on slips, events and segments keep all below a few."""
@@ -155,6 +155,7 @@ def check(text: str, folder: Path) -> str:
             record, end = slide_to_state(task.case, compliance)
             np.testing.assert_array_equal(record.force_after, result.arrays["force_after"])
             assert np.all(np.diff(record.displacement) > 0.0)
+            assert_friction_law(task.case, record)
             if task.case.effects.pin_translation:  # else it is carried along in thought only
                 assert_contact_laws(end, task.case, compliance if task.case.effects.coupling else uncoupled(compliance))
     if not results:
