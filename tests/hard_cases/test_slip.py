@@ -289,6 +289,13 @@ def test_with_frozen_pressures_the_smallest_step_is_that_of_moving_ones(load: fl
     assert steps.min() == pytest.approx(smallest_step(case, record.initial_stiffness), rel=1e-9)
 
 
+def _beyond(name: str) -> float:
+    """By how much the friction force exceeds μ_i·W before an event, as a share of it; 0 where it does not."""
+    case = Case(**LIGHT[name])  # type: ignore[arg-type]
+    record = slide(case, compliance_of(case.slab))
+    return max(float(record.force_before.max()) / (case.intrinsic_friction * case.load) - 1.0, 0.0)
+
+
 def test_a_record_does_not_depend_on_the_load_alone() -> None:
     """With W·R kept, W is a unit: F/W over δ_p/W is the same to what the pin's shift against the nodes changes."""
     plateaus = [
@@ -451,6 +458,13 @@ def rows() -> list[Row]:
         ),
         Row(
             "slip", "reciprocal operators, μ_i 0.05 to 10", "energy balanced, dissipation ≥ 0", balance, "all completed"
+        ),
+        Row(
+            "slip",
+            "light loads and little friction: W 1e-20 to 1e-3, μ_i 1e-8 to 0.5, slabs of height 1e-3, frozen pressures",
+            "|F| ≤ μ_i·W before every event",
+            f"{max(map(_beyond, LIGHT)):.0e} of μ_i·W beyond",
+            "all completed",
         ),
         Row("slip", "event floor 1e-12 to 1e-5 spacings", "same plateau", shares, "no influence up to 1e-6"),
         Row("slip", "right, left and right again", "contact laws", shown(worst_of(turned)), endings_of(turned)),
