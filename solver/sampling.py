@@ -26,8 +26,9 @@ LEFT_OVER: Final = 1.3
 """What of the standard error of blocks is left of a mean over one whole spacing, of whose blocks the most is modulation."""
 EVENLY: Final = 0.6
 """What of the standard error of independent members is left where their starts are spread evenly."""
-SHARED: Final = 0.35
-"""Part of the uncertainty that each member states that all members have in common."""
+SHARED: Final = (0.2, 0.45)
+"""Part of the uncertainty that each member states that all members have in common, from half a node spacing on the second: below,
+most of what a member states is the modulation, which evenly spread starts average out."""
 KNOWN: Final = 0.1
 """Node spacings below which step and drop per event are not known: first touch takes about as long to be forgotten."""
 EVENT_LEFT_OVER: Final = 0.1
@@ -89,10 +90,11 @@ class Sampling:
         return math.hypot(PEAK_MODULATION * self.discreteness, DISORDER * self.spread / math.sqrt(max(self.nodes, 1.0)))
 
 
-def ensemble_uncertainty(values: NDArray[np.float64], stated: NDArray[np.float64]) -> float:
+def ensemble_uncertainty(values: NDArray[np.float64], stated: NDArray[np.float64], spacings: float) -> float:
     """Standard error of the mean over members (m,) whose starts are spread evenly over a node spacing; NaN of fewer than 2.
 
     stated: the members' own uncertainties (m,), NaN where one states none; of none at all the mean's is not known either.
+    spacings: what a member spans, in node spacings.
     Members without a value (NaN) are left out; then phases are missing, and all of the scatter counts as chance.
     """
     found = values[np.isfinite(values)]
@@ -100,4 +102,5 @@ def ensemble_uncertainty(values: NDArray[np.float64], stated: NDArray[np.float64
     if len(found) < 2 or not len(known):
         return math.nan
     even = EVENLY if len(found) == len(values) else 1.0
-    return math.hypot(even * float(np.std(found, ddof=1)) / math.sqrt(len(found)), SHARED * float(np.median(known)))
+    shared = SHARED[spacings >= 0.5] * float(np.median(known))
+    return math.hypot(even * float(np.std(found, ddof=1)) / math.sqrt(len(found)), shared)

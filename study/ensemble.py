@@ -1,5 +1,6 @@
 """What an ensemble knows: means over members, their standard error, and how much members differ."""
 
+import math
 from collections import Counter
 from collections.abc import Mapping
 from typing import Any, Final
@@ -23,6 +24,8 @@ OBSERVABLES: Final = {
 """Variables that members make a distribution of."""
 
 
+ONE_EVENT: Final = ("static_friction", "peak_friction")
+"""Those that are one event of a record: what a member states of it is the scatter itself."""
 PER_EVENT: Final = ("mean_step", "mean_drop")
 """Those that are means over events: a member counts by how many it has."""
 
@@ -51,12 +54,15 @@ def _reduced(name: str, words: str, variables: Mapping[str, xr.Variable]) -> dic
     dims = tuple(dim for dim in variable.dims if dim != MEMBER)
     values = _by_member(variable)
     stated = _by_member(variables.get(_uncertainty_of(name, variable), 0.0 * variable))
+    spans = _by_member(variables["record_spacings"])
+    if spans.ndim < values.ndim:  # a record serves all drives
+        spans = np.broadcast_to(spans[..., None, :], values.shape)
     weights = _by_member(variables["events"]) if name in PER_EVENT else np.ones_like(values)
     parts: dict[str, tuple[str, Any]] = {
         "mean": (f"mean over members of {words}", lambda place: _mean(values[place], weights[place])),
         "uncertainty": (
             f"standard error of the mean over members of {words}",
-            lambda place: ensemble_uncertainty(values[place], stated[place]),
+            lambda place: _uncertainty(name, values[place], stated[place], spans[place]),
         ),
         "std": (f"standard deviation between members of {words}", lambda place: _std(values[place])),
     }
@@ -69,6 +75,17 @@ def _reduced(name: str, words: str, variables: Mapping[str, xr.Variable]) -> dic
         quantity = Quantity(ensemble_name(name, part), meaning, str(variable.attrs["units"]), uncertainty=by)
         found[quantity.name] = xr.Variable(dims, reduced, quantity.attributes)
     return found
+
+
+def _uncertainty(
+    name: str, values: NDArray[np.float64], stated: NDArray[np.float64], spans: NDArray[np.float64]
+) -> float:
+    """Standard error of the mean over members; of one event of each it is that of independent ones."""
+    if name in ONE_EVENT:
+        return _std(values) / math.sqrt(max(int(np.isfinite(values).sum()), 1))
+    return ensemble_uncertainty(
+        values, stated, float(np.mean(spans[np.isfinite(spans)])) if np.isfinite(spans).any() else 0.0
+    )
 
 
 def _by_member(variable: xr.Variable) -> NDArray[np.float64]:

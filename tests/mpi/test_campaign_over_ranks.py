@@ -100,3 +100,16 @@ def test_a_run_cut_short_goes_on_to_the_same_dataset(nanoslip, environment, tmp_
 
 def _stamps(out: Path) -> dict[str, int]:
     return {path.name: path.stat().st_mtime_ns for path in (out / FOLDER).glob("[!.]*")}
+
+
+def test_an_ensemble_is_the_same_on_two_ranks(nanoslip, campaign):
+    """Its members are tasks of their own: whoever computes them, what is made of them has the same bits."""
+    campaign.write_text(SMALL.replace("radius = [50.0, 100.0]", "radius = [50.0]") + "\n[ensemble]\nmembers = 3\n")
+    found = []
+    for ranks in (0, 2):
+        out = campaign.parent / f"out{ranks}"
+        done = nanoslip("run", campaign, "--out", out, ranks=ranks)
+        assert done.returncode == 0, done.stderr
+        found.append((out / "results.nc").read_bytes())
+    assert found[0] == found[1]
+    assert b"plateau_mean_ensemble_uncertainty" in found[0]

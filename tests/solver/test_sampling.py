@@ -117,29 +117,36 @@ VALUES = np.array([1.0, 1.02, 0.99, 1.01])
 STATED = np.array([0.1, 0.3, 0.2, 0.2])
 
 
-def test_evenly_spread_members_know_more_than_as_many_by_chance() -> None:
+@pytest.mark.parametrize(
+    ("spacings", "shared"), [(0.3, SHARED[0]), (0.49, SHARED[0]), (0.5, SHARED[1]), (2.0, SHARED[1])]
+)
+def test_evenly_spread_members_know_more_than_as_many_by_chance(spacings: float, shared: float) -> None:
     chance = float(np.std(VALUES, ddof=1)) / 2.0
-    assert ensemble_uncertainty(VALUES, STATED) == pytest.approx(math.hypot(EVENLY * chance, SHARED * 0.2), rel=1e-14)
+    assert ensemble_uncertainty(VALUES, STATED, spacings) == pytest.approx(
+        math.hypot(EVENLY * chance, shared * 0.2), rel=1e-14
+    )
 
 
 def test_a_missing_member_is_a_missing_phase() -> None:
     """What three members of four know, they know by chance."""
     values = np.array([1.0, np.nan, 0.99, 1.01])
     chance = 0.01 / math.sqrt(3.0)  # of 1.00, 0.99, 1.01
-    assert ensemble_uncertainty(values, STATED) == pytest.approx(math.hypot(chance, SHARED * 0.2), rel=1e-14)
+    assert ensemble_uncertainty(values, STATED, 1.0) == pytest.approx(math.hypot(chance, SHARED[1] * 0.2), rel=1e-14)
 
 
 def test_a_member_that_states_no_uncertainty_is_left_to_those_that_do() -> None:
     stated = np.array([np.nan, 0.2, 0.2, np.nan])
-    assert ensemble_uncertainty(VALUES, stated) == ensemble_uncertainty(VALUES, np.full(4, 0.2))
-    assert math.isnan(ensemble_uncertainty(VALUES, np.full(4, np.nan)))
+    assert ensemble_uncertainty(VALUES, stated, 1.0) == ensemble_uncertainty(VALUES, np.full(4, 0.2), 1.0)
+    assert math.isnan(ensemble_uncertainty(VALUES, np.full(4, np.nan), 1.0))
 
 
 @pytest.mark.parametrize("values", [[], [1.0], [np.nan, 1.0], [np.nan, np.nan, np.nan]])
 def test_fewer_than_two_members_know_nothing_of_their_scatter(values: list[float]) -> None:
-    assert math.isnan(ensemble_uncertainty(np.array(values), np.full(len(values), 0.1)))
+    assert math.isnan(ensemble_uncertainty(np.array(values), np.full(len(values), 0.1), 1.0))
 
 
 def test_the_order_of_members_does_not_matter() -> None:
     turned = np.array([2, 0, 3, 1])
-    assert ensemble_uncertainty(VALUES[turned], STATED[turned]) == pytest.approx(ensemble_uncertainty(VALUES, STATED))
+    assert ensemble_uncertainty(VALUES[turned], STATED[turned], 0.3) == pytest.approx(
+        ensemble_uncertainty(VALUES, STATED, 0.3)
+    )

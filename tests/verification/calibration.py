@@ -43,6 +43,7 @@ COLUMNS = (
 )
 COLUMNS += ("touches", "contact_size")
 PER_EVENT = ("mean step", "mean drop")
+FORMS = (".0%", ".0%", ".2%")
 Reading = dict[str, tuple[float, float]]
 """Observable -> value and uncertainty; NaN where there is none."""
 
@@ -150,7 +151,7 @@ def verdicts(number: int) -> Iterator[Verdict]:
                 events = [len(cut(run, length).kind) for run in runs] if observable in PER_EVENT else [1] * STARTS
                 here = np.isfinite(values[:, 0])
                 mean = float(np.average(values[here, 0], weights=np.array(events)[here])) if here.any() else math.nan
-                stated = ensemble_uncertainty(values[:, 0], values[:, 1])
+                stated = ensemble_uncertainty(values[:, 0], values[:, 1], length)
                 yield _verdict(observable, f"8 starts of {length:g}", number, mean, stated, float(np.nanmean(best)))
 
 
@@ -174,7 +175,11 @@ def as_markdown(found: list[Verdict]) -> str:
         one, two = coverage(times)
         missing = 1.0 - stated.mean()
         middle = np.median(errors[stated]) if stated.any() else math.nan
-        lines.append(f"| {observable} | {source} | {one:.0%} | {two:.0%} | {middle:.2%} | {missing:.0%} |")
+        shares = " | ".join(
+            "–" if math.isnan(share) else f"{share:{form}}"
+            for share, form in zip((one, two, middle), FORMS, strict=True)
+        )
+        lines.append(f"| {observable} | {source} | {shares} | {missing:.0%} |")
     return "\n".join(lines) + "\n"
 
 
