@@ -5,7 +5,7 @@ Over the m nodes of the contact, with their displacements u along x as inputs:
     shear = base + u @ tableau              (row i: the shear forces per displacement of node i)
 
 `base` holds what the frozen normal forces contribute. Numba's cache does not notice a changed callee in another module, so
-nothing is called from one.
+nothing is called from one, nor a constant of one read.
 """
 
 from typing import NamedTuple
@@ -14,7 +14,7 @@ import numpy as np
 from numba import njit
 from numpy.typing import NDArray
 
-from solver._kernels import OVERSHOOT, STRETCHES, Events
+from solver._kernels import Events
 
 Floats = NDArray[np.float64]
 
@@ -58,6 +58,8 @@ class FrozenRules(NamedTuple):
     floor: float
     spacing: float
     limit: float
+    stretches: float
+    overshoot: float
     cascade_limit: int
     tolerance: float
 
@@ -189,7 +191,7 @@ def _smallest_step(rules: FrozenRules, stiffness: float, displacement: float) ->
     least = 4.5e-16 * displacement
     if not stiffness > 0.0:
         return max(rules.floor * rules.spacing, least)
-    unit = min(rules.spacing, STRETCHES * rules.limit / stiffness)
+    unit = min(rules.spacing, rules.stretches * rules.limit / stiffness)
     return max(rules.floor * unit, 0.1 * rules.tolerance / stiffness, least)
 
 
@@ -206,7 +208,7 @@ def _overshoot(t: Tangent) -> float:
 def slide_frozen(t: Tangent, rules: FrozenRules, events: Events, first: int, farthest: float) -> tuple[int, int]:
     """Slide from event to event; returns why it stopped and how many events the record now holds."""
     stiffness = t.rate.sum()
-    most = OVERSHOOT * rules.limit + len(t.u) * rules.tolerance
+    most = rules.overshoot * rules.limit + len(t.u) * rules.tolerance
     for e in range(first, len(events.displacement)):
         step, node = _next_slip(t)
         step = max(step, _smallest_step(rules, stiffness, t.totals[0]))

@@ -247,9 +247,9 @@ class Case:
 
     def __post_init__(self) -> None:
         _take_declared_types(self)
-        _require(
-            "intrinsic_friction", self.intrinsic_friction, self.intrinsic_friction >= 0.0, "intrinsic_friction ≥ 0"
-        )
+        friction = self.intrinsic_friction
+        # Forces are known to 1e-12 of the load: a limit must be well above that, or none.
+        _require("intrinsic_friction", friction, friction == 0.0 or friction >= 1e-8, "0, or intrinsic_friction ≥ 1e-8")
         _require("radius", self.radius, 1e-12 <= self.radius <= 1e24, "1e-12 ≤ radius ≤ 1e24")
         _require("load", self.load, 1e-30 <= self.load <= 1.0, "1e-30 ≤ load ≤ 1 (at 1 the mean stress is G)")
         _require("half_width", self.half_width, 0.0 < self.half_width <= 0.5, "0 < half_width ≤ 0.5")

@@ -20,6 +20,7 @@ _OPERATORS_FAULT = (
     Ending.CASCADE_LIMIT,
     Ending.SINGULAR_OPERATOR,
     Ending.OVERSHOT,
+    Ending.ENERGY_CREATED,
 )
 """Endings that an operator which is not positive definite can cause."""
 

@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 
 from solver import _frozen_kernels
 from solver._frozen_kernels import FrozenRules, Tangent
-from solver._kernels import Events
+from solver._kernels import OVERSHOOT, STRETCHES, Events
 from solver.case import Case
 from solver.compliance import SurfaceCompliance
 from solver.contact import BROKEN, ContactState
@@ -44,6 +44,8 @@ class FrozenContact:
             floor=case.slip_rule.event_floor,
             spacing=case.slab.spacing,
             limit=case.intrinsic_friction * case.load,
+            stretches=STRETCHES,
+            overshoot=OVERSHOOT,
             cascade_limit=case.slip_rule.cascade_limit,
             tolerance=1e-12 * case.load,
         )

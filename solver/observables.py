@@ -35,6 +35,8 @@ __all__ = [
 ]
 
 
+PERIODS: Final = 2.0
+"""Of its own motion that a pin has to slide before a mean driving force is friction, not inertia."""
 LONGEST_CYCLE: Final = 6000
 """Events at the end of a record that are searched for a cycle."""
 
@@ -169,15 +171,21 @@ def friction_coefficients(result: DynamicsResult, record: FrictionRecord, platea
         return FrictionCoefficients(nan, nan, result.slip_force, nan, nan, failed)
     static = result.slip_force / record.load
     kinetic, uncertainty, outcome = nan, nan, result.outcome
+    slides = float(result.time[-1] - result.slip_time[0])
+    if outcome.ok and slides < PERIODS * result.settling_time:
+        message = f"the pin slides for {slides / result.settling_time:.2g} of its periods, {PERIODS:g} are needed: raise duration"
+        outcome = Outcome(Ending.NO_PLATEAU, f"the driving force is not steady: {message}")
     if outcome.ok:
         kinetic, uncertainty, outcome = _steady_mean(result.binned_force / record.load)
     return FrictionCoefficients(
         static_friction=float(static[0]),
-        static_friction_uncertainty=_uncertainty_of_peak(record, plateau, float(static[0])),
+        static_friction_uncertainty=math.hypot(
+            _uncertainty_of_peak(record, plateau, float(static[0])), _beyond(record, float(static[0]))
+        ),
         every_static_friction=static,
         kinetic_friction=kinetic,
         kinetic_friction_uncertainty=math.hypot(
-            uncertainty, plateau.uncertainty, _not_travelled(result, record, kinetic)
+            uncertainty, plateau.uncertainty, _not_travelled(result, record, kinetic), _beyond(record, kinetic)
         ),
         outcome=outcome,
     )
@@ -201,6 +209,12 @@ def _uncertainty_of_peak(record: FrictionRecord, plateau: Plateau, static: float
         return float("nan")
     expected = sampling_of(record, plateau.first_event, plateau.end - plateau.start).of_peak() * static
     return float(np.fmax(_scatter_of_peaks(record, plateau) / record.load, expected))
+
+
+def _beyond(record: FrictionRecord, coefficient: float) -> float:
+    """By how much a coefficient lies outside all that the record holds, F/W: inertia and damper are in the driving force too."""
+    highest = float(max(record.force_before.max(), record.initial_force, record.final_force)) / record.load
+    return max(coefficient - highest, -coefficient, 0.0) if math.isfinite(coefficient) else 0.0
 
 
 def _not_travelled(result: DynamicsResult, record: FrictionRecord, kinetic: float) -> float:

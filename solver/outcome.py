@@ -26,6 +26,8 @@ class Ending(StrEnum):
     """One event needed more slips than the limit allows."""
     OVERSHOT = "overshot"
     """A step as small as allowed moved the pin further than the friction law lets it."""
+    ENERGY_CREATED = "energy_created"
+    """Events of the record created energy, which friction cannot."""
     CONTACT_LOST = "contact_lost"
     """No node was left that could carry the load (the pin left the slab)."""
     EDGE_REACHED = "edge_reached"

@@ -39,10 +39,16 @@ CREATED_ON_THE_WAY = 1e-4
 """Energy that an event may create at residual 1, in W²/G: there it is an integral over steps, not known to rounding (1e-5)."""
 
 CREATED = 1e-6
-"""Energy that events may create, as a share of what others lose: a touch pays back what a coarse event floor overshot."""
-ROUNDING = 1e-15
-"""Energy that rounding may create in one event on average, as a share of the load times what it displaces."""
+"""Energy that events may create, as a share of the pin's work and of what others lose: a touch pays back what a coarse event
+floor overshot."""
+ROUNDING = 2e-16
+"""Energy that rounding may create in one event on average, as a share of the load times what is displaced."""
 
+ENERGY_CREATED = Outcome(
+    Ending.ENERGY_CREATED,
+    "events created energy, more than a millionth of the work: slips of many nodes at once overshoot, or the operator is "
+    'not an elastic body\'s; use slip.order = "worst_first", or the scheme galerkin',
+)
 GOING_ON = (_kernels.FULL, _kernels.DRIFTED, _kernels.OUTGROWN)
 """Why the compiled core stops though the run does not."""
 
@@ -82,7 +88,8 @@ class FrictionRecord:
     load: float
     """W, in G·L_x·L_y."""
     spacing: float
-    """Distance between surface nodes, in L_x: what the pin meets repeats with it."""
+    """Distance between surface nodes, in L_x: what the pin meets repeats with it. Infinite where pressures are frozen: then the
+    pin goes on meeting what it met where it touched."""
     residual: float
     """Shear that a slip leaves, as a share of μ_i·pressure."""
     spread: float
@@ -133,18 +140,33 @@ def slide_to_state(
         end = replace(start, outcome=error.outcome)
         record = _record(case, start, math.nan, _empty_events(0), 0, end)
     end = doubted(case, compliance, end)
-    if end.outcome.ok and _creates_energy(case, record, end):
-        end = replace(end, outcome=BROKEN[Ending.STEEP_PIN])
+    if end.outcome.ok and not (found := _in_hindsight(case, record, end)).ok:
+        end = doubted(case, compliance, replace(end, outcome=found))
     return replace(record, outcome=end.outcome), end
 
 
-def _creates_energy(case: Case, record: FrictionRecord, end: ContactState) -> bool:
-    """Whether little by little, on flanks steeper than half of μ_i, events have created more energy than rounding can."""
-    created, lost = -np.minimum(record.dissipated, 0.0).sum(), np.maximum(record.dissipated, 0.0).sum()
-    if not created > CREATED * lost + ROUNDING * case.load**2 * len(record.dissipated):
-        return False
+def _in_hindsight(case: Case, record: FrictionRecord, end: ContactState) -> Outcome:
+    """COMPLETED, or what only the whole record shows: a slab that pushes where it is pushed, energy from nowhere."""
+    stiffness = record.initial_stiffness
+    if case.slip_rule.residual < 1.0 and stiffness <= 0.0:
+        return Outcome(
+            Ending.SINGULAR_OPERATOR,
+            f"lateral stiffness K = {stiffness:.3g}: an elastic slab's is above 0; use the scheme galerkin",
+        )
+    if case.slip_rule.residual == 1.0 or not _creates_energy(case, record, end):  # classical sliding has looked itself
+        return COMPLETED
     xi = (surface_from_pin(case) + end.u - end.displacement)[end.contact]
-    return bool((np.abs(pin_of(case).slope(xi)) > 0.5 * node_friction(case)[end.contact]).any())
+    steep = (np.abs(pin_of(case).slope(xi)) > 0.5 * node_friction(case)[end.contact]).any()
+    return BROKEN[Ending.STEEP_PIN] if steep else ENERGY_CREATED
+
+
+def _creates_energy(case: Case, record: FrictionRecord, end: ContactState) -> bool:
+    """Whether little by little events have created more energy than rounding can."""
+    created, lost = -np.minimum(record.dissipated, 0.0).sum(), np.maximum(record.dissipated, 0.0).sum()
+    steps = np.diff(record.displacement)
+    work = float(np.abs(record.force_after[:-1] + record.force_before[1:]) @ steps) / 2.0
+    moved = case.load + abs(end.approach) + abs(end.displacement) + float(np.abs(end.u[end.contact]).max(initial=0.0))
+    return bool(created > CREATED * (lost + work) + ROUNDING * case.load * moved * len(record.dissipated))
 
 
 def states_at(case: Case, compliance: SurfaceCompliance, events: Sequence[int]) -> tuple[list[ContactState], Outcome]:
@@ -341,7 +363,7 @@ def _record(
     return FrictionRecord(
         **columns,
         load=case.load,
-        spacing=case.slab.spacing,
+        spacing=case.slab.spacing if case.effects.pin_translation else math.inf,
         residual=case.slip_rule.residual,
         spread=case.heterogeneity.spread,
         initial_force=start.friction_force,

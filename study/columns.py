@@ -32,6 +32,8 @@ class Table:
 
 def read_text(path: Path) -> tuple[bytes, str]:
     """A file's bytes and its UTF-8 text. Raises ManifestError."""
+    if path.exists() and not path.is_file():
+        raise ManifestError([f"{path_shown(path)}: cannot be read: not a regular file"])
     try:
         raw = path.read_bytes()
     except (OSError, ValueError) as error:

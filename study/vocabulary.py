@@ -190,6 +190,9 @@ SCALARS: dict[str, dict[str, Quantity]] = {
         "creep_velocity": Quantity(
             "creep_velocity", "velocity at which the stage drags a stuck pin", "m s-1", "velocity"
         ),
+        "settling_time": Quantity(
+            "settling_time", "natural period of the pin on its spring, or c/k where that is longer", "s", "time"
+        ),
         "presliding_length": Quantity("presliding_length", "stretch of the contact before it slides", "m", "length"),
         "steps": Quantity("steps", "segments or time steps of the integrator"),
     },

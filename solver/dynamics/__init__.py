@@ -66,6 +66,7 @@ def integrate(profile: Profile, drive: Drive, surface_stiffness: float) -> Dynam
         friction_work=run.friction_work,
         creep_velocity=motion.creep,
         presliding_length=motion.presliding,
+        settling_time=max(2.0 * math.pi / math.sqrt(k), damping / k),
         steps=run.steps,
         outcome=outcome,
     )

@@ -51,6 +51,8 @@ class DynamicsResult:
     """∫F dx: what friction took, the energy still stored in the elastic contact included."""
     creep_velocity: float
     """kV/(k + K)."""
+    settling_time: float
+    """A natural period of the pin on its spring, or the damper's time constant c/k where that is longer."""
     presliding_length: float
     """Mean steady friction over K: how far the contact stretches before it slides."""
     steps: int

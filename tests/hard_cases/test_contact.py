@@ -270,6 +270,7 @@ EXTREME_ENDINGS = {
     Ending.ROUNDING,
     Ending.STEEP_PIN,
     Ending.OVERSHOT,
+    Ending.ENERGY_CREATED,
     Ending.CONTACT_LOST,
     Ending.CASCADE_LIMIT,
     Ending.SLIP_UNBOUNDED,

@@ -26,7 +26,7 @@ SUPPORTS: tuple[Support, ...] = get_args(Support)
 PILLARS = (11.0, 100.0, 1e3, 1e4)
 """Heights that have no grid of their own; a load moves the highest by 1e12 times as much sideways as it dents it."""
 NAMED = {Ending.COMPLETED, Ending.SLIP_UNBOUNDED, Ending.CASCADE_LIMIT, Ending.CONTACT_NOT_CONVERGED}
-NAMED |= {Ending.SINGULAR_OPERATOR, Ending.INVALID, Ending.OVERSHOT}
+NAMED |= {Ending.SINGULAR_OPERATOR, Ending.INVALID, Ending.OVERSHOT, Ending.ENERGY_CREATED}
 RULE = SlipRule(cascade_limit=100_000)
 
 

@@ -93,7 +93,9 @@ def test_scatter_of_peaks_is_that_of_block_maxima():
     edges = np.linspace(plateau.start, plateau.end, 9)
     x, force = record.displacement[inside], record.force_before[inside] / LOAD
     highest = [force[(x >= low) & (x <= high)].max() for low, high in pairwise(edges)]
-    assert found.static_friction_uncertainty == pytest.approx(np.std(highest, ddof=1), rel=1e-9)
+    # The driving force overshoots the record's peak a little: that belongs to the pin's inertia, and to ±.
+    beyond = max(found.static_friction - record.force_before.max() / LOAD, 0.0)
+    assert found.static_friction_uncertainty == pytest.approx(math.hypot(np.std(highest, ddof=1), beyond), rel=1e-9)
 
 
 def test_scalars_do_not_depend_on_how_many_samples_are_kept():

@@ -278,7 +278,7 @@ def test_a_missing_file_is_named(tmp_path: Path) -> None:
 
 
 def test_a_folder_is_no_campaign(tmp_path: Path) -> None:
-    with pytest.raises(ManifestError, match="cannot be read: Is a directory"):
+    with pytest.raises(ManifestError, match="cannot be read: not a regular file"):
         load_manifest(tmp_path)
 
 

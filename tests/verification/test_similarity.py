@@ -61,7 +61,9 @@ def test_radius_and_load_scale_the_record(scheme: Scheme, residual: float) -> No
             f"records differ by {', '.join(f'{gap:.0e} (s = {s:g})' for s, gap in off.items())}",
         )  # fmt: skip
         for s, other in others.items():
-            np.testing.assert_array_equal(other.node, record.node, err_msg=line)
+            # Mirror twins of a symmetric contact tie; thirds, unlike halves, are rounded.
+            twins = [np.minimum(each.node, case.slab.n_x - 1 - each.node) for each in (other, record)]
+            np.testing.assert_array_equal(*twins, err_msg=line)
             np.testing.assert_array_equal(other.slips, record.slips, err_msg=line)
             assert off[s] == 0.0 or (s == 3.0 and off[s] < 1e-10), line
 
