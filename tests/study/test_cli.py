@@ -216,7 +216,8 @@ def test_records_that_nobody_wants_are_gone_after_the_run(main, campaign):
     assert max(sizes) < 5_000
     code, said, progress = main("run", campaign, "--out", out, "--serial")
     assert (code, "0 tasks to do" in progress) == (0, True)
-    assert (said.count("completed"), said.count("no_slip")) == (7, 1)  # one slow stage never gets the pin to slip
+    # One slow stage never gets the pin to slip, another so late that its mean force says nothing yet.
+    assert [said.count(ending) for ending in ("completed", "no_slip", "no_plateau")] == [6, 1, 1]
 
 
 def test_collecting_what_is_not_finished_says_pending(main, campaign):
