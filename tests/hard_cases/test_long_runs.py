@@ -89,12 +89,12 @@ def test_a_million_events_do_not_drift(scheme: Scheme) -> None:
     _assert_same(record, pieces)
 
 
-def _ten_million_slips(events: int = 7000) -> tuple[int, float, float]:
+def _ten_million_slips(events: int = 150_000) -> tuple[int, float, float]:
     """On a reciprocal operator: slips, energy that is missing as a share of the work, worst law."""
-    slab = Slab(17, poisson=0.2)
+    slab = Slab(33, poisson=0.2)
     compliance = half_plane(slab)
     case = Case(slab=slab, intrinsic_friction=1e-4, slip_rule=SlipRule(residual=0.999), max_events=events)
-    case = replace(case, first_touch="frictionless", radius=2e3)
+    case = replace(case, first_touch="frictionless", radius=1e5)  # flat against so small a μ_i
     start = first_touch(case, compliance)
     record, end = slide_to_state(case, compliance, start)
     before = np.concatenate(([record.initial_force], record.force_after[:-1]))
