@@ -32,9 +32,9 @@ class Table:
 
 def read_text(path: Path) -> tuple[bytes, str]:
     """A file's bytes and its UTF-8 text. Raises ManifestError."""
-    if path.exists() and not path.is_file():
-        raise ManifestError([f"{path_shown(path)}: cannot be read: not a regular file"])
     try:
+        if path.exists() and not path.is_file():
+            raise ValueError("not a regular file")  # a device may never end
         raw = path.read_bytes()
     except (OSError, ValueError) as error:
         raise ManifestError([f"{path_shown(path)}: cannot be read: {getattr(error, 'strerror', error)}"]) from None

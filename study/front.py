@@ -128,6 +128,8 @@ def load_front(path: Path | None = None, given: str | None = None) -> Front:
     where = Path(SHIPPED) if path is None else path
     try:
         file = resources.files("study") / SHIPPED if path is None else path
+        if path is not None and given is None and path.exists() and not path.is_file():
+            raise OSError("not a regular file")  # a device may never end
         text = file.read_text("utf-8") if given is None else given
         return _front(SHIPPED if path is None else path.name, text)
     except OSError as error:

@@ -277,6 +277,15 @@ def test_a_missing_file_is_named(tmp_path: Path) -> None:
         load_manifest(tmp_path / "none.toml")
 
 
+@pytest.mark.parametrize("key", ["table", "front"])
+def test_a_device_is_no_file(tmp_path: Path, key: str) -> None:
+    """It would be read without end."""
+    path = tmp_path / "x.toml"
+    path.write_text(f'title = "x"\n{key} = "/dev/zero"\n')
+    with pytest.raises(ManifestError, match="/dev/zero: cannot be read: not a regular file"):
+        load_manifest(path)
+
+
 def test_a_folder_is_no_campaign(tmp_path: Path) -> None:
     with pytest.raises(ManifestError, match="cannot be read: not a regular file"):
         load_manifest(tmp_path)
