@@ -423,6 +423,28 @@ def test_sliding_at_the_limit_up_a_flank_steeper_than_friction_is_named() -> Non
         assert record.outcome.ending is (Ending.STEEP_PIN if steep else Ending.COMPLETED)
 
 
+def test_slips_at_once_that_create_energy_are_named() -> None:
+    """Without coupling all nodes of a punch slip at once by what each would alone, and overshoot: a third of the events gain."""
+    slab = Slab(33, poisson=0.49)
+    case = Case(
+        load=6.2e-6, pin="flat_punch", slab=slab, intrinsic_friction=0.0726, effects=Effects(coupling=False), max_events=2000
+    )  # fmt: skip
+    record = slide(replace(case, slip_rule=SlipRule(order="simultaneous")), compliance_of(slab))
+    assert record.outcome.ending is Ending.ENERGY_CREATED
+    assert "worst_first" in record.outcome.message
+    assert slide(case, compliance_of(slab)).outcome.ok
+
+
+def test_a_slab_that_pushes_where_it_is_pushed_has_no_friction() -> None:
+    """The stencil's operator of a thin slab is indefinite: K = -19 gave a plateau of -0.04, completed."""
+    slab = Slab(65, aspect_ratio=0.0108, poisson=0.0, support="right_side", scheme="biquadratic")
+    case = Case(load=5.8e-4, radius=3600.0, intrinsic_friction=0.64, slab=slab, effects=Effects(coupling=False))
+    record = slide(replace(case, max_events=500), compliance_of(slab))
+    assert record.initial_stiffness < 0.0
+    assert record.outcome.ending is Ending.SINGULAR_OPERATOR
+    assert "scheme galerkin" in record.outcome.message
+
+
 def rows() -> list[Row]:
     """Friction and residual on every scheme, the energy on reciprocal operators, floors, and turning back."""
     runs = [_tried(*pair, scheme, 10**6) for pair in _pairs() for scheme in SCHEMES]

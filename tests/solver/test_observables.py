@@ -118,6 +118,29 @@ def test_a_drive_that_stops_amid_the_first_oscillations_has_static_friction_only
     assert math.isnan(found.kinetic_friction)
 
 
+def test_a_pin_too_heavy_to_swing_twice_has_no_mean_driving_force():
+    """Its driving force is inertia: in a fifth of a period it looked steady, at twice the friction."""
+    period = 2.0 * math.pi / math.sqrt(PAPER.spring_stiffness)
+    found = friction_coefficients(*driven(PAPER))
+    assert found.outcome.ok  # slides for a dozen periods
+    slow = replace(PAPER, stage_velocity=20.0 * PAPER.stage_velocity, duration=1.5 * period)
+    result, record, plateau = driven(slow)
+    assert len(result.slip_time)
+    assert result.settling_time == pytest.approx(period)
+    found = friction_coefficients(result, record, plateau)
+    assert found.outcome.ending is Ending.NO_PLATEAU
+    assert "periods" in found.outcome.message
+    assert math.isnan(found.kinetic_friction)
+
+
+def test_what_inertia_adds_to_static_friction_is_in_its_uncertainty():
+    result, record, plateau = driven(replace(PAPER, stage_velocity=50.0 * PAPER.stage_velocity))
+    found = friction_coefficients(result, record, plateau)
+    beyond = found.static_friction - record.force_before.max() / LOAD
+    assert beyond > 0.1
+    assert found.static_friction_uncertainty >= beyond
+
+
 def test_a_failed_run_passes_its_outcome_on():
     result, record, plateau = driven(replace(PAPER, integrator="rk4", time_step=100.0))
     found = friction_coefficients(result, record, plateau)
