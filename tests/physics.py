@@ -74,14 +74,20 @@ def assert_contact_laws(state: ContactState, case: Case, compliance: SurfaceComp
     assert not broken, broken
 
 
-def assert_friction_law(case: Case, record: FrictionRecord) -> None:
+def assert_friction_law(case: Case, record: FrictionRecord, compliance: SurfaceCompliance) -> None:
     """|F| ≤ μ_i·W at the record's start, before and after every event, but for the share of it that a smallest step may push
-    nodes beyond their limit (1e-4), and rounding; of nodes with different μ_i, the largest."""
+    nodes beyond their limit (1e-4), and rounding; of nodes with different μ_i, the largest.
+
+    Forces carry the rounding of the heights that nodes in contact have on the pin, stiffened by the slab.
+    """
     if math.isinf(case.intrinsic_friction):
         return
     most = float(node_friction(case).max()) * case.load
     forces = np.concatenate((record.force_before, record.force_after, [record.initial_force]))
-    assert np.abs(forces).max(initial=0.0) <= most * (1.0 + 1e-4) + 1e-10 * case.load
+    pin, reach = pin_of(case), case.slab.spacing * max(record.contact_size.max(initial=1), record.initial_contact_size)
+    highest = pin.curvature * reach**2 / 2 + (0.0 if pin.rises is None else float(np.abs(pin.rises).max()))
+    rounding = ROUNDING * highest / float(np.abs(np.diag(compliance.matrix)).max())
+    assert np.abs(forces).max(initial=0.0) <= most * (1.0 + 1e-4) + 1e-10 * case.load + rounding
 
 
 def half_plane(slab: Slab, depth: float = math.e**2) -> SurfaceCompliance:

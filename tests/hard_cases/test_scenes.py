@@ -155,7 +155,7 @@ def check(text: str, folder: Path) -> str:
             record, end = slide_to_state(task.case, compliance)
             np.testing.assert_array_equal(record.force_after, result.arrays["force_after"])
             assert np.all(np.diff(record.displacement) > 0.0)
-            assert_friction_law(task.case, record)
+            assert_friction_law(task.case, record, compliance)
             if task.case.effects.pin_translation:  # else it is carried along in thought only
                 assert_contact_laws(end, task.case, compliance if task.case.effects.coupling else uncoupled(compliance))
     if not results:
@@ -174,7 +174,7 @@ def _assert_finite(result: TaskResult) -> None:
         assert missing or not math.isnan(number), (result.kind, name)
 
 
-@pytest.mark.parametrize("count", [200, pytest.param(10_000, marks=pytest.mark.slow)])
+@pytest.mark.parametrize("count", [100, pytest.param(10_000, marks=pytest.mark.slow)])
 def test_every_scene_ends_in_a_lawful_result_or_a_named_refusal(count, tmp_path):
     endings: dict[str, int] = {}
 
