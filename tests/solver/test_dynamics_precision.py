@@ -61,7 +61,7 @@ def test_teeth_below_the_rounding_of_the_position_are_refused_and_an_even_profil
     ("force", "drive"),
     [
         (0.0, Drive(1.0, 0.0, 1.0, 100.0, samples=10)),
-        (1e9, Drive(1e-9, 0.1, 1e9, 1e8, samples=10)),
+        pytest.param(1e9, Drive(1e-9, 0.1, 1e9, 1e8, samples=10), marks=pytest.mark.slow),
         (FORCE, Drive(1.0, 0.1, 0.0, 1e9, samples=10)),
     ],
     ids=["no friction to be lost", "a pin that never gets away", "a stage at rest"],
