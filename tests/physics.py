@@ -17,7 +17,7 @@ LIMITS = {
     "load": 1e-10,
     "tension": 1e-11,
     "shear": 1e-11,
-    "penetration": 1e-11,
+    "penetration": 1e-10,
     "pin": 1e-11,
     "complementarity": 1e-11,
 }
