@@ -14,29 +14,31 @@ in G, forces in G·L_x·L_y; `Scales` leads back to SI.
 
 paper             module
 ----------------  ------------------------------------------------------------
-§2.1.2            grid (the binary hierarchy), support (Figure 1)
-Eq. 8-10          interpolation
-Eq. 1-7, 11       schemes/ (biquadratic: the paper's stencil, galerkin: finite elements on grading's rows, half_plane)
-§2.1.4            boundary_value (the mixed problem), compliance (condensation)
-§2.1.1            pin, tableau, contact (first touch), sliding (events), coulomb (residual 1)
-§3.2.1            plateau (steady part of a record), observables (event statistics)
-§2.2.2, Eq. 13-15 profile (sawtooth, periodic extension, relaxation point)
-Eq. 12, §2.2.3    dynamics/ (rk4: the paper's, exact: from crossing to crossing, rigid: the same as K → ∞)
-§3.3              observables (μ_s, μ_k), regime (stick, slip or both in turn)
-§3.1, Eq. 16-19   analytic (flat punch, Hertz, Cattaneo-Mindlin, sliding with coupling, stick-slip)
+§2.1.2            elasticity.grid (the binary hierarchy), elasticity.support (Figure 1)
+Eq. 8-10          elasticity.lagrange
+Eq. 1-7, 11       elasticity.schemes (biquadratic: the paper's stencil; galerkin: finite elements; half_plane)
+§2.1.4            elasticity.boundary_value (the mixed problem), elasticity.compliance (condensation)
+§2.1.1            contact.pin, contact.initial (initial contact), contact.coulomb (residual 1)
+§3.1              contact.closed_forms (flat punch, Hertz, Cattaneo-Mindlin, sliding with coupling)
+§3.2              sliding.events (from event to event), sliding.plateau, sliding.statistics
+§2.2.2, Eq. 13-15 dynamics.friction_limit (sawtooth, periodic extension, relaxation point)
+Eq. 12, §2.2.3    dynamics.integrate (rk4: the paper's; exact: from crossing to crossing; rigid: the same as K → ∞)
+§3.3              dynamics.coefficients (μ_s, μ_k), dynamics.regime (stick, slip or both in turn)
+Eq. 16-19         dynamics.stick_slip (closed form, and its fit)
 """
 
-from solver.boundary_value import NodalFields, blank, solve_mixed
 from solver.case import Case, Drive, Scales, Slab, SlipRule
-from solver.compliance import SurfaceCompliance, slab_compliance, surface_compliance
-from solver.contact import ContactState, mirrored
-from solver.dynamics import DynamicsResult
-from solver.laboratory import DriveResult, contact_state, drive_result, friction_record
-from solver.observables import FrictionCoefficients, event_statistics
+from solver.contact.state import ContactState, mirrored
+from solver.dynamics.coefficients import FrictionCoefficients
+from solver.dynamics.integrate import DynamicsResult
+from solver.elasticity.boundary_value import NodalFields, blank, solve_mixed
+from solver.elasticity.compliance import SurfaceCompliance, slab_compliance, surface_compliance
+from solver.elasticity.schemes import Stiffness, stiffness
 from solver.outcome import Ending, InvalidInput, Outcome, SingularOperator, SolverError
-from solver.plateau import Plateau, plateau_of
-from solver.schemes import Stiffness, stiffness
-from solver.sliding import FrictionRecord
+from solver.simulate import DriveResult, contact_state, drive_result, friction_record
+from solver.sliding.plateau import Plateau, plateau_of
+from solver.sliding.record import FrictionRecord
+from solver.sliding.statistics import event_statistics
 
 __all__ = [
     "Case",

@@ -3,13 +3,15 @@
 from dataclasses import dataclass
 
 from solver.case import Case, Drive
-from solver.compliance import SurfaceCompliance, slab_compliance
-from solver.contact import ContactState, first_touch
-from solver.dynamics import DynamicsResult, integrate
-from solver.observables import FrictionCoefficients, friction_coefficients
-from solver.plateau import Plateau, plateau_of
-from solver.profile import profile_of
-from solver.sliding import FrictionRecord, slide
+from solver.contact.initial import first_touch
+from solver.contact.state import ContactState
+from solver.dynamics.coefficients import FrictionCoefficients, friction_coefficients
+from solver.dynamics.friction_limit import profile_of
+from solver.dynamics.integrate import DynamicsResult, integrate
+from solver.elasticity.compliance import SurfaceCompliance, slab_compliance
+from solver.sliding.events import slide
+from solver.sliding.plateau import Plateau, plateau_of
+from solver.sliding.record import FrictionRecord
 
 
 @dataclass(frozen=True, slots=True)

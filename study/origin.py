@@ -18,7 +18,7 @@ from study import provenance
 from study.provenance import UNKNOWN, content_hash
 
 PACKAGE: Final = "solver"
-BRIDGE: Final = "study.tasks"
+BRIDGE: Final = "study.plan.tasks"
 """The module beside the solver that makes numbers."""
 
 

@@ -9,7 +9,7 @@ from pathlib import Path
 
 import pytest
 
-from study.launch import pin_threads
+from study.execution.launch import pin_threads
 
 # Before numpy is loaded: on small matrices a second thread costs more than it gains, most of all beside other work.
 UNPINNED = dict(os.environ)

@@ -6,11 +6,11 @@ import numpy as np
 import scipy.linalg as la
 
 from solver.case import Case, Slab
-from solver.compliance import SurfaceCompliance
-from solver.contact import ContactState
-from solver.heterogeneity import node_friction
-from solver.pin import pin_of, surface_from_pin
-from solver.sliding import FrictionRecord
+from solver.contact.node_friction import node_friction
+from solver.contact.pin import pin_of, surface_from_pin
+from solver.contact.state import ContactState
+from solver.elasticity.compliance import SurfaceCompliance
+from solver.sliding.record import FrictionRecord
 
 LIMITS = {
     "equilibrium": 1e-10,

@@ -5,9 +5,9 @@ from dataclasses import replace
 import numpy as np
 from numpy.typing import ArrayLike
 
+from solver.dynamics.friction_limit import Profile
 from solver.outcome import COMPLETED
-from solver.profile import Profile
-from solver.sliding import FrictionRecord
+from solver.sliding.record import FrictionRecord
 
 LOAD = 1e-3
 STIFFNESS = 0.45

@@ -12,10 +12,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from solver.case import Case
-from solver.compliance import SurfaceCompliance
-from solver.heterogeneity import node_friction
+from solver.contact.node_friction import node_friction
+from solver.contact.pin import Pin, pin_of, surface_from_pin
+from solver.elasticity.compliance import SurfaceCompliance
 from solver.outcome import Ending, SingularOperator, SolverError, TooFarApart
-from solver.pin import Pin, pin_of, surface_from_pin
 
 Vector = NDArray[np.float64]
 

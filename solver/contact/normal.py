@@ -12,9 +12,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from solver.case import Case
-from solver.compliance import SurfaceCompliance
+from solver.contact.pin import pin_of, surface_from_pin
+from solver.elasticity.compliance import SurfaceCompliance
 from solver.outcome import SingularOperator, TooFarApart
-from solver.pin import pin_of, surface_from_pin
 
 Vector = NDArray[np.float64]
 

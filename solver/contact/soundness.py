@@ -5,14 +5,14 @@ import numpy as np
 from numpy.typing import NDArray
 
 from solver.case import Case
-from solver.compliance import SurfaceCompliance
+from solver.contact.pin import pin_of, surface_from_pin
+from solver.elasticity.compliance import SurfaceCompliance
 from solver.outcome import COMPLETED, Ending, Outcome
-from solver.pin import pin_of, surface_from_pin
 
 Vector = NDArray[np.float64]
 
 STEEPEST = 1.0
-"""Slope of the pin under a node in contact, as in `solver._kernels`, which looks at it after every cascade."""
+"""Slope of the pin under a node in contact, as in `solver.contact.kernels`, which looks at it after every cascade."""
 COARSEST = 1e-4
 """Rounding of the pin's heights, as a share of what the load displaces, beyond which it decides: measured,
 forces change by 1.4 times that share of the load when every height changes by a rounding."""

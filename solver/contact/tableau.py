@@ -16,7 +16,8 @@ import numpy as np
 import scipy.linalg as la
 from numpy.typing import NDArray
 
-from solver._kernels import (
+from solver.case import Case
+from solver.contact.kernels import (
     DONE,
     DRIFT_LIMIT,
     DRIFTED,
@@ -33,11 +34,10 @@ from solver._kernels import (
     resolve,
     seat,
 )
-from solver.case import Case
-from solver.compliance import SurfaceCompliance
-from solver.heterogeneity import node_friction
+from solver.contact.node_friction import node_friction
+from solver.contact.pin import Pin, pin_of, surface_from_pin
+from solver.elasticity.compliance import SurfaceCompliance
 from solver.outcome import SingularOperator
-from solver.pin import Pin, pin_of, surface_from_pin
 
 Vector = NDArray[np.float64]
 

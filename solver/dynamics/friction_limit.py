@@ -14,8 +14,8 @@ from numpy.typing import NDArray
 
 from solver.case import ProfileShape
 from solver.outcome import Ending, InvalidInput, SolverError
-from solver.plateau import Plateau, Teeth, teeth
-from solver.sliding import FrictionRecord
+from solver.sliding.plateau import Plateau, Teeth, teeth
+from solver.sliding.record import FrictionRecord
 
 
 class NoPlateauError(SolverError):

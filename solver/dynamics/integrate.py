@@ -9,14 +9,14 @@ import math
 import numpy as np
 
 from solver.case import Drive
-from solver.dynamics._kernels import Motion, Run, Teeth
 from solver.dynamics.exact import integrate_exact
+from solver.dynamics.friction_limit import Profile
+from solver.dynamics.kernels import Motion, Run, Teeth
 from solver.dynamics.precision import nothing, resolved
 from solver.dynamics.result import BINS, DynamicsResult
 from solver.dynamics.rigid import integrate_rigid
 from solver.dynamics.rk4 import integrate_rk4
 from solver.outcome import InvalidInput, Outcome
-from solver.profile import Profile
 
 __all__ = ["DynamicsResult", "integrate"]
 

@@ -37,7 +37,7 @@ class Motion(NamedTuple):
 
 
 class Teeth(NamedTuple):
-    """The limit F̃: see solver.profile.Profile."""
+    """The limit F̃: see solver.dynamics.friction_limit.Profile."""
 
     edges: Floats
     force: Floats

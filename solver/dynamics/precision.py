@@ -10,10 +10,10 @@ from typing import Final
 
 import numpy as np
 
-from solver.dynamics._kernels import Motion, Run
+from solver.dynamics.friction_limit import Profile
+from solver.dynamics.kernels import Motion, Run
 from solver.dynamics.result import BINS
 from solver.outcome import COMPLETED, Ending, Outcome
-from solver.profile import Profile
 
 LARGEST: Final = 1e-4
 """Rounding allowed, over the steady friction force and over the mean width of a tooth: what a plateau knows of itself."""

@@ -10,7 +10,7 @@ from typing import Final, Literal, get_args
 
 import numpy as np
 
-from solver.dynamics import DynamicsResult
+from solver.dynamics.integrate import DynamicsResult
 
 Regime = Literal["sticks", "stick_slip", "slides"]
 """No macroscopic slip; slips that end in stick; a last slip that goes on, longer than any cycle before it."""

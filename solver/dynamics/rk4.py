@@ -8,8 +8,8 @@ import math
 
 import numpy as np
 
-from solver.dynamics._kernels import Motion, Run, Teeth, integrate_by_steps
 from solver.dynamics.exact import reversed_at
+from solver.dynamics.kernels import Motion, Run, Teeth, integrate_by_steps
 from solver.dynamics.precision import nothing
 from solver.dynamics.result import BINS
 from solver.outcome import COMPLETED, Ending, Outcome

@@ -6,8 +6,8 @@ import numpy as np
 import scipy.sparse.linalg as spla
 from numpy.typing import NDArray
 
+from solver.elasticity.schemes import Stiffness
 from solver.outcome import InvalidInput, SingularOperator
-from solver.schemes import Stiffness
 
 Vector = NDArray[np.float64]
 

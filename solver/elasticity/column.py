@@ -14,9 +14,9 @@ from dataclasses import replace
 import numpy as np
 from numpy.typing import NDArray
 
-from solver.boundary_value import blank, solve_mixed
 from solver.case import Slab
-from solver.schemes import stiffness
+from solver.elasticity.boundary_value import blank, solve_mixed
+from solver.elasticity.schemes import stiffness
 
 Dense = NDArray[np.float64]
 

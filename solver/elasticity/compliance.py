@@ -14,11 +14,11 @@ import scipy.sparse as sp
 from numpy.typing import NDArray
 
 from solver.case import FirstSpacing, Scheme, Slab, Support
-from solver.column import lengthening, resultants, trunk
+from solver.elasticity.column import lengthening, resultants, trunk
+from solver.elasticity.parity import row_bases
+from solver.elasticity.schemes import Stiffness, half_plane, stiffness
+from solver.elasticity.schemes.stiffness import Sparse
 from solver.outcome import SingularOperator
-from solver.parity import row_bases
-from solver.schemes import Stiffness, half_plane, stiffness
-from solver.schemes.stiffness import Sparse
 
 Dense = NDArray[np.float64]
 Solve = Callable[[Dense, Dense], Dense]

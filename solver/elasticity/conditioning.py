@@ -6,7 +6,7 @@ import numpy as np
 import scipy.linalg as la
 from numpy.typing import NDArray
 
-from solver.compliance import SurfaceCompliance
+from solver.elasticity.compliance import SurfaceCompliance
 from solver.outcome import Ending, Outcome
 
 Dense = NDArray[np.float64]

@@ -17,7 +17,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from solver.case import Slab
-from solver.grid import Grid
+from solver.elasticity.grid import Grid
 
 _THICKNESS = 1.5
 """Of a row of head or tail, in its node spacings."""

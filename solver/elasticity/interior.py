@@ -14,12 +14,12 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.interpolate import CubicSpline
 
-from solver.boundary_value import blank, solve_mixed
 from solver.case import Slab
-from solver.column import bar_forces, lengthening, passed_down, resultants, trunk
-from solver.grid import Grid
-from solver.interpolation import lagrange, slope
-from solver.schemes import Stiffness, stiffness
+from solver.elasticity.boundary_value import blank, solve_mixed
+from solver.elasticity.column import bar_forces, lengthening, passed_down, resultants, trunk
+from solver.elasticity.grid import Grid
+from solver.elasticity.lagrange import lagrange, slope
+from solver.elasticity.schemes import Stiffness, stiffness
 
 Vector = NDArray[np.float64]
 

@@ -7,9 +7,9 @@ import numpy as np
 import scipy.sparse as sp
 from numpy.typing import NDArray
 
-from solver.grid import Grid
-from solver.schemes import Stiffness
-from solver.schemes.stiffness import Sparse
+from solver.elasticity.grid import Grid
+from solver.elasticity.schemes import Stiffness
+from solver.elasticity.schemes.stiffness import Sparse
 
 
 def row_bases(k: Stiffness) -> list[list[Sparse]]:

@@ -2,31 +2,23 @@
 
 import math
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from dataclasses import replace
 
 import numpy as np
-from numpy.typing import NDArray
 
-from solver import _kernels
 from solver.case import MOST_EVENTS, Case
-from solver.compliance import SurfaceCompliance, uncoupled
-from solver.contact import (
-    BROKEN,
-    ENDINGS,
-    ContactState,
-    beyond_window,
-    contact_state,
-    coulomb_state,
-    doubted,
-    first_touch,
-)
-from solver.coulomb import LONGEST_STEP, CoulombContact, CoulombError
-from solver.frozen import FrozenContact
-from solver.heterogeneity import node_friction
+from solver.contact import kernels
+from solver.contact.coulomb import LONGEST_STEP, CoulombContact, CoulombError
+from solver.contact.initial import doubted, first_touch
+from solver.contact.node_friction import node_friction
+from solver.contact.pin import pin_of, surface_from_pin
+from solver.contact.soundness import STEEPEST
+from solver.contact.state import BROKEN, ENDINGS, ContactState, beyond_window, contact_state, coulomb_state
+from solver.contact.tableau import Core, core_of, steadied
+from solver.elasticity.compliance import SurfaceCompliance, uncoupled
 from solver.outcome import COMPLETED, Ending, InvalidInput, Outcome, SingularOperator, TooFarApart
-from solver.pin import pin_of, surface_from_pin
-from solver.soundness import STEEPEST
-from solver.tableau import Core, core_of, steadied
+from solver.sliding.record import EVENT_KINDS, FrictionRecord
+from solver.sliding.tangential import FrozenContact
 
 OFF_THE_SLAB = 2.0
 """δ_p in L_x at which a pin that slides on and on has certainly left the slab."""
@@ -34,80 +26,20 @@ RESUMABLE = 10_000
 """Events after which a run starts afresh from its own state: a run in pieces of so many events has the bits of one in one."""
 FIRST_CAPACITY = 4096
 """Events for which room is made first; it doubles as they come."""
-
 CREATED_ON_THE_WAY = 1e-4
 """Energy that an event may create at residual 1, in W²/G: there it is an integral over steps, not known to rounding (1e-5)."""
-
 CREATED = 1e-6
 """Energy that events may create, as a share of the pin's work and of what others lose: a touch pays back what a coarse event
 floor overshot."""
 ROUNDING = 2e-16
 """Energy that rounding may create in one event on average, as a share of the load times what is displaced."""
-
 ENERGY_CREATED = Outcome(
     Ending.ENERGY_CREATED,
     "events created energy, more than a millionth of the work: slips of many nodes at once overshoot, or the operator is "
     'not an elastic body\'s; use slip.order = "worst_first", or the scheme galerkin',
 )
-GOING_ON = (_kernels.FULL, _kernels.DRIFTED, _kernels.OUTGROWN)
+GOING_ON = (kernels.FULL, kernels.DRIFTED, kernels.OUTGROWN)
 """Why the compiled core stops though the run does not."""
-
-EVENT_KINDS = ("slip", "release", "touch")
-"""What can trigger an event; `FrictionRecord.kind` holds the position in this tuple."""
-
-
-@dataclass(frozen=True, slots=True, eq=False)
-class FrictionRecord:
-    """The nanoscale friction record of one case: e events, arrays of shape (e,), read-only.
-
-    Between events the friction force rises linearly with the pin's displacement, at each event it changes at once.
-    """
-
-    displacement: NDArray[np.float64]
-    """δ_p at the event, in L_x, increasing."""
-    force_before: NDArray[np.float64]
-    """Friction force F when the event is triggered, in G·L_x·L_y."""
-    force_after: NDArray[np.float64]
-    """Friction force F when its cascade is over, in G·L_x·L_y."""
-    stiffness: NDArray[np.float64]
-    """dF/dδ_p from this event to the next, in G·L_y."""
-    kind: NDArray[np.int8]
-    """Position of the trigger in `EVENT_KINDS`."""
-    node: NDArray[np.int32]
-    """Surface node that triggered the event."""
-    slips: NDArray[np.int64]
-    """Slips in the event's cascade."""
-    releases: NDArray[np.int32]
-    """Nodes released in the event's cascade."""
-    touches: NDArray[np.int32]
-    """Nodes brought into contact in the event's cascade."""
-    contact_size: NDArray[np.int32]
-    """Nodes in contact after the event."""
-    dissipated: NDArray[np.float64]
-    """Energy lost in the event, in G·L_x²·L_y."""
-    load: float
-    """W, in G·L_x·L_y."""
-    spacing: float
-    """Distance between surface nodes, in L_x: what the pin meets repeats with it. Infinite where pressures are frozen: then the
-    pin goes on meeting what it met where it touched."""
-    residual: float
-    """Shear that a slip leaves, as a share of μ_i·pressure."""
-    spread: float
-    """Standard deviation of μ_i over the nodes, over its mean."""
-    initial_force: float
-    """F at δ_p = 0, after first touch, in G·L_x·L_y."""
-    initial_stiffness: float
-    """dF/dδ_p from δ_p = 0 to the first event, in G·L_y."""
-    initial_slips: int
-    """Slips that first touch needed."""
-    initial_contact_size: int
-    """Nodes in contact at δ_p = 0."""
-    final_displacement: float
-    """δ_p where the record ends, in L_x (the last event, or the displacement limit)."""
-    final_force: float
-    """F where the record ends, in G·L_x·L_y."""
-    outcome: Outcome
-    """How the run ended."""
 
 
 def slide(case: Case, compliance: SurfaceCompliance, start: ContactState | None = None) -> FrictionRecord:
@@ -189,13 +121,13 @@ def _slide(
 ) -> tuple[FrictionRecord, ContactState]:
     """The run; `whole` follows every surface node, which is needed only where a far node proves to lie inside the pin."""
     core = _core_at(case, compliance, start, whole)
-    initial_stiffness = _kernels.total_shear(core.state, core.state.rate)
+    initial_stiffness = kernels.total_shear(core.state, core.state.rate)
     most = case.max_events or MOST_EVENTS
     events, held = _empty_events(min(most, FIRST_CAPACITY)), 0
     while True:
         stop = min(len(events.displacement), most, (held // RESUMABLE + 1) * RESUMABLE)
-        status, held = _kernels.slide_events(core.state, core.rules, _first(events, stop), held, case.farthest)
-        if status not in GOING_ON or (status == _kernels.FULL and held == most):
+        status, held = kernels.slide_events(core.state, core.rules, _first(events, stop), held, case.farthest)
+        if status not in GOING_ON or (status == kernels.FULL and held == most):
             break
         if held == len(events.displacement):
             events = _grown(events)
@@ -203,7 +135,7 @@ def _slide(
         if mended is None:
             return _slide(case, start, compliance, whole=True)
         core = mended
-        if status != _kernels.DONE:
+        if status != kernels.DONE:
             break
     end = contact_state(core, ENDINGS[steadied(core, status)])
     if beyond_window(core, end):
@@ -264,7 +196,7 @@ def _slide_with_coulomb_friction(
     except CoulombError as error:
         outcome = BROKEN[error.ending]
     events = _empty_events(len(rows))
-    for name, column in zip(_kernels.Events._fields, zip(*rows, strict=True), strict=False):
+    for name, column in zip(kernels.Events._fields, zip(*rows, strict=True), strict=False):
         getattr(events, name)[:] = column
     end = coulomb_state(solved, outcome)
     return _record(case, start, initial_stiffness, events, len(rows), end), end
@@ -294,14 +226,14 @@ def _mended(core: Core, status: int, whole: bool, anew: bool) -> tuple[Core | No
     None where a node that the core does not follow proves to lie inside the pin.
     """
     followed: Core | None = core
-    if status == _kernels.OUTGROWN:
+    if status == kernels.OUTGROWN:
         followed = _afresh(core, whole)
         if followed is None:
             return None, status
-        core, status = followed, _kernels.resolve(followed.state, followed.rules, _kernels.NOTHING, -1, 1.0)
+        core, status = followed, kernels.resolve(followed.state, followed.rules, kernels.NOTHING, -1, 1.0)
     else:
-        status = steadied(core, _kernels.DONE)
-    if anew and status == _kernels.DONE:
+        status = steadied(core, kernels.DONE)
+    if anew and status == kernels.DONE:
         status = steadied(core, status)
         followed = _afresh(core, whole)
     return followed, status
@@ -316,12 +248,12 @@ def _afresh(core: Core, whole: bool) -> Core | None:
 def _core_at(case: Case, compliance: SurfaceCompliance, state: ContactState, whole: bool) -> Core:
     xi = np.where(state.contact, surface_from_pin(case) + state.u - state.displacement, 0.0)
     core = core_of(case, compliance, state.contact, state.u, pin_of(case).height(xi), state.displacement, whole=whole)
-    _kernels.aim_displacement(core.state)
+    kernels.aim_displacement(core.state)
     return core
 
 
-def _empty_events(capacity: int) -> _kernels.Events:
-    return _kernels.Events(
+def _empty_events(capacity: int) -> kernels.Events:
+    return kernels.Events(
         displacement=np.empty(capacity),
         force_before=np.empty(capacity),
         force_after=np.empty(capacity),
@@ -336,12 +268,12 @@ def _empty_events(capacity: int) -> _kernels.Events:
     )
 
 
-def _first(events: _kernels.Events, count: int) -> _kernels.Events:
+def _first(events: kernels.Events, count: int) -> kernels.Events:
     """Room for the first `count` events."""
-    return _kernels.Events(**{name: column[:count] for name, column in events._asdict().items()})
+    return kernels.Events(**{name: column[:count] for name, column in events._asdict().items()})
 
 
-def _grown(events: _kernels.Events) -> _kernels.Events:
+def _grown(events: kernels.Events) -> kernels.Events:
     """The same events with room for twice as many."""
     grown = _empty_events(2 * len(events.displacement))
     for name in events._fields:
@@ -351,7 +283,7 @@ def _grown(events: _kernels.Events) -> _kernels.Events:
 
 
 def _record(
-    case: Case, start: ContactState, initial_stiffness: float, events: _kernels.Events, held: int, end: ContactState
+    case: Case, start: ContactState, initial_stiffness: float, events: kernels.Events, held: int, end: ContactState
 ) -> FrictionRecord:
     columns = {name: column[:held].copy() for name, column in events._asdict().items()}
     for column in columns.values():

@@ -14,7 +14,7 @@ import numpy as np
 from numba import njit
 from numpy.typing import NDArray
 
-from solver._kernels import Events
+from solver.contact.kernels import Events
 
 Floats = NDArray[np.float64]
 
@@ -51,7 +51,7 @@ class Tangent(NamedTuple):
 
 
 class FrozenRules(NamedTuple):
-    """What does not change during a run; see `solver._kernels.Rules`."""
+    """What does not change during a run; see `solver.contact.kernels.Rules`."""
 
     residual: float
     simultaneous: bool
@@ -87,7 +87,7 @@ def _bits(value: float) -> int:
 @njit(cache=True, nogil=True, fastmath={"contract"}, error_model="numpy")
 def _worst(shear: Floats, limits: Floats, weights: Floats, tolerance: float) -> int:
     """The offender with the largest |shear|/(μ_i·N), of ties the one further right, or -1; without a branch, as in
-    `solver._kernels._look`."""
+    `solver.contact.kernels._look`."""
     cut, shifted = 0, 0
     for i in range(len(shear)):
         size = abs(shear[i])
@@ -187,7 +187,7 @@ def _advance(t: Tangent, step: float) -> None:
 
 @njit(cache=True, nogil=True)
 def _smallest_step(rules: FrozenRules, stiffness: float, displacement: float) -> float:
-    """See `solver._kernels.smallest_step`."""
+    """See `solver.contact.kernels.smallest_step`."""
     least = 4.5e-16 * displacement
     if not stiffness > 0.0:
         return max(rules.floor * rules.spacing, least)

@@ -19,8 +19,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from solver.outcome import COMPLETED, Ending, Outcome
-from solver.sampling import Sampling
-from solver.sliding import FrictionRecord
+from solver.sliding.record import FrictionRecord
+from solver.sliding.sampling import Sampling
 
 BINS: Final = 512
 BLOCKS: Final = 32
@@ -45,7 +45,7 @@ class Plateau:
 
     It reaches from event `first_event` at displacement `start` (L_x) to event `last_event` at `end`, just after both.
     mean and std are displacement-weighted integrals over the sawtooth, without approximation. uncertainty is the standard
-    error of the mean as an estimate of that over all positions of the pin (see solver.sampling): it knows how many node
+    error of the mean as an estimate of that over all positions of the pin (see solver.sliding.sampling): it knows how many node
     spacings the steady part spans. peak is the highest force within. spacings: the length of the steady part.
     """
 

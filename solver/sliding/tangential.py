@@ -10,23 +10,23 @@ from dataclasses import replace
 import numpy as np
 from numpy.typing import NDArray
 
-from solver import _frozen_kernels
-from solver._frozen_kernels import FrozenRules, Tangent
-from solver._kernels import OVERSHOOT, STRETCHES, Events
 from solver.case import Case
-from solver.compliance import SurfaceCompliance
-from solver.contact import BROKEN, ContactState
-from solver.heterogeneity import node_friction
+from solver.contact.kernels import OVERSHOOT, STRETCHES, Events
+from solver.contact.node_friction import node_friction
+from solver.contact.state import BROKEN, ContactState
+from solver.contact.tableau import in_lines, inverse
+from solver.elasticity.compliance import SurfaceCompliance
 from solver.outcome import COMPLETED, Ending, Outcome
-from solver.tableau import in_lines, inverse
+from solver.sliding import kernels
+from solver.sliding.kernels import FrozenRules, Tangent
 
 _ENDINGS = {
-    _frozen_kernels.DONE: COMPLETED,
-    _frozen_kernels.FULL: COMPLETED,
-    _frozen_kernels.SLIP_UNBOUNDED: BROKEN[Ending.SLIP_UNBOUNDED],
-    _frozen_kernels.CASCADE_LIMIT: BROKEN[Ending.CASCADE_LIMIT],
-    _frozen_kernels.NO_EVENT: BROKEN[Ending.NO_EVENT],
-    _frozen_kernels.OVERSHOT: BROKEN[Ending.OVERSHOT],
+    kernels.DONE: COMPLETED,
+    kernels.FULL: COMPLETED,
+    kernels.SLIP_UNBOUNDED: BROKEN[Ending.SLIP_UNBOUNDED],
+    kernels.CASCADE_LIMIT: BROKEN[Ending.CASCADE_LIMIT],
+    kernels.NO_EVENT: BROKEN[Ending.NO_EVENT],
+    kernels.OVERSHOT: BROKEN[Ending.OVERSHOT],
 }
 
 
@@ -58,11 +58,11 @@ class FrozenContact:
     def slide(self, events: Events, held: int, farthest: float) -> tuple[Outcome | None, int]:
         """Fill `events` from number `held` on, up to δ_p = farthest: how it ended, None where they are full; and how many
         there are now."""
-        status, held = _frozen_kernels.slide_frozen(self._state, self._rules, events, held, farthest)
+        status, held = kernels.slide_frozen(self._state, self._rules, events, held, farthest)
         if not np.isfinite(self._state.shear).all():
             # No comparison in the kernel sees a NaN, and none ever leaves the shear again.
             return BROKEN[Ending.ROUNDING], held
-        return None if status == _frozen_kernels.FULL else _ENDINGS[status], held
+        return None if status == kernels.FULL else _ENDINGS[status], held
 
     def state(self, outcome: Outcome) -> ContactState:
         """The contact as it is now; its normal fields are those of first touch."""
@@ -103,7 +103,7 @@ def _tangent(case: Case, compliance: SurfaceCompliance, start: ContactState, nod
         totals=np.array([start.displacement, 0.0]),
         counts=np.zeros(2, dtype=np.int64),
     )
-    _frozen_kernels.refresh(state)
+    kernels.refresh(state)
     return state
 
 

@@ -16,9 +16,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from solver.case import Case
-from solver.contact import ContactState
-from solver.pressing import expected_half_width
-from solver.sliding import FrictionRecord
+from solver.contact.normal import expected_half_width
+from solver.contact.state import ContactState
+from solver.sliding.record import FrictionRecord
 
 FEWEST_NODES = 12
 """Nodes in contact below which pressure, shear and events are those of single nodes. A spacing, to which nodes say where a

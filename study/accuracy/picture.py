@@ -1,4 +1,4 @@
-"""Work-precision diagrams: error against processor time, one panel a sheet, the Pareto front as a line."""
+"""Work-precision measurement: error against processor time, one panel a diagram, the Pareto front as a line."""
 
 import io
 from collections.abc import Sequence
@@ -8,38 +8,40 @@ import numpy as np
 from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.figure import Figure
 
-from study.accuracy.sheet import Sheet
+from study.accuracy.diagram import Diagram
 
 MARKERS: Final = "osD^vP"
 
 
-def draw(sheets: Sequence[Sheet]) -> bytes:
-    """All sheets side by side, as PNG."""
-    figure = Figure(figsize=(5.2 * len(sheets), 4.4), layout="constrained")
+def draw(diagrams: Sequence[Diagram]) -> bytes:
+    """All diagrams side by side, as PNG."""
+    figure = Figure(figsize=(5.2 * len(diagrams), 4.4), layout="constrained")
     canvas = FigureCanvasAgg(figure)
-    for axes, sheet in zip(np.atleast_1d(figure.subplots(1, len(sheets))), sheets, strict=True):
-        _draw(axes, sheet)
+    for axes, diagram in zip(np.atleast_1d(figure.subplots(1, len(diagrams))), diagrams, strict=True):
+        _draw(axes, diagram)
     buffer = io.BytesIO()
     canvas.print_figure(buffer, dpi=110, format="png", metadata={"Software": None})
     return buffer.getvalue()
 
 
-def _draw(axes: Any, sheet: Sheet) -> None:
+def _draw(axes: Any, diagram: Diagram) -> None:
     """A panel. What the errors are held against has none: it stands on the lower edge."""
-    time, error = (sheet.column(name).astype(float) for name in ("seconds", sheet.error))
-    series = sheet.column(sheet.series)
+    time, error = (diagram.column(name).astype(float) for name in ("seconds", diagram.error))
+    series = diagram.column(diagram.series)
     floor = 0.3 * np.nanmin(error[error > 0.0], initial=np.inf)
     shown = np.where(error == 0.0, floor, error)
     for marker, name in zip(MARKERS, dict.fromkeys(series.tolist()), strict=False):
         mine = series == name
         axes.loglog(time[mine], shown[mine], marker, label=str(name), markersize=5, alpha=0.8)
-    for number, rivals in enumerate(sheet.groups):
-        best = np.flatnonzero(sheet.on_front & rivals)
+    for number, rivals in enumerate(diagram.groups):
+        best = np.flatnonzero(diagram.on_front & rivals)
         best = best[np.argsort(time[best])]
         label = "Pareto front" if number == 0 else None
         axes.step(time[best], shown[best], where="post", color="black", linewidth=0.9, label=label)
     if (error == 0.0).any():
         axes.axhline(floor, color="grey", linewidth=0.6, linestyle=":", label="reference (no error by definition)")
-    axes.set(title=sheet.title, xlabel="processor time (s)", ylabel=f"relative error: {sheet.error.replace('_', ' ')}")
+    axes.set(
+        title=diagram.title, xlabel="processor time (s)", ylabel=f"relative error: {diagram.error.replace('_', ' ')}"
+    )
     axes.grid(alpha=0.3)
     axes.legend(fontsize=8)

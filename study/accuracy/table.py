@@ -3,31 +3,31 @@
 import math
 from collections.abc import Iterable
 
-from study.accuracy.sheet import Sheet
-from study.console import Table
-from study.parameters import Value
+from study.accuracy.diagram import Diagram
+from study.manifest.parameters import Value
+from study.report.console import Table
 
 MARK = "*"
 
 
-def as_table(sheet: Sheet) -> Table:
-    """All rows of a sheet, a value and its uncertainty in one cell; the rows on the front are marked."""
-    header = [name.replace("_", " ") for name in sheet.shown]
+def as_table(diagram: Diagram) -> Table:
+    """All rows of a diagram, a value and its uncertainty in one cell; the rows on the front are marked."""
+    header = [name.replace("_", " ") for name in diagram.shown]
     rows = [
-        (*(_cell(row[name], row.get(f"{name}_uncertainty")) for name in sheet.shown), MARK if marked else "")
-        for row, marked in zip(sheet.rows, sheet.on_front, strict=True)
+        (*(_cell(row[name], row.get(f"{name}_uncertainty")) for name in diagram.shown), MARK if marked else "")
+        for row, marked in zip(diagram.rows, diagram.on_front, strict=True)
     ]
     return Table((*header, "front"), tuple(rows))
 
 
-def as_markdown(sheets: Iterable[Sheet], title: str) -> str:
-    """All sheets, each under its name with what its errors are held against."""
+def as_markdown(diagrams: Iterable[Diagram], title: str) -> str:
+    """All diagrams, each under its name with what its errors are held against."""
     parts = [f"# {title}\n"]
-    for sheet in sheets:
-        table = as_table(sheet)
+    for diagram in diagrams:
+        table = as_table(diagram)
         lines = [table.header, ("---",) * len(table.header), *table.rows]
         parts.append(
-            f"## {sheet.title}\n\nReference: {sheet.reference}. {MARK}: no other row is as good in less time.\n"
+            f"## {diagram.title}\n\nReference: {diagram.reference}. {MARK}: no other row is as good in less time.\n"
         )
         parts.append("\n".join(f"| {' | '.join(line)} |" for line in lines) + "\n")
     return "\n".join(parts)

@@ -16,15 +16,15 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
-from study.interruption import EXIT_CODE
+from study.execution.interruption import EXIT_CODE
 
 if TYPE_CHECKING:
     from solver.outcome import Outcome
-    from study.farm import Farm
+    from study.dataset.verification import Finding
+    from study.execution.farm import Farm
     from study.origin import Origins
-    from study.plan import Plan
-    from study.tasks import Task
-    from study.verification import Finding
+    from study.plan.plan import Plan
+    from study.plan.tasks import Task
 
 WRONG_INPUT = 2
 CRASHED = 1
@@ -65,8 +65,8 @@ def cli() -> None:
 @_out
 def plan(campaign: Path, out: Path | None) -> None:
     """Show what CAMPAIGN would compute, less what is finished."""
-    from study.memory import shortages  # noqa: PLC0415
-    from study.store import Store  # noqa: PLC0415
+    from study.dataset.store import Store  # noqa: PLC0415
+    from study.plan.memory import shortages  # noqa: PLC0415
 
     with _refusals():
         planned = _make_plan(campaign)
@@ -90,13 +90,13 @@ def plan(campaign: Path, out: Path | None) -> None:
 )
 def run(campaign: Path, out: Path | None, serial: bool, grace: float, recompute_foreign: bool) -> None:
     """Compute what is not finished of CAMPAIGN, then collect it. Under mpiexec or srun: with all ranks."""
-    from study.launch import pin_threads  # noqa: PLC0415
+    from study.execution.launch import pin_threads  # noqa: PLC0415
 
     pin_threads()
     from study.origin import here  # noqa: PLC0415
 
     here()  # starts git, and a process that uses MPI should start none
-    from study.farm import open_farm  # noqa: PLC0415  loads numpy, which looks at the threads once
+    from study.execution.farm import open_farm  # noqa: PLC0415  loads numpy, which looks at the threads once
 
     with _refusals():
         farm = open_farm(grace, serial)
@@ -110,7 +110,7 @@ def run(campaign: Path, out: Path | None, serial: bool, grace: float, recompute_
 @_out
 def status(campaign: Path, out: Path | None) -> None:
     """Show how much of CAMPAIGN is finished."""
-    from study.store import Store  # noqa: PLC0415
+    from study.dataset.store import Store  # noqa: PLC0415
 
     with _refusals():
         planned = _make_plan(campaign)
@@ -133,13 +133,14 @@ def collect(campaign: Path, out: Path | None) -> None:
 @_out
 def report(campaign: Path, out: Path | None) -> None:
     """Draw figures and write the HTML page of a collected CAMPAIGN."""
-    from study import dataset, report  # noqa: PLC0415
+    from study.dataset import file  # noqa: PLC0415
+    from study.report import page  # noqa: PLC0415
 
     folder = _folder(campaign, out)
-    with _refusals(), dataset.read(folder / dataset.FILE) as opened:
+    with _refusals(), file.read(folder / file.FILE) as opened:
         _print_summary(opened)
-        page, *figures = report.write(opened, folder)
-    click.echo(f"report: {page} ({len(figures)} figures in {folder / report.FOLDER})")
+        written, *figures = page.write(opened, folder)
+    click.echo(f"report: {written} ({len(figures)} figures in {folder / page.FOLDER})")
 
 
 @cli.command()
@@ -152,13 +153,13 @@ def verify(dataset: Path, sample: int | None) -> None:
 
     Exit codes: 0 identical or within tolerance, 1 something is different, 2 nothing that can be computed again.
     """
-    from study.launch import pin_threads  # noqa: PLC0415
+    from study.execution.launch import pin_threads  # noqa: PLC0415
 
     pin_threads()
     from tempfile import TemporaryDirectory  # noqa: PLC0415
 
-    from study import verification  # noqa: PLC0415
-    from study.store import Store  # noqa: PLC0415
+    from study.dataset import verification  # noqa: PLC0415
+    from study.dataset.store import Store  # noqa: PLC0415
 
     with _refusals(), TemporaryDirectory() as folder, verification.opened(dataset) as found:
         planned = verification.rebuilt(found, dataset)
@@ -185,23 +186,25 @@ def verify(dataset: Path, sample: int | None) -> None:
 )
 def accuracy(campaign: Path | None, out: Path | None, quick: bool, save: Path | None) -> None:
     """Measure error against time for every numerical knob on CAMPAIGN's first case [default: the paper's case]."""
-    from study.launch import pin_threads  # noqa: PLC0415
+    from study.execution.launch import pin_threads  # noqa: PLC0415
 
     pin_threads()
-    from study import accuracy  # noqa: PLC0415
-    from study.console import print_table  # noqa: PLC0415
-    from study.manifest import load_manifest  # noqa: PLC0415
+    from study.accuracy.measurement import measure, write  # noqa: PLC0415
+    from study.accuracy.setup import FULL, QUICK, default_setup, setup_of  # noqa: PLC0415
+    from study.accuracy.table import as_table  # noqa: PLC0415
+    from study.manifest.manifest import load_manifest  # noqa: PLC0415
+    from study.report.console import print_table  # noqa: PLC0415
 
     with _refusals():
-        scene = accuracy.scene_of(load_manifest(campaign)) if campaign else accuracy.default_scene()
-        click.echo(f"{scene.title}: measuring, {len(scene.slabs)} slabs, a minute or two each unless --quick", err=True)
-        diagrams = accuracy.measure(scene, accuracy.QUICK if quick else accuracy.FULL)
-        for sheet in diagrams.sheets:
-            click.echo(f"{sheet.title}; errors against {sheet.reference}")
-            print_table(accuracy.as_table(sheet))
-        if diagrams.remark:
-            click.echo(f"not measured: {diagrams.remark}")
-        for path in accuracy.write(diagrams, _folder(campaign or Path("accuracy"), out), save):
+        setup = setup_of(load_manifest(campaign)) if campaign else default_setup()
+        click.echo(f"{setup.title}: measuring, {len(setup.slabs)} slabs, a minute or two each unless --quick", err=True)
+        measured = measure(setup, QUICK if quick else FULL)
+        for diagram in measured.diagrams:
+            click.echo(f"{diagram.title}; errors against {diagram.reference}")
+            print_table(as_table(diagram))
+        if measured.remark:
+            click.echo(f"not measured: {measured.remark}")
+        for path in write(measured, _folder(campaign or Path("accuracy"), out), save):
             click.echo(f"written: {path}")
 
 
@@ -214,7 +217,7 @@ def accuracy(campaign: Path | None, out: Path | None, quick: bool, save: Path | 
 @click.option("--submit", is_flag=True, help="Hand the script to sbatch.")
 def submit(campaign: Path, out: Path | None, site: Path, submit: bool) -> None:
     """Write the batch script that runs CAMPAIGN as one MPI job."""
-    from study import submission  # noqa: PLC0415
+    from study.execution import submission  # noqa: PLC0415
 
     with _refusals():
         _make_plan(campaign)  # what is wrong with it is better known before the queue than after
@@ -235,7 +238,7 @@ def submit(campaign: Path, out: Path | None, site: Path, submit: bool) -> None:
 
 def _conduct(farm: "Farm", campaign: Path, out: Path, recompute_foreign: bool) -> int:
     """The root's part of a run; returns the exit code of all."""
-    from study.store import Store  # noqa: PLC0415
+    from study.dataset.store import Store  # noqa: PLC0415
 
     try:
         with _refusals():
@@ -255,12 +258,12 @@ def _conduct(farm: "Farm", campaign: Path, out: Path, recompute_foreign: bool) -
 
 
 def _compute(farm: "Farm", planned: "Plan", out: Path, tasks: "tuple[Task, ...]") -> int:
-    from study.console import console  # noqa: PLC0415
-    from study.launch import processes_here  # noqa: PLC0415
-    from study.memory import shortages  # noqa: PLC0415
-    from study.progress import open_progress  # noqa: PLC0415
-    from study.store import Store  # noqa: PLC0415
-    from study.warmup import warm_up  # noqa: PLC0415
+    from study.dataset.store import Store  # noqa: PLC0415
+    from study.execution.launch import processes_here  # noqa: PLC0415
+    from study.execution.progress import open_progress  # noqa: PLC0415
+    from study.execution.warmup import warm_up  # noqa: PLC0415
+    from study.plan.memory import shortages  # noqa: PLC0415
+    from study.report.console import console  # noqa: PLC0415
 
     ranks_here = 1 if farm.size == 1 else min(farm.size, processes_here())
     if short := shortages(planned, tasks, ranks_here):
@@ -290,8 +293,8 @@ def _compute(farm: "Farm", planned: "Plan", out: Path, tasks: "tuple[Task, ...]"
 def _executor(out: Path) -> "Callable[[Task], Outcome]":
     """How each rank computes a task: needs from the store, result into it."""
     from solver.outcome import Ending  # noqa: PLC0415
-    from study.store import Store  # noqa: PLC0415
-    from study.tasks import run_task  # noqa: PLC0415
+    from study.dataset.store import Store  # noqa: PLC0415
+    from study.plan.tasks import run_task  # noqa: PLC0415
 
     store = Store(out)
 
@@ -305,24 +308,25 @@ def _executor(out: Path) -> "Callable[[Task], Outcome]":
 
 
 def _collect(planned: "Plan", out: Path) -> None:
-    from study import dataset  # noqa: PLC0415
-    from study.store import Store  # noqa: PLC0415
+    from study.dataset import file  # noqa: PLC0415
+    from study.dataset.collect import collect  # noqa: PLC0415
+    from study.dataset.store import Store  # noqa: PLC0415
 
-    collected = dataset.collect(planned, Store(out))
-    path = out / dataset.FILE
-    dataset.write(collected, path)
+    collected = collect(planned, Store(out))
+    path = out / file.FILE
+    file.write(collected, path)
     _print_summary(collected)
     click.echo(f"dataset: {path}")
-    if mixed := collected.attrs.get(dataset.MIXED):
+    if mixed := collected.attrs.get(file.MIXED):
         click.echo(f"{mixed} (computed_by says which case is whose)")
 
 
 def _recompute(tasks: "tuple[Task, ...]", out: Path) -> int:
     """Compute tasks in this process alone; returns an exit code."""
-    from study.console import console  # noqa: PLC0415
-    from study.farm import open_farm  # noqa: PLC0415
-    from study.progress import open_progress  # noqa: PLC0415
-    from study.store import Store  # noqa: PLC0415
+    from study.dataset.store import Store  # noqa: PLC0415
+    from study.execution.farm import open_farm  # noqa: PLC0415
+    from study.execution.progress import open_progress  # noqa: PLC0415
+    from study.report.console import console  # noqa: PLC0415
 
     Store(out).prepare()
     with open_farm(serial=True) as farm, open_progress(tasks, console(stderr=True)) as progress:
@@ -335,9 +339,9 @@ def _recompute(tasks: "tuple[Task, ...]", out: Path) -> int:
 
 def _print_findings(findings: "list[Finding]", path: Path, pending: int, left_out: int) -> int:
     """A table of the cases, those that differ first if they are many; returns the exit code."""
-    from study.comparison import Verdict  # noqa: PLC0415
-    from study.console import Table, print_table  # noqa: PLC0415
-    from study.summary import MOST_ROWS  # noqa: PLC0415
+    from study.dataset.comparison import Verdict  # noqa: PLC0415
+    from study.report.console import Table, print_table  # noqa: PLC0415
+    from study.report.summary import MOST_ROWS  # noqa: PLC0415
 
     shown = findings if len(findings) <= MOST_ROWS else sorted(findings, key=lambda each: -each.verdict)[:MOST_ROWS]
     rows = tuple((each.label, str(each.verdict), each.remark) for each in shown)
@@ -352,8 +356,8 @@ def _print_findings(findings: "list[Finding]", path: Path, pending: int, left_ou
 
 def _print_summary(dataset: Any) -> None:
     """The table of a dataset's cases, and what its flags ask for."""
-    from study.console import print_table  # noqa: PLC0415
-    from study.summary import flag_summary, scalar_table  # noqa: PLC0415
+    from study.report.console import print_table  # noqa: PLC0415
+    from study.report.summary import flag_summary, scalar_table  # noqa: PLC0415
 
     print_table(scalar_table(dataset))
     for line in flag_summary(dataset):
@@ -361,14 +365,14 @@ def _print_summary(dataset: Any) -> None:
 
 
 def _make_plan(campaign: Path) -> "Plan":
-    from study.manifest import load_manifest  # noqa: PLC0415
-    from study.plan import make_plan  # noqa: PLC0415
+    from study.manifest.manifest import load_manifest  # noqa: PLC0415
+    from study.plan.plan import make_plan  # noqa: PLC0415
 
     return make_plan(load_manifest(campaign))
 
 
 def _write_script(folder: Path, text: str) -> Path:
-    from study.store import StoreError, written_whole  # noqa: PLC0415
+    from study.dataset.store import StoreError, written_whole  # noqa: PLC0415
 
     path = folder / "job.sh"
     try:
@@ -387,10 +391,10 @@ def _folder(campaign: Path, out: Path | None) -> Path:
 @contextmanager
 def _refusals() -> Iterator[None]:
     """Turn what is the user's to mend into a message."""
-    from study.farm import FarmError  # noqa: PLC0415
-    from study.problems import ManifestError  # noqa: PLC0415
-    from study.store import StoreError  # noqa: PLC0415
-    from study.submission import SiteError  # noqa: PLC0415
+    from study.dataset.store import StoreError  # noqa: PLC0415
+    from study.execution.farm import FarmError  # noqa: PLC0415
+    from study.execution.submission import SiteError  # noqa: PLC0415
+    from study.manifest.problems import ManifestError  # noqa: PLC0415
 
     try:
         yield
@@ -400,22 +404,22 @@ def _refusals() -> Iterator[None]:
 
 def _show(error: click.ClickException) -> None:
     """Say it once, however many processes were started."""
-    from study.launch import launcher_rank  # noqa: PLC0415
+    from study.execution.launch import launcher_rank  # noqa: PLC0415
 
     if launcher_rank() == 0:
         error.show()
 
 
 def _print_plan(planned: "Plan", remaining: "tuple[Task, ...]") -> None:
-    from study.flags import expected_lines  # noqa: PLC0415
-    from study.spans import span_line  # noqa: PLC0415
+    from study.plan.flags import expected_lines  # noqa: PLC0415
+    from study.plan.spans import span_line  # noqa: PLC0415
 
     refused = [case for case in planned.cases if not case.outcome.ok]
     members = planned.manifest.ensemble.members
     of_members = f" ({len(planned.cases) // members} times {members} members)" if members > 1 else ""
     click.echo(f"{planned.manifest.title}\n{len(planned.cases)} cases{of_members}, {len(refused)} of them refused")
     if planned.manifest.accuracy is not None:
-        from study.targets import choice  # noqa: PLC0415
+        from study.discretization.targets import choice  # noqa: PLC0415
 
         click.echo(f"accuracy = {planned.manifest.accuracy:g}: {choice(planned.manifest)}")
     _print_effects(planned)
@@ -444,8 +448,8 @@ def _name_foreign(foreign: "Mapping[str, Origins]", campaign: Path, err: bool = 
 
 
 def _print_effects(planned: "Plan") -> None:
-    from study.console import Table, print_table  # noqa: PLC0415
-    from study.effects import effects  # noqa: PLC0415
+    from study.manifest.effects import effects  # noqa: PLC0415
+    from study.report.console import Table, print_table  # noqa: PLC0415
 
     rows = [
         (each.name, each.setting, "" if each.setting == "on" else each.without) for each in effects(planned.manifest)
@@ -459,8 +463,8 @@ def _print_status(planned: "Plan", remaining: "tuple[Task, ...]") -> None:
 
 
 def _print_counts(tasks: "tuple[Task, ...]", remaining: "tuple[Task, ...]") -> None:
-    from study.console import Table, print_table  # noqa: PLC0415
-    from study.plan import memory_of  # noqa: PLC0415
+    from study.plan.plan import memory_of  # noqa: PLC0415
+    from study.report.console import Table, print_table  # noqa: PLC0415
 
     every, left = Counter(task.kind for task in tasks), Counter(task.kind for task in remaining)
     rows = []

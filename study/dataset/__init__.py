@@ -1,1 +1,1 @@
-""""""
+"""Results on disk, and the labelled dataset that is made of them."""

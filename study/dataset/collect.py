@@ -9,7 +9,6 @@ import json
 from collections import Counter
 from collections.abc import Mapping
 from dataclasses import dataclass, fields
-from pathlib import Path
 from typing import Any, Final
 
 import numpy as np
@@ -17,20 +16,12 @@ import xarray as xr
 
 from solver.case import Scales
 from solver.outcome import Outcome
-from solver.validity import advice_on, flags_in
-from study.cases import MEMBER, CampaignCase
-from study.effects import task_kinds
-from study.ensemble import ensemble_variables
-from study.front import Front, load_front
-from study.manifest import VARIED, Manifest
-from study.origin import NOBODY, Origin, Origins, census, mixture, stemming
-from study.parameters import STANDARD, Value, flat
-from study.plan import CaseTasks, Plan
-from study.ragged import ABSENT, Runs, record, texts, trajectory
-from study.store import Store, StoreError, written_whole
-from study.targets import chosen
-from study.tasks import TaskResult
-from study.vocabulary import (
+from solver.sliding.validity import advice_on, flags_in
+from study.dataset.ensemble import ensemble_variables
+from study.dataset.file import CHOSEN, FORMAT, MIXED, PENDING, VERSION
+from study.dataset.ragged import ABSENT, Runs, texts
+from study.dataset.store import Store
+from study.dataset.variables import (
     ADVICE,
     COMPANIONS,
     COMPUTED_BY,
@@ -43,19 +34,15 @@ from study.vocabulary import (
     Quantity,
     factors,
 )
-
-__all__ = ["FILE", "PENDING", "collect", "read", "record", "trajectory", "write"]
-
-FILE: Final = "results.nc"
-FORMAT: Final = "nanoslip_format"
-VERSION: Final = 1
-"""Attribute of a dataset, and its value: to be raised whenever a variable is added, renamed or given another meaning."""
-CHOSEN: Final = "numerics_chosen"
-"""Attribute of a dataset of a campaign that asks for an error: the numerics that it got, as JSON."""
-MIXED: Final = "mixed_software"
-"""Attribute of a dataset whose results are not all by the same software: names all of it, with counts."""
-PENDING: Final = "pending"
-"""The outcome of what is not computed yet."""
+from study.discretization.front import Front, load_front
+from study.discretization.targets import chosen
+from study.manifest.cases import MEMBER, CampaignCase
+from study.manifest.effects import task_kinds
+from study.manifest.manifest import VARIED, Manifest
+from study.manifest.parameters import STANDARD, Value, flat
+from study.origin import NOBODY, Origin, Origins, census, mixture, stemming
+from study.plan.plan import CaseTasks, Plan
+from study.plan.tasks import TaskResult
 
 
 def collect(plan: Plan, store: Store) -> xr.Dataset:
@@ -93,24 +80,6 @@ def collect(plan: Plan, store: Store) -> xr.Dataset:
     counts = census(makers.values())
     variables |= _software(counts)
     return xr.Dataset(variables, _coordinates(plan, layout), _attributes(manifest, front, counts))
-
-
-def write(dataset: xr.Dataset, path: Path) -> None:
-    """Write the dataset as netCDF-4, whole or not at all. Raises StoreError."""
-    try:
-        path.parent.mkdir(parents=True, exist_ok=True)
-        with written_whole(path) as scratch:
-            dataset.to_netcdf(scratch, engine="netcdf4", format="NETCDF4")
-    except OSError as error:
-        raise StoreError(f"{path}: cannot be written: {error.strerror or error}") from None
-
-
-def read(path: Path) -> xr.Dataset:
-    """Open a dataset; values are read when they are used, so close it (or use `with`). Raises StoreError."""
-    try:
-        return xr.open_dataset(path, engine="netcdf4")
-    except OSError as error:
-        raise StoreError(f"{path}: no dataset ({error.strerror or error}); run or collect the campaign first") from None
 
 
 Results = dict[tuple[str, str], TaskResult | None]

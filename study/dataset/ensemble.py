@@ -9,9 +9,9 @@ import numpy as np
 import xarray as xr
 from numpy.typing import NDArray
 
-from solver.sampling import ensemble_uncertainty
-from study.cases import MEMBER
-from study.vocabulary import Quantity
+from solver.sliding.sampling import ensemble_uncertainty
+from study.dataset.variables import Quantity
+from study.manifest.cases import MEMBER
 
 OBSERVABLES: Final = {
     "plateau_mean": "plateau F/W",

@@ -7,10 +7,10 @@ import numpy as np
 import xarray as xr
 from numpy.typing import NDArray
 
-from solver.sliding import EVENT_KINDS
-from study.parameters import Value
-from study.tasks import TaskResult
-from study.vocabulary import SERIES, Quantity, Series
+from solver.sliding.record import EVENT_KINDS
+from study.dataset.variables import SERIES, Quantity, Series
+from study.manifest.parameters import Value
+from study.plan.tasks import TaskResult
 
 ABSENT: Final = -1
 """Number of the run of a case that has none."""

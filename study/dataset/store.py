@@ -23,7 +23,7 @@ from numpy.typing import NDArray
 
 from solver.outcome import Ending, Outcome
 from study.origin import Origins, as_data, from_data
-from study.tasks import TaskResult
+from study.plan.tasks import TaskResult
 
 FOLDER = "results"
 MAPPED = "matrix"

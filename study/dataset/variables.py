@@ -8,11 +8,11 @@ from typing import Any
 
 import numpy as np
 
-from solver.analytic import MOST_SAMPLES, MOST_SLIPS
 from solver.case import Case, Scales
-from solver.regime import REGIMES
-from solver.validity import FLAGS
-from study.drives import NamedDrive
+from solver.dynamics.regime import REGIMES
+from solver.dynamics.stick_slip import MOST_SAMPLES, MOST_SLIPS
+from solver.sliding.validity import FLAGS
+from study.manifest.drives import NamedDrive
 
 
 @dataclass(frozen=True, slots=True)
@@ -27,7 +27,7 @@ class Quantity:
     """The variable that says how uncertain this one is."""
     comment: str = ""
     flags: bool = False
-    """Whether its bits are the flags of solver.validity: a whole number, 0 where there is none, not NaN."""
+    """Whether its bits are the flags of solver.sliding.validity: a whole number, 0 where there is none, not NaN."""
     words: tuple[str, ...] = ()
     """What a result's numbers 0, 1, … stand for: the variable is a text, empty where the number is missing."""
 

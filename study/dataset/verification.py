@@ -26,9 +26,9 @@ import numpy as np
 import xarray as xr
 from numpy.typing import NDArray
 
-from study import dataset
-from study.cases import CampaignCase
-from study.comparison import (
+from study.dataset import file
+from study.dataset.collect import collect
+from study.dataset.comparison import (
     ROUNDING,
     STANDARD_ERRORS,
     Difference,
@@ -40,14 +40,15 @@ from study.comparison import (
     within_uncertainty,
     worst,
 )
-from study.manifest import Manifest, parse_manifest
+from study.dataset.ragged import ABSENT
+from study.dataset.store import Store, StoreError
+from study.dataset.variables import COMPANIONS, COMPUTED_BY, DISCRETIZATION_ERROR, OUTCOMES, SCALARS, SERIES, Series
+from study.manifest.cases import CampaignCase
+from study.manifest.manifest import Manifest, parse_manifest
 from study.origin import Origin, here
-from study.plan import Plan, make_plan
+from study.plan.plan import Plan, make_plan
+from study.plan.tasks import Task
 from study.provenance import UNKNOWN
-from study.ragged import ABSENT
-from study.store import Store, StoreError
-from study.tasks import Task
-from study.vocabulary import COMPANIONS, COMPUTED_BY, DISCRETIZATION_ERROR, OUTCOMES, SCALARS, SERIES, Series
 
 LITTLE: Final = 1e-2
 """Share of its scale by which a number may differ that took another path and does not know its uncertainty."""
@@ -75,7 +76,7 @@ class Finding:
 @contextmanager
 def opened(path: Path) -> Iterator[xr.Dataset]:
     """A dataset to be verified. Raises StoreError where it cannot be opened, NotVerifiableError where not read."""
-    with dataset.read(path) as found:
+    with file.read(path) as found:
         try:
             yield found
         except (OSError, RuntimeError) as error:  # what netCDF raises when bytes are missing or wrong
@@ -87,10 +88,10 @@ def rebuilt(found: xr.Dataset, path: Path) -> Plan:
     facts = found.attrs
     if "manifest" not in facts or not {"case_id", OUTCOMES[""][0].name} <= set(found.variables):
         raise NotVerifiableError(f"{path}: no dataset of nanoslip: needs a manifest and cases")
-    if facts.get(dataset.FORMAT) != dataset.VERSION:
-        has = f"format {facts[dataset.FORMAT]}" if dataset.FORMAT in facts else "no format, being older"
+    if facts.get(file.FORMAT) != file.VERSION:
+        has = f"format {facts[file.FORMAT]}" if file.FORMAT in facts else "no format, being older"
         raise NotVerifiableError(
-            f"{path}: has {has}: this nanoslip verifies format {dataset.VERSION}; collect the campaign again with this one"
+            f"{path}: has {has}: this nanoslip verifies format {file.VERSION}; collect the campaign again with this one"
         )
     beside = {key: str(facts[f"manifest_{key}"]) for key in _BESIDE if f"manifest_{key}" in facts}
     _untouched(path, facts, beside)
@@ -117,11 +118,9 @@ def _planned(manifest: Manifest, facts: Mapping[str, Any], path: Path) -> Plan:
     if manifest.accuracy is None:
         return make_plan(manifest)
     try:
-        chosen = dict(json.loads(facts[dataset.CHOSEN]))
+        chosen = dict(json.loads(facts[file.CHOSEN]))
     except (KeyError, ValueError, TypeError):
-        raise NotVerifiableError(
-            f"{path}: {dataset.CHOSEN}: missing or damaged: needs the grid of its accuracy"
-        ) from None
+        raise NotVerifiableError(f"{path}: {file.CHOSEN}: missing or damaged: needs the grid of its accuracy") from None
     plan = make_plan(replace(manifest, accuracy=None, numerics={**manifest.numerics, **chosen}))
     return replace(plan, manifest=replace(plan.manifest, accuracy=manifest.accuracy))
 
@@ -135,7 +134,7 @@ def other_software(found: xr.Dataset) -> str:
 def computed(plan: Plan, found: xr.Dataset) -> tuple[CampaignCase, ...]:
     """The cases that the dataset has results of."""
     endings = dict(zip(found["case_id"].values.ravel(), found["outcome"].values.ravel(), strict=True))
-    return tuple(case for case in plan.cases if endings.get(case.case_id) != dataset.PENDING)
+    return tuple(case for case in plan.cases if endings.get(case.case_id) != file.PENDING)
 
 
 def sample(cases: Sequence[CampaignCase], count: int | None) -> tuple[CampaignCase, ...]:
@@ -163,14 +162,14 @@ def _drive_pending(found: xr.Dataset, case: CampaignCase, drive: str) -> bool:
     ending = found[OUTCOMES["drive"][0].name].isel(_place(found, case.case_id) or {})
     if "drive" in ending.dims:
         ending = ending.isel(drive=found["drive"].values.tolist().index(drive))
-    return bool(np.any(ending.values == dataset.PENDING))
+    return bool(np.any(ending.values == file.PENDING))
 
 
 def compare(found: xr.Dataset, plan: Plan, cases: Sequence[CampaignCase], store: Store) -> Iterator[Finding]:
     """The dataset beside what `store` says now: first what all cases share, then case by case."""
-    path = store.folder / dataset.FILE
-    dataset.write(dataset.collect(plan, store), path)  # what is read has the types that a file gives it
-    with dataset.read(path) as again:
+    path = store.folder / file.FILE
+    file.write(collect(plan, store), path)  # what is read has the types that a file gives it
+    with file.read(path) as again:
         again.load()
         if len(cases) == len(computed(plan, found)):
             found.load()  # a run at a time would take longer
@@ -242,7 +241,7 @@ class _Shared:
         return not dims & apart and (name in self._again.coords or not dims & along)
 
     def _attributes(self) -> list[Difference]:
-        apart = {item.name for item in fields(Origin)} | {dataset.MIXED} | ({_FRONT} if self.left_out else set())
+        apart = {item.name for item in fields(Origin)} | {file.MIXED} | ({_FRONT} if self.left_out else set())
         kept = self._found.attrs
         return [
             compared(f"attribute {name}", np.array(kept[name]), np.array(value))

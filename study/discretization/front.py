@@ -22,8 +22,8 @@ from numpy.typing import ArrayLike, NDArray
 
 from solver.case import Case, Slab, as_float
 from solver.outcome import InvalidInput, SolverError, quoted
-from study.parameters import PHYSICS, SETTINGS
-from study.problems import ManifestError, path_shown
+from study.manifest.parameters import PHYSICS, SETTINGS
+from study.manifest.problems import ManifestError, path_shown
 
 ALIKE = math.log(1.25)
 SHIPPED = "front.json"
@@ -127,7 +127,7 @@ def load_front(path: Path | None = None, given: str | None = None) -> Front:
     """
     where = Path(SHIPPED) if path is None else path
     try:
-        file = resources.files("study") / SHIPPED if path is None else path
+        file = resources.files("study.discretization") / SHIPPED if path is None else path
         if path is not None and given is None and path.exists() and not path.is_file():
             raise OSError("not a regular file")  # a device may never end
         text = file.read_text("utf-8") if given is None else given

@@ -6,11 +6,11 @@ from dataclasses import replace
 from typing import Final
 
 from solver.case import Case, Slab
-from study.cases import expand
-from study.front import Front, discretized, hertz_half_width, load_front, physics, settings
-from study.manifest import Manifest
-from study.parameters import SETTINGS, Value
-from study.problems import ManifestError
+from study.discretization.front import Front, discretized, hertz_half_width, load_front, physics, settings
+from study.manifest.cases import expand
+from study.manifest.manifest import Manifest
+from study.manifest.parameters import SETTINGS, Value
+from study.manifest.problems import ManifestError
 
 SCHEME: Final = "galerkin"
 """The scheme that converges: only its discretizations are chosen from."""

@@ -1,1 +1,1 @@
-""""""
+"""Tasks over processes: who computes what, how far it is, what a signal does."""

@@ -5,7 +5,7 @@ from collections import defaultdict
 from collections.abc import Callable, Sequence
 from typing import Any
 
-from study.ledger import Ledger
+from study.execution.ledger import Ledger
 
 LOOKAHEAD = 0.2
 """Seconds of work that may wait at a rank beyond the task it computes: hides the way there and back of tiny tasks."""

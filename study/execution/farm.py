@@ -20,11 +20,11 @@ from functools import partial
 from types import TracebackType
 from typing import Any, NoReturn, Protocol, Self, TypeVar
 
-from study.backlog import Work
-from study.crew import Crew
-from study.interruption import LAST_WORDS, Interruption
-from study.launch import processes_started
-from study.ledger import UNDONE, Done, Execute, Ledger, Report, Tally, attempt
+from study.execution.dispatch import Crew
+from study.execution.interruption import LAST_WORDS, Interruption
+from study.execution.launch import processes_started
+from study.execution.ledger import UNDONE, Done, Execute, Ledger, Report, Tally, attempt
+from study.execution.queue import Work
 
 GRACE = 20.0
 """Seconds that a running task is given to finish after a signal."""

@@ -9,7 +9,7 @@ from dataclasses import dataclass
 from typing import Generic, TypeVar
 
 from solver.outcome import Ending, Outcome
-from study.backlog import Backlog, Work
+from study.execution.queue import Backlog, Work
 
 W = TypeVar("W", bound=Work)
 Execute = Callable[[W], Outcome]

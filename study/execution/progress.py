@@ -7,7 +7,7 @@ from types import TracebackType
 from typing import Any, Protocol, Self, TextIO
 
 from solver.outcome import Outcome
-from study.backlog import Work
+from study.execution.queue import Work
 
 SILENCE = 10.0
 """Seconds between plain lines."""

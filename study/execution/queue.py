@@ -7,7 +7,7 @@ from typing import Generic, Protocol, TypeVar
 
 
 class Work(Protocol):
-    """What handing out needs to know of a task; `study.tasks.Task` is one."""
+    """What handing out needs to know of a task; `study.plan.tasks.Task` is one."""
 
     @property
     def key(self) -> str: ...

@@ -8,7 +8,7 @@ from typing import Any
 
 import jinja2
 
-from study.interruption import EXIT_CODE
+from study.execution.interruption import EXIT_CODE
 
 
 class SiteError(Exception):

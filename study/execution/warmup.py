@@ -7,8 +7,8 @@ from pathlib import Path
 from tempfile import TemporaryDirectory
 
 from solver.case import Case, Heterogeneity, Slab
-from study.store import Store
-from study.tasks import Task, compliance_task, contact_task, drive_task, friction_task, run_task
+from study.dataset.store import Store
+from study.plan.tasks import Task, compliance_task, contact_task, drive_task, friction_task, run_task
 
 
 def warm_up(tasks: Sequence[Task]) -> None:

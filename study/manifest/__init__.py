@@ -1,1 +1,1 @@
-""""""
+"""A campaign file: read, checked, expanded into cases."""

@@ -6,9 +6,9 @@ from dataclasses import dataclass
 
 from solver.case import Case
 from solver.outcome import COMPLETED, InvalidInput, Outcome
-from study.effects import refusal
-from study.manifest import Manifest, ManifestError
-from study.parameters import STANDARD, Value, flat, make_case
+from study.manifest.effects import refusal
+from study.manifest.manifest import Manifest, ManifestError
+from study.manifest.parameters import STANDARD, Value, flat, make_case
 from study.provenance import content_hash
 
 MEMBER = "member"

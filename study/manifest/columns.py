@@ -6,8 +6,8 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any, NamedTuple
 
-from study.parameters import AXES, Value
-from study.problems import ManifestError, path_shown, shown, unknown
+from study.manifest.parameters import AXES, Value
+from study.manifest.problems import ManifestError, path_shown, shown, unknown
 
 
 class Given(NamedTuple):

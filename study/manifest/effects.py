@@ -4,8 +4,8 @@ from collections.abc import Sequence
 from typing import Literal, NamedTuple
 
 from solver.case import Case, Effects, Slab
-from study.drives import NamedDrive
-from study.manifest import Manifest
+from study.manifest.drives import NamedDrive
+from study.manifest.manifest import Manifest
 
 TaskKind = Literal["compliance", "contact", "friction", "states", "drive"]
 

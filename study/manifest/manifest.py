@@ -15,10 +15,10 @@ from typing import Any, Literal, get_args
 
 from solver.case import MOST_EVENTS, SCHEME_OF, Case, Scales
 from solver.outcome import InvalidInput, quoted
-from study.columns import Columns, Given, PinProfile, Table, read_profile, read_table, read_text
-from study.drives import NamedDrive
-from study.parameters import AXES, SETTINGS, TABLES, Value, field_name, flat, make_case
-from study.problems import ManifestError, key_shown, need, shown, unknown
+from study.manifest.columns import Columns, Given, PinProfile, Table, read_profile, read_table, read_text
+from study.manifest.drives import NamedDrive
+from study.manifest.parameters import AXES, SETTINGS, TABLES, Value, field_name, flat, make_case
+from study.manifest.problems import ManifestError, key_shown, need, shown, unknown
 
 __all__ = [
     "STAGES",
@@ -124,7 +124,7 @@ class Manifest:
     outputs: Outputs
     ensemble: Ensemble = Ensemble()
     accuracy: float | None = None
-    """The error asked for instead of a discretization (see study.front)."""
+    """The error asked for instead of a discretization (see study.discretization.front)."""
     front: Path | None = None
     """The measured front to choose from; None for this package's."""
     front_text: str | None = None

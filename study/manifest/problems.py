@@ -7,7 +7,7 @@ from collections.abc import Callable, Collection, Iterable
 from pathlib import Path
 
 from solver.outcome import SHOWN, InvalidInput, quoted
-from study.parameters import AXES, TABLES
+from study.manifest.parameters import AXES, TABLES
 
 LONGEST_PATH = 200
 """Characters of a path that a message shows."""

@@ -4,8 +4,8 @@ from functools import lru_cache
 from typing import NamedTuple
 
 from solver.case import Slab
-from solver.column import trunk
-from solver.schemes import SCHEMES
+from solver.elasticity.column import trunk
+from solver.elasticity.schemes import SCHEMES
 
 # Seconds on one core of an ordinary machine.
 _ONCE = 2e-3

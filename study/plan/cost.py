@@ -9,13 +9,13 @@ was measured on one core; a test holds it to a factor of three, which is what ch
 
 import math
 
-from solver._kernels import STRETCHES
 from solver.case import MOST_EVENTS, Case
-from solver.coulomb import LONGEST_STEP
-from solver.sliding import FIRST_CAPACITY, OFF_THE_SLAB
-from solver.tableau import margin
-from study.condensation import condensation_bytes
-from study.tasks import Task
+from solver.contact.coulomb import LONGEST_STEP
+from solver.contact.kernels import STRETCHES
+from solver.contact.tableau import margin
+from solver.sliding.events import FIRST_CAPACITY, OFF_THE_SLAB
+from study.plan.condensation import condensation_bytes
+from study.plan.tasks import Task
 
 NODE_STIFFNESS = 3.5
 """Of a surface node against its neighbours at rest, in G: slips per displacement, times what they drop, over nodes."""

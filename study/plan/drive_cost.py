@@ -2,11 +2,11 @@
 
 import math
 
-from solver.analytic import MOST_SAMPLES, MOST_SLIPS
 from solver.case import Case, Drive
-from study.cost import mean_step
+from solver.dynamics.stick_slip import MOST_SAMPLES, MOST_SLIPS
+from study.plan.cost import mean_step
 
-# Rough seconds on one core of an ordinary machine, as in study.cost.
+# Rough seconds on one core of an ordinary machine, as in study.plan.cost.
 _PLATEAU = 0.53  # F/W over μ_i at residual 0, whatever the grid (§3.2.1)
 _EXCESS = 0.02  # of static friction over kinetic one, for slips after the first
 _PER_SAMPLE = 2e-7  # any integrator

@@ -2,10 +2,10 @@
 
 from collections.abc import Callable, Sequence
 
-from solver.validity import FLAGS, expected_flags, mask_of
-from study.cost import expected_displacement
-from study.parameters import Value
-from study.plan import Plan
+from solver.sliding.validity import FLAGS, expected_flags, mask_of
+from study.manifest.parameters import Value
+from study.plan.cost import expected_displacement
+from study.plan.plan import Plan
 
 
 def flag_lines(masks: Sequence[int], words: Callable[[int], str]) -> list[str]:

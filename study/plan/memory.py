@@ -4,9 +4,9 @@ import math
 import os
 from collections.abc import Sequence
 
-from study.cost import memory_of, record_bytes
-from study.plan import Plan
-from study.tasks import Task
+from study.plan.cost import memory_of, record_bytes
+from study.plan.plan import Plan
+from study.plan.tasks import Task
 
 PROGRAM = 2e8
 """Bytes of a process that has computed nothing yet."""

@@ -3,16 +3,16 @@
 from collections.abc import Collection, Mapping
 from dataclasses import dataclass, field, replace
 
-from study.cases import MEMBER, CampaignCase, expand
-from study.condensation import condensation_seconds
-from study.cost import memory_of, seconds_of
-from study.drive_cost import drive_seconds
-from study.effects import kept, task_kinds
-from study.manifest import Manifest
+from study.discretization.targets import settled
+from study.manifest.cases import MEMBER, CampaignCase, expand
+from study.manifest.effects import kept, task_kinds
+from study.manifest.manifest import Manifest
+from study.manifest.parameters import Value
 from study.origin import Origins, foreign, here
-from study.parameters import Value
-from study.targets import settled
-from study.tasks import Task, compliance_task, contact_task, digest_task, drive_task, friction_task, states_task
+from study.plan.condensation import condensation_seconds
+from study.plan.cost import memory_of, seconds_of
+from study.plan.drive_cost import drive_seconds
+from study.plan.tasks import Task, compliance_task, contact_task, digest_task, drive_task, friction_task, states_task
 
 __all__ = ["CaseTasks", "Plan", "make_plan", "memory_of"]
 
@@ -70,7 +70,7 @@ class Plan:
 def make_plan(manifest: Manifest) -> Plan:
     """Everything a campaign has to compute. Raises ManifestError where two cases are the same.
 
-    Of an error asked for, the plan's manifest has the numerics that were chosen for it (see study.targets).
+    Of an error asked for, the plan's manifest has the numerics that were chosen for it (see study.discretization.targets).
     """
     manifest = settled(manifest)
     cases = expand(manifest)
@@ -144,7 +144,7 @@ def _estimated(task: Task, label: Mapping[str, Value]) -> Task:
     return replace(task, cost=min(_seconds(task), _LONGEST), label=" ".join((task.kind, *words)))
 
 
-# Rough seconds on one core of an ordinary machine: they order the work and warn of days, no more. See study.cost.
+# Rough seconds on one core of an ordinary machine: they order the work and warn of days, no more. See study.plan.cost.
 _LONGEST = 1e12  # thirty thousand years will do for what never ends
 _START = 1e-3  # any task: hand out, read, write
 

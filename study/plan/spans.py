@@ -3,8 +3,8 @@
 from dataclasses import replace
 
 from solver.case import Case
-from study.cost import expected_displacement, record_seconds
-from study.plan import Plan
+from study.plan.cost import expected_displacement, record_seconds
+from study.plan.plan import Plan
 
 
 def span_line(plan: Plan) -> str:

@@ -8,19 +8,21 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from solver.analytic import fit_stick_slip
 from solver.case import Case, Drive, Slab
-from solver.compliance import SurfaceCompliance, slab_compliance
-from solver.contact import first_touch
-from solver.dynamics import integrate
-from solver.observables import event_statistics, friction_coefficients
+from solver.contact.initial import first_touch
+from solver.dynamics.coefficients import friction_coefficients
+from solver.dynamics.friction_limit import profile_of
+from solver.dynamics.integrate import integrate
+from solver.dynamics.regime import REGIMES, count_sticks
+from solver.dynamics.stick_slip import fit_stick_slip
+from solver.elasticity.compliance import SurfaceCompliance, slab_compliance
 from solver.outcome import COMPLETED, Ending, Outcome, SolverError
-from solver.plateau import plateau_of
-from solver.profile import profile_of
-from solver.regime import REGIMES, count_sticks
-from solver.sliding import FrictionRecord, slide_to_state, states_at
-from solver.validity import contact_flags, contact_half_width, mask_of, record_flags
-from study.effects import TaskKind
+from solver.sliding.events import slide_to_state, states_at
+from solver.sliding.plateau import plateau_of
+from solver.sliding.record import FrictionRecord
+from solver.sliding.statistics import event_statistics
+from solver.sliding.validity import contact_flags, contact_half_width, mask_of, record_flags
+from study.manifest.effects import TaskKind
 from study.origin import Origins, here, stemming
 from study.provenance import content_hash
 
@@ -229,7 +231,7 @@ def _run_states(task: Task, inputs: Mapping[str, TaskResult]) -> TaskResult:
         surface = {"x": compliance.x, **{name: getattr(state, name) for name in ("pressure", "shear", "slip", "gap")}}
         found = {f"surface_{name}": values for name, values in surface.items()}
         if task.subsurface:
-            from solver.subsurface import interior_fields  # noqa: PLC0415  brings splines that no other task needs
+            from solver.elasticity.interior import interior_fields  # noqa: PLC0415  brings splines that no other task needs
 
             _, inside = _parted(interior_fields(case.slab, state.nodal_force))
             found |= {f"interior_{name}": values for name, values in inside.items()}

@@ -13,10 +13,10 @@ import xarray as xr
 from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.figure import Figure
 
-from study.parameters import Value
-from study.ragged import ABSENT, record, trajectory
-from study.store import StoreError, written_whole
-from study.summary import Point, flag_summary, points, scalar_table, words
+from study.dataset.ragged import ABSENT, record, trajectory
+from study.dataset.store import StoreError, written_whole
+from study.manifest.parameters import Value
+from study.report.summary import Point, flag_summary, points, scalar_table, words
 
 FILE: Final = "report.html"
 FOLDER: Final = "figures"
@@ -108,7 +108,7 @@ def _file_word(drive: Value | None) -> list[str]:
 
 def _page(dataset: xr.Dataset, found: list[Picture]) -> str:
     environment = jinja2.Environment(
-        loader=jinja2.PackageLoader("study"), autoescape=True, undefined=jinja2.StrictUndefined, trim_blocks=True
+        loader=jinja2.PackageLoader("study.report"), autoescape=True, undefined=jinja2.StrictUndefined, trim_blocks=True
     )
     elsewhere = ("title", "manifest", "manifest_front")  # shown above, or too long to be
     attributes = {name: value for name, value in dataset.attrs.items() if name not in elsewhere}

@@ -9,12 +9,12 @@ from typing import Any, Final
 import numpy as np
 import xarray as xr
 
-from solver.validity import flags_in
-from study.console import Table
-from study.ensemble import over_members
-from study.flags import flag_lines
-from study.parameters import Value
-from study.vocabulary import VALIDITY
+from solver.sliding.validity import flags_in
+from study.dataset.ensemble import over_members
+from study.dataset.variables import VALIDITY
+from study.manifest.parameters import Value
+from study.plan.flags import flag_lines
+from study.report.console import Table
 
 MOST_ROWS: Final = 500
 """Rows of a table; more are a matter for the dataset."""
@@ -30,7 +30,7 @@ class Point:
     values: xr.Dataset
     """The scalars of this case."""
     selection: dict[str, Value]
-    """What singles it out for `study.dataset.record` and `trajectory`."""
+    """What singles it out for `record` and `trajectory` of study.dataset.ragged."""
 
 
 def points(dataset: xr.Dataset, variable: str) -> Iterator[Point]:

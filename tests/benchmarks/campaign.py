@@ -15,13 +15,13 @@ from typing import Any, TypeVar
 import numpy as np
 
 from solver.outcome import COMPLETED, Outcome
-from study.farm import Farm, MPIFarm, open_farm
-from study.ledger import Done
-from study.manifest import load_manifest
-from study.plan import Plan, make_plan
-from study.store import Store
-from study.tasks import Task, TaskResult, run_task
-from study.warmup import warm_up
+from study.dataset.store import Store
+from study.execution.farm import Farm, MPIFarm, open_farm
+from study.execution.ledger import Done
+from study.execution.warmup import warm_up
+from study.manifest.manifest import load_manifest
+from study.plan.plan import Plan, make_plan
+from study.plan.tasks import Task, TaskResult, run_task
 from tests.benchmarks.ranks import found
 from tests.benchmarks.replay import Timed, replay
 from tests.benchmarks.table import Row, seconds, verdict
@@ -252,17 +252,18 @@ def _campaign(farm: Farm, mode: str, folder: Path, out: Path, execute: Callable[
 
 def _alone(folder: Path, out: Path) -> dict[str, float]:
     """Seconds per task of what the root does by itself before and after a finished campaign's run, its libraries loaded."""
-    from study import dataset
+    from study.dataset import file
+    from study.dataset.collect import collect
 
     store = Store(out)
 
-    def collect() -> None:
-        dataset.write(dataset.collect(plan, store), out / dataset.FILE)
+    def collected() -> None:
+        file.write(collect(plan, store), out / file.FILE)
 
     plan, planning = _timed(lambda: _plan(folder))
     _, checking = _timed(store.finished)
-    collect()
-    _, collecting = _timed(collect)
+    collected()
+    _, collecting = _timed(collected)
     return {
         name: took / len(plan.tasks)
         for name, took in (("plan", planning), ("check", checking), ("collect", collecting))

@@ -12,7 +12,7 @@ import scipy.sparse.linalg as sla
 from numpy.typing import NDArray
 
 from solver import Slab, slab_compliance
-from solver.schemes import SCHEMES, stiffness
+from solver.elasticity.schemes import SCHEMES, stiffness
 from tests.benchmarks.table import Row, best, seconds, verdict
 
 LIMITS = {129: 0.05, 1025: 3.0}

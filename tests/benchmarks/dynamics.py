@@ -9,10 +9,10 @@ from numpy.typing import NDArray
 from scipy.integrate import solve_ivp
 
 from solver import Case, Drive, DynamicsResult, FrictionRecord, Scales, Slab, friction_record, plateau_of
-from solver.dynamics import integrate
-from solver.profile import Profile, profile_of
+from solver.dynamics.friction_limit import Profile, profile_of
+from solver.dynamics.integrate import integrate
 from tests.benchmarks.table import Row, best, seconds, verdict
-from tests.solver.drives import PROBLEMS, K, reference
+from tests.solver.dynamics.drives import PROBLEMS, K, reference
 
 SCALES: Final = Scales()
 UNIT: Final = SCALES.time(pin_mass=0.5)

@@ -14,14 +14,14 @@ import numpy as np
 
 from solver import Case, Drive, FrictionRecord, SurfaceCompliance, friction_record, plateau_of
 from solver.case import Effects, Heterogeneity, Slab
-from solver.compliance import slab_compliance
-from solver.contact import first_touch
-from solver.dynamics import integrate
-from solver.profile import profile_of
-from solver.sliding import slide, states_at
-from solver.subsurface import interior_fields
-from study.store import Store
-from study.tasks import compliance_task, contact_task, friction_task, run_task
+from solver.contact.initial import first_touch
+from solver.dynamics.friction_limit import profile_of
+from solver.dynamics.integrate import integrate
+from solver.elasticity.compliance import slab_compliance
+from solver.elasticity.interior import interior_fields
+from solver.sliding.events import slide, states_at
+from study.dataset.store import Store
+from study.plan.tasks import compliance_task, contact_task, friction_task, run_task
 from tests.benchmarks.dynamics import PAPER, STEP, UNIT
 from tests.benchmarks.table import Row, best, seconds, verdict
 

@@ -10,8 +10,8 @@ from numba import njit
 from numpy.typing import NDArray
 
 from solver import Case, ContactState, SurfaceCompliance
-from solver import _kernels as kernels
-from solver.sliding import _core_at
+from solver.contact import kernels
+from solver.sliding.events import _core_at
 from tests.benchmarks.table import Row, verdict
 
 EVENTS = 15

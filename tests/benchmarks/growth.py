@@ -9,8 +9,8 @@ from typing import TypeVar
 import numpy as np
 
 from solver import Case, Slab, contact_state, friction_record, slab_compliance
-from solver.sliding import slide_to_state
-from solver.tableau import margin
+from solver.contact.tableau import margin
+from solver.sliding.events import slide_to_state
 from tests.benchmarks.far_field import far_field_row
 from tests.benchmarks.table import Row, seconds
 

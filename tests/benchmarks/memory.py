@@ -12,10 +12,10 @@ from subprocess import PIPE
 from tempfile import TemporaryDirectory
 
 from solver.case import Case, Slab
-from study.manifest import load_manifest
-from study.plan import make_plan
-from study.store import Store
-from study.tasks import compliance_task, friction_task, run_task
+from study.dataset.store import Store
+from study.manifest.manifest import load_manifest
+from study.plan.plan import make_plan
+from study.plan.tasks import compliance_task, friction_task, run_task
 from tests.benchmarks.table import Row, verdict
 
 SLAB = Slab(n_x=1025)

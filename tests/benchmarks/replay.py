@@ -7,9 +7,9 @@ from heapq import heappop, heappush
 from typing import Any
 
 from solver.outcome import COMPLETED
-from study.backlog import Work
-from study.crew import Crew
-from study.ledger import Done, Ledger
+from study.execution.dispatch import Crew
+from study.execution.ledger import Done, Ledger
+from study.execution.queue import Work
 
 
 @dataclass(frozen=True)

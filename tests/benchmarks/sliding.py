@@ -9,8 +9,8 @@ from numba import njit
 from numpy.typing import NDArray
 
 from solver import Case, ContactState, Slab, SurfaceCompliance, contact_state, friction_record, slab_compliance
-from solver import _kernels as kernels
-from solver.sliding import _core_at, slide, slide_to_state
+from solver.contact import kernels
+from solver.sliding.events import _core_at, slide, slide_to_state
 from tests.benchmarks.table import Row, best, seconds, verdict
 
 Vector = NDArray[np.float64]

@@ -6,10 +6,12 @@ from collections.abc import Iterable
 from dataclasses import dataclass, field, replace
 
 from solver.case import Case
-from solver.compliance import SurfaceCompliance, slab_compliance
-from solver.contact import ContactState, first_touch
+from solver.contact.initial import first_touch
+from solver.contact.state import ContactState
+from solver.elasticity.compliance import SurfaceCompliance, slab_compliance
 from solver.outcome import Ending
-from solver.sliding import FrictionRecord, slide_to_state
+from solver.sliding.events import slide_to_state
+from solver.sliding.record import FrictionRecord
 from tests.physics import LIMITS, law_errors
 
 

@@ -14,7 +14,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from solver.case import Case
-from solver.compliance import SurfaceCompliance
+from solver.elasticity.compliance import SurfaceCompliance
 
 SLIP, RELEASE, TOUCH = 0, 1, 2
 NEAR = 1e-10

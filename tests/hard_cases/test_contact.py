@@ -9,11 +9,12 @@ import pytest
 from numpy.typing import NDArray
 
 from solver.case import Case, Effects, FirstTouch, Heterogeneity, Scheme, Slab, SlipRule
-from solver.compliance import SurfaceCompliance
-from solver.contact import ContactState, first_touch
+from solver.contact.initial import first_touch
+from solver.contact.soundness import COARSEST, rounding_share
+from solver.contact.state import ContactState
+from solver.elasticity.compliance import SurfaceCompliance
 from solver.outcome import Ending
-from solver.sliding import slide
-from solver.soundness import COARSEST, rounding_share
+from solver.sliding.events import slide
 from tests.hard_cases.following import Followed, compliance_of, endings_of, follow, shown, worst_of
 from tests.hard_cases.table import Row
 

@@ -13,14 +13,14 @@ from typing import NamedTuple
 import numpy as np
 import pytest
 
-from solver.analytic import Oscillator
 from solver.case import Drive, Scales
-from solver.dynamics import DynamicsResult, integrate
+from solver.dynamics.friction_limit import Profile, profile_of
+from solver.dynamics.integrate import DynamicsResult, integrate
 from solver.dynamics.precision import LARGEST
+from solver.dynamics.stick_slip import Oscillator
 from solver.outcome import Ending, InvalidInput
-from solver.plateau import plateau_of
-from solver.profile import Profile, profile_of
-from study.drives import NamedDrive
+from solver.sliding.plateau import plateau_of
+from study.manifest.drives import NamedDrive
 from tests.synthetic import STIFFNESS, constant_profile, noisy_record, profile_through
 
 RECORD = noisy_record()
@@ -237,7 +237,7 @@ def test_odd_profiles_are_crossed(profile, compliant):
     [([0.0, 0.1, 0.1], [0.4, 0.4]), ([0.0, 0.2, 0.1], [0.4, 0.4]), ([0.0, 0.1], [-0.4]), ([0.0, 0.1], [math.inf])],
 )
 def test_profiles_without_meaning_are_refused(edges, force):
-    """Equal displacements, negative and infinite forces; a record's own negative forces are taken as 0 (solver.profile)."""
+    """Equal displacements, negative and infinite forces; a record's own negative forces are taken as 0 (see friction_limit)."""
     with pytest.raises(InvalidInput, match=r"needs"):
         Profile(np.array(edges), np.array(force), np.zeros(len(force)), 0)
 

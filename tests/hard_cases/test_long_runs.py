@@ -6,10 +6,12 @@ from typing import get_args
 import numpy as np
 import pytest
 
-from solver import sliding
 from solver.case import Case, Scheme, Slab, SlipRule
-from solver.contact import ContactState, first_touch
-from solver.sliding import FrictionRecord, slide_to_state
+from solver.contact.initial import first_touch
+from solver.contact.state import ContactState
+from solver.sliding import events
+from solver.sliding.events import slide_to_state
+from solver.sliding.record import FrictionRecord
 from tests.hard_cases.following import compliance_of
 from tests.hard_cases.table import Row
 from tests.physics import half_plane, law_errors, stored_energy
@@ -55,7 +57,7 @@ def _assert_same(whole: FrictionRecord, pieces: list[FrictionRecord]) -> None:
 @pytest.mark.parametrize("scheme", SCHEMES)
 def test_a_run_in_ten_pieces_has_the_bits_of_one(scheme: Scheme, monkeypatch: pytest.MonkeyPatch) -> None:
     """Pieces of RESUMABLE events (here fewer): the whole run starts afresh from its own state there, too."""
-    monkeypatch.setattr(sliding, "RESUMABLE", 50)
+    monkeypatch.setattr(events, "RESUMABLE", 50)
     for radius in (200.0, 20.0):
         case = Case(slab=Slab(33, scheme=scheme), radius=radius, max_events=500)
         whole, end = slide_to_state(case, compliance_of(case.slab))

@@ -8,9 +8,9 @@ import scipy.linalg as la
 from scipy.optimize import brentq, nnls
 
 from solver.case import Case, Scheme, Slab, SlipRule
-from solver.compliance import SurfaceCompliance
-from solver.contact import first_touch
-from solver.sliding import slide
+from solver.contact.initial import first_touch
+from solver.elasticity.compliance import SurfaceCompliance
+from solver.sliding.events import slide
 from tests.hard_cases.following import compliance_of
 from tests.hard_cases.reference import Reference
 from tests.hard_cases.table import Row

@@ -15,12 +15,12 @@ from hypothesis import HealthCheck, Phase, given, settings
 from hypothesis import strategies as st
 
 from solver.case import Scheme
-from solver.compliance import SurfaceCompliance, uncoupled
+from solver.elasticity.compliance import SurfaceCompliance, uncoupled
 from solver.outcome import Ending
-from solver.sliding import slide_to_state
-from study.manifest import ManifestError, load_manifest
-from study.plan import make_plan
-from study.tasks import TaskResult, run_task
+from solver.sliding.events import slide_to_state
+from study.manifest.manifest import ManifestError, load_manifest
+from study.plan.plan import make_plan
+from study.plan.tasks import TaskResult, run_task
 from tests.physics import assert_contact_laws, assert_friction_law
 
 LONGEST = 60.0

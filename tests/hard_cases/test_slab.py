@@ -10,11 +10,11 @@ import numpy as np
 import pytest
 
 from solver.case import Case, Scales, Scheme, Slab, SlipRule, Support
-from solver.compliance import SurfaceCompliance
-from solver.conditioning import ILL_CONDITIONED, Conditioning, conditioning
-from solver.contact import first_touch
+from solver.contact.initial import first_touch
+from solver.elasticity.compliance import SurfaceCompliance
+from solver.elasticity.conditioning import ILL_CONDITIONED, Conditioning, conditioning
 from solver.outcome import Ending, InvalidInput, SingularOperator
-from solver.sliding import slide, slide_to_state
+from solver.sliding.events import slide, slide_to_state
 from tests.hard_cases.following import Followed, compliance_of, endings_of, follow, shown, worst_of
 from tests.hard_cases.table import Row
 from tests.physics import assert_contact_laws, half_plane

@@ -10,11 +10,13 @@ import numpy as np
 import pytest
 
 from solver.case import Case, Effects, FirstTouch, Heterogeneity, Scheme, Slab, SlipRule, Support
-from solver.compliance import SurfaceCompliance
-from solver.contact import first_touch, mirrored
+from solver.contact.initial import first_touch
+from solver.contact.state import mirrored
+from solver.elasticity.compliance import SurfaceCompliance
 from solver.outcome import Ending, InvalidInput
-from solver.plateau import plateau_of
-from solver.sliding import FrictionRecord, slide, slide_to_state
+from solver.sliding.events import slide, slide_to_state
+from solver.sliding.plateau import plateau_of
+from solver.sliding.record import FrictionRecord
 from tests.hard_cases.following import Followed, compliance_of, endings_of, follow, shown, worst_of
 from tests.hard_cases.table import Row
 from tests.physics import coupled_half_plane, half_plane, smallest_step, stored_energy

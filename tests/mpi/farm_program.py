@@ -8,7 +8,7 @@ import time
 from dataclasses import dataclass
 
 from solver.outcome import COMPLETED, Outcome
-from study.farm import open_farm
+from study.execution.farm import open_farm
 
 
 @dataclass(frozen=True)

@@ -7,6 +7,7 @@ from dataclasses import replace
 from pathlib import Path
 
 from solver.case import Case, Slab
+from study.dataset.store import Store
 from study.origin import (
     NOBODY,
     Origin,
@@ -20,8 +21,7 @@ from study.origin import (
     source_hash,
     stemming,
 )
-from study.store import Store
-from study.tasks import compliance_task, contact_task, run_task
+from study.plan.tasks import compliance_task, contact_task, run_task
 from tests.conftest import ROOT
 
 HOME = Origin("1.0", "aa", "c0ffee", "3.12.0", "2.1", "1.14", "0.61")
@@ -30,7 +30,7 @@ OTHER = replace(HOME, source_hash="bb")
 
 def test_every_file_of_the_solver_decides_and_so_does_its_bridge():
     files = set(source_files())
-    assert set((ROOT / "solver").rglob("*.py")) | {ROOT / "study" / "tasks.py"} == files
+    assert set((ROOT / "solver").rglob("*.py")) | {ROOT / "study" / "plan" / "tasks.py"} == files
 
 
 def test_the_hash_is_of_contents_not_of_names_or_order(tmp_path):

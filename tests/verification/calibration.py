@@ -16,14 +16,16 @@ from pathlib import Path
 import numpy as np
 
 from solver.case import Case, Drive, Slab, SlipRule
-from solver.compliance import SurfaceCompliance, slab_compliance
-from solver.dynamics import integrate
-from solver.observables import event_statistics, friction_coefficients
+from solver.dynamics.coefficients import friction_coefficients
+from solver.dynamics.friction_limit import profile_of
+from solver.dynamics.integrate import integrate
+from solver.elasticity.compliance import SurfaceCompliance, slab_compliance
 from solver.outcome import SolverError
-from solver.plateau import plateau_of
-from solver.profile import profile_of
-from solver.sampling import ensemble_uncertainty
-from solver.sliding import FrictionRecord, slide
+from solver.sliding.events import slide
+from solver.sliding.plateau import plateau_of
+from solver.sliding.record import FrictionRecord
+from solver.sliding.sampling import ensemble_uncertainty
+from solver.sliding.statistics import event_statistics
 
 LENGTHS = (0.02, 0.3, 1.0, 4.0)
 """Of a record, in node spacings."""

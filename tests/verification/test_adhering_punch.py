@@ -11,8 +11,8 @@ import pytest
 from scipy.integrate import quad
 
 from solver.case import Case, Slab
-from solver.compliance import slab_compliance
-from solver.contact import first_touch
+from solver.contact.initial import first_touch
+from solver.elasticity.compliance import slab_compliance
 from tests.verification.seen import listed, observed_order, seen
 
 HALF_WIDTH, LOAD = 0.25, 1e-3

@@ -6,9 +6,9 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from solver.compliance import slab_compliance
-from solver.plateau import BLOCKS, mean_uncertainty, plateau_of, teeth
-from solver.sliding import slide
+from solver.elasticity.compliance import slab_compliance
+from solver.sliding.events import slide
+from solver.sliding.plateau import BLOCKS, mean_uncertainty, plateau_of, teeth
 from tests.verification.calibration import STARTS, Verdict, drawn, verdicts
 from tests.verification.seen import seen
 

@@ -3,9 +3,9 @@
 import numpy as np
 import pytest
 
-from solver.analytic import cattaneo_mindlin, hertz
 from solver.case import Case, Slab, SlipRule
-from solver.sliding import slide_to_state
+from solver.contact.closed_forms import cattaneo_mindlin, hertz
+from solver.sliding.events import slide_to_state
 from tests.physics import half_plane
 from tests.verification.seen import seen
 

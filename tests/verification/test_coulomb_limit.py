@@ -4,8 +4,8 @@ import numpy as np
 import pytest
 
 from solver.case import Case, Slab, SlipRule
-from solver.compliance import slab_compliance
-from solver.sliding import slide
+from solver.elasticity.compliance import slab_compliance
+from solver.sliding.events import slide
 from tests.verification.seen import seen
 
 SLAB = Slab(n_x=33)

@@ -10,9 +10,9 @@ from numpy.typing import NDArray
 from scipy.optimize import brentq
 
 from solver.case import Slab, Support
-from solver.compliance import slab_compliance
-from solver.grading import graded_hierarchy
-from study.accuracy.operator import nodal_forces
+from solver.elasticity.compliance import slab_compliance
+from solver.elasticity.grading import graded_hierarchy
+from study.accuracy.elastic_operator import nodal_forces
 from tests.verification.finite_slab import elliptic_energies
 from tests.verification.seen import listed, observed_order, seen
 

@@ -4,9 +4,10 @@ import numpy as np
 import pytest
 
 from solver.case import Case, Slab, SlipRule, Support
-from solver.compliance import slab_compliance
-from solver.contact import ContactState, first_touch
-from solver.sliding import slide_to_state
+from solver.contact.initial import first_touch
+from solver.contact.state import ContactState
+from solver.elasticity.compliance import slab_compliance
+from solver.sliding.events import slide_to_state
 from tests.physics import stored_energy
 from tests.verification.seen import seen
 

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from solver.case import Scheme, Slab
-from solver.compliance import slab_compliance
+from solver.elasticity.compliance import slab_compliance
 from tests.verification.seen import listed, seen
 
 SOURCE = "Flamant 1892; Johnson, Contact Mechanics, §2.2 and 2.3"

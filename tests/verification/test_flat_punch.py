@@ -3,9 +3,9 @@
 import numpy as np
 import pytest
 
-from solver.analytic import flat_punch_pressure
 from solver.case import Scheme
-from solver.compliance import surface_compliance
+from solver.contact.closed_forms import flat_punch_pressure
+from solver.elasticity.compliance import surface_compliance
 from tests.verification.finite_slab import PunchReference, flat_punch
 from tests.verification.seen import listed, observed_order, seen
 

@@ -7,9 +7,9 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 
-from solver.boundary_value import NodalFields, blank, solve_mixed
 from solver.case import Slab, Support
-from solver.schemes import stiffness
+from solver.elasticity.boundary_value import NodalFields, blank, solve_mixed
+from solver.elasticity.schemes import stiffness
 from tests.verification.layer import wave_compliance
 from tests.verification.seen import listed, observed_order, seen
 

@@ -7,10 +7,10 @@ is of order 1, the second moment's, a²/4, of order 2.
 import numpy as np
 import pytest
 
-from solver.analytic import hertz
 from solver.case import Case, Scheme, Slab
-from solver.compliance import slab_compliance
-from solver.contact import first_touch
+from solver.contact.closed_forms import hertz
+from solver.contact.initial import first_touch
+from solver.elasticity.compliance import slab_compliance
 from tests.verification.seen import listed, observed_order, seen
 
 RADIUS, POISSON = 1e5, 1 / 3

@@ -13,10 +13,10 @@ import numpy as np
 import pytest
 
 from solver import Case, Slab, SurfaceCompliance, friction_record, plateau_of, slab_compliance
-from solver.contact import first_touch
+from solver.contact.initial import first_touch
 
 CASE = Case(max_events=None, max_displacement=2.5e-3)
-GALERKIN: ModuleType = importlib.import_module("solver.schemes.galerkin")
+GALERKIN: ModuleType = importlib.import_module("solver.elasticity.schemes.galerkin")
 
 
 def transfer(compliance: SurfaceCompliance) -> tuple[list[float], list[float]]:

@@ -8,10 +8,10 @@ import numpy as np
 import pytest
 
 from solver.case import Case, FirstTouch, Heterogeneity, Scheme, Slab, SlipRule
-from solver.compliance import slab_compliance
-from solver.contact import first_touch
-from solver.plateau import plateau_of
-from solver.sliding import RESUMABLE, slide, slide_to_state
+from solver.contact.initial import first_touch
+from solver.elasticity.compliance import slab_compliance
+from solver.sliding.events import RESUMABLE, slide, slide_to_state
+from solver.sliding.plateau import plateau_of
 from tests.verification.seen import seen
 from tests.verification.test_energy import total_energy
 

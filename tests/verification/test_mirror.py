@@ -6,12 +6,13 @@ from typing import get_args
 import numpy as np
 import pytest
 
-from solver import tableau
 from solver.case import Case, Heterogeneity, Scheme, Slab
-from solver.compliance import SurfaceCompliance, slab_compliance
-from solver.contact import ContactState, first_touch, mirrored
-from solver.heterogeneity import node_friction
-from solver.sliding import slide
+from solver.contact import tableau
+from solver.contact.initial import first_touch
+from solver.contact.node_friction import node_friction
+from solver.contact.state import ContactState, mirrored
+from solver.elasticity.compliance import SurfaceCompliance, slab_compliance
+from solver.sliding.events import slide
 from tests.verification.seen import seen
 
 EVENTS = 1000

@@ -6,9 +6,9 @@ import numpy as np
 import pytest
 
 from solver.case import Case, Effects, Slab
-from solver.compliance import slab_compliance
-from solver.contact import first_touch
-from solver.sliding import slide
+from solver.contact.initial import first_touch
+from solver.elasticity.compliance import slab_compliance
+from solver.sliding.events import slide
 from tests.physics import coupled_half_plane
 
 GOODMAN = Effects(pin_translation=False, coupling=False)

@@ -6,8 +6,9 @@ import numpy as np
 import pytest
 
 from solver.case import Case, Effects, Scheme, Slab, SlipRule
-from solver.compliance import slab_compliance
-from solver.sliding import FrictionRecord, slide
+from solver.elasticity.compliance import slab_compliance
+from solver.sliding.events import slide
+from solver.sliding.record import FrictionRecord
 from tests.verification.seen import listed, seen
 
 SIMILAR = {"displacement": 1, "force_before": 1, "force_after": 1, "stiffness": 0, "dissipated": 2}

@@ -10,10 +10,10 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from solver.analytic import SlidingContact, hertz, sliding_parabola, sliding_punch
 from solver.case import Case, PinShape, Slab, SlipRule
-from solver.compliance import slab_compliance
-from solver.sliding import slide_to_state
+from solver.contact.closed_forms import SlidingContact, hertz, sliding_parabola, sliding_punch
+from solver.elasticity.compliance import slab_compliance
+from solver.sliding.events import slide_to_state
 from tests.verification.seen import listed, observed_order, seen
 
 LOAD = 1e-6  # so small that the parabola's contact moves by nothing while sliding sets in

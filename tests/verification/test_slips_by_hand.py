@@ -11,8 +11,9 @@ import numpy as np
 import pytest
 
 from solver.case import Case, Slab, SlipRule
-from solver.compliance import SurfaceCompliance
-from solver.sliding import EVENT_KINDS, FrictionRecord, slide_to_state
+from solver.elasticity.compliance import SurfaceCompliance
+from solver.sliding.events import slide_to_state
+from solver.sliding.record import EVENT_KINDS, FrictionRecord
 from tests.verification.seen import seen
 
 SLAB = Slab(n_x=5)

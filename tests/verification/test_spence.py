@@ -4,8 +4,8 @@ import numpy as np
 import pytest
 
 from solver.case import Case, Slab, SlipRule
-from solver.compliance import SurfaceCompliance, slab_compliance
-from solver.contact import first_touch
+from solver.contact.initial import first_touch
+from solver.elasticity.compliance import SurfaceCompliance, slab_compliance
 from tests.verification.seen import listed, observed_order, seen
 from tests.verification.stick_zone import stick_zone, uncoupled_ratio
 

@@ -1,17 +1,17 @@
 """Discretizations of the elastic slab, one per file, behind two doors.
 
 `stiffness`: the schemes that have a grid, from its grid, material and support. `half_plane`: closed form, the surface's
-compliance straight away. `solver.compliance.slab_compliance` takes any of them.
+compliance straight away. `solver.elasticity.compliance.slab_compliance` takes any of them.
 """
 
 from solver.case import Slab
-from solver.grading import graded_hierarchy
-from solver.grid import binary_hierarchy
+from solver.elasticity.grading import graded_hierarchy
+from solver.elasticity.grid import binary_hierarchy
+from solver.elasticity.schemes.biquadratic import biquadratic
+from solver.elasticity.schemes.galerkin import galerkin
+from solver.elasticity.schemes.half_plane import half_plane
+from solver.elasticity.schemes.stiffness import Stiffness
 from solver.outcome import InvalidInput
-from solver.schemes.biquadratic import biquadratic
-from solver.schemes.galerkin import galerkin
-from solver.schemes.half_plane import half_plane
-from solver.schemes.stiffness import Stiffness
 
 SCHEMES = {"biquadratic": (binary_hierarchy, biquadratic), "galerkin": (graded_hierarchy, galerkin)}
 """Scheme with a grid -> how its grid and its stiffness are made."""

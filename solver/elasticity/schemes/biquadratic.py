@@ -14,10 +14,10 @@ import scipy.sparse as sp
 from numpy.typing import NDArray
 
 from solver.case import Support
-from solver.grid import Grid
-from solver.interpolation import integral, lagrange, slope, value
-from solver.schemes.stiffness import Stiffness
-from solver.support import restrained
+from solver.elasticity.grid import Grid
+from solver.elasticity.lagrange import integral, lagrange, slope, value
+from solver.elasticity.schemes.stiffness import Stiffness
+from solver.elasticity.support import restrained
 
 
 def biquadratic(grid: Grid, poisson: float, support: Support) -> Stiffness:

@@ -27,10 +27,10 @@ import scipy.sparse as sp
 from numpy.typing import NDArray
 
 from solver.case import Support
-from solver.grid import Grid
-from solver.interpolation import gram, lagrange, slopes, value
-from solver.schemes.stiffness import Sparse, Stiffness
-from solver.support import restrained
+from solver.elasticity.grid import Grid
+from solver.elasticity.lagrange import gram, lagrange, slopes, value
+from solver.elasticity.schemes.stiffness import Sparse, Stiffness
+from solver.elasticity.support import restrained
 
 Dense = NDArray[np.float64]
 

@@ -7,7 +7,7 @@ import numpy as np
 import scipy.sparse as sp
 from numpy.typing import NDArray
 
-from solver.grid import Grid
+from solver.elasticity.grid import Grid
 
 Sparse = Any  # scipy.sparse.csr_array; its type parameters differ between stub versions
 

@@ -1,0 +1,99 @@
+"""Closed forms of contact to compare with: a half-plane under Hertz's parabola and a flat punch, at rest and sliding (§3.1)."""
+
+import math
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.special import beta, betainc
+
+Floats = NDArray[np.float64]
+
+
+@dataclass(frozen=True, slots=True)
+class HertzContact:
+    """A parabolic pin on a half-plane: a² = 2WR(1 - ν)/π, p = p_0 √(1 - (x/a)²), p_0 = 2W/(πa)."""
+
+    half_width: float
+    peak_pressure: float
+
+    def pressure(self, x: NDArray[np.float64]) -> NDArray[np.float64]:
+        """Pressure at x (any shape), zero outside the contact."""
+        return self.peak_pressure * np.sqrt(np.clip(1 - (x / self.half_width) ** 2, 0.0, None))
+
+
+def hertz(load: float, radius: float, poisson: float) -> HertzContact:
+    """Line contact of a rigid parabola of `radius` under `load` on a half-plane without friction."""
+    half_width = math.sqrt(2 * load * radius * (1 - poisson) / math.pi)
+    return HertzContact(half_width, 2 * load / (math.pi * half_width))
+
+
+def flat_punch_pressure(x: NDArray[np.float64], half_width: float, load: float) -> NDArray[np.float64]:
+    """p = p_0/√(1 - (x/a)²), p_0 = W/(πa), under a frictionless flat punch on a half-plane, |x| < a (§3.1)."""
+    return load / (math.pi * half_width) / np.sqrt(1 - (x / half_width) ** 2)
+
+
+def cattaneo_mindlin(
+    contact: HertzContact, friction: float, force_ratio: float, x: NDArray[np.float64]
+) -> NDArray[np.float64]:
+    """Shear in partial slip without coupling: full sliding minus the same shape on the stick zone c = a√(1 - F/(μW)).
+
+    force_ratio: F/(μW) in [0, 1]. x: any shape.
+    """
+    stick = contact.half_width * math.sqrt(1 - force_ratio)
+    full = contact.pressure(x)
+    if stick == 0.0:
+        return friction * full
+    inner = contact.peak_pressure * stick / contact.half_width * np.sqrt(np.clip(1 - (x / stick) ** 2, 0.0, None))
+    return friction * (full - inner)
+
+
+@dataclass(frozen=True, slots=True)
+class SlidingContact:
+    """Full sliding to the right on a half-plane, shear = μp under the pin, with the coupling of normal and tangential.
+
+    The surface's slope, -(μ/2)(1 - 2ν) p + (1 - ν)/π ⨍ p(s)/(x - s) ds, is the pin's where, with t = x - centre and
+    tan πγ = μ(1 - 2ν)/(2(1 - ν)), p ∝ (a + t)^(power - γ) (a - t)^(power + γ): power -1/2 under a flat punch (Johnson,
+    Contact Mechanics, §2.8), 1/2 under a parabola (§8.2). The surface rises behind the drag: there it bears more.
+
+    half_width: a. centre: of the contact, from the pin's middle, in L_x. skew: γ.
+    """
+
+    half_width: float
+    centre: float
+    load: float
+    power: float
+    skew: float
+
+    @property
+    def centroid(self) -> float:
+        """Of the pressure, from the pin's middle."""
+        return self.centre - self.half_width * self.skew / (self.power + 1)
+
+    def pressure(self, x: Floats) -> Floats:
+        """Pressure at x from the pin's middle, |x - centre| < a."""
+        t = (np.asarray(x) - self.centre) / self.half_width
+        behind, ahead = self.power - self.skew, self.power + self.skew
+        norm = self.half_width * 2 ** (2 * self.power + 1) * beta(1 + behind, 1 + ahead)
+        return np.asarray(self.load / norm * (1 + t) ** behind * (1 - t) ** ahead)
+
+    def share_left_of(self, x: Floats) -> Floats:
+        """The load's share left of x (any shape), x from the pin's middle."""
+        t = np.clip((np.asarray(x) - self.centre) / self.half_width, -1.0, 1.0)
+        return np.asarray(betainc(1 + self.power - self.skew, 1 + self.power + self.skew, (1 + t) / 2))
+
+
+def sliding_punch(load: float, half_width: float, friction: float, poisson: float) -> SlidingContact:
+    """A flat punch that slides to the right without tilting."""
+    return SlidingContact(half_width, 0.0, load, -0.5, _skew(friction, poisson))
+
+
+def sliding_parabola(load: float, radius: float, friction: float, poisson: float) -> SlidingContact:
+    """A parabolic pin that slides to the right: a² = 2WR(1 - ν)/(π(1 - 4γ²)), the contact lags by 2γa."""
+    skew = _skew(friction, poisson)
+    half_width = hertz(load, radius, poisson).half_width / math.sqrt(1 - 4 * skew**2)
+    return SlidingContact(half_width, -2 * skew * half_width, load, 0.5, skew)
+
+
+def _skew(friction: float, poisson: float) -> float:
+    return math.atan(friction * (1 - 2 * poisson) / (2 * (1 - poisson))) / math.pi

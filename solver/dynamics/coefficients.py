@@ -1,0 +1,118 @@
+"""Static and kinetic friction of a drive, with uncertainties (§3.3): μ_s from its first slip, μ_k where it slides steadily."""
+
+import math
+from dataclasses import dataclass
+from typing import Final
+
+import numpy as np
+from numpy.typing import NDArray
+
+from solver.dynamics.integrate import DynamicsResult
+from solver.outcome import COMPLETED, Ending, Outcome
+from solver.sliding.plateau import (
+    BLOCKS,
+    Plateau,
+    latest_truncation,
+    mean_uncertainty,
+    sampling_of,
+    truncation,
+    unsteadiness,
+)
+from solver.sliding.record import FrictionRecord
+from solver.sliding.sampling import MODULATION
+
+PERIODS: Final = 2.0
+"""Of its own motion that a pin has to slide before a mean driving force is friction, not inertia."""
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class FrictionCoefficients:
+    """Macroscopic friction of one drive, as forces over W; NaN where it could not be measured, for which see `outcome`.
+
+    static_friction: largest driving force before the first macroscopic slip ran off (μ_s). every_static_friction: (s,)
+    the same for each slip. static_friction_uncertainty: standard deviation between starts of the pin within a node spacing,
+    from the scatter between stretches of the plateau or, where it is larger, from the model of solver.sampling.
+    kinetic_friction: mean of the driving force where it is steady (μ_k). kinetic_friction_uncertainty: from its block
+    means, from the plateau that it repeats, and from how much of a node spacing the pin travels.
+    """
+
+    static_friction: float
+    static_friction_uncertainty: float
+    every_static_friction: NDArray[np.float64]
+    kinetic_friction: float
+    kinetic_friction_uncertainty: float
+    outcome: Outcome
+
+
+def friction_coefficients(result: DynamicsResult, record: FrictionRecord, plateau: Plateau) -> FrictionCoefficients:
+    """μ_s and μ_k of a drive over `record`. The outcome is the drive's, or `NO_SLIP`, or `NO_PLATEAU` of its force."""
+    nan = float("nan")
+    if not len(result.slip_force):
+        message = (
+            f"no slip longer than {result.presliding_length:.3g} L_x: raise the drive's duration or stage_velocity"
+        )
+        failed = result.outcome if not result.outcome.ok else Outcome(Ending.NO_SLIP, message)
+        return FrictionCoefficients(nan, nan, result.slip_force, nan, nan, failed)
+    static = result.slip_force / record.load
+    kinetic, uncertainty, outcome = nan, nan, result.outcome
+    slides = float(result.time[-1] - result.slip_time[0])
+    if outcome.ok and slides < PERIODS * result.settling_time:
+        message = f"the pin slides for {slides / result.settling_time:.2g} of its periods, {PERIODS:g} are needed: raise duration"
+        outcome = Outcome(Ending.NO_PLATEAU, f"the driving force is not steady: {message}")
+    if outcome.ok:
+        kinetic, uncertainty, outcome = _steady_mean(result.binned_force / record.load)
+    return FrictionCoefficients(
+        static_friction=float(static[0]),
+        static_friction_uncertainty=math.hypot(
+            _uncertainty_of_peak(record, plateau, float(static[0])), _beyond(record, float(static[0]))
+        ),
+        every_static_friction=static,
+        kinetic_friction=kinetic,
+        kinetic_friction_uncertainty=math.hypot(
+            uncertainty, plateau.uncertainty, _not_travelled(result, record, kinetic), _beyond(record, kinetic)
+        ),
+        outcome=outcome,
+    )
+
+
+def _steady_mean(bins: NDArray[np.float64]) -> tuple[float, float, Outcome]:
+    """Mean of the steady part of evenly binned values, its uncertainty, and whether there is a steady part."""
+    first = truncation(bins)
+    edges = np.linspace(first, len(bins), BLOCKS + 1)
+    impulse = np.interp(edges, np.arange(len(bins) + 1), np.concatenate(([0.0], np.cumsum(bins))))
+    blocks = np.diff(impulse) / np.diff(edges)
+    complaint = unsteadiness(blocks, latest=first >= latest_truncation(len(bins)))
+    if complaint:
+        return float("nan"), float("nan"), Outcome(Ending.NO_PLATEAU, f"the driving force {complaint}: raise duration")
+    return float(blocks.mean()), mean_uncertainty(blocks), COMPLETED
+
+
+def _uncertainty_of_peak(record: FrictionRecord, plateau: Plateau, static: float) -> float:
+    """Standard deviation of F/W where the pin first slides, between starts; NaN without a plateau."""
+    if not plateau.outcome.ok:
+        return float("nan")
+    expected = sampling_of(record, plateau.first_event, plateau.end - plateau.start).of_peak() * static
+    return float(np.fmax(_scatter_of_peaks(record, plateau) / record.load, expected))
+
+
+def _beyond(record: FrictionRecord, coefficient: float) -> float:
+    """By how much a coefficient lies outside all that the record holds, F/W: inertia and damper are in the driving force too."""
+    highest = float(max(record.force_before.max(), record.initial_force, record.final_force)) / record.load
+    return max(coefficient - highest, -coefficient, 0.0) if math.isfinite(coefficient) else 0.0
+
+
+def _not_travelled(result: DynamicsResult, record: FrictionRecord, kinetic: float) -> float:
+    """What the part of a node spacing that the pin does not travel leaves open of the mean force over load."""
+    travelled = sampling_of(record, 0, float(np.nanmax(result.position)) - result.presliding_length)
+    return travelled.unseen * MODULATION * travelled.discreteness * kinetic
+
+
+def _scatter_of_peaks(record: FrictionRecord, plateau: Plateau) -> float:
+    """Standard deviation of the highest force in eight equal stretches of the plateau; NaN without a plateau."""
+    if not plateau.outcome.ok:
+        return float("nan")
+    within = slice(plateau.first_event + 1, plateau.last_event + 1)
+    place = (record.displacement[within] - plateau.start) / (plateau.end - plateau.start)
+    stretch = np.minimum((8.0 * place).astype(np.int64), 7)
+    highest = [record.force_before[within][stretch == number].max() for number in np.unique(stretch)]
+    return float(np.std(highest, ddof=1)) if len(highest) > 1 else float("nan")

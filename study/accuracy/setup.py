@@ -1,0 +1,103 @@
+"""What is measured: one case and one drive, and how much of every knob."""
+
+from dataclasses import dataclass, replace
+from typing import Final
+
+import numpy as np
+
+from solver.case import Case, Scales, Slab
+from study.discretization.front import discretized
+from study.manifest.cases import expand
+from study.manifest.drives import NamedDrive
+from study.manifest.manifest import Manifest
+from study.manifest.problems import ManifestError, shown
+
+
+@dataclass(frozen=True, slots=True)
+class Setup:
+    """The physics on which every knob is turned."""
+
+    title: str
+    case: Case
+    slabs: tuple[Slab, ...]
+    """Slabs of which the front is measured, their discretization left to the knobs; the case's own comes first."""
+    drive: NamedDrive
+    scales: Scales
+
+
+@dataclass(frozen=True, slots=True)
+class Effort:
+    """How far each knob is turned."""
+
+    sizes: tuple[int, ...]
+    """n_x of the operators, increasing."""
+    reference_size: int
+    """n_x of the operator that the others are held against."""
+    record_sizes: tuple[int, ...]
+    """n_x of the records; the largest is the reference."""
+    event_floors: tuple[float, ...]
+    """In node spacings; the smallest is the reference."""
+    time_steps: tuple[float, ...]
+    """Of RK4, in s."""
+    tolerances: tuple[float, ...]
+    """Relative ones, of scipy's adaptive steps."""
+    half_widths: tuple[float, float, int]
+    """Narrowest and widest contact on each operator, a/L_x, and how many there are."""
+    repeats: int
+    """Of a short timing; the shortest counts."""
+
+
+POINT: Final = "frictionless"
+POINTLESS: Final = "has no accuracy: what is held at one node gives way without limit as rows get finer"
+
+FULL: Final = Effort(
+    sizes=(17, 33, 65, 129, 257, 513),
+    reference_size=1025,
+    record_sizes=(33, 65, 129, 257, 513),
+    event_floors=(1e-12, 1e-8, 1e-7, 1e-6, 1e-5),
+    time_steps=(1e-6, 3e-7, 1e-7, 3e-8, 1e-8),
+    tolerances=(1e-4, 1e-8),
+    half_widths=(0.04, 0.42, 24),
+    repeats=3,
+)
+QUICK: Final = Effort(
+    sizes=(17, 33),
+    reference_size=65,
+    record_sizes=(17, 33),
+    event_floors=(1e-6, 1e-5),
+    time_steps=(1e-6, 3e-7),
+    tolerances=(1e-4,),
+    half_widths=(0.2, 0.4, 3),
+    repeats=1,
+)
+
+
+def default_setup() -> Setup:
+    """The paper's case (§3): R/L_x = 200, μ_i = 0.5, 2000 events at 129 nodes, and its drive."""
+    return Setup("The paper's case", Case(), (Slab(),), NamedDrive("paper"), Scales())
+
+
+def setup_of(manifest: Manifest) -> Setup:
+    """A campaign's first case and first drive (the paper's where it has none), and all its slabs. Raises ManifestError."""
+    cases = expand(manifest)
+    first = cases[0]
+    if first.case is None:
+        raise ManifestError([f"{manifest.path}: its first case is no case: {first.outcome.message}"])
+    if first.case.pin != "parabola":
+        raise ManifestError([f"{manifest.path}: pin = {shown(first.case.pin)}: accuracy is measured with a parabola"])
+    if first.case.slab.support == POINT:
+        raise ManifestError([f"{manifest.path}: support = {shown(POINT)}: {POINTLESS}"])
+    every = dict.fromkeys(discretized(each.case.slab, {}) for each in cases if each.case)
+    slabs = (slab for slab in every if slab.support != POINT)
+    drive = manifest.drives[0] if manifest.drives else NamedDrive("paper")
+    return Setup(manifest.title, first.case, tuple(slabs), drive, manifest.scales)
+
+
+def contacts(effort: Effort) -> tuple[float, ...]:
+    """Half-widths of the contacts on each operator, a/L_x, increasing by equal factors."""
+    return tuple(float(f"{width:.6g}") for width in np.geomspace(*effort.half_widths))
+
+
+def on(case: Case, **discretization: object) -> Case:
+    """The case on its slab with another grid, the scheme's own values for what is not given. Raises InvalidInput."""
+    return replace(case, slab=discretized(case.slab, discretization))

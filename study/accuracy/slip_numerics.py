@@ -1,0 +1,118 @@
+"""Slip numerics: n_x and the event floor against what is read off a friction record and a drive.
+
+A record is chaotic: a change in the last digit gives another record, so a distance between settings is one between
+distributions. It is given twice: as it is, and over the two values' combined uncertainty (from blocks).
+"""
+
+import math
+from dataclasses import replace
+from functools import partial
+from typing import Final
+
+from solver.case import Case
+from solver.dynamics.coefficients import friction_coefficients
+from solver.dynamics.friction_limit import profile_of
+from solver.dynamics.integrate import integrate
+from solver.elasticity.compliance import slab_compliance
+from solver.sliding.events import slide
+from solver.sliding.plateau import plateau_of
+from solver.sliding.record import FrictionRecord
+from solver.sliding.statistics import event_statistics
+from study.accuracy.diagram import Diagram, Row
+from study.accuracy.setup import Effort, Setup, on
+from study.accuracy.timing import timed
+from study.manifest.parameters import Value
+
+OBSERVABLES: Final = {
+    "plateau": "mean of F/W on the plateau",
+    "static": "static friction coefficient μ_s",
+    "kinetic": "kinetic friction coefficient μ_k",
+    "step": "mean displacement per event over L_x",
+}
+
+Reading = dict[str, tuple[float, float]]
+"""Observable -> value and its uncertainty."""
+
+
+def measure_slip_numerics(setup: Setup, effort: Effort) -> Diagram:
+    """Each knob alone, the case's own value for the other; all records reach the displacement that the case's reaches."""
+    case = setup.case
+    if case.max_displacement is None:
+        reached = slide(case, slab_compliance(case.slab)).final_displacement
+        case = replace(case, max_events=None, max_displacement=reached)
+    rows: list[Row] = []
+    for knob, cases in _turned(case, effort).items():
+        found = [
+            (value, *timed(partial(slide, each, slab_compliance(each.slab)), effort.repeats)) for value, each in cases
+        ]
+        readings = [(value, seconds, read(record, setup)) for value, record, seconds in found]
+        rows += [_row(knob, value, seconds, reading, readings[-1][2]) for value, seconds, reading in readings]
+    return _sheet(tuple(rows))
+
+
+def _turned(case: Case, effort: Effort) -> dict[str, list[tuple[float, Case]]]:
+    """Knob -> its values and their cases, the reference last."""
+    sizes = [(float(size), on(case, n_x=size, scheme=case.slab.scheme)) for size in effort.record_sizes]
+    floors = [
+        (floor, replace(case, slip_rule=replace(case.slip_rule, event_floor=floor)))
+        for floor in sorted(effort.event_floors, reverse=True)
+    ]
+    return {"n_x": sizes, "event_floor": floors}
+
+
+def read(record: FrictionRecord, setup: Setup) -> Reading:
+    """What is read off a record, and off the setup's drive over it; NaN where there is no plateau."""
+    nothing = (math.nan, math.nan)
+    events = event_statistics(record)
+    step = (events.mean_step, events.mean_step_uncertainty)
+    plateau = plateau_of(record)
+    if not plateau.outcome.ok:
+        return {"plateau": nothing, "static": nothing, "kinetic": nothing, "step": step}
+    drive = setup.drive.dimensionless(setup.scales)
+    motion = integrate(profile_of(record, plateau, drive.profile), drive, record.initial_stiffness)
+    friction = friction_coefficients(motion, record, plateau)
+    return {
+        "plateau": (plateau.mean, plateau.uncertainty),
+        "static": (friction.static_friction, friction.static_friction_uncertainty),
+        "kinetic": (friction.kinetic_friction, friction.kinetic_friction_uncertainty),
+        "step": step,
+    }
+
+
+def _row(knob: str, value: float, seconds: float, reading: Reading, truth: Reading) -> Row:
+    row: dict[str, Value] = {"knob": knob, "value": value, "seconds": seconds}
+    for name, (mean, uncertainty) in reading.items():
+        difference = abs(mean - truth[name][0])
+        combined = math.hypot(uncertainty, truth[name][1])
+        row |= {
+            name: mean,
+            f"{name}_uncertainty": uncertainty,
+            f"{name}_difference": difference / abs(truth[name][0]),
+            f"{name}_distance": difference / combined if combined else math.nan,
+        }
+    return row
+
+
+def _sheet(rows: tuple[Row, ...]) -> Diagram:
+    words = {"knob": "what was changed", "value": "its value", "seconds": "processor time of the record"}
+    for name, meaning in OBSERVABLES.items():
+        words |= {
+            name: meaning,
+            f"{name}_uncertainty": f"standard error of the {meaning}, from blocks",
+            f"{name}_difference": f"difference of the {meaning} from the reference's, over it",
+            f"{name}_distance": f"difference of the {meaning} from the reference's, over their combined uncertainty",
+        }
+    return Diagram(
+        name="slip_numerics",
+        title="Slip numerics",
+        reference="the largest n_x and the smallest event floor of this table, each against the others of its knob",
+        series="knob",
+        shown=(
+            *("knob", "value", "seconds", "plateau", "plateau_difference", "plateau_distance"),
+            *("static", "static_distance", "kinetic", "step", "step_distance"),
+        ),
+        error="plateau_difference",
+        rivals=False,
+        words=words,
+        rows=rows,
+    )

@@ -1,0 +1,132 @@
+"""A rough pin: straight pieces added to the parabola. Its kernels are compiled for it alone; the laws of contact are the same."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from solver.case import Case, Effects, FirstTouch, Heterogeneity, Roughness, Slab, SlipOrder, SlipRule
+from solver.contact import kernels
+from solver.contact.initial import first_touch
+from solver.contact.pin import pin_of
+from solver.elasticity.compliance import slab_compliance
+from solver.outcome import InvalidInput
+from solver.sliding.events import slide, slide_to_state
+from tests.physics import assert_contact_laws, half_plane
+
+SLAB = Slab(n_x=33)
+CASE = Case(slab=SLAB, radius=50.0, max_events=60)
+COMPLIANCE = slab_compliance(SLAB)
+
+
+def rough(points: Roughness, case: Case = CASE) -> Case:
+    return replace(case, heterogeneity=Heterogeneity(roughness=points))
+
+
+def random_profile(height: float, points: int = 301) -> Roughness:
+    heights = height * np.random.default_rng(3).standard_normal(points)
+    return tuple(zip(np.linspace(-0.6, 0.6, points).tolist(), heights.tolist(), strict=True))
+
+
+@pytest.mark.parametrize("height", [1e-5, 3e-4])
+@pytest.mark.parametrize("way", ["stick", "frictionless", "gradual"])
+def test_the_laws_of_contact_hold_at_first_touch_and_where_the_record_ends(height: float, way: FirstTouch) -> None:
+    case = rough(random_profile(height), replace(CASE, first_touch=way))
+    assert_contact_laws(first_touch(case, COMPLIANCE), case, COMPLIANCE)
+    record, state = slide_to_state(case, COMPLIANCE)
+    assert record.outcome.ok
+    assert record.touches.any()
+    assert_contact_laws(state, case, COMPLIANCE)
+
+
+@pytest.mark.parametrize("order", ["worst_first", "simultaneous"])
+def test_a_level_profile_is_a_smooth_pin(order: SlipOrder) -> None:
+    """Any height, as only differences matter; 1e-10 of the load: other sums lead to the same events."""
+    case = replace(CASE, slip_rule=SlipRule(order=order))
+    level = tuple((xi, 1e-3) for xi in np.linspace(-0.5, 0.5, 41).tolist())
+    smooth, found = slide(case, COMPLIANCE), slide(rough(level, case), COMPLIANCE)
+    np.testing.assert_array_equal(found.node, smooth.node)
+    np.testing.assert_allclose(found.force_after, smooth.force_after, atol=1e-10 * case.load)
+
+
+def test_a_parabola_in_pieces_is_a_parabola() -> None:
+    """Half of the curvature given as 40 000 straight pieces: heights off by 1e-12, so are the first ten events' forces."""
+    xi = np.linspace(-0.6, 0.6, 40_001)
+    half = replace(CASE, radius=100.0, max_events=10)
+    pieces = tuple(zip(xi.tolist(), (xi**2 / 200.0).tolist(), strict=True))
+    smooth, found = slide(replace(CASE, max_events=10), COMPLIANCE), slide(rough(pieces, half), COMPLIANCE)
+    np.testing.assert_array_equal(found.node, smooth.node)
+    np.testing.assert_allclose(found.force_after, smooth.force_after, atol=1e-6 * CASE.load)
+
+
+def test_a_node_rests_where_its_shear_is_first_gone() -> None:
+    """By brute force: |shear| falls through residual·μ_i·pressure nowhere before the distance that the kernel finds."""
+    points = random_profile(2e-4, 601)
+    case = rough(points, replace(CASE, slip_rule=SlipRule(residual=0.3)))
+    profile = kernels.Profile(pin_of(case).curvature, *(np.ascontiguousarray(part) for part in np.array(points).T))
+    rng = np.random.default_rng(5)
+    tableau = np.array([[1.3, 0.2], [-0.3, 1.1]])
+    bent = 0
+    for _ in range(50):
+        xi, shear = rng.uniform(-0.1, 0.1), rng.choice([-1.0, 1.0]) * rng.uniform(0.02, 0.1)
+        y = np.array([shear, -0.05, 0.0])
+        along, down = kernels._slip_on_rough(y, tableau, np.array([0.5]), 0, xi, profile, 0.3)
+        share = 0.3 * 0.5 * np.sign(shear)
+        path = np.linspace(0.0, along, 20_001)[:-1]
+        climbed = pin_of(case).height(xi + path) - pin_of(case).height(np.array(xi))
+        excess = y[0] + share * y[1] + (1.3 + share * 0.2) * path + (-0.3 + share * 1.1) * climbed
+        assert np.all(np.sign(excess[:-1]) == np.sign(excess[0]))
+        assert abs(excess[-1]) < 1e-3 * abs(excess[0])
+        assert down == pytest.approx(
+            float(pin_of(case).height(np.array(xi + along)) - pin_of(case).height(np.array(xi)))
+        )
+        bent += abs(along) > 0.002
+    assert bent > 25  # more than one piece of the profile
+
+
+def test_energy_is_lost_in_every_event_on_a_reciprocal_operator() -> None:
+    compliance = half_plane(SLAB)
+    record = slide(rough(random_profile(1e-5)), compliance)
+    assert record.outcome.ok
+    slips = record.dissipated[(record.releases == 0) & (record.touches == 0)]
+    assert len(slips) > 20
+    assert slips.min() > 0.0
+
+
+def test_the_slope_is_that_of_the_height() -> None:
+    pin = pin_of(rough(random_profile(1e-4)))
+    xi = np.linspace(-0.7, 0.7, 998)  # none of them a knot
+    numeric = (pin.height(xi + 1e-9) - pin.height(xi - 1e-9)) / 2e-9
+    np.testing.assert_allclose(pin.slope(xi), numeric, atol=1e-6)
+
+
+def test_frozen_pressures_feel_roughness_at_first_touch_only() -> None:
+    case = replace(rough(random_profile(1e-4)), effects=Effects(pin_translation=False))
+    record, state = slide_to_state(case, COMPLIANCE)
+    assert record.outcome.ok
+    np.testing.assert_array_equal(state.pressure, first_touch(case, COMPLIANCE).pressure)
+
+
+def test_a_smooth_pin_has_no_profile() -> None:
+    assert isinstance(_kernels_profile(CASE), float)
+    assert pin_of(CASE).knots is None
+
+
+def _kernels_profile(case: Case) -> object:
+    from solver.contact.tableau import core_of
+
+    return core_of(case, COMPLIANCE, np.abs(COMPLIANCE.x) < 0.1, np.zeros(33), np.zeros(33)).rules.profile
+
+
+def test_what_means_nothing_is_refused() -> None:
+    points = ((0.0, 0.0), (0.1, 1e-5))
+    with pytest.raises(InvalidInput, match="roughness with pin = flat_punch: needs a parabola"):
+        rough(points, replace(CASE, pin="flat_punch"))
+    with pytest.raises(InvalidInput, match=r"roughness with residual = 1\.0"):
+        rough(points, replace(CASE, slip_rule=SlipRule(residual=1.0)))
+    with pytest.raises(InvalidInput, match="points with increasing ξ"):
+        Heterogeneity(roughness=((0.1, 0.0), (0.1, 1.0)))
+    with pytest.raises(InvalidInput, match="no or at least 2 points"):
+        Heterogeneity(roughness=((0.1, 0.0),))
+    with pytest.raises(InvalidInput, match="finite numbers"):
+        Heterogeneity(roughness=((0.1, 0.0), (0.2, float("inf"))))

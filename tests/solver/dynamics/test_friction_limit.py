@@ -1,0 +1,109 @@
+"""The friction limit takes both sides of every drop from the record, then repeats its steady part for ever."""
+
+import numpy as np
+import pytest
+
+from solver.case import Drive
+from solver.dynamics.friction_limit import NoPlateauError, Profile, linear, profile_of, sawtooth
+from solver.dynamics.integrate import integrate
+from solver.outcome import InvalidInput
+from solver.sliding.plateau import plateau_of
+from tests.synthetic import LOAD, noisy_record, profile_through, record_from
+
+RECORD = noisy_record()
+PLATEAU = plateau_of(RECORD)
+UP_TO_END = slice(0, PLATEAU.last_event + 1)
+ROUNDING = 1e-12 * LOAD  # a thousandth of a percent of a drop is 3e-8 LOAD
+
+
+def test_the_sawtooth_has_the_records_force_on_both_sides_of_every_event():
+    profile = sawtooth(RECORD, PLATEAU)
+    x = RECORD.displacement[UP_TO_END]
+    width = np.diff(profile.edges)
+    assert np.array_equal(profile.edges[1:], x)
+    assert np.allclose(profile.force + profile.slope * width, RECORD.force_before[UP_TO_END], rtol=0, atol=ROUNDING)
+    assert np.allclose(profile.limit(x[:-1]), RECORD.force_after[UP_TO_END][:-1], rtol=0, atol=ROUNDING)
+
+
+def test_the_linear_profile_joins_the_forces_after_events():
+    profile = linear(RECORD, PLATEAU)
+    x, after = RECORD.displacement[UP_TO_END], RECORD.force_after[UP_TO_END]
+    within = np.linspace(0.0, x[-1] * (1 - 1e-12), 1001)
+    joined = np.interp(within, np.append(0.0, x), np.append(RECORD.initial_force, after))
+    assert np.allclose(profile.limit(within), joined, rtol=0, atol=ROUNDING)
+
+
+@pytest.mark.parametrize("shape", ["sawtooth", "linear"])
+def test_the_steady_part_repeats_and_the_past_is_mirrored(shape):
+    profile = profile_of(RECORD, PLATEAU, shape)
+    x = np.linspace(PLATEAU.start, PLATEAU.end, 777)[1:-1]
+    assert profile.period == pytest.approx(PLATEAU.end - PLATEAU.start, rel=1e-14)
+    steep = np.abs(profile.slope).max() * 1e-15  # rounding of x moves the limit along a tooth
+    assert np.allclose(profile.limit(x + 5 * profile.period), profile.limit(x), rtol=0, atol=10 * steep)
+    assert np.array_equal(profile.limit(-x), profile.limit(x))
+
+
+def test_the_steady_force_is_the_plateaus_mean():
+    assert sawtooth(RECORD, PLATEAU).steady_force == pytest.approx(PLATEAU.mean * LOAD, rel=1e-12)
+
+
+def test_a_negative_force_after_first_touch_is_taken_as_none():
+    record = record_from(np.full(400, 2e-6), np.append(np.zeros(100), np.full(300, 9e-7)), initial_force=-1e-6)
+    profile = sawtooth(record, plateau_of(record))
+    assert profile.force[0] == 0.0
+    assert profile.limit(np.linspace(0.0, 1e-3, 501)).min() == 0.0
+
+
+def test_without_a_plateau_there_is_nothing_to_repeat():
+    record = record_from(np.full(100, 1e-5), np.zeros(100))
+    with pytest.raises(NoPlateauError, match=r"limits\.events"):
+        sawtooth(record, plateau_of(record))
+
+
+@pytest.mark.parametrize(
+    ("edges", "force", "slope", "periodic_from", "named"),
+    [
+        ([0.0, 1.0], [1.0, 1.0], [0.0, 0.0], 0, "2 teeth"),
+        ([0.0, 1.0, 1.0], [1.0, 1.0], [0.0, 0.0], 0, "increase from 0"),
+        ([0.5, 1.0], [1.0], [0.0], 0, "increase from 0"),
+        ([0.0, 1.0], [1.0], [0.0], 1, "periodic_from = 1"),
+        ([0.0, 1.0], [1.0], [-1.5], 0, "force = -0.5"),
+        ([0.0, 1.0], [np.nan], [0.0], 0, "finite numbers"),
+        ([0.0, 1.0], [np.inf], [0.0], 0, "finite numbers"),
+        ([0.0, np.inf], [1.0], [0.0], 0, "finite positions"),
+    ],
+)
+def test_teeth_that_do_not_fit_are_refused_by_name(edges, force, slope, periodic_from, named):
+    with pytest.raises(InvalidInput, match=named):
+        Profile(np.array(edges), np.array(force), np.array(slope), periodic_from)
+
+
+def test_at_a_jump_the_limit_is_the_force_ahead():
+    profile = profile_through([0.0, 1.0, 2.0], [0.0, 0.5], [1.0, 2.0])
+    assert profile.limit(np.array([1.0, 2.0])).tolist() == [0.5, 0.0]
+
+
+def test_the_mean_profile_is_the_plateaus_mean_everywhere():
+    profile = profile_of(RECORD, PLATEAU, "mean")
+    assert np.array_equal(profile.limit(np.linspace(-3.0, 3.0, 11)), np.full(11, PLATEAU.mean * LOAD))
+    assert profile.steady_force == PLATEAU.mean * LOAD
+
+
+def test_the_mean_profile_needs_a_plateau():
+    record = record_from(np.full(100, 1e-5), np.zeros(100))
+    with pytest.raises(NoPlateauError, match=r"limits\.events"):
+        profile_of(record, plateau_of(record), "mean")
+
+
+@pytest.mark.parametrize("compliant", [True, False])
+def test_ever_finer_teeth_tend_to_the_mean(compliant):
+    """Teeth of the contact's own slope over shorter and shorter periods p, about the same mean: off by less than p."""
+    level, contact = 0.5, 5.0
+    drive = Drive(1.0, 0.1, 0.3, 12.0, samples=100, surface_compliance=compliant)
+    mean = integrate(profile_through([0.0, 1.0], [level], [level]), drive, contact)
+    for period in (1e-2, 1e-3, 1e-4):
+        half = 0.5 * contact * period
+        fine = integrate(profile_through([0.0, period], [level - half], [level + half]), drive, contact)
+        assert (
+            np.abs(fine.position - mean.position).max() < 10.0 * period
+        )  # a rise of K·p delays the first slip by 5 p/V·V

@@ -1,0 +1,99 @@
+"""Regimes are what Eq. 16-19 say of a pin with constant friction forces, and are counted from slips alone."""
+
+import math
+from dataclasses import replace
+from itertools import pairwise
+
+import numpy as np
+import pytest
+
+from solver.case import Drive
+from solver.dynamics.integrate import DynamicsResult, integrate
+from solver.dynamics.regime import count_sticks
+from solver.dynamics.stick_slip import stick_slip
+from solver.outcome import Ending, Outcome
+from tests.synthetic import constant_profile, profile_through
+
+DRIVE = Drive(1.0, 0.05, 0.1, duration=100.0, samples=10)
+
+
+def driven(slips: list[float], ends: list[float], duration: float = 100.0) -> DynamicsResult:
+    """The result of a drive with these slips."""
+    plain = integrate(constant_profile(1e3), replace(DRIVE, duration=duration), 5.0)
+    none = np.full(len(slips), math.nan)
+    return replace(
+        plain,
+        slip_time=np.array(slips),
+        restick_time=np.array(ends),
+        slip_position=none,
+        slip_force=none,
+        restick_position=none,
+    )
+
+
+def of_closed_form(duration: float, static: float, later: float, velocity: float = 0.1) -> DynamicsResult:
+    drive = replace(DRIVE, duration=duration, stage_velocity=velocity)
+    motion = stick_slip(np.linspace(0.0, duration, 3), drive, kinetic=0.5, static=static, later_static=later)
+    return driven(list(motion.slip_time), list(motion.restick_time), duration)
+
+
+def test_without_a_slip_the_pin_sticks_all_the_time():
+    found = count_sticks(driven([], []))
+    assert (found.resticks, found.time_stuck, found.regime) == (0, 1.0, "sticks")
+
+
+def test_time_outside_slips_is_time_stuck():
+    found = count_sticks(driven([10.0, 40.0, 80.0], [15.0, 60.0, math.nan]))
+    assert found.resticks == 2
+    assert found.time_stuck == pytest.approx(1.0 - (5.0 + 20.0 + 20.0) / 100.0, rel=1e-15)
+
+
+@pytest.mark.parametrize("duration", np.linspace(30.0, 300.0, 91))
+def test_a_motion_that_repeats_itself_is_stick_slip_whenever_it_is_cut(duration):
+    """Static 1.2 over kinetic 0.5 for ever. From the first re-stick on: whether the end falls into stick or slip."""
+    motion = stick_slip(np.linspace(0.0, 400.0, 3), DRIVE, kinetic=0.5, static=1.2, later_static=1.2)
+    assert len(motion.slip_time) > 20
+    assert motion.restick_time[0] < 30.0
+    found = count_sticks(of_closed_form(duration, 1.2, 1.2))
+    assert found.regime == "stick_slip"
+    assert found.resticks == np.sum(motion.restick_time < duration)
+
+
+def test_a_pin_that_sticks_again_before_it_slides_for_good_slides():
+    """Static 2 once, then 0.52: the first slip's swing re-sticks it, the last ends in steady sliding (as in §3.3)."""
+    motion = stick_slip(np.linspace(0.0, 300.0, 3), DRIVE, kinetic=0.5, static=2.0, later_static=0.52)
+    assert len(motion.slip_time) >= 2
+    assert math.isnan(motion.restick_time[-1])
+    assert count_sticks(of_closed_form(300.0, 2.0, 0.52)).regime == "slides"
+    cycle = max(later - start for start, later in pairwise(motion.slip_time))
+    soon = float(motion.slip_time[-1]) + 0.99 * cycle  # too early to tell
+    assert count_sticks(of_closed_form(soon, 2.0, 0.52)).regime == "stick_slip"
+
+
+def test_a_pin_that_never_sticks_again_slides():
+    found = count_sticks(of_closed_form(100.0, 0.5, 0.5))
+    assert (found.resticks, found.regime) == (0, "slides")
+    assert found.time_stuck == pytest.approx((0.5 - 0.01) / 0.1 / 100.0, rel=1e-12)  # up to k V t + c V = 0.5
+
+
+def test_a_pin_at_rest_in_the_end_has_not_begun_to_slide():
+    assert count_sticks(driven([10.0], [30.0])).regime == "stick_slip"
+
+
+@pytest.mark.parametrize(("velocity", "regime"), [(0.02, "stick_slip"), (2.0, "slides")])
+def test_the_integrator_sticks_and_slips_when_slow_and_slides_when_fast(velocity, regime):
+    """Teeth from 0.5 up to 1 and down again at once, much shorter than a slow pin's slips: stick-slip dies with speed."""
+    profile = profile_through([0.0, 0.1, 1.1], [0.0, 0.5], [1.0, 0.5], periodic_from=0)
+    drive = Drive(1.0, 0.3, velocity, duration=300.0 if velocity < 1.0 else 60.0, samples=10)
+    result = integrate(profile, drive, 20.0)
+    found = count_sticks(result)
+    assert found.regime == regime
+    assert found.resticks == np.isfinite(result.restick_time).sum()
+    assert (found.resticks > 3) == (regime == "stick_slip")
+
+
+def test_a_drive_that_ended_early_has_no_regime():
+    result = replace(driven([10.0], [30.0]), outcome=Outcome(Ending.STEP_LIMIT, "raise it"))
+    found = count_sticks(result)
+    assert (found.resticks, found.regime) == (1, None)
+    assert math.isnan(found.time_stuck)

@@ -1,0 +1,118 @@
+"""The half-plane in closed form: reciprocal, the same everywhere, and the integral of Flamant's line forces."""
+
+import numpy as np
+import pytest
+from scipy.integrate import quad
+
+from solver.case import Case, Slab
+from solver.contact.closed_forms import hertz
+from solver.contact.initial import first_touch
+from solver.elasticity.compliance import slab_compliance
+from solver.elasticity.schemes import stiffness
+from solver.outcome import InvalidInput
+
+
+def flamant(x: float, z: float, poisson: float) -> np.ndarray:
+    """[[u, w] under f_x = 1, [u, w] under f_z = 1]: a line force at the origin of z ≤ 0, but for a rigid motion.
+
+    From Kolosov's potentials φ = -F/2π ln ζ, ψ = F̄/2π ln ζ, 2(u + iw) = κφ - ζ φ'̄ - ψ̄, not from the polar form that
+    the scheme quotes.
+    """
+    zeta = x + 1j * z
+    fields = []
+    for force in (1.0, 1.0j):
+        potential, slope = -force / (2 * np.pi) * np.log(zeta), -force / (2 * np.pi * zeta)
+        other = np.conj(force) / (2 * np.pi) * np.log(zeta)
+        moved = ((3 - 4 * poisson) * potential - zeta * np.conj(slope) - np.conj(other)) / 2
+        fields.append([moved.real, moved.imag])
+    return np.array(fields)
+
+
+def relative(distance: float, depth: float, poisson: float) -> np.ndarray:
+    """Displacements at a distance from the force relative to the depth below it, the surface not tilted on the whole."""
+    below = flamant(0.0, -depth, poisson)
+    right, left = (flamant(x, -1e-300, poisson) - below for x in (abs(distance), -abs(distance)))
+    even, odd = (right + left) / 2, (right - left) / 2
+    return np.where(np.eye(2, dtype=bool), even, np.sign(distance) * odd)
+
+
+@pytest.mark.parametrize("poisson", [0.0, 0.3, 0.49])
+@pytest.mark.parametrize("depth", [0.8, 3.0])
+def test_entries_are_flamants_integral_over_a_hat(poisson: float, depth: float) -> None:
+    slab = Slab(n_x=9, aspect_ratio=depth, poisson=poisson, scheme="half_plane")
+    n, h = slab.n_x, slab.spacing
+    matrix = slab_compliance(slab).matrix
+    for i, j in ((4, 4), (4, 3), (0, 8), (7, 2), (1, 0)):
+        for row in range(2):
+            for column in range(2):
+                distance = (i - j) * h
+
+                def along(s: float, distance: float = distance, row: int = row, column: int = column) -> float:
+                    return float((1 - abs(s) / h) / h * relative(distance - s, depth, poisson)[column, row])
+
+                expected = sum(quad(along, a, b, epsabs=1e-12)[0] for a, b in ((-h, 0.0), (0.0, h)))
+                # The quadrature's own error next to the logarithm.
+                assert matrix[row * n + i, column * n + j] == pytest.approx(expected, abs=1e-9)
+
+
+@pytest.mark.parametrize("poisson", [0.0, 1 / 3, 0.4999])
+def test_reciprocal_definite_and_the_same_everywhere(poisson: float) -> None:
+    slab = Slab(n_x=65, poisson=poisson, scheme="half_plane")
+    compliance = slab_compliance(slab)
+    np.testing.assert_array_equal(compliance.matrix, compliance.matrix.T)
+    assert np.linalg.eigvalsh(compliance.matrix)[0] > 0.0
+    for block in compliance.matrix.reshape(2, 65, 2, 65).transpose(0, 2, 1, 3).reshape(4, 65, 65):
+        np.testing.assert_array_equal(block[1:, 1:], block[:-1, :-1])
+    np.testing.assert_array_equal(compliance.widths, slab.spacing)  # hats are whole at the ends too
+
+
+def test_a_datum_too_near_is_refused_by_name() -> None:
+    with pytest.raises(InvalidInput, match=r"aspect_ratio = 0\.3: needs a deeper datum"):
+        slab_compliance(Slab(n_x=33, aspect_ratio=0.3, scheme="half_plane"))
+    with pytest.raises(InvalidInput, match="scheme = 'half_plane': needs one that has a grid"):
+        stiffness(Slab(n_x=33, scheme="half_plane"))
+
+
+def test_the_datum_shifts_all_displacements_along_the_force_alike() -> None:
+    near, far = (slab_compliance(Slab(17, depth, 0.25, scheme="half_plane")).matrix for depth in (1.0, 5.0))
+    shift = 0.75 / np.pi * np.log(5.0)
+    expected = np.kron(np.eye(2), np.full((17, 17), shift))
+    np.testing.assert_allclose(far - near, expected, atol=1e-15 * np.abs(far).max())
+
+
+@pytest.mark.parametrize("radius", [200.0, 2000.0])
+def test_hertz_without_a_finite_slab_in_the_way(radius: float) -> None:
+    """A contact 0.7 as wide as the slab, with strains too small to matter (Hertz knows none): only the edge nodes' hats
+    are no part of an ellipse."""
+    poisson, half_width = 1 / 3, 0.35
+    load = np.pi * half_width**2 / (2 * radius * (1 - poisson))
+    theory = hertz(load, radius, poisson)
+    slab = Slab(n_x=257, poisson=poisson, scheme="half_plane")
+    compliance = slab_compliance(slab)
+    state = first_touch(Case(slab=slab, radius=radius, load=load, first_touch="frictionless"), compliance)
+    assert state.outcome.ok
+    moment = float((-state.nodal_force[1] * compliance.x**2).sum()) / load
+    assert 2 * np.sqrt(moment) == pytest.approx(theory.half_width, rel=2e-3)
+    inside = np.abs(compliance.x) <= 0.9 * half_width
+    error = np.abs(state.pressure - theory.pressure(compliance.x))[inside].max() / theory.peak_pressure
+    assert error <= 2e-3
+
+
+def test_a_contact_that_shrinks_beside_its_slab_sees_a_half_plane() -> None:
+    """What a slab adds under a patch of force is smooth: relative to the patch's middle it vanishes as the patch's size
+    across the force (a uniform strain, a tilt), and as its square along it."""
+    n, poisson = 513, 0.3
+    finite, infinite = (
+        slab_compliance(Slab(n, 2.0, poisson, scheme=scheme)).matrix.reshape(2, n, 2, n)
+        for scheme in ("galerkin", "half_plane")
+    )
+    added = []
+    for reach in (64, 32):
+        patch = np.arange(n // 2 - reach, n // 2 + reach + 1)
+        force = np.sqrt(1 - np.linspace(-1, 1, len(patch)) ** 2)
+        change = (finite - infinite)[:, patch][:, :, :, patch] @ (force / force.sum())
+        added.append(np.abs(change - change[:, [reach]]).max(axis=1))
+    orders = np.log2(added[0] / added[1])
+    assert np.diag(orders).min() > 1.5, orders  # 1.96 and 1.57 seen
+    assert min(orders[0, 1], orders[1, 0]) > 0.9, orders  # 0.97 and 1.01 seen
+    assert np.diag(added[1]).max() < 0.03 * (1 - poisson) / np.pi

@@ -1,0 +1,152 @@
+"""What a stretch of a record can know: nothing of the phases that it did not see, all of them from one node spacing on."""
+
+import math
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from solver.sliding.sampling import (
+    DISORDER,
+    EVENLY,
+    EVENT_LEFT_OVER,
+    KNOWN,
+    LEFT_OVER,
+    MODULATION,
+    SHARED,
+    Sampling,
+    ensemble_uncertainty,
+)
+
+BLOCKS = 1.0 + 0.01 * np.sin(np.arange(32) * 1.7)
+SEEN = float(np.std(BLOCKS, ddof=1))
+LENGTHS = np.linspace(0.01, 0.99, 99)
+
+
+@pytest.mark.parametrize("spacings", [0.0, 0.1, 0.5, 0.73, 0.999])
+def test_what_is_unseen_is_the_mean_of_a_wave_over_the_stretch(spacings: float) -> None:
+    """The largest mean that cos 2πx can have over a stretch of length s, by quadrature: |sin πs|/πs."""
+    x = (np.arange(10_000) + 0.5) / 10_000
+    largest = abs(float(np.cos(2 * np.pi * spacings * (x - 0.5)).mean()))
+    assert Sampling(spacings, 9.0).unseen == pytest.approx(largest, rel=1e-6, abs=1e-9)  # midpoint rule: (π s/10⁴)²/6
+
+
+@pytest.mark.parametrize("spacings", [1, 1.0, 1.3, 1.5, 4.0])
+def test_nothing_is_unseen_from_one_spacing_on(spacings: float) -> None:
+    assert Sampling(spacings, 9.0).unseen == 0.0
+
+
+def test_over_whole_spacings_it_falls_as_one_over_their_number() -> None:
+    one = Sampling(1.0, 9.0).of_mean_force(BLOCKS, 1.0)
+    assert one == pytest.approx(LEFT_OVER * SEEN / math.sqrt(32), rel=1e-14)
+    for count in range(2, 9):
+        assert Sampling(float(count), 9.0).of_mean_force(BLOCKS, 1.0) == pytest.approx(one / count, rel=1e-14)
+
+
+def test_over_a_vanishing_stretch_the_whole_modulation_is_open() -> None:
+    """Nothing of it was seen, so its size is the model's, whatever the blocks say of themselves."""
+    short = Sampling(1e-6, 9.0)
+    assert short.of_mean_force(np.ones(32), 0.0) == pytest.approx(MODULATION / 9.0, rel=1e-9)
+    assert short.of_mean_force(BLOCKS, 0.0) == pytest.approx(MODULATION / 9.0 * BLOCKS.mean(), rel=1e-9)
+
+
+def test_it_falls_with_length_with_nodes_with_residual() -> None:
+    def of(spacings: float, nodes: float = 9.0, residual: float = 0.0) -> float:
+        return Sampling(spacings, nodes, residual).of_mean_force(BLOCKS, SEEN / math.sqrt(32))
+
+    assert np.all(np.diff([of(spacings) for spacings in LENGTHS]) < 0.0)
+    assert np.all(np.diff([of(0.3, nodes) for nodes in (1.0, 3.0, 9.0, 40.0)]) < 0.0)
+    assert np.all(np.diff([of(0.3, residual=residual) for residual in (0.0, 0.3, 0.9, 1.0)]) < 0.0)
+    # Just before one spacing all of it was seen too: the two rules differ by LEFT_OVER alone.
+    assert of(1.0) / of(1.0 - 1e-6) == pytest.approx(LEFT_OVER, rel=1e-6)
+
+
+def test_it_is_never_less_than_what_the_blocks_say_below_one_spacing() -> None:
+    for spacings in LENGTHS:
+        assert Sampling(spacings, 9.0).of_mean_force(BLOCKS, 0.02) >= 0.02
+
+
+def test_without_drops_nothing_is_modulated() -> None:
+    """At residual 1 slips drop nothing: what is left is what the blocks say, and in a stretch too short that they see little."""
+    smooth = Sampling(1e-3, 9.0, residual=1.0)
+    assert smooth.discreteness == 0.0
+    assert smooth.of_peak() == 0.0
+    assert smooth.of_mean_force(np.ones(32), 2e-3) == 2e-3
+    assert smooth.of_mean_force(BLOCKS, 2e-3) == pytest.approx(2e-3, rel=1e-4)
+
+
+def test_fewer_than_one_node_counts_as_one() -> None:
+    assert Sampling(0.3, 0.0).discreteness == Sampling(0.3, 1.0).discreteness == 1.0
+    assert Sampling(0.3, 0.0, spread=0.2).of_peak() == Sampling(0.3, 1.0, spread=0.2).of_peak()
+
+
+def test_disorder_falls_as_the_root_of_the_nodes_that_were_met() -> None:
+    """Over s spacings a contact of n nodes meets n + s of them."""
+    drawn = Sampling(4.0, 12.0, spread=0.2)
+    assert drawn.disorder == pytest.approx(DISORDER * 0.2 / 4.0)
+    assert replace(drawn, spacings=52.0).disorder == pytest.approx(drawn.disorder / 2.0)
+    assert replace(drawn, spread=0.4).disorder == pytest.approx(2.0 * drawn.disorder)
+    assert replace(drawn, spread=0.0).disorder == 0.0
+
+
+@pytest.mark.parametrize("spacings", [0.3, 1.0, 4.0])
+def test_disorder_is_in_everything_that_is_stated(spacings: float) -> None:
+    """Other nodes would have had other μ_i, however long the record: in squares, since it is of another cause."""
+    plain, drawn = Sampling(spacings, 9.0), Sampling(spacings, 9.0, spread=0.3)
+    force = math.hypot(plain.of_mean_force(BLOCKS, 1e-3), drawn.disorder * BLOCKS.mean())
+    assert drawn.of_mean_force(BLOCKS, 1e-3) == pytest.approx(force, rel=1e-14)
+    assert drawn.of_events() == pytest.approx(math.hypot(plain.of_events(), drawn.disorder), rel=1e-14)
+    assert drawn.of_peak() > plain.of_peak()
+
+
+def test_of_events_nothing_is_known_before_first_touch_is_forgotten() -> None:
+    assert math.isnan(Sampling(0.999 * KNOWN, 9.0).of_events())
+    known = [Sampling(spacings, 9.0).of_events() for spacings in np.linspace(KNOWN, 0.99, 50)]
+    assert np.isfinite(known).all()
+    assert np.all(np.diff(known) < 0.0)
+    assert Sampling(1.0, 9.0).of_events() == EVENT_LEFT_OVER
+    assert Sampling(5.0, 9.0).of_events() == EVENT_LEFT_OVER / 5.0
+
+
+def test_events_that_drop_nothing_are_known_from_the_first() -> None:
+    assert Sampling(0.01, 9.0, residual=1.0).of_events() == 0.0
+    assert Sampling(0.01, 9.0, residual=1.0, spread=0.2).of_events() > 0.0
+
+
+VALUES = np.array([1.0, 1.02, 0.99, 1.01])
+STATED = np.array([0.1, 0.3, 0.2, 0.2])
+
+
+@pytest.mark.parametrize(
+    ("spacings", "shared"), [(0.3, SHARED[0]), (0.49, SHARED[0]), (0.5, SHARED[1]), (2.0, SHARED[1])]
+)
+def test_evenly_spread_members_know_more_than_as_many_by_chance(spacings: float, shared: float) -> None:
+    chance = float(np.std(VALUES, ddof=1)) / 2.0
+    assert ensemble_uncertainty(VALUES, STATED, spacings) == pytest.approx(
+        math.hypot(EVENLY * chance, shared * 0.2), rel=1e-14
+    )
+
+
+def test_a_missing_member_is_a_missing_phase() -> None:
+    """What three members of four know, they know by chance."""
+    values = np.array([1.0, np.nan, 0.99, 1.01])
+    chance = 0.01 / math.sqrt(3.0)  # of 1.00, 0.99, 1.01
+    assert ensemble_uncertainty(values, STATED, 1.0) == pytest.approx(math.hypot(chance, SHARED[1] * 0.2), rel=1e-14)
+
+
+def test_a_member_that_states_no_uncertainty_is_left_to_those_that_do() -> None:
+    stated = np.array([np.nan, 0.2, 0.2, np.nan])
+    assert ensemble_uncertainty(VALUES, stated, 1.0) == ensemble_uncertainty(VALUES, np.full(4, 0.2), 1.0)
+    assert math.isnan(ensemble_uncertainty(VALUES, np.full(4, np.nan), 1.0))
+
+
+@pytest.mark.parametrize("values", [[], [1.0], [np.nan, 1.0], [np.nan, np.nan, np.nan]])
+def test_fewer_than_two_members_know_nothing_of_their_scatter(values: list[float]) -> None:
+    assert math.isnan(ensemble_uncertainty(np.array(values), np.full(len(values), 0.1), 1.0))
+
+
+def test_the_order_of_members_does_not_matter() -> None:
+    turned = np.array([2, 0, 3, 1])
+    assert ensemble_uncertainty(VALUES[turned], STATED[turned], 0.3) == pytest.approx(
+        ensemble_uncertainty(VALUES, STATED, 0.3)
+    )

@@ -1,0 +1,265 @@
+"""Counts are of triggers and of whole cascades; μ_s and μ_k come with uncertainties, or with the reason why not."""
+
+import math
+import time
+from dataclasses import replace
+from itertools import pairwise
+
+import numpy as np
+import pytest
+
+from solver.case import Case, Drive, Slab, SlipRule
+from solver.dynamics.coefficients import friction_coefficients
+from solver.dynamics.friction_limit import sawtooth
+from solver.dynamics.integrate import DynamicsResult, integrate
+from solver.elasticity.compliance import slab_compliance
+from solver.outcome import Ending
+from solver.sliding.events import slide
+from solver.sliding.plateau import Plateau, plateau_of
+from solver.sliding.record import FrictionRecord
+from solver.sliding.statistics import LONGEST_CYCLE, cycle_of, event_statistics
+from tests.synthetic import LOAD, SPACING, STIFFNESS, noisy_record, record_from
+
+TIME_UNIT = math.sqrt(0.5 / 1e8)  # s: the paper's pin of 0.5 kg, G = 10 GPa, L_y = 1 cm
+PAPER = Drive(2e-3, 0.1, 2.0 * TIME_UNIT, 0.2 / TIME_UNIT)
+
+
+def driven(drive: Drive = PAPER) -> tuple[DynamicsResult, FrictionRecord, Plateau]:
+    record = noisy_record()
+    plateau = plateau_of(record)
+    return integrate(sawtooth(record, plateau), drive, STIFFNESS), record, plateau
+
+
+def test_events_are_counted_by_trigger_and_cascades_by_what_they_did():
+    record = replace(
+        record_from([1e-6, 2e-6, 3e-6, 2e-6], [1e-7, 4e-7, 2e-7, 1e-7]),
+        kind=np.array([0, 0, 1, 2], np.int8),
+        slips=np.array([5, 70, 0, 2]),
+        releases=np.array([0, 1, 1, 0], np.int32),
+        touches=np.array([0, 0, 0, 3], np.int32),
+    )
+    found = event_statistics(record)
+    assert (found.events, found.slips, found.releases, found.touches) == (4, 2, 1, 1)
+    assert (found.cascade_slips, found.cascade_releases, found.cascade_touches) == (77, 2, 3)
+    assert found.mean_step == pytest.approx(2e-6, rel=1e-12)
+    assert found.mean_slips == 77 / 4
+    assert found.mean_drop == pytest.approx(2e-7 / LOAD, rel=1e-9)  # differences of forces ten times as large
+    assert found.peak_friction == record.force_before.max() / LOAD
+    assert found.dissipated == record.dissipated.sum()
+
+
+def test_a_record_without_events_has_no_means():
+    record = replace(
+        record_from([1e-6], [0.0]),
+        **{name: np.empty(0) for name in ("displacement", "force_before", "force_after", "stiffness", "dissipated")},
+        **{name: np.empty(0, np.int64) for name in ("kind", "node", "slips", "releases", "touches", "contact_size")},
+    )
+    found = event_statistics(record)
+    assert found.events == 0
+    assert np.isnan([found.mean_step, found.mean_slips, found.mean_drop]).all()
+    assert found.peak_friction == record.final_force / LOAD
+
+
+def test_means_over_events_scatter_as_their_uncertainties_say():
+    """640 independent steps and drops: 1/√640 of their standard deviation, known itself to 1/√(2·7) and taken at its largest."""
+    rng = np.random.default_rng(7)
+    steps, drops = rng.uniform(1e-6, 3e-6, 640), rng.uniform(1e-7, 3e-7, 640)
+    found = event_statistics(record_from(steps, drops))
+    scatter = 1.0 / math.sqrt(12.0 * 640)  # of a uniform distribution's mean, over its range
+    assert 0.5 < found.mean_step_uncertainty / (2e-6 * scatter) < 2.0
+    assert 0.5 < found.mean_drop_uncertainty / (2e-7 / LOAD * scatter) < 2.0
+
+
+def test_fewer_than_two_events_a_block_say_nothing_of_their_scatter():
+    found = event_statistics(record_from([1e-6] * 63, [1e-7] * 63))
+    assert np.isnan([found.mean_step_uncertainty, found.mean_drop_uncertainty]).all()
+
+
+def test_kinetic_friction_is_the_plateaus_mean_and_static_friction_one_of_its_peaks():
+    """§3.3: the paper's explanation of the two coefficients."""
+    result, record, plateau = driven()
+    found = friction_coefficients(result, record, plateau)
+    assert found.outcome.ok
+    assert abs(found.kinetic_friction - plateau.mean) < 3.0 * found.kinetic_friction_uncertainty
+    assert found.kinetic_friction_uncertainty >= plateau.uncertainty
+    # The driving force overshoots the limit while the pin gathers speed, by less than k V²/(2a), a of 1 % of F.
+    assert plateau.mean < found.static_friction < 1.05 * plateau.peak
+    assert found.static_friction == result.slip_force[0] / LOAD
+    assert 0.0 < found.static_friction_uncertainty < 0.01 * plateau.peak  # 1 % noise, and its maxima scatter less
+
+
+def test_scatter_of_peaks_is_that_of_block_maxima():
+    result, record, plateau = driven()
+    found = friction_coefficients(result, record, plateau)
+    inside = slice(plateau.first_event + 1, plateau.last_event + 1)
+    edges = np.linspace(plateau.start, plateau.end, 9)
+    x, force = record.displacement[inside], record.force_before[inside] / LOAD
+    highest = [force[(x >= low) & (x <= high)].max() for low, high in pairwise(edges)]
+    # The driving force overshoots the record's peak a little: that belongs to the pin's inertia, and to ±.
+    beyond = max(found.static_friction - record.force_before.max() / LOAD, 0.0)
+    assert found.static_friction_uncertainty == pytest.approx(math.hypot(np.std(highest, ddof=1), beyond), rel=1e-9)
+
+
+def test_scalars_do_not_depend_on_how_many_samples_are_kept():
+    found = [friction_coefficients(*driven(replace(PAPER, samples=samples))) for samples in (10, 3000)]
+    for name in ("static_friction", "kinetic_friction", "kinetic_friction_uncertainty"):
+        assert getattr(found[0], name) == getattr(found[1], name)
+
+
+def test_a_drive_too_short_to_slip_says_so():
+    found = friction_coefficients(*driven(replace(PAPER, duration=0.02 / TIME_UNIT)))
+    assert found.outcome.ending is Ending.NO_SLIP
+    assert "duration" in found.outcome.message
+    assert np.isnan([found.static_friction, found.kinetic_friction]).all()
+
+
+def test_a_drive_that_stops_amid_the_first_oscillations_has_static_friction_only():
+    found = friction_coefficients(*driven(replace(PAPER, duration=0.075 / TIME_UNIT)))
+    assert found.outcome.ending is Ending.NO_PLATEAU
+    assert found.static_friction > 0.27
+    assert math.isnan(found.kinetic_friction)
+
+
+def test_a_pin_too_heavy_to_swing_twice_has_no_mean_driving_force():
+    """Its driving force is inertia: in a fifth of a period it looked steady, at twice the friction."""
+    period = 2.0 * math.pi / math.sqrt(PAPER.spring_stiffness)
+    found = friction_coefficients(*driven(PAPER))
+    assert found.outcome.ok  # slides for a dozen periods
+    slow = replace(PAPER, stage_velocity=20.0 * PAPER.stage_velocity, duration=1.5 * period)
+    result, record, plateau = driven(slow)
+    assert len(result.slip_time)
+    assert result.settling_time == pytest.approx(period)
+    found = friction_coefficients(result, record, plateau)
+    assert found.outcome.ending is Ending.NO_PLATEAU
+    assert "periods" in found.outcome.message
+    assert math.isnan(found.kinetic_friction)
+
+
+def test_what_inertia_adds_to_static_friction_is_in_its_uncertainty():
+    result, record, plateau = driven(replace(PAPER, stage_velocity=50.0 * PAPER.stage_velocity))
+    found = friction_coefficients(result, record, plateau)
+    beyond = found.static_friction - record.force_before.max() / LOAD
+    assert beyond > 0.1
+    assert found.static_friction_uncertainty >= beyond
+
+
+def test_a_failed_run_passes_its_outcome_on():
+    result, record, plateau = driven(replace(PAPER, integrator="rk4", time_step=100.0))
+    found = friction_coefficients(result, record, plateau)
+    assert found.outcome.ending is Ending.UNSTABLE_STEP
+    assert math.isnan(found.static_friction)
+
+
+SEVEN = np.array([3, 1, 4, 1, 5, 9, 2])
+"""A cycle of seven events: their nodes, and how large their drops are; two of them are of one node."""
+
+
+def cyclic(turns: float, noise: float = 0.0, before: int = 300) -> FrictionRecord:
+    """Events at random nodes, then so many turns of SEVEN; the forces between are off by noise of a drop."""
+    rng = np.random.default_rng(7)
+    count = round(7 * turns)
+    drops = np.concatenate((rng.random(before) * 1e-6, np.resize(SEVEN, count) * 1e-7))
+    steps = np.concatenate((drops[:before], np.roll(np.resize(SEVEN, count), 2) * 1e-7)) / STIFFNESS
+    drops[before:] += noise * 9e-7 * np.diff(rng.random(count), prepend=0.0)
+    nodes = np.concatenate((rng.integers(10, 60, before), np.resize(SEVEN, count)))
+    return replace(record_from(steps, drops), node=nodes.astype(np.int32))
+
+
+@pytest.mark.parametrize("turns", [3, 3.5, 10, 1200])
+def test_a_cycle_at_the_end_of_a_record_is_found(turns: float) -> None:
+    """From the third turn on; 1200 of them are more events than are searched."""
+    record = cyclic(turns)
+    found = event_statistics(record)
+    assert found.cycle_events == 7
+    # One turn is Σ SEVEN·1e-7 / STIFFNESS long, to rounding of displacements that many turns add up to.
+    assert found.cycle_spacings == pytest.approx(25e-7 / STIFFNESS / SPACING, rel=1e-9)
+
+
+def test_a_cycle_is_one_to_a_thousandth_of_its_drops() -> None:
+    assert cycle_of(cyclic(10, noise=1e-4)) == 7
+    assert cycle_of(cyclic(10, noise=1e-2)) == 0
+
+
+@pytest.mark.parametrize("turns", [0, 1, 2, 2.9])
+def test_what_was_not_seen_three_times_is_no_cycle(turns: float) -> None:
+    record = cyclic(turns)
+    found = event_statistics(record)
+    assert (found.cycle_events, found.cycle_spacings) == (0, 0.0)
+
+
+def test_a_cycle_that_ended_is_none() -> None:
+    record = cyclic(10)
+    node = record.node.copy()
+    node[-1] = 60
+    assert cycle_of(replace(record, node=node)) == 0
+
+
+def test_a_noisy_record_has_no_cycle() -> None:
+    record = noisy_record()
+    assert cycle_of(record) == 0
+    rng = np.random.default_rng(3)
+    assert cycle_of(replace(record, node=rng.integers(0, 9, len(record.node)).astype(np.int32))) == 0
+
+
+def test_little_events_after_large_ones_are_no_cycle() -> None:
+    """A node that chatters while the force creeps on: every drop a hundred thousandth of those before, every force another."""
+    drops = np.concatenate((np.full(50, 1e-6), np.full(5, 1e-11)))
+    steps = np.concatenate((np.full(50, 1.1e-6), np.full(5, 5e-11))) / STIFFNESS
+    record = record_from(steps, drops)
+    assert np.abs(np.diff(record.force_after[-5:])).min() > 0.9 * drops[-1] > 0.0
+    assert cycle_of(record) == 0
+
+
+@pytest.mark.parametrize("events", [0, 1, 2])
+def test_a_tiny_record_has_no_cycle(events: int) -> None:
+    whole = record_from([1e-6, 1e-6, 1e-6], [1e-7, 1e-7, 1e-7])
+    names = ("displacement", "force_before", "force_after", "node")
+    assert cycle_of(replace(whole, **{name: getattr(whole, name)[:events] for name in names})) == 0
+
+
+def test_three_times_the_same_event_is_a_cycle_of_one() -> None:
+    assert cycle_of(record_from(np.full(3, 1e-6), np.full(3, STIFFNESS * 1e-6))) == 1
+
+
+def test_searching_for_a_cycle_takes_no_time() -> None:
+    """The same force after every event, and nodes among which every second is a candidate: nearly 1000 periods are tried,
+    each of up to 4000 events. 15 ms where it was written; what grew with the cube would take minutes."""
+    events = 2 * LONGEST_CYCLE
+    record = record_from(np.full(events, 1e-6), np.full(events, STIFFNESS * 1e-6))
+    rng = np.random.default_rng(5)
+    record = replace(record, node=rng.integers(0, 2, events).astype(np.int32))
+    started = time.perf_counter()
+    assert cycle_of(record) == 0
+    assert time.perf_counter() - started < 2.0
+
+
+def test_classical_sliding_states_how_well_its_steps_are_known() -> None:
+    """There slips drop nothing, and what is unknown of steps is their scatter, over whole node spacings too: as large as that
+    between starts at least."""
+    case = Case(radius=100.0, slab=Slab(129, scheme="half_plane"), slip_rule=SlipRule(residual=1.0), max_spacings=12.4)
+    compliance = slab_compliance(case.slab)
+    starts = [replace(case, start=start) for start in (0.0, 0.25, 0.5, 0.75)]
+    found = [event_statistics(slide(one, compliance)) for one in starts]
+    between = float(np.std([one.mean_step for one in found], ddof=1))
+    assert between > 0.0
+    for one in found:
+        assert one.spacings == pytest.approx(12.4)
+        assert one.mean_step_uncertainty > between
+        assert one.mean_drop_uncertainty > 0.0
+
+
+def test_spacings_are_those_of_the_whole_record() -> None:
+    record = record_from(np.full(100, 1e-4), np.full(100, 1e-7), tail=2e-4)
+    assert event_statistics(record).spacings == pytest.approx(1.02e-2 / SPACING, rel=1e-12)
+
+
+@pytest.mark.parametrize("spacings", [0.5, 4.0])
+def test_steps_of_slips_that_drop_are_no_better_known_than_the_model_says(spacings: float) -> None:
+    """Teeth all alike: what is stated is of the phases that were not seen, or of the ends of what was."""
+    events = 640
+    length = spacings * SPACING / events
+    record = replace(record_from(np.full(events, length), np.full(events, STIFFNESS * length)), residual=0.0)
+    found = event_statistics(record)
+    expected = math.hypot(0.6 * 2.0 / math.pi, 0.1) if spacings < 1.0 else 0.1 / 4.0
+    assert found.mean_step_uncertainty == pytest.approx(expected * length, rel=1e-6)
+    assert found.mean_drop_uncertainty == pytest.approx(expected * STIFFNESS * length / LOAD, rel=1e-6)

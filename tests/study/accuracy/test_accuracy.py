@@ -1,0 +1,180 @@
+"""Work and precision: what is measured is what it says; how long it takes is nobody's test."""
+
+import math
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+import pytest
+import xarray as xr
+
+from solver import Case, Slab, friction_record, slab_compliance
+from study.accuracy.diagram import Diagram
+from study.accuracy.elastic_operator import OBSERVABLES, lateral_stiffness, nodal_forces, observables_on, reference_slab
+from study.accuracy.measurement import Measurement, as_dataset, measure
+from study.accuracy.setup import FULL, QUICK, default_setup, setup_of
+from study.discretization.front import alike, load_front
+from study.manifest.drives import NamedDrive
+from study.manifest.manifest import ManifestError, load_manifest
+from study.plan.plan import make_plan
+from tests.study.commands.test_cli import Main, main  # noqa: F401  a fixture
+
+SMALL = replace(
+    default_setup(),
+    case=Case(slab=Slab(n_x=17), max_events=None, max_displacement=1e-3),
+    drive=NamedDrive("short", duration=0.05),
+)
+
+
+@pytest.fixture(scope="module")
+def measurement() -> Measurement:
+    """Every knob, a little."""
+    return measure(SMALL, QUICK)
+
+
+@pytest.mark.parametrize("half_width", [0.05, 0.27, 0.5])
+def test_elliptic_forces_carry_the_whole_load_and_its_moments(half_width):
+    x = np.linspace(-0.5, 0.5, 257)
+    force = nodal_forces(x, half_width)
+    assert force.sum() == pytest.approx(1.0, abs=1e-13)
+    assert force @ x == pytest.approx(0.0, abs=1e-13)
+    # ∫x²q dx = a²/4; linear interpolation of x² between nodes adds at most h²/4.
+    assert force @ x**2 == pytest.approx(half_width**2 / 4, abs=(x[1] - x[0]) ** 2 / 4)
+
+
+@pytest.mark.parametrize("scheme", ["biquadratic", "galerkin"])
+def test_the_lateral_stiffness_is_that_of_a_record_whose_nodes_all_stick(scheme):
+    case = Case(
+        intrinsic_friction=math.inf, slab=Slab(n_x=33, scheme=scheme), first_touch="frictionless", max_displacement=1e-9
+    )
+    compliance = slab_compliance(case.slab)
+    record = friction_record(case, compliance)
+    size = record.initial_contact_size
+    nodes = np.arange(size) + (33 - size) // 2
+    assert lateral_stiffness(compliance, nodes) == pytest.approx(record.initial_stiffness, rel=1e-9)
+
+
+def test_finer_operators_are_nearer_to_the_finest():
+    """Ungraded grids of 9 and 17 nodes against 65: smooth loads, order 1 and more."""
+    found = {
+        n_x: observables_on(slab_compliance(Slab(n_x=n_x, scheme="galerkin", coarsest_row=n_x)), (0.3,))[0.3]
+        for n_x in (9, 17, 65)
+    }
+    for name in ("normal_compliance", "tangential_compliance"):
+        error = [abs(found[n_x][name] / found[65][name] - 1.0) for n_x in (9, 17)]
+        assert error[1] < error[0] / 2, name
+
+
+def test_there_is_a_sheet_for_every_sort_of_numerics(measurement):
+    assert [diagram.name for diagram in measurement.diagrams] == ["operator", "slip_numerics", "integrator"]
+    for diagram in measurement.diagrams:
+        assert {name for row in diagram.rows for name in row} == set(diagram.words)
+        assert set(diagram.shown) <= set(diagram.words)
+        assert np.all(diagram.column("seconds").astype(float) > 0.0)
+        assert diagram.on_front.any()
+        assert diagram.reference
+
+
+def test_the_operators_error_is_the_largest_of_its_observables(measurement):
+    for row in measurement.diagrams[0].rows:
+        assert row["error"] == max(row[name] for name in OBSERVABLES)
+
+
+def test_the_front_has_every_operator_of_the_diagram(measurement):
+    """The diagram's errors are the largest of the contacts that the setup's own is like, or the reference is in doubt."""
+    diagram, near = measurement.diagrams[0], [alike(contact, 0.2913) for contact in measurement.contacts]
+    doubt = float(diagram.reference.split(" by ")[1])
+    rows = [row for row in diagram.rows if row["scheme"] != "half_plane"]  # another body
+    assert 0 < len(rows) < len(diagram.rows)
+    for measured, row in zip(measurement.front, rows, strict=True):
+        assert measured.slab.n_x == row["n_x"]
+        assert max(np.array(measured.errors)[near]) == pytest.approx(max(row["error"], doubt), rel=0.05)  # two digits
+
+
+def test_no_grid_is_measured_twice(measurement):
+    slabs = [measured.slab for measured in measurement.front]
+    assert len(set(slabs)) == len(slabs)
+
+
+def test_what_errors_are_held_against_has_none(measurement):
+    chaos, motion = measurement.diagrams[1:]
+    for knob, reference in (("n_x", 33.0), ("event_floor", 1e-6)):
+        apart = {row["value"]: row["step_difference"] for row in chaos.rows if row["knob"] == knob}
+        assert [value for value, difference in apart.items() if difference == 0.0] == [reference]
+    assert [row["integrator"] for row in motion.rows if row["velocity"] == 0.0] == ["exact"]
+    assert all(row["velocity"] > 0.0 for row in motion.rows if row["integrator"] == "rk4")
+
+
+def test_series_that_are_no_rivals_have_a_front_each():
+    rows = tuple(
+        {"knob": knob, "seconds": seconds, "error": error}
+        for knob, seconds, error in [("a", 1.0, 0.1), ("b", 2.0, 0.2), ("b", 3.0, 0.3)]
+    )
+    diagram = Diagram("-", "-", "-", "knob", ("knob",), "error", True, {}, rows)
+    assert diagram.on_front.tolist() == [True, False, False]
+    assert replace(diagram, rivals=False).on_front.tolist() == [True, True, False]
+
+
+def test_the_command_writes_dataset_table_picture_and_front(main: Main, tmp_path: Path):  # noqa: F811
+    path = tmp_path / "mine.toml"
+    path.write_text(
+        'title = "Mine"\nstages = ["contact", "slip"]\n[constants]\npoisson = 0.3\n[axes]\naspect_ratio = [1.0, 2.0]\n'
+        "[numerics]\nn_x = 17\n[limits]\ndisplacement = 1e-3\n"
+    )
+    code, said, _ = main("accuracy", path, "--quick", "--out", tmp_path / "out", "--save", tmp_path / "mine.json")
+    assert code == 0
+    assert "Elastic operator" in said
+    with xr.open_dataset(tmp_path / "out" / "accuracy.nc") as found:
+        assert found.attrs["title"].endswith("Mine")
+        assert "poisson = 0.3" in found.attrs["case"]
+        assert found.attrs["processor"]
+        assert set(found["operator_scheme"].values) == {"biquadratic", "galerkin", "half_plane"}
+        assert found["operator_seconds"].attrs["units"] == "s"
+    assert "| n x | scheme |" in (tmp_path / "out" / "accuracy.md").read_text("utf-8")
+    assert (tmp_path / "out" / "accuracy.png").read_bytes().startswith(b"\x89PNG")
+    saved = load_front(tmp_path / "mine.json")
+    assert {row.slab.aspect_ratio for row in saved.rows} == {1.0, 2.0}
+    path.write_text(
+        path.read_text().replace("n_x = 17", "").replace("title", 'accuracy = 0.5\nfront = "mine.json"\ntitle')
+    )
+    assert make_plan(load_manifest(path)).manifest.numerics["scheme"] == "galerkin"
+
+
+def test_a_scene_without_a_parabola_is_refused(tmp_path: Path):
+    path = tmp_path / "punch.toml"
+    path.write_text('title = "-"\n[constants]\npin = "flat_punch"\n')
+    with pytest.raises(ManifestError, match="measured with a parabola"):
+        setup_of(load_manifest(path))
+
+
+def test_a_slab_held_at_one_point_has_no_accuracy(tmp_path: Path):
+    path = tmp_path / "point.toml"
+    path.write_text('title = "-"\n[axes]\nsupport = ["frictionless", "bonded"]\n')
+    with pytest.raises(ManifestError, match="gives way without limit"):
+        setup_of(load_manifest(path))
+    path.write_text('title = "-"\n[axes]\nsupport = ["bonded", "frictionless"]\n')
+    assert [slab.support for slab in setup_of(load_manifest(path)).slabs] == ["bonded"]
+
+
+def test_a_record_without_a_plateau_drives_no_pin_and_says_so():
+    setup = replace(SMALL, case=replace(SMALL.case, max_displacement=1e-6))
+    found = measure(setup, QUICK)
+    assert [diagram.name for diagram in found.diagrams] == ["operator", "slip_numerics"]
+    assert found.remark.startswith("dynamics: ")
+    assert as_dataset(found).attrs["remark"] == found.remark
+
+
+@pytest.mark.slow
+def test_the_shipped_front_describes_this_solver():
+    """Errors measured afresh, at a few discretizations and contacts; the file has three digits."""
+    shipped, slab = load_front(), Slab()
+    some = [row for row in shipped.like(slab) if row.slab.n_x == 65]
+    assert some
+    widths = shipped.contacts[::8]
+    truth = observables_on(slab_compliance(reference_slab(slab, FULL.reference_size)), widths)
+    for row in some:
+        values = observables_on(slab_compliance(row.slab), widths)
+        for width, error in zip(widths, row.errors[::8], strict=True):
+            worst = max(abs(values[width][name] / truth[width][name] - 1.0) for name in OBSERVABLES)
+            assert worst < 1.006 * error  # where it is less, the reference was in doubt
+            assert worst == pytest.approx(error, rel=6e-3) or error < 4e-3

@@ -1,0 +1,62 @@
+"""A batch script is text: the same settings give the recorded file, and settings that are wrong are named."""
+
+import subprocess
+from pathlib import Path
+
+import pytest
+
+from study.execution.submission import Site, SiteError, load_site, script
+from tests.conftest import ROOT
+
+RECORDED = Path(__file__).with_name("job.sh")
+
+
+def test_the_script_is_the_recorded_one():
+    site = Site(
+        tasks=8,
+        nodes=2,
+        partition="main",
+        account="friction",
+        command="/opt/nanoslip/bin/nanoslip",
+        options=("--exclusive",),
+        setup=("module load mpich", "export OMP_PLACES=cores"),
+    )
+    template = (ROOT / "slurm" / "job.sh.j2").read_text("utf-8")
+    text = script("streator2022", Path("/home/me/my campaigns/streator2022.toml"), Path("/scratch/out"), site, template)
+    assert text == RECORDED.read_text("utf-8")
+
+
+def test_the_script_is_a_shell_script():
+    subprocess.run(["bash", "-n", str(RECORDED)], check=True)
+
+
+def test_the_settings_in_the_repository_are_the_defaults_and_load():
+    site, template = load_site(ROOT / "slurm" / "site.toml")
+    assert site == Site()
+    assert template.startswith("#!/bin/bash\n")
+
+
+@pytest.mark.parametrize(
+    ("line", "wrong"),
+    [
+        ("task = 4", "task: unknown; needs one of template, tasks"),
+        ("tasks = 0", "tasks = 0: needs at least 1"),
+        ("tasks = true", "tasks = True: needs a whole number"),
+        ('nodes = "two"', "nodes = 'two': needs a whole number"),
+        ("time = 60", "time = 60: needs a text"),
+        ("setup = [1]", r"setup = \(1,\): needs a list of texts"),
+        ("tasks = ", "Invalid value"),
+        ('template = "none.j2"', "none.j2: cannot be read"),
+    ],
+)
+def test_wrong_settings_are_named_with_what_is_needed(tmp_path, line, wrong):
+    path = tmp_path / "site.toml"
+    path.write_text(line)
+    with pytest.raises(SiteError, match=wrong) as caught:
+        load_site(path)
+    assert str(tmp_path) in str(caught.value)
+
+
+def test_missing_settings_are_named(tmp_path):
+    with pytest.raises(SiteError, match=r"site\.toml: cannot be read: No such file"):
+        load_site(tmp_path / "site.toml")

@@ -1,0 +1,28 @@
+"""The warm-up runs every kernel that a campaign needs: each miniature of its tasks comes to its end."""
+
+import pytest
+
+from study.execution.warmup import miniatures
+from study.manifest.manifest import load_manifest
+from study.plan.plan import make_plan
+from study.plan.tasks import run_task
+from tests.conftest import ROOT, SMALL
+
+
+@pytest.mark.parametrize("campaign", ["smoke", "streator2022"])
+def test_each_miniature_of_the_campaigns_in_the_repository_completes(campaign):
+    tasks = make_plan(load_manifest(ROOT / "campaigns" / f"{campaign}.toml")).tasks
+    results = {}
+    for small in miniatures(tasks):
+        results[small.key] = run_task(small, results)
+        assert results[small.key].outcome.usable, results[small.key].outcome
+    assert {result.kind for result in results.values()} == {task.kind for task in tasks}
+
+
+def test_the_switches_of_each_case_are_kept(tmp_path):
+    path = tmp_path / "switches.toml"
+    orders, touches = 'order = ["worst_first", "simultaneous"]', 'first_touch = ["stick", "frictionless"]'
+    axes = "\n".join(["[axes]", orders, touches, 'pin = ["parabola", "flat_punch"]'])
+    path.write_text(SMALL.replace("[axes]", axes))
+    cases = [small.case for small in miniatures(make_plan(load_manifest(path)).tasks) if small.kind == "friction"]
+    assert len({(case.pin, case.first_touch, case.slip_rule.order) for case in cases}) == 8

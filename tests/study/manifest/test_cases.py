@@ -1,0 +1,116 @@
+"""Axes become cases; a case is named by its content and by nothing else."""
+
+from dataclasses import replace
+from pathlib import Path
+
+import pytest
+
+from solver.case import Case, Slab, SlipRule
+from solver.outcome import Ending
+from study.manifest.cases import expand
+from study.manifest.manifest import Manifest, ManifestError, load_manifest
+from study.manifest.parameters import LIMITS, WORDS, field_name, flat, make_case
+
+
+def campaign(folder: Path, text: str) -> Manifest:
+    path = folder / "mine.toml"
+    path.write_text(f'title = "x"\n{text}', "utf-8")
+    return load_manifest(path)
+
+
+def ids(manifest: Manifest) -> set[str]:
+    return {case.case_id for case in expand(manifest)}
+
+
+def test_a_product_has_every_combination_the_last_axis_fastest(tmp_path: Path) -> None:
+    cases = expand(campaign(tmp_path, "axes.radius = [50, 200]\naxes.load = [1e-4, 1e-3, 1e-2]"))
+    points = [(case.case.radius, case.case.load) for case in cases if case.case]
+    assert points == [(50, 1e-4), (50, 1e-3), (50, 1e-2), (200, 1e-4), (200, 1e-3), (200, 1e-2)]
+
+
+def test_zip_reads_the_axes_together(tmp_path: Path) -> None:
+    cases = expand(campaign(tmp_path, 'design = "zip"\naxes.radius = [50, 200]\naxes.n_x = [17, 33]'))
+    assert [case.case for case in cases] == [
+        Case(radius=50, slab=Slab(17), **LIMITS),
+        Case(radius=200, slab=Slab(33), **LIMITS),
+    ]
+
+
+def test_a_table_gives_a_case_per_line(tmp_path: Path) -> None:
+    (tmp_path / "cases.csv").write_text("order,residual\nsimultaneous,0\nworst_first,0.5\n")
+    cases = expand(campaign(tmp_path, 'table = "cases.csv"\nconstants.load = 2e-3'))
+    rules = [SlipRule("simultaneous"), SlipRule(residual=0.5)]
+    assert [case.case for case in cases] == [Case(load=2e-3, slip_rule=rule, **LIMITS) for rule in rules]
+
+
+def test_no_axes_is_one_case(tmp_path: Path) -> None:
+    (case,) = expand(campaign(tmp_path, "numerics.n_x = 33"))
+    assert case.case == Case(slab=Slab(33), **LIMITS)
+
+
+def test_labels_are_the_standard_four_and_the_axes(tmp_path: Path) -> None:
+    (case,) = expand(campaign(tmp_path, 'axes.load = [1e-3]\naxes.pin = ["flat_punch"]\nconstants.poisson = 0.25'))
+    assert case.parameters == {
+        "intrinsic_friction": 0.5, "radius": 200.0, "aspect_ratio": 1.0, "n_x": 129, "load": 1e-3, "pin": "flat_punch"
+    }  # fmt: skip
+
+
+def test_the_name_knows_content_only(tmp_path: Path) -> None:
+    """Neither the order of axes, nor what is an axis, a default or an int, nor titles, scales and drives matter."""
+    first = ids(campaign(tmp_path, "axes.radius = [50, 200]\naxes.n_x = [17, 33]"))
+    drive = '[[drives]]\nname = "other"\n[scales]\nslab_width = 1.0\n'
+    second = ids(campaign(tmp_path, f"axes.n_x = [33, 17]\naxes.radius = [200.0, 5e1]\nconstants.load = 1e-3\n{drive}"))
+    assert len(first) == 4
+    assert first == second
+
+
+@pytest.mark.parametrize(
+    "other",
+    [
+        "axes.radius = [51]", "axes.rows_per_level = [3]", 'axes.support = ["right_side"]', "axes.residual = [0.5]",
+        "limits.events = 1999", "limits.displacement = 1e-3", "constants.half_width = 0.2",
+    ],
+)  # fmt: skip
+def test_every_parameter_is_in_the_name(tmp_path: Path, other: str) -> None:
+    assert ids(campaign(tmp_path, "")).isdisjoint(ids(campaign(tmp_path, other)))
+
+
+def test_equal_cases_are_refused_naming_both(tmp_path: Path) -> None:
+    with pytest.raises(ManifestError) as error:
+        expand(campaign(tmp_path, "axes.radius = [50, 200, 50.0]"))
+    (line,) = error.value.lines
+    assert line.startswith(f"{tmp_path}/mine.toml: cases 1 and 3 are the same: ")
+    assert "radius = 50.0" in line
+
+
+def test_a_default_spelled_out_is_the_same_case(tmp_path: Path) -> None:
+    (tmp_path / "cases.csv").write_text("n_x,bottom_row\n17,17\n17,9\n17,17\n")
+    with pytest.raises(ManifestError, match="cases 1 and 3 are the same"):
+        expand(campaign(tmp_path, 'table = "cases.csv"'))
+
+
+def test_a_point_that_excludes_itself_is_a_case_with_an_outcome(tmp_path: Path) -> None:
+    cases = expand(campaign(tmp_path, "axes.n_x = [17, 33]\nnumerics = {rows = 6, scheme = 'biquadratic'}"))
+    assert [case.outcome.ending for case in cases] == [Ending.INVALID, Ending.COMPLETED]
+    assert cases[0].case is None
+    assert cases[0].outcome.message == "rows = 6: needs 3 to 5 rows at n_x = 17"
+    assert cases[0].parameters["n_x"] == 17
+
+
+def test_a_displacement_limit_stands_alone_unless_events_are_given(tmp_path: Path) -> None:
+    (alone,) = expand(campaign(tmp_path, "limits.displacement = 1e-3"))
+    (both,) = expand(campaign(tmp_path, "limits.displacement = 1e-3\nlimits.events = 7"))
+    limits = [(case.case.max_events, case.case.max_displacement) for case in (alone, both) if case.case]
+    assert limits == [(None, 1e-3), (7, 1e-3)]
+
+
+def test_every_field_of_a_case_is_a_parameter() -> None:
+    """A field added to Case, Slab or SlipRule without a word in a manifest's table would be out of reach."""
+    assert set(flat(Case())) == {field_name(word) for word in WORDS}
+
+
+def test_flat_parameters_make_the_case_again() -> None:
+    case = replace(
+        Case(), radius=7.0, slab=Slab(33, coarsest_row=5), slip_rule=SlipRule(residual=0.1), max_displacement=1.0
+    )
+    assert make_case({name: value for name, value in flat(case).items() if value is not None}) == case

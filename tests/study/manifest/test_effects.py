@@ -1,0 +1,313 @@
+"""What a campaign does not ask for is no task, not computed and not stored; what means nothing is refused by the plan."""
+
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from solver.case import Case, Drive, Effects, Heterogeneity, Scales, Slab, SlipRule
+from solver.contact import initial
+from solver.contact.initial import first_touch
+from solver.elasticity import compliance
+from solver.elasticity.compliance import slab_compliance
+from solver.elasticity.schemes import stiffness
+from solver.outcome import Ending
+from solver.sliding.events import slide_to_state
+from study.dataset.collect import collect
+from study.dataset.store import Store
+from study.manifest.drives import NamedDrive
+from study.manifest.effects import effects, task_kinds
+from study.manifest.manifest import ManifestError, load_manifest
+from study.plan import tasks
+from study.plan.plan import Plan, make_plan, memory_of
+from study.plan.tasks import (
+    TaskResult,
+    compliance_task,
+    contact_task,
+    drive_task,
+    friction_task,
+    run_task,
+    states_task,
+)
+
+DRIVES = '[[drives]]\nname = "a"\nsamples = 40\n'
+TINY = "numerics.n_x = 17\nconstants.radius = 50\nlimits.events = 60\n"
+CASE = Case(radius=50.0, slab=Slab(17), max_events=60)
+DRIVE: Drive = NamedDrive("paper", samples=50).dimensionless(Scales())
+
+
+def planned(folder: Path, text: str) -> Plan:
+    path = folder / "mine.toml"
+    path.write_text(f'title = "x"\n{text}', "utf-8")
+    return make_plan(load_manifest(path))
+
+
+def states(case: Case, events: tuple[int, ...], subsurface: bool = False) -> TaskResult:
+    slab = run_task(compliance_task(case.slab), {})
+    return run_task(states_task(case, events, subsurface), {slab.key: slab})
+
+
+def computed(plan: Plan, folder: Path) -> Store:
+    store = Store(folder)
+    store.prepare()
+    for task in plan.tasks:
+        store.write(run_task(task, {key: store.read(key) for key in task.needs}))
+    return store
+
+
+@pytest.mark.parametrize(
+    ("text", "kinds"),
+    [
+        ('stages = ["contact"]', {"compliance", "contact"}),
+        ("", {"compliance", "friction"}),
+        ("outputs.tractions = true", {"compliance", "contact", "friction"}),
+        ("outputs.tractions_at = [3]", {"compliance", "friction", "states"}),
+        ('stages = ["contact"]\noutputs.subsurface = true', {"compliance", "contact", "states"}),
+        (DRIVES, {"compliance", "friction", "drive"}),
+    ],
+)
+def test_tasks_are_those_that_a_campaign_asks_for(tmp_path: Path, text: str, kinds: set[str]) -> None:
+    plan = planned(tmp_path, text)
+    assert {task.kind for task in plan.tasks} == kinds == task_kinds(plan.manifest)
+
+
+def test_a_plateau_study_never_integrates(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(tasks, "integrate", None)
+    plan = planned(tmp_path, TINY)
+    store = computed(plan, tmp_path)
+    assert all(store.read(task.key).outcome.ok for task in plan.tasks)
+
+
+def test_a_drive_on_a_finished_record_never_slides(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    store = computed(planned(tmp_path, TINY), tmp_path)
+    left = planned(tmp_path, TINY + DRIVES).remaining(store.finished())
+    assert [task.kind for task in left] == ["drive"]
+    monkeypatch.setattr(tasks, "slide_to_state", None)
+    monkeypatch.setattr(tasks, "slab_compliance", None)
+    assert run_task(left[0], {key: store.read(key) for key in left[0].needs}).outcome.ok
+
+
+def test_a_contact_study_sets_up_no_sliding(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """Without friction not even a tableau, nor anything but the normal forces' columns (tests/solver/contact/test_normal.py)."""
+    monkeypatch.setattr(tasks, "slide_to_state", None)
+    monkeypatch.setattr(initial, "core_of", None)
+    plan = planned(tmp_path, TINY + 'stages = ["contact"]\neffects.friction = false')
+    assert all(computed(plan, tmp_path).read(task.key).outcome.ok for task in plan.tasks)
+
+
+def test_a_half_plane_makes_no_grid(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(compliance, "stiffness", None)
+    task = compliance_task(Slab(17, scheme="half_plane"))
+    assert run_task(task, {}).outcome.ok
+
+
+def test_sliding_without_friction_is_refused_before_anything_is_computed(tmp_path: Path) -> None:
+    plan = planned(tmp_path, "axes.friction = [true, false]")
+    good, refused = plan.cases
+    assert good.outcome.ok
+    assert refused.outcome.ending is Ending.INVALID
+    assert refused.outcome.message.startswith('friction = false: needs stages = ["contact"]')
+    assert [task.kind for task in plan.tasks] == ["compliance", "friction"]
+
+
+def test_combinations_that_mean_nothing_are_refused(tmp_path: Path) -> None:
+    text = "axes.residual = [0.5, 1.0]\neffects.pin_translation = false"
+    assert [case.outcome.ok for case in planned(tmp_path, text).cases] == [True, False]
+    text = "axes.intrinsic_friction = [0.5, inf]\nheterogeneity.spread = 0.1"
+    assert [case.outcome.ok for case in planned(tmp_path, text).cases] == [True, False]
+
+
+def test_the_effects_of_a_campaign_are_listed(tmp_path: Path) -> None:
+    text = "axes.coupling = [true, false]\nheterogeneity.spread = 0.2\noutputs.records = false\n"
+    drives = DRIVES + 'profile = "mean"\n[[drives]]\nname = "b"\ndamping_ratio = 0\n'
+    found = {effect.name: effect.setting for effect in effects(planned(tmp_path, text + drives).manifest)}
+    assert found["coupling"] == "on, off"
+    assert found["friction"] == found["pin_translation"] == found["dynamics"] == "on"
+    assert found["spread of μ_i"] == "0.2"
+    assert found["sawtooth"] == "off: mean, on"
+    assert found["damping"] == "on, off"
+    assert found["outputs.records"] == "off"
+    assert found["outputs.phases"] == "on"
+    without = {effect.name: effect.setting for effect in effects(planned(tmp_path, "").manifest)}
+    assert without["dynamics"] == "off"
+    assert "damping" not in without
+
+
+def test_what_is_off_costs_no_memory(tmp_path: Path) -> None:
+    def arrays(text: str) -> float:
+        return max(memory_of(task) for task in planned(tmp_path, text).tasks if task.kind != "compliance")
+
+    assert arrays("effects.pin_translation = false\neffects.coupling = false") < arrays("")
+    touch = 'stages = ["contact"]\n'
+    assert arrays(touch + "effects.friction = false") < arrays(touch)
+    assert arrays("outputs.subsurface = true") > arrays("")
+
+
+def test_a_half_plane_has_no_inside(tmp_path: Path) -> None:
+    plan = planned(tmp_path, 'axes.scheme = ["galerkin", "half_plane"]\noutputs.subsurface = true')
+    assert [case.outcome.ok for case in plan.cases] == [True, False]
+    assert "needs a scheme that has a grid" in plan.cases[1].outcome.message
+    found = {effect.name: effect.setting for effect in effects(plan.manifest)}
+    assert found["finite slab (scheme)"] == "on, off"
+
+
+# A pin's roughness is a file.
+
+
+def test_a_roughness_is_read_from_its_file_and_known_by_its_content(tmp_path: Path) -> None:
+    (tmp_path / "rough.csv").write_text("xi, height\n-0.1, 0\n0, 1e-5\n\n0.1, 0\n")
+    plan = planned(tmp_path, TINY + 'heterogeneity.roughness = "rough.csv"')
+    (case,) = plan.cases
+    assert case.case
+    assert case.case.heterogeneity.roughness == ((-0.1, 0.0), (0.0, 1e-5), (0.1, 0.0))
+    smooth = planned(tmp_path, TINY)
+    assert {task.key for task in plan.tasks} & {task.key for task in smooth.tasks} == {smooth.tasks[0].key}
+    collected = collect(plan, computed(plan, tmp_path))
+    assert collected.attrs["manifest_roughness"].startswith("xi, height")
+    assert collected["outcome"].item() == "completed"
+    (tmp_path / "rough.csv").write_text("xi, height\n-0.1, 0\n0, 2e-5\n0.1, 0\n")
+    changed = planned(tmp_path, TINY + 'heterogeneity.roughness = "rough.csv"')
+    assert changed.manifest.sha256 != plan.manifest.sha256
+    assert changed.tasks[-1].key != plan.tasks[-1].key
+
+
+@pytest.mark.parametrize(
+    ("content", "wrong"),
+    [
+        ("x,y\n0,0\n", "rough.csv: needs the header xi,height"),
+        ("xi,height\n0,0\n1\n", 'rough.csv: line 3: "1": needs two numbers, xi and height'),
+        ("xi,height\n0,a\n", 'rough.csv: line 2: "0,a": needs two numbers'),
+        ("xi,height\n0,0\n", "needs no or at least 2 points"),
+        ("xi,height\n0,0\n0,1\n", "needs points with increasing ξ"),
+        ("xi,height\n0,0\n1,inf\n", "needs finite numbers"),
+    ],
+)
+def test_a_wrong_roughness_is_refused(tmp_path: Path, content: str, wrong: str) -> None:
+    (tmp_path / "rough.csv").write_text(content)
+    with pytest.raises(ManifestError, match=wrong):
+        planned(tmp_path, 'heterogeneity.roughness = "rough.csv"')
+
+
+def test_a_roughness_means_nothing_for_a_punch(tmp_path: Path) -> None:
+    (tmp_path / "rough.csv").write_text("xi,height\n0,0\n1,1e-5\n")
+    plan = planned(tmp_path, 'axes.pin = ["parabola", "flat_punch"]\nheterogeneity.roughness = "rough.csv"')
+    assert [case.outcome.ok for case in plan.cases] == [True, False]
+
+
+# Keys: what does not matter is not in them.
+
+
+def test_an_effect_is_in_the_key_of_what_it_changes() -> None:
+    for effect in (Effects(coupling=False), Effects(pin_translation=False)):
+        assert friction_task(replace(CASE, effects=effect)).key != friction_task(CASE).key
+    rough = replace(CASE, heterogeneity=Heterogeneity(spread=0.1))
+    assert friction_task(rough).key != friction_task(CASE).key != friction_task(CASE, scalars_only=True).key
+    assert friction_task(replace(CASE, heterogeneity=Heterogeneity(seed=2))).key == friction_task(CASE).key
+
+
+def test_first_touch_is_shared_by_cases_that_differ_in_sliding() -> None:
+    frozen = replace(CASE, effects=Effects(pin_translation=False))
+    assert contact_task(frozen).key == contact_task(CASE).key
+    plain = replace(CASE, effects=Effects(friction=False))
+    other = replace(plain, intrinsic_friction=0.1, first_touch="gradual", slip_rule=SlipRule(residual=0.5))
+    assert contact_task(other).key == contact_task(plain).key != contact_task(CASE).key
+
+
+# Outputs.
+
+
+def test_scalars_only_take_a_few_kilobytes(tmp_path: Path) -> None:
+    """10 kB for a case of any size: 2000 events and 129 nodes leave no array behind."""
+    for number, stages in enumerate(('["contact"]\noutputs.tractions = false', '["contact", "slip"]')):
+        plan = planned(tmp_path, f"stages = {stages}\noutputs.records = false")
+        folder = tmp_path / str(number)
+        store = computed(plan, folder)
+        task = plan.tasks[-1]
+        assert store.read(task.key).outcome.ok
+        assert not store.read(task.key).arrays
+        kept = (folder / "results" / f"{task.key}.npz").stat().st_size
+        print(f"{task.kind}: {kept} bytes")
+        assert kept <= 10_000
+        collected = collect(plan, store)
+        assert not {"event", "sample", "surface_node"} & set(collected.dims)
+
+
+def test_a_record_that_only_its_drives_want_goes_with_them(tmp_path: Path) -> None:
+    """All that is left of a case are its scalars, below 10 kB, the compliance aside; they are those of a record kept."""
+    folder = tmp_path / "results"
+    text = "outputs.records = false\noutputs.trajectory = false\n" + TINY + DRIVES
+    plan = planned(tmp_path, text)
+    assert [task.kind for task in plan.tasks] == ["compliance", "friction", "drive", "friction"]
+    record = plan.tasks[1]
+    assert plan.spent({record.key}) == ()
+    store = computed(plan, tmp_path)
+    assert plan.spent(store.finished()) == (record.key,)
+    store.drop(record.key)
+    assert plan.remaining(store.finished()) == ()
+    assert sum(file.stat().st_size for file in folder.glob("*.npz")) <= 10_000
+    kept = friction_task(plan.cases[0].case or CASE)
+    whole = run_task(kept, {key: store.read(key) for key in kept.needs})
+    np.testing.assert_equal(dict(store.read(plan.tasks[-1].key).scalars), dict(whole.scalars))
+    collected = collect(plan, store)
+    assert collected["outcome"].item() == "completed"
+    assert np.isfinite(collected["static_friction"].item())
+    another = planned(tmp_path, text + '[[drives]]\nname = "b"\n')
+    left = [task.kind for task in another.remaining(store.finished())]
+    assert left == ["friction", "drive"]
+
+
+def test_scalars_are_the_same_without_the_arrays(tmp_path: Path) -> None:
+    compliance = {compliance_task(CASE.slab).key: run_task(compliance_task(CASE.slab), {})}
+    whole, part = (run_task(friction_task(CASE, scalars_only=only), compliance) for only in (False, True))
+    assert whole.arrays
+    assert whole.scalars == pytest.approx(part.scalars, rel=0.0, abs=0.0, nan_ok=True)
+    assert whole.outcome == part.outcome
+    inputs = {whole.key: whole}
+    driven, alone = (run_task(drive_task(CASE, DRIVE, scalars_only=only), inputs) for only in (False, True))
+    np.testing.assert_equal(dict(alone.scalars), dict(driven.scalars))
+    assert not alone.arrays
+
+
+@pytest.mark.parametrize("effect", [Effects(), Effects(pin_translation=False)], ids=["whole", "frozen"])
+def test_tractions_at_chosen_events_are_those_of_a_run_that_ends_there(effect: Effects) -> None:
+    case = replace(CASE, effects=effect)
+    result = states(case, (0, 7, 30))
+    compliance = slab_compliance(case.slab)
+    assert result.outcome.ok
+    for event in (0, 7, 30):
+        at = result.arrays["surface_event"] == event
+        if event:
+            _, state = slide_to_state(replace(case, max_events=event), compliance)
+        else:
+            state = first_touch(case, compliance)
+        # A run in pieces sums afresh at each: 1e-10 of the load.
+        np.testing.assert_allclose(result.arrays["surface_pressure"][at], state.pressure, atol=1e-9 * case.load)
+        np.testing.assert_allclose(result.arrays["surface_shear"][at], state.shear, atol=1e-9 * case.load)
+
+
+def test_events_that_a_record_does_not_reach_are_left_out() -> None:
+    case = replace(CASE, max_displacement=1e-3)
+    result = states(case, (0, 2, 100_000))
+    assert result.outcome.ok
+    assert set(result.arrays["surface_event"]) == {0, 2}
+
+
+def test_the_inside_of_the_slab_is_solved_for_on_request_only() -> None:
+    assert not any(name.startswith("interior") for name in states(CASE, (0,)).arrays)
+    inside = states(CASE, (0, 5), subsurface=True).arrays
+    assert len(inside["interior_stress_zz"]) == 2 * stiffness(CASE.slab).grid.nodes
+
+
+def test_states_and_phases_reach_the_dataset(tmp_path: Path) -> None:
+    text = (
+        TINY
+        + "outputs.trajectory = false\noutputs.phases = true\noutputs.tractions_at = [4]\noutputs.subsurface = true\n"
+    )
+    plan = planned(tmp_path, text + DRIVES)
+    collected = collect(plan, computed(plan, tmp_path))
+    assert "sample" not in collected.dims
+    assert collected.sizes["state_node"] == 17
+    assert set(collected["state_event"].values) == {4}
+    assert collected["interior_stress_zz"].min() < 0.0
+    assert collected.sizes["slip_phase"] >= 1

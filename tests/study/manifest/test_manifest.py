@@ -1,0 +1,341 @@
+"""A campaign file is read whole or refused whole: one line per problem, naming file, key, value and what is allowed."""
+
+import hashlib
+import re
+from pathlib import Path
+
+import pytest
+
+from solver.case import Scales
+from study.manifest.drives import NamedDrive
+from study.manifest.manifest import Manifest, ManifestError, load_manifest, parse_manifest
+from study.manifest.parameters import TABLES
+
+CAMPAIGNS = Path(__file__).parents[3] / "campaigns"
+
+
+def written(folder: Path, text: str, name: str = "mine.toml") -> Path:
+    path = folder / name
+    path.write_text(text, "utf-8")
+    return path
+
+
+def read(folder: Path, text: str) -> Manifest:
+    return load_manifest(written(folder, text))
+
+
+def problems(folder: Path, text: str) -> tuple[str, ...]:
+    """The lines of the error, without the file's path, which each of them must start with."""
+    path = written(folder, text)
+    with pytest.raises(ManifestError) as error:
+        load_manifest(path)
+    assert all(line.startswith(f"{folder}/") and "\n" not in line for line in error.value.lines)
+    assert str(error.value) == "\n".join(error.value.lines)
+    return tuple(line.removeprefix(f"{path}: ").removeprefix(f"{folder}/") for line in error.value.lines)
+
+
+def test_the_least_campaign_is_a_title(tmp_path: Path) -> None:
+    manifest = read(tmp_path, 'title = "one case"')
+    assert manifest.stages == ("contact", "slip")
+    assert manifest.design == "product"
+    assert (manifest.axes, manifest.fixed, manifest.drives) == ({}, {}, ())
+    assert manifest.scales == Scales()
+    assert manifest.name == "mine"
+
+
+def test_numbers_take_their_declared_type(tmp_path: Path) -> None:
+    manifest = read(tmp_path, 'title = "x"\naxes.radius = [50, 200.0]\nconstants.load = 1\nnumerics.n_x = 33.0')
+    assert [repr(value) for value in manifest.axes["radius"]] == ["50.0", "200.0"]
+    assert repr(manifest.fixed) == "{'load': 1.0, 'n_x': 33}"
+
+
+def test_limits_go_by_their_field_name(tmp_path: Path) -> None:
+    manifest = read(tmp_path, 'title = "x"\naxes.displacement = [1e-3]\nlimits.events = 10')
+    assert manifest.axes == {"max_displacement": (1e-3,)}
+    assert manifest.limits == {"max_events": 10}
+
+
+def test_the_hash_covers_the_file_and_its_table(tmp_path: Path) -> None:
+    table = written(tmp_path, "radius\n50\n", "cases.csv")
+    path = written(tmp_path, 'title = "µ"\ntable = "cases.csv"')
+    first = load_manifest(path)
+    assert first.sha256 == hashlib.sha256(path.read_bytes() + table.read_bytes()).hexdigest()
+    assert (first.text, first.table_text) == (path.read_text("utf-8"), "radius\n50\n")
+    table.write_text("radius\n51\n")
+    assert load_manifest(path).sha256 != first.sha256
+
+
+def test_a_table_of_cases_becomes_axes_read_together(tmp_path: Path) -> None:
+    written(tmp_path, '\ufeffn_x, radius ,pin\r\n65, 50, parabola\r\n\r\n129,2e2,"flat_punch"\r\n', "cases.csv")
+    manifest = read(tmp_path, 'title = "x"\ntable = "cases.csv"')
+    assert manifest.design == "table"
+    assert manifest.axes == {"n_x": (65, 129), "radius": (50.0, 200.0), "pin": ("parabola", "flat_punch")}
+
+
+def test_drives_and_scales_are_read_in_si(tmp_path: Path) -> None:
+    text = 'title = "x"\nscales.slab_width = 2e-3\n[[drives]]\nname = "slow"\nstage_velocity = 1e-4\n'
+    manifest = read(tmp_path, text)
+    assert manifest.stages == ("contact", "slip", "dynamics")
+    assert manifest.drives == (NamedDrive("slow", stage_velocity=1e-4),)
+    assert manifest.scales == Scales(slab_width=2e-3)
+
+
+def test_a_drive_loses_its_units_by_the_scales() -> None:
+    """Mass 1, stiffness in G·L_y = 1e8 N/m, time in √(m/(G·L_y)) = 70.7 µs, length in L_x = 1 mm."""
+    drive = NamedDrive("rk4", integrator="rk4", time_step=1e-7).dimensionless(Scales())
+    time = (0.5 / 1e8) ** 0.5
+    assert drive.spring_stiffness == pytest.approx(2e-3, rel=1e-15)
+    assert drive.stage_velocity == pytest.approx(2.0 * time, rel=1e-15)
+    assert drive.duration == pytest.approx(0.2 / time, rel=1e-15)
+    assert drive.time_step == pytest.approx(1e-7 / time, rel=1e-15)
+
+
+def test_tractions_are_kept_where_they_are_the_question(tmp_path: Path) -> None:
+    assert read(tmp_path, 'title = "x"\nstages = ["contact"]').outputs.tractions
+    assert not read(tmp_path, 'title = "x"').outputs.tractions
+    assert not read(tmp_path, 'title = "x"\nstages = ["contact"]\noutputs.tractions = false').outputs.tractions
+
+
+DRIVE = '[[drives]]\nname = "a"\n'
+
+WRONG = {
+    # top level
+    "no title": ("", "title: missing: needs a text"),
+    "title of another type": ("title = 5", "title = 5: needs a text"),
+    "unknown top-level key": ("stage = 1", "stage = 1: unknown; did you mean stages?"),
+    "parameter at top level": ("n_x = 33", "n_x = 33: belongs in [numerics] or [axes]"),
+    "table that is a number": ("constants = 1", "constants = 1: needs a table [constants]"),
+    "not TOML": ("axes = [,", re.compile(r"not TOML: .*line 2")),
+    "endless nesting": ("x = " + "[" * 5000, re.compile("not TOML: ")),
+    # stages and drives
+    "stage that skips one": ('stages = ["contact", "dynamics"]', re.compile(r'stages = .*: needs \["contact"\] or ')),
+    "stages out of order": ('stages = ["slip", "contact"]', re.compile("each stage needs the ones before it")),
+    "no stages": ("stages = []", re.compile(r"stages = \[\]: needs ")),
+    "stage of another type": ("stages = [1]", re.compile(r"stages = \[1\]: needs ")),
+    "dynamics without drives": (
+        'stages = ["contact", "slip", "dynamics"]',
+        'drives: missing: stage "dynamics" needs at least one [[drives]]',
+    ),
+    "drives without dynamics": (
+        f'stages = ["contact"]\n{DRIVE}',
+        'stages = ["contact"]: needs "dynamics" for the [[drives]]',
+    ),
+    "drive of another type": ("drives = [1]", "drives[0] = 1: needs a table [[drives]]"),
+    "drive without a name": ("[[drives]]", "drives[0].name: missing: needs a name"),
+    "drive with a number for a name": ("[[drives]]\nname = 3", "drives[0].name = 3: needs a name"),
+    "drives of one name": (DRIVE + DRIVE, 'drives[1].name = "a": is another drive\'s name too: needs its own'),
+    "unknown drive key": (DRIVE + "mass = 1", "drives[0].mass = 1: unknown; did you mean pin_mass?"),
+    "massless pin": (DRIVE + "pin_mass = 0", "drives[0].pin_mass = 0: needs 1e-30 ≤ pin_mass ≤ 1e30"),
+    "stiffness that is true": (
+        DRIVE + "spring_stiffness = true",
+        "drives[0].spring_stiffness = true: needs a number",
+    ),
+    "negative duration": (DRIVE + "duration = -1.0", "drives[0].duration = -1.0: needs 1e-30 ≤ duration ≤ 1e30"),
+    "rk4 without a step": (
+        DRIVE + 'integrator = "rk4"',
+        "drives[0].time_step: missing: needs 0 < time_step ≤ duration with rk4",
+    ),
+    "rk4 with a step too long": (
+        DRIVE + 'integrator = "rk4"\ntime_step = 1.0',
+        "drives[0].time_step = 1.0: needs 0 < time_step ≤ duration with rk4",
+    ),
+    "exact with a step": (
+        DRIVE + "time_step = 1e-7",
+        'drives[0].time_step = 1e-07: needs integrator = "rk4", the one that takes steps',
+    ),
+    "rigid contact in steps": (
+        DRIVE + 'surface_compliance = false\nintegrator = "rk4"\ntime_step = 1e-7',
+        'drives[0].surface_compliance = false: needs integrator = "exact", as a step of rk4 has no rest',
+    ),
+    "effect that is a number": (DRIVE + "reverse_motion = 1", "drives[0].reverse_motion = 1: needs true or false"),
+    "unknown friction profile": (
+        DRIVE + 'profile = "average"',
+        'drives[0].profile = "average": needs one of sawtooth, linear, mean',
+    ),
+    "units that overflow": (
+        DRIVE + "[scales]\nshear_modulus = 1e-20\nslab_depth = 1e-20",
+        re.compile(r"drives\[0\]: in units of pin_mass and \[scales\], spring_stiffness = .*e\+45: needs 1e-30 ≤ spring"),
+    ),
+    # parameters
+    "unknown axis": ("axes.radus = [1]", "axes.radus = [1]: unknown; did you mean radius?"),
+    "axis like nothing": ("axes.q = [1]", re.compile(r"axes.q = .*: unknown; needs one of intrinsic_friction, radius")),
+    "empty axis": ("axes.radius = []", "axes.radius = []: needs a list of at least one value"),
+    "axis without a list": ("axes.radius = 5", "axes.radius = 5: needs a list of at least one value"),
+    "axis and constant": (
+        "axes.radius = [1]\nconstants.radius = 1",
+        "constants.radius: is an axis too: needs one place",
+    ),
+    "parameter in another table": ("constants.n_x = 33", "constants.n_x = 33: belongs in [numerics] or [axes]"),
+    "field name for a limit": ("limits.max_events = 1", "limits.max_events = 1: unknown; did you mean events?"),
+    "negative radius": ("axes.radius = [50, -5]", "axes.radius[1] = -5: needs 1e-12 ≤ radius ≤ 1e24"),
+    "infinite radius": ("constants.radius = inf", "constants.radius = inf: needs a finite number"),
+    "infinite aspect ratio": ("constants.aspect_ratio = inf", "constants.aspect_ratio = inf: needs a finite number"),
+    "load that is no number": ("axes.load = [nan]", "axes.load[0] = nan: needs a number"),
+    "number in quotes": ('constants.load = "1e-3"', 'constants.load = "1e-3": needs a number'),
+    "number that is true": ("axes.n_x = [true]", "axes.n_x[0] = true: needs a whole number"),
+    "number that is a list": ("constants.load = [1]", "constants.load = [1]: needs a number"),
+    "number that is a date": ("constants.load = 2022-03-30", 'constants.load = "2022-03-30": needs a number'),
+    "broken count": ("limits.events = 2.5", "limits.events = 2.5: needs a whole number"),
+    "nodes off the hierarchy": (
+        "numerics.n_x = 100",
+        "numerics.n_x = 100: needs 2^N + 1 with N from 2 to 20: 5, 9, 17, 33, 65, 129 … 1048577",
+    ),
+    "incompressible slab": ("constants.poisson = 0.5", "constants.poisson = 0.5: needs -1 < poisson < 0.5"),
+    "unknown support": (
+        'numerics.support = "glued"',
+        'numerics.support = "glued": needs one of bonded, frictionless, right_side',
+    ),
+    "residual above 1": ("slip.residual = 1.5", "slip.residual = 1.5: needs 0 ≤ residual ≤ 1"),
+    "more rows than any grid has": (
+        "axes.n_x = [17, 33]\nnumerics.rows = 7\nnumerics.scheme = \"biquadratic\"",
+        "numerics.rows = 7: needs 3 to 6 rows at n_x = 33",
+    ),
+    "rows of another scheme": ("numerics.rows = 5", 'numerics.rows = 5: needs scheme = "biquadratic"'),
+    "level without rows": ("axes.rows_per_level = [2, 0]", "axes.rows_per_level[1] = 0: needs 1 to 1024"),
+    "negative scale": ("scales.slab_width = -1", "scales.slab_width = -1: needs 1e-30 ≤ slab_width ≤ 1e30"),
+    "output that is a number": ("outputs.records = 1", "outputs.records = 1: needs true or false"),
+    "events that are no list": (
+        "outputs.tractions_at = 3",
+        "outputs.tractions_at = 3: needs a list of events, increasing from 0 to 1000000000",
+    ),
+    "events out of order": ("outputs.tractions_at = [3, 3]", re.compile(r"tractions_at = \[3, 3\]: needs a list of events")),
+    "events of a pin that does not slide": (
+        'stages = ["contact"]\noutputs.tractions_at = [0, 5]',
+        'outputs.tractions_at = [0, 5]: needs stage "slip" for the events after 0',
+    ),
+    "case's effect that is a number": ("effects.coupling = 1", "effects.coupling = 1: needs true or false"),
+    "effect that there is not": ("effects.plasticity = true", re.compile("effects.plasticity = true: unknown")),
+    "roughness that is a number": (
+        "heterogeneity.roughness = 1",
+        "heterogeneity.roughness = 1: needs the path of a CSV file with xi and height",
+    ),
+    "roughness as an axis": ('axes.roughness = ["a.csv"]', re.compile(r"axes.roughness = .*: belongs in \[heterogeneity\]$")),
+    "roughness that is nowhere": ('heterogeneity.roughness = "none.csv"', re.compile("none.csv: cannot be read")),
+    "spread of no distribution": ("heterogeneity.spread = -0.1", re.compile("needs 0 ≤ spread")),
+    "unknown output": ("outputs.record = true", "outputs.record = true: unknown; did you mean records?"),
+    # design
+    "unknown design": ('design = "grid"', re.compile('design = "grid": needs "product" or "zip"')),
+    "zip of unequal axes": (
+        'design = "zip"\n[axes]\nradius = [1, 2]\nload = [1e-3]',
+        'design = "zip": needs axes of equal length, got 2 of radius, 1 of load',
+    ),
+    "zip of nothing": ('design = "zip"', 'design = "zip": needs axes of equal length, got no axes'),
+    "table beside axes": (
+        'table = "good.csv"\naxes.load = [1e-3]',
+        'axes: needs to be left out beside table = "good.csv"',
+    ),
+    # table of cases
+    "missing table": ('table = "none.csv"', "none.csv: cannot be read: No such file or directory"),
+    "table name with a null": ('table = "\\u0000"', re.compile("cannot be read: .*null")),
+    "column and constant": (
+        'table = "good.csv"\nconstants.radius = 1',
+        "constants.radius: is an axis too: needs one place",
+    ),
+    "value out of range in a table": ('table = "negative.csv"', "negative.csv: line 4: radius = -5: needs 1e-12 ≤ radius ≤ 1e24"),
+    "empty cell": ('table = "hole.csv"', 'hole.csv: line 2: radius = "": needs a number'),
+    "unknown column": ('table = "column.csv"', 'column.csv: column "radus": unknown; did you mean radius?'),
+    "column twice": ('table = "twice.csv"', "twice.csv: column radius: needs to appear once"),
+    "ragged line": ('table = "ragged.csv"', "ragged.csv: line 3: 1 values: needs 2, one for each column"),
+    "table without cases": ('table = "header.csv"', re.compile("header.csv: 1 lines: needs a header")),
+    "broken quotes": ('table = "quotes.csv"', re.compile("quotes.csv: line 2: not CSV: ")),
+    "table that is not text": ('table = "binary.csv"', "binary.csv: byte 7: not UTF-8 text"),
+}  # fmt: skip
+
+TABLE_FILES = {
+    "good.csv": b"radius\n50\n",
+    "negative.csv": b"radius,load\n50,1e-3\n\n-5,1e-3\n",
+    "hole.csv": b"radius,load\n,1e-3\n",
+    "column.csv": b"radus\n50\n",
+    "twice.csv": b"radius,radius\n50,50\n",
+    "ragged.csv": b"radius,load\n50,1e-3\n50\n",
+    "header.csv": b"radius,load\n",
+    "quotes.csv": b'radius\n"50"1\n',
+    "binary.csv": b"radius\n\xff\n",
+}
+
+
+@pytest.mark.parametrize(("text", "line"), WRONG.values(), ids=WRONG)
+def test_a_wrong_file_is_refused_in_one_line(tmp_path: Path, text: str, line: str | re.Pattern[str]) -> None:
+    for name, content in TABLE_FILES.items():
+        (tmp_path / name).write_bytes(content)
+    titled = text if text in ("", "title = 5") else f'title = "x"\n{text}'
+    (found,) = problems(tmp_path, titled)
+    assert line.search(found) if isinstance(line, re.Pattern) else found == line
+
+
+def test_every_problem_is_told_at_once(tmp_path: Path) -> None:
+    text = 'stages = [1]\naxes.radius = [-1, 5, "a"]\nnumerics.n_x = 6\n[[drives]]\npin_mass = -1\nduration = 0\n'
+    found = problems(tmp_path, text)
+    keys = ["title", "stages", "axes.radius[0]", "axes.radius[2]", "numerics.n_x", "drives[0].pin_mass"]
+    assert sorted(line.split(":")[0].split(" = ")[0] for line in found) == sorted(
+        [*keys, "drives[0].duration", "drives[0].name"]
+    )
+
+
+def test_a_missing_file_is_named(tmp_path: Path) -> None:
+    with pytest.raises(ManifestError, match=re.escape(f"{tmp_path}/none.toml: cannot be read: No such file")):
+        load_manifest(tmp_path / "none.toml")
+
+
+@pytest.mark.parametrize("key", ["table", "front"])
+def test_a_device_is_no_file(tmp_path: Path, key: str) -> None:
+    """It would be read without end."""
+    path = tmp_path / "x.toml"
+    path.write_text(f'title = "x"\n{key} = "/dev/zero"\n')
+    with pytest.raises(ManifestError, match="/dev/zero: cannot be read: not a regular file"):
+        load_manifest(path)
+
+
+def test_a_folder_is_no_campaign(tmp_path: Path) -> None:
+    with pytest.raises(ManifestError, match="cannot be read: not a regular file"):
+        load_manifest(tmp_path)
+
+
+def test_text_in_another_encoding_is_refused(tmp_path: Path) -> None:
+    (tmp_path / "latin.toml").write_bytes('title = "µ"'.encode("latin-1"))
+    with pytest.raises(ManifestError, match="byte 9: not UTF-8 text"):
+        load_manifest(tmp_path / "latin.toml")
+
+
+def test_rows_that_fit_one_grid_of_the_campaign_are_no_error_of_the_file(tmp_path: Path) -> None:
+    assert (
+        read(tmp_path, 'title = "x"\naxes.n_x = [17, 33]\nnumerics = {rows = 6, scheme = "biquadratic"}').numerics[
+            "rows"
+        ]
+        == 6
+    )
+
+
+def test_a_value_of_one_of_the_campaigns_schemes_is_no_error_of_the_file(tmp_path: Path) -> None:
+    text = 'title = "x"\naxes.scheme = ["galerkin", "biquadratic"]\nnumerics.n_x = 17\nnumerics.coarsest_row = 5'
+    assert read(tmp_path, text).numerics == {"n_x": 17, "coarsest_row": 5}
+
+
+def test_the_reference_names_every_parameter() -> None:
+    """campaigns/README.md has a row for each word of each table."""
+    rows = re.findall(r"^\|[^|]*\| `(\w+)` \|", (CAMPAIGNS / "README.md").read_text("utf-8"), re.MULTILINE)
+    assert rows == [word for words in TABLES.values() for word in words]
+
+
+@pytest.mark.parametrize("path", sorted(CAMPAIGNS.glob("*.toml")), ids=lambda path: path.stem)
+def test_the_campaigns_of_the_repository_are_good(path: Path) -> None:
+    assert load_manifest(path).title
+
+
+def test_the_reference_starts_with_a_campaign_that_works(tmp_path: Path) -> None:
+    text = (CAMPAIGNS / "README.md").read_text("utf-8").split("```toml\n")[1].split("```")[0]
+    assert len(read(tmp_path, text).axes["load"]) == 4
+
+
+def test_a_manifest_is_the_same_from_its_texts_alone_and_no_file_is_read(tmp_path: Path) -> None:
+    beside = {"table": "radius\n50\n100\n", "roughness": "xi,height\n-0.1,0\n0.1,1e-6\n", "front": "{}"}
+    for key, text in beside.items():
+        (tmp_path / key).write_text(text)
+    text = 'title = "x"\ntable = "table"\nfront = "front"\nheterogeneity.roughness = "roughness"\n'
+    there = read(tmp_path, text)
+    for key in beside:
+        (tmp_path / key).unlink()
+    assert parse_manifest(there.path, text, beside) == there
+    for key in beside:
+        with pytest.raises(ManifestError, match=f"{key}: the text of its file is missing"):
+            parse_manifest(there.path, text, {name: beside[name] for name in beside if name != key})

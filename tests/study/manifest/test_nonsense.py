@@ -1,0 +1,253 @@
+"""Whatever a file says, it is taken or refused in words: every key of a campaign with every kind of nonsense, and fronts."""
+
+import itertools
+import json
+from collections.abc import Iterator
+from dataclasses import fields
+from importlib import resources
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+from solver.case import Scales
+from study.dataset import file
+from study.dataset.collect import collect
+from study.dataset.store import Store
+from study.dataset.variables import factors
+from study.discretization.front import SHIPPED, load_front
+from study.manifest.drives import NamedDrive
+from study.manifest.manifest import Ensemble, ManifestError, Outputs, load_manifest
+from study.manifest.parameters import TABLES
+from study.plan.plan import make_plan
+
+NONSENSE = {
+    "2^53": str(2**53),
+    "2^63 - 1": str(2**63 - 1),
+    "2^63": str(2**63),
+    "2^64": str(2**64),
+    "2^70": str(2**70),
+    "2^1100 + 1": str(2**1100 + 1),
+    "400 digits": "1" + "0" * 400,
+    "a float of 400 digits": "1" + "0" * 400 + ".0",
+    "6000 digits, which Python does not write": "0x" + "f" * 5000,
+    "-1": "-1",
+    "-2^63": str(-(2**63)),
+    "0": "0",
+    "-0.0": "-0.0",
+    "nan": "nan",
+    "inf": "inf",
+    "-inf": "-inf",
+    "1e308": "1e308",
+    "1e-308": "1e-308",
+    "5e-324": "5e-324",
+    "0.5": "0.5",
+    "a text": '"nonsense"',
+    "an empty text": '""',
+    "a blank text": '"  "',
+    "a line break": '"a\\nb"',
+    "a NUL": '"a\\u0000b"',
+    "a long text": '"' + "x" * 10_000 + '"',
+    "true": "true",
+    "false": "false",
+    "a list of nothing": "[]",
+    "a list of lists": "[[1, 2], [[]]]",
+    "a list of all sorts": '[1, "a", true, 2.5]',
+    "a list of numbers": "[1, 2, 3]",
+    "a list of huge numbers": f"[1, {2**70}]",
+    "a list of endless numbers": "[0x" + "f" * 5000 + "]",
+    "a table": "{}",
+    "a table of a table": "{a = {b = 1}}",
+    "a date": "2022-01-01",
+    "a time": "07:32:00",
+    "a moment": "1979-05-27T07:32:00Z",
+}
+
+PLACES: dict[str, list[str]] = {
+    "top level": [
+        "title",
+        "stages",
+        "design",
+        "table",
+        "accuracy",
+        "front",
+        "axes",
+        "drives",
+        *TABLES,
+        "scales",
+        "ensemble",
+    ],
+    **{table: list(words) for table, words in TABLES.items()},
+    "axes": [word for words in TABLES.values() for word in words],
+    "scales": [item.name for item in fields(Scales)],
+    "outputs": [item.name for item in fields(Outputs)],
+    "ensemble": [item.name for item in fields(Ensemble)],
+    "drives": [item.name for item in fields(NamedDrive)],
+    "unknown": ["nonsense", '"two words"', '"a\\nb"', "x" * 5000, ".".join("x" * 2000), '""'],
+}
+KEYS = [(place, key) for place, keys in PLACES.items() for key in keys]
+
+LONGEST = 300
+"""Characters of a line, the file's name and a list of all allowed words left out."""
+
+
+def campaign(place: str, key: str, value: str) -> str:
+    """A campaign that is right but for one key."""
+    title = "" if key == "title" and place == "top level" else 'title = "x"\n'
+    drive = '[[drives]]\nname = "a"\n'
+    if place in ("top level", "unknown"):
+        return f"{title}{key} = {value}\n"
+    if place == "drives":
+        own = drive.replace('name = "a"\n', "") if key == "name" else drive
+        return f"{title}{own}{key} = {value}\n"
+    if place == "axes":
+        return f"{title}axes.{key} = [{value}]\n"
+    return f"{title}[{place}]\n{key} = {value}\n{drive if place == 'scales' else ''}"
+
+
+def taken_or_refused(path: Path) -> tuple[str, ...]:
+    """The lines of the refusal; empty where the campaign was taken, and its dataset can be written."""
+    try:
+        planned = make_plan(load_manifest(path))
+    except ManifestError as error:
+        return error.lines
+    for case in planned.cases:
+        for drive in (None, *planned.manifest.drives):
+            if case.case is not None:
+                factors(case.case, planned.manifest.scales, drive)
+    written = path.with_suffix(".nc")
+    file.write(collect(planned, Store(path.parent)), written)
+    with file.read(written) as opened:
+        opened.load()
+    return ()
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize(("place", "key"), KEYS, ids=[f"{place}.{key[:20]}" for place, key in KEYS])
+def test_every_key_takes_or_refuses_every_value(tmp_path: Path, place: str, key: str) -> None:
+    path = tmp_path / "mine.toml"
+    for name, value in NONSENSE.items():
+        path.write_text(campaign(place, key, value), "utf-8")
+        lines = taken_or_refused(path)
+        assert all(line.startswith(str(tmp_path)) for line in lines), (name, lines)
+        for line in lines:
+            said = line.replace(str(tmp_path), "").partition("needs one of")[0]
+            assert "\n" not in said, name
+            assert len(said) < LONGEST, (name, said)
+        if lines and place != "unknown" and "not TOML" not in lines[0] and lines[0].startswith(f"{path}: "):
+            assert any(key in line for line in lines), (name, lines)
+
+
+@pytest.mark.slow
+def test_a_table_takes_or_refuses_every_cell(tmp_path: Path) -> None:
+    table, path = tmp_path / "cases.csv", tmp_path / "mine.toml"
+    path.write_text('title = "x"\ntable = "cases.csv"\n')
+    words = [word for words in TABLES.values() for word in words if word != "roughness"]
+    for word, value in itertools.product(words, [value.strip('"') for value in NONSENSE.values()]):
+        table.write_text(f'{word}\n"{value}"\n', "utf-8")
+        lines = taken_or_refused(path) if len(value) < 500 or word == "n_x" else ()
+        assert all(line.startswith(f"{tmp_path}/") and len(line) < LONGEST + 100 for line in lines), (word, lines)
+
+
+def test_a_value_that_is_just_small_enough_survives_to_the_dataset(tmp_path: Path) -> None:
+    """The largest whole numbers that are taken are those that the dataset's integers hold."""
+    path = tmp_path / "mine.toml"
+    most = 2**63 - 1
+    path.write_text(f'title = "x"\nslip.cascade_limit = {most}\naxes.seed = [0, {most}]\n')
+    more = path.with_name("more.toml")
+    more.write_text(path.read_text().replace(f"limit = {most}", f"limit = {most + 1}"))
+    with pytest.raises(ManifestError, match=r"slip\.cascade_limit"):
+        load_manifest(more)
+    assert taken_or_refused(path) == ()
+    with file.read(path.with_suffix(".nc")) as opened:
+        assert (int(opened.cascade_limit), opened.seed.values.tolist()) == (most, [0, most])
+
+
+def fronts() -> Iterator[tuple[str, str | bytes]]:
+    """A front with one thing wrong each."""
+    whole = json.loads((resources.files("study.discretization") / SHIPPED).read_text("utf-8"))
+    whole["rows"] = whole["rows"][:2]
+    nonsense: list[Any] = [
+        None,
+        True,
+        -1,
+        0,
+        2**70,
+        10**400,
+        float("nan"),
+        float("inf"),
+        "",
+        "x",
+        [],
+        [[1]],
+        {},
+        {"a": 1},
+    ]
+    for key in whole:
+        yield f"no {key}", json.dumps({name: value for name, value in whole.items() if name != key})
+        for value in nonsense:
+            yield f"{key} = {value!r}"[:60], json.dumps(whole | {key: value})
+    width = len(whole["columns"])
+    for position, value in itertools.product(range(width), nonsense):
+        row = list(whole["rows"][0])
+        row[position] = value
+        yield f"column {position} = {value!r}"[:60], json.dumps(whole | {"rows": [row]})
+    for position, value in itertools.product((0, -1), nonsense):
+        row, contacts = [*whole["rows"][0]], [*whole["contacts"]]
+        row[-1] = [*row[-1]]
+        row[-1][position] = contacts[position] = value
+        yield f"error {position} = {value!r}"[:60], json.dumps(whole | {"rows": [row]})
+        yield f"contact {position} = {value!r}"[:60], json.dumps(whole | {"contacts": contacts})
+    yield "an error too few", json.dumps(whole | {"rows": [[*whole["rows"][0][:-1], whole["rows"][0][-1][:-1]]]})
+    yield "a value too many", json.dumps(whole | {"rows": [[*whole["rows"][0], 1]]})
+    yield "contacts that fall", json.dumps(whole | {"contacts": whole["contacts"][::-1]})
+    yield "a contact twice", json.dumps(whole | {"contacts": [whole["contacts"][1], *whole["contacts"][1:]]})
+    yield "a column twice", json.dumps(whole | {"columns": [whole["columns"][1], *whole["columns"][1:]]})
+    yield "a row twice", json.dumps(whole | {"rows": [whole["rows"][0], whole["rows"][0]]})
+    yield "nothing", ""
+    yield "a number", "1"
+    yield "endless nesting", "[" * 100_000
+    yield "an endless number", '{"rows": ' + "9" * 5000 + "}"
+    yield "no text", bytes(range(256))
+    yield "zeros", bytes(1000)
+
+
+FRONTS = list(fronts())
+
+
+@pytest.mark.parametrize("asked", ["accuracy = 0.1\n", ""])
+def test_a_front_is_taken_or_refused_by_its_name(tmp_path: Path, asked: str) -> None:
+    path, front = tmp_path / "mine.toml", tmp_path / "front.json"
+    path.write_text(f'title = "x"\n{asked}front = "front.json"\n')
+    refused = 0
+    for name, text in FRONTS:
+        front.write_bytes(text if isinstance(text, bytes) else text.encode())
+        try:
+            make_plan(load_manifest(path))
+            load_front(front)  # as collecting does
+            continue
+        except ManifestError as error:
+            lines = error.lines
+        refused += 1
+        for line in lines:
+            where = path if "accuracy = " in line else front
+            assert line.startswith(f"{where}: "), (name, line)
+            assert len(line.replace(str(tmp_path), "")) < LONGEST + 150, (name, line)
+            assert "\n" not in line, name
+    assert refused > 100
+
+
+def test_what_is_no_front_is_refused(tmp_path: Path) -> None:
+    """A front that is taken has finite times and errors, and contacts that grow: what `expected_error` reads."""
+    path = tmp_path / "front.json"
+    for name, text in FRONTS:
+        path.write_bytes(text if isinstance(text, bytes) else text.encode())
+        try:
+            found = load_front(path)
+        except ManifestError:
+            continue
+        assert all(0.0 <= row.seconds < float("inf") for row in found.rows), name
+        assert all(0.0 <= error < float("inf") for row in found.rows for error in row.errors), name
+        assert all(0.0 < a < b < float("inf") for a, b in itertools.pairwise(found.contacts)), name
+        assert all(len(row.errors) == len(found.contacts) for row in found.rows), name
+        assert all(isinstance(value, str) for value in found.machine.values()), name

@@ -1,0 +1,208 @@
+"""Flags reach whoever plans, reads the table, opens the dataset or the report, under one name and with one advice."""
+
+import itertools
+from collections.abc import Callable
+from dataclasses import replace
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+import xarray as xr
+
+from solver.case import Case, Slab, SlipRule
+from solver.elasticity.compliance import slab_compliance
+from solver.sliding.events import slide
+from solver.sliding.validity import FLAGS, NEAR_ENDS, WHOLE_SLAB, advice_on, flags_in
+from study.dataset import file
+from study.dataset.collect import collect
+from study.dataset.store import Store
+from study.manifest.manifest import load_manifest
+from study.plan.cost import expected_displacement
+from study.plan.flags import expected_lines, flag_lines
+from study.plan.plan import Plan, make_plan
+from study.plan.tasks import run_task
+from study.report import page as report_page
+from study.report.summary import flag_summary, scalar_table
+from tests.conftest import ROOT
+
+MAP = """\
+title = "A map"
+stages = ["contact", "slip"]
+[axes]
+radius = [20.0, 200.0]
+load = [1e-4, 1e-2, 0.3]
+[numerics]
+n_x = 33
+[limits]
+events = 30
+"""
+# Hertz's half-widths, in spacings: 0.9, 9.3 and the whole slab; 2.9, 29 (the whole) and the whole. 0.3 is above G/10.
+FOUND = [["few_nodes", "", "whole_slab large_strain"], ["few_nodes", "whole_slab", "whole_slab large_strain"]]
+
+Collected = Callable[[str], xr.Dataset]
+
+
+def planned(folder: Path, text: str) -> Plan:
+    (folder / "map.toml").write_text(text, "utf-8")
+    return make_plan(load_manifest(folder / "map.toml"))
+
+
+@pytest.fixture
+def collected(tmp_path: Path) -> Collected:
+    """The dataset of a campaign, given as text, from its file."""
+
+    def compute(text: str) -> xr.Dataset:
+        plan, store = planned(tmp_path, text), Store(tmp_path)
+        store.prepare()
+        for task in plan.remaining(store.finished()):
+            store.write(run_task(task, {key: store.read(key) for key in task.needs}))
+        file.write(collect(plan, store), tmp_path / file.FILE)
+        with file.read(tmp_path / file.FILE) as found:
+            return found.load()
+
+    return compute
+
+
+def names(found: xr.Dataset) -> list[list[str]]:
+    """By radius and load, as the attributes say, without this package."""
+    variable = found["validity_flags"]
+    meanings = list(zip(variable.attrs["flag_masks"], variable.attrs["flag_meanings"].split(), strict=True))
+    masks = variable.squeeze().values
+    return [[" ".join(name for mask, name in meanings if value & mask) for value in row] for row in masks]
+
+
+def test_the_dataset_holds_flags_as_cf_has_them_and_the_advice(collected: Collected) -> None:
+    found = collected(MAP)
+    assert found["validity_flags"].dtype == np.int32
+    assert names(found) == FOUND
+    for mask, advice in zip(found["validity_flags"].values.flat, found["advice"].values.flat, strict=True):
+        assert advice == advice_on(flags_in(int(mask)))
+    assert set(found["outcome"].values.flat) <= {"completed", "no_plateau"}  # flags are no failures
+    assert found["contact_half_width"].squeeze().values[1].tolist() == [3.5 / 32, 0.5, 0.5]
+
+
+def test_contact_alone_and_scalars_alone_have_the_same_flags(collected: Collected) -> None:
+    assert names(collected(MAP.replace('["contact", "slip"]', '["contact"]'))) == FOUND
+    assert names(collected(MAP + "[outputs]\nrecords = false\n")) == FOUND
+
+
+def test_what_is_not_computed_has_no_flags(tmp_path: Path) -> None:
+    found = collect(planned(tmp_path, MAP), Store(tmp_path))
+    assert not found["validity_flags"].values.any()
+    assert set(found["advice"].values.flat) == {""}
+    assert np.isnan(found["contact_half_width"]).all()
+    assert flag_summary(found) == []
+
+
+def test_the_table_names_a_cases_flags_and_lines_say_what_to_do(collected: Collected) -> None:
+    found = collected(MAP)
+    endings = [row[-1] for row in scalar_table(found).rows]
+    for flags, ending in zip(itertools.chain(*FOUND), endings, strict=True):
+        word = ending.partition(":")[0]
+        assert word.partition(" [")[0] in ("completed", "no_plateau")
+        assert word.partition(" [")[2] == (f"{flags.replace(' ', ', ')}]" if flags else "")
+    whole = "whole_slab: 3 of 6 cases, first R/L_x = 20, load = 0.3: all surface nodes in contact"
+    assert [line.split(":")[0] for line in flag_summary(found)] == ["few_nodes", "whole_slab", "large_strain"]
+    assert flag_summary(found)[1].startswith(whole)
+    assert flag_summary(found)[1].endswith(f"; {WHOLE_SLAB.advice}")
+
+
+def test_a_list_of_cases_names_its_first(collected: Collected) -> None:
+    lines = flag_summary(collected('design = "zip"\n' + MAP.replace("[20.0, 200.0]", "[20.0, 20.0, 200.0]")))
+    assert [line.split(": ")[1] for line in lines] == [
+        "1 of 3 cases, first R/L_x = 20, load = 0.0001",
+        "1 of 3 cases, first R/L_x = 200, load = 0.3",
+        "1 of 3 cases, first R/L_x = 200, load = 0.3",
+    ]
+
+
+def test_a_single_case_needs_no_name(collected: Collected) -> None:
+    one = MAP.replace("[20.0, 200.0]", "[20.0]").replace("[1e-4, 1e-2, 0.3]", "[1e-4]")
+    assert flag_summary(collected(one))[0].startswith("few_nodes: 1 of 1 cases: fewer")
+
+
+def test_a_dataset_from_before_the_flags_has_none(collected: Collected) -> None:
+    old = collected(MAP).drop_vars(["validity_flags", "advice"])
+    assert flag_summary(old) == []
+    assert "[" not in scalar_table(old).rows[0][-1]
+
+
+def test_the_report_shows_flags_with_their_advice(collected: Collected, tmp_path: Path) -> None:
+    found = collected(MAP)
+    page = report_page.write(found, tmp_path)[0].read_text("utf-8")
+    for line in flag_summary(found):
+        assert f"<li>{line}</li>" in page
+    assert "[few_nodes]" in page
+    unflagged = found.copy()
+    unflagged["validity_flags"] = found["validity_flags"] * 0
+    assert "Cases to take with care" not in report_page.write(unflagged, tmp_path)[0].read_text("utf-8")
+
+
+def test_a_plan_says_what_is_to_be_expected(tmp_path: Path) -> None:
+    lines = expected_lines(planned(tmp_path, MAP))
+    assert [line.split(": ")[:2] for line in lines] == [
+        ["few_nodes", "2 of 6 cases, first radius = 20, load = 0.0001"],
+        ["whole_slab", "3 of 6 cases, first radius = 20, load = 0.3"],
+        ["large_strain", "2 of 6 cases, first radius = 20, load = 0.3"],
+    ]
+
+
+def test_a_plan_of_contacts_alone_moves_no_pin(tmp_path: Path) -> None:
+    text = MAP.replace("events = 30", "displacement = 0.3").replace("[1e-4, 1e-2, 0.3]", "[1e-2]")
+    assert [line.split(":")[0] for line in expected_lines(planned(tmp_path, text))] == [
+        "outgrown", "whole_slab", "beyond_contact",
+    ]  # fmt: skip
+    only = text.replace('["contact", "slip"]', '["contact"]')
+    assert [line.split(":")[0] for line in expected_lines(planned(tmp_path, only))] == ["whole_slab"]
+
+
+def test_a_plan_expects_nothing_of_what_it_refuses(tmp_path: Path) -> None:
+    text = MAP.replace("[numerics]\nn_x = 33", "n_x = [17, 33]\n[numerics]\nscheme = 'biquadratic'\nrows = 6")
+    plan = planned(tmp_path, text)
+    assert [case.case is None for case in plan.cases] == [True, False] * 6
+    assert expected_lines(plan)[0].startswith("few_nodes: 2 of 12 cases, first radius = 20, load = 0.0001, n_x = 33:")
+
+
+@pytest.mark.parametrize(
+    ("changes", "low", "high"),
+    [
+        ({}, 0.4, 2.5),
+        ({"max_events": 500}, 0.4, 2.5),
+        ({"slip_rule": SlipRule(residual=0.5)}, 0.4, 2.5),
+        ({"max_displacement": 1e-4}, 1.0, 1.0),
+        ({"max_displacement": 1e-4, "max_events": None}, 1.0, 1.0),
+        ({"max_displacement": 1e-4, "slip_rule": SlipRule(residual=1.0)}, 1.0, 1.0),
+        ({"max_events": 20, "slip_rule": SlipRule(residual=1.0)}, 0.0, 0.0),  # sliding has no steps to count
+    ],
+)
+def test_a_plan_knows_about_how_far_a_pin_goes(changes: dict[str, Any], low: float, high: float) -> None:
+    """Its limit, or from the mean step to a factor of two, here a little more; over what the record reaches."""
+    case = replace(Case(radius=1000.0, load=2e-4, slab=Slab(33)), **changes)
+    record = slide(case, slab_compliance(case.slab))
+    assert record.outcome.ok
+    assert low <= expected_displacement(case) / record.final_displacement <= high
+
+
+def test_the_campaigns_that_come_with_nanoslip_press_pins_well() -> None:
+    campaigns = list((ROOT / "campaigns").glob("*.toml"))
+    assert len(campaigns) >= 4
+    for path in campaigns:
+        assert expected_lines(make_plan(load_manifest(path))) == [], path
+
+
+def test_a_line_counts_and_names_the_first() -> None:
+    lines = flag_lines([0, NEAR_ENDS.mask, 0, NEAR_ENDS.mask | WHOLE_SLAB.mask], "case {}".format)
+    assert lines == [
+        f"near_ends: 2 of 4 cases, first case 1: {NEAR_ENDS.meaning}; {NEAR_ENDS.advice}",
+        f"whole_slab: 1 of 4 cases, first case 3: {WHOLE_SLAB.meaning}; {WHOLE_SLAB.advice}",
+    ]
+
+
+def test_the_table_for_users_is_the_declaration() -> None:
+    text = (ROOT / "campaigns" / "README.md").read_text("utf-8")
+    table = [line for line in text.splitlines() if line.startswith("| `") and line.split("`")[1] in FLAG_NAMES]
+    assert table == [f"| `{flag.name}` | {flag.mask} | {flag.meaning} | {flag.advice} |" for flag in FLAGS]
+
+
+FLAG_NAMES = {flag.name for flag in FLAGS}

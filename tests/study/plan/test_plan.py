@@ -1,0 +1,187 @@
+"""A plan holds each computation once, needs first, the longest chain first; resuming leaves out what is finished."""
+
+import math
+import time
+from pathlib import Path
+
+import pytest
+
+from study.manifest.manifest import load_manifest
+from study.plan.plan import Plan, make_plan
+from study.plan.tasks import TaskResult, run_task
+
+CAMPAIGNS = Path(__file__).parents[3] / "campaigns"
+DRIVES = '[[drives]]\nname = "a"\n[[drives]]\nname = "b"\nstage_velocity = 1e-3\n'
+
+
+def plan(folder: Path, text: str) -> Plan:
+    path = folder / "mine.toml"
+    path.write_text(f'title = "x"\n{text}', "utf-8")
+    return make_plan(load_manifest(path))
+
+
+def kinds(planned: Plan) -> dict[str, int]:
+    names = [task.kind for task in planned.tasks]
+    return {kind: names.count(kind) for kind in ("compliance", "contact", "friction", "drive")}
+
+
+def test_cases_share_what_they_have_in_common(tmp_path: Path) -> None:
+    """2 μ_i × 3 radii on 2 grids: a compliance per grid, a record per case, a drive per record and setting."""
+    axes = "[axes]\nintrinsic_friction = [0.25, 0.5]\nradius = [20, 50, 200]\nn_x = [17, 33]\n"
+    assert kinds(plan(tmp_path, axes + DRIVES)) == {"compliance": 2, "contact": 0, "friction": 12, "drive": 24}
+
+
+def test_a_size_that_a_pin_does_not_have_costs_nothing(tmp_path: Path) -> None:
+    planned = plan(tmp_path, 'axes.pin = ["parabola", "flat_punch"]\naxes.radius = [50, 200]')
+    assert len(planned.cases) == 4
+    assert kinds(planned)["friction"] == 3
+
+
+def test_needs_come_first(tmp_path: Path) -> None:
+    planned = plan(tmp_path, "outputs.tractions = true\naxes.n_x = [129, 17]\naxes.radius = [50, 200]\n" + DRIVES)
+    seen: set[str] = set()
+    for task in planned.tasks:
+        assert seen.issuperset(task.needs)
+        seen.add(task.key)
+    assert len(seen) == len(planned.tasks) == 2 + 4 + 4 + 8
+
+
+def test_the_longest_chain_starts_first(tmp_path: Path) -> None:
+    planned = plan(tmp_path, "axes.n_x = [17, 257, 65]")
+    starts = [task.slab.n_x for task in planned.tasks if task.kind == "compliance"]
+    assert starts == [257, 65, 17]
+    assert planned.tasks[1].label == "friction n_x=257"
+
+
+@pytest.mark.parametrize(
+    ("cheap", "dear"),
+    [
+        ("numerics.n_x = 33", "numerics.n_x = 65"),
+        ("limits.events = 9\nconstants.aspect_ratio = 1", "limits.events = 9\nconstants.aspect_ratio = 10"),
+        ("numerics.coarsest_row = 17", "numerics.coarsest_row = 129"),
+        ("limits.events = 100", "limits.events = 1000"),
+        ("limits.displacement = 1e-3", "limits.displacement = 1e-2"),
+        ("limits.displacement = 1e-2\nslip.residual = 0.0", "limits.displacement = 1e-2\nslip.residual = 0.9"),
+        ('[[drives]]\nname = "a"\nduration = 0.1', '[[drives]]\nname = "a"\nduration = 0.2'),
+        ('[[drives]]\nname = "a"\nprofile = "mean"', '[[drives]]\nname = "a"\nprofile = "sawtooth"'),
+        ('[[drives]]\nname = "a"\nsamples = 2000', '[[drives]]\nname = "a"\nsamples = 1000000'),
+        ('[[drives]]\nname = "a"', '[[drives]]\nname = "a"\ndamping_ratio = 0.0'),  # slips for ever: more to fit
+        ('[[drives]]\nname = "a"\nduration = 0.01', '[[drives]]\nname = "a"\nduration = 0.1'),  # sticks
+        ('[[drives]]\nname = "a"\nintegrator = "rk4"\ntime_step = 1e-6',
+         '[[drives]]\nname = "a"\nintegrator = "rk4"\ntime_step = 1e-7'),
+    ],
+)  # fmt: skip
+def test_more_work_is_estimated_to_cost_more(tmp_path: Path, cheap: str, dear: str) -> None:
+    costs = [sum(task.cost for task in plan(tmp_path, text).tasks) for text in (cheap, dear)]
+    assert 0.0 < costs[0] < costs[1]
+
+
+DEAR = """
+[numerics]
+n_x = 65
+[[drives]]
+name = "the paper's"
+[[drives]]
+name = "small steps"
+integrator = "rk4"
+time_step = 1e-7
+[[drives]]
+name = "steps over many teeth"
+integrator = "rk4"
+time_step = 1e-6
+stage_velocity = 2.0
+duration = 0.5
+[[drives]]
+name = "many samples"
+samples = 1000000
+[[drives]]
+name = "many teeth"
+stage_velocity = 0.1
+[[drives]]
+name = "many slips"
+damping_ratio = 0.0
+duration = 0.5
+[[drives]]
+name = "too many slips for a fit"
+damping_ratio = 0.0
+duration = 3.0
+"""
+
+
+@pytest.mark.slow
+def test_drives_take_the_time_that_the_plan_says_but_for_the_machines_speed(tmp_path: Path) -> None:
+    """Steps, teeth, samples and slips of the fit, each where it costs most: ratios within three of their own mean.
+
+    Processor time, the better of two runs; fits that are left out of an estimate are ten times off.
+    """
+    results: dict[str, TaskResult] = {}
+    shares = {}
+    for task in plan(tmp_path, DEAR).tasks:
+        taken = []
+        for _ in range(3 if task.drive else 1):  # the first one may compile
+            start = time.process_time()
+            results[task.key] = run_task(task, results)
+            taken.append(time.process_time() - start)
+        if task.drive:
+            shares[task.label] = task.cost / min(taken[1:])
+    mean = math.exp(sum(math.log(share) for share in shares.values()) / len(shares))
+    assert len(shares) == 7
+    print(shares)
+    assert all(mean / 3.0 < share < 3.0 * mean for share in shares.values()), shares
+
+
+def test_each_case_knows_its_tasks(tmp_path: Path) -> None:
+    planned = plan(tmp_path, "outputs.tractions = true\naxes.radius = [50, 200]\n" + DRIVES)
+    by_key = {task.key: task for task in planned.tasks}
+    for campaign_case in planned.cases:
+        keys = planned.case_tasks[campaign_case.case_id]
+        assert list(keys.drives) == ["a", "b"]
+        for key in (keys.contact, keys.friction, *keys.drives.values()):
+            assert key is not None
+            assert by_key[key].case == campaign_case.case
+        assert by_key[keys.drives["a"]].needs == (keys.friction,)
+        assert keys.friction
+        assert by_key[keys.friction].needs == (keys.compliance,)
+
+
+def test_an_excluded_case_has_no_tasks(tmp_path: Path) -> None:
+    planned = plan(tmp_path, "axes.n_x = [17, 33]\nnumerics = {rows = 6, scheme = 'biquadratic'}")
+    excluded = planned.case_tasks[planned.cases[0].case_id]
+    assert (excluded.compliance, excluded.friction, dict(excluded.drives)) == (None, None, {})
+    assert len(planned.tasks) == 2
+
+
+def test_contact_alone_needs_no_sliding(tmp_path: Path) -> None:
+    assert kinds(plan(tmp_path, 'stages = ["contact"]')) == {"compliance": 1, "contact": 1, "friction": 0, "drive": 0}
+
+
+def test_what_is_finished_is_left_out(tmp_path: Path) -> None:
+    planned = plan(tmp_path, "axes.radius = [50, 200]\n" + DRIVES)
+    assert planned.remaining(()) == planned.tasks
+    assert planned.remaining({task.key for task in planned.tasks}) == ()
+    finished = {task.key for task in planned.tasks[:2]}
+    assert planned.remaining(finished) == planned.tasks[2:]
+
+
+def test_a_lost_compliance_is_computed_again_only_if_work_needs_it(tmp_path: Path) -> None:
+    planned = plan(tmp_path, "axes.radius = [50, 200]\n" + DRIVES)
+    compliance, *others = planned.tasks
+    assert planned.remaining({task.key for task in others}) == ()
+    record = next(task for task in others if task.kind == "friction")
+    assert planned.remaining({task.key for task in others} - {record.key}) == (compliance, record)
+
+
+def test_results_of_other_campaigns_are_no_hindrance(tmp_path: Path) -> None:
+    planned = plan(tmp_path, "")
+    assert planned.remaining({"0" * 20}) == planned.tasks
+
+
+def test_a_wider_axis_keeps_what_was_computed(tmp_path: Path) -> None:
+    first = {task.key for task in plan(tmp_path, "axes.radius = [50]").tasks}
+    wider = plan(tmp_path, "axes.radius = [200, 50.0]\nscales.slab_width = 1.0")
+    assert [task.label for task in wider.remaining(first)] == ["friction radius=200"]
+
+
+def test_the_papers_campaign_has_the_papers_cases() -> None:
+    planned = make_plan(load_manifest(CAMPAIGNS / "streator2022.toml"))
+    assert kinds(planned) == {"compliance": 1, "contact": 4, "friction": 4, "drive": 4}
