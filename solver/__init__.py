@@ -2,7 +2,7 @@
 
 A slab of width L_x rests on a rigid plane. Its surface carries nodes; a pin (parabola of radius R, or flat punch) is
 pressed onto them with a load W and then moved sideways by δ_p. Nodes in contact stick to the pin until their shear
-reaches μ_i times their pressure; then they slip until `residual` of it is left, and others may follow in a cascade.
+reaches μ_i times their pressure; then they slip until `residual_shear` of it is left, and others may follow in a cascade.
 Between such events everything is linear, so the pin moves from event to event: F(δ_p) is the friction record. Its
 steady part, repeated for ever, is the friction limit of a pin that a moving stage pulls through a spring and a damper:
 the spring force shows static friction, kinetic friction and stick-slip. All is dimensionless: lengths in L_x, stresses
@@ -18,7 +18,7 @@ paper             module
 Eq. 8-10          elasticity.lagrange
 Eq. 1-7, 11       elasticity.schemes (biquadratic: the paper's stencil; galerkin: finite elements; half_plane)
 §2.1.4            elasticity.boundary_value (the mixed problem), elasticity.compliance (condensation)
-§2.1.1            contact.pin, contact.initial (initial contact), contact.coulomb (residual 1)
+§2.1.1            contact.pin, contact.initial (initial contact), contact.coulomb (residual_shear 1)
 §3.1              contact.closed_forms (flat punch, Hertz, Cattaneo-Mindlin, sliding with coupling)
 §3.2              sliding.events (from event to event), sliding.plateau, sliding.statistics
 §2.2.2, Eq. 13-15 dynamics.friction_limit (sawtooth, periodic extension, relaxation point)

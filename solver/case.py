@@ -16,7 +16,7 @@ Scheme = Literal["biquadratic", "galerkin", "half_plane"]
 Support = Literal["bonded", "frictionless", "right_side"]
 FirstSpacing = Literal["equal", "doubling"]
 PinShape = Literal["parabola", "flat_punch"]
-FirstTouch = Literal["stick", "frictionless", "gradual"]
+InitialContact = Literal["stick", "frictionless", "gradual"]
 SlipOrder = Literal["worst_first", "simultaneous"]
 Roughness = tuple[tuple[float, float], ...]
 Distribution = Literal["lognormal", "uniform", "normal"]
@@ -40,8 +40,8 @@ _CHOICES: dict[str, tuple[str, ...]] = {
     "support": get_args(Support),
     "first_spacing": get_args(FirstSpacing),
     "pin": get_args(PinShape),
-    "first_touch": get_args(FirstTouch),
-    "order": get_args(SlipOrder),
+    "initial_contact": get_args(InitialContact),
+    "slip_order": get_args(SlipOrder),
     "distribution": get_args(Distribution),
     "integrator": get_args(Integrator),
     "profile": get_args(ProfileShape),
@@ -61,23 +61,23 @@ SCHEME_OF: dict[str, Scheme] = {
 class SlipRule:
     """When a node slips and where it comes to rest (§2.1.1, §1).
 
-    order: `worst_first` slips the node with the largest |shear|/(μ_i·pressure), the others held; `simultaneous`
+    slip_order: `worst_first` slips the node with the largest |shear|/(μ_i·pressure), the others held; `simultaneous`
         slips every offender by the distance it would slip alone.
-    residual: shear left after a slip, as a fraction of μ_i·pressure, in [0, 1]; 0 is a full stress drop, 1 is classical
-        Coulomb sliding, which has no slips one at a time (order, event_floor and cascade_limit do not matter then).
+    residual_shear: shear left after a slip, as a fraction of μ_i·pressure, in [0, 1]; 0 is a full stress drop, 1 is classical
+        Coulomb sliding, which has no slips one at a time (slip_order, event_floor and cascade_limit do not matter then).
     event_floor: smallest displacement step, in surface node spacings (the paper's is 1e-6), or in 24 times what μ_i·W stretches
         the contact by where that is less, which it is not in the paper's case: it is to outlive rounding, not to move the pin.
     cascade_limit: slips after which one event is given up.
     """
 
-    order: SlipOrder = "worst_first"
-    residual: float = 0.0
+    slip_order: SlipOrder = "worst_first"
+    residual_shear: float = 0.0
     event_floor: float = 1e-6
     cascade_limit: int = 10_000_000
 
     def __post_init__(self) -> None:
         _take_declared_types(self)
-        _require("residual", self.residual, 0.0 <= self.residual <= 1.0, "0 ≤ residual ≤ 1")
+        _require("residual_shear", self.residual_shear, 0.0 <= self.residual_shear <= 1.0, "0 ≤ residual_shear ≤ 1")
         _require(
             "event_floor", self.event_floor, 1e-14 <= self.event_floor <= 1.0, "1e-14 ≤ event_floor ≤ 1 (node spacings)"
         )
@@ -91,10 +91,10 @@ class Effects:
     friction: the pin drags the surface. Without, only pressures act (half of the compliance): the pin can be pressed down,
         and there is nothing to slide.
     coupling: tangential forces lift the surface, and normal ones move it sideways. Without (Goodman's approximation) both
-        blocks of the compliance count as zero: pressing causes no shear, so all kinds of first touch are one.
+        blocks of the compliance count as zero: pressing causes no shear, so all kinds of initial contact are one.
     pin_translation: the pin's profile is carried along, so that slips change the pin's height over a node, and nodes touch
-        and are released. Without, every node keeps the pressure of first touch and slides along x alone; events are slips.
-        With coupling it counts at first touch, then no longer; without either, the normal problem is solved just once.
+        and are released. Without, every node keeps the pressure of initial contact and slides along x alone; events are slips.
+        With coupling it counts at initial contact, then no longer; without either, the normal problem is solved just once.
     """
 
     friction: bool = True
@@ -222,7 +222,8 @@ class Case:
 
     intrinsic_friction: μ_i ≥ 0; `inf` is adhesive stick.
     radius: R/L_x of a parabolic pin (ignored by a flat punch). half_width: a/L_x of a flat punch (ignored by a parabola).
-    load: W/(G·L_x·L_y). first_touch: `stick` brings all nodes in contact down stuck at u = 0 and slips them afterwards,
+    normal_load: W/(G·L_x·L_y).
+    initial_contact: `stick` brings all nodes in contact down stuck at u = 0 and slips them afterwards,
     `frictionless` sticks them where frictionless contact leaves them, `gradual` raises the load event by event.
     start: where the pin comes down, in node spacings right of the slab's middle node, 0 to 1: what the pin meets repeats
     with the nodes, so starts between two of them sample all there is.
@@ -232,11 +233,11 @@ class Case:
 
     intrinsic_friction: float = 0.5
     radius: float = 200.0
-    load: float = 1e-3
+    normal_load: float = 1e-3
     slab: Slab = field(default_factory=Slab)
     pin: PinShape = "parabola"
     half_width: float = 0.25
-    first_touch: FirstTouch = "stick"
+    initial_contact: InitialContact = "stick"
     start: float = 0.0
     slip_rule: SlipRule = field(default_factory=SlipRule)
     effects: Effects = field(default_factory=Effects)
@@ -251,7 +252,12 @@ class Case:
         # Forces are known to 1e-12 of the load: a limit must be well above that, or none.
         _require("intrinsic_friction", friction, friction == 0.0 or friction >= 1e-8, "0, or intrinsic_friction ≥ 1e-8")
         _require("radius", self.radius, 1e-12 <= self.radius <= 1e24, "1e-12 ≤ radius ≤ 1e24")
-        _require("load", self.load, 1e-30 <= self.load <= 1.0, "1e-30 ≤ load ≤ 1 (at 1 the mean stress is G)")
+        _require(
+            "normal_load",
+            self.normal_load,
+            1e-30 <= self.normal_load <= 1.0,
+            "1e-30 ≤ normal_load ≤ 1 (at 1 the mean stress is G)",
+        )
         _require("half_width", self.half_width, 0.0 < self.half_width <= 0.5, "0 < half_width ≤ 0.5")
         events = self.max_events
         _require("max_events", events, events is None or 1 <= events <= MOST_EVENTS, f"1 to {MOST_EVENTS}")
@@ -260,22 +266,22 @@ class Case:
         wide = self.max_spacings
         _require("max_spacings", wide, wide is None or 0.0 < wide < math.inf, "max_spacings > 0")
         _require("start", self.start, 0.0 <= self.start <= 1.0, "0 ≤ start ≤ 1 (node spacings)")
-        if self.slip_rule.residual == 1.0 and math.isinf(self.intrinsic_friction):
+        if self.slip_rule.residual_shear == 1.0 and math.isinf(self.intrinsic_friction):
             raise InvalidInput(
-                "residual = 1.0 with intrinsic_friction = inf: sliding at μ_i·pressure needs a finite μ_i"
+                "residual_shear = 1.0 with intrinsic_friction = inf: sliding at μ_i·pressure needs a finite μ_i"
             )
-        if self.slip_rule.residual == 1.0 and not self.effects.pin_translation:
+        if self.slip_rule.residual_shear == 1.0 and not self.effects.pin_translation:
             raise InvalidInput(
-                "residual = 1.0 with pin_translation = false: classical sliding is solved with the pin carried along only; "
-                "use residual = 0.999"
+                "residual_shear = 1.0 with pin_translation = false: classical sliding is solved with the pin carried along only; "
+                "use residual_shear = 0.999"
             )
         if self.heterogeneity.roughness and self.pin == "flat_punch":
             raise InvalidInput(
                 "roughness with pin = flat_punch: needs a parabola, a rough punch has no edge to speak of"
             )
-        if self.heterogeneity.roughness and self.slip_rule.residual == 1.0:
+        if self.heterogeneity.roughness and self.slip_rule.residual_shear == 1.0:
             raise InvalidInput(
-                "roughness with residual = 1.0: classical sliding is solved on smooth pins only; use residual = 0.999"
+                "roughness with residual_shear = 1.0: classical sliding is solved on smooth pins only; use residual_shear = 0.999"
             )
         if self.heterogeneity.spread > 0.0 and not 0.0 < self.intrinsic_friction < math.inf:
             raise InvalidInput(

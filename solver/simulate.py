@@ -3,7 +3,7 @@
 from dataclasses import dataclass
 
 from solver.case import Case, Drive
-from solver.contact.initial import first_touch
+from solver.contact.initial import initial_contact
 from solver.contact.state import ContactState
 from solver.dynamics.coefficients import FrictionCoefficients, friction_coefficients
 from solver.dynamics.friction_limit import profile_of
@@ -25,12 +25,12 @@ class DriveResult:
 
 
 def contact_state(case: Case, compliance: SurfaceCompliance | None = None) -> ContactState:
-    """The contact of `case` at first touch. A compliance at hand is used, else computed from the case's slab."""
-    return first_touch(case, compliance or slab_compliance(case.slab))
+    """The contact of `case` at initial contact. A compliance at hand is used, else computed from the case's slab."""
+    return initial_contact(case, compliance or slab_compliance(case.slab))
 
 
 def friction_record(case: Case, compliance: SurfaceCompliance | None = None) -> FrictionRecord:
-    """The friction record of `case`, from first touch to its limits."""
+    """The friction record of `case`, from initial contact to its limits."""
     return slide(case, compliance or slab_compliance(case.slab))
 
 

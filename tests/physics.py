@@ -14,7 +14,7 @@ from solver.sliding.record import FrictionRecord
 
 LIMITS = {
     "equilibrium": 1e-10,
-    "load": 1e-10,
+    "normal_load": 1e-10,
     "tension": 1e-11,
     "shear": 1e-11,
     "penetration": 1e-10,
@@ -38,7 +38,7 @@ def law_errors(state: ContactState, case: Case, compliance: SurfaceCompliance) -
     values = (state.nodal_force, state.u, state.w, state.pressure, state.shear, state.slip, state.gap[state.contact])
     if not (all(np.isfinite(value).all() for value in values) and math.isfinite(state.approach)):
         return dict.fromkeys(LIMITS, math.inf)
-    load, force, inside = case.load, state.nodal_force.ravel(), state.contact
+    normal_load, force, inside = case.normal_load, state.nodal_force.ravel(), state.contact
     displacement = np.concatenate((state.u, state.w))
     normal, shear = -state.nodal_force[1], np.abs(state.nodal_force[0])
     # Rounding of heights cannot be told from gaps; where a node is far out on a sharp pin that is more than the load moves.
@@ -50,7 +50,7 @@ def law_errors(state: ContactState, case: Case, compliance: SurfaceCompliance) -
     limited = math.isfinite(case.intrinsic_friction)
     limit = node_friction(case) * normal if limited else np.inf
     # The limit itself is known to rounding of μ_i·pressure.
-    borne = load * max(case.intrinsic_friction, 1.0)
+    borne = normal_load * max(case.intrinsic_friction, 1.0)
     moved = float((np.abs(compliance.matrix) @ np.abs(force)).max())
     stray = float(np.abs(state.nodal_force[:, ~inside]).max(initial=0.0))
     # Forces follow from heights less approach and from displacements along with the pin, whose rounding they carry.
@@ -58,12 +58,12 @@ def law_errors(state: ContactState, case: Case, compliance: SurfaceCompliance) -
     astray = np.abs(compliance.matrix @ force - displacement)
     return {
         "equilibrium": float(np.maximum(astray - haze, 0.0).max()) / moved,
-        "load": abs(state.normal_force - load) / load,
-        "tension": max(float(-normal.min()) - haze, stray, 0.0) / load,
+        "normal_load": abs(state.normal_force - normal_load) / normal_load,
+        "tension": max(float(-normal.min()) - haze, stray, 0.0) / normal_load,
         "shear": max(float(np.max(shear - limit)) - haze, 0.0) / borne,
         "penetration": float(below.max()) / moved,
         "pin": float(off.max(initial=0.0)) / moved,
-        "complementarity": float(np.abs(finite_gap * normal).max()) / (load * moved),
+        "complementarity": float(np.abs(finite_gap * normal).max()) / (normal_load * moved),
     }
 
 
@@ -82,12 +82,12 @@ def assert_friction_law(case: Case, record: FrictionRecord, compliance: SurfaceC
     """
     if math.isinf(case.intrinsic_friction):
         return
-    most = float(node_friction(case).max()) * case.load
+    most = float(node_friction(case).max()) * case.normal_load
     forces = np.concatenate((record.force_before, record.force_after, [record.initial_force]))
     pin, reach = pin_of(case), case.slab.spacing * max(record.contact_size.max(initial=1), record.initial_contact_size)
     highest = pin.curvature * reach**2 / 2 + (0.0 if pin.rises is None else float(np.abs(pin.rises).max()))
     rounding = ROUNDING * highest / float(np.abs(np.diag(compliance.matrix)).max())
-    assert np.abs(forces).max(initial=0.0) <= most * (1.0 + 1e-4) + 1e-10 * case.load + rounding
+    assert np.abs(forces).max(initial=0.0) <= most * (1.0 + 1e-4) + 1e-10 * case.normal_load + rounding
 
 
 def half_plane(slab: Slab, depth: float = math.e**2) -> SurfaceCompliance:
@@ -125,4 +125,6 @@ def stored_energy(state: ContactState) -> float:
 def smallest_step(case: Case, stiffness: float) -> float:
     """The event floor in L_x: in node spacings, or in 24 times what μ_i·W stretches the contact by if that is less. stiffness: of
     all nodes in contact, shear and μ_i·pressure added up without sign."""
-    return case.slip_rule.event_floor * min(case.slab.spacing, 24.0 * case.intrinsic_friction * case.load / stiffness)
+    return case.slip_rule.event_floor * min(
+        case.slab.spacing, 24.0 * case.intrinsic_friction * case.normal_load / stiffness
+    )

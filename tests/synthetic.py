@@ -31,9 +31,9 @@ def record_from(steps: ArrayLike, drops: ArrayLike, initial_force: float = 0.0, 
         touches=np.zeros(events, np.int32),
         contact_size=np.full(events, 9, np.int32),
         dissipated=drops**2 / (2.0 * STIFFNESS),
-        load=LOAD,
+        normal_load=LOAD,
         spacing=SPACING,
-        residual=1.0,  # teeth that no grid modulates
+        residual_shear=1.0,  # teeth that no grid modulates
         spread=0.0,
         initial_force=initial_force,
         initial_stiffness=STIFFNESS,
@@ -67,7 +67,7 @@ def modulated_record(spacings: float, phase: float, level: float = 0.27, amplitu
     wave = level * LOAD * (1.0 + amplitude * np.sin(2.0 * np.pi * (x / SPACING + phase)))
     after = np.minimum(STIFFNESS * x, wave - 0.5 * STIFFNESS * steps)
     drops = np.concatenate(([0.0], after[:-1])) + STIFFNESS * steps - after
-    return replace(record_from(steps, drops), residual=0.0)
+    return replace(record_from(steps, drops), residual_shear=0.0)
 
 
 def profile_through(edges: ArrayLike, starts: ArrayLike, ends: ArrayLike, periodic_from: int = 0) -> Profile:

@@ -22,15 +22,15 @@ class HertzContact:
         return self.peak_pressure * np.sqrt(np.clip(1 - (x / self.half_width) ** 2, 0.0, None))
 
 
-def hertz(load: float, radius: float, poisson: float) -> HertzContact:
-    """Line contact of a rigid parabola of `radius` under `load` on a half-plane without friction."""
-    half_width = math.sqrt(2 * load * radius * (1 - poisson) / math.pi)
-    return HertzContact(half_width, 2 * load / (math.pi * half_width))
+def hertz(normal_load: float, radius: float, poisson: float) -> HertzContact:
+    """Line contact of a rigid parabola of `radius` under `normal_load` on a half-plane without friction."""
+    half_width = math.sqrt(2 * normal_load * radius * (1 - poisson) / math.pi)
+    return HertzContact(half_width, 2 * normal_load / (math.pi * half_width))
 
 
-def flat_punch_pressure(x: NDArray[np.float64], half_width: float, load: float) -> NDArray[np.float64]:
+def flat_punch_pressure(x: NDArray[np.float64], half_width: float, normal_load: float) -> NDArray[np.float64]:
     """p = p_0/√(1 - (x/a)²), p_0 = W/(πa), under a frictionless flat punch on a half-plane, |x| < a (§3.1)."""
-    return load / (math.pi * half_width) / np.sqrt(1 - (x / half_width) ** 2)
+    return normal_load / (math.pi * half_width) / np.sqrt(1 - (x / half_width) ** 2)
 
 
 def cattaneo_mindlin(
@@ -61,7 +61,7 @@ class SlidingContact:
 
     half_width: float
     centre: float
-    load: float
+    normal_load: float
     power: float
     skew: float
 
@@ -75,7 +75,7 @@ class SlidingContact:
         t = (np.asarray(x) - self.centre) / self.half_width
         behind, ahead = self.power - self.skew, self.power + self.skew
         norm = self.half_width * 2 ** (2 * self.power + 1) * beta(1 + behind, 1 + ahead)
-        return np.asarray(self.load / norm * (1 + t) ** behind * (1 - t) ** ahead)
+        return np.asarray(self.normal_load / norm * (1 + t) ** behind * (1 - t) ** ahead)
 
     def share_left_of(self, x: Floats) -> Floats:
         """The load's share left of x (any shape), x from the pin's middle."""
@@ -83,16 +83,16 @@ class SlidingContact:
         return np.asarray(betainc(1 + self.power - self.skew, 1 + self.power + self.skew, (1 + t) / 2))
 
 
-def sliding_punch(load: float, half_width: float, friction: float, poisson: float) -> SlidingContact:
+def sliding_punch(normal_load: float, half_width: float, friction: float, poisson: float) -> SlidingContact:
     """A flat punch that slides to the right without tilting."""
-    return SlidingContact(half_width, 0.0, load, -0.5, _skew(friction, poisson))
+    return SlidingContact(half_width, 0.0, normal_load, -0.5, _skew(friction, poisson))
 
 
-def sliding_parabola(load: float, radius: float, friction: float, poisson: float) -> SlidingContact:
+def sliding_parabola(normal_load: float, radius: float, friction: float, poisson: float) -> SlidingContact:
     """A parabolic pin that slides to the right: a² = 2WR(1 - ν)/(π(1 - 4γ²)), the contact lags by 2γa."""
     skew = _skew(friction, poisson)
-    half_width = hertz(load, radius, poisson).half_width / math.sqrt(1 - 4 * skew**2)
-    return SlidingContact(half_width, -2 * skew * half_width, load, 0.5, skew)
+    half_width = hertz(normal_load, radius, poisson).half_width / math.sqrt(1 - 4 * skew**2)
+    return SlidingContact(half_width, -2 * skew * half_width, normal_load, 0.5, skew)
 
 
 def _skew(friction: float, poisson: float) -> float:

@@ -48,7 +48,7 @@ class CoulombContact:
     sliding: Vector
     """σ of a sliding node, 0 of a sticking or free one."""
     u: Vector
-    load: float
+    normal_load: float
     displacement: float = 0.0
     x: Vector = field(init=False)
     """Of every node, from the pin's lowest point at δ_p = 0."""
@@ -93,12 +93,12 @@ class CoulombContact:
     def excess(self) -> Vector:
         """|shear| - μ_i·N of the sticking nodes, -load elsewhere."""
         over = np.abs(self.force[0]) - self.friction * self.pressing
-        return np.where(self.contact & (self.sliding == 0.0), over, -self.load)
+        return np.where(self.contact & (self.sliding == 0.0), over, -self.normal_load)
 
     @property
     def least(self) -> float:
         """Force or length that counts as none: heights of the pin are known to rounding only, and so is what they cause."""
-        return TOLERANCE * self.load + 4.0 * np.finfo(float).eps * abs(self.approach)
+        return TOLERANCE * self.normal_load + 4.0 * np.finfo(float).eps * abs(self.approach)
 
     def solve(self) -> None:
         """Forces, approach and displacements for the given roles: Newton's method on the sliding nodes' positions."""
@@ -108,9 +108,9 @@ class CoulombContact:
             u, xi, slide = self.u[self.contact], self.xi[self.contact], self.sliding[self.contact] != 0.0
             tangential = np.where(slide, 0.0, u)
             normal = curvature * (xi**2 / 2 - np.where(slide, xi * u, 0.0))
-            self.force, self.approach, u, self.v = self._respond(tangential, normal, -self.load)
+            self.force, self.approach, u, self.v = self._respond(tangential, normal, -self.normal_load)
             self.u = np.where(self.contact & (self.sliding == 0.0), before, u)
-            if np.abs(self.u - before).max() <= 1e-14 * self.load:
+            if np.abs(self.u - before).max() <= 1e-14 * self.normal_load:
                 return
 
     def rates(self, push: float) -> tuple[NDArray[np.float64], float, Vector, Vector]:
@@ -121,7 +121,7 @@ class CoulombContact:
         return self._respond(tangential, normal, -(1.0 - push))
 
     def _respond(
-        self, tangential: Vector, normal: Vector, load: float
+        self, tangential: Vector, normal: Vector, normal_load: float
     ) -> tuple[NDArray[np.float64], float, Vector, Vector]:
         """Solve for the contact's forces and the approach: right sides of the tangential, normal and load equations."""
         c, n, nodes = self.compliance.matrix, len(self.u), np.flatnonzero(self.contact)
@@ -137,7 +137,7 @@ class CoulombContact:
         # Heights are solved for from their middle: out on a sharp pin they are larger than all the load moves by far.
         middle = float(normal.mean())
         try:
-            solution = np.linalg.solve(system, np.concatenate((tangential, normal - middle, [load])))
+            solution = np.linalg.solve(system, np.concatenate((tangential, normal - middle, [normal_load])))
         except np.linalg.LinAlgError as error:
             raise SingularOperator(f"{m} nodes in contact with Coulomb friction: singular; lower μ_i") from error
         if not np.isfinite(solution).all():
@@ -172,7 +172,7 @@ class CoulombContact:
         while True:
             self.solve()
             least = self.least
-            tension = np.where(np.abs(self.xi) > self.pin.half_width, self.load, -self.pressing)
+            tension = np.where(np.abs(self.xi) > self.pin.half_width, self.normal_load, -self.pressing)
             answers = ((self.release, np.where(self.contact, tension, -1.0)), (self.slide, self.excess))
             for answer, violation in (*answers, (self.touch, -self.gap)):
                 worst = int(np.argmax(violation))
@@ -189,7 +189,7 @@ class CoulombContact:
         while True:
             rates = force_rate, _, u_rate, _ = self.rates(push)
             # A node that has just touched bears no force yet, and slides the way its shear begins to push.
-            near = max(1e-9 * self.load * min(self.case.intrinsic_friction, 1.0), self.least)
+            near = max(1e-9 * self.normal_load * min(self.case.intrinsic_friction, 1.0), self.least)
             none = np.abs(self.force[0]) <= near
             sign = np.sign(np.where(none, force_rate[0], self.force[0]))
             growth = sign * force_rate[0] + self.friction * force_rate[1]
@@ -220,11 +220,11 @@ class CoulombContact:
 
     def raise_load(self, target: float) -> None:
         """Raise the load to `target`, the pin held."""
-        while self.load < target:
+        while self.normal_load < target:
             rates = self.settle(0.0)
             step, kind, node = self.next_change(rates, 0.0)
             # The contact grows from one node to many: steps keep to the load's own size.
-            longest = min(self.load, target - self.load)
+            longest = min(self.normal_load, target - self.normal_load)
             self.advance(min(step, longest), rates, 0.0)
             self.change(kind if step <= longest else "", node)
 
@@ -254,8 +254,10 @@ class CoulombContact:
     def advance(self, step: float, rates: tuple[NDArray[np.float64], float, Vector, Vector], push: float) -> float:
         """Move the pin (push = 1) or raise the load (push = 0) by `step`; returns the energy dissipated."""
         self.stalled += 1
-        if self.displacement + self.load > self.mark + PROGRESS * (self.case.slab.spacing if push else self.load):
-            self.mark, self.stalled = self.displacement + self.load, 0
+        if self.displacement + self.normal_load > self.mark + PROGRESS * (
+            self.case.slab.spacing if push else self.normal_load
+        ):
+            self.mark, self.stalled = self.displacement + self.normal_load, 0
         if self.stalled > PATIENCE * len(self.u):
             # A node that touches is pulled off at once, and closes in at once when free: no motion is consistent.
             raise CoulombError(Ending.SLIP_UNBOUNDED)
@@ -263,7 +265,7 @@ class CoulombContact:
         moved = np.where(self.contact & (self.sliding == 0.0), push, rates[2])
         self.u = self.u + step * moved
         self.displacement += push * step
-        self.load += (1.0 - push) * step
+        self.normal_load += (1.0 - push) * step
         self.solve()
         mean = (before + self.force) / 2
         return float(-(mean[0] @ (self.u - self.displacement - slip) + mean[1] @ (self.v - height)))

@@ -1,4 +1,4 @@
-"""Normal contact at a given load (§2.1.1, §3.1): constraints I-III at first touch -> ContactState.
+"""Normal contact at a given load (§2.1.1, §3.1): constraints I-III at initial contact -> ContactState.
 
 I. pressure ≥ 0 in contact; II. |shear| ≤ μ_i·pressure; III. no node above the pin. The load W is given and the approach
 unknown: ΣN = W in every state.
@@ -24,13 +24,13 @@ from solver.outcome import COMPLETED, Ending, Outcome, SingularOperator, TooFarA
 NO_STUCK_TOUCH = Outcome(
     Ending.CONTACT_NOT_CONVERGED,
     "no choice of sticking and sliding nodes obeys Coulomb's law with all of them brought down at once: "
-    'use first_touch = "gradual"',
+    'use initial_contact = "gradual"',
 )
 """Nodes at the edge stick and slide, touch and leave in turn: a contact that grows with its load has no such choice."""
 OUT_FROM_UNDER = Outcome(
     Ending.EDGE_REACHED,
     "pressed down without friction, a node moves out from under the punch's edge, where a sharp edge has no answer: "
-    'lower load, or use first_touch = "stick" or "gradual"',
+    'lower normal_load, or use initial_contact = "stick" or "gradual"',
 )
 """The node would have to be both under the punch and beside it."""
 ROUNDINGS_FAULT = (
@@ -43,8 +43,8 @@ ROUNDINGS_FAULT = (
 """Endings that heights known too coarsely can cause."""
 
 
-def first_touch(case: Case, compliance: SurfaceCompliance) -> ContactState:
-    """Press the pin into the slab at δ_p = 0 as `case.first_touch` says, until constraints I-III hold.
+def initial_contact(case: Case, compliance: SurfaceCompliance) -> ContactState:
+    """Press the pin into the slab at δ_p = 0 as `case.initial_contact` says, until constraints I-III hold.
 
     Never raises for physics: a state that was not reached carries the reason as its outcome, and the last iterate.
     """
@@ -60,7 +60,7 @@ def first_touch(case: Case, compliance: SurfaceCompliance) -> ContactState:
 def doubted(case: Case, compliance: SurfaceCompliance, state: ContactState) -> ContactState:
     """The state, its outcome what becomes of it in the light of the operator's condition and of `soundness`."""
     outcome = explained(state.outcome, compliance, state.contact)
-    # Frozen pressures are those of first touch, however far the pin has gone since.
+    # Frozen pressures are those of initial contact, however far the pin has gone since.
     carried = case.effects.pin_translation or state.displacement == 0.0
     if carried and (outcome.ok or outcome.ending in ROUNDINGS_FAULT):
         found = soundness(case, compliance, state.contact, state.u, state.displacement)
@@ -72,9 +72,9 @@ def doubted(case: Case, compliance: SurfaceCompliance, state: ContactState) -> C
 def _touch(case: Case, compliance: SurfaceCompliance) -> ContactState:
     if not (case.effects.friction and case.effects.coupling):
         return _touch_without_shear(case, compliance)
-    if case.slip_rule.residual == 1.0:
+    if case.slip_rule.residual_shear == 1.0:
         return _touch_with_coulomb_friction(case, compliance)
-    if case.first_touch == "gradual":
+    if case.initial_contact == "gradual":
         return _load_gradually(case, compliance)
     return _touch_at_once(case, compliance)
 
@@ -95,7 +95,7 @@ def _out_from_under(case: Case, compliance: SurfaceCompliance, found: Pressed) -
 
 
 def _touch_at_once(case: Case, compliance: SurfaceCompliance) -> ContactState:
-    found = pressed(case, compliance, case.first_touch == "stick")
+    found = pressed(case, compliance, case.initial_contact == "stick")
     if _out_from_under(case, compliance, found):
         return replace(_nothing(case, OUT_FROM_UNDER), contact=found.contact)
     contact, u, converged = found.contact, np.where(found.contact, found.u, 0.0), found.converged
@@ -119,32 +119,32 @@ def _load_gradually(case: Case, compliance: SurfaceCompliance) -> ContactState:
     x = surface_from_pin(case)
     height = pin_of(case).height(x)
     core = core_of(case, compliance, height == height.min(), np.zeros_like(x), height, whole=True)
-    core.state.inputs[-1] = -1e-12 * case.load
+    core.state.inputs[-1] = -1e-12 * case.normal_load
     kernels.refresh(core.state)
     kernels.aim_load(core.state)
     status = kernels.resolve(core.state, core.rules, kernels.NOTHING, -1, 0.0)
     if status == kernels.DONE:
-        status = kernels.raise_load(core.state, core.rules, case.load)
+        status = kernels.raise_load(core.state, core.rules, case.normal_load)
     return contact_state(core, ENDINGS[steadied(core, status)])
 
 
 def _touch_with_coulomb_friction(case: Case, compliance: SurfaceCompliance) -> ContactState:
     x = surface_from_pin(case)
-    if case.first_touch == "gradual":
+    if case.initial_contact == "gradual":
         height = pin_of(case).height(x)
-        contact, u, load = height == height.min(), np.zeros_like(x), 1e-9 * case.load
+        contact, u, normal_load = height == height.min(), np.zeros_like(x), 1e-9 * case.normal_load
     else:
-        found = pressed(case, compliance, case.first_touch == "stick")
-        contact, u, load = found.contact, np.where(found.contact, found.u, 0.0), case.load
-    solved = CoulombContact(case, compliance, contact, np.zeros_like(x), u, load)
+        found = pressed(case, compliance, case.initial_contact == "stick")
+        contact, u, normal_load = found.contact, np.where(found.contact, found.u, 0.0), case.normal_load
+    solved = CoulombContact(case, compliance, contact, np.zeros_like(x), u, normal_load)
     try:
-        if case.first_touch == "stick":
+        if case.initial_contact == "stick":
             solved.press()
         else:
             solved.mend()
-            solved.raise_load(case.load)
+            solved.raise_load(case.normal_load)
     except CoulombError as error:
-        stuck = case.first_touch == "stick" and error.ending is Ending.SLIP_UNBOUNDED
+        stuck = case.initial_contact == "stick" and error.ending is Ending.SLIP_UNBOUNDED
         return coulomb_state(solved, NO_STUCK_TOUCH if stuck else BROKEN[error.ending])
     return coulomb_state(solved, COMPLETED)
 

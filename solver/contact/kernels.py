@@ -59,7 +59,7 @@ class Machine(NamedTuple):
     inputs: Floats
     """(N,)"""
     rate: Floats
-    """(N,) response per unit of pin displacement (or of load, in first touch)."""
+    """(N,) response per unit of pin displacement (or of load, in initial contact)."""
     contact: NDArray[np.bool_]
     """(n,)"""
     x: Floats
@@ -93,7 +93,7 @@ class Rules(NamedTuple):
     profile: float | Profile
     """Curvature of a smooth pin, or a rough one's profile: its type decides which functions are compiled."""
     half_width: float
-    residual: float
+    residual_shear: float
     simultaneous: bool
     floor: float
     """The event floor, in node spacings."""
@@ -402,7 +402,7 @@ def _touch(m: Machine, rules: Rules, i: int, push: float) -> bool:
 
 
 def _slip_move(
-    y: Floats, tableau: Floats, friction: Floats, i: int, xi: float, profile: float | Profile, residual: float
+    y: Floats, tableau: Floats, friction: Floats, i: int, xi: float, profile: float | Profile, residual_shear: float
 ) -> tuple[float, float]:
     """How far node i slips along and down the pin, the others held; infinite where no distance lowers its shear enough.
 
@@ -412,11 +412,11 @@ def _slip_move(
 
 
 def _slip_on_smooth(
-    y: Floats, tableau: Floats, friction: Floats, i: int, xi: float, curvature: float, residual: float
+    y: Floats, tableau: Floats, friction: Floats, i: int, xi: float, curvature: float, residual_shear: float
 ) -> tuple[float, float]:
-    """The shear that exceeds residual·μ_i·pressure is quadratic in the distance, because the pin's height under the node is."""
+    """The shear that exceeds residual_shear·μ_i·pressure is quadratic in the distance, as the pin's height under the node is."""
     n = len(friction)
-    share = residual * friction[i] * (1.0 if y[i] > 0.0 else -1.0)
+    share = residual_shear * friction[i] * (1.0 if y[i] > 0.0 else -1.0)
     excess = y[i] + share * y[n + i]
     down = curvature * (tableau[n + i, i] + share * tableau[n + i, n + i])
     linear = tableau[i, i] + share * tableau[i, n + i] + down * xi
@@ -428,11 +428,11 @@ def _slip_on_smooth(
 
 
 def _slip_on_rough(
-    y: Floats, tableau: Floats, friction: Floats, i: int, xi: float, profile: Profile, residual: float
+    y: Floats, tableau: Floats, friction: Floats, i: int, xi: float, profile: Profile, residual_shear: float
 ) -> tuple[float, float]:
     """The same from knot to knot, the way the shear pushes: the node rests where the excess is first gone."""
     n = len(friction)
-    share = residual * friction[i] * (1.0 if y[i] > 0.0 else -1.0)
+    share = residual_shear * friction[i] * (1.0 if y[i] > 0.0 else -1.0)
     excess = y[i] + share * y[n + i]
     along = tableau[i, i] + share * tableau[i, n + i]
     down = tableau[n + i, i] + share * tableau[n + i, n + i]
@@ -482,7 +482,7 @@ def _first_root(constant: float, linear: float, quadratic: float) -> float:
 
 
 @overload(_slip_move, strict=False)
-def _choose_slip(y, tableau, friction, i, xi, profile, residual):  # type: ignore[no-untyped-def]
+def _choose_slip(y, tableau, friction, i, xi, profile, residual_shear):  # type: ignore[no-untyped-def]
     return _slip_on_rough if isinstance(profile, types.BaseNamedTuple) else _slip_on_smooth
 
 
@@ -521,7 +521,7 @@ def _slip_in_turn(m: Machine, rules: Rules, first: int) -> tuple[int, int, int]:
     Returns a status, and RELEASE with its node or NOTHING. The arrays are taken out of the machine once: passing the
     whole of it to another compiled function costs more than a slip.
     """
-    n, tolerance, profile, residual = len(m.x), rules.tolerance, rules.profile, rules.residual
+    n, tolerance, profile, residual_shear = len(m.x), rules.tolerance, rules.profile, rules.residual_shear
     y, tableau, inputs, x, counts, totals = m.response, m.tableau, m.inputs, m.x, m.counts, m.totals
     shear, normal, friction, limits, contact = y[:n], y[n : 2 * n], m.friction, m.limits, m.contact
     displacement = totals[0]
@@ -536,7 +536,7 @@ def _slip_in_turn(m: Machine, rules: Rules, first: int) -> tuple[int, int, int]:
         if counts[0] >= rules.cascade_limit:
             return CASCADE_LIMIT, NOTHING, -1
         xi = x[node] + inputs[node] - displacement
-        along, down = _slip_move(y, tableau, friction, node, xi, profile, residual)
+        along, down = _slip_move(y, tableau, friction, node, xi, profile, residual_shear)
         if not abs(along) < np.inf:
             return SLIP_UNBOUNDED, NOTHING, -1
         totals[1] -= _glide(y, tableau, inputs, node, along, down)
@@ -566,7 +566,7 @@ def _slip_together(m: Machine, rules: Rules, first: int) -> tuple[int, int, int]
             along[i] = 0.0
             if abs(y[i]) + m.limits[i] * y[n + i] > tolerance or i == first:
                 xi = m.x[i] + m.inputs[i] - displacement
-                along[i], down[i] = _slip_move(y, m.tableau, m.friction, i, xi, rules.profile, rules.residual)
+                along[i], down[i] = _slip_move(y, m.tableau, m.friction, i, xi, rules.profile, rules.residual_shear)
                 if not abs(along[i]) < np.inf:
                     return SLIP_UNBOUNDED, NOTHING, -1
         left, first = -1, -1

@@ -54,8 +54,11 @@ def pressed(case: Case, compliance: SurfaceCompliance, stuck: bool) -> Pressed:
         found = Pressed(contact, pressing, u_next, v, approach, True)
         # A node beside a punch is never under it, even where it has moved there: see EDGE_REACHED.
         gap = np.where(np.abs(x) <= pin.half_width, pin.height(x + u_next) - v, np.inf)
-        wrong = np.where(contact, -pressing / case.load, np.where(np.isinf(gap), -1.0, -gap / case.load)) > 1e-12
-        settled = np.abs(u_next - u).max() <= 1e-13 * case.load + 4 * np.finfo(float).eps * np.abs(u_next).max()
+        wrong = (
+            np.where(contact, -pressing / case.normal_load, np.where(np.isinf(gap), -1.0, -gap / case.normal_load))
+            > 1e-12
+        )
+        settled = np.abs(u_next - u).max() <= 1e-13 * case.normal_load + 4 * np.finfo(float).eps * np.abs(u_next).max()
         u = u_next
         if not wrong.any():
             if settled:
@@ -82,7 +85,7 @@ def expected_half_width(case: Case) -> float:
     """Hertz's contact half-width on a half-plane, a² = 4WR(1-ν)/(2πG): a first guess."""
     if case.pin == "flat_punch":
         return case.half_width
-    return math.sqrt(2 * case.load * case.radius * (1 - case.slab.poisson) / math.pi)
+    return math.sqrt(2 * case.normal_load * case.radius * (1 - case.slab.poisson) / math.pi)
 
 
 def _forces(
@@ -109,7 +112,7 @@ def _forces(
     ones[-len(nodes) :] = 1.0
     bordered = np.block([[block, ones[:, None]], [ones[None, :], np.zeros((1, 1))]])
     try:
-        solution = np.linalg.solve(bordered, np.concatenate((right, [-case.load])))
+        solution = np.linalg.solve(bordered, np.concatenate((right, [-case.normal_load])))
     except np.linalg.LinAlgError as error:
         raise SingularOperator(
             f"the compliance of {len(nodes)} nodes in contact is singular: use another scheme, or an aspect_ratio nearer 1"

@@ -20,7 +20,7 @@ forces change by 1.4 times that share of the load when every height changes by a
 STEEP_PIN = Outcome(
     Ending.STEEP_PIN,
     "the pin is too steep where it touches, either above 45° or so steep against intrinsic_friction that an event creates "
-    "energy: raise radius or intrinsic_friction, lower load, or use a smoother heterogeneity.roughness",
+    "energy: raise radius or intrinsic_friction, lower normal_load, or use a smoother heterogeneity.roughness",
 )
 """Down a flank of slope s the pressure does the work s·N per distance, which only a shear above s·N can make a loss."""
 NOT_FINITE = Outcome(
@@ -40,7 +40,7 @@ def soundness(
     if not share <= COARSEST:
         return Outcome(
             Ending.ROUNDING,
-            f"heights of the pin are known to {share:.0e} of what the load displaces, {COARSEST:g} is needed: raise load, "
+            f"heights of the pin are known to {share:.0e} of what the load displaces, {COARSEST:g} is needed: raise normal_load, "
             "or use a larger radius or lower heights in heterogeneity.roughness",
         )
     return COMPLETED if bool((np.abs(pin_of(case).slope(xi)) <= STEEPEST).all()) else STEEP_PIN
@@ -59,5 +59,5 @@ def rounding_share(case: Case, compliance: SurfaceCompliance, contact: NDArray[n
     if pin.rises is not None:
         highest += float(np.abs(pin.rises).max())
     nodes = n + np.flatnonzero(contact)
-    displaced = case.load * float(np.abs(compliance.matrix[nodes, nodes]).max())
+    displaced = case.normal_load * float(np.abs(compliance.matrix[nodes, nodes]).max())
     return float(np.finfo(float).eps) * highest / displaced

@@ -20,10 +20,11 @@ ENDINGS = {
     kernels.FULL: COMPLETED,
     kernels.SLIP_UNBOUNDED: Outcome(
         Ending.SLIP_UNBOUNDED,
-        "no slip (at residual 1: no motion) satisfies the friction law here: lower intrinsic_friction, or raise n_x",
+        "no slip (at residual_shear 1: no motion) satisfies the friction law here: lower intrinsic_friction, or raise n_x",
     ),
     kernels.CASCADE_LIMIT: Outcome(
-        Ending.CASCADE_LIMIT, "one event needed more slips than slip.cascade_limit: raise it, or lower slip.residual"
+        Ending.CASCADE_LIMIT,
+        "one event needed more slips than slip.cascade_limit: raise it, or lower slip.residual_shear",
     ),
     kernels.CONTACT_LOST: Outcome(
         Ending.CONTACT_LOST,
@@ -37,7 +38,7 @@ ENDINGS = {
     kernels.CONTACT_CYCLE: Outcome(
         Ending.CONTACT_NOT_CONVERGED,
         "nodes touch and are released in turn, no contact set satisfies the constraints: "
-        "use the other first_touch, the scheme galerkin, or another n_x",
+        "use the other initial_contact, the scheme galerkin, or another n_x",
     ),
     kernels.DRIFTED: Outcome(
         Ending.SINGULAR_OPERATOR,

@@ -53,14 +53,14 @@ def friction_coefficients(result: DynamicsResult, record: FrictionRecord, platea
         )
         failed = result.outcome if not result.outcome.ok else Outcome(Ending.NO_SLIP, message)
         return FrictionCoefficients(nan, nan, result.slip_force, nan, nan, failed)
-    static = result.slip_force / record.load
+    static = result.slip_force / record.normal_load
     kinetic, uncertainty, outcome = nan, nan, result.outcome
     slides = float(result.time[-1] - result.slip_time[0])
     if outcome.ok and slides < PERIODS * result.settling_time:
         message = f"the pin slides for {slides / result.settling_time:.2g} of its periods, {PERIODS:g} are needed: raise duration"
         outcome = Outcome(Ending.NO_PLATEAU, f"the driving force is not steady: {message}")
     if outcome.ok:
-        kinetic, uncertainty, outcome = _steady_mean(result.binned_force / record.load)
+        kinetic, uncertainty, outcome = _steady_mean(result.binned_force / record.normal_load)
     return FrictionCoefficients(
         static_friction=float(static[0]),
         static_friction_uncertainty=math.hypot(
@@ -92,12 +92,12 @@ def _uncertainty_of_peak(record: FrictionRecord, plateau: Plateau, static: float
     if not plateau.outcome.ok:
         return float("nan")
     expected = sampling_of(record, plateau.first_event, plateau.end - plateau.start).of_peak() * static
-    return float(np.fmax(_scatter_of_peaks(record, plateau) / record.load, expected))
+    return float(np.fmax(_scatter_of_peaks(record, plateau) / record.normal_load, expected))
 
 
 def _beyond(record: FrictionRecord, coefficient: float) -> float:
     """By how much a coefficient lies outside all that the record holds, F/W: inertia and damper are in the driving force too."""
-    highest = float(max(record.force_before.max(), record.initial_force, record.final_force)) / record.load
+    highest = float(max(record.force_before.max(), record.initial_force, record.final_force)) / record.normal_load
     return max(coefficient - highest, -coefficient, 0.0) if math.isfinite(coefficient) else 0.0
 
 

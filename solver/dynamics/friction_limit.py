@@ -3,7 +3,7 @@
 F̃ is made of straight teeth. The first ones are the record's from δ_p = 0 to the end of its plateau; from there the
 plateau's teeth repeat with its length as period (§2.2.2-3), the junction being one more jump. Behind its starting point
 the pin meets the mirror image, F̃(-x) = F̃(x): the contact it starts from has no preferred direction. Eq. 13 needs a
-limit that is not negative; where first touch leaves one, it is taken as 0.
+limit that is not negative; where initial contact leaves one, it is taken as 0.
 """
 
 import math
@@ -91,20 +91,20 @@ def linear(record: FrictionRecord, plateau: Plateau) -> Profile:
     return _periodic(Teeth(whole.edges, whole.start, np.append(whole.start[1:], whole.end[-1])), plateau)
 
 
-def mean(plateau: Plateau, load: float) -> Profile:
+def mean(plateau: Plateau, normal_load: float) -> Profile:
     """The same F̃ everywhere, from the first position on: the plateau's mean. load: W, in G·L_x·L_y.
 
     No static excess is made up: with surface compliance the contact is an elastic, perfectly plastic element.
     Raises NoPlateauError where the record has no plateau.
     """
     _need(plateau)
-    return Profile(np.array([0.0, 1.0]), np.array([plateau.mean * load]), np.zeros(1), periodic_from=0)
+    return Profile(np.array([0.0, 1.0]), np.array([plateau.mean * normal_load]), np.zeros(1), periodic_from=0)
 
 
 def profile_of(record: FrictionRecord, plateau: Plateau, shape: ProfileShape) -> Profile:
     """The profile of the shape that a `Drive` asks for by name."""
     if shape == "mean":
-        return mean(plateau, record.load)
+        return mean(plateau, record.normal_load)
     return sawtooth(record, plateau) if shape == "sawtooth" else linear(record, plateau)
 
 

@@ -1,7 +1,7 @@
 """Drive the pin by a spring over its friction profile (§2.2, Eq. 12-14). One file per method, this one door.
 
 The pin starts at rest at x = 0 with a relaxed contact: x_R = 0, so F = 0 (Eq. 13 leaves x = x_R open), whatever small
-force first touch may have left in the record.
+force initial contact may have left in the record.
 """
 
 import math

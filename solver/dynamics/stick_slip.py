@@ -165,20 +165,20 @@ class StickSlipFit:
     motion: StickSlip = field(repr=False)
 
 
-def fit_stick_slip(result: DynamicsResult, drive: Drive, load: float) -> StickSlipFit:
+def fit_stick_slip(result: DynamicsResult, drive: Drive, normal_load: float) -> StickSlipFit:
     """Fit Eq. 16-19 to the computed spring force by least squares, as the paper does for Figure 9 (§3.3).
 
-    load: W in G·L_x·L_y. Unknowns: one kinetic friction, and static friction of the first slip and of all later ones.
+    normal_load: W in G·L_x·L_y. Unknowns: one kinetic friction, and static friction of the first slip and of all later ones.
     Needs a result with a macroscopic slip; without one, after a run that ended badly, or where motion or closed form
     slip `MOST_SLIPS` times, every coefficient is NaN. A motion of more than `MOST_SAMPLES` times is thinned.
     """
     if not result.outcome.ok or not 0 < len(result.slip_force) < MOST_SLIPS:
         return _NO_FIT
     kept = slice(None, None, math.ceil((len(result.time) - 1) / MOST_SAMPLES))
-    target = _Target(result.time[kept], result.spring_force[kept], drive, load)
+    target = _Target(result.time[kept], result.spring_force[kept], drive, normal_load)
     first = target.force[-len(target.time) // 4 :].mean(), result.slip_force[0], result.slip_force[-1]
     laters = first[2], 0.5 * (first[0] + first[2])  # where a re-stick comes and goes the misfit has a kink
-    starts = [np.array([first[0], first[1], later]) / load for later in laters]
+    starts = [np.array([first[0], first[1], later]) / normal_load for later in laters]
     fits = [
         least_squares(target.misfit, start, diff_step=np.full(3, 1e-5), x_scale=1e-2, max_nfev=_MOST_TRIALS)
         for start in starts
@@ -198,14 +198,14 @@ class _Target:
     time: Floats
     force: Floats
     drive: Drive
-    load: float
+    normal_load: float
 
     def model(self, friction: Floats) -> StickSlip:
-        kinetic, static, later = (float(share) * self.load for share in friction)
+        kinetic, static, later = (float(share) * self.normal_load for share in friction)
         return stick_slip(self.time, self.drive, kinetic, static, later, MOST_SLIPS)
 
     def misfit(self, friction: Floats) -> Floats:
-        return (self.model(friction).spring_force - self.force) / self.load
+        return (self.model(friction).spring_force - self.force) / self.normal_load
 
     def fitted(self, friction: Floats) -> StickSlipFit:
         """What a fit ended at; static friction counts as the kinetic one where it is below."""
@@ -213,5 +213,5 @@ class _Target:
         best = self.model(np.array([kinetic, static, later]))
         if len(best.slip_time) >= MOST_SLIPS:
             return _NO_FIT
-        residual = float(np.sqrt(np.mean((best.spring_force - self.force) ** 2))) / self.load
+        residual = float(np.sqrt(np.mean((best.spring_force - self.force) ** 2))) / self.normal_load
         return StickSlipFit(kinetic, static, later if len(best.slip_time) > 1 else math.nan, residual, best)

@@ -9,7 +9,7 @@ import numpy as np
 from solver.case import MOST_EVENTS, Case
 from solver.contact import kernels
 from solver.contact.coulomb import LONGEST_STEP, CoulombContact, CoulombError
-from solver.contact.initial import doubted, first_touch
+from solver.contact.initial import doubted, initial_contact
 from solver.contact.node_friction import node_friction
 from solver.contact.pin import pin_of, surface_from_pin
 from solver.contact.soundness import STEEPEST
@@ -27,7 +27,7 @@ RESUMABLE = 10_000
 FIRST_CAPACITY = 4096
 """Events for which room is made first; it doubles as they come."""
 CREATED_ON_THE_WAY = 1e-4
-"""Energy that an event may create at residual 1, in W²/G: there it is an integral over steps, not known to rounding (1e-5)."""
+"""Energy that an event may create at residual_shear 1, in W²/G: it is an integral over steps there, not known to rounding."""
 CREATED = 1e-6
 """Energy that events may create, as a share of the pin's work and of what others lose: a touch pays back what a coarse event
 floor overshot."""
@@ -36,14 +36,14 @@ ROUNDING = 2e-16
 ENERGY_CREATED = Outcome(
     Ending.ENERGY_CREATED,
     "events created energy, more than a millionth of the work: slips of many nodes at once overshoot, or the operator is "
-    'not an elastic body\'s; use slip.order = "worst_first", or the scheme galerkin',
+    'not an elastic body\'s; use slip.slip_order = "worst_first", or the scheme galerkin',
 )
 GOING_ON = (kernels.FULL, kernels.DRIFTED, kernels.OUTGROWN)
 """Why the compiled core stops though the run does not."""
 
 
 def slide(case: Case, compliance: SurfaceCompliance, start: ContactState | None = None) -> FrictionRecord:
-    """Slide the pin of `case` from first touch (or from `start`) to its limits, event by event.
+    """Slide the pin of `case` from initial contact (or from `start`) to its limits, event by event.
 
     Between events all is linear in δ_p (free gaps: quadratic), so the next event is found in closed form: the smallest step
     at which |shear| = μ_i·pressure, pressure = 0 or gap = 0; a step below the event floor is raised to it. The event's node
@@ -59,14 +59,14 @@ def slide_to_state(
     """Like `slide`, and the contact as it is where the record ends."""
     if not case.effects.friction:
         raise InvalidInput("friction = false: needs the stage contact alone, there is nothing to slide against")
-    start = first_touch(case, compliance) if start is None else start
+    start = initial_contact(case, compliance) if start is None else start
     if not start.outcome.ok:
         return _record(case, start, math.nan, _empty_events(0), 0, start), start
     try:
         if not case.effects.pin_translation:
             record, end = _slide_with_frozen_pressures(case, start, compliance)
         else:
-            follow = _slide_with_coulomb_friction if case.slip_rule.residual == 1.0 else _slide
+            follow = _slide_with_coulomb_friction if case.slip_rule.residual_shear == 1.0 else _slide
             record, end = follow(case, start, compliance if case.effects.coupling else uncoupled(compliance))
     except (SingularOperator, TooFarApart) as error:
         end = replace(start, outcome=error.outcome)
@@ -80,12 +80,14 @@ def slide_to_state(
 def _in_hindsight(case: Case, record: FrictionRecord, end: ContactState) -> Outcome:
     """COMPLETED, or what only the whole record shows: a slab that pushes where it is pushed, energy from nowhere."""
     stiffness = record.initial_stiffness
-    if case.slip_rule.residual < 1.0 and stiffness <= 0.0:
+    if case.slip_rule.residual_shear < 1.0 and stiffness <= 0.0:
         return Outcome(
             Ending.SINGULAR_OPERATOR,
             f"lateral stiffness K = {stiffness:.3g}: an elastic slab's is above 0; use the scheme galerkin",
         )
-    if case.slip_rule.residual == 1.0 or not _creates_energy(case, record, end):  # classical sliding has looked itself
+    if case.slip_rule.residual_shear == 1.0 or not _creates_energy(
+        case, record, end
+    ):  # classical sliding has looked itself
         return COMPLETED
     xi = (surface_from_pin(case) + end.u - end.displacement)[end.contact]
     steep = (np.abs(pin_of(case).slope(xi)) > 0.5 * node_friction(case)[end.contact]).any()
@@ -97,14 +99,19 @@ def _creates_energy(case: Case, record: FrictionRecord, end: ContactState) -> bo
     created, lost = -np.minimum(record.dissipated, 0.0).sum(), np.maximum(record.dissipated, 0.0).sum()
     steps = np.diff(record.displacement)
     work = float(np.abs(record.force_after[:-1] + record.force_before[1:]) @ steps) / 2.0
-    moved = case.load + abs(end.approach) + abs(end.displacement) + float(np.abs(end.u[end.contact]).max(initial=0.0))
-    return bool(created > CREATED * (lost + work) + ROUNDING * case.load * moved * len(record.dissipated))
+    moved = (
+        case.normal_load
+        + abs(end.approach)
+        + abs(end.displacement)
+        + float(np.abs(end.u[end.contact]).max(initial=0.0))
+    )
+    return bool(created > CREATED * (lost + work) + ROUNDING * case.normal_load * moved * len(record.dissipated))
 
 
 def states_at(case: Case, compliance: SurfaceCompliance, events: Sequence[int]) -> tuple[list[ContactState], Outcome]:
-    """The contact after each of these events (increasing; 0 is first touch), as far as the record of `case` gets; and how
+    """The contact after each of these events (increasing; 0 is initial contact), as far as the record of `case` gets; and how
     that went."""
-    state, done = first_touch(case, compliance), 0
+    state, done = initial_contact(case, compliance), 0
     states: list[ContactState] = []
     for event in events:
         if event > done and state.outcome.ok:
@@ -161,13 +168,15 @@ def _slide_with_frozen_pressures(
 def _slide_with_coulomb_friction(
     case: Case, start: ContactState, compliance: SurfaceCompliance
 ) -> tuple[FrictionRecord, ContactState]:
-    """The run at residual 1: an event is a node that begins to slide, is released or touches; forces do not jump.
+    """The run at residual_shear 1: an event is a node that begins to slide, is released or touches; forces do not jump.
 
     The energy dissipated in sliding since the last event is counted at the event.
     """
     slides = np.abs(start.nodal_force[0]) >= node_friction(case) * -start.nodal_force[1] * (1 - 1e-9)
     sign = np.where(start.contact & slides, np.sign(start.nodal_force[0]), 0.0)
-    solved = CoulombContact(case, compliance, start.contact.copy(), sign, start.u.copy(), case.load, start.displacement)
+    solved = CoulombContact(
+        case, compliance, start.contact.copy(), sign, start.u.copy(), case.normal_load, start.displacement
+    )
     rows: list[tuple[float, ...]] = []
     dissipated, initial_stiffness, outcome = 0.0, math.nan, COMPLETED
     farthest = min(case.farthest, OFF_THE_SLAB)
@@ -205,7 +214,7 @@ def _slide_with_coulomb_friction(
 def _refuse_flanks(solved: CoulombContact, dissipated: float) -> None:
     """Raises CoulombError where a node is on a flank above 45°, or on one above its μ_i in an event that creates energy."""
     slope = np.abs(solved.pin.slope(solved.xi))[solved.contact]
-    creates = dissipated < -CREATED_ON_THE_WAY * solved.load**2 and bool(
+    creates = dissipated < -CREATED_ON_THE_WAY * solved.normal_load**2 and bool(
         (slope > solved.friction[solved.contact]).any()
     )
     if creates or not (slope <= STEEPEST).all():
@@ -294,9 +303,9 @@ def _record(
         final = (float(columns["displacement"][-1]), float(columns["force_after"][-1]))
     return FrictionRecord(
         **columns,
-        load=case.load,
+        normal_load=case.normal_load,
         spacing=case.slab.spacing if case.effects.pin_translation else math.inf,
-        residual=case.slip_rule.residual,
+        residual_shear=case.slip_rule.residual_shear,
         spread=case.heterogeneity.spread,
         initial_force=start.friction_force,
         initial_stiffness=initial_stiffness,

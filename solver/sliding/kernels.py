@@ -53,7 +53,7 @@ class Tangent(NamedTuple):
 class FrozenRules(NamedTuple):
     """What does not change during a run; see `solver.contact.kernels.Rules`."""
 
-    residual: float
+    residual_shear: float
     simultaneous: bool
     floor: float
     spacing: float
@@ -99,9 +99,9 @@ def _worst(shear: Floats, limits: Floats, weights: Floats, tolerance: float) -> 
 
 
 @njit(cache=True, nogil=True, inline="always")
-def _distance(shear: Floats, tableau: Floats, limits: Floats, residual: float, i: int) -> float:
-    """How far node i slips, the others held, until residual·μ_i·N is left of its shear."""
-    left = residual * limits[i]
+def _distance(shear: Floats, tableau: Floats, limits: Floats, residual_shear: float, i: int) -> float:
+    """How far node i slips, the others held, until residual_shear·μ_i·N is left of its shear."""
+    left = residual_shear * limits[i]
     return float(((left if shear[i] > 0.0 else -left) - shear[i]) / tableau[i, i])
 
 
@@ -121,13 +121,13 @@ def _slip_in_turn(t: Tangent, rules: FrozenRules, first: int) -> int:
     The arrays are taken out of the state once: passing the whole of it to another compiled function costs more than a slip.
     """
     shear, tableau, u, limits, weights, counts = t.shear, t.tableau, t.u, t.limits, t.weights, t.counts
-    node, residual, tolerance = first, rules.residual, rules.tolerance
+    node, residual_shear, tolerance = first, rules.residual_shear, rules.tolerance
     while node >= 0:
         if counts[0] >= rules.cascade_limit:
             return CASCADE_LIMIT
         if not tableau[node, node] > 0.0:
             return SLIP_UNBOUNDED
-        along = _distance(shear, tableau, limits, residual, node)
+        along = _distance(shear, tableau, limits, residual_shear, node)
         t.totals[1] -= _glide(shear, tableau, u, node, along)
         counts[0] += 1
         counts[1] += 1
@@ -146,7 +146,7 @@ def _slip_together(t: Tangent, rules: FrozenRules, first: int) -> int:
         offenders = 0
         for i in range(m):
             slips = abs(t.shear[i]) - t.limits[i] > rules.tolerance or i == first
-            along[i] = _distance(t.shear, t.tableau, t.limits, rules.residual, i) if slips else 0.0
+            along[i] = _distance(t.shear, t.tableau, t.limits, rules.residual_shear, i) if slips else 0.0
             offenders += slips
             if slips and not t.tableau[i, i] > 0.0:
                 return SLIP_UNBOUNDED

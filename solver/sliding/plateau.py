@@ -2,7 +2,7 @@
 
 The force is integrated exactly into equal bins of displacement. The steady part starts where truncation minimises the
 marginal standard error of the mean, the sum of squares about the mean over the squared number of bins kept (MSER).
-Where a record goes on for half a node spacing or more after its first touch is forgotten, the steady part is all of that;
+Where a record goes on for half a node spacing or more after its initial contact is forgotten, the steady part is all of that;
 from one spacing on, the last whole spacings: what the pin meets repeats with them, so a mean over whole ones is free of the
 modulation within one, and a pin that goes on over them for ever (§2.2.2) meets what it would meet.
 It is refused where the force of whole spacings differs from that before them, so many spacings ago; of less, where a line
@@ -36,7 +36,7 @@ SIGNIFICANT: Final = 5.0
 """Standard errors beyond which a change is no accident (one record in four hundred with eight blocks)."""
 FEWEST_EVENTS: Final = 8
 SETTLING: Final = 3.0
-"""How often the contact is stretched as far as before it slides until nothing is left of first touch."""
+"""How often the contact is stretched as far as before it slides until nothing is left of initial contact."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -140,10 +140,10 @@ def _plateau(record: FrictionRecord, whole: Teeth, first: int) -> Plateau:
         end=end,
         first_event=first,
         last_event=last,
-        mean=mean / record.load,
-        std=std / record.load,
-        uncertainty=sampling.of_mean_force(blocks, mean_uncertainty(blocks)) / record.load,
-        peak=float(max(steady.start.max(), steady.end.max())) / record.load,
+        mean=mean / record.normal_load,
+        std=std / record.normal_load,
+        uncertainty=sampling.of_mean_force(blocks, mean_uncertainty(blocks)) / record.normal_load,
+        peak=float(max(steady.start.max(), steady.end.max())) / record.normal_load,
         spacings=sampling.spacings,
     )
 
@@ -155,7 +155,7 @@ def sampling_of(record: FrictionRecord, first: int, length: float) -> Sampling:
     spacings = length / record.spacing
     whole = round(spacings)
     counted = float(whole) if whole and abs(spacings - whole) < WHOLE else spacings
-    return Sampling(counted, nodes, record.residual, record.spread)
+    return Sampling(counted, nodes, record.residual_shear, record.spread)
 
 
 def _beginnings(record: FrictionRecord, whole: Teeth) -> Iterator[_Beginning]:

@@ -40,21 +40,21 @@ class FrictionRecord:
     """Nodes in contact after the event."""
     dissipated: NDArray[np.float64]
     """Energy lost in the event, in G·L_x²·L_y."""
-    load: float
+    normal_load: float
     """W, in G·L_x·L_y."""
     spacing: float
     """Distance between surface nodes, in L_x: what the pin meets repeats with it. Infinite where pressures are frozen: then the
     pin goes on meeting what it met where it touched."""
-    residual: float
+    residual_shear: float
     """Shear that a slip leaves, as a share of μ_i·pressure."""
     spread: float
     """Standard deviation of μ_i over the nodes, over its mean."""
     initial_force: float
-    """F at δ_p = 0, after first touch, in G·L_x·L_y."""
+    """F at δ_p = 0, after initial contact, in G·L_x·L_y."""
     initial_stiffness: float
     """dF/dδ_p from δ_p = 0 to the first event, in G·L_y."""
     initial_slips: int
-    """Slips that first touch needed."""
+    """Slips that initial contact needed."""
     initial_contact_size: int
     """Nodes in contact at δ_p = 0."""
     final_displacement: float

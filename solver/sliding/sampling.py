@@ -30,7 +30,7 @@ SHARED: Final = (0.2, 0.45)
 """Part of the uncertainty that each member states that all members have in common, from half a node spacing on the second: below,
 most of what a member states is the modulation, which evenly spread starts average out."""
 KNOWN: Final = 0.1
-"""Node spacings below which step and drop per event are not known: first touch takes about as long to be forgotten."""
+"""Node spacings below which step and drop per event are not known: initial contact takes about as long to be forgotten."""
 EVENT_LEFT_OVER: Final = 0.1
 """Uncertainty of step and drop per event over one whole spacing, of their means."""
 
@@ -41,7 +41,7 @@ class Sampling:
 
     spacings: float
     nodes: float
-    residual: float = 0.0
+    residual_shear: float = 0.0
     spread: float = 0.0
 
     @property
@@ -52,7 +52,7 @@ class Sampling:
     @property
     def discreteness(self) -> float:
         """What one node's slip drops, as a share of the load's friction."""
-        return (1.0 - self.residual) / max(self.nodes, 1.0)
+        return (1.0 - self.residual_shear) / max(self.nodes, 1.0)
 
     @property
     def disorder(self) -> float:
@@ -77,7 +77,7 @@ class Sampling:
     def of_events(self) -> float:
         """Relative standard error of step and drop per event over the stretch, NaN below KNOWN; of disorder alone where slips
         drop nothing."""
-        if self.residual == 1.0:
+        if self.residual_shear == 1.0:
             return self.disorder
         if self.spacings < KNOWN:
             return math.nan

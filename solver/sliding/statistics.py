@@ -64,7 +64,7 @@ def event_statistics(record: FrictionRecord) -> EventStatistics:
     forces = (record.force_before, record.force_after, [record.initial_force, record.final_force])
     sampling = sampling_of(record, 0, record.final_displacement)
     cycle = cycle_of(record)
-    drops = (record.force_before - record.force_after) / record.load
+    drops = (record.force_before - record.force_after) / record.normal_load
     return EventStatistics(
         events=events,
         slips=slips,
@@ -78,7 +78,7 @@ def event_statistics(record: FrictionRecord) -> EventStatistics:
         mean_slips=float(record.slips.sum()) * per_event,
         mean_drop=float(drops.sum()) * per_event,
         mean_drop_uncertainty=_uncertainty_of_mean(drops, sampling),
-        peak_friction=float(np.concatenate(forces).max()) / record.load,
+        peak_friction=float(np.concatenate(forces).max()) / record.normal_load,
         dissipated=float(record.dissipated.sum()),
         spacings=sampling.spacings,
         cycle_events=cycle,
@@ -117,5 +117,5 @@ def _uncertainty_of_mean(values: NDArray[np.float64], sampling: Sampling) -> flo
         return float("nan")
     within = mean_uncertainty(values[: BLOCKS * size].reshape(BLOCKS, -1).mean(axis=1))
     unseen = sampling.of_events() * abs(float(values.mean()))
-    modelled = sampling.spacings >= 1.0 and sampling.residual < 1.0
+    modelled = sampling.spacings >= 1.0 and sampling.residual_shear < 1.0
     return unseen if modelled else float(np.hypot(within, unseen))

@@ -1,4 +1,4 @@
-"""Sliding with the pressures of first touch (pin_translation off): the tangential problem alone.
+"""Sliding with the pressures of initial contact (pin_translation off): the tangential problem alone.
 
 Nodes in contact keep their normal forces, [u] = C_uu [f_x] + C_uw [f_z], whatever the pin and their slips do; nothing
 touches, nothing is released. That is right while δ_p is small against the contact's width and, unless the coupling is off
@@ -39,15 +39,15 @@ class FrozenContact:
         self._nodes = np.flatnonzero(start.contact)
         self._state = _tangent(case, compliance, start, self._nodes)
         self._rules = FrozenRules(
-            residual=case.slip_rule.residual,
-            simultaneous=case.slip_rule.order == "simultaneous",
+            residual_shear=case.slip_rule.residual_shear,
+            simultaneous=case.slip_rule.slip_order == "simultaneous",
             floor=case.slip_rule.event_floor,
             spacing=case.slab.spacing,
-            limit=case.intrinsic_friction * case.load,
+            limit=case.intrinsic_friction * case.normal_load,
             stretches=STRETCHES,
             overshoot=OVERSHOOT,
             cascade_limit=case.slip_rule.cascade_limit,
-            tolerance=1e-12 * case.load,
+            tolerance=1e-12 * case.normal_load,
         )
 
     @property
@@ -65,7 +65,7 @@ class FrozenContact:
         return None if status == kernels.FULL else _ENDINGS[status], held
 
     def state(self, outcome: Outcome) -> ContactState:
-        """The contact as it is now; its normal fields are those of first touch."""
+        """The contact as it is now; its normal fields are those of initial contact."""
         start, c, n = self._start, self._compliance, self._case.slab.n_x
         force = start.nodal_force.copy()
         force[0, self._nodes] = self._state.shear
@@ -98,7 +98,7 @@ def _tangent(case: Case, compliance: SurfaceCompliance, start: ContactState, nod
         u=u,
         rate=stiffness.sum(axis=1),
         limits=limits,
-        weights=1.0 / np.maximum(limits, 1e-12 * case.load),
+        weights=1.0 / np.maximum(limits, 1e-12 * case.normal_load),
         nodes=nodes.astype(np.int32),
         totals=np.array([start.displacement, 0.0]),
         counts=np.zeros(2, dtype=np.int64),

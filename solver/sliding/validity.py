@@ -5,7 +5,8 @@ A flagged result is no failure: it obeys all laws of the discrete model, and its
 
 Hertz knows neither the slab's ends nor its bottom, which both make the contact narrower: his half-width is 6 % too large
 at a/L_x = 1/3 and 14 % at 1/2 on a slab as tall as wide, 22 and 30 % on one a quarter as tall. Nor does he know that
-friction drags the contact back, towards the left end. So guesses of the ends are early for first touch, late for long records.
+friction drags the contact back, towards the left end. So guesses of the ends are early for initial contact and late for long
+records.
 """
 
 import math
@@ -49,19 +50,19 @@ NEAR_ENDS = Flag(
     2,
     "near_ends",
     f"contact nearer to an end of the slab than {NEAR:g} of its half-width",
-    "lower load, radius (half_width of a punch) or the record's limits",
+    "lower normal_load, radius (half_width of a punch) or the record's limits",
 )
 OUTGROWN = Flag(
     4,
     "outgrown",
     "contact at an end of the surface, where the grid ends and not the contact",
-    "lower load, radius (half_width of a punch) or the record's limits",
+    "lower normal_load, radius (half_width of a punch) or the record's limits",
 )
 WHOLE_SLAB = Flag(
     8,
     "whole_slab",
     "all surface nodes in contact: the slab under a load, no contact of its own size",
-    "lower load or radius (half_width of a punch)",
+    "lower normal_load or radius (half_width of a punch)",
 )
 BEYOND_CONTACT = Flag(
     16,
@@ -73,7 +74,7 @@ LARGE_STRAIN = Flag(
     32,
     "large_strain",
     f"mean pressure above {LARGEST_PRESSURE:g} G: strains beyond linear elasticity",
-    "lower load, or raise radius (half_width of a punch)",
+    "lower normal_load, or raise radius (half_width of a punch)",
 )
 FLAGS = (FEW_NODES, NEAR_ENDS, OUTGROWN, WHOLE_SLAB, BEYOND_CONTACT, LARGE_STRAIN)
 """All of them. `near_ends`, `outgrown` and `whole_slab` are degrees of one thing: a contact has the last that applies."""
@@ -88,7 +89,7 @@ class _Seen(NamedTuple):
     """Nodes in contact."""
     most: int
     half_width: float
-    """At first touch, in L_x."""
+    """At initial contact, in L_x."""
     margin: float
     """From the contact's edge to the nearer end of the surface, in L_x; 0 or less with a node at that end in contact."""
     travel: float
@@ -98,7 +99,7 @@ class _Seen(NamedTuple):
 def expected_flags(case: Case, displacement: float = 0.0) -> Flags:
     """The flags to be expected of a case, from Hertz's half-width (a flat punch's own), without computing anything.
 
-    displacement: δ_p that its record is expected to reach, in L_x; 0 is first touch alone. A guess: see above.
+    displacement: δ_p that its record is expected to reach, in L_x; 0 is initial contact alone. A guess: see above.
     """
     half_width, rounding = min(expected_half_width(case), 0.5), 0.499 if case.pin == "flat_punch" else 1e-9
     nodes = min(2 * math.floor(half_width / case.slab.spacing + rounding) + 1, case.slab.n_x)
@@ -166,7 +167,7 @@ def _judged(case: Case, seen: _Seen) -> Flags:
         FEW_NODES if seen.fewest < FEWEST_NODES else None,
         _place(case, seen),
         BEYOND_CONTACT if seen.travel > seen.half_width else None,
-        LARGE_STRAIN if case.load > LARGEST_PRESSURE * 2 * narrowest else None,
+        LARGE_STRAIN if case.normal_load > LARGEST_PRESSURE * 2 * narrowest else None,
     )
     return tuple(flag for flag in found if flag)
 

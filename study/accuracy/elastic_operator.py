@@ -14,7 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from solver.case import Case, Scheme, Slab
-from solver.contact.initial import first_touch
+from solver.contact.initial import initial_contact
 from solver.elasticity.compliance import SurfaceCompliance, slab_compliance
 from solver.outcome import InvalidInput, SolverError
 from solver.sliding.events import slide
@@ -165,17 +165,19 @@ def nodal_forces(x: Vector, half_width: float) -> Vector:
 
 def _contact(compliance: SurfaceCompliance, half_width: float) -> dict[str, float]:
     """What frictionless contact of a parabola is like, and the lateral stiffness of its nodes when they stick."""
-    slab, load = compliance.slab, 1e-3
-    radius = np.pi * half_width**2 / (2.0 * load * (1.0 - slab.poisson))
-    state = first_touch(Case(radius=radius, load=load, slab=slab, first_touch="frictionless"), compliance)
+    slab, normal_load = compliance.slab, 1e-3
+    radius = np.pi * half_width**2 / (2.0 * normal_load * (1.0 - slab.poisson))
+    state = initial_contact(
+        Case(radius=radius, normal_load=normal_load, slab=slab, initial_contact="frictionless"), compliance
+    )
     if not state.outcome.ok:
         return dict.fromkeys(("stiffness", "approach", "half_width", "pressure"), math.nan)
-    normal = -state.nodal_force[1] / load
+    normal = -state.nodal_force[1] / normal_load
     return {
         "stiffness": lateral_stiffness(compliance, np.flatnonzero(state.contact)),
         "approach": state.approach,
         "half_width": 2.0 * math.sqrt(float(normal @ compliance.x**2)),
-        "pressure": float(state.pressure.max()) / load,
+        "pressure": float(state.pressure.max()) / normal_load,
     }
 
 

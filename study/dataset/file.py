@@ -9,7 +9,7 @@ from study.dataset.store import StoreError, written_whole
 
 FILE: Final = "results.nc"
 FORMAT: Final = "nanoslip_format"
-VERSION: Final = 1
+VERSION: Final = 2
 """Attribute of a dataset, and its value: to be raised whenever a variable is added, renamed or given another meaning."""
 CHOSEN: Final = "numerics_chosen"
 """Attribute of a dataset of a campaign that asks for an error: the numerics that it got, as JSON."""

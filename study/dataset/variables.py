@@ -72,7 +72,7 @@ VALIDITY = Quantity(
 ADVICE = Quantity("advice", "what to do about validity_flags, empty where there is none")
 _HALF_WIDTH = Quantity(
     "contact_half_width",
-    "half-width of the contact after first touch, in L_x",
+    "half-width of the contact after initial contact, in L_x",
     uncertainty=_GRID,
     comment="half of nodes in contact times spacing, at most half the slab: right to within a spacing, of a contact of k "
     "nodes 2/k of it",
@@ -83,14 +83,19 @@ SCALARS: dict[str, dict[str, Quantity]] = {
         "validity_flags": VALIDITY,
         "contact_half_width": _HALF_WIDTH,
         "approach": Quantity(
-            "approach", "approach of the pin below the undeformed surface at first touch, in L_x", uncertainty=_GRID
+            "approach", "approach of the pin below the undeformed surface at initial contact, in L_x", uncertainty=_GRID
         ),
-        "initial_slips": Quantity("initial_slips", "node slips of first touch"),
-        "contact_size": Quantity("initial_contact_size", "nodes in contact after first touch"),
+        "initial_slips": Quantity("initial_slips", "node slips of initial contact"),
+        "contact_size": Quantity("initial_contact_size", "nodes in contact after initial contact"),
         "maximum_pressure": Quantity(
-            "maximum_pressure", "largest pressure after first touch, over W/(L_x·L_y)", per="load", uncertainty=_GRID
+            "maximum_pressure",
+            "largest pressure after initial contact, over W/(L_x·L_y)",
+            per="normal_load",
+            uncertainty=_GRID,
         ),
-        "friction_force": Quantity("initial_friction", "friction force over load after first touch, F/W", per="load"),
+        "friction_force": Quantity(
+            "initial_friction", "friction force over load after initial contact, F/W", per="normal_load"
+        ),
     },
     "friction": {
         "validity_flags": VALIDITY,
@@ -133,14 +138,18 @@ SCALARS: dict[str, dict[str, Quantity]] = {
         "mean_drop_uncertainty": Quantity(
             "mean_drop_uncertainty", "standard error of mean_drop as the mean over all starts, F/W"
         ),
-        "initial_force": Quantity("initial_friction", "friction force over load after first touch, F/W", per="load"),
+        "initial_force": Quantity(
+            "initial_friction", "friction force over load after initial contact, F/W", per="normal_load"
+        ),
         "initial_stiffness": Quantity(
             "initial_stiffness", "stiffness before the first event, in G·L_y", uncertainty=_GRID
         ),
-        "initial_slips": Quantity("initial_slips", "node slips of first touch"),
-        "initial_contact_size": Quantity("initial_contact_size", "nodes in contact after first touch"),
+        "initial_slips": Quantity("initial_slips", "node slips of initial contact"),
+        "initial_contact_size": Quantity("initial_contact_size", "nodes in contact after initial contact"),
         "final_displacement": Quantity("final_displacement", "pin displacement where the record ends, in L_x"),
-        "final_force": Quantity("final_friction", "friction force over load where the record ends, F/W", per="load"),
+        "final_force": Quantity(
+            "final_friction", "friction force over load where the record ends, F/W", per="normal_load"
+        ),
     },
     "drive": {
         "static_friction": Quantity(
@@ -186,7 +195,7 @@ SCALARS: dict[str, dict[str, Quantity]] = {
         ),
         "micro_slips": Quantity("micro_slips", "slips that ended before the presliding length"),
         "micro_travel": Quantity("micro_travel", "total length of the micro slips", "m", "length"),
-        "friction_work": Quantity("friction_work", "work against friction, in W·L_x", per="load"),
+        "friction_work": Quantity("friction_work", "work against friction, in W·L_x", per="normal_load"),
         "creep_velocity": Quantity(
             "creep_velocity", "velocity at which the stage drags a stuck pin", "m s-1", "velocity"
         ),
@@ -233,8 +242,8 @@ SERIES = (
         "row_size",
         {
             "displacement": Quantity("event_displacement", "pin displacement δ_p at the event, in L_x"),
-            "force_before": Quantity("event_friction_before", "F/W when the event is triggered", per="load"),
-            "force_after": Quantity("event_friction_after", "F/W when its cascade is over", per="load"),
+            "force_before": Quantity("event_friction_before", "F/W when the event is triggered", per="normal_load"),
+            "force_after": Quantity("event_friction_after", "F/W when its cascade is over", per="normal_load"),
             "stiffness": Quantity("event_stiffness", "dF/dδ_p from this event to the next, in G·L_y"),
             "kind": Quantity("event_kind", "what triggered the event"),
             "node": Quantity("event_node", "surface node that triggered the event, from 0 at the left"),
@@ -242,7 +251,7 @@ SERIES = (
             "releases": Quantity("event_releases", "nodes released in the cascade"),
             "touches": Quantity("event_touches", "nodes brought into contact in the cascade"),
             "contact_size": Quantity("event_contact_size", "nodes in contact after the event"),
-            "dissipated": Quantity("event_dissipated", "energy lost in the event, in W·L_x", per="load"),
+            "dissipated": Quantity("event_dissipated", "energy lost in the event, in W·L_x", per="normal_load"),
         },
     ),
     Series(
@@ -254,8 +263,8 @@ SERIES = (
             "time": Quantity("sample_time", "time since the stage started", "s", per="time"),
             "position": Quantity("sample_position", "position of the pin", "m", per="length"),
             "velocity": Quantity("sample_velocity", "velocity of the pin", "m s-1", per="velocity"),
-            "spring_force": Quantity("sample_spring_force", "spring force over load", per="load"),
-            "friction": Quantity("sample_friction", "friction force on the pin over load", per="load"),
+            "spring_force": Quantity("sample_spring_force", "spring force over load", per="normal_load"),
+            "friction": Quantity("sample_friction", "friction force on the pin over load", per="normal_load"),
         },
     ),
     Series(
@@ -266,7 +275,9 @@ SERIES = (
         {
             "slip_time": Quantity("slip_phase_start", "time at which macroscopic slip starts", "s", per="time"),
             "slip_position": Quantity("slip_phase_position", "position of the pin where it starts", "m", per="length"),
-            "slip_force": Quantity("slip_phase_force", "its static friction: spring and damper over load", per="load"),
+            "slip_force": Quantity(
+                "slip_phase_force", "its static friction: spring and damper over load", per="normal_load"
+            ),
             "restick_time": Quantity("slip_phase_end", "time at which the pin sticks again", "s", per="time"),
             "restick_position": Quantity("slip_phase_end_position", "where the pin sticks again", "m", per="length"),
         },
@@ -277,10 +288,12 @@ SERIES = (
         "surface_node",
         "node_row_size",
         {
-            "pressure": Quantity("surface_pressure", "contact pressure at first touch over W/(L_x·L_y)", per="load"),
-            "shear": Quantity("surface_shear", "shear traction at first touch over W/(L_x·L_y)", per="load"),
-            "slip": Quantity("surface_slip", "slip of the node at first touch, in L_x"),
-            "gap": Quantity("surface_gap", "gap between slab and pin at first touch, in L_x"),
+            "pressure": Quantity(
+                "surface_pressure", "contact pressure at initial contact over W/(L_x·L_y)", per="normal_load"
+            ),
+            "shear": Quantity("surface_shear", "shear traction at initial contact over W/(L_x·L_y)", per="normal_load"),
+            "slip": Quantity("surface_slip", "slip of the node at initial contact, in L_x"),
+            "gap": Quantity("surface_gap", "gap between slab and pin at initial contact, in L_x"),
         },
     ),
     Series(
@@ -290,11 +303,11 @@ SERIES = (
         "state_row_size",
         {
             "surface_event": Quantity(
-                "state_event", "event of the record after which the contact is seen, 0: first touch"
+                "state_event", "event of the record after which the contact is seen, 0: initial contact"
             ),
             "surface_x": Quantity("state_x", "position of the surface node from the slab's middle, in L_x"),
-            "surface_pressure": Quantity("state_pressure", "contact pressure over W/(L_x·L_y)", per="load"),
-            "surface_shear": Quantity("state_shear", "shear traction over W/(L_x·L_y)", per="load"),
+            "surface_pressure": Quantity("state_pressure", "contact pressure over W/(L_x·L_y)", per="normal_load"),
+            "surface_shear": Quantity("state_shear", "shear traction over W/(L_x·L_y)", per="normal_load"),
             "surface_slip": Quantity("state_slip", "slip of the node, in L_x"),
             "surface_gap": Quantity("state_gap", "gap between slab and pin, in L_x"),
         },
@@ -306,15 +319,19 @@ SERIES = (
         "interior_row_size",
         {
             "interior_event": Quantity(
-                "interior_event", "event of the record after which the slab is seen, 0: first touch"
+                "interior_event", "event of the record after which the slab is seen, 0: initial contact"
             ),
             "interior_x": Quantity("interior_x", "position from the slab's middle, in L_x"),
             "interior_z": Quantity("interior_z", "height above the undeformed surface, in L_x"),
             "interior_u": Quantity("interior_u", "displacement to the right, in L_x"),
             "interior_w": Quantity("interior_w", "displacement upwards, in L_x"),
-            "interior_stress_xx": Quantity("interior_stress_xx", "normal stress along x over W/(L_x·L_y)", per="load"),
-            "interior_stress_zz": Quantity("interior_stress_zz", "normal stress along z over W/(L_x·L_y)", per="load"),
-            "interior_stress_xz": Quantity("interior_stress_xz", "shear stress over W/(L_x·L_y)", per="load"),
+            "interior_stress_xx": Quantity(
+                "interior_stress_xx", "normal stress along x over W/(L_x·L_y)", per="normal_load"
+            ),
+            "interior_stress_zz": Quantity(
+                "interior_stress_zz", "normal stress along z over W/(L_x·L_y)", per="normal_load"
+            ),
+            "interior_stress_xz": Quantity("interior_stress_xz", "shear stress over W/(L_x·L_y)", per="normal_load"),
         },
     ),
 )
@@ -324,7 +341,7 @@ PARAMETERS = {
     "radius": Quantity("radius", "radius of the pin, R/L_x"),
     "aspect_ratio": Quantity("aspect_ratio", "height of the slab over its width, L_z/L_x"),
     "n_x": Quantity("n_x", "surface nodes"),
-    "load": Quantity("load", "normal force W, in G·L_x·L_y"),
+    "normal_load": Quantity("normal_load", "normal force W, in G·L_x·L_y"),
     "poisson": Quantity("poisson", "Poisson's ratio ν"),
     "pin": Quantity("pin", "shape of the pin"),
     "half_width": Quantity("half_width", "half-width of a flat punch, a/L_x"),
@@ -335,10 +352,10 @@ PARAMETERS = {
     "scheme": Quantity("scheme", "discretization of the slab"),
     "support": Quantity("support", "how the slab is held"),
     "first_spacing": Quantity("first_spacing", "spacing of the first node rows"),
-    "first_touch": Quantity("first_touch", "how the pin comes down"),
+    "initial_contact": Quantity("initial_contact", "how the pin comes down"),
     "start": Quantity("start", "where the pin comes down, in node spacings right of the slab's middle"),
-    "order": Quantity("order", "which offenders slip first"),
-    "residual": Quantity("residual", "shear left after a slip, as a fraction of μ_i·pressure"),
+    "slip_order": Quantity("slip_order", "which offenders slip first"),
+    "residual_shear": Quantity("residual_shear", "shear left after a slip, as a fraction of μ_i·pressure"),
     "event_floor": Quantity(
         "event_floor", "smallest displacement step, in surface node spacings or 24 elastic stretches"
     ),
@@ -375,7 +392,7 @@ def factors(case: Case, scales: Scales, drive: NamedDrive | None) -> dict[str, f
     time = scales.time(drive.pin_mass) if drive else 1.0
     return {
         "": 1.0,
-        "load": 1.0 / case.load,
+        "normal_load": 1.0 / case.normal_load,
         "length": scales.slab_width,
         "stiffness": scales.stiffness,
         "time": time,

@@ -87,7 +87,7 @@ def alike(one: float, other: float) -> bool:
 
 def hertz_half_width(case: Case) -> float:
     """Half-width of Hertz's contact on a half-plane, a² = 2WR(1-ν)/(πG), in L_x."""
-    return math.sqrt(2 * case.load * case.radius * (1 - case.slab.poisson) / math.pi)
+    return math.sqrt(2 * case.normal_load * case.radius * (1 - case.slab.poisson) / math.pi)
 
 
 def physics(slab: Slab) -> dict[str, Any]:

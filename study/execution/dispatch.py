@@ -57,9 +57,9 @@ class Crew:
         self._doing[rank].clear()
         self._note(rank, 0.0)
 
-    def _note(self, rank: int, load: float) -> None:
-        self._load[rank] = load
-        heapq.heappush(self._least, (load, rank))
+    def _note(self, rank: int, normal_load: float) -> None:
+        self._load[rank] = normal_load
+        heapq.heappush(self._least, (normal_load, rank))
         if len(self._least) > 4 * len(self._load):
             self._least = [(each, rank) for rank, each in enumerate(self._load)]
             heapq.heapify(self._least)

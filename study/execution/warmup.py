@@ -44,11 +44,11 @@ _COMPLIANCE = compliance_task(_STEADY.slab)
 
 def _tiny(case: Case) -> Case:
     """A small case with the same switches: they decide which kernels run, the numbers do not."""
-    rule = replace(_STEADY.slip_rule, order=case.slip_rule.order)
+    rule = replace(_STEADY.slip_rule, slip_order=case.slip_rule.slip_order)
     return replace(
         _STEADY,
         pin=case.pin,
-        first_touch=case.first_touch,
+        initial_contact=case.initial_contact,
         slip_rule=rule,
         effects=case.effects,
         heterogeneity=_rough_or_not(case),

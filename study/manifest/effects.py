@@ -13,7 +13,7 @@ TaskKind = Literal["compliance", "contact", "friction", "states", "drive"]
 def task_kinds(manifest: Manifest) -> frozenset[TaskKind]:
     """The kinds of task that this manifest needs.
 
-    Sliding starts from its own first touch, so a task of contact alone exists only where nothing follows it or where
+    Sliding starts from its own initial contact, so a task of contact alone exists only where nothing follows it or where
     its tractions are wanted.
     """
     kinds: set[TaskKind] = {"compliance"}
@@ -85,8 +85,8 @@ def effects(manifest: Manifest) -> tuple[Effect, ...]:
 
 _OF_CASES = {
     "friction": "no shear: half of the compliance is not read",
-    "coupling": "shear and pressure do not act on each other; first touch is the normal problem alone",
-    "pin_translation": "pressures stay those of first touch: no touch, no release, a slip is one row of the tangential tableau",
+    "coupling": "shear and pressure do not act on each other; initial contact is the normal problem alone",
+    "pin_translation": "pressures stay those of initial contact: no touch, no release, a slip is a row of the tangential tableau",
 }
 _OF_DRIVES = {
     "surface_compliance": "rigid stick (K → ∞), no hysteresis",
@@ -98,7 +98,7 @@ _OF_OUTPUTS = {
     "records": "friction records are not kept once their drives are done",
     "trajectory": "no motion over time",
     "phases": "no start and end of macroscopic slips",
-    "tractions": "no tractions after first touch",
+    "tractions": "no tractions after initial contact",
     "tractions_at": "no tractions after chosen events",
     "subsurface": "nothing is solved for inside the slab",
 }

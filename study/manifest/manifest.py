@@ -53,11 +53,11 @@ class Outputs:
     phases: bool = True
     """Start and end of each macroscopic slip of a drive; like `trajectory` where it is not given."""
     tractions: bool = False
-    """Pressure and shear of the slab's surface after first touch; on by itself where nothing follows."""
+    """Pressure and shear of the slab's surface after initial contact; on by itself where nothing follows."""
     tractions_at: tuple[int, ...] = ()
-    """Events after which pressure, shear, slip and gap are kept too; 0 is first touch."""
+    """Events after which pressure, shear, slip and gap are kept too; 0 is initial contact."""
     subsurface: bool = False
-    """Displacements and stresses inside the slab, after first touch or after those events."""
+    """Displacements and stresses inside the slab, after initial contact or after those events."""
 
     def __post_init__(self) -> None:
         for name in _names(Outputs):

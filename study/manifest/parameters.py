@@ -11,7 +11,7 @@ from solver.outcome import InvalidInput
 Value = float | int | str
 
 TABLES: dict[str, tuple[str, ...]] = {
-    "constants": ("intrinsic_friction", "radius", "load", "poisson", "aspect_ratio", "pin", "half_width"),
+    "constants": ("intrinsic_friction", "radius", "normal_load", "poisson", "aspect_ratio", "pin", "half_width"),
     "numerics": (
         "n_x",
         "scheme",
@@ -21,10 +21,10 @@ TABLES: dict[str, tuple[str, ...]] = {
         "bottom_row",
         "first_spacing",
         "rows",
-        "first_touch",
+        "initial_contact",
         "start",
     ),
-    "slip": ("order", "residual", "event_floor", "cascade_limit"),
+    "slip": ("slip_order", "residual_shear", "event_floor", "cascade_limit"),
     "effects": ("friction", "coupling", "pin_translation"),
     "heterogeneity": ("distribution", "spread", "seed", "roughness"),
     "limits": ("events", "displacement", "spacings"),
@@ -57,7 +57,7 @@ _FIELD_OF_WORD = {"events": "max_events", "displacement": "max_displacement", "s
 LIMITS: dict[str, int | float] = {"max_events": 100_000, "max_spacings": 2.0}
 """Limits of a record where a campaign has none. What the pin meets repeats with the node spacing: from one spacing after first
 touch on, the mean over whole spacings is known ten times better than from 2000 events, for four times their cost. Two leave
-room for first touch to be forgotten. The events bound what slippery or light contacts cost: millions a spacing."""
+room for initial contact to be forgotten. The events bound what slippery or light contacts cost: millions a spacing."""
 
 
 def field_name(word: str) -> str:

@@ -1,7 +1,7 @@
 """What a contact and a friction record cost, before they are computed: nodes in contact, slips, seconds, bytes.
 
 Nodes in contact are Hertz's, or those of a thin layer. A node slips when its shear has grown to μ_i times its pressure,
-loses 1 - residual of it, and gets it back as the pin moves on against the node's own stiffness, about 3.5 G whatever the
+loses 1 - residual_shear of it, and gets it back as the pin moves on against the node's own stiffness, about 3.5 G whatever the
 slab: that many slips a displacement takes. How many come in one event depends on what else gives way: the softer the slab
 under the pin, the more other nodes a slip loads (a third of the nodes in contact, over the lateral stiffness K in G). All
 was measured on one core; a test holds it to a factor of three, which is what chaos leaves.
@@ -35,13 +35,13 @@ def contact_nodes(case: Case) -> float:
     if case.pin == "flat_punch" or slab.scheme == "half_plane":
         return hertz
     modulus = 2.0 * (1.0 - slab.poisson) / (1.0 - 2.0 * slab.poisson)  # of a layer that cannot give way sideways
-    half_width = math.cbrt(1.5 * case.load * case.radius * slab.aspect_ratio / modulus)
+    half_width = math.cbrt(1.5 * case.normal_load * case.radius * slab.aspect_ratio / modulus)
     return min(hertz, _nodes_across(case, half_width)) if half_width > slab.aspect_ratio else hertz
 
 
 def _hertz_nodes(case: Case) -> float:
     """The same on a half-plane: what pressing the pin down begins with."""
-    hertz = math.sqrt(2.0 * case.load * case.radius * (1.0 - case.slab.poisson) / math.pi)
+    hertz = math.sqrt(2.0 * case.normal_load * case.radius * (1.0 - case.slab.poisson) / math.pi)
     return _nodes_across(case, case.half_width if case.pin == "flat_punch" else hertz)
 
 
@@ -63,7 +63,7 @@ def lateral_stiffness(case: Case) -> float:
 
 def mean_step(case: Case) -> float:
     """Displacement from event to event in steady sliding, in L_x."""
-    moved = case.load / lateral_stiffness(case)
+    moved = case.normal_load / lateral_stiffness(case)
     floor = case.slip_rule.event_floor * min(case.slab.spacing, STRETCHES * _finite(case.intrinsic_friction) * moved)
     return max(slips_per_event(case) / _slips_per_displacement(case), floor, LEAST_STEP * moved)
 
@@ -76,7 +76,7 @@ def slips_per_event(case: Case) -> float:
 def _slips_per_displacement(case: Case) -> float:
     """Each node in contact has to keep up with the pin, at so much a slip."""
     nodes = contact_nodes(case)
-    drop = _finite(case.intrinsic_friction) * case.load * max(1.0 - case.slip_rule.residual, 1e-6)
+    drop = _finite(case.intrinsic_friction) * case.normal_load * max(1.0 - case.slip_rule.residual_shear, 1e-6)
     return NODE_STIFFNESS * nodes**2 / max(drop, 1e-300)
 
 
@@ -88,14 +88,14 @@ def events_of(case: Case) -> float:
 
 def expected_displacement(case: Case) -> float:
     """δ_p that a record reaches, in L_x: its limit, or its events' mean steps."""
-    if case.slip_rule.residual == 1.0:
+    if case.slip_rule.residual_shear == 1.0:
         return _coulomb_path(case)[1]
     return min(case.farthest, events_of(case) * mean_step(case))
 
 
 def slips_of(case: Case, events: float) -> float:
     """Slips of so many events: fewer in each while the pin is not yet sliding as a whole, after F/K."""
-    to_full_sliding = _finite(case.intrinsic_friction) * case.load / lateral_stiffness(case)
+    to_full_sliding = _finite(case.intrinsic_friction) * case.normal_load / lateral_stiffness(case)
     under_way = min(events * mean_step(case) / max(to_full_sliding, 1e-300), 1.0)
     return events * max(slips_per_event(case) * under_way, 1.0)
 
@@ -113,7 +113,9 @@ _DIGEST = (1.2e-3, 1.2e-6)  # of a record, and of each event
 _SLIP = (5e-8, 5e-10, 1e-12)  # by powers 0, 1, 2 of the entries of a tableau's row: longer ones come from memory
 _FROZEN_SLIP = (4.5e-8, 1.5e-10, 5e-13)
 _ROUGH = 2.0  # a slip on a rough pin over one on a smooth pin
-_COULOMB_TOUCH = 2e-8  # first touch with Coulomb friction, times the cube of the nodes: they come to slide one by one
+_COULOMB_TOUCH = (
+    2e-8  # initial contact with Coulomb friction, times the cube of the nodes: they come to slide one by one
+)
 _COULOMB_STEP = (3.5e-4, 2e-9)  # by powers 0, 3 of the nodes in contact: a few dense solves
 _SOLVES = 3.0  # steps that an event of it is worth: roles change one at a time until all are right
 _INSIDE = (8e-3, 6e-6)  # inside of the slab, by powers 0, 1.5 of n_x: one sparse factorization
@@ -132,7 +134,7 @@ def seconds_of(task: Task, case: Case) -> float:
 
 
 def record_seconds(case: Case) -> float:
-    """Seconds of a case's friction record, first touch included."""
+    """Seconds of a case's friction record, initial contact included."""
     return _touch_seconds(case) + _slide_seconds(case, events_of(case))
 
 
@@ -141,14 +143,14 @@ def _touch_seconds(case: Case) -> float:
     seconds = _polynomial(_TOUCH, math.sqrt(first * nodes), (0.0, 2.0, 3.0))
     if first == case.slab.n_x:
         seconds *= _TOUCH_OF_ALL
-    if case.slip_rule.residual == 1.0:
+    if case.slip_rule.residual_shear == 1.0:
         seconds += _COULOMB_TOUCH * nodes**3
     return seconds * (1.0 if case.effects.friction and case.effects.coupling else _PRESSED)
 
 
 def _slide_seconds(case: Case, events: float) -> float:
     nodes = contact_nodes(case)
-    if case.slip_rule.residual == 1.0:
+    if case.slip_rule.residual_shear == 1.0:
         changes, travel = _coulomb_path(case)
         steps = _SOLVES * changes + travel / (LONGEST_STEP * case.slab.spacing)
         return _polynomial(_COULOMB_STEP, nodes, (0.0, 3.0)) * steps
@@ -210,9 +212,9 @@ def _touch_numbers(case: Case) -> float:
     nodes = contact_nodes(case)
     if not (case.effects.friction and case.effects.coupling):
         return _SYSTEMS * nodes**2
-    if case.slip_rule.residual == 1.0:
+    if case.slip_rule.residual_shear == 1.0:
         return _SYSTEMS * (2.0 * nodes) ** 2
-    if case.first_touch == "gradual":
+    if case.initial_contact == "gradual":
         return 5.0 * (2.0 * case.slab.n_x + 1.0) ** 2
     entries = _entries(case)
     seen = (
@@ -227,7 +229,7 @@ def _slide_numbers(case: Case) -> float:
         return 3.0 * nodes**2
     # Without coupling the compliance is written down anew.
     operator = 0.0 if case.effects.coupling else (2.0 * n_x) ** 2
-    if case.slip_rule.residual == 1.0:
+    if case.slip_rule.residual_shear == 1.0:
         return operator + _SYSTEMS * (2.0 * nodes) ** 2
     entries = _entries(case)
     return operator + (_TABLEAUS if entries >= 2.0 * n_x else _GROWING) * entries**2
@@ -235,7 +237,7 @@ def _slide_numbers(case: Case) -> float:
 
 def record_bytes(case: Case) -> float:
     """Room for the events, which doubles as they come, and the record made of them."""
-    if case.slip_rule.residual == 1.0:
+    if case.slip_rule.residual_shear == 1.0:
         return 8.0 * _EVENT * _coulomb_path(case)[0]  # Python's own numbers
     events = events_of(case)
     room = min(FIRST_CAPACITY, float(case.max_events or FIRST_CAPACITY))

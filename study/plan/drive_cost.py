@@ -7,7 +7,7 @@ from solver.dynamics.stick_slip import MOST_SAMPLES, MOST_SLIPS
 from study.plan.cost import mean_step
 
 # Rough seconds on one core of an ordinary machine, as in study.plan.cost.
-_PLATEAU = 0.53  # F/W over μ_i at residual 0, whatever the grid (§3.2.1)
+_PLATEAU = 0.53  # F/W over μ_i at residual_shear 0, whatever the grid (§3.2.1)
 _EXCESS = 0.02  # of static friction over kinetic one, for slips after the first
 _PER_SAMPLE = 2e-7  # any integrator
 _PER_TOOTH = 3e-8  # exact integrator
@@ -20,8 +20,8 @@ _PER_TRIAL = (4e-4, 1.2e-7, 1.2e-4)  # once, for each time looked at, for each s
 
 def drive_seconds(drive: Drive, case: Case) -> float:
     """Seconds of motion and fit; the pin sticks until the spring's force reaches the plateau's, or so the estimate goes."""
-    residual = case.slip_rule.residual
-    friction = (1.0 - (1.0 - _PLATEAU) * (1.0 - residual)) * case.intrinsic_friction * case.load
+    residual_shear = case.slip_rule.residual_shear
+    friction = (1.0 - (1.0 - _PLATEAU) * (1.0 - residual_shear)) * case.intrinsic_friction * case.normal_load
     way = drive.stage_velocity * drive.duration - friction / drive.spring_stiffness
     if not way > 0.0:
         return _motion_seconds(drive, 0.0)

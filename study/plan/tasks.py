@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from solver.case import Case, Drive, Slab
-from solver.contact.initial import first_touch
+from solver.contact.initial import initial_contact
 from solver.dynamics.coefficients import friction_coefficients
 from solver.dynamics.friction_limit import profile_of
 from solver.dynamics.integrate import integrate
@@ -91,7 +91,7 @@ def compliance_task(slab: Slab) -> Task:
 
 
 def contact_task(case: Case, *, scalars_only: bool = False) -> Task:
-    """First touch of a case."""
+    """Initial contact of a case."""
     needs = (compliance_task(case.slab).key,)
     key = _key("contact", *_touching(case), *_part(scalars_only))
     return Task(key, "contact", case.slab, case, needs=needs, scalars_only=scalars_only)
@@ -112,7 +112,7 @@ def digest_task(record: Task) -> Task:
 
 
 def states_task(case: Case, events: tuple[int, ...], subsurface: bool) -> Task:
-    """The contact of a case after each of some events of its record (0: first touch), and the inside of the slab."""
+    """The contact of a case after each of some events of its record (0: initial contact), and the inside of the slab."""
     physics = _sliding(case) if any(events) else _touching(case)
     key = _key("states", *physics, events, subsurface)
     needs = (compliance_task(case.slab).key,)
@@ -135,7 +135,7 @@ def _part(scalars_only: bool) -> tuple[str, ...]:
 
 
 def _touching(case: Case) -> tuple[object, ...]:
-    """All that decides first touch; a pin's other shape's size is ignored, and the friction of a pin that drags nothing."""
+    """All that decides initial contact; a pin's other shape's size is ignored, and the friction of a pin that drags nothing."""
     effects = case.effects
     pressing = (*_pressing(case), effects.friction, effects.coupling)
     return (*pressing, *_slipping(case)) if effects.friction and effects.coupling else pressing
@@ -148,12 +148,12 @@ def _sliding(case: Case) -> tuple[object, ...]:
 
 def _pressing(case: Case) -> tuple[object, ...]:
     size = case.radius if case.pin == "parabola" else case.half_width
-    return (case.slab, case.pin, size, case.start, case.load, case.heterogeneity.roughness)
+    return (case.slab, case.pin, size, case.start, case.normal_load, case.heterogeneity.roughness)
 
 
 def _slipping(case: Case) -> tuple[object, ...]:
     drawn = replace(case.heterogeneity, roughness=()) if case.heterogeneity.spread else None
-    return (case.intrinsic_friction, case.first_touch, case.slip_rule, drawn)
+    return (case.intrinsic_friction, case.initial_contact, case.slip_rule, drawn)
 
 
 def run_task(task: Task, inputs: Mapping[str, TaskResult]) -> TaskResult:
@@ -189,14 +189,14 @@ def _run_compliance(task: Task, inputs: Mapping[str, TaskResult]) -> TaskResult:
 
 def _run_contact(task: Task, inputs: Mapping[str, TaskResult]) -> TaskResult:
     case, compliance = _case(task), _compliance(task, inputs)
-    state = first_touch(case, compliance)
+    state = initial_contact(case, compliance)
     scalars, arrays = _parted(state)
     scalars |= {
         "initial_slips": scalars.pop("slips"),
         "contact_size": int(state.contact.sum()),
         "maximum_pressure": float(state.pressure.max()),
         "friction_force": state.friction_force,
-        "load": case.load,
+        "normal_load": case.normal_load,
         "contact_half_width": contact_half_width(case, state),
         "validity_flags": mask_of(contact_flags(case, state)),
     }
@@ -205,7 +205,7 @@ def _run_contact(task: Task, inputs: Mapping[str, TaskResult]) -> TaskResult:
 
 def _run_friction(task: Task, inputs: Mapping[str, TaskResult]) -> TaskResult:
     case, compliance = _case(task), _compliance(task, inputs)
-    start = first_touch(case, compliance)
+    start = initial_contact(case, compliance)
     record, end = slide_to_state(case, compliance, start)
     plateau = plateau_of(record)
     scalars, arrays = _parted(record)
@@ -247,11 +247,11 @@ def _run_drive(task: Task, inputs: Mapping[str, TaskResult]) -> TaskResult:
     plateau = plateau_of(record)
     motion = integrate(profile_of(record, plateau, drive.profile), drive, record.initial_stiffness)
     friction = friction_coefficients(motion, record, plateau)
-    fit = fit_stick_slip(motion, drive, record.load)
+    fit = fit_stick_slip(motion, drive, record.normal_load)
     sticks = count_sticks(motion)
     scalars, arrays = _parted(motion)
     scalars |= {
-        "load": record.load,
+        "normal_load": record.normal_load,
         "macroscopic_slips": len(motion.slip_time),
         "resticks": sticks.resticks,
         "time_stuck": sticks.time_stuck,

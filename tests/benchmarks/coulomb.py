@@ -16,7 +16,7 @@ from tests.benchmarks.table import Row, best, seconds, verdict
 Vector = NDArray[np.float64]
 
 INCREMENT = 2e-4
-"""Displacement of the pin from first touch, in L_x: a fortieth of a node spacing, a fifth of the way to full sliding."""
+"""Displacement of the pin from initial contact, in L_x: a fortieth of a node spacing, a fifth of the way to full sliding."""
 SAME = 0.05
 """Largest difference of F/W: the two discretizations of the slab differ by as much in their lateral stiffness."""
 
@@ -59,7 +59,7 @@ class FiniteElementSlab:
         )
 
     def rest(self) -> Contact:
-        """The contact first touch begins with: the middle third of the surface, stuck where it is."""
+        """The contact initial contact begins with: the middle third of the surface, stuck where it is."""
         return Contact(
             np.zeros(len(self.surface) + self.stiffness.shape[0] + 1),
             np.abs(self.x) < 1 / 6,
@@ -85,7 +85,7 @@ class FiniteElementSlab:
 
     def friction(self, contact: Contact) -> float:
         """F/W."""
-        return float(self._forces(contact)[: self.n].sum() / self.case.load)
+        return float(self._forces(contact)[: self.n].sum() / self.case.normal_load)
 
     def _forces(self, contact: Contact) -> Vector:
         return contact.unknowns[self.stiffness.shape[0] : -1]
@@ -110,11 +110,13 @@ class FiniteElementSlab:
             format="csc",
         )
         height = np.where(now.touching, curvature * xi**2 / 2 - slope * u, 0.0)
-        right = np.concatenate((np.zeros(self.stiffness.shape[0]), np.where(sticks, u, 0.0), height, [-self.case.load]))
+        right = np.concatenate(
+            (np.zeros(self.stiffness.shape[0]), np.where(sticks, u, 0.0), height, [-self.case.normal_load])
+        )
         return replace(now, unknowns=splu(bordered, permc_spec="MMD_AT_PLUS_A").solve(right))
 
     def _roles(self, now: Contact, push: float, pin: float) -> Contact:
-        n, least = self.n, 1e-12 * self.case.load
+        n, least = self.n, 1e-12 * self.case.normal_load
         u, w = now.unknowns[self.surface].reshape(2, n)
         shear, normal = self._forces(now).reshape(2, n)
         gap = (self.x + u - pin) ** 2 / (2 * self.case.radius) - w - now.unknowns[-1]
@@ -129,8 +131,8 @@ class FiniteElementSlab:
 
 
 def rows() -> list[Row]:
-    """Time of one increment: the peer's, ours at residual 1, and one event of the stress-drop rule."""
-    case = Case(slab=Slab(n_x=129), slip_rule=SlipRule(residual=1.0), max_events=None, max_displacement=INCREMENT)
+    """Time of one increment: the peer's, ours at residual_shear 1, and one event of the stress-drop rule."""
+    case = Case(slab=Slab(n_x=129), slip_rule=SlipRule(residual_shear=1.0), max_events=None, max_displacement=INCREMENT)
     compliance = slab_compliance(case.slab)
     start = contact_state(case, compliance)
     record = slide(case, compliance, start)
@@ -139,13 +141,13 @@ def rows() -> list[Row]:
     touch = slab.held_there(slab.increment(slab.rest(), 0.0, 0.0))
     moved = slab.increment(touch, INCREMENT, INCREMENT)
     peer = best(lambda: slab.increment(touch, INCREMENT, INCREMENT), repeats=1)
-    here, there = record.final_force / case.load, slab.friction(moved)
+    here, there = record.final_force / case.normal_load, slab.friction(moved)
     paper = Case(slab=case.slab, max_events=2000)
     event = best(lambda: friction_record(paper, compliance), repeats=3) / 2000
     against = f"{seconds(peer)} (scikit-fem, 129 × 129 bilinear quadrilaterals, {moved.rounds} rounds of an active set by splu)"
     return [
         Row(
-            f"a Coulomb increment of {INCREMENT:g} L_x from first touch, n_x = 129: {len(record.kind)} changes of role, "
+            f"a Coulomb increment of {INCREMENT:g} L_x from initial contact, n_x = 129: {len(record.kind)} changes of role, "
             f"F/W = {here:.4f} against {there:.4f}",
             seconds(ours),
             against,

@@ -14,7 +14,7 @@ import numpy as np
 
 from solver import Case, Drive, FrictionRecord, SurfaceCompliance, friction_record, plateau_of
 from solver.case import Effects, Heterogeneity, Slab
-from solver.contact.initial import first_touch
+from solver.contact.initial import initial_contact
 from solver.dynamics.friction_limit import profile_of
 from solver.dynamics.integrate import integrate
 from solver.elasticity.compliance import slab_compliance
@@ -53,12 +53,12 @@ def rows() -> list[Row]:
 
 def _contact(compliance: SurfaceCompliance) -> list[Row]:
     def touch(effects: Effects) -> tuple[float, float]:
-        return _time_and_memory(partial(first_touch, replace(CASE, effects=effects), compliance), 20)
+        return _time_and_memory(partial(initial_contact, replace(CASE, effects=effects), compliance), 20)
 
     whole = touch(Effects())
     return [
-        _against("first touch without friction", touch(Effects(friction=False)), whole, "≤ 1/3", 1 / 3),
-        _against("first touch without coupling", touch(Effects(coupling=False)), whole),
+        _against("initial contact without friction", touch(Effects(friction=False)), whole, "≤ 1/3", 1 / 3),
+        _against("initial contact without coupling", touch(Effects(coupling=False)), whole),
     ]
 
 
@@ -66,7 +66,7 @@ def _sliding(compliance: SurfaceCompliance) -> list[Row]:
     """Time for each slip: the records of reduced models have other numbers of slips to 2000 events."""
 
     def each_slip(case: Case) -> tuple[float, float]:
-        start = first_touch(case, compliance)
+        start = initial_contact(case, compliance)
         run = partial(slide, case, compliance, start)
         duration, memory = _time_and_memory(run, 7)
         return duration / int(run().slips.sum()), memory
@@ -119,7 +119,7 @@ def _stages(compliance: SurfaceCompliance, record: FrictionRecord) -> Row:
 def _outputs(compliance: SurfaceCompliance) -> list[Row]:
     record = _time_and_memory(partial(slide, CASE, compliance), 5)
     at = _time_and_memory(partial(states_at, CASE, compliance, (0, 1000, 2000)), 5)
-    force = first_touch(CASE, compliance).nodal_force
+    force = initial_contact(CASE, compliance).nodal_force
     inside = _time_and_memory(partial(interior_fields, CASE.slab, force), 5)
     return [
         _against("2000 events, without tractions kept at 0, 1000 and 2000", record, at),
@@ -135,7 +135,7 @@ def _files() -> list[Row]:
         store = Store(Path(folder))
         store.prepare()
         compliance = run_task(compliance_task(CASE.slab), {})
-        for name, make in (("first touch", contact_task), ("a record of 2000 events", friction_task)):
+        for name, make in (("initial contact", contact_task), ("a record of 2000 events", friction_task)):
             size = {}
             for only in (True, False):
                 task = make(CASE, scalars_only=only)

@@ -50,7 +50,7 @@ def _cascade(m: kernels.Machine, rules: kernels.Rules, node: int, size: int, cou
     missed, used = np.zeros((blocks, n), dtype=np.bool_), np.zeros(blocks)
     while node >= 0:
         xi = m.x[node] + m.inputs[node] - m.totals[0]
-        along, down = kernels._slip_move(y, m.tableau, m.friction, node, xi, rules.profile, rules.residual)
+        along, down = kernels._slip_move(y, m.tableau, m.friction, node, xi, rules.profile, rules.residual_shear)
         kernels._glide(y, m.tableau, m.inputs, node, along, down)
         counts[0] += 1
         for block in range(blocks):

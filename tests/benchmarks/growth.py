@@ -1,4 +1,4 @@
-"""Cost against n_x: events, slips, changes of the contact and time from first touch to a fixed displacement."""
+"""Cost against n_x: events, slips, changes of the contact and time from initial contact to a fixed displacement."""
 
 import math
 import time
@@ -35,7 +35,7 @@ class Cost:
     slips: int
     changes: int
     """Nodes released or brought into contact."""
-    first_touch: float
+    initial_contact: float
     """In s, like `sliding` and `compliance`."""
     sliding: float
     compliance: float
@@ -68,8 +68,8 @@ def rows() -> list[Row]:
         Row(
             f"n_x = {now.n_x}, to δ_p = {DISPLACEMENT:g} L_x: {now.contact} nodes in contact, {now.events} events, "
             f"{now.slips} slips, {now.changes} changes of the contact",
-            f"{seconds(now.sliding)} ({seconds(now.sliding / now.slips)} per slip), first touch "
-            f"{seconds(now.first_touch)}, compliance {seconds(now.compliance)}",
+            f"{seconds(now.sliding)} ({seconds(now.sliding / now.slips)} per slip), initial contact "
+            f"{seconds(now.initial_contact)}, compliance {seconds(now.compliance)}",
             f"{seconds(before.sliding)} at n_x = {before.n_x}" if before else "",
             f"{now.sliding / before.sliding:.1f}" if before else "",
             "",
@@ -77,7 +77,8 @@ def rows() -> list[Row]:
         for before, now in zip((None, *costs), costs, strict=False)
     ]
     powers = {
-        name: _exponent(costs, name) for name in ("events", "slips", "changes", "sliding", "first_touch", "compliance")
+        name: _exponent(costs, name)
+        for name in ("events", "slips", "changes", "sliding", "initial_contact", "compliance")
     }
     shown = ", ".join(f"{name.replace('_', ' ')} {power:.2f}" for name, power in powers.items())
     table.append(Row(f"exponents of n_x from {costs[-FITTED].n_x} to {costs[-1].n_x}", shown, "", "", ""))
@@ -88,8 +89,8 @@ def _beyond_row(largest: Cost) -> Row:
     return Row(
         f"n_x = {largest.n_x}, to δ_p = {BEYOND[1]:g} L_x only: {largest.contact} nodes in contact, {largest.events} events, "
         f"{largest.slips} slips, {largest.changes} changes of the contact, tableau {largest.tableau / 1e6:.0f} MB",
-        f"{seconds(largest.sliding)} (the contact grows: tableaus and changes more than slips), first touch "
-        f"{seconds(largest.first_touch)}, compliance {seconds(largest.compliance)}",
+        f"{seconds(largest.sliding)} (the contact grows: tableaus and changes more than slips), initial contact "
+        f"{seconds(largest.initial_contact)}, compliance {seconds(largest.compliance)}",
         "",
         "",
         "",

@@ -95,7 +95,7 @@ def drift(case: Case, compliance: SurfaceCompliance) -> tuple[int, float]:
     """Slips of a record, and the largest error of a nodal force at its end, as a share of the load."""
     record, end = slide_to_state(case, compliance)
     error = np.abs(resolved_forces(compliance, end) - end.nodal_force).max()
-    return int(record.slips.sum()), float(error / case.load)
+    return int(record.slips.sum()), float(error / case.normal_load)
 
 
 def dense_slips(case: Case, compliance: SurfaceCompliance, start: ContactState, count: int) -> None:
@@ -104,7 +104,7 @@ def dense_slips(case: Case, compliance: SurfaceCompliance, start: ContactState, 
     nodes = np.flatnonzero(start.contact)
     rows = np.concatenate((nodes, nodes + n))
     system = _bordered(compliance, rows)
-    held = np.concatenate((start.u[nodes], start.w[nodes] + start.approach, [-case.load]))
+    held = np.concatenate((start.u[nodes], start.w[nodes] + start.approach, [-case.normal_load]))
     forces = np.linalg.solve(system, held)
     for _ in range(count):
         node = int(np.argmax(np.abs(forces[:c] / forces[c : 2 * c])))
@@ -195,7 +195,7 @@ def _drift_row(case: Case, compliance: SurfaceCompliance, n_x: int) -> Row:
 
 def _normal_contact_row(n_x: int) -> Row:
     """Frictionless contact against tamaas, whose slab is a periodic half-plane: the same work, not the same answer."""
-    case = Case(intrinsic_friction=math.inf, slab=Slab(n_x=n_x), first_touch="frictionless", max_events=1)
+    case = Case(intrinsic_friction=math.inf, slab=Slab(n_x=n_x), initial_contact="frictionless", max_events=1)
     compliance = slab_compliance(case.slab)
     ours = best(lambda: contact_state(case, compliance))
     solve = _tamaas(case)
@@ -226,6 +226,6 @@ def _tamaas(case: Case) -> Callable[[], object] | None:
         model.nu, model.E = case.slab.poisson, 2.0 * (1.0 + case.slab.poisson)
         solver = tamaas.PolonskyKeerRey(model, surface, 1e-12)
         solver.setDumpFrequency(1_000_000)
-        return solver.solve(case.load)
+        return solver.solve(case.normal_load)
 
     return solve

@@ -6,7 +6,7 @@ from collections.abc import Iterable
 from dataclasses import dataclass, field, replace
 
 from solver.case import Case
-from solver.contact.initial import first_touch
+from solver.contact.initial import initial_contact
 from solver.contact.state import ContactState
 from solver.elasticity.compliance import SurfaceCompliance, slab_compliance
 from solver.outcome import Ending
@@ -53,10 +53,10 @@ compliance_of = functools.cache(slab_compliance)
 
 
 def follow(case: Case, compliance: SurfaceCompliance, events: int = 20, whole: int | None = 200) -> Followed:
-    """First touch, then as many runs of `case` one after the other as `events`, each from where the last one ended; then,
-    from first touch again, one run of `whole` events (None: to the displacement limit), as far as they go."""
+    """Initial contact, then as many runs of `case` one after the other as `events`, each from where the last one ended; then,
+    from initial contact again, one run of `whole` events (None: to the displacement limit), as far as they go."""
     seen = Followed()
-    start = state = first_touch(case, compliance)
+    start = state = initial_contact(case, compliance)
     if not seen.check(start, case, compliance):
         return seen
     for _ in range(events):

@@ -6,7 +6,7 @@ load? No tableau, no updates, no window, nothing of `solver` but the case and th
 A stuck node moves with the pin and touches it at ξ = x + u - δ_p, so v = w + approach = ξ²/2R there. Free nodes bear no
 force. An event is the smallest step at which |shear| = μ_i·pressure, pressure = 0 or gap = 0; its node is answered first,
 then by turns, until none is left: the node in largest tension is released, the worst offender by |shear|/(μ_i·pressure) slips
-until its shear is residual·μ_i·pressure, the deepest node inside the pin touches. Ties go to the node further right.
+until its shear is residual_shear·μ_i·pressure, the deepest node inside the pin touches. Ties go to the node further right.
 """
 
 from dataclasses import dataclass
@@ -43,8 +43,8 @@ class Reference:
         self.spacing = compliance.x[1] - compliance.x[0]
         self.x = compliance.x - case.start * self.spacing
         self.n = len(self.x)
-        self.mu, self.load = case.intrinsic_friction, case.load
-        self.nothing = 1e-12 * case.load
+        self.mu, self.normal_load = case.intrinsic_friction, case.normal_load
+        self.nothing = 1e-12 * case.normal_load
         self.contact = np.abs(self.x) <= 0.3
         self.u, self.delta = np.zeros(self.n), 0.0
         self.counts = [0, 0, 0]
@@ -57,7 +57,7 @@ class Reference:
         return (self.x + u - self.delta) ** 2 / (2.0 * self.case.radius)
 
     def answer(
-        self, u: np.ndarray, v: np.ndarray, load: float
+        self, u: np.ndarray, v: np.ndarray, normal_load: float
     ) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]:
         """f_x, f_z, u and v of all nodes if the nodes in contact are put at u and v under the load."""
         nodes = np.flatnonzero(self.contact)
@@ -65,7 +65,7 @@ class Reference:
         system = np.zeros((2 * m + 1, 2 * m + 1))
         system[:-1, :-1] = self.c[np.ix_(both, both)]
         system[m:-1, -1] = system[-1, m:-1] = 1.0
-        solution = np.linalg.solve(system, np.concatenate((u[nodes], v[nodes], [-load])))
+        solution = np.linalg.solve(system, np.concatenate((u[nodes], v[nodes], [-normal_load])))
         forces = np.zeros(2 * self.n)
         forces[both] = solution[:-1]
         moved = self.c @ forces
@@ -73,7 +73,7 @@ class Reference:
 
     def now(self) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]:
         """The present answer."""
-        return self.answer(self.u, self.height(self.u), self.load)
+        return self.answer(self.u, self.height(self.u), self.normal_load)
 
     def _find_stuck_contact(self) -> None:
         """The contact set at u = 0, the worst node changed at a time."""
@@ -86,15 +86,15 @@ class Reference:
             self.contact[worst] = not self.contact[worst]
 
     def _slip(self, node: int) -> None:
-        """Move the node along the pin until its shear is `residual` of what it can bear: a parabola in the distance."""
+        """Move the node along the pin until its shear is `residual_shear` of what it can bear: a parabola in the distance."""
         f_x, _, _, _ = self.now()
         side = 1.0 if f_x[node] > 0.0 else -1.0
-        share = side * self.case.slip_rule.residual * self.mu
+        share = side * self.case.slip_rule.residual_shear * self.mu
         there, step = [], -side * abs(f_x[node])
         for distance in (0.0, step, 2.0 * step):
             u = self.u.copy()
             u[node] += distance
-            f_x, f_z, _, _ = self.answer(u, self.height(u), self.load)
+            f_x, f_z, _, _ = self.answer(u, self.height(u), self.normal_load)
             there.append(f_x[node] + share * f_z[node])
         first, second = there[1] - there[0], there[2] - 2.0 * there[1] + there[0]
         # Newton's divided differences, in units of the step.
@@ -161,7 +161,7 @@ class Reference:
         """The smallest step, counted in node spacings or in 24 stretches of the contact, whichever is shorter."""
         shear, normal, _, _ = self.answer(np.where(self.contact, 1.0, 0.0), np.zeros(self.n), 0.0)
         stiffness = float((np.abs(shear) + self.mu * np.abs(normal)).sum())
-        return self.case.slip_rule.event_floor * min(self.spacing, 24.0 * self.mu * self.load / stiffness)
+        return self.case.slip_rule.event_floor * min(self.spacing, 24.0 * self.mu * self.normal_load / stiffness)
 
     def slide(self, events: int) -> list[Event]:
         """The next events of the record."""

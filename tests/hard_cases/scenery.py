@@ -30,7 +30,7 @@ SPACINGS = st.one_of(powers(-3, 0.5), st.sampled_from([1.0, 2.0]))
 SENSIBLE_CONSTANTS = {
     "intrinsic_friction": powers(-3, 0.2),
     "radius": powers(0.5, 4),
-    "load": powers(-9, -2.5),
+    "normal_load": powers(-9, -2.5),
     "poisson": st.one_of(st.floats(-0.5, 0.49), st.sampled_from([0.0, 1 / 3])),
     "aspect_ratio": st.one_of(powers(-0.7, 1), st.just(1.0)),
 }
@@ -52,7 +52,10 @@ def driven_scenes(draw: st.DrawFn) -> str:
     sections: Sections = {
         "constants": draw(tables(SENSIBLE_CONSTANTS)),
         "numerics": {**draw(tables({**NUMERICS, "start": START})), "n_x": draw(st.sampled_from([9, 17, 17, 33]))},
-        "slip": {**draw(tables({"residual": st.floats(0.0, 0.99), "order": SLIP["order"]})), "cascade_limit": 20_000},
+        "slip": {
+            **draw(tables({"residual_shear": st.floats(0.0, 0.99), "slip_order": SLIP["slip_order"]})),
+            "cascade_limit": 20_000,
+        },
         "limits": {"events": draw(st.integers(100, 800)), "spacings": draw(st.sampled_from([0.5, 1.0, 2.0, 3.0]))},
         "scales": draw(tables({name: powers(-3, 3) for name in SCALES})),
     }
@@ -83,7 +86,7 @@ def scenes_with_every_key(draw: st.DrawFn, grids: tuple[int, ...] = (5, 9, 17, 3
 def campaigns(draw: st.DrawFn) -> str:
     """Scenes along one or two axes, as a product, some with members: 4 to some 30 cases that mostly make sense."""
     axes = {"intrinsic_friction": draw(st.lists(FRICTION, min_size=2, max_size=4, unique=True))}
-    name = draw(st.sampled_from(["load", "radius", "poisson", "start"]))
+    name = draw(st.sampled_from(["normal_load", "radius", "poisson", "start"]))
     values = {**SENSIBLE_CONSTANTS, "start": START}[name]
     axes[name] = draw(st.lists(values, min_size=2, max_size=3, unique=True))
     rest = {key: value for key, value in SENSIBLE_CONSTANTS.items() if key not in axes}

@@ -8,8 +8,8 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 
-from solver.case import Case, Effects, FirstTouch, Heterogeneity, Scheme, Slab, SlipRule
-from solver.contact.initial import first_touch
+from solver.case import Case, Effects, Heterogeneity, InitialContact, Scheme, Slab, SlipRule
+from solver.contact.initial import initial_contact
 from solver.contact.soundness import COARSEST, rounding_share
 from solver.contact.state import ContactState
 from solver.elasticity.compliance import SurfaceCompliance
@@ -19,7 +19,7 @@ from tests.hard_cases.following import Followed, compliance_of, endings_of, foll
 from tests.hard_cases.table import Row
 
 SCHEMES: tuple[Scheme, ...] = get_args(Scheme)
-WAYS: tuple[FirstTouch, ...] = get_args(FirstTouch)
+WAYS: tuple[InitialContact, ...] = get_args(InitialContact)
 N = 33
 H = 1.0 / (N - 1)
 LOADS = [10.0**exponent for exponent in range(-12, 0)]
@@ -30,19 +30,21 @@ def _case(scheme: Scheme, **changes: object) -> Case:
     return Case(**{"slab": Slab(n_x=N, scheme=scheme), "max_events": 1, **changes})  # type: ignore[arg-type]
 
 
-def _loads_and_radii(scheme: Scheme, way: FirstTouch, rule: SlipRule) -> dict[str, Case]:
-    pairs = [(load, 200.0) for load in LOADS] + [(1e-3, radius) for radius in (*RADII, 500.0, 2000.0)]
+def _loads_and_radii(scheme: Scheme, way: InitialContact, rule: SlipRule) -> dict[str, Case]:
+    pairs = [(normal_load, 200.0) for normal_load in LOADS] + [(1e-3, radius) for radius in (*RADII, 500.0, 2000.0)]
     pairs += [(1e-12, 0.1), (1e-12, 1e6), (1e-1, 0.1), (1e-1, 1e6)]
     return {
-        f"W {load:.0e} R {radius:g}": _case(scheme, load=load, radius=radius, first_touch=way, slip_rule=rule)
-        for load, radius in pairs
+        f"W {normal_load:.0e} R {radius:g}": _case(
+            scheme, normal_load=normal_load, radius=radius, initial_contact=way, slip_rule=rule
+        )
+        for normal_load, radius in pairs
     }
 
 
-def _everything(scheme: Scheme, way: FirstTouch) -> list[Case]:
+def _everything(scheme: Scheme, way: InitialContact) -> list[Case]:
     return [
-        _case(scheme, load=load, radius=radius, first_touch=way, intrinsic_friction=friction)
-        for load in LOADS
+        _case(scheme, normal_load=normal_load, radius=radius, initial_contact=way, intrinsic_friction=friction)
+        for normal_load in LOADS
         for radius in (*RADII, 200.0, 500.0, 2000.0)
         for friction in (0.05, 0.5)
     ]
@@ -61,11 +63,11 @@ PUNCHES = {
 }
 
 SLIDERS = {
-    "one node": {"radius": 0.1, "load": 1e-6, "max_displacement": 0.2},
-    "stuck over less than the event floor": {"radius": 0.1, "load": 1e-9, "max_displacement": 1e-3},
-    "one and two nodes in turn": {"radius": 2.0, "load": 1e-5, "max_displacement": 0.2},
-    "far off the centre": {"radius": 5.0, "load": 1e-3, "intrinsic_friction": 0.1, "max_displacement": 0.4},
-    "to the corner": {"radius": 1.0, "load": 1e-3, "intrinsic_friction": 0.1, "max_displacement": 0.6},
+    "one node": {"radius": 0.1, "normal_load": 1e-6, "max_displacement": 0.2},
+    "stuck over less than the event floor": {"radius": 0.1, "normal_load": 1e-9, "max_displacement": 1e-3},
+    "one and two nodes in turn": {"radius": 2.0, "normal_load": 1e-5, "max_displacement": 0.2},
+    "far off the centre": {"radius": 5.0, "normal_load": 1e-3, "intrinsic_friction": 0.1, "max_displacement": 0.4},
+    "to the corner": {"radius": 1.0, "normal_load": 1e-3, "intrinsic_friction": 0.1, "max_displacement": 0.6},
 }
 
 
@@ -80,7 +82,7 @@ def _dragged(scheme: Scheme, name: str) -> Followed:
 
 @pytest.mark.parametrize("scheme", SCHEMES)
 @pytest.mark.parametrize("way", WAYS)
-def test_the_laws_hold_for_every_load_and_radius(way: FirstTouch, scheme: Scheme) -> None:
+def test_the_laws_hold_for_every_load_and_radius(way: InitialContact, scheme: Scheme) -> None:
     for name, case in _loads_and_radii(scheme, way, SlipRule()).items():
         seen = _follow(case)
         assert seen.states > 0, (name, seen.messages)
@@ -90,7 +92,7 @@ def test_the_laws_hold_for_every_load_and_radius(way: FirstTouch, scheme: Scheme
 @pytest.mark.parametrize("scheme", SCHEMES)
 def test_the_laws_hold_for_every_load_and_radius_with_coulomb_friction(scheme: Scheme) -> None:
     """Residual 1 has a solver of its own."""
-    for name, case in _loads_and_radii(scheme, "stick", SlipRule(residual=1.0)).items():
+    for name, case in _loads_and_radii(scheme, "stick", SlipRule(residual_shear=1.0)).items():
         seen = _follow(replace(case, max_displacement=0.05), events=4, whole=8)
         assert seen.states > 0, (name, seen.messages)
         assert not seen.broken, name
@@ -99,7 +101,7 @@ def test_the_laws_hold_for_every_load_and_radius_with_coulomb_friction(scheme: S
 @pytest.mark.slow
 @pytest.mark.parametrize("scheme", SCHEMES)
 @pytest.mark.parametrize("way", WAYS)
-def test_the_laws_hold_for_all_combinations(way: FirstTouch, scheme: Scheme) -> None:
+def test_the_laws_hold_for_all_combinations(way: InitialContact, scheme: Scheme) -> None:
     for case in _everything(scheme, way):
         seen = _follow(case, events=5, whole=20)
         assert seen.states > 0, (case, seen.messages)
@@ -118,7 +120,7 @@ def test_a_punch_stands_on_the_nodes_whose_greater_part_it_covers(half_width: fl
         return
     # An edge exactly between two nodes goes to the narrower contact; one node always carries.
     covered = np.abs(np.linspace(-0.5, 0.5, N)) <= half_width + 0.499 * H
-    np.testing.assert_array_equal(first_touch(case, compliance_of(case.slab)).contact, covered)
+    np.testing.assert_array_equal(initial_contact(case, compliance_of(case.slab)).contact, covered)
 
 
 @pytest.mark.parametrize("scheme", SCHEMES)
@@ -138,23 +140,23 @@ def test_the_laws_hold_far_from_the_centre(name: str, scheme: Scheme) -> None:
 @pytest.mark.parametrize("scheme", SCHEMES)
 def test_one_node_sinks_by_its_own_compliance(scheme: Scheme) -> None:
     """Reference: approach = W·C_zz of the middle node, pressure = W/h, until a neighbour touches."""
-    case = _case(scheme, load=1e-9, radius=1.0, intrinsic_friction=math.inf, first_touch="frictionless")
+    case = _case(scheme, normal_load=1e-9, radius=1.0, intrinsic_friction=math.inf, initial_contact="frictionless")
     compliance = compliance_of(case.slab)
-    state = first_touch(case, compliance)
+    state = initial_contact(case, compliance)
     middle = N // 2
     assert list(np.flatnonzero(state.contact)) == [middle]
-    assert state.approach == pytest.approx(case.load * compliance.matrix[N + middle, N + middle], rel=1e-13)
-    assert state.pressure[middle] == pytest.approx(case.load / H, rel=1e-13)
+    assert state.approach == pytest.approx(case.normal_load * compliance.matrix[N + middle, N + middle], rel=1e-13)
+    assert state.pressure[middle] == pytest.approx(case.normal_load / H, rel=1e-13)
 
 
 @pytest.mark.parametrize("scheme", SCHEMES)
 @pytest.mark.parametrize("way", WAYS)
 @pytest.mark.parametrize("factor", [1e-9, 1e-3, 1e2])
-def test_first_touch_scales_with_load_and_curvature(way: FirstTouch, factor: float, scheme: Scheme) -> None:
+def test_first_touch_scales_with_load_and_curvature(way: InitialContact, factor: float, scheme: Scheme) -> None:
     """Load and curvature times c: the same contact, every force and displacement times c (linear elasticity)."""
-    case = _case(scheme, load=1e-5, radius=2e4, first_touch=way, intrinsic_friction=math.inf)
-    scaled = replace(case, load=case.load * factor, radius=case.radius / factor)
-    first, second = (first_touch(one, compliance_of(case.slab)) for one in (case, scaled))
+    case = _case(scheme, normal_load=1e-5, radius=2e4, initial_contact=way, intrinsic_friction=math.inf)
+    scaled = replace(case, normal_load=case.normal_load * factor, radius=case.radius / factor)
+    first, second = (initial_contact(one, compliance_of(case.slab)) for one in (case, scaled))
     np.testing.assert_array_equal(first.contact, second.contact)
     # Where the pin's height is taken at a node that moves, x + u is not quite x: u/h is at most 1e-2 here.
     tolerance = 1e-11 if way == "stick" else 1e-3
@@ -171,11 +173,11 @@ FRICTIONLESS = {"with friction": Effects(), "without": Effects(friction=False)}
 def test_a_node_pushed_out_from_under_the_edge_is_named(effects: Effects, half_width: float, scheme: Scheme) -> None:
     """Without friction, at ν = 0.49, a heavy punch pushes its last nodes outwards by more than half a spacing."""
     slab = Slab(n_x=129, scheme=scheme, poisson=0.49)
-    punch = Case(slab=slab, pin="flat_punch", half_width=half_width, load=0.15, first_touch="frictionless")
-    state = first_touch(replace(punch, effects=effects), compliance_of(slab))
+    punch = Case(slab=slab, pin="flat_punch", half_width=half_width, normal_load=0.15, initial_contact="frictionless")
+    state = initial_contact(replace(punch, effects=effects), compliance_of(slab))
     assert state.outcome.ending is Ending.EDGE_REACHED
-    assert 'first_touch = "stick"' in state.outcome.message
-    assert first_touch(replace(punch, first_touch="stick"), compliance_of(slab)).outcome.ok
+    assert 'initial_contact = "stick"' in state.outcome.message
+    assert initial_contact(replace(punch, initial_contact="stick"), compliance_of(slab)).outcome.ok
 
 
 def _profile(height: float, seed: int = 4) -> Heterogeneity:
@@ -185,48 +187,50 @@ def _profile(height: float, seed: int = 4) -> Heterogeneity:
 
 @pytest.mark.parametrize("scheme", SCHEMES)
 @pytest.mark.parametrize("way", WAYS)
-def test_heights_whose_rounding_outweighs_the_load_are_named(way: FirstTouch, scheme: Scheme) -> None:
+def test_heights_whose_rounding_outweighs_the_load_are_named(way: InitialContact, scheme: Scheme) -> None:
     """A height of 1e-3 is known to 2e-19: that is much of what 1e-18 displaces, and little of what 1e-12 does."""
-    rough = _case(scheme, radius=200.0, heterogeneity=_profile(1e-3), first_touch=way)
+    rough = _case(scheme, radius=200.0, heterogeneity=_profile(1e-3), initial_contact=way)
     compliance = compliance_of(rough.slab)
-    for load in (1e-25, 1e-18):
-        outcome = first_touch(replace(rough, load=load), compliance).outcome
-        assert outcome.ending is Ending.ROUNDING, load
-        assert "raise load" in outcome.message
-    assert not _follow(replace(rough, load=1e-12)).broken
-    assert first_touch(replace(rough, load=1e-12), compliance).outcome.ok
+    for normal_load in (1e-25, 1e-18):
+        outcome = initial_contact(replace(rough, normal_load=normal_load), compliance).outcome
+        assert outcome.ending is Ending.ROUNDING, normal_load
+        assert "raise normal_load" in outcome.message
+    assert not _follow(replace(rough, normal_load=1e-12)).broken
+    assert initial_contact(replace(rough, normal_load=1e-12), compliance).outcome.ok
 
 
 @pytest.mark.parametrize("scheme", SCHEMES)
 def test_forces_are_known_as_well_as_heights_are(scheme: Scheme) -> None:
     """Every height wrong by a rounding: forces change by at most 3 times the share limited by `COARSEST` (measured: 1.4)."""
     for seed in range(12):
-        rng, load = np.random.default_rng(seed), 10.0 ** -(9.0 + 0.5 * seed)
-        rises = 10.0 ** rng.uniform(-6.0, -1.0) + 3.0 * load * rng.standard_normal(61)
+        rng, normal_load = np.random.default_rng(seed), 10.0 ** -(9.0 + 0.5 * seed)
+        rises = 10.0 ** rng.uniform(-6.0, -1.0) + 3.0 * normal_load * rng.standard_normal(61)
         wrong = rises * (1.0 + np.finfo(float).eps * rng.integers(-1, 2, 61))
-        first, second = (_pressed_rough(scheme, load, heights) for heights in (rises, wrong))
+        first, second = (_pressed_rough(scheme, normal_load, heights) for heights in (rises, wrong))
         state, share = first
         assert state.outcome.ok is (share <= COARSEST)
         if state.outcome.ok:
             # Below 1e-10 other roundings are seen.
-            noise = float(np.abs(state.nodal_force - second[0].nodal_force).max()) / load
+            noise = float(np.abs(state.nodal_force - second[0].nodal_force).max()) / normal_load
             assert noise <= 3.0 * share + 1e-10
 
 
-def _pressed_rough(scheme: Scheme, load: float, rises: NDArray[np.float64]) -> tuple[ContactState, float]:
+def _pressed_rough(scheme: Scheme, normal_load: float, rises: NDArray[np.float64]) -> tuple[ContactState, float]:
     points = tuple(zip(np.linspace(-0.6, 0.6, 61).tolist(), rises.tolist(), strict=True))
-    case = _case(scheme, load=load, radius=0.1 / load, heterogeneity=Heterogeneity(roughness=points))
+    case = _case(
+        scheme, normal_load=normal_load, radius=0.1 / normal_load, heterogeneity=Heterogeneity(roughness=points)
+    )
     compliance = compliance_of(case.slab)
-    state = first_touch(case, compliance)
+    state = initial_contact(case, compliance)
     xi = (compliance.x + state.u)[state.contact]
     return state, rounding_share(case, compliance, state.contact, xi)
 
 
 @pytest.mark.parametrize("way", WAYS)
-@pytest.mark.parametrize("residual", [0.0, 1.0])
-def test_what_is_no_number_is_seen(residual: float, way: FirstTouch) -> None:
+@pytest.mark.parametrize("residual_shear", [0.0, 1.0])
+def test_what_is_no_number_is_seen(residual_shear: float, way: InitialContact) -> None:
     """Every comparison with a NaN is false: no constraint seems violated."""
-    case = _case("galerkin", first_touch=way, slip_rule=SlipRule(residual=residual))
+    case = _case("galerkin", initial_contact=way, slip_rule=SlipRule(residual_shear=residual_shear))
     matrix = np.full((2 * N, 2 * N), np.nan)
     record = slide(case, SurfaceCompliance(matrix, case.slab))
     assert record.outcome.ending in (Ending.ROUNDING, Ending.SINGULAR_OPERATOR)
@@ -237,15 +241,15 @@ def _extremes() -> list[Case]:
     tried = [
         _case(
             scheme,
-            load=load,
+            normal_load=normal_load,
             radius=radius,
-            first_touch=way,
+            initial_contact=way,
             slip_rule=SlipRule(event_floor=floor, cascade_limit=20_000),
             max_displacement=0.3,
         )
         for scheme in SCHEMES
         for way in WAYS
-        for load in (1e-30, 1e-24, 1e-12, 1.0)
+        for normal_load in (1e-30, 1e-24, 1e-12, 1.0)
         for radius in (1e-12, 1.0, 1e24)
         for floor in (1e-14, 1.0)
     ]
@@ -284,7 +288,7 @@ def rows() -> list[Row]:
     pressed = [_follow(case, 5, 20) for scheme in SCHEMES for way in WAYS for case in _everything(scheme, way)]
     punches = [_case(scheme, pin="flat_punch", half_width=width) for scheme in SCHEMES for width in PUNCHES.values()]
     dragged = [_dragged(scheme, name) for scheme in SCHEMES for name in SLIDERS]
-    light = [_case("galerkin", load=10.0**power, heterogeneity=_profile(1e-3)) for power in range(-30, -2)]
+    light = [_case("galerkin", normal_load=10.0**power, heterogeneity=_profile(1e-3)) for power in range(-30, -2)]
     tried = {
         "rough pins of height 1e-3, W 1e-30 to 1e-3": [_follow(case, 5, 20) for case in light],
         "W 1e-30 to 1, R/L_x 1e-12 to 1e24, event floor 1e-14 to 1, knots 1e-12 apart": [

@@ -156,7 +156,7 @@ def test_rounding_does_not_hold_a_light_pin_at_an_extremum_of_its_velocity(mass)
     result = integrate(PROFILES["sawtooth"], drive, STIFFNESS)
     assert result.outcome.ok
     assert all(error <= 10 * LIMITS[law] for law, error in errors(result, drive, PROFILES["sawtooth"]).items())
-    assert PLATEAU.mean <= result.binned_force[-64:].mean() / RECORD.load <= PLATEAU.peak
+    assert PLATEAU.mean <= result.binned_force[-64:].mean() / RECORD.normal_load <= PLATEAU.peak
 
 
 # --- Runge-Kutta: never garbage -------------------------------------------------------------------------------------
@@ -171,7 +171,7 @@ def test_steps_are_stable_or_refused_with_a_step_that_is(point, step):
         found = errors(result, drive, PROFILES["sawtooth"])
         assert found["finite"] == found["order"] == 0.0
         # Samples are interpolated between steps, over edges too.
-        assert np.abs(result.friction).max() <= PLATEAU.peak * RECORD.load * (1.0 + 1e-12)
+        assert np.abs(result.friction).max() <= PLATEAU.peak * RECORD.normal_load * (1.0 + 1e-12)
         # The pin is never further ahead of the stage than a free one would swing, nor pulled back behind its start by more.
         far = drive.stage_velocity * drive.duration
         assert np.abs(result.position).max() <= 3.0 * far + 1e-300
@@ -290,7 +290,7 @@ def longest_drift() -> float:
     """Share of a natural period by which 10 s (1000 periods) of undamped swinging is off its closed form."""
     drive = Point(damping_ratio=0.0).drive(profile="mean", surface_compliance=False, duration=10.0, samples=20_000)
     result = integrate(PROFILES["mean"], drive, 1e30)
-    k, V, F = drive.spring_stiffness, drive.stage_velocity, PLATEAU.mean * RECORD.load
+    k, V, F = drive.spring_stiffness, drive.stage_velocity, PLATEAU.mean * RECORD.normal_load
     slide = Oscillator(k, 0.0, V, F, time=F / k / V)
     late = result.time > 0.9 * drive.duration
     position, _ = slide.motion(result.time[late])

@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 from solver.case import Case, Scheme, Slab, SlipRule
-from solver.contact.initial import first_touch
+from solver.contact.initial import initial_contact
 from solver.contact.state import ContactState
 from solver.sliding import events
 from solver.sliding.events import slide_to_state
@@ -33,14 +33,14 @@ COLUMNS = (
 def _long(scheme: Scheme, events: int) -> Case:
     """A light load on a blunt pin: a million events move the pin by less than the slab's width."""
     rule = SlipRule(event_floor=1e-9)
-    return Case(slab=Slab(17, scheme=scheme), load=1e-6, radius=2e5, slip_rule=rule, max_events=events)
+    return Case(slab=Slab(17, scheme=scheme), normal_load=1e-6, radius=2e5, slip_rule=rule, max_events=events)
 
 
 def _in_pieces(case: Case, pieces: int) -> tuple[list[FrictionRecord], ContactState]:
     compliance = compliance_of(case.slab)
     assert case.max_events is not None
     piece = replace(case, max_events=case.max_events // pieces)
-    state, records = first_touch(case, compliance), []
+    state, records = initial_contact(case, compliance), []
     for _ in range(pieces):
         record, state = slide_to_state(piece, compliance, state)
         records.append(record)
@@ -80,13 +80,13 @@ def test_a_million_events_do_not_drift(scheme: Scheme) -> None:
     assert record.outcome.ok
     assert len(record.kind) == 1_000_000
     assert max(errors.values()) < 1e-9
-    assert abs(record.force_after[-1] - end.friction_force) < 1e-9 * record.load
+    assert abs(record.force_after[-1] - end.friction_force) < 1e-9 * record.normal_load
     # Every tooth begins where the last event ended, all the way.
     after = np.concatenate(([record.initial_force], record.force_after[:-1]))
     slope = np.concatenate(([record.initial_stiffness], record.stiffness[:-1]))
     rise = slope * np.diff(record.displacement, prepend=0.0)
     # The steps are differences of displacements, each rounded.
-    assert np.abs(after + rise - record.force_before).max() < 1e-9 * record.load
+    assert np.abs(after + rise - record.force_before).max() < 1e-9 * record.normal_load
     pieces, _ = _in_pieces(_long(scheme, 1_000_000), 10)
     _assert_same(record, pieces)
 
@@ -95,14 +95,14 @@ def _ten_million_slips(events: int = 150_000) -> tuple[int, float, float]:
     """On a reciprocal operator: slips, energy that is missing as a share of the work, worst law."""
     slab = Slab(33, poisson=0.2)
     compliance = half_plane(slab)
-    case = Case(slab=slab, intrinsic_friction=1e-4, slip_rule=SlipRule(residual=0.999), max_events=events)
-    case = replace(case, first_touch="frictionless", radius=1e5)  # flat against so small a μ_i
-    start = first_touch(case, compliance)
+    case = Case(slab=slab, intrinsic_friction=1e-4, slip_rule=SlipRule(residual_shear=0.999), max_events=events)
+    case = replace(case, initial_contact="frictionless", radius=1e5)  # flat against so small a μ_i
+    start = initial_contact(case, compliance)
     record, end = slide_to_state(case, compliance, start)
     before = np.concatenate(([record.initial_force], record.force_after[:-1]))
     steps = np.diff(record.displacement, prepend=0.0)
     work = float(((before + record.force_before) / 2) @ steps)
-    kept = stored_energy(end) - stored_energy(start) - case.load * (end.approach - start.approach)
+    kept = stored_energy(end) - stored_energy(start) - case.normal_load * (end.approach - start.approach)
     missing = abs(work - kept - float(record.dissipated.sum())) / work
     return int(record.slips.sum()), missing, max(law_errors(end, case, compliance).values())
 

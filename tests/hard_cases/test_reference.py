@@ -8,7 +8,7 @@ import scipy.linalg as la
 from scipy.optimize import brentq, nnls
 
 from solver.case import Case, Scheme, Slab, SlipRule
-from solver.contact.initial import first_touch
+from solver.contact.initial import initial_contact
 from solver.elasticity.compliance import SurfaceCompliance
 from solver.sliding.events import slide
 from tests.hard_cases.following import compliance_of
@@ -22,10 +22,10 @@ SAMPLE: dict[str, dict[str, object]] = {
     "paper": {},
     "slippery": {"intrinsic_friction": 0.1},
     "rough": {"intrinsic_friction": 1.0},
-    "half of the shear stays": {"slip_rule": SlipRule(residual=0.5)},
+    "half of the shear stays": {"slip_rule": SlipRule(residual_shear=0.5)},
     "walking": {"radius": 10.0, "max_events": 300},
     "full contact": {"radius": 2000.0},
-    "light": {"load": 1e-8},
+    "light": {"normal_load": 1e-8},
     "between two nodes": {"start": 0.37},
     "coarse floor": {"slip_rule": SlipRule(event_floor=1e-5)},
 }
@@ -49,7 +49,7 @@ def _disagreement(case: Case) -> tuple[float, float]:
         return np.inf, np.inf
     displacement = np.array([event.displacement for event in events])
     forces = np.array([(event.force_before, event.force_after) for event in events])
-    off = np.abs(forces - np.column_stack((ours.force_before, ours.force_after))).max() / case.load
+    off = np.abs(forces - np.column_stack((ours.force_before, ours.force_after))).max() / case.normal_load
     return float(np.abs(displacement - ours.displacement).max() / displacement[-1]), float(off)
 
 
@@ -82,8 +82,8 @@ def _by_nnls(case: Case, compliance: SurfaceCompliance) -> np.ndarray:
     def forces(approach: float) -> np.ndarray:
         return nnls(root, la.solve_triangular(root, approach - height, trans="T"))[0]
 
-    high = height.max() + 10.0 * case.load
-    approach = brentq(lambda a: forces(a).sum() / case.load - 1.0, 1e-15, high, xtol=1e-18, rtol=1e-15)
+    high = height.max() + 10.0 * case.normal_load
+    approach = brentq(lambda a: forces(a).sum() / case.normal_load - 1.0, 1e-15, high, xtol=1e-18, rtol=1e-15)
     return forces(approach)
 
 
@@ -100,36 +100,38 @@ def _by_projection(case: Case, compliance: SurfaceCompliance) -> np.ndarray:
                 height = (compliance.x[i] + c_xz[i] @ pressing) ** 2 / (2.0 * case.radius)
                 gap = height - approach + c_zz[i] @ pressing
                 pressing[i] = max(0.0, pressing[i] - gap / c_zz[i, i])
-            if np.abs(pressing - before).max() <= 1e-14 * case.load:
+            if np.abs(pressing - before).max() <= 1e-14 * case.normal_load:
                 break
         return pressing
 
-    guess = first_touch(case, compliance)
-    start = np.full(n, case.load / n)
+    guess = initial_contact(case, compliance)
+    start = np.full(n, case.normal_load / n)
     return forces(guess.approach, start)
 
 
 def _off(found: np.ndarray, case: Case, compliance: SurfaceCompliance) -> float:
-    state = first_touch(case, compliance)
-    return float(np.abs(found + state.nodal_force[1]).max() / case.load)
+    state = initial_contact(case, compliance)
+    return float(np.abs(found + state.nodal_force[1]).max() / case.normal_load)
 
 
-def _frictionless(slab: Slab, radius: float, load: float) -> Case:
-    return Case(slab=slab, radius=radius, load=load, first_touch="frictionless", intrinsic_friction=0.5)
+def _frictionless(slab: Slab, radius: float, normal_load: float) -> Case:
+    return Case(
+        slab=slab, radius=radius, normal_load=normal_load, initial_contact="frictionless", intrinsic_friction=0.5
+    )
 
 
-@pytest.mark.parametrize(("radius", "load"), CONTACTS)
-def test_contact_agrees_with_non_negative_least_squares(radius: float, load: float) -> None:
+@pytest.mark.parametrize(("radius", "normal_load"), CONTACTS)
+def test_contact_agrees_with_non_negative_least_squares(radius: float, normal_load: float) -> None:
     slab = Slab(n_x=65)
-    case = _frictionless(slab, radius, load)
+    case = _frictionless(slab, radius, normal_load)
     assert _off(_by_nnls(case, half_plane(slab)), case, half_plane(slab)) < 1e-9
 
 
 @pytest.mark.parametrize("scheme", SCHEMES)
-@pytest.mark.parametrize(("radius", "load"), [(200.0, 1e-3), (10.0, 1e-4), (1.0, 1e-6)])
-def test_contact_agrees_with_a_complementarity_solver(radius: float, load: float, scheme: Scheme) -> None:
+@pytest.mark.parametrize(("radius", "normal_load"), [(200.0, 1e-3), (10.0, 1e-4), (1.0, 1e-6)])
+def test_contact_agrees_with_a_complementarity_solver(radius: float, normal_load: float, scheme: Scheme) -> None:
     """The approach is ours; that the forces found from it add up to the load is part of the check."""
-    case = _frictionless(Slab(n_x=17, scheme=scheme), radius, load)
+    case = _frictionless(Slab(n_x=17, scheme=scheme), radius, normal_load)
     compliance = compliance_of(case.slab)
     assert _off(_by_projection(case, compliance), case, compliance) < 1e-9
 
@@ -139,7 +141,7 @@ def rows() -> list[Row]:
     apart = [_disagreement(_case(scheme, name)) for scheme in SCHEMES for name in SAMPLE]
     worst = f"displacement {max(a for a, _ in apart):.0e}, force {max(b for _, b in apart):.0e} of the load"
     slab = Slab(n_x=65)
-    cases = [_frictionless(slab, radius, load) for radius, load in CONTACTS]
+    cases = [_frictionless(slab, radius, normal_load) for radius, normal_load in CONTACTS]
     contact = max(_off(_by_nnls(case, half_plane(slab)), case, half_plane(slab)) for case in cases)
     return [
         Row("second implementation", ", ".join(SAMPLE), "every event the same", worst, "agree"),

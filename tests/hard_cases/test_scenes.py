@@ -65,7 +65,7 @@ FRICTION = st.one_of(powers(-8, 1), st.sampled_from([0.0, math.inf, 0.5]))
 CONSTANTS = {
     "intrinsic_friction": or_nonsense(FRICTION),
     "radius": or_nonsense(powers(-1, 6)),
-    "load": or_nonsense(powers(-12, -1)),
+    "normal_load": or_nonsense(powers(-12, -1)),
     "poisson": or_nonsense(st.one_of(st.floats(-0.9, 0.4999), st.sampled_from([0.0, 0.49, 1 / 3]))),
     "aspect_ratio": or_nonsense(powers(-2, 2)),
     "pin": st.sampled_from(["parabola", "parabola", "flat_punch"]),
@@ -74,11 +74,11 @@ CONSTANTS = {
 NUMERICS = {
     "scheme": st.sampled_from(get_args(Scheme)),
     "support": st.sampled_from(["bonded", "frictionless", "right_side"]),
-    "first_touch": st.sampled_from(["stick", "frictionless", "gradual"]),
+    "initial_contact": st.sampled_from(["stick", "frictionless", "gradual"]),
 }
 SLIP = {
-    "order": st.sampled_from(["worst_first", "simultaneous"]),
-    "residual": or_nonsense(st.one_of(st.floats(0.0, 1.0), st.sampled_from([0.0, 0.5, 0.999, 1.0]))),
+    "slip_order": st.sampled_from(["worst_first", "simultaneous"]),
+    "residual_shear": or_nonsense(st.one_of(st.floats(0.0, 1.0), st.sampled_from([0.0, 0.5, 0.999, 1.0]))),
     "event_floor": or_nonsense(powers(-12, 0)),
 }
 EFFECTS = {name: st.sampled_from([True, True, False]) for name in ("friction", "coupling", "pin_translation")}

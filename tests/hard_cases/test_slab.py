@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 
 from solver.case import Case, Scales, Scheme, Slab, SlipRule, Support
-from solver.contact.initial import first_touch
+from solver.contact.initial import initial_contact
 from solver.elasticity.compliance import SurfaceCompliance
 from solver.elasticity.conditioning import ILL_CONDITIONED, Conditioning, conditioning
 from solver.outcome import Ending, InvalidInput, SingularOperator
@@ -32,8 +32,8 @@ RULE = SlipRule(cascade_limit=100_000)
 
 def _case(slab: Slab) -> Case:
     # A pillar moves by 1e7 loads: a load that leaves it about its own width.
-    load, radius = (1e-9, 2e8) if slab.aspect_ratio > 50.0 else (1e-3, 200.0)
-    return Case(slab=slab, load=load, radius=radius, slip_rule=RULE, max_events=1)
+    normal_load, radius = (1e-9, 2e8) if slab.aspect_ratio > 50.0 else (1e-3, 200.0)
+    return Case(slab=slab, normal_load=normal_load, radius=radius, slip_rule=RULE, max_events=1)
 
 
 def _slabs(scheme: Scheme, sizes: tuple[int, ...]) -> list[Slab]:
@@ -142,15 +142,15 @@ def test_nanometres_and_metres_are_one_case() -> None:
     records = []
     for width in (1e-7, 1e-3, 1.0):
         scales = Scales(slab_width=width, slab_depth=10.0 * width, shear_modulus=1e10)
-        radius, height, load = 200.0 * width, 0.75 * width, 1e-3 * 1e10 * width * (10.0 * width)
+        radius, height, normal_load = 200.0 * width, 0.75 * width, 1e-3 * 1e10 * width * (10.0 * width)
         slab = Slab(33, aspect_ratio=height / width)
-        case = Case(slab=slab, radius=radius / width, load=load / scales.force, max_events=60)
+        case = Case(slab=slab, radius=radius / width, normal_load=normal_load / scales.force, max_events=60)
         records.append(slide(case, compliance_of(slab)))
     for other in records[1:]:
         np.testing.assert_array_equal(other.node, records[0].node)
         np.testing.assert_array_equal(other.slips, records[0].slips)
         # The groups agree to a few roundings, which a cascade of slips multiplies.
-        np.testing.assert_allclose(other.force_after, records[0].force_after, atol=1e-10 * records[0].load)
+        np.testing.assert_allclose(other.force_after, records[0].force_after, atol=1e-10 * records[0].normal_load)
         np.testing.assert_allclose(other.displacement, records[0].displacement, rtol=1e-10)
 
 
@@ -163,7 +163,7 @@ def test_an_operator_that_does_negative_work_is_detected_and_named() -> None:
     values[:8] = -values[-1]
     broken = SurfaceCompliance((vectors * values) @ vectors.T, slab)
     assert not conditioning(broken.matrix).positive_definite
-    state = first_touch(_case(slab), broken)
+    state = initial_contact(_case(slab), broken)
     record = slide(replace(_case(slab), max_events=50), broken)
     outcome = record.outcome if state.outcome.ok else state.outcome
     assert not outcome.ok

@@ -9,8 +9,8 @@ from typing import Any, get_args
 import numpy as np
 import pytest
 
-from solver.case import Case, Effects, FirstTouch, Heterogeneity, Scheme, Slab, SlipRule, Support
-from solver.contact.initial import first_touch
+from solver.case import Case, Effects, Heterogeneity, InitialContact, Scheme, Slab, SlipRule, Support
+from solver.contact.initial import initial_contact
 from solver.contact.state import mirrored
 from solver.elasticity.compliance import SurfaceCompliance
 from solver.outcome import Ending, InvalidInput
@@ -37,8 +37,8 @@ RECIPROCAL: tuple[Callable[[Slab], SurfaceCompliance], ...] = (half_plane, coupl
 FLOORS = (1e-12, 1e-10, 1e-8, 1e-7, 1e-6, 1e-5, 1e-4)
 
 
-def _case(friction: float, residual: float, slab: Slab, limit: int = 200_000) -> Case:
-    rule = SlipRule(residual=residual, cascade_limit=limit)
+def _case(friction: float, residual_shear: float, slab: Slab, limit: int = 200_000) -> Case:
+    rule = SlipRule(residual_shear=residual_shear, cascade_limit=limit)
     return Case(slab=slab, intrinsic_friction=friction, slip_rule=rule, max_events=1, max_displacement=0.02)
 
 
@@ -47,58 +47,64 @@ def _pairs() -> list[tuple[float, float]]:
 
 
 def _tried(
-    friction: float, residual: float, scheme: Scheme, limit: int = 200_000, first_touch: FirstTouch = "stick"
+    friction: float,
+    residual_shear: float,
+    scheme: Scheme,
+    limit: int = 200_000,
+    initial_contact: InitialContact = "stick",
 ) -> Followed:
     slab = Slab(N, scheme=scheme)
-    case = replace(_case(friction, residual, slab, limit), first_touch=first_touch)
+    case = replace(_case(friction, residual_shear, slab, limit), initial_contact=initial_contact)
     return follow(case, compliance_of(slab), 8, 60)
 
 
 @pytest.mark.parametrize("scheme", SCHEMES)
-@pytest.mark.parametrize(("friction", "residual"), _pairs())
+@pytest.mark.parametrize(("friction", "residual_shear"), _pairs())
 def test_every_friction_and_residual_obeys_the_laws_or_says_why_not(
-    friction: float, residual: float, scheme: Scheme
+    friction: float, residual_shear: float, scheme: Scheme
 ) -> None:
-    seen = _tried(friction, residual, scheme)
+    seen = _tried(friction, residual_shear, scheme)
     assert not seen.broken
     assert set(seen.endings) <= NAMED
     # Coulomb friction has one answer as long as μ_i is of the order of one: there nothing may fail.
-    if residual == 1.0 and Ending.CONTACT_NOT_CONVERGED in seen.endings:
+    if residual_shear == 1.0 and Ending.CONTACT_NOT_CONVERGED in seen.endings:
         # All at once there may be no answer; with growing load there is, as the user is told.
         assert "gradual" in " ".join(seen.messages)
-        seen = _tried(friction, residual, scheme, first_touch="gradual")
+        seen = _tried(friction, residual_shear, scheme, initial_contact="gradual")
         assert not seen.broken
         assert set(seen.endings) <= ({Ending.COMPLETED} if 1e-3 <= friction <= 1.0 else NAMED)
     elif friction <= 1.0:
         # Less than the pin's slopes, 1e-3 here, it cannot hold a node on a flank.
         assert set(seen.endings) <= {Ending.COMPLETED, *([Ending.STEEP_PIN] if friction < 1e-3 else [])}
     elif set(seen.endings) != {Ending.COMPLETED}:
-        assert "intrinsic_friction" in " ".join(seen.messages) or "slip.residual" in " ".join(seen.messages)
+        assert "intrinsic_friction" in " ".join(seen.messages) or "slip.residual_shear" in " ".join(seen.messages)
 
 
-def _imbalance(operator: Callable[[Slab], SurfaceCompliance], friction: float, residual: float) -> tuple[float, float]:
+def _imbalance(
+    operator: Callable[[Slab], SurfaceCompliance], friction: float, residual_shear: float
+) -> tuple[float, float]:
     """Work of pin and load less what is stored and lost, over the work; least dissipation of an event, over the work."""
     slab = Slab(N, poisson=0.2)
     compliance = operator(slab)
-    case = replace(_case(friction, residual, slab, 10**6), max_events=100)
-    start = first_touch(case, compliance)
+    case = replace(_case(friction, residual_shear, slab, 10**6), max_events=100)
+    start = initial_contact(case, compliance)
     record, end = slide_to_state(case, compliance, start)
     edges = np.concatenate(([0.0], record.displacement, [record.final_displacement]))
     before = np.concatenate((record.force_before, [record.final_force]))
     after = np.concatenate(([record.initial_force], record.force_after))
-    done = float(((before + after) / 2) @ np.diff(edges)) + case.load * (end.approach - start.approach)
+    done = float(((before + after) / 2) @ np.diff(edges)) + case.normal_load * (end.approach - start.approach)
     kept = stored_energy(end) - stored_energy(start)
     scale = float((np.abs(before) + np.abs(after)) @ np.diff(edges)) / 2 + abs(kept)
     return abs(done - kept - float(record.dissipated.sum())) / scale, -float(record.dissipated.min(initial=0.0)) / scale
 
 
 @pytest.mark.parametrize("operator", RECIPROCAL)
-@pytest.mark.parametrize("residual", [0.0, 0.5, 0.999])
+@pytest.mark.parametrize("residual_shear", [0.0, 0.5, 0.999])
 @pytest.mark.parametrize("friction", [0.05, 1.0, 10.0])
 def test_energy_is_balanced_and_never_created(
-    friction: float, residual: float, operator: Callable[[Slab], SurfaceCompliance]
+    friction: float, residual_shear: float, operator: Callable[[Slab], SurfaceCompliance]
 ) -> None:
-    imbalance, created = _imbalance(operator, friction, residual)
+    imbalance, created = _imbalance(operator, friction, residual_shear)
     assert imbalance < 1e-9  # of 1e5 slips of a thousandth each, rounding of every one
     assert created < 1e-12
 
@@ -106,13 +112,13 @@ def test_energy_is_balanced_and_never_created(
 @pytest.mark.parametrize("scheme", SCHEMES)
 @pytest.mark.parametrize("seed", range(3))
 def test_rounding_does_not_decide_ties_of_mirror_nodes(seed: int, scheme: Scheme) -> None:
-    """A symmetric first touch is all ties: the node further right goes first (PLACE in solver/_kernels.py), so that a
+    """A symmetric initial contact is all ties: the node further right goes first (PLACE in solver/_kernels.py), so that a
     compliance wrong by a few roundings leads through the same slips."""
     slab = Slab(65, scheme=scheme)
     case = Case(slab=slab, intrinsic_friction=0.1)
     exact = compliance_of(slab)
     noise = 1.0 + 4e-16 * np.random.default_rng(seed).standard_normal(exact.matrix.shape)
-    first, second = (first_touch(case, one) for one in (exact, SurfaceCompliance(exact.matrix * noise, slab)))
+    first, second = (initial_contact(case, one) for one in (exact, SurfaceCompliance(exact.matrix * noise, slab)))
     assert first.slips == second.slips > 100
     np.testing.assert_allclose(second.slip, first.slip, atol=1e-9 * np.abs(first.slip).max())
 
@@ -124,14 +130,14 @@ def test_rounding_does_not_decide_ties_of_mirror_nodes(seed: int, scheme: Scheme
 def test_sliding_left_mirrors_sliding_right(support: Support, scheme: Scheme) -> None:
     """From a symmetric contact: the same events at mirrored nodes, in ties the node ahead first, forces of other sign."""
     slab = Slab(N, support=support, scheme=scheme)
-    case = Case(slab=slab, first_touch="frictionless", max_events=40)
+    case = Case(slab=slab, initial_contact="frictionless", max_events=40)
     compliance = compliance_of(slab)
-    start = first_touch(case, compliance)
+    start = initial_contact(case, compliance)
     right, left = slide(case, compliance, start), slide(case, compliance, mirrored(case, start))
     np.testing.assert_array_equal(left.node, right.node)
     np.testing.assert_array_equal(left.slips, right.slips)
     # The contact is symmetric to rounding times its condition.
-    np.testing.assert_allclose(left.force_after, right.force_after, atol=1e-9 * case.load)
+    np.testing.assert_allclose(left.force_after, right.force_after, atol=1e-9 * case.normal_load)
 
 
 def test_a_mirror_image_of_a_mirror_image_is_the_contact_itself() -> None:
@@ -145,7 +151,7 @@ def test_a_mirror_image_of_a_mirror_image_is_the_contact_itself() -> None:
 
 def test_a_slab_held_at_one_side_has_no_mirror_image() -> None:
     case = Case(slab=Slab(N, support="right_side"))
-    state = first_touch(case, compliance_of(case.slab))
+    state = initial_contact(case, compliance_of(case.slab))
     with pytest.raises(InvalidInput, match="right_side"):
         mirrored(case, state)
 
@@ -157,17 +163,17 @@ def test_a_slab_held_at_one_side_has_no_mirror_image() -> None:
 def test_what_lies_left_and_right_unlike_has_no_mirror_image_of_one_case(drawn: Heterogeneity, word: str) -> None:
     """The state could be turned, but what slides on from it would meet the nodes and the pin of the case, unturned."""
     case = Case(slab=Slab(N), heterogeneity=drawn)
-    state = first_touch(case, compliance_of(case.slab))
+    state = initial_contact(case, compliance_of(case.slab))
     with pytest.raises(InvalidInput, match=word):
         mirrored(case, state)
 
 
-def _turned_back(scheme: Scheme, residual: float) -> Followed:
+def _turned_back(scheme: Scheme, residual_shear: float) -> Followed:
     """Right until friction is full, left until it is full again, right once more; laws after every stretch and in between."""
     slab = Slab(N, scheme=scheme)
     compliance = compliance_of(slab)
-    case = Case(slab=slab, slip_rule=SlipRule(residual=residual), max_events=25, max_displacement=1.0)
-    seen, state = Followed(), first_touch(case, compliance)
+    case = Case(slab=slab, slip_rule=SlipRule(residual_shear=residual_shear), max_events=25, max_displacement=1.0)
+    seen, state = Followed(), initial_contact(case, compliance)
     for _ in range(3):
         for _ in range(20):
             seen.record, state = slide_to_state(case, compliance, state)
@@ -181,14 +187,14 @@ def _turned_back(scheme: Scheme, residual: float) -> Followed:
 
 
 @pytest.mark.parametrize("scheme", SCHEMES)
-@pytest.mark.parametrize("residual", [0.0, 0.5])
-def test_a_pin_that_turns_back_obeys_the_laws(residual: float, scheme: Scheme) -> None:
-    seen = _turned_back(scheme, residual)
+@pytest.mark.parametrize("residual_shear", [0.0, 0.5])
+def test_a_pin_that_turns_back_obeys_the_laws(residual_shear: float, scheme: Scheme) -> None:
+    seen = _turned_back(scheme, residual_shear)
     assert not seen.broken
     assert set(seen.endings) == {Ending.COMPLETED}
     # After turning, friction opposes the new motion: in the mirror it is positive again.
     assert seen.record is not None
-    assert seen.record.final_force > 0.2 * seen.record.load
+    assert seen.record.final_force > 0.2 * seen.record.normal_load
 
 
 @pytest.mark.parametrize("operator", RECIPROCAL)
@@ -201,7 +207,7 @@ def test_turning_back_dissipates_and_balances_its_energy(operator: Callable[[Sla
     record, end = slide_to_state(case, compliance, start)
     before = np.concatenate(([record.initial_force], record.force_after[:-1]))
     steps = np.diff(record.displacement, prepend=start.displacement)
-    work = float(((before + record.force_before) / 2) @ steps) + case.load * (end.approach - start.approach)
+    work = float(((before + record.force_before) / 2) @ steps) + case.normal_load * (end.approach - start.approach)
     lost = float(record.dissipated.sum())
     scale = float(np.abs(before) @ steps)
     # On the way through zero the pin first gives back what it had stored.
@@ -236,14 +242,17 @@ def test_the_event_floor_does_not_matter_in_its_range() -> None:
 
 
 LIGHT = {
-    **{f"W = {load:g}": {"load": load, "radius": 0.2 / load} for load in (1e-3, 1e-7, 1e-9, 1e-12, 1e-20)},
-    "W = 1e-9, one node": {"load": 1e-9},
-    "W = 1e-12, one node": {"load": 1e-12},
-    "μ_i = 1e-3": {"intrinsic_friction": 1e-3, "load": 1e-5, "radius": 2e4},
-    "μ_i = 1e-5": {"intrinsic_friction": 1e-5, "load": 1e-7, "radius": 2e6},
-    "μ_i = 1e-8": {"intrinsic_friction": 1e-8, "load": 1e-11, "radius": 2e10},
+    **{
+        f"W = {normal_load:g}": {"normal_load": normal_load, "radius": 0.2 / normal_load}
+        for normal_load in (1e-3, 1e-7, 1e-9, 1e-12, 1e-20)
+    },
+    "W = 1e-9, one node": {"normal_load": 1e-9},
+    "W = 1e-12, one node": {"normal_load": 1e-12},
+    "μ_i = 1e-3": {"intrinsic_friction": 1e-3, "normal_load": 1e-5, "radius": 2e4},
+    "μ_i = 1e-5": {"intrinsic_friction": 1e-5, "normal_load": 1e-7, "radius": 2e6},
+    "μ_i = 1e-8": {"intrinsic_friction": 1e-8, "normal_load": 1e-11, "radius": 2e10},
     "thin": {"slab": Slab(129, aspect_ratio=1e-3)},
-    "frozen pressures": {"load": 1e-9, "effects": Effects(pin_translation=False)},
+    "frozen pressures": {"normal_load": 1e-9, "effects": Effects(pin_translation=False)},
 }
 """What the paper's event floor would push beyond its friction limit, or nearly: light loads, little friction, stiff slabs."""
 
@@ -255,20 +264,26 @@ def test_the_friction_law_holds_before_every_event(name: str) -> None:
     record = slide(case, compliance_of(case.slab))
     assert record.outcome.ok, record.outcome
     assert len(record.kind) == 2000
-    assert record.force_before.max() <= case.intrinsic_friction * case.load * (1 + 1e-4)
+    assert record.force_before.max() <= case.intrinsic_friction * case.normal_load * (1 + 1e-4)
     assert np.diff(record.displacement, prepend=0.0).min() > 0.0
 
 
 def test_with_frozen_pressures_the_load_is_but_a_unit() -> None:
-    """With W·R kept and no coupling, by which nodes move under the pin at first touch, nothing else has a length once the event
-    floor is one of elastic stretch: the same record at W = 2^-20 and 2^-50, to the bit, as powers of two leave digits alone."""
+    """With W·R kept and no coupling, by which nodes move under the pin at initial contact, nothing else has a length once the
+    event floor is one of elastic stretch: the same record at W = 2^-20 and 2^-50, to the bit, powers of two leave digits be."""
     effects = Effects(coupling=False, pin_translation=False)
     one, other = (
         slide(
-            Case(load=load, radius=0.2 / load, slab=Slab(65), effects=effects, slip_rule=SlipRule(event_floor=2e-6)),
+            Case(
+                normal_load=normal_load,
+                radius=0.2 / normal_load,
+                slab=Slab(65),
+                effects=effects,
+                slip_rule=SlipRule(event_floor=2e-6),
+            ),
             compliance_of(Slab(65)),
         )
-        for load in (2.0**-20, 2.0**-50)
+        for normal_load in (2.0**-20, 2.0**-50)
     )
     assert one.outcome.ok
     assert len(one.kind) == 2000
@@ -278,11 +293,14 @@ def test_with_frozen_pressures_the_load_is_but_a_unit() -> None:
         np.testing.assert_array_equal(getattr(one, name), getattr(other, name), err_msg=name)
 
 
-@pytest.mark.parametrize("load", [1e-3, 1e-7, 1e-12, 1e-20])
-def test_with_frozen_pressures_the_smallest_step_is_that_of_moving_ones(load: float) -> None:
+@pytest.mark.parametrize("normal_load", [1e-3, 1e-7, 1e-12, 1e-20])
+def test_with_frozen_pressures_the_smallest_step_is_that_of_moving_ones(normal_load: float) -> None:
     """Taken, and not undercut: of 2000 events some follow each other at once."""
     case = Case(
-        load=load, radius=0.2 / load, effects=Effects(pin_translation=False), slip_rule=SlipRule(event_floor=1e-5)
+        normal_load=normal_load,
+        radius=0.2 / normal_load,
+        effects=Effects(pin_translation=False),
+        slip_rule=SlipRule(event_floor=1e-5),
     )
     record = slide(case, compliance_of(case.slab))
     assert record.outcome.ok, record.outcome
@@ -295,13 +313,14 @@ def _beyond(name: str) -> float:
     """By how much the friction force exceeds μ_i·W before an event, as a share of it; 0 where it does not."""
     case = Case(**LIGHT[name])  # type: ignore[arg-type]
     record = slide(case, compliance_of(case.slab))
-    return max(float(record.force_before.max()) / (case.intrinsic_friction * case.load) - 1.0, 0.0)
+    return max(float(record.force_before.max()) / (case.intrinsic_friction * case.normal_load) - 1.0, 0.0)
 
 
 def test_a_record_does_not_depend_on_the_load_alone() -> None:
     """With W·R kept, W is a unit: F/W over δ_p/W is the same to what the pin's shift against the nodes changes."""
     plateaus = [
-        plateau_of(slide(Case(**LIGHT[f"W = {load:g}"]), compliance_of(Slab()))).mean for load in (1e-7, 1e-9, 1e-12)
+        plateau_of(slide(Case(**LIGHT[f"W = {normal_load:g}"]), compliance_of(Slab()))).mean
+        for normal_load in (1e-7, 1e-9, 1e-12)
     ]  # type: ignore[arg-type]
     # Records are chaotic and span 1e-5 spacings of these: they agree as far as 2000 events know their mean.
     np.testing.assert_allclose(plateaus, 0.2655, rtol=2e-3)
@@ -344,7 +363,7 @@ def test_a_cascade_of_a_million_slips_obeys_the_laws(scheme: Scheme) -> None:
     seen = follow(case, compliance_of(slab), 1, 2)
     assert not seen.broken
     assert set(seen.endings) == {Ending.COMPLETED}
-    assert first_touch(case, compliance_of(slab)).slips > (1_000_000 if scheme == "biquadratic" else 100_000)
+    assert initial_contact(case, compliance_of(slab)).slips > (1_000_000 if scheme == "biquadratic" else 100_000)
 
 
 def test_a_contact_that_never_slips_says_so() -> None:
@@ -357,36 +376,39 @@ def test_a_contact_that_never_slips_says_so() -> None:
 
 
 def test_residual_shear_is_what_is_left() -> None:
-    """|shear| of the node that slipped last is residual·μ_i·pressure, in every residual."""
+    """|shear| of the node that slipped last is residual_shear·μ_i·pressure, in every residual."""
     slab = Slab(N)
     compliance = compliance_of(slab)
-    for residual in (0.0, 0.5, 0.999):
-        case = replace(_case(0.5, residual, slab), max_events=1, max_displacement=None)
-        state = first_touch(case, compliance)
+    for residual_shear in (0.0, 0.5, 0.999):
+        case = replace(_case(0.5, residual_shear, slab), max_events=1, max_displacement=None)
+        state = initial_contact(case, compliance)
         for _ in range(30):
             record, state = slide_to_state(case, compliance, state)
             if record.slips[0] == 1 and record.kind[0] == 0 and record.touches[0] == record.releases[0] == 0:
                 node = record.node[0]
-                left = abs(state.nodal_force[0, node]) - residual * 0.5 * -state.nodal_force[1, node]
-                assert abs(left) < 1e-12 * case.load
+                left = abs(state.nodal_force[0, node]) - residual_shear * 0.5 * -state.nodal_force[1, node]
+                assert abs(left) < 1e-12 * case.normal_load
 
 
 STEEP = {
     # How steep a pin is where it touches, against μ_i, decides; below half of μ_i all is well.
     "paper": ({}, True),
-    "small pin, small load": ({"radius": 0.5, "load": 1e-4, "intrinsic_friction": 0.5, "max_displacement": 0.1}, True),
-    "small pin, slope above half of μ_i": ({"radius": 0.2, "load": 3e-2, "intrinsic_friction": 0.1}, False),
+    "small pin, small load": (
+        {"radius": 0.5, "normal_load": 1e-4, "intrinsic_friction": 0.5, "max_displacement": 0.1},
+        True,
+    ),
+    "small pin, slope above half of μ_i": ({"radius": 0.2, "normal_load": 3e-2, "intrinsic_friction": 0.1}, False),
     "steep against a small μ_i": ({"intrinsic_friction": 1e-3}, False),
-    "above 45°": ({"radius": 0.02, "load": 0.1}, False),
+    "above 45°": ({"radius": 0.02, "normal_load": 0.1}, False),
     "rough, slopes of some hundredths": ({"heterogeneity": _waves(1e-4)}, True),
     "rough, slopes of some tens": ({"heterogeneity": _waves(0.3), "radius": 1.0}, False),
     "rough, slopes near μ_i": ({"heterogeneity": _waves(3e-3), "radius": 1.0, "intrinsic_friction": 0.1}, False),
 }
 
 
-def _steep(scheme: Scheme, residual: float, changes: dict[str, Any]) -> FrictionRecord:
+def _steep(scheme: Scheme, residual_shear: float, changes: dict[str, Any]) -> FrictionRecord:
     slab = Slab(N, scheme=scheme)
-    rule = SlipRule(residual=residual, cascade_limit=20_000)
+    rule = SlipRule(residual_shear=residual_shear, cascade_limit=20_000)
     case = Case(**{"slab": slab, "slip_rule": rule, "max_events": 60, "max_displacement": 0.3, **changes})
     return slide(case, compliance_of(slab))
 
@@ -397,12 +419,12 @@ def _created(record: FrictionRecord) -> float:
 
 
 @pytest.mark.parametrize("scheme", SCHEMES)
-@pytest.mark.parametrize("residual", [0.0, 0.5, 0.9])
+@pytest.mark.parametrize("residual_shear", [0.0, 0.5, 0.9])
 @pytest.mark.parametrize("name", STEEP)
-def test_no_completed_record_creates_energy(name: str, residual: float, scheme: Scheme) -> None:
+def test_no_completed_record_creates_energy(name: str, residual_shear: float, scheme: Scheme) -> None:
     """Rounding leaves 1e-30 of it at the default event floor; steep pins left 1e-4 to 1e-1 (1e-10: between them)."""
     changes, flat = STEEP[name]
-    record = _steep(scheme, residual, changes)
+    record = _steep(scheme, residual_shear, changes)
     assert _created(record) < 1e-10 or record.outcome.ending is Ending.STEEP_PIN
     assert record.outcome.ending in (Ending.COMPLETED, Ending.STEEP_PIN)
     assert record.outcome.ok or not flat
@@ -412,7 +434,11 @@ def test_no_completed_record_creates_energy(name: str, residual: float, scheme: 
 
 @pytest.mark.parametrize("name", [name for name, (_, flat) in STEEP.items() if not flat])
 def test_every_kind_of_steep_pin_is_named_somewhere(name: str) -> None:
-    endings = {_steep(scheme, residual, STEEP[name][0]).outcome.ending for scheme in SCHEMES for residual in (0.0, 0.5)}
+    endings = {
+        _steep(scheme, residual_shear, STEEP[name][0]).outcome.ending
+        for scheme in SCHEMES
+        for residual_shear in (0.0, 0.5)
+    }
     assert Ending.STEEP_PIN in endings
 
 
@@ -420,7 +446,9 @@ def test_sliding_at_the_limit_up_a_flank_steeper_than_friction_is_named() -> Non
     """Residual 1 has a solver of its own: at μ_i = 0.05 and a slope of 0.7 a fiftieth of the work came from nowhere."""
     for friction, steep in ((0.05, True), (1.0, False)):
         slab = Slab(17)
-        case = Case(slab=slab, radius=0.1, load=0.1, intrinsic_friction=friction, slip_rule=SlipRule(residual=1.0))
+        case = Case(
+            slab=slab, radius=0.1, normal_load=0.1, intrinsic_friction=friction, slip_rule=SlipRule(residual_shear=1.0)
+        )
         record = slide(replace(case, max_events=40, max_displacement=0.1), compliance_of(slab))
         assert record.outcome.ending is (Ending.STEEP_PIN if steep else Ending.COMPLETED)
 
@@ -429,9 +457,14 @@ def test_slips_at_once_that_create_energy_are_named() -> None:
     """Without coupling all nodes of a punch slip at once by what each would alone, and overshoot: a third of the events gain."""
     slab = Slab(33, poisson=0.49)
     case = Case(
-        load=6.2e-6, pin="flat_punch", slab=slab, intrinsic_friction=0.0726, effects=Effects(coupling=False), max_events=2000
-    )  # fmt: skip
-    record = slide(replace(case, slip_rule=SlipRule(order="simultaneous")), compliance_of(slab))
+        normal_load=6.2e-6,
+        pin="flat_punch",
+        slab=slab,
+        intrinsic_friction=0.0726,
+        effects=Effects(coupling=False),
+        max_events=2000,
+    )
+    record = slide(replace(case, slip_rule=SlipRule(slip_order="simultaneous")), compliance_of(slab))
     assert record.outcome.ending is Ending.ENERGY_CREATED
     assert "worst_first" in record.outcome.message
     assert slide(case, compliance_of(slab)).outcome.ok
@@ -440,7 +473,7 @@ def test_slips_at_once_that_create_energy_are_named() -> None:
 def test_a_slab_that_pushes_where_it_is_pushed_has_no_friction() -> None:
     """The stencil's operator of a thin slab is indefinite: K = -19 gave a plateau of -0.04, completed."""
     slab = Slab(65, aspect_ratio=0.0108, poisson=0.0, support="right_side", scheme="biquadratic")
-    case = Case(load=5.8e-4, radius=3600.0, intrinsic_friction=0.64, slab=slab, effects=Effects(coupling=False))
+    case = Case(normal_load=5.8e-4, radius=3600.0, intrinsic_friction=0.64, slab=slab, effects=Effects(coupling=False))
     record = slide(replace(case, max_events=500), compliance_of(slab))
     assert record.initial_stiffness < 0.0
     assert record.outcome.ending is Ending.SINGULAR_OPERATOR
@@ -456,13 +489,13 @@ def rows() -> list[Row]:
     plateaus = _plateaus()
     apart = {floor: abs(plateau / plateaus[1e-12] - 1.0) for floor, plateau in plateaus.items()}
     shares = ", ".join(f"{floor:.0e}: {share:.0e}" for floor, share in apart.items() if floor > 1e-8)
-    turned = [_turned_back(scheme, residual) for scheme in SCHEMES for residual in (0.0, 0.5)]
+    turned = [_turned_back(scheme, residual_shear) for scheme in SCHEMES for residual_shear in (0.0, 0.5)]
     balance = f"imbalance {max(i for i, _ in energy):.0e} of the work, created {max(c for _, c in energy):.0e}"
     flanks = [
-        _steep(scheme, residual, changes)
+        _steep(scheme, residual_shear, changes)
         for changes, _ in STEEP.values()
         for scheme in SCHEMES
-        for residual in (0.0, 0.5)
+        for residual_shear in (0.0, 0.5)
     ]
     endings = Counter(record.outcome.ending.value for record in flanks)
     return [
@@ -475,7 +508,7 @@ def rows() -> list[Row]:
         ),
         Row(
             "slip",
-            "μ_i 0 to 1e6 and infinite, residual 0 to 1",
+            "μ_i 0 to 1e6 and infinite, residual_shear 0 to 1",
             "contact laws",
             shown(worst_of(runs)),
             endings_of(runs),

@@ -10,7 +10,7 @@ from solver.outcome import InvalidInput
 
 
 def test_whole_numbers_and_reals_make_the_same_case() -> None:
-    assert Case(radius=200, load=1e-3) == Case(radius=200.0, load=1e-3)
+    assert Case(radius=200, normal_load=1e-3) == Case(radius=200.0, normal_load=1e-3)
     assert Slab(n_x=129.0) == Slab(n_x=129)  # type: ignore[arg-type]
 
 
@@ -68,12 +68,12 @@ def test_the_default_grading_is_good_or_as_good_as_the_surface(n_x: int, aspect_
         (lambda: Case(intrinsic_friction=-0.1), "intrinsic_friction = -0.1"),
         (lambda: Case(intrinsic_friction=math.nan), "intrinsic_friction = nan"),
         (lambda: Case(radius=-5), "radius = -5"),
-        (lambda: Case(load=0), "load = 0"),
-        (lambda: Case(load="1"), "load = '1'"),  # type: ignore[arg-type]
+        (lambda: Case(normal_load=0), "normal_load = 0"),
+        (lambda: Case(normal_load="1"), "normal_load = '1'"),  # type: ignore[arg-type]
         (lambda: Case(max_events=None), "max_events, max_displacement and max_spacings"),
         (lambda: Case(half_width=0.6), "half_width = 0.6"),
-        (lambda: SlipRule(residual=1.5), "residual = 1.5"),
-        (lambda: SlipRule(residual=-0.1), "residual = -0.1"),
+        (lambda: SlipRule(residual_shear=1.5), "residual_shear = 1.5"),
+        (lambda: SlipRule(residual_shear=-0.1), "residual_shear = -0.1"),
         (lambda: SlipRule(event_floor=0.0), "event_floor = 0.0"),
         (lambda: SlipRule(event_floor=1e-20), "event_floor = 1e-20: needs 1e-14"),
         (lambda: Case(start=1.01), "start = 1.01: needs 0 ≤ start ≤ 1"),

@@ -71,15 +71,15 @@ def drawn(seed: int) -> Case:
     support = "bonded" if scheme == "half_plane" else str(rng.choice(["bonded", "bonded", "right_side"]))
     slab = Slab(int(rng.choice([65, 129])), height, poisson, support, scheme)  # type: ignore[arg-type]
     half_width = math.exp(rng.uniform(math.log(7), math.log(50))) / 2 * slab.spacing
-    load = 10.0 ** rng.uniform(-5.0, -2.7)
+    normal_load = 10.0 ** rng.uniform(-5.0, -2.7)
     return Case(
         intrinsic_friction=math.exp(rng.uniform(math.log(0.05), math.log(0.9))),
-        radius=half_width**2 * math.pi / (2 * load * (1 - poisson)),
-        load=load,
+        radius=half_width**2 * math.pi / (2 * normal_load * (1 - poisson)),
+        normal_load=normal_load,
         slab=slab,
         slip_rule=SlipRule(
-            order=str(rng.choice(["worst_first", "worst_first", "simultaneous"])),  # type: ignore[arg-type]
-            residual=float(rng.choice([0.0, 0.0, 0.0, 0.5])),
+            slip_order=str(rng.choice(["worst_first", "worst_first", "simultaneous"])),  # type: ignore[arg-type]
+            residual_shear=float(rng.choice([0.0, 0.0, 0.0, 0.5])),
         ),
         max_events=MOST_EVENTS,
         max_spacings=LENGTHS[-1],
@@ -101,7 +101,7 @@ def driven(case: Case, record: FrictionRecord) -> Drive:
     """A drive like the paper's on this contact: as soft a spring, as many periods, a stage that goes as far."""
     spring = 0.004 * record.initial_stiffness
     duration = 20.0 * 2.0 * math.pi / math.sqrt(spring)
-    return Drive(spring, 0.1, 3.0 * case.intrinsic_friction * case.load / spring / duration, duration, samples=2)
+    return Drive(spring, 0.1, 3.0 * case.intrinsic_friction * case.normal_load / spring / duration, duration, samples=2)
 
 
 def read(case: Case, record: FrictionRecord) -> Reading:

@@ -92,7 +92,7 @@ def elliptic_energies(
     middle = basis.get_dofs(lambda p: np.isclose(p[1], -aspect_ratio) & np.isclose(p[0], 0.0)).all("u^1")
     held = bottom.all() if support == "bonded" else np.concatenate((bottom.all("u^2"), middle))
     free = np.setdiff1d(np.arange(basis.N), held)
-    force = np.column_stack([asm(load, top) for load in (along_x, along_z)])[free]
+    force = np.column_stack([asm(normal_load, top) for normal_load in (along_x, along_z)])[free]
     stiffness = asm(elasticity(poisson), basis)[free][:, free].tocsc()
     moved = splu(stiffness, permc_spec="MMD_AT_PLUS_A", diag_pivot_thresh=0.01, options={"SymmetricMode": True}).solve(
         force

@@ -11,7 +11,7 @@ import pytest
 from scipy.integrate import quad
 
 from solver.case import Case, Slab
-from solver.contact.initial import first_touch
+from solver.contact.initial import initial_contact
 from solver.elasticity.compliance import slab_compliance
 from tests.verification.seen import listed, observed_order, seen
 
@@ -36,8 +36,8 @@ def test_pressure_and_outward_shear(poisson: float) -> None:
     errors, grids = [], (33, 65, 129, 257)
     for n_x in grids:
         slab = Slab(n_x=n_x, poisson=poisson, scheme="half_plane")
-        case = Case(slab=slab, pin="flat_punch", half_width=HALF_WIDTH, load=LOAD, intrinsic_friction=math.inf)
-        state = first_touch(case, slab_compliance(slab))
+        case = Case(slab=slab, pin="flat_punch", half_width=HALF_WIDTH, normal_load=LOAD, intrinsic_friction=math.inf)
+        state = initial_contact(case, slab_compliance(slab))
         assert state.outcome.ok
         force, h = state.nodal_force / LOAD, slab.spacing
         middle, count = n_x // 2, round(0.7 * HALF_WIDTH / h)

@@ -90,7 +90,7 @@ def test_blocks_alone_would_not_have_held(measured: dict[int, list[Verdict]]) ->
             plateau = plateau_of(record)
             if plateau.outcome.ok:
                 blocks = teeth(record).block_means(plateau.start, plateau.end, BLOCKS)
-                again[member] = known[member] * plateau.uncertainty * record.load / mean_uncertainty(blocks)
+                again[member] = known[member] * plateau.uncertainty * record.normal_load / mean_uncertainty(blocks)
         assert np.array_equal(np.isfinite(again), np.isfinite(known))  # a cut record is a shorter one
         before.append(again)
     one, two = held(before, 1.0), held(before, 2.0)

@@ -1,4 +1,4 @@
-"""Cattaneo and Mindlin: at residual 1, and on the way to it, an uncoupled contact slips from its edges as they found."""
+"""Cattaneo and Mindlin: at residual_shear 1, and on the way to it, an uncoupled contact slips from its edges as they found."""
 
 import numpy as np
 import pytest
@@ -13,15 +13,16 @@ FRICTION, RADIUS, LOAD = 0.5, 200.0, 1e-3
 
 
 @pytest.mark.parametrize(
-    ("residual", "displacement", "shear_error"),
-    # Seen: 8.2 % at residual 0.9 (shear anywhere in 0.9-1 of its limit), then 2.4 %: what the pressure's edge nodes leave.
+    ("residual_shear", "displacement", "shear_error"),
+    # Seen: 8.2 % at residual_shear 0.9 (shear anywhere in 0.9-1 of its limit), then 2.4 %: what the pressure's edge nodes leave.
     [(0.9, 1.6e-4, 0.11), (0.99, 1.6e-4, 0.03), (0.99, 0.8e-4, 0.03), (1.0, 1.6e-4, 0.03)],
 )
-def test_shear_and_stick_zone(residual: float, displacement: float, shear_error: float) -> None:
+def test_shear_and_stick_zone(residual_shear: float, displacement: float, shear_error: float) -> None:
     slab = Slab(n_x=129)
     compliance = half_plane(slab)
     case = Case(
-        intrinsic_friction=FRICTION, radius=RADIUS, load=LOAD, slab=slab, slip_rule=SlipRule(residual=residual),
+        intrinsic_friction=FRICTION, radius=RADIUS, normal_load=LOAD, slab=slab,
+        slip_rule=SlipRule(residual_shear=residual_shear),
         max_events=None, max_displacement=displacement,
     )  # fmt: skip
     record, state = slide_to_state(case, compliance)
@@ -35,7 +36,7 @@ def test_shear_and_stick_zone(residual: float, displacement: float, shear_error:
     stick = theory.half_width * np.sqrt(1 - ratio)
     borders = np.array([-stuck.min(), stuck.max()])
     line = seen(
-        f"partial slip, F/μW = {ratio:.2f}, residual {residual}", "Cattaneo 1938, Mindlin 1949; Johnson, §7.2",
+        f"partial slip, F/μW = {ratio:.2f}, residual {residual_shear}", "Cattaneo 1938, Mindlin 1949; Johnson, §7.2",
         f"n_x = 129: shear off by {100 * error:.1f} % of its peak, stick zone's ends by "
         f"{np.abs(borders - stick).max() / slab.spacing:.1f} nodes",
     )  # fmt: skip

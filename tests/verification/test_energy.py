@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from solver.case import Case, Slab, SlipRule, Support
-from solver.contact.initial import first_touch
+from solver.contact.initial import initial_contact
 from solver.contact.state import ContactState
 from solver.elasticity.compliance import slab_compliance
 from solver.sliding.events import slide_to_state
@@ -16,19 +16,19 @@ EVENTS = 600
 
 def total_energy(case: Case, state: ContactState) -> float:
     """Stored in the slab, less the work of the load since the undeformed slab."""
-    return stored_energy(state) - case.load * state.approach
+    return stored_energy(state) - case.normal_load * state.approach
 
 
 @pytest.mark.parametrize(
-    ("residual", "support", "radius"),
+    ("residual_shear", "support", "radius"),
     [(0.0, "bonded", 200.0), (0.6, "bonded", 200.0), (0.0, "frictionless", 50.0), (0.0, "right_side", 20.0)],
 )
-def test_every_event_is_balanced(residual: float, support: Support, radius: float) -> None:
+def test_every_event_is_balanced(residual_shear: float, support: Support, radius: float) -> None:
     """One event at a time, so that the energy is known at both of its ends; the default scheme is reciprocal."""
     slab = Slab(n_x=65, scheme="galerkin", support=support)
     compliance = slab_compliance(slab)
-    case = Case(slab=slab, radius=radius, slip_rule=SlipRule(residual=residual), max_events=1)
-    state = first_touch(case, compliance)
+    case = Case(slab=slab, radius=radius, slip_rule=SlipRule(residual_shear=residual_shear), max_events=1)
+    state = initial_contact(case, compliance)
     worst, work, lost = 0.0, 0.0, 0.0
     for _ in range(EVENTS):
         before, start = total_energy(case, state), state
@@ -39,9 +39,9 @@ def test_every_event_is_balanced(residual: float, support: Support, radius: floa
         gone = float(record.dissipated[0])
         work, lost = work + done, lost + gone
         worst = max(worst, abs(done - (total_energy(case, state) - before) - gone))
-        assert gone >= -1e-12 * case.load**2
+        assert gone >= -1e-12 * case.normal_load**2
     line = seen(
-        f"energy of every event, residual {residual}, {support}, R = {radius:g}", "definition",
+        f"energy of every event, residual {residual_shear}, {support}, R = {radius:g}", "definition",
         f"{EVENTS} events, {100 * lost / work:.0f} % of the pin's work dissipated, "
         f"worst event off by {worst / work:.0e} of the work done",
     )  # fmt: skip
@@ -52,7 +52,7 @@ def test_the_record_in_one_piece_is_balanced() -> None:
     slab = Slab(n_x=65, scheme="galerkin")
     compliance = slab_compliance(slab)
     case = Case(slab=slab, max_events=2000)
-    start = first_touch(case, compliance)
+    start = initial_contact(case, compliance)
     record, end = slide_to_state(case, compliance, start)
     assert len(record.kind) == 2000
     forces = np.concatenate(([record.initial_force], record.force_after[:-1])) + record.force_before

@@ -9,7 +9,7 @@ import pytest
 
 from solver.case import Case, Scheme, Slab
 from solver.contact.closed_forms import hertz
-from solver.contact.initial import first_touch
+from solver.contact.initial import initial_contact
 from solver.elasticity.compliance import slab_compliance
 from tests.verification.seen import listed, observed_order, seen
 
@@ -19,14 +19,16 @@ SOURCE = "Johnson, Contact Mechanics, §4.2"
 
 def errors_of(slab: Slab, half_width: float) -> tuple[float, float, float]:
     """Errors of the pressure, root mean square over its peak and in the middle, and of 2√(second moment), over a."""
-    load = np.pi * half_width**2 / (2 * RADIUS * (1 - POISSON))
-    theory = hertz(load, RADIUS, POISSON)
+    normal_load = np.pi * half_width**2 / (2 * RADIUS * (1 - POISSON))
+    theory = hertz(normal_load, RADIUS, POISSON)
     assert theory.half_width == pytest.approx(half_width, rel=1e-14)
     compliance = slab_compliance(slab)
-    state = first_touch(Case(slab=slab, radius=RADIUS, load=load, first_touch="frictionless"), compliance)
+    state = initial_contact(
+        Case(slab=slab, radius=RADIUS, normal_load=normal_load, initial_contact="frictionless"), compliance
+    )
     assert state.outcome.ok
     off = (state.pressure - theory.pressure(compliance.x)) / theory.peak_pressure
-    moment = float((-state.nodal_force[1] * compliance.x**2).sum()) / load
+    moment = float((-state.nodal_force[1] * compliance.x**2).sum()) / normal_load
     return (
         float(np.sqrt((off**2).sum() * slab.spacing / (2 * half_width))),
         float(off[slab.n_x // 2]),

@@ -13,7 +13,7 @@ import numpy as np
 import pytest
 
 from solver import Case, Slab, SurfaceCompliance, friction_record, plateau_of, slab_compliance
-from solver.contact.initial import first_touch
+from solver.contact.initial import initial_contact
 
 CASE = Case(max_events=None, max_displacement=2.5e-3)
 GALERKIN: ModuleType = importlib.import_module("solver.elasticity.schemes.galerkin")
@@ -21,7 +21,7 @@ GALERKIN: ModuleType = importlib.import_module("solver.elasticity.schemes.galerk
 
 def transfer(compliance: SurfaceCompliance) -> tuple[list[float], list[float]]:
     """What the neighbours of the contact's two middle nodes take of a drop, and what all others keep of it."""
-    state = first_touch(replace(CASE, slab=compliance.slab, first_touch="frictionless"), compliance)
+    state = initial_contact(replace(CASE, slab=compliance.slab, initial_contact="frictionless"), compliance)
     nodes, n = np.flatnonzero(state.contact), compliance.slab.n_x
     m, rows = len(nodes), np.concatenate((nodes, nodes + n))
     pressed = np.concatenate((np.zeros(m), np.ones(m)))
@@ -79,9 +79,9 @@ def test_the_schemes_that_there_are_weigh_all_nodes_alike(scheme):
 
 
 def share_of_odd_nodes(scheme: str) -> float:
-    """The share of the load that odd nodes carry at first touch, at 65 nodes."""
+    """The share of the load that odd nodes carry at initial contact, at 65 nodes."""
     slab = Slab(n_x=65, scheme=scheme)  # type: ignore[arg-type]
-    state = first_touch(replace(CASE, slab=slab, first_touch="frictionless"), slab_compliance(slab))
+    state = initial_contact(replace(CASE, slab=slab, initial_contact="frictionless"), slab_compliance(slab))
     return float(state.nodal_force[1, 1::2].sum() / state.nodal_force[1].sum())
 
 

@@ -7,8 +7,8 @@ from typing import get_args
 import numpy as np
 import pytest
 
-from solver.case import Case, FirstTouch, Heterogeneity, Scheme, Slab, SlipRule
-from solver.contact.initial import first_touch
+from solver.case import Case, Heterogeneity, InitialContact, Scheme, Slab, SlipRule
+from solver.contact.initial import initial_contact
 from solver.elasticity.compliance import slab_compliance
 from solver.sliding.events import RESUMABLE, slide, slide_to_state
 from solver.sliding.plateau import plateau_of
@@ -30,43 +30,43 @@ COLUMNS = (
 """Of a record; all that decides what is made of it."""
 
 
-def long_case(n_x: int, touch: FirstTouch = "stick", **changes: object) -> Case:
+def long_case(n_x: int, touch: InitialContact = "stick", **changes: object) -> Case:
     """20 000 events; four node spacings at n_x = 65."""
-    return Case(slab=Slab(n_x=n_x), first_touch=touch, max_events=EVENTS, **changes)  # type: ignore[arg-type]
+    return Case(slab=Slab(n_x=n_x), initial_contact=touch, max_events=EVENTS, **changes)  # type: ignore[arg-type]
 
 
 @pytest.mark.parametrize("n_x", [33, 65])
 def test_the_plateau_does_not_know_how_the_pin_came_down(n_x: int) -> None:
     """Two plateaus differ by no more than twice their standard errors together, as errors of independent means do."""
     compliance = slab_compliance(Slab(n_x=n_x))
-    starts = {way: slide(long_case(n_x, way), compliance) for way in get_args(FirstTouch)}
+    starts = {way: slide(long_case(n_x, way), compliance) for way in get_args(InitialContact)}
     found = {way: plateau_of(record) for way, record in starts.items()}
     assert all(record.outcome.ok and len(record.node) == EVENTS for record in starts.values())
     # Otherwise they would agree because they are one record.
     assert len({record.initial_force for record in starts.values()}) == len(starts)
     shown = ", ".join(f"{way} {one.mean:.5f} ± {one.uncertainty:.1g}" for way, one in found.items())
-    line = seen(f"plateau from three first touches, n_x = {n_x}", "the steady part is steady", shown)
+    line = seen(f"plateau from three initial contactes, n_x = {n_x}", "the steady part is steady", shown)
     for one in found.values():
         for other in found.values():
             assert abs(one.mean - other.mean) <= 2.0 * math.hypot(one.uncertainty, other.uncertainty), line
             assert one.uncertainty < 4e-3 * one.mean, line  # the comparison means something
 
 
-@pytest.mark.parametrize("residual", [0.0, 0.5])
+@pytest.mark.parametrize("residual_shear", [0.0, 0.5])
 @pytest.mark.parametrize("n_x", [33, 65])
-def test_no_energy_is_lost_in_a_long_record(n_x: int, residual: float) -> None:
+def test_no_energy_is_lost_in_a_long_record(n_x: int, residual_shear: float) -> None:
     """Work of the pin = stored + dissipated. 20 000 sums rounded at random are off by √20 000 ε = 3e-14 of the work; the
     tolerance is ten times that, and a fourteenth of what they could be off if all were rounded one way."""
-    case = long_case(n_x, slip_rule=SlipRule(residual=residual))
+    case = long_case(n_x, slip_rule=SlipRule(residual_shear=residual_shear))
     compliance = slab_compliance(case.slab)
-    start = first_touch(case, compliance)
+    start = initial_contact(case, compliance)
     record, end = slide_to_state(case, compliance, start)
     assert len(record.node) == EVENTS
     forces = np.concatenate(([record.initial_force], record.force_after[:-1])) + record.force_before
     work = float(forces / 2 @ np.diff(record.displacement, prepend=0.0))
     off = work - (total_energy(case, end) - total_energy(case, start)) - float(record.dissipated.sum())
     line = seen(
-        f"energy of a long record, n_x = {n_x}, residual {residual}", "definition",
+        f"energy of a long record, n_x = {n_x}, residual {residual_shear}", "definition",
         f"{EVENTS} events, {100 * record.dissipated.sum() / work:.1f} % of the work dissipated, off by {abs(off) / work:.0e}",
     )  # fmt: skip
     assert abs(off) <= 10.0 * math.sqrt(EVENTS) * np.finfo(float).eps * work, line

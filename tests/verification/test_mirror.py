@@ -8,7 +8,7 @@ import pytest
 
 from solver.case import Case, Heterogeneity, Scheme, Slab
 from solver.contact import tableau
-from solver.contact.initial import first_touch
+from solver.contact.initial import initial_contact
 from solver.contact.node_friction import node_friction
 from solver.contact.state import ContactState, mirrored
 from solver.elasticity.compliance import SurfaceCompliance, slab_compliance
@@ -19,14 +19,14 @@ EVENTS = 1000
 
 
 def touched_on_the_mirror_image(case: Case, compliance: SurfaceCompliance) -> ContactState:
-    """First touch where every node has the μ_i of its mirror node."""
+    """Initial contact where every node has the μ_i of its mirror node."""
 
     def turned(case: Case) -> np.ndarray:
         return node_friction(case)[::-1].copy()
 
     with pytest.MonkeyPatch.context() as patch:
         patch.setattr(tableau, "node_friction", turned)
-        return first_touch(case, compliance)
+        return initial_contact(case, compliance)
 
 
 @pytest.mark.parametrize("seed", [7, 8])
@@ -41,17 +41,17 @@ def test_the_mirror_image_slides_to_the_left_as_the_slab_does_to_the_right(schem
     drawn = Heterogeneity(spread=0.3, seed=seed)
     case = Case(slab=Slab(n_x=65, scheme=scheme), intrinsic_friction=0.1, heterogeneity=drawn, max_events=EVENTS)
     compliance = slab_compliance(case.slab)
-    state, image = first_touch(case, compliance), touched_on_the_mirror_image(case, compliance)
+    state, image = initial_contact(case, compliance), touched_on_the_mirror_image(case, compliance)
     assert state.slips == image.slips > 100
     # Its nodes are the case's own again: only the state is turned.
     back = mirrored(replace(case, heterogeneity=Heterogeneity()), image)
-    apart = float(np.abs(back.nodal_force - state.nodal_force).max()) / case.load
+    apart = float(np.abs(back.nodal_force - state.nodal_force).max()) / case.normal_load
     record, other = slide(case, compliance, state), slide(case, compliance, back)
     assert record.outcome.ok
-    off = float(np.abs(other.force_before - record.force_before).max()) / case.load
+    off = float(np.abs(other.force_before - record.force_before).max()) / case.normal_load
     line = seen(
         f"mirror image without ties, {scheme}, seed {seed}", "symmetry",
-        f"{state.slips} slips at first touch, forces then differ by {apart:.0e} W, over {EVENTS} events by {off:.0e} W",
+        f"{state.slips} slips at initial contact, forces then differ by {apart:.0e} W, over {EVENTS} events by {off:.0e} W",
     )  # fmt: skip
     np.testing.assert_array_equal(other.node, record.node, err_msg=line)
     np.testing.assert_array_equal(other.slips, record.slips, err_msg=line)

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from solver.case import Case, Effects, Slab
-from solver.contact.initial import first_touch
+from solver.contact.initial import initial_contact
 from solver.elasticity.compliance import slab_compliance
 from solver.sliding.events import slide
 from tests.physics import coupled_half_plane
@@ -19,8 +19,14 @@ def test_frozen_pressures_are_right_while_the_pin_has_moved_little() -> None:
     of pressure that frozen ones leave out: the first events differ by O(δ_p/a), until a near tie is settled otherwise."""
     compliance = slab_compliance(Slab(n_x=65, scheme="biquadratic"))
     found = []
-    for load in (1e-4, 1e-5, 1e-6):
-        case = Case(slab=compliance.slab, load=load, radius=0.2 / load, max_events=3, effects=Effects(coupling=False))
+    for normal_load in (1e-4, 1e-5, 1e-6):
+        case = Case(
+            slab=compliance.slab,
+            normal_load=normal_load,
+            radius=0.2 / normal_load,
+            max_events=3,
+            effects=Effects(coupling=False),
+        )
         full, frozen = slide(case, compliance), slide(replace(case, effects=GOODMAN), compliance)
         ratio = np.abs(full.displacement / frozen.displacement - 1.0).max()
         found.append(ratio)
@@ -34,7 +40,7 @@ def test_frozen_pressures_are_right_while_the_pin_has_moved_little() -> None:
 )
 def test_what_leaves_coupling_out_is_right_near_poisson_one_half(effects: Effects) -> None:
     """On the half-plane the coupling is (1 - 2ν)/4, and the stuck contact's stiffness differs by its square; with coupling,
-    frozen pressures leave it out after first touch."""
+    frozen pressures leave it out after initial contact."""
     found = []
     for poisson in (0.45, 0.495, 0.4995):
         slab = Slab(n_x=65, poisson=poisson)
@@ -56,9 +62,9 @@ def test_a_half_plane_is_right_for_contacts_small_beside_the_slab() -> None:
         peaks = []
         for scheme in ("galerkin", "half_plane"):
             slab = Slab(n_x=n_x, scheme=scheme)
-            load = width**2 * np.pi / (2 * 50.0 * (1 - slab.poisson))  # a² = 2WR(1-ν)/π on a half-plane
-            case = Case(slab=slab, radius=50.0, load=load, effects=Effects(friction=False))
-            peaks.append(first_touch(case, slab_compliance(slab)).pressure.max())
+            normal_load = width**2 * np.pi / (2 * 50.0 * (1 - slab.poisson))  # a² = 2WR(1-ν)/π on a half-plane
+            case = Case(slab=slab, radius=50.0, normal_load=normal_load, effects=Effects(friction=False))
+            peaks.append(initial_contact(case, slab_compliance(slab)).pressure.max())
         found.append(abs(peaks[0] / peaks[1] - 1.0))
         print(f"a/L_x = {width}: peak pressures differ by {found[-1]:.1e}")
     assert found[0] < 0.05

@@ -18,12 +18,18 @@ LOAD = 1e-4
 """Light enough for the event floor to follow the load: 20·μ_i·W/K is below a node spacing."""
 
 
-def cases(slab: Slab, residual: float) -> dict[str, Case]:
+def cases(slab: Slab, residual_shear: float) -> dict[str, Case]:
     """Contacts that scale exactly: their pin's height over a node does not change as the node slips.
 
     Elsewhere the height at x + s_i is meant, and s_i shrinks with W while x does not.
     """
-    parabola = Case(slab=slab, radius=0.2 / LOAD, load=LOAD, max_events=1000, slip_rule=SlipRule(residual=residual))
+    parabola = Case(
+        slab=slab,
+        radius=0.2 / LOAD,
+        normal_load=LOAD,
+        max_events=1000,
+        slip_rule=SlipRule(residual_shear=residual_shear),
+    )
     return {
         "parabola, pressures kept, uncoupled": replace(parabola, effects=GOODMAN),
         "flat punch, all effects": replace(parabola, pin="flat_punch"),
@@ -32,7 +38,7 @@ def cases(slab: Slab, residual: float) -> dict[str, Case]:
 
 def similar(case: Case, s: float) -> Case:
     """R·s and W/s: the same contact width, and everything that the load moves divided by s."""
-    return replace(case, radius=case.radius * s, load=case.load / s)
+    return replace(case, radius=case.radius * s, normal_load=case.normal_load / s)
 
 
 def difference(one: FrictionRecord, other: FrictionRecord, s: float) -> float:
@@ -41,9 +47,9 @@ def difference(one: FrictionRecord, other: FrictionRecord, s: float) -> float:
     return max(float(gap / np.abs(getattr(one, name)).max()) for gap, name in zip(off, SIMILAR, strict=True))
 
 
-@pytest.mark.parametrize("residual", [0.0, 0.5])
+@pytest.mark.parametrize("residual_shear", [0.0, 0.5])
 @pytest.mark.parametrize("scheme", ["galerkin", "biquadratic", "half_plane"])
-def test_radius_and_load_scale_the_record(scheme: Scheme, residual: float) -> None:
+def test_radius_and_load_scale_the_record(scheme: Scheme, residual_shear: float) -> None:
     """Heights x²/2R, elastic displacements and forces are all divided by s, and so are tolerances and the event floor.
 
     A power of two scales a floating-point number without rounding: the same bits. Any other factor rounds each input once;
@@ -51,14 +57,14 @@ def test_radius_and_load_scale_the_record(scheme: Scheme, residual: float) -> No
     """
     slab = Slab(n_x=65, scheme=scheme)
     compliance = slab_compliance(slab)
-    for name, case in cases(slab, residual).items():
+    for name, case in cases(slab, residual_shear).items():
         record = slide(case, compliance)
         assert record.outcome.ok
         assert len(record.node) == 1000
         others = {s: slide(similar(case, s), compliance) for s in (2.0, 1024.0, 2.0**20, 3.0)}
         off = {s: difference(record, other, s) for s, other in others.items()}
         line = seen(
-            f"R·s, W/s: {name}, {scheme}, residual {residual}", "linear elasticity",
+            f"R·s, W/s: {name}, {scheme}, residual {residual_shear}", "linear elasticity",
             f"records differ by {', '.join(f'{gap:.0e} (s = {s:g})' for s, gap in off.items())}",
         )  # fmt: skip
         for s, other in others.items():
@@ -69,8 +75,8 @@ def test_radius_and_load_scale_the_record(scheme: Scheme, residual: float) -> No
             assert off[s] == 0.0 or (s == 3.0 and off[s] < 1e-10), line
 
 
-@pytest.mark.parametrize("first_touch", ["stick", "frictionless"])
-def test_a_pin_that_is_carried_along_scales_in_the_limit_of_small_loads(first_touch: str) -> None:
+@pytest.mark.parametrize("initial_contact", ["stick", "frictionless"])
+def test_a_pin_that_is_carried_along_scales_in_the_limit_of_small_loads(initial_contact: str) -> None:
     """With all effects the pin's height is taken at x + s_i, so that s_i/x is left: it falls in proportion to the load.
 
     Ten events, before a near tie can be settled otherwise; 1 % for what is quadratic in s_i/x.
@@ -78,12 +84,14 @@ def test_a_pin_that_is_carried_along_scales_in_the_limit_of_small_loads(first_to
     slab = Slab(n_x=65)
     compliance = slab_compliance(slab)
     found = []
-    for load in (1e-5, 1e-6, 1e-7):
-        case = Case(slab=slab, load=load, radius=0.2 / load, max_events=10, first_touch=first_touch)  # type: ignore[arg-type]
+    for normal_load in (1e-5, 1e-6, 1e-7):
+        case = Case(
+            slab=slab, normal_load=normal_load, radius=0.2 / normal_load, max_events=10, initial_contact=initial_contact
+        )  # type: ignore[arg-type]
         record, other = slide(case, compliance), slide(similar(case, 2.0), compliance)
         np.testing.assert_array_equal(other.node, record.node)
         found.append(float(np.abs(other.displacement * 2.0 / record.displacement - 1.0).max()))
-    line = seen(f"R·2, W/2 with all effects, {first_touch}", "limit W → 0", f"events differ by {listed(found)}")
+    line = seen(f"R·2, W/2 with all effects, {initial_contact}", "limit W → 0", f"events differ by {listed(found)}")
     assert found[0] < 1e-2, line
     np.testing.assert_allclose(np.divide(found[1:], found[:-1]), 0.1, rtol=0.01, err_msg=line)
 
@@ -99,8 +107,8 @@ def test_a_half_plane_has_no_length_of_its_own(friction: float, depth: float) ->
     """
     coarse = Slab(n_x=65, scheme="half_plane", aspect_ratio=depth)
     fine = replace(coarse, n_x=129, aspect_ratio=depth / 2.0)
-    case = Case(slab=coarse, intrinsic_friction=friction, load=5e-4, radius=100.0, max_events=2000)
-    half = replace(case, slab=fine, load=case.load / 2.0, radius=case.radius / 2.0)
+    case = Case(slab=coarse, intrinsic_friction=friction, normal_load=5e-4, radius=100.0, max_events=2000)
+    half = replace(case, slab=fine, normal_load=case.normal_load / 2.0, radius=case.radius / 2.0)
     record, other = slide(case, slab_compliance(coarse)), slide(half, slab_compliance(fine))
     assert record.outcome.ok
     assert record.initial_contact_size == 19

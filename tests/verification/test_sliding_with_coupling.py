@@ -1,4 +1,4 @@
-"""Full sliding at residual 1: shear on the surface tilts it, so the pressure moves back, against half-plane closed forms.
+"""Full sliding at residual_shear 1: shear on the surface tilts it, so the pressure moves back, against half-plane closed forms.
 
 Dragged to the right, the surface sinks ahead and rises behind: a cylinder's contact lags, and a punch presses hardest at
 its rear edge. The slab's load share is compared node by node, and the pressure's centroid, which has the sign.
@@ -27,8 +27,8 @@ def slid(slab: Slab, pin: PinShape, friction: float, half_width: float) -> tuple
     under = round(half_width / h - 0.5) * h  # a punch ends half a spacing beyond its last node
     radius = math.pi * half_width**2 / (2 * LOAD * (1 - slab.poisson))
     case = Case(
-        slab=slab, pin=pin, intrinsic_friction=friction, load=LOAD, radius=radius, half_width=under,
-        slip_rule=SlipRule(residual=1.0), first_touch="frictionless", max_events=None, max_displacement=30 * LOAD,
+        slab=slab, pin=pin, intrinsic_friction=friction, normal_load=LOAD, radius=radius, half_width=under,
+        slip_rule=SlipRule(residual_shear=1.0), initial_contact="frictionless", max_events=None, max_displacement=30 * LOAD,
     )  # fmt: skip
     record, state = slide_to_state(case, slab_compliance(slab))
     assert record.outcome.ok, record.outcome
@@ -109,7 +109,7 @@ def test_the_pin_lags_whichever_way_it_is_dragged() -> None:
     turned[:n, n:] *= -1.0
     turned[n:, :n] *= -1.0
     case = Case(
-        slab=slab, load=LOAD, radius=1e4, slip_rule=SlipRule(residual=1.0), first_touch="frictionless",
+        slab=slab, normal_load=LOAD, radius=1e4, slip_rule=SlipRule(residual_shear=1.0), initial_contact="frictionless",
         max_events=None, max_displacement=30 * LOAD,
     )  # fmt: skip
     centroids = []

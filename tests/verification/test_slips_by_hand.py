@@ -45,45 +45,45 @@ def deviation(record: FrictionRecord, by_hand: dict[str, list[float]]) -> float:
     return float(max(differences))
 
 
-@pytest.mark.parametrize("residual", [0.0, 0.6])
-def test_two_coupled_nodes(residual: float) -> None:
+@pytest.mark.parametrize("residual_shear", [0.0, 0.6])
+def test_two_coupled_nodes(residual_shear: float) -> None:
     """A punch on two nodes a, b: sums and differences decouple, F = (u_a + u_b)/S with S = α + β - χ²/κ,
     f_a - f_b = (u_a - u_b - χW)/(α - β), N_b - N_a = -χF/κ.
 
     The front node b bears shear from the first and loses pressure as F grows: it slips first, at μ N_b = f_b.
     """
-    alpha, beta, kappa, chi, mu, load = 1.0, 0.3, 1.2, 0.15, 0.5, 0.1
+    alpha, beta, kappa, chi, mu, normal_load = 1.0, 0.3, 1.2, 0.15, 0.5, 0.1
     # The third node under the punch sinks more than these two under their loads, so it bears none.
     sunk = {(LEFT, LEFT): 9.0, (LEFT, MIDDLE): 2.0, (LEFT, RIGHT): 2.0}
     own = {(MIDDLE, MIDDLE): kappa, (RIGHT, RIGHT): kappa}
     case = Case(
-        slab=SLAB, pin="flat_punch", half_width=0.25, load=load, intrinsic_friction=mu,
-        slip_rule=SlipRule(residual=residual), max_events=1,
+        slab=SLAB, pin="flat_punch", half_width=0.25, normal_load=normal_load, intrinsic_friction=mu,
+        slip_rule=SlipRule(residual_shear=residual_shear), max_events=1,
     )  # fmt: skip
     record, state = slide_to_state(case, compliance({(MIDDLE, RIGHT): beta}, own | sunk, chi))
     assert list(np.flatnonzero(state.contact)) == [MIDDLE, RIGHT]
 
     total, apart = alpha + beta - chi**2 / kappa, alpha - beta  # S and α - β
-    displacement = total * (mu * load / 2 - chi * load / (2 * apart)) / (1 + mu * chi / kappa)
+    displacement = total * (mu * normal_load / 2 - chi * normal_load / (2 * apart)) / (1 + mu * chi / kappa)
     force = 2 * displacement / total
-    normal = load / 2 - chi * force / (2 * kappa)
-    # b slips by s: F changes by s/S, f_a - f_b by -s/(α - β), N_b by -χ s/(2κS), until f_b = residual·μ N_b.
+    normal = normal_load / 2 - chi * force / (2 * kappa)
+    # b slips by s: F changes by s/S, f_a - f_b by -s/(α - β), N_b by -χ s/(2κS), until f_b = residual_shear·μ N_b.
     stiffness = (1 / total + 1 / apart) / 2
-    slip = -(1 - residual) * mu * normal / (stiffness + residual * mu * chi / (2 * kappa * total))
+    slip = -(1 - residual_shear) * mu * normal / (stiffness + residual_shear * mu * chi / (2 * kappa * total))
     shear_after = mu * normal + stiffness * slip
     by_hand = {
         "displacement": [displacement], "force_before": [force], "force_after": [force + slip / total],
         "stiffness": [2 / total], "dissipated": [-(mu * normal + shear_after) / 2 * slip],
     }  # fmt: skip
     error = deviation(record, by_hand)
-    line = seen("two coupled nodes slip", "by hand", f"residual {residual}: off by {error:.1e}")
+    line = seen("two coupled nodes slip", "by hand", f"residual {residual_shear}: off by {error:.1e}")
     assert error <= 1e-12, line
     assert record.initial_force == pytest.approx(0.0, abs=1e-15)
     assert (record.kind[0], record.node[0], record.slips[0]) == (EVENT_KINDS.index("slip"), RIGHT, 1)
     np.testing.assert_allclose(state.slip[[MIDDLE, RIGHT]], [0.0, slip], **EXACT)
     front = normal - chi * slip / (2 * kappa * total)
-    np.testing.assert_allclose(-state.nodal_force[1, [MIDDLE, RIGHT]], [load - front, front], **EXACT)
-    back = mu * normal - load * chi / apart + slip * (1 / total - 1 / apart) / 2
+    np.testing.assert_allclose(-state.nodal_force[1, [MIDDLE, RIGHT]], [normal_load - front, front], **EXACT)
+    back = mu * normal - normal_load * chi / apart + slip * (1 / total - 1 / apart) / 2
     np.testing.assert_allclose(state.nodal_force[0, [MIDDLE, RIGHT]], [back, shear_after], **EXACT)
 
 
@@ -94,16 +94,18 @@ def test_a_cascade_of_three_nodes() -> None:
     The right node slips first; that takes the middle one beyond its limit, whose slip does so to the left one: three slips,
     each of -shear/own stiffness.
     """
-    alpha, beta, mu, load = 1.0, 0.35, 0.5, 0.1
+    alpha, beta, mu, normal_load = 1.0, 0.35, 0.5, 0.1
     kappa = np.array([1.0, 2.3, 1.1])
-    limit = mu * load / kappa / (1 / kappa).sum()
+    limit = mu * normal_load / kappa / (1 / kappa).sum()
     edge, cross, far, own = np.array([alpha**2 - beta**2, -alpha * beta, beta**2, alpha**2]) / (
         alpha * (alpha**2 - 2 * beta**2)
     )
     inverse = np.array([[edge, cross, far], [cross, own, cross], [far, cross, edge]])
     nodes = [LEFT, MIDDLE, RIGHT]
     normal = {(node, node): float(value) for node, value in zip(nodes, kappa, strict=True)}
-    case = Case(slab=SLAB, pin="flat_punch", half_width=0.25, load=load, intrinsic_friction=mu, max_events=1)
+    case = Case(
+        slab=SLAB, pin="flat_punch", half_width=0.25, normal_load=normal_load, intrinsic_friction=mu, max_events=1
+    )
     operator = compliance({(LEFT, MIDDLE): beta, (MIDDLE, RIGHT): beta}, normal)
     record, state = slide_to_state(case, operator)
 
@@ -136,23 +138,23 @@ def test_touch_then_slip_by_a_step_of_the_floor() -> None:
     A node that has just touched bears no pressure, hence no shear: it slips after the smallest step, the floor, until it
     bears no shear; sliding down the pin's flank brings it pressure. What is lost is ½ |f_b s| less what the load gains.
     """
-    alpha, beta, kappa, mu, load, radius, floor = 1.0, 0.3, 1.0, 0.8, 0.1, 0.25, 2e-5
+    alpha, beta, kappa, mu, normal_load, radius, floor = 1.0, 0.3, 1.0, 0.8, 0.1, 0.25, 2e-5
     case = Case(
-        slab=SLAB, radius=radius, load=load, intrinsic_friction=mu,
+        slab=SLAB, radius=radius, normal_load=normal_load, intrinsic_friction=mu,
         slip_rule=SlipRule(event_floor=floor), max_events=2,
     )  # fmt: skip
     operator = compliance({(MIDDLE, RIGHT): beta}, {})
     record, state = slide_to_state(case, operator)
     assert record.initial_contact_size == 1
 
-    touch = (H - math.sqrt(2 * radius * kappa * load)) / (1 - beta / alpha)
-    assert touch < alpha * mu * load  # a does not slip before
+    touch = (H - math.sqrt(2 * radius * kappa * normal_load)) / (1 - beta / alpha)
+    assert touch < alpha * mu * normal_load  # a does not slip before
     step = floor * H
     force = touch / alpha + 2 * step / (alpha + beta)
     shear = step / (alpha + beta)
     own, cross = alpha / (alpha**2 - beta**2), -beta / (alpha**2 - beta**2)
     slip = -shear / own
-    place = math.sqrt(2 * radius * kappa * load)
+    place = math.sqrt(2 * radius * kappa * normal_load)
     fall = ((place + slip) ** 2 - place**2) / (2 * radius)
     normal = -fall / (2 * kappa)
     lost = -shear * slip / 2 + normal * fall / 2
@@ -166,7 +168,7 @@ def test_touch_then_slip_by_a_step_of_the_floor() -> None:
     assert error <= 1e-11, line  # rounding: the step is a hundred-thousandth of the displacements it is added to
     assert [EVENT_KINDS[kind] for kind in record.kind] == ["touch", "slip"]
     assert list(record.node) == [RIGHT, RIGHT]
-    np.testing.assert_allclose(-state.nodal_force[1, [MIDDLE, RIGHT]], [load - normal, normal], **EXACT)
+    np.testing.assert_allclose(-state.nodal_force[1, [MIDDLE, RIGHT]], [normal_load - normal, normal], **EXACT)
     # Its slip is counted from where it stuck: it touched at u = β/α δ, δ_p being δ.
     np.testing.assert_allclose(state.slip[RIGHT], slip - (1 - beta / alpha) * touch, **EXACT)
     assert lost > 0.0

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from solver.case import Case, Slab, SlipRule
-from solver.contact.initial import first_touch
+from solver.contact.initial import initial_contact
 from solver.elasticity.compliance import SurfaceCompliance, slab_compliance
 from tests.verification.seen import listed, observed_order, seen
 from tests.verification.stick_zone import stick_zone, uncoupled_ratio
@@ -16,16 +16,16 @@ SOURCE = "Spence 1973, J. Elasticity 3; collocation of its integral equation"
 def loaded(operator: SurfaceCompliance, friction: float, half_width: float) -> tuple[float, float, float]:
     """Half-widths of contact and stick zone as their nodes count, and the shear force of the right half over the load."""
     slab = operator.slab
-    load = np.pi * half_width**2 / (2 * RADIUS * (1 - slab.poisson))
+    normal_load = np.pi * half_width**2 / (2 * RADIUS * (1 - slab.poisson))
     case = Case(
-        slab=slab, load=load, radius=RADIUS, intrinsic_friction=friction,
-        slip_rule=SlipRule(residual=1.0), first_touch="gradual",
+        slab=slab, normal_load=normal_load, radius=RADIUS, intrinsic_friction=friction,
+        slip_rule=SlipRule(residual_shear=1.0), initial_contact="gradual",
     )  # fmt: skip
-    state = first_touch(case, operator)
+    state = initial_contact(case, operator)
     assert state.outcome.ok, state.outcome
     stuck = state.contact & (np.abs(state.shear) < friction * state.pressure * (1 - 1e-9))
     np.testing.assert_allclose(state.shear, -state.shear[::-1], atol=1e-10 * state.pressure.max())
-    outward = float(state.nodal_force[0, slab.n_x // 2 + 1 :].sum()) / load
+    outward = float(state.nodal_force[0, slab.n_x // 2 + 1 :].sum()) / normal_load
     return float(state.contact.sum()) * slab.spacing / 2, float(stuck.sum()) * slab.spacing / 2, outward
 
 

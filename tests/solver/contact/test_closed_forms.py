@@ -15,7 +15,7 @@ from solver.contact.closed_forms import (
 
 
 def test_hertz_carries_its_load_and_closes_without_a_step() -> None:
-    contact = hertz(load=1e-3, radius=200.0, poisson=1 / 3)
+    contact = hertz(normal_load=1e-3, radius=200.0, poisson=1 / 3)
     a = contact.half_width
     carried, _ = quad(lambda x: float(contact.pressure(np.array(x))), -a, a)
     assert carried == pytest.approx(1e-3, rel=1e-8)
@@ -27,7 +27,7 @@ def test_hertz_carries_its_load_and_closes_without_a_step() -> None:
 def test_hertz_surface_is_the_parabola() -> None:
     """The slope of the half-plane under p, (1 - ν)/π ∫ p(s)/(x - s) ds per G, is x/R inside the contact."""
     radius, poisson = 3.0, 0.3
-    contact = hertz(load=0.02, radius=radius, poisson=poisson)
+    contact = hertz(normal_load=0.02, radius=radius, poisson=poisson)
     a = contact.half_width
     x = 0.4 * a
     # ⨍ p(s)/(s - x) ds by the weighted principal value; p/√ is smooth inside.
@@ -44,7 +44,7 @@ def test_a_flat_punch_carries_its_load() -> None:
 
 @pytest.mark.parametrize("ratio", [0.0, 0.3, 1.0])
 def test_partial_slip_carries_its_friction_force(ratio: float) -> None:
-    contact = hertz(load=1e-3, radius=200.0, poisson=1 / 3)
+    contact = hertz(normal_load=1e-3, radius=200.0, poisson=1 / 3)
     a = contact.half_width
     x = np.linspace(-a, a, 200001)
     shear = cattaneo_mindlin(contact, 0.4, ratio, x)
@@ -93,7 +93,7 @@ def test_sliding_contacts_carry_their_load_further_back() -> None:
         assert share.sum() == pytest.approx(1.0, rel=1e-12)
         # The midpoint rule's error, and more of it beside the punch's edges.
         np.testing.assert_allclose(
-            (contact.pressure(middle) * np.diff(x) / contact.load)[100:-100], share[100:-100], rtol=3e-5
+            (contact.pressure(middle) * np.diff(x) / contact.normal_load)[100:-100], share[100:-100], rtol=3e-5
         )
         assert share @ middle == pytest.approx(contact.centroid, abs=1e-6 * contact.half_width)
         assert contact.centroid < 0.0

@@ -1,4 +1,4 @@
-"""First touch: constraints I-III and ΣN = W hold for every pin, load, friction and way of touching."""
+"""Initial contact: constraints I-III and ΣN = W hold for every pin, load, friction and way of touching."""
 
 import math
 from dataclasses import replace
@@ -6,66 +6,66 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from solver.case import Case, FirstTouch, Slab
-from solver.contact.initial import first_touch
+from solver.case import Case, InitialContact, Slab
+from solver.contact.initial import initial_contact
 from solver.elasticity.compliance import slab_compliance
 from solver.outcome import Ending
 from tests.physics import assert_contact_laws
 
 SLAB = Slab(n_x=65)
 COMPLIANCE = slab_compliance(SLAB)
-WAYS: tuple[FirstTouch, ...] = ("stick", "frictionless", "gradual")
+WAYS: tuple[InitialContact, ...] = ("stick", "frictionless", "gradual")
 
 
 @pytest.mark.parametrize("way", WAYS)
 @pytest.mark.parametrize(
-    ("radius", "load"),
+    ("radius", "normal_load"),
     [(200.0, 1e-3), (50.0, 1e-3), (1.0, 1e-5), (500.0, 2e-3), (2000.0, 1e-3), (1e5, 1e-3), (200.0, 1e-9)],
     ids=["paper", "small", "tiny", "nearly full", "full", "flat", "one node"],
 )
 @pytest.mark.parametrize("friction", [0.1, 0.5])
-def test_the_contact_laws_hold(way: FirstTouch, radius: float, load: float, friction: float) -> None:
-    case = Case(slab=SLAB, radius=radius, load=load, intrinsic_friction=friction, first_touch=way)
-    state = first_touch(case, COMPLIANCE)
+def test_the_contact_laws_hold(way: InitialContact, radius: float, normal_load: float, friction: float) -> None:
+    case = Case(slab=SLAB, radius=radius, normal_load=normal_load, intrinsic_friction=friction, initial_contact=way)
+    state = initial_contact(case, COMPLIANCE)
     assert state.outcome.ok, state.outcome
     assert_contact_laws(state, case, COMPLIANCE)
 
 
 @pytest.mark.parametrize("friction", [0.2, 0.5, math.inf])
 @pytest.mark.parametrize("way", WAYS)
-def test_a_flat_punch_keeps_its_width(way: FirstTouch, friction: float) -> None:
-    case = Case(slab=SLAB, pin="flat_punch", half_width=0.25, first_touch=way, intrinsic_friction=friction)
-    state = first_touch(case, COMPLIANCE)
+def test_a_flat_punch_keeps_its_width(way: InitialContact, friction: float) -> None:
+    case = Case(slab=SLAB, pin="flat_punch", half_width=0.25, initial_contact=way, intrinsic_friction=friction)
+    state = initial_contact(case, COMPLIANCE)
     assert state.outcome.ok, state.outcome
     assert_contact_laws(state, case, COMPLIANCE)
     np.testing.assert_array_equal(state.contact, np.abs(COMPLIANCE.x) <= 0.25)
 
 
 def test_full_contact_takes_the_corners() -> None:
-    state = first_touch(Case(slab=SLAB, radius=2000.0), COMPLIANCE)
+    state = initial_contact(Case(slab=SLAB, radius=2000.0), COMPLIANCE)
     assert state.contact.all()
 
 
 def test_the_paper_case_touches_with_70_to_75_of_129_nodes() -> None:
     case = Case()
-    state = first_touch(case, slab_compliance(case.slab))
+    state = initial_contact(case, slab_compliance(case.slab))
     assert 68 <= state.contact.sum() <= 76
 
 
 @pytest.mark.parametrize("way", WAYS)
-def test_pressure_and_gap_are_mirror_symmetric_before_the_pin_moves(way: FirstTouch) -> None:
-    case = Case(slab=SLAB, first_touch=way, intrinsic_friction=math.inf)
-    state = first_touch(case, COMPLIANCE)
+def test_pressure_and_gap_are_mirror_symmetric_before_the_pin_moves(way: InitialContact) -> None:
+    case = Case(slab=SLAB, initial_contact=way, intrinsic_friction=math.inf)
+    state = initial_contact(case, COMPLIANCE)
     # Without slips nothing breaks the mirror but rounding times the condition number.
     np.testing.assert_allclose(state.pressure, state.pressure[::-1], atol=1e-10 * state.pressure.max())
-    np.testing.assert_allclose(state.gap, state.gap[::-1], atol=1e-10 * case.load)
-    assert abs(state.friction_force) <= 1e-10 * case.load
+    np.testing.assert_allclose(state.gap, state.gap[::-1], atol=1e-10 * case.normal_load)
+    assert abs(state.friction_force) <= 1e-10 * case.normal_load
 
 
 def test_sticking_needs_slips_and_frictionless_touch_none() -> None:
     case = Case(slab=SLAB, intrinsic_friction=0.1)
-    assert first_touch(case, COMPLIANCE).slips > 0
-    smooth = first_touch(replace(case, first_touch="frictionless"), COMPLIANCE)
+    assert initial_contact(case, COMPLIANCE).slips > 0
+    smooth = initial_contact(replace(case, initial_contact="frictionless"), COMPLIANCE)
     assert smooth.slips == 0
     assert np.abs(smooth.shear).max() <= 1e-11 * smooth.pressure.max()
 
@@ -73,7 +73,7 @@ def test_sticking_needs_slips_and_frictionless_touch_none() -> None:
 def test_without_friction_every_way_leads_to_the_same_pressure() -> None:
     """μ_i = 0 leaves normal contact alone; slipped nodes sit where frictionless contact puts them."""
     pressures = [
-        first_touch(Case(slab=SLAB, intrinsic_friction=0.0, first_touch=way), COMPLIANCE).pressure
+        initial_contact(Case(slab=SLAB, intrinsic_friction=0.0, initial_contact=way), COMPLIANCE).pressure
         for way in ("stick", "frictionless")
     ]
     # Slips one at a time end within 1e-12 of the load per node of the common state.
@@ -82,11 +82,11 @@ def test_without_friction_every_way_leads_to_the_same_pressure() -> None:
 
 def test_the_compliance_of_another_slab_is_refused() -> None:
     with pytest.raises(ValueError, match="another slab"):
-        first_touch(Case(slab=Slab(n_x=33)), COMPLIANCE)
+        initial_contact(Case(slab=Slab(n_x=33)), COMPLIANCE)
 
 
 def test_too_few_slips_allowed_is_an_outcome_with_advice() -> None:
     rule = replace(Case().slip_rule, cascade_limit=1)
-    state = first_touch(Case(slab=SLAB, intrinsic_friction=0.1, slip_rule=rule), COMPLIANCE)
+    state = initial_contact(Case(slab=SLAB, intrinsic_friction=0.1, slip_rule=rule), COMPLIANCE)
     assert state.outcome.ending is Ending.CASCADE_LIMIT
     assert "cascade_limit" in state.outcome.message

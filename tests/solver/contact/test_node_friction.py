@@ -34,7 +34,7 @@ def test_seeds_differ_and_other_parameters_do_not_matter() -> None:
     one = replace(MANY, heterogeneity=Heterogeneity(spread=0.3, seed=1))
     other = replace(MANY, heterogeneity=Heterogeneity(spread=0.3, seed=2))
     assert not np.any(node_friction(one) == node_friction(other))
-    np.testing.assert_array_equal(node_friction(one), node_friction(replace(one, load=1.0, radius=1.0)))
+    np.testing.assert_array_equal(node_friction(one), node_friction(replace(one, normal_load=1.0, radius=1.0)))
     np.testing.assert_allclose(
         2.0 * node_friction(one), node_friction(replace(one, intrinsic_friction=0.8)), rtol=1e-15
     )
@@ -46,14 +46,14 @@ def test_off_draws_nothing(monkeypatch: pytest.MonkeyPatch) -> None:
     assert np.all(node_friction(case) == 0.5)
 
 
-@pytest.mark.parametrize("residual", [0.0, 1.0])
-def test_every_node_obeys_its_own_limit(residual: float) -> None:
+@pytest.mark.parametrize("residual_shear", [0.0, 1.0])
+def test_every_node_obeys_its_own_limit(residual_shear: float) -> None:
     """The laws of contact hold at the end, with each node's own μ_i in place of the mean; some exceed the mean's limit."""
     case = Case(
         slab=Slab(n_x=33),
         radius=50.0,
         max_events=40,
-        slip_rule=SlipRule(residual=residual),
+        slip_rule=SlipRule(residual_shear=residual_shear),
         heterogeneity=Heterogeneity(spread=0.3),
     )
     compliance = slab_compliance(case.slab)
@@ -61,7 +61,7 @@ def test_every_node_obeys_its_own_limit(residual: float) -> None:
     assert record.outcome.ok
     assert_contact_laws(state, replace(case, intrinsic_friction=np.inf, **OFF), compliance)
     normal, shear = -state.nodal_force[1], np.abs(state.nodal_force[0])
-    assert np.all(shear <= node_friction(case) * normal + 1e-11 * case.load)
+    assert np.all(shear <= node_friction(case) * normal + 1e-11 * case.normal_load)
     assert np.any(shear > 0.5 * normal)
 
 
@@ -74,7 +74,7 @@ def test_a_vanishing_spread_is_no_spread() -> None:
     compliance = slab_compliance(case.slab)
     one, other = (slide(each, compliance) for each in (case, replace(case, heterogeneity=Heterogeneity(spread=1e-12))))
     np.testing.assert_array_equal(one.node, other.node)
-    np.testing.assert_allclose(one.force_after, other.force_after, atol=1e-9 * case.load)
+    np.testing.assert_allclose(one.force_after, other.force_after, atol=1e-9 * case.normal_load)
 
 
 def test_what_means_nothing_is_refused() -> None:

@@ -1,13 +1,13 @@
-"""Without friction or coupling the normal problem is all of first touch: half the compliance, or a quarter, is never read."""
+"""Without friction or coupling the normal problem is all of initial contact: half the compliance, or a quarter, is never read."""
 
 from dataclasses import replace
 
 import numpy as np
 import pytest
 
-from solver.case import Case, Effects, FirstTouch, Slab, SlipRule
+from solver.case import Case, Effects, InitialContact, Slab, SlipRule
 from solver.contact import initial
-from solver.contact.initial import first_touch
+from solver.contact.initial import initial_contact
 from solver.elasticity.compliance import SurfaceCompliance, slab_compliance, uncoupled
 from tests.physics import assert_contact_laws
 
@@ -31,7 +31,7 @@ U, W = slice(0, N), slice(N, 2 * N)
 
 
 def test_without_friction_the_contact_laws_hold_and_nothing_is_dragged() -> None:
-    state = first_touch(FRICTIONLESS, COMPLIANCE)
+    state = initial_contact(FRICTIONLESS, COMPLIANCE)
     assert state.outcome.ok
     assert_contact_laws(state, FRICTIONLESS, COMPLIANCE)
     assert not state.shear.any()
@@ -40,32 +40,32 @@ def test_without_friction_the_contact_laws_hold_and_nothing_is_dragged() -> None
 
 def test_without_friction_the_pressure_is_that_of_a_frictionless_first_touch() -> None:
     """Which then only sticks where it is: the same linear system, solved twice (1e-10 of the load)."""
-    stuck = first_touch(replace(CASE, first_touch="frictionless"), COMPLIANCE)
-    free = first_touch(FRICTIONLESS, COMPLIANCE)
-    np.testing.assert_allclose(free.nodal_force, stuck.nodal_force, atol=1e-10 * CASE.load)
-    np.testing.assert_allclose(free.u, stuck.u, atol=1e-10 * CASE.load)
+    stuck = initial_contact(replace(CASE, initial_contact="frictionless"), COMPLIANCE)
+    free = initial_contact(FRICTIONLESS, COMPLIANCE)
+    np.testing.assert_allclose(free.nodal_force, stuck.nodal_force, atol=1e-10 * CASE.normal_load)
+    np.testing.assert_allclose(free.u, stuck.u, atol=1e-10 * CASE.normal_load)
 
 
 def test_without_friction_the_tangential_half_of_the_compliance_is_not_read(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(initial, "core_of", None)  # no tableau is set up
-    found = first_touch(FRICTIONLESS, spoilt((U, U), (W, U)))
-    np.testing.assert_array_equal(found.nodal_force, first_touch(FRICTIONLESS, COMPLIANCE).nodal_force)
+    found = initial_contact(FRICTIONLESS, spoilt((U, U), (W, U)))
+    np.testing.assert_array_equal(found.nodal_force, initial_contact(FRICTIONLESS, COMPLIANCE).nodal_force)
 
 
 def test_without_coupling_the_normal_block_is_all_that_is_read(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(initial, "core_of", None)
-    found = first_touch(UNCOUPLED, spoilt((U, U), (W, U), (U, W)))
-    np.testing.assert_array_equal(found.nodal_force, first_touch(UNCOUPLED, COMPLIANCE).nodal_force)
+    found = initial_contact(UNCOUPLED, spoilt((U, U), (W, U), (U, W)))
+    np.testing.assert_array_equal(found.nodal_force, initial_contact(UNCOUPLED, COMPLIANCE).nodal_force)
     assert not found.u.any()
 
 
 @pytest.mark.parametrize("way", ["stick", "frictionless", "gradual"])
-@pytest.mark.parametrize("residual", [0.0, 1.0])
-def test_without_coupling_every_first_touch_is_the_same(way: FirstTouch, residual: float) -> None:
+@pytest.mark.parametrize("residual_shear", [0.0, 1.0])
+def test_without_coupling_every_first_touch_is_the_same(way: InitialContact, residual_shear: float) -> None:
     """The full solvers agree with the normal problem alone when they are given an uncoupled compliance."""
     zero = uncoupled(COMPLIANCE)
-    whole = first_touch(replace(CASE, first_touch=way, slip_rule=SlipRule(residual=residual)), zero)
-    alone = first_touch(UNCOUPLED, COMPLIANCE)
+    whole = initial_contact(replace(CASE, initial_contact=way, slip_rule=SlipRule(residual_shear=residual_shear)), zero)
+    alone = initial_contact(UNCOUPLED, COMPLIANCE)
     assert_contact_laws(alone, UNCOUPLED, zero)
     # 1e-9: raised event by event, the load gathers the rounding of some hundred steps.
-    np.testing.assert_allclose(alone.nodal_force, whole.nodal_force, atol=1e-9 * CASE.load)
+    np.testing.assert_allclose(alone.nodal_force, whole.nodal_force, atol=1e-9 * CASE.normal_load)

@@ -5,9 +5,9 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from solver.case import Case, Effects, FirstTouch, Heterogeneity, Roughness, Slab, SlipOrder, SlipRule
+from solver.case import Case, Effects, Heterogeneity, InitialContact, Roughness, Slab, SlipOrder, SlipRule
 from solver.contact import kernels
-from solver.contact.initial import first_touch
+from solver.contact.initial import initial_contact
 from solver.contact.pin import pin_of
 from solver.elasticity.compliance import slab_compliance
 from solver.outcome import InvalidInput
@@ -30,23 +30,23 @@ def random_profile(height: float, points: int = 301) -> Roughness:
 
 @pytest.mark.parametrize("height", [1e-5, 3e-4])
 @pytest.mark.parametrize("way", ["stick", "frictionless", "gradual"])
-def test_the_laws_of_contact_hold_at_first_touch_and_where_the_record_ends(height: float, way: FirstTouch) -> None:
-    case = rough(random_profile(height), replace(CASE, first_touch=way))
-    assert_contact_laws(first_touch(case, COMPLIANCE), case, COMPLIANCE)
+def test_the_laws_of_contact_hold_at_first_touch_and_where_the_record_ends(height: float, way: InitialContact) -> None:
+    case = rough(random_profile(height), replace(CASE, initial_contact=way))
+    assert_contact_laws(initial_contact(case, COMPLIANCE), case, COMPLIANCE)
     record, state = slide_to_state(case, COMPLIANCE)
     assert record.outcome.ok
     assert record.touches.any()
     assert_contact_laws(state, case, COMPLIANCE)
 
 
-@pytest.mark.parametrize("order", ["worst_first", "simultaneous"])
-def test_a_level_profile_is_a_smooth_pin(order: SlipOrder) -> None:
+@pytest.mark.parametrize("slip_order", ["worst_first", "simultaneous"])
+def test_a_level_profile_is_a_smooth_pin(slip_order: SlipOrder) -> None:
     """Any height, as only differences matter; 1e-10 of the load: other sums lead to the same events."""
-    case = replace(CASE, slip_rule=SlipRule(order=order))
+    case = replace(CASE, slip_rule=SlipRule(slip_order=slip_order))
     level = tuple((xi, 1e-3) for xi in np.linspace(-0.5, 0.5, 41).tolist())
     smooth, found = slide(case, COMPLIANCE), slide(rough(level, case), COMPLIANCE)
     np.testing.assert_array_equal(found.node, smooth.node)
-    np.testing.assert_allclose(found.force_after, smooth.force_after, atol=1e-10 * case.load)
+    np.testing.assert_allclose(found.force_after, smooth.force_after, atol=1e-10 * case.normal_load)
 
 
 def test_a_parabola_in_pieces_is_a_parabola() -> None:
@@ -56,13 +56,13 @@ def test_a_parabola_in_pieces_is_a_parabola() -> None:
     pieces = tuple(zip(xi.tolist(), (xi**2 / 200.0).tolist(), strict=True))
     smooth, found = slide(replace(CASE, max_events=10), COMPLIANCE), slide(rough(pieces, half), COMPLIANCE)
     np.testing.assert_array_equal(found.node, smooth.node)
-    np.testing.assert_allclose(found.force_after, smooth.force_after, atol=1e-6 * CASE.load)
+    np.testing.assert_allclose(found.force_after, smooth.force_after, atol=1e-6 * CASE.normal_load)
 
 
 def test_a_node_rests_where_its_shear_is_first_gone() -> None:
-    """By brute force: |shear| falls through residual·μ_i·pressure nowhere before the distance that the kernel finds."""
+    """By brute force: |shear| falls through residual_shear·μ_i·pressure nowhere before the distance that the kernel finds."""
     points = random_profile(2e-4, 601)
-    case = rough(points, replace(CASE, slip_rule=SlipRule(residual=0.3)))
+    case = rough(points, replace(CASE, slip_rule=SlipRule(residual_shear=0.3)))
     profile = kernels.Profile(pin_of(case).curvature, *(np.ascontiguousarray(part) for part in np.array(points).T))
     rng = np.random.default_rng(5)
     tableau = np.array([[1.3, 0.2], [-0.3, 1.1]])
@@ -104,7 +104,7 @@ def test_frozen_pressures_feel_roughness_at_first_touch_only() -> None:
     case = replace(rough(random_profile(1e-4)), effects=Effects(pin_translation=False))
     record, state = slide_to_state(case, COMPLIANCE)
     assert record.outcome.ok
-    np.testing.assert_array_equal(state.pressure, first_touch(case, COMPLIANCE).pressure)
+    np.testing.assert_array_equal(state.pressure, initial_contact(case, COMPLIANCE).pressure)
 
 
 def test_a_smooth_pin_has_no_profile() -> None:
@@ -122,8 +122,8 @@ def test_what_means_nothing_is_refused() -> None:
     points = ((0.0, 0.0), (0.1, 1e-5))
     with pytest.raises(InvalidInput, match="roughness with pin = flat_punch: needs a parabola"):
         rough(points, replace(CASE, pin="flat_punch"))
-    with pytest.raises(InvalidInput, match=r"roughness with residual = 1\.0"):
-        rough(points, replace(CASE, slip_rule=SlipRule(residual=1.0)))
+    with pytest.raises(InvalidInput, match=r"roughness with residual_shear = 1\.0"):
+        rough(points, replace(CASE, slip_rule=SlipRule(residual_shear=1.0)))
     with pytest.raises(InvalidInput, match="points with increasing ξ"):
         Heterogeneity(roughness=((0.1, 0.0), (0.1, 1.0)))
     with pytest.raises(InvalidInput, match="no or at least 2 points"):

@@ -6,15 +6,15 @@ from typing import Any, get_args
 import numpy as np
 import pytest
 
-from solver.case import Case, Effects, FirstTouch, Heterogeneity, PinShape, Scheme, Slab, SlipRule
-from solver.contact.initial import first_touch
+from solver.case import Case, Effects, Heterogeneity, InitialContact, PinShape, Scheme, Slab, SlipRule
+from solver.contact.initial import initial_contact
 from solver.contact.pin import surface_from_pin
 from solver.elasticity.compliance import SurfaceCompliance, slab_compliance
 from solver.sliding.events import slide, slide_to_state
 from solver.sliding.record import FrictionRecord
 from tests.physics import assert_contact_laws
 
-WAYS: tuple[FirstTouch, ...] = get_args(FirstTouch)
+WAYS: tuple[InitialContact, ...] = get_args(InitialContact)
 FLAT = Case(radius=20.0, slab=Slab(129, scheme="half_plane", poisson=0.3), max_events=300)
 """23 nodes in contact, far from the ends."""
 FROZEN = Effects(pin_translation=False)
@@ -48,16 +48,16 @@ def test_the_pin_sees_every_node_further_left() -> None:
 
 @pytest.mark.parametrize("way", WAYS)
 @pytest.mark.parametrize(
-    ("effects", "residual"),
+    ("effects", "residual_shear"),
     [(Effects(), 0.0), (Effects(), 0.5), (Effects(), 1.0), (FROZEN, 0.0), (FROZEN, 0.5)],
 )
 def test_one_spacing_on_a_half_plane_is_the_same_one_node_further(
-    flat: SurfaceCompliance, way: FirstTouch, effects: Effects, residual: float
+    flat: SurfaceCompliance, way: InitialContact, effects: Effects, residual_shear: float
 ) -> None:
     """Its matrix is Toeplitz to the bit and the positions are binary fractions: every number is computed from the same ones.
     Sums over all nodes may be added up in another order, by the shift of the window: 1e-12 allows for 300 events of that."""
-    case = replace(FLAT, first_touch=way, effects=effects, slip_rule=SlipRule(residual=residual))
-    case = replace(case, max_events=60) if residual == 1.0 else case
+    case = replace(FLAT, initial_contact=way, effects=effects, slip_rule=SlipRule(residual_shear=residual_shear))
+    case = replace(case, max_events=60) if residual_shear == 1.0 else case
     here, next_to = (slide(replace(case, start=start), flat) for start in (0.0, 1.0))
     assert here.outcome.ok
     assert len(here.node) == case.max_events
@@ -70,12 +70,12 @@ def test_one_spacing_on_a_half_plane_is_the_same_one_node_further(
 
 
 @pytest.mark.parametrize("way", WAYS)
-def test_between_nodes_it_is_another_record(flat: SurfaceCompliance, way: FirstTouch) -> None:
-    case = replace(FLAT, first_touch=way)
+def test_between_nodes_it_is_another_record(flat: SurfaceCompliance, way: InitialContact) -> None:
+    case = replace(FLAT, initial_contact=way)
     here, between = slide(case, flat), slide(replace(case, start=0.5), flat)
     assert between.outcome.ok
     count = min(len(here.node), len(between.node))
-    assert np.abs(here.force_after[:count] - between.force_after[:count]).max() > 1e-3 * case.load
+    assert np.abs(here.force_after[:count] - between.force_after[:count]).max() > 1e-3 * case.normal_load
 
 
 @pytest.mark.parametrize("start", [0.1, 0.37, 0.5])
@@ -84,22 +84,22 @@ def test_starts_on_either_side_of_a_node_are_mirror_images_at_first_touch(
 ) -> None:
     """Pressed down without friction, s right of a node and s left of the next one: the pressures of one turned round and one
     node on. The order of sums is turned round too, which the contact's condition (some 1e3) amplifies."""
-    case = replace(FLAT, first_touch="frictionless")
-    right, left = (first_touch(replace(case, start=one), flat) for one in (start, 1.0 - start))
+    case = replace(FLAT, initial_contact="frictionless")
+    right, left = (initial_contact(replace(case, start=one), flat) for one in (start, 1.0 - start))
     turned = np.zeros_like(left.nodal_force[1])
     turned[1:] = left.nodal_force[1, ::-1][:-1]
-    np.testing.assert_allclose(right.nodal_force[1], turned, atol=1e-11 * case.load)
+    np.testing.assert_allclose(right.nodal_force[1], turned, atol=1e-11 * case.normal_load)
 
 
 @pytest.mark.parametrize("pin", get_args(PinShape))
 @pytest.mark.parametrize("way", WAYS)
 @pytest.mark.parametrize("scheme", get_args(Scheme))
-def test_the_laws_of_contact_hold_between_nodes(scheme: Scheme, way: FirstTouch, pin: PinShape) -> None:
-    """At first touch and 30 events on."""
+def test_the_laws_of_contact_hold_between_nodes(scheme: Scheme, way: InitialContact, pin: PinShape) -> None:
+    """At initial contact and 30 events on."""
     slab = Slab(33, scheme=scheme)
-    case = Case(radius=20.0, half_width=0.17, slab=slab, pin=pin, first_touch=way, start=0.37, max_events=30)
+    case = Case(radius=20.0, half_width=0.17, slab=slab, pin=pin, initial_contact=way, start=0.37, max_events=30)
     compliance = slab_compliance(slab)
-    state = first_touch(case, compliance)
+    state = initial_contact(case, compliance)
     assert state.outcome.ok
     assert_contact_laws(state, case, compliance)
     record, end = slide_to_state(case, compliance, state)
@@ -110,11 +110,11 @@ def test_the_laws_of_contact_hold_between_nodes(scheme: Scheme, way: FirstTouch,
 def test_a_punch_stands_over_the_nodes_under_it() -> None:
     """A node counts while the greater part of its width is covered: from 0.5 on the next one right does."""
     slab = Slab(33)
-    case = Case(slab=slab, pin="flat_punch", half_width=4 * slab.spacing, first_touch="frictionless")
+    case = Case(slab=slab, pin="flat_punch", half_width=4 * slab.spacing, initial_contact="frictionless")
     compliance = slab_compliance(slab)
 
     def under(start: float) -> list[int]:
-        return np.flatnonzero(first_touch(replace(case, start=start), compliance).contact).tolist()
+        return np.flatnonzero(initial_contact(replace(case, start=start), compliance).contact).tolist()
 
     assert under(0.0) == list(range(12, 21))
     assert under(0.4) == list(range(12, 21))
@@ -124,8 +124,8 @@ def test_a_punch_stands_over_the_nodes_under_it() -> None:
 
 LIMITED: dict[str, dict[str, Any]] = {
     "slips": {},
-    "some shear left": {"slip_rule": SlipRule(residual=0.5)},
-    "classical": {"slip_rule": SlipRule(residual=1.0)},
+    "some shear left": {"slip_rule": SlipRule(residual_shear=0.5)},
+    "classical": {"slip_rule": SlipRule(residual_shear=1.0)},
     "frozen pressures": {"effects": FROZEN},
     "no coupling": {"effects": Effects(coupling=False)},
     "spread": {"heterogeneity": Heterogeneity(spread=0.2)},

@@ -95,7 +95,7 @@ def test_the_fit_finds_the_forces_behind_a_spring_force():
     stiff = 1e6
     profile = profile_through([0.0, 2.0 / stiff, 1.0], [0.0, 0.5], [2.0, 0.5], periodic_from=1)
     drive = replace(DRIVE, samples=1000, duration=40.0)
-    fit = fit_stick_slip(integrate(profile, drive, stiff), drive, load=4.0)
+    fit = fit_stick_slip(integrate(profile, drive, stiff), drive, normal_load=4.0)
     assert fit.kinetic_friction == pytest.approx(0.5 / 4.0, abs=1e-3)
     swing = 0.04 * math.exp(-0.1 * 9.7)  # by which the contact lets go early, see above
     assert fit.static_friction == pytest.approx((2.0 - swing) / 4.0, abs=1e-3)
@@ -105,7 +105,7 @@ def test_the_fit_finds_the_forces_behind_a_spring_force():
 
 def test_without_a_slip_there_is_nothing_to_fit():
     drive = replace(DRIVE, duration=1.0)
-    fit = fit_stick_slip(integrate(constant_profile(2.0), drive, 5.0), drive, load=4.0)
+    fit = fit_stick_slip(integrate(constant_profile(2.0), drive, 5.0), drive, normal_load=4.0)
     assert np.isnan([fit.kinetic_friction, fit.static_friction, fit.later_static_friction, fit.residual]).all()
 
 
@@ -134,7 +134,7 @@ def test_a_fit_takes_no_longer_the_more_slips_there_are(trials, duration):
     plain = integrate(constant_profile(0.5), replace(drive, surface_compliance=False), 1e6)
     result = replace(plain, slip_force=np.array([static]))
     assert len(stick_slip(result.time, drive, 0.5, static).slip_time) > 0.05 * duration
-    fit_stick_slip(result, drive, load=4.0)
+    fit_stick_slip(result, drive, normal_load=4.0)
     assert len(trials) <= 330
     assert max(len(model.slip_time) for model in trials) <= MOST_SLIPS
 
@@ -145,9 +145,9 @@ def test_a_motion_of_too_many_slips_is_not_fitted(trials):
     assert len(motion.slip_time) > MOST_SLIPS
     plain = integrate(constant_profile(1e3), drive, 5.0)
     result = replace(plain, spring_force=motion.spring_force, slip_force=np.full(len(motion.slip_time), static))
-    assert math.isnan(fit_stick_slip(result, drive, load=4.0).residual)
+    assert math.isnan(fit_stick_slip(result, drive, normal_load=4.0).residual)
     result = replace(result, slip_force=np.array([static]))  # or its closed form's, from every start
-    assert math.isnan(fit_stick_slip(result, drive, load=4.0).residual)
+    assert math.isnan(fit_stick_slip(result, drive, normal_load=4.0).residual)
 
 
 def test_a_closed_form_cut_short_is_the_same_up_to_there():
@@ -165,7 +165,7 @@ def test_a_fit_looks_at_so_many_samples_and_finds_the_same(trials):
     stiff = 1e6
     profile = profile_through([0.0, 2.0 / stiff, 1.0], [0.0, 0.5], [2.0, 0.5], periodic_from=1)
     drives = [replace(DRIVE, samples=samples, duration=40.0) for samples in (MOST_SAMPLES, 100_000)]
-    few, many = (fit_stick_slip(integrate(profile, drive, stiff), drive, load=4.0) for drive in drives)
+    few, many = (fit_stick_slip(integrate(profile, drive, stiff), drive, normal_load=4.0) for drive in drives)
     assert {len(model.time) for model in trials} == {MOST_SAMPLES + 1}
     for name in ("kinetic_friction", "static_friction", "later_static_friction"):
         assert getattr(many, name) == pytest.approx(getattr(few, name), abs=1e-9)

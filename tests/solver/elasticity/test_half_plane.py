@@ -6,7 +6,7 @@ from scipy.integrate import quad
 
 from solver.case import Case, Slab
 from solver.contact.closed_forms import hertz
-from solver.contact.initial import first_touch
+from solver.contact.initial import initial_contact
 from solver.elasticity.compliance import slab_compliance
 from solver.elasticity.schemes import stiffness
 from solver.outcome import InvalidInput
@@ -85,13 +85,15 @@ def test_hertz_without_a_finite_slab_in_the_way(radius: float) -> None:
     """A contact 0.7 as wide as the slab, with strains too small to matter (Hertz knows none): only the edge nodes' hats
     are no part of an ellipse."""
     poisson, half_width = 1 / 3, 0.35
-    load = np.pi * half_width**2 / (2 * radius * (1 - poisson))
-    theory = hertz(load, radius, poisson)
+    normal_load = np.pi * half_width**2 / (2 * radius * (1 - poisson))
+    theory = hertz(normal_load, radius, poisson)
     slab = Slab(n_x=257, poisson=poisson, scheme="half_plane")
     compliance = slab_compliance(slab)
-    state = first_touch(Case(slab=slab, radius=radius, load=load, first_touch="frictionless"), compliance)
+    state = initial_contact(
+        Case(slab=slab, radius=radius, normal_load=normal_load, initial_contact="frictionless"), compliance
+    )
     assert state.outcome.ok
-    moment = float((-state.nodal_force[1] * compliance.x**2).sum()) / load
+    moment = float((-state.nodal_force[1] * compliance.x**2).sum()) / normal_load
     assert 2 * np.sqrt(moment) == pytest.approx(theory.half_width, rel=2e-3)
     inside = np.abs(compliance.x) <= 0.9 * half_width
     error = np.abs(state.pressure - theory.pressure(compliance.x))[inside].max() / theory.peak_pressure

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from solver.case import Case, Slab, Support
-from solver.contact.initial import first_touch
+from solver.contact.initial import initial_contact
 from solver.elasticity.compliance import slab_compliance
 from solver.elasticity.grid import binary_hierarchy
 from solver.elasticity.interior import gradient, interior_fields
@@ -37,25 +37,25 @@ def test_the_gradient_of_a_smooth_field_converges() -> None:
 def test_the_surface_moves_as_contact_saw_it() -> None:
     """The same stiffness condensed and solved whole: 1e-10 of the load, as for every state."""
     compliance = slab_compliance(CASE.slab)
-    state = first_touch(CASE, compliance)
+    state = initial_contact(CASE, compliance)
     inside = interior_fields(CASE.slab, state.nodal_force)
     surface = slice(0, 65)
-    np.testing.assert_allclose(inside.u[surface], state.u, atol=1e-10 * CASE.load)
-    np.testing.assert_allclose(inside.w[surface], state.w, atol=1e-10 * CASE.load)
+    np.testing.assert_allclose(inside.u[surface], state.u, atol=1e-10 * CASE.normal_load)
+    np.testing.assert_allclose(inside.w[surface], state.w, atol=1e-10 * CASE.normal_load)
     np.testing.assert_array_equal(inside.x[surface], compliance.x)
 
 
 def test_stress_under_the_pin_is_its_pressure_and_rows_carry_the_load() -> None:
     """The middle of the contact is smooth: 4 % of the pressure; the stencil does not conserve force, its rows carry the load to
     10 %."""
-    state = first_touch(CASE, slab_compliance(CASE.slab))
+    state = initial_contact(CASE, slab_compliance(CASE.slab))
     inside = interior_fields(CASE.slab, state.nodal_force)
     assert inside.stress_zz[32] == pytest.approx(-state.pressure[32], rel=0.04)
     for z in np.unique(inside.z)[2:-1]:
         row = inside.z == z
         carried = -np.trapezoid(inside.stress_zz[row], inside.x[row])
-        print(f"z = {z:.3f}: carries {carried / CASE.load:.3f} of the load")
-        assert carried == pytest.approx(CASE.load, rel=0.1)
+        print(f"z = {z:.3f}: carries {carried / CASE.normal_load:.3f} of the load")
+        assert carried == pytest.approx(CASE.normal_load, rel=0.1)
 
 
 @pytest.mark.parametrize("support", get_args(Support))

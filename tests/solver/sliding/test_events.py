@@ -8,7 +8,7 @@ import pytest
 
 from solver.case import Case, Slab, SlipOrder, SlipRule, Support
 from solver.contact import tableau
-from solver.contact.initial import first_touch
+from solver.contact.initial import initial_contact
 from solver.elasticity.compliance import SurfaceCompliance, slab_compliance
 from solver.outcome import Ending
 from solver.sliding import events
@@ -20,30 +20,33 @@ SLAB = Slab(n_x=33)
 COMPLIANCE = slab_compliance(SLAB)
 
 
-def case_with(residual: float = 0.0, order: SlipOrder = "worst_first", **changes: object) -> Case:
-    return replace(Case(slab=SLAB, slip_rule=SlipRule(order=order, residual=residual), max_events=300), **changes)  # type: ignore[arg-type]
+def case_with(residual_shear: float = 0.0, slip_order: SlipOrder = "worst_first", **changes: object) -> Case:
+    return replace(
+        Case(slab=SLAB, slip_rule=SlipRule(slip_order=slip_order, residual_shear=residual_shear), max_events=300),
+        **changes,
+    )  # type: ignore[arg-type]
 
 
-@pytest.mark.parametrize("residual", [0.0, 0.5, 0.9])
-@pytest.mark.parametrize("order", ["worst_first", "simultaneous"])
+@pytest.mark.parametrize("residual_shear", [0.0, 0.5, 0.9])
+@pytest.mark.parametrize("slip_order", ["worst_first", "simultaneous"])
 @pytest.mark.parametrize(
     ("friction", "changes"),
     [
         (0.5, {}),
         (0.1, {}),
         (1.0, {}),
-        (0.5, {"radius": 10.0, "load": 1e-4}),
+        (0.5, {"radius": 10.0, "normal_load": 1e-4}),
         (0.5, {"radius": 2000.0}),
         (0.3, {"pin": "flat_punch"}),
-        (0.3, {"first_touch": "frictionless"}),
+        (0.3, {"initial_contact": "frictionless"}),
     ],
     ids=["paper", "slippery", "rough", "small", "full", "punch", "frictionless touch"],
 )
 def test_the_contact_laws_hold_after_every_event(
-    friction: float, changes: dict[str, object], order: SlipOrder, residual: float
+    friction: float, changes: dict[str, object], slip_order: SlipOrder, residual_shear: float
 ) -> None:
-    case = case_with(residual, order, intrinsic_friction=friction, max_events=1, **changes)
-    state = first_touch(case, COMPLIANCE)
+    case = case_with(residual_shear, slip_order, intrinsic_friction=friction, max_events=1, **changes)
+    state = initial_contact(case, COMPLIANCE)
     for _ in range(60):
         record, state = slide_to_state(case, COMPLIANCE, state)
         assert record.outcome.ok, record.outcome
@@ -66,23 +69,23 @@ def test_between_events_the_force_rises_with_the_recorded_stiffness() -> None:
     after = np.concatenate(([record.initial_force], record.force_after[:-1]))
     slope = np.concatenate(([record.initial_stiffness], record.stiffness[:-1]))
     steps = np.diff(record.displacement, prepend=0.0)
-    np.testing.assert_allclose(after + slope * steps, record.force_before, atol=1e-11 * record.load)
+    np.testing.assert_allclose(after + slope * steps, record.force_before, atol=1e-11 * record.normal_load)
     assert steps.min() >= smallest_step(case_with(), 3.0 * record.stiffness.max()) * (1 - 1e-6)
 
 
 @pytest.mark.parametrize("operator", [half_plane, coupled_half_plane])
-@pytest.mark.parametrize("residual", [0.0, 0.8])
-def test_the_work_of_pin_and_load_is_stored_or_dissipated(operator: object, residual: float) -> None:
+@pytest.mark.parametrize("residual_shear", [0.0, 0.8])
+def test_the_work_of_pin_and_load_is_stored_or_dissipated(operator: object, residual_shear: float) -> None:
     """∫F dδ_p + W·Δapproach = Δ(½ f·d) + Σ dissipated, for a reciprocal operator; no event creates energy."""
     slab = replace(SLAB, poisson=0.2)
     compliance: SurfaceCompliance = operator(slab)  # type: ignore[operator]
-    case = case_with(residual, slab=slab)
-    start = first_touch(case, compliance)
+    case = case_with(residual_shear, slab=slab)
+    start = initial_contact(case, compliance)
     record, end = slide_to_state(case, compliance, start)
     assert len(record.kind) == 300
     before = np.concatenate(([record.initial_force], record.force_after[:-1]))
     pin_work = float(((before + record.force_before) / 2) @ np.diff(record.displacement, prepend=0.0))
-    load_work = case.load * (end.approach - start.approach)
+    load_work = case.normal_load * (end.approach - start.approach)
     stored = stored_energy(end) - stored_energy(start)
     lost = float(record.dissipated.sum())
     # 300 events, each summed to rounding of the work done so far.
@@ -109,9 +112,15 @@ def test_following_a_window_of_nodes_changes_nothing(far: float, monkeypatch: py
     """The same events as with every surface node followed, also where the contact walks out of its first window."""
     slab = Slab(n_x=65)
     compliance = slab_compliance(slab)
-    rule = SlipRule(residual=0.5)
+    rule = SlipRule(residual_shear=0.5)
     case = Case(
-        slab=slab, radius=1.0, load=1e-4, intrinsic_friction=0.2, slip_rule=rule, max_events=None, max_displacement=far
+        slab=slab,
+        radius=1.0,
+        normal_load=1e-4,
+        intrinsic_friction=0.2,
+        slip_rule=rule,
+        max_events=None,
+        max_displacement=far,
     )
     windowed, state = slide_to_state(case, compliance)
     assert_contact_laws(state, case, compliance)
@@ -130,7 +139,7 @@ def test_following_a_window_of_nodes_changes_nothing(far: float, monkeypatch: py
 def test_a_run_in_pieces_is_the_run_in_one() -> None:
     """To rounding: every piece starts from a freshly inverted operator."""
     whole = slide(case_with(max_events=40), COMPLIANCE)
-    state, pieces = first_touch(case_with(), COMPLIANCE), []
+    state, pieces = initial_contact(case_with(), COMPLIANCE), []
     for _ in range(4):
         record, state = slide_to_state(case_with(max_events=10), COMPLIANCE, state)
         pieces.append(record)
@@ -175,7 +184,7 @@ def test_without_friction_the_pin_feels_none() -> None:
     record = slide(case_with(intrinsic_friction=0.0, max_events=50), COMPLIANCE)
     assert record.outcome.ok
     # Every step is as small as the force's tolerance allows.
-    assert record.force_before.max() <= 1e-12 * record.load
+    assert record.force_before.max() <= 1e-12 * record.normal_load
 
 
 def test_a_punch_edge_that_comes_upon_the_next_node_is_an_outcome() -> None:
@@ -196,7 +205,7 @@ def test_a_pin_can_be_dragged_off_the_slab_or_until_it_carries_on_one_corner() -
     Slopes stay below half of μ_i: a pin twice as sharp creates energy on its way, and is named for it.
     """
     slab = Slab(n_x=9)
-    case = Case(slab=slab, radius=2.0, load=1e-3, intrinsic_friction=0.1, max_events=None, max_displacement=0.6)
+    case = Case(slab=slab, radius=2.0, normal_load=1e-3, intrinsic_friction=0.1, max_events=None, max_displacement=0.6)
     compliance = slab_compliance(slab)
     record, state = slide_to_state(case, compliance)
     assert record.outcome.ok

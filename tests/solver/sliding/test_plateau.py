@@ -104,7 +104,7 @@ def truncated(record: FrictionRecord) -> tuple[float, float]:
     whole = teeth(record)
     bins = whole.block_means(0.0, record.final_displacement, BINS)
     first = truncation(bins)
-    return record.final_displacement * first / BINS, float(bins[first:].mean()) / record.load
+    return record.final_displacement * first / BINS, float(bins[first:].mean()) / record.normal_load
 
 
 @pytest.mark.parametrize(("spacings", "whole"), [(1.3, 1), (1.5, 1), (2.4, 2), (3.7, 3)])
@@ -166,7 +166,7 @@ def test_from_half_a_spacing_on_all_is_kept_that_first_touch_does_not_reach() ->
 
 
 def test_a_contact_without_stiffness_has_no_stretch_to_forget() -> None:
-    """Then there is no telling what first touch reaches, and truncation decides."""
+    """Then there is no telling what initial contact reaches, and truncation decides."""
     record = replace(modulated_record(2.4, 0.2), initial_stiffness=0.0)
     start, _ = truncated(record)
     assert plateau_of(record).first_event == int(np.searchsorted(record.displacement, start))

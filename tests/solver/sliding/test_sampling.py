@@ -51,12 +51,12 @@ def test_over_a_vanishing_stretch_the_whole_modulation_is_open() -> None:
 
 
 def test_it_falls_with_length_with_nodes_with_residual() -> None:
-    def of(spacings: float, nodes: float = 9.0, residual: float = 0.0) -> float:
-        return Sampling(spacings, nodes, residual).of_mean_force(BLOCKS, SEEN / math.sqrt(32))
+    def of(spacings: float, nodes: float = 9.0, residual_shear: float = 0.0) -> float:
+        return Sampling(spacings, nodes, residual_shear).of_mean_force(BLOCKS, SEEN / math.sqrt(32))
 
     assert np.all(np.diff([of(spacings) for spacings in LENGTHS]) < 0.0)
     assert np.all(np.diff([of(0.3, nodes) for nodes in (1.0, 3.0, 9.0, 40.0)]) < 0.0)
-    assert np.all(np.diff([of(0.3, residual=residual) for residual in (0.0, 0.3, 0.9, 1.0)]) < 0.0)
+    assert np.all(np.diff([of(0.3, residual_shear=residual_shear) for residual_shear in (0.0, 0.3, 0.9, 1.0)]) < 0.0)
     # Just before one spacing all of it was seen too: the two rules differ by LEFT_OVER alone.
     assert of(1.0) / of(1.0 - 1e-6) == pytest.approx(LEFT_OVER, rel=1e-6)
 
@@ -67,8 +67,8 @@ def test_it_is_never_less_than_what_the_blocks_say_below_one_spacing() -> None:
 
 
 def test_without_drops_nothing_is_modulated() -> None:
-    """At residual 1 slips drop nothing: what is left is what the blocks say, and in a stretch too short that they see little."""
-    smooth = Sampling(1e-3, 9.0, residual=1.0)
+    """At residual_shear 1 slips drop nothing: what is left is what the blocks say, which see little of a short stretch."""
+    smooth = Sampling(1e-3, 9.0, residual_shear=1.0)
     assert smooth.discreteness == 0.0
     assert smooth.of_peak() == 0.0
     assert smooth.of_mean_force(np.ones(32), 2e-3) == 2e-3
@@ -109,8 +109,8 @@ def test_of_events_nothing_is_known_before_first_touch_is_forgotten() -> None:
 
 
 def test_events_that_drop_nothing_are_known_from_the_first() -> None:
-    assert Sampling(0.01, 9.0, residual=1.0).of_events() == 0.0
-    assert Sampling(0.01, 9.0, residual=1.0, spread=0.2).of_events() > 0.0
+    assert Sampling(0.01, 9.0, residual_shear=1.0).of_events() == 0.0
+    assert Sampling(0.01, 9.0, residual_shear=1.0, spread=0.2).of_events() > 0.0
 
 
 VALUES = np.array([1.0, 1.02, 0.99, 1.01])

@@ -236,7 +236,9 @@ def test_searching_for_a_cycle_takes_no_time() -> None:
 def test_classical_sliding_states_how_well_its_steps_are_known() -> None:
     """There slips drop nothing, and what is unknown of steps is their scatter, over whole node spacings too: as large as that
     between starts at least."""
-    case = Case(radius=100.0, slab=Slab(129, scheme="half_plane"), slip_rule=SlipRule(residual=1.0), max_spacings=12.4)
+    case = Case(
+        radius=100.0, slab=Slab(129, scheme="half_plane"), slip_rule=SlipRule(residual_shear=1.0), max_spacings=12.4
+    )
     compliance = slab_compliance(case.slab)
     starts = [replace(case, start=start) for start in (0.0, 0.25, 0.5, 0.75)]
     found = [event_statistics(slide(one, compliance)) for one in starts]
@@ -258,7 +260,7 @@ def test_steps_of_slips_that_drop_are_no_better_known_than_the_model_says(spacin
     """Teeth all alike: what is stated is of the phases that were not seen, or of the ends of what was."""
     events = 640
     length = spacings * SPACING / events
-    record = replace(record_from(np.full(events, length), np.full(events, STIFFNESS * length)), residual=0.0)
+    record = replace(record_from(np.full(events, length), np.full(events, STIFFNESS * length)), residual_shear=0.0)
     found = event_statistics(record)
     expected = math.hypot(0.6 * 2.0 / math.pi, 0.1) if spacings < 1.0 else 0.1 / 4.0
     assert found.mean_step_uncertainty == pytest.approx(expected * length, rel=1e-6)

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from solver.case import Case, Effects, Heterogeneity, Slab, SlipOrder, SlipRule
-from solver.contact.initial import first_touch
+from solver.contact.initial import initial_contact
 from solver.contact.kernels import Events
 from solver.contact.node_friction import node_friction
 from solver.elasticity.compliance import SurfaceCompliance, slab_compliance
@@ -22,24 +22,26 @@ FROZEN = Case(slab=SLAB, radius=100.0, max_events=300, effects=Effects(pin_trans
 GOODMAN = replace(FROZEN, effects=Effects(pin_translation=False, coupling=False))
 
 
-@pytest.mark.parametrize("case", [FROZEN, GOODMAN], ids=["coupled first touch", "Goodman"])
-@pytest.mark.parametrize("order", ["worst_first", "simultaneous"])
-def test_friction_and_equilibrium_hold_where_the_record_ends(case: Case, order: SlipOrder) -> None:
-    case = replace(case, slip_rule=SlipRule(order=order, residual=0.3), heterogeneity=Heterogeneity(spread=0.2))
-    start = first_touch(case, COMPLIANCE)
+@pytest.mark.parametrize("case", [FROZEN, GOODMAN], ids=["coupled initial contact", "Goodman"])
+@pytest.mark.parametrize("slip_order", ["worst_first", "simultaneous"])
+def test_friction_and_equilibrium_hold_where_the_record_ends(case: Case, slip_order: SlipOrder) -> None:
+    case = replace(
+        case, slip_rule=SlipRule(slip_order=slip_order, residual_shear=0.3), heterogeneity=Heterogeneity(spread=0.2)
+    )
+    start = initial_contact(case, COMPLIANCE)
     record, end = slide_to_state(case, COMPLIANCE, start)
     assert record.outcome.ok
     np.testing.assert_array_equal(end.pressure, start.pressure)
     normal, shear = -end.nodal_force[1], np.abs(end.nodal_force[0])
-    assert np.all(shear <= node_friction(case) * normal + 1e-11 * case.load)
+    assert np.all(shear <= node_friction(case) * normal + 1e-11 * case.normal_load)
     along = COMPLIANCE.matrix[:N, :N] @ end.nodal_force[0]
     if case.effects.coupling:
         along += COMPLIANCE.matrix[:N, N:] @ end.nodal_force[1]
-    np.testing.assert_allclose(end.u, along, atol=1e-10 * case.load)
-    assert end.friction_force == pytest.approx(record.final_force, abs=1e-11 * case.load)
+    np.testing.assert_allclose(end.u, along, atol=1e-10 * case.normal_load)
+    assert end.friction_force == pytest.approx(record.final_force, abs=1e-11 * case.normal_load)
 
 
-@pytest.mark.parametrize("case", [FROZEN, GOODMAN], ids=["coupled first touch", "Goodman"])
+@pytest.mark.parametrize("case", [FROZEN, GOODMAN], ids=["coupled initial contact", "Goodman"])
 def test_every_event_is_a_slip_and_loses_energy(case: Case) -> None:
     record = slide(case, COMPLIANCE)
     assert len(record.displacement) == 300
@@ -52,11 +54,11 @@ def test_every_event_is_a_slip_and_loses_energy(case: Case) -> None:
 
 def test_after_first_touch_only_the_tangential_block_is_read(monkeypatch: pytest.MonkeyPatch) -> None:
     """Without coupling either; no tableau of normal and tangential entries is set up."""
-    start = first_touch(GOODMAN, COMPLIANCE)
+    start = initial_contact(GOODMAN, COMPLIANCE)
     matrix = np.full_like(COMPLIANCE.matrix, np.nan)
     matrix[:N, :N] = COMPLIANCE.matrix[:N, :N]
     whole = slide(GOODMAN, COMPLIANCE, start)
-    for builder in ("core_of", "first_touch", "uncoupled"):
+    for builder in ("core_of", "initial_contact", "uncoupled"):
         monkeypatch.setattr(events, builder, None)
     alone = slide(GOODMAN, SurfaceCompliance(matrix, SLAB), start)
     for name in ("displacement", "force_after", "node", "slips", "dissipated"):
@@ -70,7 +72,7 @@ def test_a_record_continues_from_the_state_it_ended_in() -> None:
     second = slide(half, COMPLIANCE, state)
     whole = slide(GOODMAN, COMPLIANCE)
     np.testing.assert_array_equal(np.concatenate((first.node, second.node)), whole.node)
-    np.testing.assert_allclose(second.force_after, whole.force_after[150:], atol=1e-9 * GOODMAN.load)
+    np.testing.assert_allclose(second.force_after, whole.force_after[150:], atol=1e-9 * GOODMAN.normal_load)
 
 
 def test_a_displacement_limit_ends_a_record() -> None:
@@ -94,8 +96,8 @@ def test_a_cascade_can_be_given_up() -> None:
 
 
 def test_what_means_nothing_is_refused() -> None:
-    with pytest.raises(InvalidInput, match=r"residual = 1\.0 with pin_translation = false"):
-        replace(FROZEN, slip_rule=SlipRule(residual=1.0))
+    with pytest.raises(InvalidInput, match=r"residual_shear = 1\.0 with pin_translation = false"):
+        replace(FROZEN, slip_rule=SlipRule(residual_shear=1.0))
     with pytest.raises(InvalidInput, match="friction = false: needs the stage contact alone"):
         slide(replace(FROZEN, effects=Effects(friction=False)), COMPLIANCE)
 
@@ -121,13 +123,15 @@ def test_a_record_takes_no_more_room_than_its_events_need(monkeypatch: pytest.Mo
 
 def test_a_pin_that_is_not_carried_along_is_as_steep_as_at_first_touch() -> None:
     """A parabola dragged three quarters of a slab to the side would stand on a flank of 50° there."""
-    case = replace(FROZEN, radius=0.5, load=1e-4, intrinsic_friction=10.0, max_events=None, max_displacement=0.75)
+    case = replace(
+        FROZEN, radius=0.5, normal_load=1e-4, intrinsic_friction=10.0, max_events=None, max_displacement=0.75
+    )
     assert slide(case, COMPLIANCE).outcome.ok
 
 
 def test_a_shear_that_is_no_number_is_seen() -> None:
     """No comparison in the kernel is true of it: nothing would seem to slip."""
-    start = first_touch(GOODMAN, COMPLIANCE)
+    start = initial_contact(GOODMAN, COMPLIANCE)
     u = start.u.copy()
     u[np.flatnonzero(start.contact)[0]] = np.nan
     assert slide(GOODMAN, COMPLIANCE, replace(start, u=u)).outcome.ending is Ending.ROUNDING
@@ -137,7 +141,7 @@ def test_a_record_that_stays_where_it_touched_knows_of_one_start_only() -> None:
     """However long it is: ± is of the size of the scatter between starts, not of that between its own blocks (1e-5 here)."""
     slab = Slab(65)
     compliance = slab_compliance(slab)
-    case = Case(load=1e-4, slab=slab, effects=Effects(pin_translation=False), max_events=None, max_spacings=2.0)
+    case = Case(normal_load=1e-4, slab=slab, effects=Effects(pin_translation=False), max_events=None, max_spacings=2.0)
     found = [plateau_of(slide(replace(case, start=start), compliance)) for start in (0.0, 0.25, 0.5, 0.75)]
     scatter = np.std([each.mean for each in found], ddof=1)
     assert all(each.spacings == 0.0 for each in found)

@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 from solver.case import Case, Effects, Scheme, Slab
-from solver.contact.initial import first_touch
+from solver.contact.initial import initial_contact
 from solver.contact.state import ContactState
 from solver.elasticity.compliance import SurfaceCompliance, slab_compliance
 from solver.outcome import Ending, Outcome
@@ -46,7 +46,7 @@ def compliance_of(slab: Slab) -> SurfaceCompliance:
 
 
 def touched(case: Case) -> ContactState:
-    return first_touch(case, compliance_of(case.slab))
+    return initial_contact(case, compliance_of(case.slab))
 
 
 def slid(case: Case) -> tuple[ContactState, FrictionRecord, ContactState]:
@@ -54,9 +54,9 @@ def slid(case: Case) -> tuple[ContactState, FrictionRecord, ContactState]:
     return start, *slide_to_state(case, compliance_of(case.slab), start)
 
 
-def punch(nodes: int, load: float = 1e-3) -> Case:
+def punch(nodes: int, normal_load: float = 1e-3) -> Case:
     """A flat punch over an odd number of nodes."""
-    return Case(pin="flat_punch", half_width=(nodes - 1) / 2 * H, load=load, slab=Slab(N))
+    return Case(pin="flat_punch", half_width=(nodes - 1) / 2 * H, normal_load=normal_load, slab=Slab(N))
 
 
 # Of 2k + 1 nodes, the edge lies (15.5 - k) spacings from the end and (k + 0.5) from the middle: near, below 0.45, from k = 11 on.
@@ -65,7 +65,7 @@ TOUCHING = {
     "fewer than 12 nodes": (punch(11), punch(13), FEW_NODES),
     "near the ends": (punch(25), punch(21), NEAR_ENDS),
     "the whole slab": (punch(33), punch(31), WHOLE_SLAB),
-    "a tenth of G": (punch(17, load=0.0501), punch(17, load=0.0499), LARGE_STRAIN),
+    "a tenth of G": (punch(17, normal_load=0.0501), punch(17, normal_load=0.0499), LARGE_STRAIN),
 }
 
 
@@ -77,7 +77,7 @@ def test_a_flag_of_first_touch_is_raised_and_not_beside(raising: Case, beside: C
     assert flag not in contact_flags(beside, touched(beside))
 
 
-SMALL_PIN = Case(radius=10.0, load=1e-3, slab=Slab(N), max_events=None, max_displacement=0.1)
+SMALL_PIN = Case(radius=10.0, normal_load=1e-3, slab=Slab(N), max_events=None, max_displacement=0.1)
 SLIDING = {
     # 3 nodes, 1.5 spacings, Hertz's contact too: the pin goes a twentieth more, or less, than that.
     "beyond the contact": (1.575 * H, 1.425 * H, BEYOND_CONTACT),
@@ -89,7 +89,7 @@ SLIDING = {
 @pytest.mark.parametrize(("far", "near", "flag"), SLIDING.values(), ids=SLIDING)
 def test_a_flag_of_sliding_is_raised_and_not_beside(far: float, near: float, flag: Flag) -> None:
     for displacement, raised in ((far, True), (near, False)):
-        case = replace(SMALL_PIN, max_displacement=displacement, load=5.2e-4, intrinsic_friction=0.1)
+        case = replace(SMALL_PIN, max_displacement=displacement, normal_load=5.2e-4, intrinsic_friction=0.1)
         start, record, end = slid(case)
         assert (record.outcome.ok, start.contact.sum()) == (True, 3)
         assert (flag in record_flags(case, start, record, end)) == raised
@@ -119,8 +119,8 @@ def test_a_record_is_flagged_for_what_was_so_at_any_time_of_it() -> None:
 
 
 def test_a_contact_has_one_place_the_nearest_that_it_came_to() -> None:
-    """The whole slab at first touch, fewer nodes later: the record is that of a whole slab."""
-    case = Case(radius=1e3, load=1e-2, slab=Slab(N), max_events=100)
+    """The whole slab at initial contact, fewer nodes later: the record is that of a whole slab."""
+    case = Case(radius=1e3, normal_load=1e-2, slab=Slab(N), max_events=100)
     start, record, end = slid(case)
     assert start.contact.all()
     assert record.contact_size[-1] < N
@@ -137,9 +137,9 @@ def test_a_half_plane_has_no_ends_to_be_near_but_its_grid_has() -> None:
 
 def test_nodes_that_are_too_few_do_not_hide_a_large_strain() -> None:
     """One node spreads the load over a spacing; Hertz's contact, a quarter as wide, bears more than G/10."""
-    case = Case(radius=0.1, load=2e-3, slab=Slab(N))
+    case = Case(radius=0.1, normal_load=2e-3, slab=Slab(N))
     assert touched(case).contact.sum() == 1
-    assert case.load / H < 0.1
+    assert case.normal_load / H < 0.1
     assert contact_flags(case, touched(case)) == expected_flags(case) == (FEW_NODES, LARGE_STRAIN)
 
 
@@ -157,8 +157,8 @@ def test_a_contacts_half_width_is_hertzs_to_a_spacing(scheme: Scheme) -> None:
     """Without friction, from 3 to 27 nodes, up to which the slab's ends matter less than 1 %: -0.4 to 0.8 spacings."""
     slab = Slab(129, scheme=scheme)
     for half_width in np.geomspace(1.3 / 128, 0.1, 40):
-        load = half_width**2 * math.pi / (2 * 200.0 * (1 - slab.poisson))
-        case = Case(radius=200.0, load=load, slab=slab, effects=Effects(friction=False))
+        normal_load = half_width**2 * math.pi / (2 * 200.0 * (1 - slab.poisson))
+        case = Case(radius=200.0, normal_load=normal_load, slab=slab, effects=Effects(friction=False))
         off = (contact_half_width(case, touched(case)) - half_width) / slab.spacing
         assert -0.4 < off < 0.8
 
@@ -176,14 +176,14 @@ def test_the_papers_records_carry_no_flag(radius: float, friction: float) -> Non
 
 
 def test_on_a_map_of_radius_and_load_no_contact_without_meaning_goes_unflagged() -> None:
-    """Every record of a whole slab or of fewer than 12 nodes says so, and first touch alone agrees with it.
+    """Every record of a whole slab or of fewer than 12 nodes says so, and initial contact alone agrees with it.
 
     Found equals expected in 89 of 100: Hertz's contact is too wide near the ends, where sliding also brings a contact that
     was near the ends up to them. What is expected of few nodes is found.
     """
     agree = 0
-    for radius, load in MAP:
-        case = Case(radius=radius, load=load, slab=Slab(N), max_events=200)
+    for radius, normal_load in MAP:
+        case = Case(radius=radius, normal_load=normal_load, slab=Slab(N), max_events=200)
         start, record, end = slid(case)
         found, expected = record_flags(case, start, record, end), expected_flags(case)
         size = int(start.contact.sum())

@@ -45,7 +45,10 @@ def test_elliptic_forces_carry_the_whole_load_and_its_moments(half_width):
 @pytest.mark.parametrize("scheme", ["biquadratic", "galerkin"])
 def test_the_lateral_stiffness_is_that_of_a_record_whose_nodes_all_stick(scheme):
     case = Case(
-        intrinsic_friction=math.inf, slab=Slab(n_x=33, scheme=scheme), first_touch="frictionless", max_displacement=1e-9
+        intrinsic_friction=math.inf,
+        slab=Slab(n_x=33, scheme=scheme),
+        initial_contact="frictionless",
+        max_displacement=1e-9,
     )
     compliance = slab_compliance(case.slab)
     record = friction_record(case, compliance)

@@ -74,7 +74,7 @@ def test_a_full_product_has_the_four_standard_dimensions_and_the_drives(small):
     assert found["drive"].values.tolist() == ["slow", "fast"]
     assert found["stage_velocity"].values.tolist() == [1e-3, 2e-3]
     assert found["n_x"].values.tolist() == [17]
-    assert found["load"].item() == 1e-3
+    assert found["normal_load"].item() == 1e-3
     assert found["support"].item() == "bonded"
 
 
@@ -88,7 +88,7 @@ def test_each_scalar_is_its_tasks_in_the_units_it_names(small):
         assert here["case_id"].item() == case.case_id
         assert here["plateau_mean"].item() == friction["plateau_mean"]
         assert here["events"].item() == 60
-        assert here["initial_friction"].item() == friction["initial_force"] * (1.0 / friction["load"])
+        assert here["initial_friction"].item() == friction["initial_force"] * (1.0 / friction["normal_load"])
         assert here["surface_stiffness_si"].item() == friction["surface_stiffness"] * stiffness
         assert here["mean_step_si"].item() == friction["mean_step"] * length
         for name, key in keys.drives.items():
@@ -111,7 +111,13 @@ def test_no_number_of_a_result_is_lost(small):
     for task in plan.tasks:
         result = store.read(task.key)
         columns = {name for series in SERIES if series.kind == task.kind for name in series.columns}
-        known_apart = {"load", "spacing", "residual", "spread", "displacement"}  # of parameters; zero at first touch
+        known_apart = {
+            "normal_load",
+            "spacing",
+            "residual_shear",
+            "spread",
+            "displacement",
+        }  # of parameters; zero at initial contact
         assert set(result.scalars) - known_apart <= set(SCALARS.get(task.kind, {}))
         if task.kind in ("friction", "drive"):
             assert set(result.arrays) - {"binned_force"} <= columns  # what uncertainties are made of
@@ -150,7 +156,7 @@ def test_one_cases_record_is_its_result_and_opens_lazily(small):
     assert all(not variable._in_memory for variable in record.data_vars.values())
     result = store.read(plan.case_tasks[case.case_id].friction)
     for name, quantity in SERIES[0].columns.items():
-        by = 1.0 / result.scalars["load"] if quantity.per else 1
+        by = 1.0 / result.scalars["normal_load"] if quantity.per else 1
         np.testing.assert_array_equal(record[quantity.name], result.arrays[name] * by)
 
 

@@ -247,7 +247,7 @@ def test_drives_and_members_are_dimensions_side_by_side(build: Build) -> None:
 
 
 def test_a_member_that_excludes_itself_is_an_outcome(build: Build) -> None:
-    _, found = build(FOUR + "axes.residual = [0.0, 1.0]\neffects.pin_translation = false\n")
+    _, found = build(FOUR + "axes.residual_shear = [0.0, 1.0]\neffects.pin_translation = false\n")
     ends = over_members(found)["outcome"].values.ravel().tolist()
     assert ends[1] == "invalid"
     assert np.isnan(found[ensemble_name("plateau_mean", "mean")].values.ravel()[1])

@@ -115,7 +115,7 @@ CHANGES: dict[str, tuple[str, Any, float, list[int]]] = {
     "a trajectory's position": ("sample_position", 41 * 7 + 3, 1e-9, [4]),
     "where a record is": ("record_index", (0, 0, 0, 0), 1, [1]),
     "an axis": ("radius", 0, 1.0, [0]),
-    "a constant": ("load", (), 1e-6, [0]),
+    "a constant": ("normal_load", (), 1e-6, [0]),
     "a drive's setting": ("stage_velocity", 0, 1e-6, [0]),
 }
 
@@ -276,7 +276,7 @@ DESIGNS = {
     "scalars alone": SMALL + "[outputs]\nrecords = false\ntrajectory = false\n",
     "contact alone": RECORDS.replace(', "slip"', ""),
     "refused cases": RECORDS.replace("n_x = 17", "n_x = 17\nrows = 4\nscheme = 'biquadratic'\n").replace(
-        "radius = [50.0, 100.0]", "first_touch = ['stick', 'gradual']\npoisson = [0.3, 0.499]"
+        "radius = [50.0, 100.0]", "initial_contact = ['stick', 'gradual']\npoisson = [0.3, 0.499]"
     ),
 }
 

@@ -25,7 +25,7 @@ def contact(half_width: float, slab: Slab | None = None, **others: object) -> Ca
     """A case whose contact has this half-width on a half-plane."""
     slab = slab or Slab(n_x=17)
     radius = math.pi * half_width**2 / (2e-3 * (1 - slab.poisson))
-    return Case(radius=radius, load=1e-3, slab=slab, **others)  # type: ignore[arg-type]
+    return Case(radius=radius, normal_load=1e-3, slab=slab, **others)  # type: ignore[arg-type]
 
 
 def front(contacts: dict[float, float], slab: Slab | None = None) -> Front:

@@ -21,8 +21,8 @@ def test_each_miniature_of_the_campaigns_in_the_repository_completes(campaign):
 
 def test_the_switches_of_each_case_are_kept(tmp_path):
     path = tmp_path / "switches.toml"
-    orders, touches = 'order = ["worst_first", "simultaneous"]', 'first_touch = ["stick", "frictionless"]'
+    orders, touches = 'slip_order = ["worst_first", "simultaneous"]', 'initial_contact = ["stick", "frictionless"]'
     axes = "\n".join(["[axes]", orders, touches, 'pin = ["parabola", "flat_punch"]'])
     path.write_text(SMALL.replace("[axes]", axes))
     cases = [small.case for small in miniatures(make_plan(load_manifest(path)).tasks) if small.kind == "friction"]
-    assert len({(case.pin, case.first_touch, case.slip_rule.order) for case in cases}) == 8
+    assert len({(case.pin, case.initial_contact, case.slip_rule.slip_order) for case in cases}) == 8

@@ -23,8 +23,8 @@ def ids(manifest: Manifest) -> set[str]:
 
 
 def test_a_product_has_every_combination_the_last_axis_fastest(tmp_path: Path) -> None:
-    cases = expand(campaign(tmp_path, "axes.radius = [50, 200]\naxes.load = [1e-4, 1e-3, 1e-2]"))
-    points = [(case.case.radius, case.case.load) for case in cases if case.case]
+    cases = expand(campaign(tmp_path, "axes.radius = [50, 200]\naxes.normal_load = [1e-4, 1e-3, 1e-2]"))
+    points = [(case.case.radius, case.case.normal_load) for case in cases if case.case]
     assert points == [(50, 1e-4), (50, 1e-3), (50, 1e-2), (200, 1e-4), (200, 1e-3), (200, 1e-2)]
 
 
@@ -37,10 +37,10 @@ def test_zip_reads_the_axes_together(tmp_path: Path) -> None:
 
 
 def test_a_table_gives_a_case_per_line(tmp_path: Path) -> None:
-    (tmp_path / "cases.csv").write_text("order,residual\nsimultaneous,0\nworst_first,0.5\n")
-    cases = expand(campaign(tmp_path, 'table = "cases.csv"\nconstants.load = 2e-3'))
-    rules = [SlipRule("simultaneous"), SlipRule(residual=0.5)]
-    assert [case.case for case in cases] == [Case(load=2e-3, slip_rule=rule, **LIMITS) for rule in rules]
+    (tmp_path / "cases.csv").write_text("slip_order,residual_shear\nsimultaneous,0\nworst_first,0.5\n")
+    cases = expand(campaign(tmp_path, 'table = "cases.csv"\nconstants.normal_load = 2e-3'))
+    rules = [SlipRule("simultaneous"), SlipRule(residual_shear=0.5)]
+    assert [case.case for case in cases] == [Case(normal_load=2e-3, slip_rule=rule, **LIMITS) for rule in rules]
 
 
 def test_no_axes_is_one_case(tmp_path: Path) -> None:
@@ -49,9 +49,11 @@ def test_no_axes_is_one_case(tmp_path: Path) -> None:
 
 
 def test_labels_are_the_standard_four_and_the_axes(tmp_path: Path) -> None:
-    (case,) = expand(campaign(tmp_path, 'axes.load = [1e-3]\naxes.pin = ["flat_punch"]\nconstants.poisson = 0.25'))
+    (case,) = expand(
+        campaign(tmp_path, 'axes.normal_load = [1e-3]\naxes.pin = ["flat_punch"]\nconstants.poisson = 0.25')
+    )
     assert case.parameters == {
-        "intrinsic_friction": 0.5, "radius": 200.0, "aspect_ratio": 1.0, "n_x": 129, "load": 1e-3, "pin": "flat_punch"
+        "intrinsic_friction": 0.5, "radius": 200.0, "aspect_ratio": 1.0, "n_x": 129, "normal_load": 1e-3, "pin": "flat_punch"
     }  # fmt: skip
 
 
@@ -59,7 +61,9 @@ def test_the_name_knows_content_only(tmp_path: Path) -> None:
     """Neither the order of axes, nor what is an axis, a default or an int, nor titles, scales and drives matter."""
     first = ids(campaign(tmp_path, "axes.radius = [50, 200]\naxes.n_x = [17, 33]"))
     drive = '[[drives]]\nname = "other"\n[scales]\nslab_width = 1.0\n'
-    second = ids(campaign(tmp_path, f"axes.n_x = [33, 17]\naxes.radius = [200.0, 5e1]\nconstants.load = 1e-3\n{drive}"))
+    second = ids(
+        campaign(tmp_path, f"axes.n_x = [33, 17]\naxes.radius = [200.0, 5e1]\nconstants.normal_load = 1e-3\n{drive}")
+    )
     assert len(first) == 4
     assert first == second
 
@@ -67,7 +71,7 @@ def test_the_name_knows_content_only(tmp_path: Path) -> None:
 @pytest.mark.parametrize(
     "other",
     [
-        "axes.radius = [51]", "axes.rows_per_level = [3]", 'axes.support = ["right_side"]', "axes.residual = [0.5]",
+        "axes.radius = [51]", "axes.rows_per_level = [3]", 'axes.support = ["right_side"]', "axes.residual_shear = [0.5]",
         "limits.events = 1999", "limits.displacement = 1e-3", "constants.half_width = 0.2",
     ],
 )  # fmt: skip
@@ -111,6 +115,6 @@ def test_every_field_of_a_case_is_a_parameter() -> None:
 
 def test_flat_parameters_make_the_case_again() -> None:
     case = replace(
-        Case(), radius=7.0, slab=Slab(33, coarsest_row=5), slip_rule=SlipRule(residual=0.1), max_displacement=1.0
+        Case(), radius=7.0, slab=Slab(33, coarsest_row=5), slip_rule=SlipRule(residual_shear=0.1), max_displacement=1.0
     )
     assert make_case({name: value for name, value in flat(case).items() if value is not None}) == case

@@ -8,7 +8,7 @@ import pytest
 
 from solver.case import Case, Drive, Effects, Heterogeneity, Scales, Slab, SlipRule
 from solver.contact import initial
-from solver.contact.initial import first_touch
+from solver.contact.initial import initial_contact
 from solver.elasticity import compliance
 from solver.elasticity.compliance import slab_compliance
 from solver.elasticity.schemes import stiffness
@@ -112,7 +112,7 @@ def test_sliding_without_friction_is_refused_before_anything_is_computed(tmp_pat
 
 
 def test_combinations_that_mean_nothing_are_refused(tmp_path: Path) -> None:
-    text = "axes.residual = [0.5, 1.0]\neffects.pin_translation = false"
+    text = "axes.residual_shear = [0.5, 1.0]\neffects.pin_translation = false"
     assert [case.outcome.ok for case in planned(tmp_path, text).cases] == [True, False]
     text = "axes.intrinsic_friction = [0.5, inf]\nheterogeneity.spread = 0.1"
     assert [case.outcome.ok for case in planned(tmp_path, text).cases] == [True, False]
@@ -210,7 +210,7 @@ def test_first_touch_is_shared_by_cases_that_differ_in_sliding() -> None:
     frozen = replace(CASE, effects=Effects(pin_translation=False))
     assert contact_task(frozen).key == contact_task(CASE).key
     plain = replace(CASE, effects=Effects(friction=False))
-    other = replace(plain, intrinsic_friction=0.1, first_touch="gradual", slip_rule=SlipRule(residual=0.5))
+    other = replace(plain, intrinsic_friction=0.1, initial_contact="gradual", slip_rule=SlipRule(residual_shear=0.5))
     assert contact_task(other).key == contact_task(plain).key != contact_task(CASE).key
 
 
@@ -280,10 +280,10 @@ def test_tractions_at_chosen_events_are_those_of_a_run_that_ends_there(effect: E
         if event:
             _, state = slide_to_state(replace(case, max_events=event), compliance)
         else:
-            state = first_touch(case, compliance)
+            state = initial_contact(case, compliance)
         # A run in pieces sums afresh at each: 1e-10 of the load.
-        np.testing.assert_allclose(result.arrays["surface_pressure"][at], state.pressure, atol=1e-9 * case.load)
-        np.testing.assert_allclose(result.arrays["surface_shear"][at], state.shear, atol=1e-9 * case.load)
+        np.testing.assert_allclose(result.arrays["surface_pressure"][at], state.pressure, atol=1e-9 * case.normal_load)
+        np.testing.assert_allclose(result.arrays["surface_shear"][at], state.shear, atol=1e-9 * case.normal_load)
 
 
 def test_events_that_a_record_does_not_reach_are_left_out() -> None:

@@ -44,9 +44,9 @@ def test_the_least_campaign_is_a_title(tmp_path: Path) -> None:
 
 
 def test_numbers_take_their_declared_type(tmp_path: Path) -> None:
-    manifest = read(tmp_path, 'title = "x"\naxes.radius = [50, 200.0]\nconstants.load = 1\nnumerics.n_x = 33.0')
+    manifest = read(tmp_path, 'title = "x"\naxes.radius = [50, 200.0]\nconstants.normal_load = 1\nnumerics.n_x = 33.0')
     assert [repr(value) for value in manifest.axes["radius"]] == ["50.0", "200.0"]
-    assert repr(manifest.fixed) == "{'load': 1.0, 'n_x': 33}"
+    assert repr(manifest.fixed) == "{'normal_load': 1.0, 'n_x': 33}"
 
 
 def test_limits_go_by_their_field_name(tmp_path: Path) -> None:
@@ -170,11 +170,11 @@ WRONG = {
     "negative radius": ("axes.radius = [50, -5]", "axes.radius[1] = -5: needs 1e-12 ≤ radius ≤ 1e24"),
     "infinite radius": ("constants.radius = inf", "constants.radius = inf: needs a finite number"),
     "infinite aspect ratio": ("constants.aspect_ratio = inf", "constants.aspect_ratio = inf: needs a finite number"),
-    "load that is no number": ("axes.load = [nan]", "axes.load[0] = nan: needs a number"),
-    "number in quotes": ('constants.load = "1e-3"', 'constants.load = "1e-3": needs a number'),
+    "load that is no number": ("axes.normal_load = [nan]", "axes.normal_load[0] = nan: needs a number"),
+    "number in quotes": ('constants.normal_load = "1e-3"', 'constants.normal_load = "1e-3": needs a number'),
     "number that is true": ("axes.n_x = [true]", "axes.n_x[0] = true: needs a whole number"),
-    "number that is a list": ("constants.load = [1]", "constants.load = [1]: needs a number"),
-    "number that is a date": ("constants.load = 2022-03-30", 'constants.load = "2022-03-30": needs a number'),
+    "number that is a list": ("constants.normal_load = [1]", "constants.normal_load = [1]: needs a number"),
+    "number that is a date": ("constants.normal_load = 2022-03-30", 'constants.normal_load = "2022-03-30": needs a number'),
     "broken count": ("limits.events = 2.5", "limits.events = 2.5: needs a whole number"),
     "nodes off the hierarchy": (
         "numerics.n_x = 100",
@@ -185,7 +185,7 @@ WRONG = {
         'numerics.support = "glued"',
         'numerics.support = "glued": needs one of bonded, frictionless, right_side',
     ),
-    "residual above 1": ("slip.residual = 1.5", "slip.residual = 1.5: needs 0 ≤ residual ≤ 1"),
+    "residual above 1": ("slip.residual_shear = 1.5", "slip.residual_shear = 1.5: needs 0 ≤ residual_shear ≤ 1"),
     "more rows than any grid has": (
         "axes.n_x = [17, 33]\nnumerics.rows = 7\nnumerics.scheme = \"biquadratic\"",
         "numerics.rows = 7: needs 3 to 6 rows at n_x = 33",
@@ -216,12 +216,12 @@ WRONG = {
     # design
     "unknown design": ('design = "grid"', re.compile('design = "grid": needs "product" or "zip"')),
     "zip of unequal axes": (
-        'design = "zip"\n[axes]\nradius = [1, 2]\nload = [1e-3]',
-        'design = "zip": needs axes of equal length, got 2 of radius, 1 of load',
+        'design = "zip"\n[axes]\nradius = [1, 2]\nnormal_load = [1e-3]',
+        'design = "zip": needs axes of equal length, got 2 of radius, 1 of normal_load',
     ),
     "zip of nothing": ('design = "zip"', 'design = "zip": needs axes of equal length, got no axes'),
     "table beside axes": (
-        'table = "good.csv"\naxes.load = [1e-3]',
+        'table = "good.csv"\naxes.normal_load = [1e-3]',
         'axes: needs to be left out beside table = "good.csv"',
     ),
     # table of cases
@@ -243,12 +243,12 @@ WRONG = {
 
 TABLE_FILES = {
     "good.csv": b"radius\n50\n",
-    "negative.csv": b"radius,load\n50,1e-3\n\n-5,1e-3\n",
-    "hole.csv": b"radius,load\n,1e-3\n",
+    "negative.csv": b"radius,normal_load\n50,1e-3\n\n-5,1e-3\n",
+    "hole.csv": b"radius,normal_load\n,1e-3\n",
     "column.csv": b"radus\n50\n",
     "twice.csv": b"radius,radius\n50,50\n",
-    "ragged.csv": b"radius,load\n50,1e-3\n50\n",
-    "header.csv": b"radius,load\n",
+    "ragged.csv": b"radius,normal_load\n50,1e-3\n50\n",
+    "header.csv": b"radius,normal_load\n",
     "quotes.csv": b'radius\n"50"1\n',
     "binary.csv": b"radius\n\xff\n",
 }
@@ -324,7 +324,7 @@ def test_the_campaigns_of_the_repository_are_good(path: Path) -> None:
 
 def test_the_reference_starts_with_a_campaign_that_works(tmp_path: Path) -> None:
     text = (CAMPAIGNS / "README.md").read_text("utf-8").split("```toml\n")[1].split("```")[0]
-    assert len(read(tmp_path, text).axes["load"]) == 4
+    assert len(read(tmp_path, text).axes["normal_load"]) == 4
 
 
 def test_a_manifest_is_the_same_from_its_texts_alone_and_no_file_is_read(tmp_path: Path) -> None:

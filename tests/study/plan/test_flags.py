@@ -31,7 +31,7 @@ title = "A map"
 stages = ["contact", "slip"]
 [axes]
 radius = [20.0, 200.0]
-load = [1e-4, 1e-2, 0.3]
+normal_load = [1e-4, 1e-2, 0.3]
 [numerics]
 n_x = 33
 [limits]
@@ -102,7 +102,7 @@ def test_the_table_names_a_cases_flags_and_lines_say_what_to_do(collected: Colle
         word = ending.partition(":")[0]
         assert word.partition(" [")[0] in ("completed", "no_plateau")
         assert word.partition(" [")[2] == (f"{flags.replace(' ', ', ')}]" if flags else "")
-    whole = "whole_slab: 3 of 6 cases, first R/L_x = 20, load = 0.3: all surface nodes in contact"
+    whole = "whole_slab: 3 of 6 cases, first R/L_x = 20, normal_load = 0.3: all surface nodes in contact"
     assert [line.split(":")[0] for line in flag_summary(found)] == ["few_nodes", "whole_slab", "large_strain"]
     assert flag_summary(found)[1].startswith(whole)
     assert flag_summary(found)[1].endswith(f"; {WHOLE_SLAB.advice}")
@@ -111,9 +111,9 @@ def test_the_table_names_a_cases_flags_and_lines_say_what_to_do(collected: Colle
 def test_a_list_of_cases_names_its_first(collected: Collected) -> None:
     lines = flag_summary(collected('design = "zip"\n' + MAP.replace("[20.0, 200.0]", "[20.0, 20.0, 200.0]")))
     assert [line.split(": ")[1] for line in lines] == [
-        "1 of 3 cases, first R/L_x = 20, load = 0.0001",
-        "1 of 3 cases, first R/L_x = 200, load = 0.3",
-        "1 of 3 cases, first R/L_x = 200, load = 0.3",
+        "1 of 3 cases, first R/L_x = 20, normal_load = 0.0001",
+        "1 of 3 cases, first R/L_x = 200, normal_load = 0.3",
+        "1 of 3 cases, first R/L_x = 200, normal_load = 0.3",
     ]
 
 
@@ -142,9 +142,9 @@ def test_the_report_shows_flags_with_their_advice(collected: Collected, tmp_path
 def test_a_plan_says_what_is_to_be_expected(tmp_path: Path) -> None:
     lines = expected_lines(planned(tmp_path, MAP))
     assert [line.split(": ")[:2] for line in lines] == [
-        ["few_nodes", "2 of 6 cases, first radius = 20, load = 0.0001"],
-        ["whole_slab", "3 of 6 cases, first radius = 20, load = 0.3"],
-        ["large_strain", "2 of 6 cases, first radius = 20, load = 0.3"],
+        ["few_nodes", "2 of 6 cases, first radius = 20, normal_load = 0.0001"],
+        ["whole_slab", "3 of 6 cases, first radius = 20, normal_load = 0.3"],
+        ["large_strain", "2 of 6 cases, first radius = 20, normal_load = 0.3"],
     ]
 
 
@@ -161,7 +161,9 @@ def test_a_plan_expects_nothing_of_what_it_refuses(tmp_path: Path) -> None:
     text = MAP.replace("[numerics]\nn_x = 33", "n_x = [17, 33]\n[numerics]\nscheme = 'biquadratic'\nrows = 6")
     plan = planned(tmp_path, text)
     assert [case.case is None for case in plan.cases] == [True, False] * 6
-    assert expected_lines(plan)[0].startswith("few_nodes: 2 of 12 cases, first radius = 20, load = 0.0001, n_x = 33:")
+    assert expected_lines(plan)[0].startswith(
+        "few_nodes: 2 of 12 cases, first radius = 20, normal_load = 0.0001, n_x = 33:"
+    )
 
 
 @pytest.mark.parametrize(
@@ -169,16 +171,16 @@ def test_a_plan_expects_nothing_of_what_it_refuses(tmp_path: Path) -> None:
     [
         ({}, 0.4, 2.5),
         ({"max_events": 500}, 0.4, 2.5),
-        ({"slip_rule": SlipRule(residual=0.5)}, 0.4, 2.5),
+        ({"slip_rule": SlipRule(residual_shear=0.5)}, 0.4, 2.5),
         ({"max_displacement": 1e-4}, 1.0, 1.0),
         ({"max_displacement": 1e-4, "max_events": None}, 1.0, 1.0),
-        ({"max_displacement": 1e-4, "slip_rule": SlipRule(residual=1.0)}, 1.0, 1.0),
-        ({"max_events": 20, "slip_rule": SlipRule(residual=1.0)}, 0.0, 0.0),  # sliding has no steps to count
+        ({"max_displacement": 1e-4, "slip_rule": SlipRule(residual_shear=1.0)}, 1.0, 1.0),
+        ({"max_events": 20, "slip_rule": SlipRule(residual_shear=1.0)}, 0.0, 0.0),  # sliding has no steps to count
     ],
 )
 def test_a_plan_knows_about_how_far_a_pin_goes(changes: dict[str, Any], low: float, high: float) -> None:
     """Its limit, or from the mean step to a factor of two, here a little more; over what the record reaches."""
-    case = replace(Case(radius=1000.0, load=2e-4, slab=Slab(33)), **changes)
+    case = replace(Case(radius=1000.0, normal_load=2e-4, slab=Slab(33)), **changes)
     record = slide(case, slab_compliance(case.slab))
     assert record.outcome.ok
     assert low <= expected_displacement(case) / record.final_displacement <= high

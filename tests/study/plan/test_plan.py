@@ -61,7 +61,7 @@ def test_the_longest_chain_starts_first(tmp_path: Path) -> None:
         ("numerics.coarsest_row = 17", "numerics.coarsest_row = 129"),
         ("limits.events = 100", "limits.events = 1000"),
         ("limits.displacement = 1e-3", "limits.displacement = 1e-2"),
-        ("limits.displacement = 1e-2\nslip.residual = 0.0", "limits.displacement = 1e-2\nslip.residual = 0.9"),
+        ("limits.displacement = 1e-2\nslip.residual_shear = 0.0", "limits.displacement = 1e-2\nslip.residual_shear = 0.9"),
         ('[[drives]]\nname = "a"\nduration = 0.1', '[[drives]]\nname = "a"\nduration = 0.2'),
         ('[[drives]]\nname = "a"\nprofile = "mean"', '[[drives]]\nname = "a"\nprofile = "sawtooth"'),
         ('[[drives]]\nname = "a"\nsamples = 2000', '[[drives]]\nname = "a"\nsamples = 1000000'),

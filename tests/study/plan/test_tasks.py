@@ -11,7 +11,7 @@ import numpy as np
 import pytest
 
 from solver.case import Case, Drive, Scales, Slab, SlipRule
-from solver.contact.initial import first_touch
+from solver.contact.initial import initial_contact
 from solver.dynamics.regime import REGIMES
 from solver.elasticity.compliance import slab_compliance
 from solver.outcome import Ending
@@ -50,7 +50,7 @@ def drive(case: Case, drive: Drive = DRIVE) -> TaskResult:
 
 
 def test_a_compliance_is_known_by_its_slab_alone() -> None:
-    other = replace(CASE, intrinsic_friction=0.1, radius=9.0, slip_rule=SlipRule(residual=0.5))
+    other = replace(CASE, intrinsic_friction=0.1, radius=9.0, slip_rule=SlipRule(residual_shear=0.5))
     assert friction_task(other).needs == friction_task(CASE).needs == (compliance_task(Slab(33)).key,)
     assert compliance_task(Slab(33, poisson=0.3)).key != compliance_task(Slab(33)).key
     assert compliance_task(Slab(33, rows_per_level=2)).key == compliance_task(Slab(33)).key  # the default
@@ -65,9 +65,9 @@ def test_a_friction_record_is_known_without_the_drive() -> None:
 @pytest.mark.parametrize(
     "other",
     [
-        replace(CASE, intrinsic_friction=0.4), replace(CASE, radius=51.0), replace(CASE, load=2e-3),
-        replace(CASE, slab=Slab(17)), replace(CASE, pin="flat_punch"), replace(CASE, first_touch="gradual"),
-        replace(CASE, slip_rule=SlipRule(residual=0.5)), replace(CASE, max_events=301),
+        replace(CASE, intrinsic_friction=0.4), replace(CASE, radius=51.0), replace(CASE, normal_load=2e-3),
+        replace(CASE, slab=Slab(17)), replace(CASE, pin="flat_punch"), replace(CASE, initial_contact="gradual"),
+        replace(CASE, slip_rule=SlipRule(residual_shear=0.5)), replace(CASE, max_events=301),
         replace(CASE, max_displacement=1.0), replace(CASE, max_spacings=4.0), replace(CASE, start=0.5),
     ],
 )  # fmt: skip
@@ -86,7 +86,7 @@ def test_a_limit_in_spacings_is_known_by_its_displacement() -> None:
         assert friction_task(other).key == friction_task(there).key
         assert drive_task(other, DRIVE).key == drive_task(there, DRIVE).key
     assert friction_task(replace(CASE, max_spacings=4.5)).key != friction_task(there).key
-    # First touch comes before any limit, and knows where the pin starts.
+    # Initial contact comes before any limit, and knows where the pin starts.
     assert contact_task(there).key == contact_task(CASE).key != contact_task(replace(CASE, start=0.5)).key
 
 
@@ -145,7 +145,7 @@ def test_a_compliance_result_is_the_solvers_matrix() -> None:
 
 
 def test_a_contact_result_is_the_solvers_state() -> None:
-    state = first_touch(CASE, slab_compliance(CASE.slab))
+    state = initial_contact(CASE, slab_compliance(CASE.slab))
     result = run(compliance_task(CASE.slab), contact_task(CASE))
     assert result.outcome.ok
     assert result.scalars["contact_size"] == state.contact.sum() > 2
@@ -165,7 +165,7 @@ def test_a_friction_result_holds_the_whole_record() -> None:
     assert scalars["events"] == 300 == scalars["slips"] + scalars["releases"] + scalars["touches"]
     assert scalars["mean_step"] == pytest.approx(record.displacement[-1] / 300, rel=1e-15)
     assert scalars["surface_stiffness"] == record.initial_stiffness
-    assert scalars["peak_friction"] == record.force_before.max() / CASE.load
+    assert scalars["peak_friction"] == record.force_before.max() / CASE.normal_load
     assert scalars["plateau_start"] < scalars["plateau_end"] <= scalars["final_displacement"]
     assert scalars["cascade_slips"] == record.slips.sum() > scalars["slips"]
     assert 0.0 < scalars["plateau_mean"] < scalars["peak_friction"] < CASE.intrinsic_friction
