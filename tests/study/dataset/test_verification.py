@@ -177,7 +177,7 @@ def test_a_variable_that_is_missing_or_added_is_named(altered, tmp_path):
         (lambda opened: opened.renameVariable("case_id", "other"), "no dataset of nanoslip"),
         (lambda opened: opened.renameVariable("drive_outcome", "other"), "drive_outcome: missing"),
         (lambda opened: opened.delncattr("nanoslip_format"), "has no format, being older"),
-        (lambda opened: opened.setncattr("nanoslip_format", 99), "has format 99: this nanoslip verifies format 1"),
+        (lambda opened: opened.setncattr("nanoslip_format", 99), "has format 99: this nanoslip verifies format 2"),
     ],
 )
 def test_what_cannot_be_computed_again_is_one_clear_message(altered, tmp_path, change, said):
