@@ -27,28 +27,37 @@ Eq. 12, §2.2.3    dynamics.integrate (rk4: the paper's; exact: from crossing to
 Eq. 16-19         dynamics.stick_slip (closed form, and its fit)
 """
 
-from solver.case import Case, Drive, Scales, Slab, SlipRule
+from solver.case import Case, SlipRule
 from solver.contact.state import ContactState, mirrored
+from solver.drive import Drive, Scales
 from solver.dynamics.coefficients import FrictionCoefficients
-from solver.dynamics.integrate import DynamicsResult
+from solver.dynamics.integrate import RK4, DynamicsResult, Exact
 from solver.elasticity.boundary_value import NodalFields, blank, solve_mixed
-from solver.elasticity.compliance import SurfaceCompliance, slab_compliance, surface_compliance
-from solver.elasticity.schemes import Stiffness, stiffness
+from solver.elasticity.compliance import SurfaceCompliance, surface_compliance
+from solver.elasticity.grid_scheme import stiffness
+from solver.elasticity.schemes import Biquadratic, Galerkin, HalfPlane
+from solver.elasticity.stiffness import Stiffness
 from solver.outcome import Ending, InvalidInput, Outcome, SingularOperator, SolverError
 from solver.simulate import DriveResult, contact_state, drive_result, friction_record
+from solver.slab import Slab
 from solver.sliding.plateau import Plateau, plateau_of
 from solver.sliding.record import FrictionRecord
 from solver.sliding.statistics import event_statistics
 
 __all__ = [
+    "RK4",
+    "Biquadratic",
     "Case",
     "ContactState",
     "Drive",
     "DriveResult",
     "DynamicsResult",
     "Ending",
+    "Exact",
     "FrictionCoefficients",
     "FrictionRecord",
+    "Galerkin",
+    "HalfPlane",
     "InvalidInput",
     "NodalFields",
     "Outcome",
@@ -67,7 +76,6 @@ __all__ = [
     "friction_record",
     "mirrored",
     "plateau_of",
-    "slab_compliance",
     "solve_mixed",
     "stiffness",
     "surface_compliance",

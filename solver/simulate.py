@@ -2,13 +2,14 @@
 
 from dataclasses import dataclass
 
-from solver.case import Case, Drive
+from solver.case import Case
 from solver.contact.initial import initial_contact
 from solver.contact.state import ContactState
+from solver.drive import Drive
 from solver.dynamics.coefficients import FrictionCoefficients, friction_coefficients
 from solver.dynamics.friction_limit import profile_of
 from solver.dynamics.integrate import DynamicsResult, integrate
-from solver.elasticity.compliance import SurfaceCompliance, slab_compliance
+from solver.elasticity.compliance import SurfaceCompliance, surface_compliance
 from solver.sliding.events import slide
 from solver.sliding.plateau import Plateau, plateau_of
 from solver.sliding.record import FrictionRecord
@@ -26,12 +27,12 @@ class DriveResult:
 
 def contact_state(case: Case, compliance: SurfaceCompliance | None = None) -> ContactState:
     """The contact of `case` at initial contact. A compliance at hand is used, else computed from the case's slab."""
-    return initial_contact(case, compliance or slab_compliance(case.slab))
+    return initial_contact(case, compliance or surface_compliance(case.slab))
 
 
 def friction_record(case: Case, compliance: SurfaceCompliance | None = None) -> FrictionRecord:
     """The friction record of `case`, from initial contact to its limits."""
-    return slide(case, compliance or slab_compliance(case.slab))
+    return slide(case, compliance or surface_compliance(case.slab))
 
 
 def drive_result(case: Case, drive: Drive, record: FrictionRecord | None = None) -> DriveResult:

@@ -5,11 +5,12 @@ import math
 import numpy as np
 import scipy.linalg as la
 
-from solver.case import Case, Slab
+from solver.case import Case
 from solver.contact.node_friction import node_friction
 from solver.contact.pin import pin_of, surface_from_pin
 from solver.contact.state import ContactState
 from solver.elasticity.compliance import SurfaceCompliance
+from solver.slab import Slab
 from solver.sliding.record import FrictionRecord
 
 LIMITS = {

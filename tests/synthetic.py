@@ -6,7 +6,10 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from solver.dynamics.friction_limit import Profile
+from solver.elasticity.grid import Grid
+from solver.elasticity.grid_scheme import grid_scheme
 from solver.outcome import COMPLETED
+from solver.slab import Slab
 from solver.sliding.record import FrictionRecord
 
 LOAD = 1e-3
@@ -79,3 +82,8 @@ def profile_through(edges: ArrayLike, starts: ArrayLike, ends: ArrayLike, period
 def constant_profile(force: float) -> Profile:
     """The same limit everywhere."""
     return profile_through([0.0, 1.0], [force], [force])
+
+
+def grid_of(slab: Slab) -> Grid:
+    """The nodes of a slab whose scheme has a grid."""
+    return grid_scheme(slab).grid(slab)

@@ -12,14 +12,15 @@ import pytest
 ROOT = Path(__file__).parents[1]
 
 ORDER = {
-    "solver": "outcome case elasticity contact sliding dynamics simulate",
-    "solver.elasticity": "grid grading lagrange support schemes boundary_value column interior parity compliance conditioning",
-    "solver.elasticity.schemes": "stiffness biquadratic galerkin half_plane",
+    "solver": "outcome parameter slab case drive elasticity contact sliding dynamics simulate",
+    "solver.elasticity": "grid lagrange support stiffness parity condensation grid_scheme boundary_value schemes interior "
+    "compliance conditioning",
+    "solver.elasticity.schemes": "grading column biquadratic galerkin half_plane",
     "solver.contact": "pin node_friction soundness normal kernels tableau coulomb state initial closed_forms",
     "solver.sliding": "record kernels tangential events sampling plateau statistics validity",
-    "solver.dynamics": "friction_limit kernels result precision exact rigid rk4 integrate coefficients stick_slip regime",
+    "solver.dynamics": "friction_limit kernels result precision method rigid exact rk4 integrate coefficients stick_slip regime",
     "study": "provenance origin manifest discretization plan dataset execution report accuracy commands __main__",
-    "study.manifest": "parameters problems columns drives manifest effects cases",
+    "study.manifest": "parameters problems columns drives manifest checker reader effects cases",
     "study.discretization": "front targets",
     "study.plan": "tasks condensation cost drive_cost plan flags spans memory",
     "study.dataset": "store file variables ensemble ragged collect comparison verification",

@@ -4,9 +4,29 @@ No step size and no tolerance: a segment ends where closed forms say that the fr
 changes. Segments are short enough for velocity and position to be monotone, so the first crossing is the only one.
 """
 
+from dataclasses import dataclass
+
+from solver.drive import Drive, integrator
 from solver.dynamics.kernels import Motion, Run, Teeth, integrate_exactly
+from solver.dynamics.method import Method, outcome_of
 from solver.dynamics.result import BINS
-from solver.outcome import COMPLETED, Ending, Outcome
+from solver.dynamics.rigid import integrate_rigid
+from solver.outcome import Outcome
+
+
+@integrator
+@dataclass(frozen=True, slots=True)
+class Exact(Method):
+    """From crossing to crossing in closed form; nothing to set."""
+
+    name = "exact"
+
+    def fit(self, drive: Drive) -> None:
+        """Every drive fits."""
+
+    def run(self, teeth: Teeth, motion: Motion, drive: Drive) -> tuple[Run, Outcome]:
+        method = integrate_exact if drive.surface_compliance else integrate_rigid
+        return method(teeth, motion, drive.samples, drive.step_limit, drive.reverse_motion)
 
 
 def integrate_exact(
@@ -15,22 +35,3 @@ def integrate_exact(
     """Integrate to the drive's end, to `step_limit` segments, or to where F would follow -F̃ unless it may."""
     run = integrate_exactly(teeth, motion, samples, BINS, step_limit, None if reverse_motion else True, True)
     return run, outcome_of(run, motion, step_limit)
-
-
-def outcome_of(run: Run, motion: Motion, step_limit: int) -> Outcome:
-    """How a run of segments ended: `COMPLETED`, `STEP_LIMIT` or `REVERSED`."""
-    if run.reached >= motion.duration:
-        return COMPLETED
-    if run.steps < step_limit:
-        return reversed_at(run)
-    message = (
-        f"{step_limit} segments reached t = {run.reached:.6g} of {motion.duration:.6g}: "
-        "raise step_limit, shorten the drive, or look for chatter in the friction profile"
-    )
-    return Outcome(Ending.STEP_LIMIT, message)
-
-
-def reversed_at(run: Run) -> Outcome:
-    """The end of a run whose pin was not to move back."""
-    message = f"the pin slips back at t = {run.reached:.6g}: needs reverse_motion = true"
-    return Outcome(Ending.REVERSED, message)

@@ -12,7 +12,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from solver.case import ProfileShape
+from solver.drive import ProfileShape
 from solver.outcome import Ending, InvalidInput, SolverError
 from solver.sliding.plateau import Plateau, Teeth, teeth
 from solver.sliding.record import FrictionRecord

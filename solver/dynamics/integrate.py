@@ -1,4 +1,4 @@
-"""Drive the pin by a spring over its friction profile (§2.2, Eq. 12-14). One file per method, this one door.
+"""Drive the pin by a spring over its friction profile (§2.2, Eq. 12-14). One file per integrator, this one door.
 
 The pin starts at rest at x = 0 with a relaxed contact: x_R = 0, so F = 0 (Eq. 13 leaves x = x_R open), whatever small
 force initial contact may have left in the record.
@@ -8,21 +8,21 @@ import math
 
 import numpy as np
 
-from solver.case import Drive
-from solver.dynamics.exact import integrate_exact
+from solver.drive import Drive
+from solver.dynamics.exact import Exact
 from solver.dynamics.friction_limit import Profile
 from solver.dynamics.kernels import Motion, Run, Teeth
+from solver.dynamics.method import Method
 from solver.dynamics.precision import nothing, resolved
 from solver.dynamics.result import BINS, DynamicsResult
-from solver.dynamics.rigid import integrate_rigid
-from solver.dynamics.rk4 import integrate_rk4
+from solver.dynamics.rk4 import RK4
 from solver.outcome import InvalidInput, Outcome
 
-__all__ = ["DynamicsResult", "integrate"]
+__all__ = ["RK4", "DynamicsResult", "Exact", "integrate"]
 
 
 def integrate(profile: Profile, drive: Drive, surface_stiffness: float) -> DynamicsResult:
-    """Integrate Eq. 12 with the friction of Eq. 13-14 by the method that `drive.integrator` names.
+    """Integrate Eq. 12 with the friction of Eq. 13-14 by the drive's integrator.
 
     surface_stiffness: K of Eq. 15, in G·L_y; without surface compliance it only tells slip from stick (`creep_velocity`,
     `presliding_length`).
@@ -78,8 +78,6 @@ def _run(profile: Profile, motion: Motion, drive: Drive) -> tuple[Run, Outcome]:
     if not outcome.ok:
         return nothing(drive.samples), outcome
     teeth = Teeth(profile.edges, profile.force, profile.slope, profile.periodic_from)
-    if drive.integrator == "rk4":
-        assert drive.time_step is not None  # a Drive with rk4 has one
-        return integrate_rk4(teeth, motion, drive.samples, drive.time_step, drive.step_limit, drive.reverse_motion)
-    method = integrate_exact if drive.surface_compliance else integrate_rigid
-    return method(teeth, motion, drive.samples, drive.step_limit, drive.reverse_motion)
+    method = drive.integrator
+    assert isinstance(method, Method)  # all that are registered are
+    return method.run(teeth, motion, drive)

@@ -5,14 +5,39 @@ the friction force the order falls to one; velocities during stick suffer first.
 """
 
 import math
+from dataclasses import dataclass
 
 import numpy as np
 
-from solver.dynamics.exact import reversed_at
+from solver.drive import Drive, integrator
 from solver.dynamics.kernels import Motion, Run, Teeth, integrate_by_steps
+from solver.dynamics.method import Method, reversed_at
 from solver.dynamics.precision import nothing
 from solver.dynamics.result import BINS
 from solver.outcome import COMPLETED, Ending, Outcome
+from solver.parameter import check, parameter, require
+
+
+@integrator
+@dataclass(frozen=True, slots=True)
+class RK4(Method):
+    """Runge-Kutta steps of a given length."""
+
+    name = "rk4"
+    rests = False
+    time_step: float | None = parameter(None, meaning="step of the integrator", unit="s", scale="time")
+
+    def __post_init__(self) -> None:
+        check(self)
+
+    def fit(self, drive: Drive) -> None:
+        step = self.time_step
+        allowed = step is not None and 0.0 < step <= drive.duration
+        require("time_step", step, allowed, "0 < time_step ≤ duration with rk4")
+
+    def run(self, teeth: Teeth, motion: Motion, drive: Drive) -> tuple[Run, Outcome]:
+        assert self.time_step is not None  # a drive with rk4 has one
+        return integrate_rk4(teeth, motion, drive.samples, self.time_step, drive.step_limit, drive.reverse_motion)
 
 
 def integrate_rk4(

@@ -13,7 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.optimize import brentq, least_squares
 
-from solver.case import Drive
+from solver.drive import Drive
 from solver.dynamics.integrate import DynamicsResult
 
 Floats = NDArray[np.float64]

@@ -6,7 +6,7 @@ import numpy as np
 import scipy.sparse.linalg as spla
 from numpy.typing import NDArray
 
-from solver.elasticity.schemes import Stiffness
+from solver.elasticity.stiffness import Stiffness
 from solver.outcome import InvalidInput, SingularOperator
 
 Vector = NDArray[np.float64]

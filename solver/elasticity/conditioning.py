@@ -57,7 +57,7 @@ def explained(outcome: Outcome, compliance: SurfaceCompliance, contact: NDArray[
     found = conditioning(compliance.matrix[np.ix_(nodes, nodes)])
     operator = f"; the {compliance.slab.scheme} operator of the {int(contact.sum())} nodes in contact"
     figures = f"(asymmetry {found.asymmetry:.1e}, reciprocal condition {found.reciprocal_condition:.1e})"
-    if not found.positive_definite and compliance.slab.scheme != "galerkin":
+    if not found.positive_definite and not compliance.slab.scheme.reciprocal:
         why = f"is not positive definite {figures}: use the scheme galerkin, or a poisson further from 0.5"
     elif not found.positive_definite:  # it is, but for rounding
         why = f"is not positive definite {figures}: use a poisson further from 0.5, or an aspect_ratio nearer 1"

@@ -7,11 +7,12 @@ Coordinates are in L_x: x from 0 to 1 along the surface, z upwards from the surf
 """
 
 from dataclasses import dataclass
+from typing import Literal
 
 import numpy as np
 from numpy.typing import NDArray
 
-from solver.case import Slab
+FirstSpacing = Literal["equal", "doubling"]
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -62,14 +63,10 @@ class Grid:
         return np.concatenate(columns)
 
 
-def binary_hierarchy(slab: Slab) -> Grid:
-    """The grid of a slab of scheme `biquadratic`: row spacings as 1, 1, 2, 4, … (`equal`) or 1, 2, 4, 8, … (`doubling`)."""
-    rows = slab.rows
-    assert rows  # filled in when made
-    intervals = [(slab.n_x - 1) // 2 ** max(row - 1, 0) for row in range(rows)]
-    if slab.first_spacing == "equal":
-        steps = np.array([1.0] + [2.0**row for row in range(rows - 2)])
-    else:
-        steps = 2.0 ** np.arange(rows - 1)
-    depths = np.concatenate(([0.0], np.cumsum(steps))) * (-slab.aspect_ratio / steps.sum())
+def binary_hierarchy(n_x: int, aspect_ratio: float, rows: int, first_spacing: FirstSpacing) -> Grid:
+    """The paper's grid: row spacings as 1, 1, 2, 4, … (`equal`) or 1, 2, 4, 8, … (`doubling`)."""
+    intervals = [(n_x - 1) // 2 ** max(row - 1, 0) for row in range(rows)]
+    equal, doubling = np.array([1.0] + [2.0**row for row in range(rows - 2)]), 2.0 ** np.arange(rows - 1)
+    steps = equal if first_spacing == "equal" else doubling
+    depths = np.concatenate(([0.0], np.cumsum(steps))) * (-aspect_ratio / steps.sum())
     return Grid(counts=np.array(intervals) + 1, depths=depths)

@@ -14,12 +14,13 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.interpolate import CubicSpline
 
-from solver.case import Slab
 from solver.elasticity.boundary_value import blank, solve_mixed
-from solver.elasticity.column import bar_forces, lengthening, passed_down, resultants, trunk
 from solver.elasticity.grid import Grid
+from solver.elasticity.grid_scheme import stiffness
 from solver.elasticity.lagrange import lagrange, slope
-from solver.elasticity.schemes import Stiffness, stiffness
+from solver.elasticity.schemes.column import bar_forces, lengthening, passed_down, resultants, trunk
+from solver.elasticity.stiffness import Stiffness
+from solver.slab import Slab
 
 Vector = NDArray[np.float64]
 

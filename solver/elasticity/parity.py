@@ -8,8 +8,7 @@ import scipy.sparse as sp
 from numpy.typing import NDArray
 
 from solver.elasticity.grid import Grid
-from solver.elasticity.schemes import Stiffness
-from solver.elasticity.schemes.stiffness import Sparse
+from solver.elasticity.stiffness import Sparse, Stiffness
 
 
 def row_bases(k: Stiffness) -> list[list[Sparse]]:

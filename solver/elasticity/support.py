@@ -6,8 +6,8 @@ The bottom row rests on a flat rigid plane (w = 0) under all of them; they diffe
 import numpy as np
 from numpy.typing import NDArray
 
-from solver.case import Support
 from solver.elasticity.grid import Grid
+from solver.slab import Support
 
 
 def restrained(grid: Grid, support: Support) -> tuple[NDArray[np.bool_], NDArray[np.bool_]]:

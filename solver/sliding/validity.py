@@ -178,5 +178,5 @@ def _place(case: Case, seen: _Seen) -> Flag | None:
         return WHOLE_SLAB
     if seen.margin <= 0.0:
         return OUTGROWN
-    near = case.slab.scheme != "half_plane" and seen.margin < NEAR * seen.half_width
+    near = not case.slab.scheme.endless and seen.margin < NEAR * seen.half_width
     return NEAR_ENDS if near else None

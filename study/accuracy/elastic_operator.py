@@ -8,21 +8,24 @@ import math
 from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import dataclass, fields, replace
 from functools import partial
-from typing import Any, Final, get_args
+from typing import Any, Final
 
 import numpy as np
 from numpy.typing import NDArray
 
-from solver.case import Case, Scheme, Slab
+from solver.case import Case
 from solver.contact.initial import initial_contact
-from solver.elasticity.compliance import SurfaceCompliance, slab_compliance
+from solver.elasticity.compliance import SurfaceCompliance, surface_compliance
 from solver.outcome import InvalidInput, SolverError
+from solver.parameter import choices_of
+from solver.slab import SCHEMES, Slab
 from solver.sliding.events import slide
 from study.accuracy.diagram import Diagram, Row
 from study.accuracy.setup import Effort, Setup, contacts
 from study.accuracy.timing import timed
 from study.discretization.front import Measured, alike, discretized, hertz_half_width, settings
-from study.manifest.parameters import SETTINGS, Value
+from study.manifest import parameters
+from study.manifest.parameters import Value
 
 Vector = NDArray[np.float64]
 
@@ -54,7 +57,7 @@ REFERENCE: Final[dict[str, Any]] = {"scheme": "galerkin", "coarsest_row": 129, "
 
 def discretizations(size: int) -> Iterator[dict[str, object]]:
     """The schemes and gradings that are tried at one n_x, the schemes' own values for the rest."""
-    for scheme in get_args(Scheme):
+    for scheme in SCHEMES:
         yield {"n_x": size, "scheme": scheme}
     for grading in GRADINGS:
         yield {"n_x": size, "scheme": "galerkin", **grading}
@@ -92,7 +95,7 @@ def measure_elastic_operator(setup: Setup, effort: Effort) -> tuple[Diagram, tup
         for tried in _every(setup, slab, effort):
             errors = {width: relative_errors(tried.values[width], truth[width]) for width in widths}
             times = {"seconds": tried.seconds, "record_seconds": tried.record_seconds}
-            if tried.slab.scheme != "half_plane":  # another body, not a slab's discretization
+            if not tried.slab.scheme.endless:  # another body, not a slab's discretization
                 sure = tuple(max(_worst(errors[width]), doubt[width]) for width in widths)
                 measured.append(Measured(tried.slab, sum(times.values()), sure))
             if slab == setup.slabs[0]:
@@ -107,7 +110,7 @@ def _reference(
 ) -> tuple[dict[float, dict[str, float]], dict[float, float]]:
     """Half-width of the contact -> the finest observables, and how far those of a surface half as fine are from them."""
     sizes = (effort.reference_size, (effort.reference_size + 1) // 2)
-    fine, coarse = (observables_on(slab_compliance(reference_slab(slab, size)), widths) for size in sizes)
+    fine, coarse = (observables_on(surface_compliance(reference_slab(slab, size)), widths) for size in sizes)
     return fine, {width: _worst(relative_errors(coarse[width], fine[width])) for width in widths}
 
 
@@ -194,7 +197,7 @@ def _try(setup: Setup, slab: Slab, effort: Effort) -> Iterator[Tried]:
     """The discretization measured, or nothing where the slab or its contact has no answer in it."""
     case = replace(setup.case, slab=slab, max_events=None, max_displacement=DISPLACEMENT)
     try:
-        compliance, seconds = timed(partial(slab_compliance, slab), effort.repeats)
+        compliance, seconds = timed(partial(surface_compliance, slab), effort.repeats)
     except SolverError:
         return
     values = observables_on(compliance, contacts(effort))
@@ -216,12 +219,14 @@ def _words(slab: Slab, doubt: float) -> str:
 
 def _knobs(slab: Slab) -> dict[str, Value]:
     """How a slab is discretized; numbers that its scheme does not have are NaN, words empty."""
-    nothing = {item.name: math.nan if "int" in str(item.type) else "" for item in fields(Slab)}
+    kinds: tuple[Any, ...] = tuple(SCHEMES.values())
+    words = {item.name for kind in kinds for item in fields(kind) if choices_of(item.type)}
+    nothing = {name: "" if name in words else math.nan for name in settings(slab)}
     return {name: nothing[name] if value is None else value for name, value in settings(slab).items()}
 
 
 def _sheet(reference: str, rows: tuple[Row, ...]) -> Diagram:
-    words = {name: f"{name} of the slab" for name in SETTINGS} | {
+    words = {name: f"{name} of the slab" for name in parameters.settings()} | {
         "seconds": "processor time of the surface compliance",
         "record_seconds": f"processor time of a record over {DISPLACEMENT:g} L_x",
         "error": "largest of the relative errors, the coupling's left out",

@@ -14,10 +14,12 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.integrate import solve_ivp
 
-from solver.case import Drive
+from solver.drive import Drive
+from solver.dynamics.exact import Exact
 from solver.dynamics.friction_limit import Profile, profile_of
 from solver.dynamics.integrate import DynamicsResult, integrate
-from solver.elasticity.compliance import slab_compliance
+from solver.dynamics.rk4 import RK4
+from solver.elasticity.compliance import surface_compliance
 from solver.sliding.events import slide
 from solver.sliding.plateau import plateau_of
 from study.accuracy.diagram import Diagram, Row
@@ -52,8 +54,9 @@ def measure_integrators(setup: Setup, effort: Effort) -> Diagram:
 
 
 def _course(setup: Setup) -> Course:
-    record = slide(setup.case, slab_compliance(setup.case.slab))
-    drive = replace(setup.drive, integrator="exact", time_step=None, samples=SAMPLES).dimensionless(setup.scales)
+    record = slide(setup.case, surface_compliance(setup.case.slab))
+    in_si = replace(setup.drive.in_si, integrator=Exact(), samples=SAMPLES)
+    drive = replace(setup.drive, in_si=in_si).dimensionless(setup.scales)
     return Course(profile_of(record, plateau_of(record), drive.profile), record.initial_stiffness, drive)
 
 
@@ -63,7 +66,7 @@ def _stepped(course: Course, truth: DynamicsResult, setup: Setup, effort: Effort
     if not course.drive.surface_compliance:
         return
     for step in effort.time_steps:
-        drive = replace(course.drive, integrator="rk4", time_step=step / unit)
+        drive = replace(course.drive, integrator=RK4(step / unit))
         found, seconds = timed(partial(course.run, drive), effort.repeats)
         if found.outcome.ok:
             yield {

@@ -3,7 +3,7 @@
 This is a measurement, not science: its dataset holds times and names the machine. Nothing else in the study does.
 """
 
-from dataclasses import dataclass, fields
+from dataclasses import dataclass
 from pathlib import Path
 from typing import Final
 
@@ -21,7 +21,6 @@ from study.accuracy.timing import machine
 from study.dataset.file import write as write_dataset
 from study.dataset.store import StoreError, written_whole
 from study.discretization.front import Measured, as_text
-from study.manifest.parameters import flat
 
 STEM: Final = "accuracy"
 """Name of all files but for their endings."""
@@ -58,8 +57,8 @@ def as_dataset(measurement: Measurement) -> xr.Dataset:
     """Every diagram's columns over its rows; the setup, what errors are held against and the machine as attributes."""
     setup = measurement.setup
     variables = {name: variable for diagram in measurement.diagrams for name, variable in diagram.variables().items()}
-    case = {name: value for name, value in flat(setup.case).items() if value is not None}
-    drive = {item.name: getattr(setup.drive, item.name) for item in fields(setup.drive)}
+    case = {name: value for name, value in setup.case.flat.items() if value is not None}
+    drive = {"name": setup.drive.name, **setup.drive.flat}
     attributes = {
         "title": f"What accuracy costs in time: {setup.title}",
         "Conventions": "CF-1.11",

@@ -5,7 +5,9 @@ from typing import Final
 
 import numpy as np
 
-from solver.case import Case, Scales, Slab
+from solver.case import Case
+from solver.drive import Scales
+from solver.slab import Slab
 from study.discretization.front import discretized
 from study.manifest.cases import expand
 from study.manifest.drives import NamedDrive

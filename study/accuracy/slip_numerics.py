@@ -13,7 +13,7 @@ from solver.case import Case
 from solver.dynamics.coefficients import friction_coefficients
 from solver.dynamics.friction_limit import profile_of
 from solver.dynamics.integrate import integrate
-from solver.elasticity.compliance import slab_compliance
+from solver.elasticity.compliance import surface_compliance
 from solver.sliding.events import slide
 from solver.sliding.plateau import plateau_of
 from solver.sliding.record import FrictionRecord
@@ -38,12 +38,13 @@ def measure_slip_numerics(setup: Setup, effort: Effort) -> Diagram:
     """Each knob alone, the case's own value for the other; all records reach the displacement that the case's reaches."""
     case = setup.case
     if case.max_displacement is None:
-        reached = slide(case, slab_compliance(case.slab)).final_displacement
+        reached = slide(case, surface_compliance(case.slab)).final_displacement
         case = replace(case, max_events=None, max_displacement=reached)
     rows: list[Row] = []
     for knob, cases in _turned(case, effort).items():
         found = [
-            (value, *timed(partial(slide, each, slab_compliance(each.slab)), effort.repeats)) for value, each in cases
+            (value, *timed(partial(slide, each, surface_compliance(each.slab)), effort.repeats))
+            for value, each in cases
         ]
         readings = [(value, seconds, read(record, setup)) for value, record, seconds in found]
         rows += [_row(knob, value, seconds, reading, readings[-1][2]) for value, seconds, reading in readings]
@@ -52,7 +53,7 @@ def measure_slip_numerics(setup: Setup, effort: Effort) -> Diagram:
 
 def _turned(case: Case, effort: Effort) -> dict[str, list[tuple[float, Case]]]:
     """Knob -> its values and their cases, the reference last."""
-    sizes = [(float(size), on(case, n_x=size, scheme=case.slab.scheme)) for size in effort.record_sizes]
+    sizes = [(float(size), on(case, n_x=size, scheme=case.slab.scheme.name)) for size in effort.record_sizes]
     floors = [
         (floor, replace(case, slip_rule=replace(case.slip_rule, event_floor=floor)))
         for floor in sorted(effort.event_floors, reverse=True)

@@ -192,7 +192,7 @@ def accuracy(campaign: Path | None, out: Path | None, quick: bool, save: Path | 
     from study.accuracy.measurement import measure, write  # noqa: PLC0415
     from study.accuracy.setup import FULL, QUICK, default_setup, setup_of  # noqa: PLC0415
     from study.accuracy.table import as_table  # noqa: PLC0415
-    from study.manifest.manifest import load_manifest  # noqa: PLC0415
+    from study.manifest.reader import load_manifest  # noqa: PLC0415
     from study.report.console import print_table  # noqa: PLC0415
 
     with _refusals():
@@ -365,7 +365,7 @@ def _print_summary(dataset: Any) -> None:
 
 
 def _make_plan(campaign: Path) -> "Plan":
-    from study.manifest.manifest import load_manifest  # noqa: PLC0415
+    from study.manifest.reader import load_manifest  # noqa: PLC0415
     from study.plan.plan import make_plan  # noqa: PLC0415
 
     return make_plan(load_manifest(campaign))

@@ -14,7 +14,7 @@ from typing import Any, Final
 import numpy as np
 import xarray as xr
 
-from solver.case import Scales
+from solver.drive import Scales
 from solver.outcome import Outcome
 from solver.sliding.validity import advice_on, flags_in
 from study.dataset.ensemble import ensemble_variables
@@ -27,19 +27,19 @@ from study.dataset.variables import (
     COMPUTED_BY,
     DISCRETIZATION_ERROR,
     OUTCOMES,
-    PARAMETERS,
     SCALARS,
     SERIES,
     VALIDITY,
     Quantity,
     factors,
+    parameters,
 )
 from study.discretization.front import Front, load_front
 from study.discretization.targets import chosen
 from study.manifest.cases import MEMBER, CampaignCase
 from study.manifest.effects import task_kinds
 from study.manifest.manifest import VARIED, Manifest
-from study.manifest.parameters import STANDARD, Value, flat
+from study.manifest.parameters import STANDARD, Value
 from study.origin import NOBODY, Origin, Origins, census, mixture, stemming
 from study.plan.plan import CaseTasks, Plan
 from study.plan.tasks import TaskResult
@@ -234,8 +234,8 @@ def _coordinates(plan: Plan, layout: _Layout) -> dict[str, Any]:
     }
     found["case_id"] = (tuple(layout.axes), ids, _CASE_ID.attributes)
     # Of what varies between members, an axis says where the first of them is: the case itself knows better.
-    points = {case.case_id: {**case.parameters, **(flat(case.case) if case.case else {})} for case in plan.cases}
-    for name in PARAMETERS:
+    points = {case.case_id: {**case.parameters, **(case.case.flat if case.case else {})} for case in plan.cases}
+    for name in parameters():
         values = {case_id: point[name] for case_id, point in points.items() if point.get(name) is not None}
         if name in layout.axes or not values:
             continue
@@ -260,10 +260,10 @@ def _drive_coordinates(manifest: Manifest) -> dict[str, Any]:
     """The drives' names and settings, along `drive` where there are several, else once."""
     drives = manifest.drives
     found: dict[str, Any] = {}
-    for name in ("name", *PARAMETERS) if drives else ():
-        values = [getattr(drive, name, None) for drive in drives]
+    for name in ("name", *parameters()) if drives else ():
+        values = [{"name": drive.name, **drive.flat}.get(name) for drive in drives]
         if any(value is not None for value in values):
-            label = _DRIVE if name == "name" else PARAMETERS[name]
+            label = _DRIVE if name == "name" else parameters()[name]
             array = _array([np.nan if value is None else value for value in values])
             dims = "drive" if len(drives) > 1 else ()
             found[label.name] = (dims, array if dims else array[0], label.attributes)
@@ -324,7 +324,7 @@ def _array(values: Any) -> Any:
 
 
 def _parameter(name: str) -> Quantity:
-    return PARAMETERS.get(name) or Quantity(name, f"number of the {name}")
+    return parameters().get(name) or Quantity(name, f"number of the {name}")
 
 
 _CASE_ID: Final = Quantity("case_id", "content hash of the case's parameters")

@@ -8,11 +8,13 @@ from typing import Any
 
 import numpy as np
 
-from solver.case import Case, Scales
+from solver.case import Case, parameters_of_a_case
+from solver.drive import Scales
 from solver.dynamics.regime import REGIMES
 from solver.dynamics.stick_slip import MOST_SAMPLES, MOST_SLIPS
+from solver.parameter import Parameter
 from solver.sliding.validity import FLAGS
-from study.manifest.drives import NamedDrive
+from study.manifest.drives import NamedDrive, drive_parameters
 
 
 @dataclass(frozen=True, slots=True)
@@ -336,55 +338,14 @@ SERIES = (
     ),
 )
 
-PARAMETERS = {
-    "intrinsic_friction": Quantity("intrinsic_friction", "intrinsic friction coefficient μ_i"),
-    "radius": Quantity("radius", "radius of the pin, R/L_x"),
-    "aspect_ratio": Quantity("aspect_ratio", "height of the slab over its width, L_z/L_x"),
-    "n_x": Quantity("n_x", "surface nodes"),
-    "normal_load": Quantity("normal_load", "normal force W, in G·L_x·L_y"),
-    "poisson": Quantity("poisson", "Poisson's ratio ν"),
-    "pin": Quantity("pin", "shape of the pin"),
-    "half_width": Quantity("half_width", "half-width of a flat punch, a/L_x"),
-    "rows": Quantity("rows", "node rows of the paper's grid"),
-    "rows_per_level": Quantity("rows_per_level", "node rows until the next has half the intervals"),
-    "coarsest_row": Quantity("coarsest_row", "nodes of the coarsest row"),
-    "bottom_row": Quantity("bottom_row", "nodes of the bottom row"),
-    "scheme": Quantity("scheme", "discretization of the slab"),
-    "support": Quantity("support", "how the slab is held"),
-    "first_spacing": Quantity("first_spacing", "spacing of the first node rows"),
-    "initial_contact": Quantity("initial_contact", "how the pin comes down"),
-    "start": Quantity("start", "where the pin comes down, in node spacings right of the slab's middle"),
-    "slip_order": Quantity("slip_order", "which offenders slip first"),
-    "residual_shear": Quantity("residual_shear", "shear left after a slip, as a fraction of μ_i·pressure"),
-    "event_floor": Quantity(
-        "event_floor", "smallest displacement step, in surface node spacings or 24 elastic stretches"
-    ),
-    "cascade_limit": Quantity("cascade_limit", "slips after which one event is given up"),
-    "friction": Quantity("friction", "whether the pin drags the surface"),
-    "coupling": Quantity("coupling", "whether tangential forces lift the surface and normal ones move it sideways"),
-    "pin_translation": Quantity("pin_translation", "whether the pin's profile is carried along, pressures following"),
-    "distribution": Quantity("distribution", "distribution of μ_i over the nodes"),
-    "spread": Quantity("spread", "standard deviation of μ_i over the nodes, over its mean"),
-    "seed": Quantity("seed", "seed of the nodes' μ_i"),
-    "max_events": Quantity("max_events", "events after which a record ends"),
-    "max_displacement": Quantity("max_displacement", "pin displacement after which a record ends, in L_x"),
-    "max_spacings": Quantity("max_spacings", "node spacings that the pin moves before a record ends"),
-    "member": Quantity(
-        "member", "number of the ensemble's member: starts of the pin spread over a node spacing, own seeds"
-    ),
-    "pin_mass": Quantity("pin_mass", "mass of the pin", "kg"),
-    "spring_stiffness": Quantity("spring_stiffness", "stiffness k of the coupling spring", "N m-1"),
-    "damping_ratio": Quantity("damping_ratio", "damping ratio ζ"),
-    "stage_velocity": Quantity("stage_velocity", "velocity of the stage", "m s-1"),
-    "duration": Quantity("duration", "time for which the stage moves", "s"),
-    "integrator": Quantity("integrator", "integrator of the dynamic stage"),
-    "profile": Quantity("profile", "friction profile between events"),
-    "time_step": Quantity("time_step", "step of the integrator", "s"),
-    "samples": Quantity("samples", "output times after the start"),
-    "surface_compliance": Quantity("surface_compliance", "whether the contact yields before it slips"),
-    "step_limit": Quantity("step_limit", "segments or time steps after which a drive is given up"),
-    "reverse_motion": Quantity("reverse_motion", "whether the pin may slip back"),
-}
+
+def parameters() -> dict[str, Quantity]:
+    """The coordinates of a dataset by name: every parameter of cases and drives but files, and the number of a member."""
+    declared = {**parameters_of_a_case(), "member": _MEMBER, **drive_parameters()}
+    return {name: Quantity(name, stated.meaning, stated.unit) for name, stated in declared.items() if stated.axis}
+
+
+_MEMBER = Parameter("number of the ensemble's member: starts of the pin spread over a node spacing, own seeds")
 
 
 def factors(case: Case, scales: Scales, drive: NamedDrive | None) -> dict[str, float]:

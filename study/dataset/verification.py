@@ -44,7 +44,8 @@ from study.dataset.ragged import ABSENT
 from study.dataset.store import Store, StoreError
 from study.dataset.variables import COMPANIONS, COMPUTED_BY, DISCRETIZATION_ERROR, OUTCOMES, SCALARS, SERIES, Series
 from study.manifest.cases import CampaignCase
-from study.manifest.manifest import Manifest, parse_manifest
+from study.manifest.manifest import Manifest
+from study.manifest.reader import parse_manifest
 from study.origin import Origin, here
 from study.plan.plan import Plan, make_plan
 from study.plan.tasks import Task

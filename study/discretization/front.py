@@ -12,7 +12,7 @@ import itertools
 import json
 import math
 from collections.abc import Iterable, Mapping
-from dataclasses import dataclass, field, fields
+from dataclasses import dataclass, field
 from importlib import resources
 from pathlib import Path
 from typing import Any
@@ -20,9 +20,11 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from solver.case import Case, Slab, as_float
+from solver.case import Case
 from solver.outcome import InvalidInput, SolverError, quoted
-from study.manifest.parameters import PHYSICS, SETTINGS
+from solver.parameter import as_float
+from solver.slab import PHYSICS, Slab
+from study.manifest import parameters
 from study.manifest.problems import ManifestError, path_shown
 
 ALIKE = math.log(1.25)
@@ -97,12 +99,12 @@ def physics(slab: Slab) -> dict[str, Any]:
 
 def discretized(slab: Slab, discretization: Mapping[str, Any]) -> Slab:
     """The slab on another grid, the scheme's own values for what is not given. Raises InvalidInput."""
-    return Slab(**{**physics(slab), **discretization})
+    return Slab.of({**physics(slab), **discretization})
 
 
 def settings(slab: Slab) -> dict[str, Any]:
     """How a slab is discretized, by field name."""
-    return {name: getattr(slab, name) for name in SETTINGS}
+    return {name: slab.flat[name] for name in parameters.settings()}
 
 
 def pareto_front(time: ArrayLike, error: ArrayLike) -> NDArray[np.bool_]:
@@ -158,7 +160,7 @@ def _row(values: dict[str, Any]) -> Measured:
     """A row by column; what is neither its time nor its errors is the slab."""
     seconds = _measured("seconds", values.pop("seconds"))
     return Measured(
-        errors=tuple(_measured("errors", e) for e in values.pop("errors")), seconds=seconds, slab=Slab(**values)
+        errors=tuple(_measured("errors", e) for e in values.pop("errors")), seconds=seconds, slab=Slab.of(values)
     )
 
 
@@ -172,9 +174,9 @@ def _measured(name: str, value: Any) -> float:
 
 def as_text(machine: Mapping[str, str], contacts: Iterable[float], rows: Iterable[Measured]) -> str:
     """A front as JSON, one row a line, times and errors with three digits."""
-    names = [item.name for item in fields(Slab)]
+    names = list(Slab().flat)
     lines = [
-        json.dumps([*(getattr(row.slab, name) for name in names), _short(row.seconds), [_short(e) for e in row.errors]])
+        json.dumps([*(row.slab.flat[name] for name in names), _short(row.seconds), [_short(e) for e in row.errors]])
         for row in rows
     ]
     head = {"machine": dict(machine), "contacts": list(contacts), "columns": [*names, "seconds", "errors"]}

@@ -5,11 +5,13 @@ from collections.abc import Iterable, Iterator
 from dataclasses import replace
 from typing import Final
 
-from solver.case import Case, Slab
+from solver.case import Case
+from solver.slab import Slab
 from study.discretization.front import Front, discretized, hertz_half_width, load_front, physics, settings
+from study.manifest import parameters
 from study.manifest.cases import expand
 from study.manifest.manifest import Manifest
-from study.manifest.parameters import SETTINGS, Value
+from study.manifest.parameters import Value
 from study.manifest.problems import ManifestError
 
 SCHEME: Final = "galerkin"
@@ -43,7 +45,7 @@ def choice(manifest: Manifest) -> str:
 
 def chosen(manifest: Manifest) -> dict[str, Value]:
     """The discretization of a settled manifest."""
-    return {name: manifest.numerics[name] for name in SETTINGS if name in manifest.numerics}
+    return {name: manifest.numerics[name] for name in parameters.settings() if name in manifest.numerics}
 
 
 class UnreachableError(Exception):
@@ -76,7 +78,7 @@ def cheapest(front: Front, cases: Iterable[Case], accuracy: float) -> Slab:
 def _expected(front: Front, cases: list[Case]) -> Iterator[tuple[float, float, Slab]]:
     """Worst expected error, seconds and slab of every discretization that was measured on the first case's slab."""
     for row in front.like(cases[0].slab):
-        if row.slab.scheme == SCHEME:
+        if row.slab.scheme.name == SCHEME:
             same = [replace(case, slab=discretized(case.slab, settings(row.slab))) for case in cases]
             errors = [front.expected_error(case) for case in same]
             yield (math.nan if any(map(math.isnan, errors)) else max(errors)), row.seconds, row.slab

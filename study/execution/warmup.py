@@ -6,7 +6,8 @@ from dataclasses import replace
 from pathlib import Path
 from tempfile import TemporaryDirectory
 
-from solver.case import Case, Heterogeneity, Slab
+from solver.case import Case, Heterogeneity
+from solver.slab import Slab
 from study.dataset.store import Store
 from study.plan.tasks import Task, compliance_task, contact_task, drive_task, friction_task, run_task
 

@@ -7,8 +7,9 @@ from dataclasses import dataclass
 from solver.case import Case
 from solver.outcome import COMPLETED, InvalidInput, Outcome
 from study.manifest.effects import refusal
-from study.manifest.manifest import Manifest, ManifestError
-from study.manifest.parameters import STANDARD, Value, flat, make_case
+from study.manifest.manifest import Manifest
+from study.manifest.parameters import STANDARD, Value, make_case
+from study.manifest.problems import ManifestError
 from study.provenance import content_hash
 
 MEMBER = "member"
@@ -63,7 +64,7 @@ def _campaign_case(manifest: Manifest, point: dict[str, Value], member: int) -> 
             raise InvalidInput(wrong)
     except InvalidInput as error:
         case, outcome = None, error.outcome
-    full = flat(case) if case else {**flat(Case()), **given, **({MEMBER: member} if several else {})}
+    full = case.flat if case else {**Case().flat, **given, **({MEMBER: member} if several else {})}
     standard = {name: full[name] for name in STANDARD}
     labels = {name: value for name, value in {**standard, **point}.items() if value is not None}
     if several:

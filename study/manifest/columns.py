@@ -6,7 +6,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any, NamedTuple
 
-from study.manifest.parameters import AXES, Value
+from study.manifest.parameters import Value, axes
 from study.manifest.problems import ManifestError, path_shown, shown, unknown
 
 
@@ -51,8 +51,8 @@ def read_table(path: Path, given: str | None = None) -> Table:
     if len(lines) < 2:
         raise ManifestError([f"{path}: {len(lines)} lines: needs a header of parameters and at least one case"])
     header = [word.strip() for word in lines[0][1]]
-    problems = [f"column {shown(word)}: {unknown(word, AXES)}" for word in header if word not in AXES]
-    problems += [f"column {word}: needs to appear once" for word in AXES if header.count(word) > 1]
+    problems = [f"column {shown(word)}: {unknown(word, axes())}" for word in header if word not in axes()]
+    problems += [f"column {word}: needs to appear once" for word in axes() if header.count(word) > 1]
     for line, row in lines[1:]:
         if len(row) != len(header):
             problems.append(f"line {line}: {len(row)} values: needs {len(header)}, one for each column")

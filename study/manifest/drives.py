@@ -1,58 +1,44 @@
 """How a campaign pulls the pin: SI at this edge, the solver's units beyond it."""
 
-from dataclasses import dataclass, fields
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+from typing import Any, Self
 
-from solver.case import Drive, Integrator, ProfileShape, Scales, as_float
+from solver.drive import Drive, Scales, parameters_of_a_drive, si_defaults
 from solver.outcome import InvalidInput, quoted
-
-_DRIVE_FIELDS = tuple(item.name for item in fields(Drive))
+from solver.parameter import Parameter, check, declared, parameter
 
 
 @dataclass(frozen=True, slots=True)
 class NamedDrive:
-    """One way to pull the pin, in SI: mass (kg), stiffness (N/m), velocity (m/s), times (s); the paper's by default."""
+    """One way to pull the pin: its name, the pin's mass, and a drive in SI (N/m, m/s, s); the paper's by default."""
 
     name: str
-    pin_mass: float = 0.5
-    spring_stiffness: float = 2e5
-    damping_ratio: float = 0.1
-    stage_velocity: float = 2e-3
-    duration: float = 0.2
-    integrator: Integrator = "exact"
-    profile: ProfileShape = "sawtooth"
-    time_step: float | None = None
-    samples: int = 2000
-    surface_compliance: bool = True
-    reverse_motion: bool = True
-    step_limit: int = 20_000_000
+    pin_mass: float = parameter(0.5, meaning="mass of the pin", unit="kg", least=1e-30, most=1e30)
+    in_si: Drive = field(default_factory=lambda: Drive.of(si_defaults()))
+    """Its values are in SI; the ranges of a drive hold in any units."""
 
     def __post_init__(self) -> None:
         if not isinstance(self.name, str) or not self.name.strip():
             raise InvalidInput(f"name = {quoted(self.name)}: needs a name")
-        mass = as_float("pin_mass", self.pin_mass)
-        if not 1e-30 <= mass <= 1e30:
-            raise InvalidInput(f"pin_mass = {mass!r}: needs 1e-30 ≤ pin_mass ≤ 1e30")
-        object.__setattr__(self, "pin_mass", mass)
-        # The ranges of a drive hold in any units.
-        in_range = Drive(**{name: getattr(self, name) for name in _DRIVE_FIELDS})
-        for name in _DRIVE_FIELDS:
-            object.__setattr__(self, name, getattr(in_range, name))
-        if self.integrator != "rk4" and self.time_step is not None:
-            raise InvalidInput(f'time_step = {self.time_step!r}: needs integrator = "rk4", the one that takes steps')
+        check(self)
+
+    @classmethod
+    def of(cls, name: str, **entries: Any) -> Self:
+        """The drive with these entries of a table [[drives]]. Raises InvalidInput."""
+        own = {key: entries.pop(key) for key in declared(cls) if key in entries}
+        return cls(name, **own, in_si=Drive.of({**si_defaults(), **entries}))
+
+    @property
+    def flat(self) -> dict[str, Any]:
+        """Every entry of its table but the name; None for the settings of integrators that it does not use."""
+        return {"pin_mass": self.pin_mass, **self.in_si.flat}
 
     def dimensionless(self, scales: Scales) -> Drive:
         """The same drive in the solver's units."""
-        time = scales.time(self.pin_mass)
-        return Drive(
-            spring_stiffness=self.spring_stiffness / scales.stiffness,
-            damping_ratio=self.damping_ratio,
-            stage_velocity=self.stage_velocity * time / scales.slab_width,
-            duration=self.duration / time,
-            integrator=self.integrator,
-            profile=self.profile,
-            time_step=None if self.time_step is None else self.time_step / time,
-            samples=self.samples,
-            surface_compliance=self.surface_compliance,
-            reverse_motion=self.reverse_motion,
-            step_limit=self.step_limit,
-        )
+        return self.in_si.scaled(scales, self.pin_mass)
+
+
+def drive_parameters() -> Mapping[str, Parameter]:
+    """Every entry of a table [[drives]] but the name."""
+    return {**declared(NamedDrive), **parameters_of_a_drive()}

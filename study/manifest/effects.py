@@ -3,7 +3,8 @@
 from collections.abc import Sequence
 from typing import Literal, NamedTuple
 
-from solver.case import Case, Effects, Slab
+from solver.case import Case, Effects
+from solver.slab import SCHEMES, Slab
 from study.manifest.drives import NamedDrive
 from study.manifest.manifest import Manifest
 
@@ -44,7 +45,7 @@ def refusal(manifest: Manifest, case: Case) -> str:
     """Why these stages and outputs mean nothing for this case; empty where they do."""
     if "slip" in manifest.stages and not case.effects.friction:
         return 'friction = false: needs stages = ["contact"], as without friction there is nothing to slide against (F = 0)'
-    if manifest.outputs.subsurface and case.slab.scheme == "half_plane":
+    if manifest.outputs.subsurface and case.slab.scheme.endless:
         return "subsurface = true with scheme = half_plane: needs a scheme that has a grid, a half-plane is its surface only"
     return ""
 
@@ -66,8 +67,8 @@ def effects(manifest: Manifest) -> tuple[Effect, ...]:
         Effect("dynamics", _word("dynamics" in stages), "Eq. 12 is not integrated"),
         *(Effect(name, _setting(manifest, name), without) for name, without in _OF_CASES.items()),
     ]
-    schemes = manifest.axes.get("scheme", (manifest.fixed.get("scheme", Slab().scheme),))
-    finite = [_word(scheme != "half_plane") for scheme in schemes]
+    schemes = manifest.axes.get("scheme", (manifest.fixed.get("scheme", Slab().scheme.name),))
+    finite = [_word(not SCHEMES[str(scheme)].endless) for scheme in schemes]
     found.append(
         Effect("finite slab (scheme)", _joint(finite), "half_plane: closed form, no grid, no sides, no bottom")
     )
@@ -116,10 +117,10 @@ def _spread(manifest: Manifest) -> str:
 
 def _drive_setting(drive: NamedDrive, name: str) -> str:
     if name == "damping":
-        return _word(drive.damping_ratio > 0.0)
+        return _word(drive.in_si.damping_ratio > 0.0)
     if name == "sawtooth":
-        return "on" if drive.profile == "sawtooth" else f"off: {drive.profile}"
-    return _word(bool(getattr(drive, name)))
+        return "on" if drive.in_si.profile == "sawtooth" else f"off: {drive.in_si.profile}"
+    return _word(bool(getattr(drive.in_si, name)))
 
 
 def _word(on: bool) -> str:

@@ -7,7 +7,7 @@ from collections.abc import Callable, Collection, Iterable
 from pathlib import Path
 
 from solver.outcome import SHOWN, InvalidInput, quoted
-from study.manifest.parameters import AXES, TABLES
+from study.manifest.parameters import axes, table_of
 
 LONGEST_PATH = 200
 """Characters of a path that a message shows."""
@@ -55,8 +55,7 @@ def need(make: Callable[..., object], *arguments: object) -> str:
 
 def unknown(word: str, allowed: Collection[str]) -> str:
     """Advice on a word that is not allowed here: where it belongs, what it resembles, or what there is."""
-    for table, words in TABLES.items():
-        if word in words:
-            return f"belongs in [{table}]" + (" or [axes]" if word in AXES else "")
+    if table := table_of(word):
+        return f"belongs in [{table}]" + (" or [axes]" if word in axes() else "")
     near = difflib.get_close_matches(word[:SHOWN], allowed, 1)
     return f"unknown; did you mean {near[0]}?" if near else "unknown; needs one of " + ", ".join(allowed)

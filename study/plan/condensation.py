@@ -3,9 +3,9 @@
 from functools import lru_cache
 from typing import NamedTuple
 
-from solver.case import Slab
-from solver.elasticity.column import trunk
-from solver.elasticity.schemes import SCHEMES
+from solver.elasticity.grid_scheme import GridScheme, grid_scheme
+from solver.elasticity.schemes.column import trunk
+from solver.slab import Slab
 
 # Seconds on one core of an ordinary machine.
 _ONCE = 2e-3
@@ -30,25 +30,25 @@ class _Layout(NamedTuple):
 
 
 def condensation_seconds(slab: Slab) -> float:
-    """Seconds of `slab_compliance`, to a factor of two on a machine like that of the constants."""
-    if slab.scheme == "half_plane":
+    """Seconds of `surface_compliance`, to a factor of two on a machine like that of the constants."""
+    if not isinstance(slab.scheme, GridScheme):
         return _PER_HALF_PLANE * slab.n_x**3
     layout = _layout(slab)
     sparse = _ONCE + _PER_ROW * layout.rows + _PER_PLACE * layout.nodes * layout.rows
     dense = _PER_CUBE * layout.cubes
     seconds = sparse / 2 + _WHOLE * dense if slab.support == "right_side" else sparse + dense
-    return seconds if slab.scheme == "galerkin" else _GENERAL * seconds
+    return seconds if slab.scheme.reciprocal else _GENERAL * seconds
 
 
 def condensation_bytes(slab: Slab) -> float:
-    """Bytes of arrays that `slab_compliance` holds at most at once, its result included, to a factor of two or three."""
-    if slab.scheme == "half_plane":
+    """Bytes of arrays that `surface_compliance` holds at most at once, its result included, to a factor of two or three."""
+    if not isinstance(slab.scheme, GridScheme):
         return _CLOSED_FORM * slab.n_x**2
     return _NODE * _layout(slab).nodes + _SQUARE * slab.n_x**2
 
 
 @lru_cache(maxsize=256)  # asked for time and memory, and by each case on it
 def _layout(slab: Slab) -> _Layout:
-    counts = SCHEMES[slab.scheme][0](trunk(slab)).counts
+    counts = grid_scheme(slab).grid(trunk(slab)).counts
     groups = [int(counts[0]), *(int(counts[row : row + 2].sum()) for row in range(1, len(counts), 2))]
     return _Layout(len(counts), int(counts.sum()), float(sum(float(group) ** 3 for group in groups)))

@@ -32,7 +32,7 @@ CHANGES_PER_SPACING = 0.75
 def contact_nodes(case: Case) -> float:
     """Surface nodes under the pin, about: Hertz's, or fewer on a bonded layer that is thinner than the contact."""
     slab, hertz = case.slab, _hertz_nodes(case)
-    if case.pin == "flat_punch" or slab.scheme == "half_plane":
+    if case.pin == "flat_punch" or slab.scheme.endless:
         return hertz
     modulus = 2.0 * (1.0 - slab.poisson) / (1.0 - 2.0 * slab.poisson)  # of a layer that cannot give way sideways
     half_width = math.cbrt(1.5 * case.normal_load * case.radius * slab.aspect_ratio / modulus)
@@ -52,7 +52,7 @@ def _nodes_across(case: Case, half_width: float) -> float:
 def lateral_stiffness(case: Case) -> float:
     """dF/dδ_p with all nodes stuck, in G·L_y, about: shear and bending of the slab, less what a wide pin holds, in series."""
     height = case.slab.aspect_ratio
-    if case.slab.scheme == "half_plane":
+    if case.slab.scheme.endless:
         return 1.0 / max(0.56 + 0.21 * math.log(height), 0.05)
     width = contact_nodes(case) * case.slab.spacing
     compliance = max(0.05 + 1.2 * height + 0.6 * height**3 + 1.3 * min(height, 1.0) * (0.55 - width), 0.05)

@@ -2,7 +2,8 @@
 
 import math
 
-from solver.case import Case, Drive
+from solver.case import Case
+from solver.drive import Drive
 from solver.dynamics.stick_slip import MOST_SAMPLES, MOST_SLIPS
 from study.plan.cost import mean_step
 
@@ -31,9 +32,10 @@ def drive_seconds(drive: Drive, case: Case) -> float:
 
 def _motion_seconds(drive: Drive, teeth: float) -> float:
     writing = _PER_SAMPLE * drive.samples
-    if drive.time_step is None:
+    step: float | None = getattr(drive.integrator, "time_step", None)
+    if step is None:
         return writing + _PER_TOOTH * min(teeth, drive.step_limit)
-    steps = drive.duration / drive.time_step
+    steps = drive.duration / step
     if steps > drive.step_limit:  # refused
         return writing
     return writing + steps * (_PER_TIME_STEP + _PER_LEAP * min(1.0, teeth / steps / _MANY_TEETH))

@@ -8,15 +8,17 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from solver.case import Case, Drive, Slab
+from solver.case import Case
 from solver.contact.initial import initial_contact
+from solver.drive import Drive
 from solver.dynamics.coefficients import friction_coefficients
 from solver.dynamics.friction_limit import profile_of
 from solver.dynamics.integrate import integrate
 from solver.dynamics.regime import REGIMES, count_sticks
 from solver.dynamics.stick_slip import fit_stick_slip
-from solver.elasticity.compliance import SurfaceCompliance, slab_compliance
+from solver.elasticity.compliance import SurfaceCompliance, surface_compliance
 from solver.outcome import COMPLETED, Ending, Outcome, SolverError
+from solver.slab import Slab
 from solver.sliding.events import slide_to_state, states_at
 from solver.sliding.plateau import plateau_of
 from solver.sliding.record import FrictionRecord
@@ -184,7 +186,7 @@ _NO_MEMORY = "no memory left at n_x = {}: start fewer ranks on a machine, or use
 
 
 def _run_compliance(task: Task, inputs: Mapping[str, TaskResult]) -> TaskResult:
-    return _completed(task, {}, {"matrix": slab_compliance(task.slab).matrix})
+    return _completed(task, {}, {"matrix": surface_compliance(task.slab).matrix})
 
 
 def _run_contact(task: Task, inputs: Mapping[str, TaskResult]) -> TaskResult:

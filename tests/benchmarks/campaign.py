@@ -19,7 +19,7 @@ from study.dataset.store import Store
 from study.execution.farm import Farm, MPIFarm, open_farm
 from study.execution.ledger import Done
 from study.execution.warmup import warm_up
-from study.manifest.manifest import load_manifest
+from study.manifest.reader import load_manifest
 from study.plan.plan import Plan, make_plan
 from study.plan.tasks import Task, TaskResult, run_task
 from tests.benchmarks.ranks import found

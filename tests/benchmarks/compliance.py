@@ -11,8 +11,9 @@ import numpy as np
 import scipy.sparse.linalg as sla
 from numpy.typing import NDArray
 
-from solver import Slab, slab_compliance
-from solver.elasticity.schemes import SCHEMES, stiffness
+from solver import Slab, surface_compliance
+from solver.elasticity.grid_scheme import stiffness
+from solver.slab import SCHEMES
 from tests.benchmarks.table import Row, best, seconds, verdict
 
 LIMITS = {129: 0.05, 1025: 3.0}
@@ -36,10 +37,10 @@ def rows() -> list[Row]:
     table = []
     for scheme, (n_x, limit) in itertools.product(SCHEMES, LIMITS.items()):
         slab, repeats = Slab(n_x=n_x, scheme=scheme), 10 if n_x < 1000 else 2
-        ours = best(partial(slab_compliance, slab), repeats)
+        ours = best(partial(surface_compliance, slab), repeats)
         peer = best(partial(sparse_compliance, slab), repeats)
         theirs = sparse_compliance(slab)
-        error = np.abs(slab_compliance(slab).matrix - theirs).max() / np.abs(theirs).max()
+        error = np.abs(surface_compliance(slab).matrix - theirs).max() / np.abs(theirs).max()
         table += [
             Row(
                 f"compliance, {scheme}, n_x = {n_x}",
@@ -84,7 +85,7 @@ def _finest_rows() -> list[Row]:
 def _measure(n_x: int) -> None:
     """Print processor seconds and peak memory in GB of one compliance."""
     start = time.process_time()
-    slab_compliance(Slab(n_x=n_x))
+    surface_compliance(Slab(n_x=n_x))
     duration = time.process_time() - start
     print(duration, resource.getrusage(resource.RUSAGE_SELF).ru_maxrss * 1024 / 1e9)
 

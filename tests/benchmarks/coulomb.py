@@ -9,7 +9,7 @@ from scipy.sparse.linalg import splu
 from skfem import Basis, BilinearForm, ElementQuad1, ElementVector, MeshQuad, asm
 from skfem.helpers import ddot, eye, sym_grad, trace
 
-from solver import Case, Slab, SlipRule, contact_state, friction_record, slab_compliance
+from solver import Case, Slab, SlipRule, contact_state, friction_record, surface_compliance
 from solver.sliding.events import slide
 from tests.benchmarks.table import Row, best, seconds, verdict
 
@@ -133,7 +133,7 @@ class FiniteElementSlab:
 def rows() -> list[Row]:
     """Time of one increment: the peer's, ours at residual_shear 1, and one event of the stress-drop rule."""
     case = Case(slab=Slab(n_x=129), slip_rule=SlipRule(residual_shear=1.0), max_events=None, max_displacement=INCREMENT)
-    compliance = slab_compliance(case.slab)
+    compliance = surface_compliance(case.slab)
     start = contact_state(case, compliance)
     record = slide(case, compliance, start)
     ours = best(lambda: slide(case, compliance, start), repeats=3)

@@ -11,6 +11,7 @@ from scipy.integrate import solve_ivp
 from solver import Case, Drive, DynamicsResult, FrictionRecord, Scales, Slab, friction_record, plateau_of
 from solver.dynamics.friction_limit import Profile, profile_of
 from solver.dynamics.integrate import integrate
+from solver.dynamics.rk4 import RK4
 from tests.benchmarks.table import Row, best, seconds, verdict
 from tests.solver.dynamics.drives import PROBLEMS, K, reference
 
@@ -37,7 +38,7 @@ def rows() -> list[Row]:
     profile, contact = _profile(record), record.initial_stiffness
     exact = best(lambda: integrate(profile, PAPER, contact), repeats=10)
     segments = integrate(profile, PAPER, contact).steps
-    stepping = replace(PAPER, integrator="rk4", time_step=STEP / UNIT)
+    stepping = replace(PAPER, integrator=RK4(STEP / UNIT))
     rk4 = best(lambda: integrate(profile, stepping, contact), repeats=10)
     steps = integrate(profile, stepping, contact).steps
     begin, end = (_until(profile, contact, time) for time in STRETCH)

@@ -13,12 +13,14 @@ from tempfile import TemporaryDirectory
 import numpy as np
 
 from solver import Case, Drive, FrictionRecord, SurfaceCompliance, friction_record, plateau_of
-from solver.case import Effects, Heterogeneity, Slab
+from solver.case import Effects, Heterogeneity
 from solver.contact.initial import initial_contact
 from solver.dynamics.friction_limit import profile_of
 from solver.dynamics.integrate import integrate
-from solver.elasticity.compliance import slab_compliance
+from solver.dynamics.rk4 import RK4
+from solver.elasticity.compliance import surface_compliance
 from solver.elasticity.interior import interior_fields
+from solver.slab import Slab
 from solver.sliding.events import slide, states_at
 from study.dataset.store import Store
 from study.plan.tasks import compliance_task, contact_task, friction_task, run_task
@@ -37,9 +39,9 @@ CASE = Case(intrinsic_friction=0.5, radius=200.0, slab=Slab(scheme="biquadratic"
 
 def rows() -> list[Row]:
     """One row per effect of contact, sliding, output and drive; of a drive with RK4 too where the effect is its own code."""
-    compliance = slab_compliance(CASE.slab)
+    compliance = surface_compliance(CASE.slab)
     record = slide(CASE, compliance)
-    stepping = replace(PAPER, integrator="rk4", time_step=STEP / UNIT)
+    stepping = replace(PAPER, integrator=RK4(STEP / UNIT))
     found = [
         *_operators(),
         *_contact(compliance),
@@ -95,7 +97,7 @@ def _sliding(compliance: SurfaceCompliance) -> list[Row]:
 def _operators() -> list[Row]:
     """The compliance of the slab and of the half-plane."""
     finite, infinite = (
-        _time_and_memory(partial(slab_compliance, slab), 5) for slab in (Slab(), Slab(scheme="half_plane"))
+        _time_and_memory(partial(surface_compliance, slab), 5) for slab in (Slab(), Slab(scheme="half_plane"))
     )
     return [_against("compliance of a half-plane, for that of the finite slab", infinite, finite)]
 
@@ -103,11 +105,7 @@ def _operators() -> list[Row]:
 def _stages(compliance: SurfaceCompliance, record: FrictionRecord) -> Row:
     """The paper's drive ten times as long at a tenth of its speed, in steps of 100 ns: there dynamics takes the time."""
     slow = replace(
-        PAPER,
-        integrator="rk4",
-        time_step=STEP / UNIT,
-        stage_velocity=PAPER.stage_velocity / 10,
-        duration=10 * PAPER.duration,
+        PAPER, integrator=RK4(STEP / UNIT), stage_velocity=PAPER.stage_velocity / 10, duration=10 * PAPER.duration
     )
     profile = profile_of(record, plateau_of(record), slow.profile)
     plateau = _time_and_memory(lambda: plateau_of(friction_record(CASE, compliance)), 5)

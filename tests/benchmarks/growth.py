@@ -8,7 +8,7 @@ from typing import TypeVar
 
 import numpy as np
 
-from solver import Case, Slab, contact_state, friction_record, slab_compliance
+from solver import Case, Slab, contact_state, friction_record, surface_compliance
 from solver.contact.tableau import margin
 from solver.sliding.events import slide_to_state
 from tests.benchmarks.far_field import far_field_row
@@ -48,7 +48,7 @@ class Cost:
 def cost(n_x: int, displacement: float = DISPLACEMENT, *, far_field: bool = False) -> Cost:
     """Measure the paper's case at n_x surface nodes."""
     slab = Slab(n_x=n_x, scheme="biquadratic")
-    compliance, condensing = _timed(lambda: slab_compliance(slab))
+    compliance, condensing = _timed(lambda: surface_compliance(slab))
     case = Case(intrinsic_friction=0.5, radius=200.0, slab=slab, max_events=None, max_displacement=displacement)
     start, touching = _timed(lambda: contact_state(case, compliance))
     (record, end), sliding = _timed(lambda: slide_to_state(case, compliance, start))

@@ -11,9 +11,10 @@ from pathlib import Path
 from subprocess import PIPE
 from tempfile import TemporaryDirectory
 
-from solver.case import Case, Slab
+from solver.case import Case
+from solver.slab import Slab
 from study.dataset.store import Store
-from study.manifest.manifest import load_manifest
+from study.manifest.reader import load_manifest
 from study.plan.plan import make_plan
 from study.plan.tasks import compliance_task, friction_task, run_task
 from tests.benchmarks.table import Row, verdict

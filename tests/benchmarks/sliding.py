@@ -8,7 +8,7 @@ import numpy as np
 from numba import njit
 from numpy.typing import NDArray
 
-from solver import Case, ContactState, Slab, SurfaceCompliance, contact_state, friction_record, slab_compliance
+from solver import Case, ContactState, Slab, SurfaceCompliance, contact_state, friction_record, surface_compliance
 from solver.contact import kernels
 from solver.sliding.events import _core_at, slide, slide_to_state
 from tests.benchmarks.table import Row, best, seconds, verdict
@@ -118,7 +118,7 @@ def dense_slips(case: Case, compliance: SurfaceCompliance, start: ContactState, 
 def rows() -> list[Row]:
     """Figures of the paper's case and of one with 1025 surface nodes."""
     paper = Case(intrinsic_friction=0.5, radius=200.0, slab=Slab(n_x=129, scheme="biquadratic"), max_events=2000)
-    compliance = slab_compliance(paper.slab)
+    compliance = surface_compliance(paper.slab)
     record = best(lambda: friction_record(paper, compliance), repeats=15)
     slips = int(friction_record(paper, compliance).slips.sum())
     start = _steady(paper, compliance)
@@ -149,7 +149,7 @@ def rows() -> list[Row]:
         max_events=None,
         max_displacement=STEADY,
     )
-    compliance = slab_compliance(fine.slab)
+    compliance = surface_compliance(fine.slab)
     large = slip_cost(fine, compliance, _steady(fine, compliance), events=500)
     table += _slip_rows(large, 1025, 3.0)
     return [*table, *(_normal_contact_row(n) for n in (129, 1025))]
@@ -196,7 +196,7 @@ def _drift_row(case: Case, compliance: SurfaceCompliance, n_x: int) -> Row:
 def _normal_contact_row(n_x: int) -> Row:
     """Frictionless contact against tamaas, whose slab is a periodic half-plane: the same work, not the same answer."""
     case = Case(intrinsic_friction=math.inf, slab=Slab(n_x=n_x), initial_contact="frictionless", max_events=1)
-    compliance = slab_compliance(case.slab)
+    compliance = surface_compliance(case.slab)
     ours = best(lambda: contact_state(case, compliance))
     solve = _tamaas(case)
     peer = best(solve) if solve else math.nan

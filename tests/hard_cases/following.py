@@ -8,7 +8,7 @@ from dataclasses import dataclass, field, replace
 from solver.case import Case
 from solver.contact.initial import initial_contact
 from solver.contact.state import ContactState
-from solver.elasticity.compliance import SurfaceCompliance, slab_compliance
+from solver.elasticity.compliance import SurfaceCompliance, surface_compliance
 from solver.outcome import Ending
 from solver.sliding.events import slide_to_state
 from solver.sliding.record import FrictionRecord
@@ -49,7 +49,7 @@ class Followed:
         return {law: error for law, error in self.worst.items() if not error <= LIMITS[law]}
 
 
-compliance_of = functools.cache(slab_compliance)
+compliance_of = functools.cache(surface_compliance)
 
 
 def follow(case: Case, compliance: SurfaceCompliance, events: int = 20, whole: int | None = 200) -> Followed:

@@ -13,10 +13,11 @@ from typing import NamedTuple
 import numpy as np
 import pytest
 
-from solver.case import Drive, Scales
+from solver.drive import Drive, Scales
 from solver.dynamics.friction_limit import Profile, profile_of
 from solver.dynamics.integrate import DynamicsResult, integrate
 from solver.dynamics.precision import LARGEST
+from solver.dynamics.rk4 import RK4
 from solver.dynamics.stick_slip import Oscillator
 from solver.outcome import Ending, InvalidInput
 from solver.sliding.plateau import plateau_of
@@ -49,7 +50,7 @@ class Point(NamedTuple):
     pin_mass: float = 0.5
 
     def drive(self, **changed: object) -> Drive:
-        return NamedDrive("hard", **{**self._asdict(), "samples": 300, **changed}).dimensionless(SCALES)
+        return NamedDrive.of("hard", **{**self._asdict(), "samples": 300, **changed}).dimensionless(SCALES)
 
 
 def points(everything: bool) -> list[Point]:
@@ -178,7 +179,7 @@ def test_steps_are_stable_or_refused_with_a_step_that_is(point, step):
     else:
         assert result.outcome.ending in (Ending.UNSTABLE_STEP, Ending.STEP_LIMIT)
         advised = float(result.outcome.message.partition("needs ")[2].split()[0])
-        assert (advised < drive.time_step) == (result.outcome.ending is Ending.UNSTABLE_STEP)
+        assert (advised < drive.integrator.time_step) == (result.outcome.ending is Ending.UNSTABLE_STEP)
         assert np.isnan(result.position).all()
 
 
@@ -202,7 +203,7 @@ def test_a_step_over_a_hundred_million_teeth_takes_no_longer_than_one_over_a_few
 def test_teeth_smaller_than_a_step_act_by_their_mean():
     """300 000 teeth per unit length, some thousand per step: chance which force a step meets, between both bounds."""
     fine = profile_through([0.0, 3e-6], [0.4], [0.6])
-    drive = Drive(1.0, 0.1, 0.3, 20.0, integrator="rk4", time_step=0.05, samples=100)
+    drive = Drive(1.0, 0.1, 0.3, 20.0, integrator=RK4(0.05), samples=100)
     stepped = integrate(fine, drive, 5.0)
     low, mean, high = (integrate(constant_profile(force), drive, 5.0) for force in (0.4, 0.5, 0.6))
     assert np.abs(stepped.friction).max() <= 0.6

@@ -7,18 +7,19 @@ import json
 import math
 import time
 from pathlib import Path
-from typing import Any, get_args
+from typing import Any
 
 import numpy as np
 import pytest
 from hypothesis import HealthCheck, Phase, given, settings
 from hypothesis import strategies as st
 
-from solver.case import Scheme
 from solver.elasticity.compliance import SurfaceCompliance, uncoupled
 from solver.outcome import Ending
+from solver.slab import SCHEMES
 from solver.sliding.events import slide_to_state
-from study.manifest.manifest import ManifestError, load_manifest
+from study.manifest.problems import ManifestError
+from study.manifest.reader import load_manifest
 from study.plan.plan import make_plan
 from study.plan.tasks import TaskResult, run_task
 from tests.physics import assert_contact_laws, assert_friction_law
@@ -72,7 +73,7 @@ CONSTANTS = {
     "half_width": or_nonsense(st.floats(0.01, 0.5)),
 }
 NUMERICS = {
-    "scheme": st.sampled_from(get_args(Scheme)),
+    "scheme": st.sampled_from(tuple(SCHEMES)),
     "support": st.sampled_from(["bonded", "frictionless", "right_side"]),
     "initial_contact": st.sampled_from(["stick", "frictionless", "gradual"]),
 }

@@ -5,8 +5,11 @@ import re
 
 import pytest
 
-from solver.case import Case, Drive, Heterogeneity, Scales, Slab, SlipRule
+from solver.case import Case, Heterogeneity, SlipRule
+from solver.drive import Drive, Scales
+from solver.elasticity.schemes import Biquadratic, Galerkin
 from solver.outcome import InvalidInput
+from solver.slab import Slab
 
 
 def test_whole_numbers_and_reals_make_the_same_case() -> None:
@@ -15,21 +18,23 @@ def test_whole_numbers_and_reals_make_the_same_case() -> None:
 
 
 def test_a_default_spelled_out_makes_the_same_slab() -> None:
-    assert Slab(33, scheme="biquadratic") == Slab(33, scheme="biquadratic", rows=6, first_spacing="equal")
-    graded = Slab(129, rows_per_level=2, coarsest_row=17, bottom_row=129)
+    assert Slab(33, scheme="biquadratic") == Slab(33, scheme=Biquadratic(rows=6, first_spacing="equal"))
+    graded = Slab(129, scheme=Galerkin(rows_per_level=2, coarsest_row=17, bottom_row=129))
     assert Slab(129) == graded
     assert hash(Slab(129)) == hash(graded)
 
 
 def test_each_scheme_takes_its_own_numbers_only() -> None:
     with pytest.raises(InvalidInput, match='rows = 6: needs scheme = "biquadratic"'):
-        Slab(33, rows=6)
+        Slab.of({"n_x": 33, "rows": 6})
     with pytest.raises(InvalidInput, match="first_spacing = 'equal': needs scheme = \"biquadratic\""):
-        Slab(33, first_spacing="equal")
+        Slab.of({"n_x": 33, "first_spacing": "equal"})
     with pytest.raises(InvalidInput, match='rows_per_level = 2: needs scheme = "galerkin"'):
-        Slab(33, scheme="biquadratic", rows_per_level=2)
+        Slab.of({"n_x": 33, "scheme": "biquadratic", "rows_per_level": 2})
     with pytest.raises(InvalidInput, match='coarsest_row = 5: needs scheme = "galerkin"'):
-        Slab(33, scheme="half_plane", coarsest_row=5)
+        Slab.of({"n_x": 33, "scheme": "half_plane", "coarsest_row": 5})
+    with pytest.raises(InvalidInput, match="scheme = 'toy': needs one of biquadratic, galerkin, half_plane"):
+        Slab(33, scheme="toy")
     with pytest.raises(InvalidInput, match="support = 'right_side': needs scheme"):
         Slab(33, scheme="half_plane", support="right_side")
 
@@ -37,13 +42,13 @@ def test_each_scheme_takes_its_own_numbers_only() -> None:
 @pytest.mark.parametrize("n_x", [5, 33, 4097])
 @pytest.mark.parametrize("aspect_ratio", [1e-3, 0.25, 1.0, 100.0])
 def test_the_default_grading_is_good_or_as_good_as_the_surface(n_x: int, aspect_ratio: float) -> None:
-    slab = Slab(n_x, aspect_ratio)
+    slab = Slab(n_x, aspect_ratio).scheme
     assert slab.coarsest_row is not None
     assert slab.bottom_row is not None
     assert slab.coarsest_row == n_x or slab.coarsest_row - 1 >= 16 / min(1.0, aspect_ratio)
     assert slab.bottom_row == min(n_x, 8 * (slab.coarsest_row - 1) + 1)
-    assert Slab(n_x, aspect_ratio, bottom_row=3).coarsest_row == 3
-    assert Slab(n_x, aspect_ratio, coarsest_row=n_x).bottom_row == n_x
+    assert Slab(n_x, aspect_ratio, scheme=Galerkin(bottom_row=3)).scheme.coarsest_row == 3
+    assert Slab(n_x, aspect_ratio, scheme=Galerkin(coarsest_row=n_x)).scheme.bottom_row == n_x
 
 
 @pytest.mark.parametrize(
@@ -57,13 +62,16 @@ def test_the_default_grading_is_good_or_as_good_as_the_surface(n_x: int, aspect_
         (lambda: Slab(poisson=0.5), "poisson = 0.5"),
         (lambda: Slab(poisson=-1.0), "poisson = -1.0"),
         (lambda: Slab(aspect_ratio=0.0), "aspect_ratio = 0.0"),
-        (lambda: Slab(n_x=33, scheme="biquadratic", rows=7), "rows = 7: needs 3 to 6 rows"),
-        (lambda: Slab(n_x=33, scheme="biquadratic", rows=2), "rows = 2: needs 3 to 6 rows"),
-        (lambda: Slab(n_x=33, rows_per_level=0), "rows_per_level = 0: needs 1 to 1024"),
-        (lambda: Slab(n_x=33, coarsest_row=65), "coarsest_row = 65: needs 2^q + 1 from 3 to 33"),
-        (lambda: Slab(n_x=33, coarsest_row=2), "coarsest_row = 2: needs 2^q + 1"),
-        (lambda: Slab(n_x=33, bottom_row=10), "bottom_row = 10: needs 2^q + 1"),
-        (lambda: Slab(n_x=33, coarsest_row=17, bottom_row=9), "bottom_row = 9: needs at least coarsest_row = 17"),
+        (lambda: Slab(n_x=33, scheme=Biquadratic(rows=7)), "rows = 7: needs 3 to 6 rows"),
+        (lambda: Slab(n_x=33, scheme=Biquadratic(rows=2)), "rows = 2: needs 3 to 6 rows"),
+        (lambda: Slab(n_x=33, scheme=Galerkin(rows_per_level=0)), "rows_per_level = 0: needs 1 to 1024"),
+        (lambda: Slab(n_x=33, scheme=Galerkin(coarsest_row=65)), "coarsest_row = 65: needs 2^q + 1 from 3 to 33"),
+        (lambda: Slab(n_x=33, scheme=Galerkin(coarsest_row=2)), "coarsest_row = 2: needs 2^q + 1"),
+        (lambda: Slab(n_x=33, scheme=Galerkin(bottom_row=10)), "bottom_row = 10: needs 2^q + 1"),
+        (
+            lambda: Slab(n_x=33, scheme=Galerkin(coarsest_row=17, bottom_row=9)),
+            "bottom_row = 9: needs at least coarsest_row = 17",
+        ),
         (lambda: Slab(support="glued"), "support = 'glued'"),  # type: ignore[arg-type]
         (lambda: Case(intrinsic_friction=-0.1), "intrinsic_friction = -0.1"),
         (lambda: Case(intrinsic_friction=math.nan), "intrinsic_friction = nan"),

@@ -6,7 +6,8 @@ import sys
 from dataclasses import replace
 from pathlib import Path
 
-from solver.case import Case, Slab
+from solver.case import Case
+from solver.slab import Slab
 from study.dataset.store import Store
 from study.origin import (
     NOBODY,

@@ -15,12 +15,14 @@ from pathlib import Path
 
 import numpy as np
 
-from solver.case import Case, Drive, Slab, SlipRule
+from solver.case import Case, SlipRule
+from solver.drive import Drive
 from solver.dynamics.coefficients import friction_coefficients
 from solver.dynamics.friction_limit import profile_of
 from solver.dynamics.integrate import integrate
-from solver.elasticity.compliance import SurfaceCompliance, slab_compliance
+from solver.elasticity.compliance import SurfaceCompliance, surface_compliance
 from solver.outcome import SolverError
+from solver.slab import Slab
 from solver.sliding.events import slide
 from solver.sliding.plateau import plateau_of
 from solver.sliding.record import FrictionRecord
@@ -135,7 +137,7 @@ def verdicts(number: int) -> Iterator[Verdict]:
     """Every uncertainty stated for the case of this number, from every start, length and ensemble."""
     case = drawn(number)
     try:
-        runs = records(case, slab_compliance(case.slab))
+        runs = records(case, surface_compliance(case.slab))
     except SolverError:
         return
     if not runs:

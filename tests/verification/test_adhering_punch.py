@@ -10,9 +10,10 @@ import numpy as np
 import pytest
 from scipy.integrate import quad
 
-from solver.case import Case, Slab
+from solver.case import Case
 from solver.contact.initial import initial_contact
-from solver.elasticity.compliance import slab_compliance
+from solver.elasticity.compliance import surface_compliance
+from solver.slab import Slab
 from tests.verification.seen import listed, observed_order, seen
 
 HALF_WIDTH, LOAD = 0.25, 1e-3
@@ -37,7 +38,7 @@ def test_pressure_and_outward_shear(poisson: float) -> None:
     for n_x in grids:
         slab = Slab(n_x=n_x, poisson=poisson, scheme="half_plane")
         case = Case(slab=slab, pin="flat_punch", half_width=HALF_WIDTH, normal_load=LOAD, intrinsic_friction=math.inf)
-        state = initial_contact(case, slab_compliance(slab))
+        state = initial_contact(case, surface_compliance(slab))
         assert state.outcome.ok
         force, h = state.nodal_force / LOAD, slab.spacing
         middle, count = n_x // 2, round(0.7 * HALF_WIDTH / h)

@@ -6,7 +6,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from solver.elasticity.compliance import slab_compliance
+from solver.elasticity.compliance import surface_compliance
 from solver.sliding.events import slide
 from solver.sliding.plateau import BLOCKS, mean_uncertainty, plateau_of, teeth
 from tests.verification.calibration import STARTS, Verdict, drawn, verdicts
@@ -83,7 +83,7 @@ def test_blocks_alone_would_not_have_held(measured: dict[int, list[Verdict]]) ->
     before = []
     for number, known in zip(CASES, times(measured, "plateau", "0.3"), strict=True):
         case = replace(drawn(number), max_spacings=0.3)
-        compliance = slab_compliance(case.slab)
+        compliance = surface_compliance(case.slab)
         again = np.full(STARTS, math.nan)
         for member in range(STARTS):
             record = slide(replace(case, start=(member + 0.5) / STARTS), compliance)

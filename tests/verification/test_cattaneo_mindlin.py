@@ -3,8 +3,9 @@
 import numpy as np
 import pytest
 
-from solver.case import Case, Slab, SlipRule
+from solver.case import Case, SlipRule
 from solver.contact.closed_forms import cattaneo_mindlin, hertz
+from solver.slab import Slab
 from solver.sliding.events import slide_to_state
 from tests.physics import half_plane
 from tests.verification.seen import seen

@@ -3,8 +3,9 @@
 import numpy as np
 import pytest
 
-from solver.case import Case, Slab, SlipRule
-from solver.elasticity.compliance import slab_compliance
+from solver.case import Case, SlipRule
+from solver.elasticity.compliance import surface_compliance
+from solver.slab import Slab
 from solver.sliding.events import slide
 from tests.verification.seen import seen
 
@@ -14,7 +15,7 @@ SLAB = Slab(n_x=33)
 def plateau(friction: float, residual_shear: float) -> float:
     rule = SlipRule(residual_shear=residual_shear)
     case = Case(slab=SLAB, intrinsic_friction=friction, slip_rule=rule, max_events=None, max_displacement=2.5e-3)
-    record = slide(case, slab_compliance(SLAB))
+    record = slide(case, surface_compliance(SLAB))
     assert record.outcome.ok
     late = record.displacement > 1.7e-3
     return float((record.force_before[late] + record.force_after[late]).mean() / 2 / record.normal_load)

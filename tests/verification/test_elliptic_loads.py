@@ -9,10 +9,11 @@ import pytest
 from numpy.typing import NDArray
 from scipy.optimize import brentq
 
-from solver.case import Slab, Support
-from solver.elasticity.compliance import slab_compliance
-from solver.elasticity.grading import graded_hierarchy
+from solver.elasticity.compliance import surface_compliance
+from solver.elasticity.schemes import Galerkin
+from solver.slab import Slab, Support
 from study.accuracy.elastic_operator import nodal_forces
+from tests.synthetic import grid_of
 from tests.verification.finite_slab import elliptic_energies
 from tests.verification.seen import listed, observed_order, seen
 
@@ -23,7 +24,7 @@ PAST_A_THIRD = 0.49
 
 def energies(slab: Slab) -> NDArray[np.float64]:
     """As `elliptic_energies`, on our slab."""
-    compliance = slab_compliance(slab)
+    compliance = surface_compliance(slab)
     n, force = slab.n_x, nodal_forces(compliance.x, HALF_WIDTH)
     return np.array([force @ block @ force for block in (compliance.matrix[:n, :n], compliance.matrix[n:, n:])])
 
@@ -50,7 +51,7 @@ def test_the_reference_has_converged(support: Support) -> None:
 def test_the_default_grid_is_right_to_a_thousandth(aspect_ratio: float, poisson: float) -> None:
     """At ν = 0.49 and height 1 the corner leaves 0.13 %, although the bottom row is as fine as the surface: hence 0.0015."""
     slab = Slab(129, aspect_ratio, poisson)
-    off, nodes = errors(slab), graded_hierarchy(slab).nodes / slab.n_x
+    off, nodes = errors(slab), grid_of(slab).nodes / slab.n_x
     line = seen(
         f"elliptic loads, a = 0.27 L_x, height {aspect_ratio}, ν = {poisson:.2f}, n_x = 129", SOURCE,
         f"tangential off by {listed(off[:1])}, normal {listed(off[1:])}; {nodes:.1f} nodes per surface node",
@@ -79,7 +80,7 @@ def corner_exponent(poisson: float) -> float:
 def test_what_is_left_is_the_corners(poisson: float) -> None:
     """With the bottom row alone refined the shear's energy closes in at the corner's order, 2λ = 1.38 and 1.20."""
     rows = (33, 65, 129)
-    off = [errors(Slab(129, 1.0, poisson, bottom_row=row))[0] for row in rows]
+    off = [errors(Slab(129, 1.0, poisson, scheme=Galerkin(bottom_row=row)))[0] for row in rows]
     order, expected = observed_order([1 / (row - 1) for row in rows], off), 2 * corner_exponent(poisson)
     line = seen(
         f"elliptic shear, height 1, n_x = 129, ν = {poisson:.2f}", SOURCE,

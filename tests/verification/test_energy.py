@@ -3,10 +3,11 @@
 import numpy as np
 import pytest
 
-from solver.case import Case, Slab, SlipRule, Support
+from solver.case import Case, SlipRule
 from solver.contact.initial import initial_contact
 from solver.contact.state import ContactState
-from solver.elasticity.compliance import slab_compliance
+from solver.elasticity.compliance import surface_compliance
+from solver.slab import Slab, Support
 from solver.sliding.events import slide_to_state
 from tests.physics import stored_energy
 from tests.verification.seen import seen
@@ -26,7 +27,7 @@ def total_energy(case: Case, state: ContactState) -> float:
 def test_every_event_is_balanced(residual_shear: float, support: Support, radius: float) -> None:
     """One event at a time, so that the energy is known at both of its ends; the default scheme is reciprocal."""
     slab = Slab(n_x=65, scheme="galerkin", support=support)
-    compliance = slab_compliance(slab)
+    compliance = surface_compliance(slab)
     case = Case(slab=slab, radius=radius, slip_rule=SlipRule(residual_shear=residual_shear), max_events=1)
     state = initial_contact(case, compliance)
     worst, work, lost = 0.0, 0.0, 0.0
@@ -50,7 +51,7 @@ def test_every_event_is_balanced(residual_shear: float, support: Support, radius
 
 def test_the_record_in_one_piece_is_balanced() -> None:
     slab = Slab(n_x=65, scheme="galerkin")
-    compliance = slab_compliance(slab)
+    compliance = surface_compliance(slab)
     case = Case(slab=slab, max_events=2000)
     start = initial_contact(case, compliance)
     record, end = slide_to_state(case, compliance, start)

@@ -7,9 +7,10 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 
-from solver.case import Slab, Support
 from solver.elasticity.boundary_value import NodalFields, blank, solve_mixed
-from solver.elasticity.schemes import stiffness
+from solver.elasticity.grid_scheme import stiffness
+from solver.elasticity.schemes import Galerkin
+from solver.slab import Slab, Support
 from tests.verification.layer import wave_compliance
 from tests.verification.seen import listed, observed_order, seen
 
@@ -67,7 +68,7 @@ def test_the_converging_scheme_converges(aspect_ratio: float, waves: int, suppor
     grids = [(33, 2), (65, 4), (129, 8)]
     errors = np.array(
         [
-            worked(Slab(n_x, aspect_ratio, poisson, support, "galerkin", rows_per_level=rows), waves) / exact - 1
+            worked(Slab(n_x, aspect_ratio, poisson, support, scheme=Galerkin(rows_per_level=rows)), waves) / exact - 1
             for n_x, rows in grids
         ]
     )
@@ -94,7 +95,7 @@ def test_the_grading_alone_converges(poisson: float) -> None:
     gradings = [(1, 9), (2, 17), (4, 33)]
     exact = wave_compliance(2 * np.pi, 1.0, poisson, "bonded")
     errors = np.array([
-        worked(Slab(257, 1.0, poisson, rows_per_level=rows, coarsest_row=coarsest), 1) / exact - 1
+        worked(Slab(257, 1.0, poisson, scheme=Galerkin(rows_per_level=rows, coarsest_row=coarsest)), 1) / exact - 1
         for rows, coarsest in gradings
     ])  # fmt: skip
     h = [1 / (coarsest - 1) for _, coarsest in gradings]

@@ -12,7 +12,7 @@ from types import ModuleType
 import numpy as np
 import pytest
 
-from solver import Case, Slab, SurfaceCompliance, friction_record, plateau_of, slab_compliance
+from solver import Case, Slab, SurfaceCompliance, friction_record, plateau_of, surface_compliance
 from solver.contact.initial import initial_contact
 
 CASE = Case(max_events=None, max_displacement=2.5e-3)
@@ -52,7 +52,7 @@ TAKEN = {"biquadratic": [0.977, 0.984], "galerkin": [0.917, 0.903], "half_plane"
 @pytest.mark.parametrize("n_x", [33, 65])
 @pytest.mark.parametrize("scheme", TAKEN)
 def test_nearly_all_of_a_drop_goes_to_the_two_neighbours_on_any_grid(scheme, n_x):
-    taken, kept = transfer(slab_compliance(Slab(n_x=n_x, scheme=scheme)))
+    taken, kept = transfer(surface_compliance(Slab(n_x=n_x, scheme=scheme)))
     print(f"{scheme}, n_x = {n_x}: neighbours take {taken}, all others {kept}")
     np.testing.assert_allclose(taken, TAKEN[scheme], atol=3e-3)
     if scheme != "biquadratic":
@@ -66,7 +66,7 @@ def test_nearly_all_of_a_drop_goes_to_the_two_neighbours_on_any_grid(scheme, n_x
 @pytest.mark.usefixtures("quadratic_surface")
 def test_with_a_quadratic_surface_nodes_are_strong_and_weak_in_turn():
     """Quadratic elements weigh their middle nodes twice: these carry two thirds of the load, hence of the shear at most."""
-    taken, _ = transfer(slab_compliance(Slab(n_x=65)))
+    taken, _ = transfer(surface_compliance(Slab(n_x=65)))
     print(f"quadratic surface: neighbours take {taken}")
     assert taken[0] > 1.05
     assert taken[1] < 0.92
@@ -81,7 +81,7 @@ def test_the_schemes_that_there_are_weigh_all_nodes_alike(scheme):
 def share_of_odd_nodes(scheme: str) -> float:
     """The share of the load that odd nodes carry at initial contact, at 65 nodes."""
     slab = Slab(n_x=65, scheme=scheme)  # type: ignore[arg-type]
-    state = initial_contact(replace(CASE, slab=slab, initial_contact="frictionless"), slab_compliance(slab))
+    state = initial_contact(replace(CASE, slab=slab, initial_contact="frictionless"), surface_compliance(slab))
     return float(state.nodal_force[1, 1::2].sum() / state.nodal_force[1].sum())
 
 

@@ -7,9 +7,10 @@ from typing import get_args
 import numpy as np
 import pytest
 
-from solver.case import Case, Heterogeneity, InitialContact, Scheme, Slab, SlipRule
+from solver.case import Case, Heterogeneity, InitialContact, SlipRule
 from solver.contact.initial import initial_contact
-from solver.elasticity.compliance import slab_compliance
+from solver.elasticity.compliance import surface_compliance
+from solver.slab import SCHEMES, Slab
 from solver.sliding.events import RESUMABLE, slide, slide_to_state
 from solver.sliding.plateau import plateau_of
 from tests.verification.seen import seen
@@ -38,7 +39,7 @@ def long_case(n_x: int, touch: InitialContact = "stick", **changes: object) -> C
 @pytest.mark.parametrize("n_x", [33, 65])
 def test_the_plateau_does_not_know_how_the_pin_came_down(n_x: int) -> None:
     """Two plateaus differ by no more than twice their standard errors together, as errors of independent means do."""
-    compliance = slab_compliance(Slab(n_x=n_x))
+    compliance = surface_compliance(Slab(n_x=n_x))
     starts = {way: slide(long_case(n_x, way), compliance) for way in get_args(InitialContact)}
     found = {way: plateau_of(record) for way, record in starts.items()}
     assert all(record.outcome.ok and len(record.node) == EVENTS for record in starts.values())
@@ -58,7 +59,7 @@ def test_no_energy_is_lost_in_a_long_record(n_x: int, residual_shear: float) -> 
     """Work of the pin = stored + dissipated. 20 000 sums rounded at random are off by √20 000 ε = 3e-14 of the work; the
     tolerance is ten times that, and a fourteenth of what they could be off if all were rounded one way."""
     case = long_case(n_x, slip_rule=SlipRule(residual_shear=residual_shear))
-    compliance = slab_compliance(case.slab)
+    compliance = surface_compliance(case.slab)
     start = initial_contact(case, compliance)
     record, end = slide_to_state(case, compliance, start)
     assert len(record.node) == EVENTS
@@ -72,13 +73,13 @@ def test_no_energy_is_lost_in_a_long_record(n_x: int, residual_shear: float) -> 
     assert abs(off) <= 10.0 * math.sqrt(EVENTS) * np.finfo(float).eps * work, line
 
 
-@pytest.mark.parametrize("scheme", get_args(Scheme))
-def test_a_record_in_pieces_has_the_bits_of_one_in_one(scheme: Scheme) -> None:
+@pytest.mark.parametrize("scheme", SCHEMES)
+def test_a_record_in_pieces_has_the_bits_of_one_in_one(scheme: str) -> None:
     """A ContactState is all that a record goes on from: pieces of RESUMABLE events, nodes unlike each other, a start between
     two nodes. No tolerance: the same arithmetic."""
     drawn = Heterogeneity(spread=0.2, seed=5)
     case = Case(slab=Slab(n_x=33, scheme=scheme), start=0.3, heterogeneity=drawn, max_events=2 * RESUMABLE)
-    compliance = slab_compliance(case.slab)
+    compliance = surface_compliance(case.slab)
     whole, end = slide_to_state(case, compliance)
     assert len(whole.node) == 2 * RESUMABLE
     first, state = slide_to_state(replace(case, max_events=RESUMABLE), compliance)

@@ -1,17 +1,17 @@
 """A slab and its mirror image, with other μ_i at every node so that no rule about ties is asked."""
 
 from dataclasses import replace
-from typing import get_args
 
 import numpy as np
 import pytest
 
-from solver.case import Case, Heterogeneity, Scheme, Slab
+from solver.case import Case, Heterogeneity
 from solver.contact import tableau
 from solver.contact.initial import initial_contact
 from solver.contact.node_friction import node_friction
 from solver.contact.state import ContactState, mirrored
-from solver.elasticity.compliance import SurfaceCompliance, slab_compliance
+from solver.elasticity.compliance import SurfaceCompliance, surface_compliance
+from solver.slab import SCHEMES, Slab
 from solver.sliding.events import slide
 from tests.verification.seen import seen
 
@@ -30,8 +30,8 @@ def touched_on_the_mirror_image(case: Case, compliance: SurfaceCompliance) -> Co
 
 
 @pytest.mark.parametrize("seed", [7, 8])
-@pytest.mark.parametrize("scheme", get_args(Scheme))
-def test_the_mirror_image_slides_to_the_left_as_the_slab_does_to_the_right(scheme: Scheme, seed: int) -> None:
+@pytest.mark.parametrize("scheme", SCHEMES)
+def test_the_mirror_image_slides_to_the_left_as_the_slab_does_to_the_right(scheme: str, seed: int) -> None:
     """Touched stuck, both slip hundreds of nodes to rest; then the pin slides to the right over the one and to the left over
     the other (the mirror image of which is again the one): the same nodes, slips and forces.
 
@@ -40,7 +40,7 @@ def test_the_mirror_image_slides_to_the_left_as_the_slab_does_to_the_right(schem
     """
     drawn = Heterogeneity(spread=0.3, seed=seed)
     case = Case(slab=Slab(n_x=65, scheme=scheme), intrinsic_friction=0.1, heterogeneity=drawn, max_events=EVENTS)
-    compliance = slab_compliance(case.slab)
+    compliance = surface_compliance(case.slab)
     state, image = initial_contact(case, compliance), touched_on_the_mirror_image(case, compliance)
     assert state.slips == image.slips > 100
     # Its nodes are the case's own again: only the state is turned.

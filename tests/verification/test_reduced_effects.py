@@ -5,9 +5,10 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from solver.case import Case, Effects, Slab
+from solver.case import Case, Effects
 from solver.contact.initial import initial_contact
-from solver.elasticity.compliance import slab_compliance
+from solver.elasticity.compliance import surface_compliance
+from solver.slab import Slab
 from solver.sliding.events import slide
 from tests.physics import coupled_half_plane
 
@@ -17,7 +18,7 @@ GOODMAN = Effects(pin_translation=False, coupling=False)
 def test_frozen_pressures_are_right_while_the_pin_has_moved_little() -> None:
     """At a fixed contact width a (W·R fixed) the displacement of the n-th event is of the order of W, and so are the changes
     of pressure that frozen ones leave out: the first events differ by O(δ_p/a), until a near tie is settled otherwise."""
-    compliance = slab_compliance(Slab(n_x=65, scheme="biquadratic"))
+    compliance = surface_compliance(Slab(n_x=65, scheme="biquadratic"))
     found = []
     for normal_load in (1e-4, 1e-5, 1e-6):
         case = Case(
@@ -64,7 +65,7 @@ def test_a_half_plane_is_right_for_contacts_small_beside_the_slab() -> None:
             slab = Slab(n_x=n_x, scheme=scheme)
             normal_load = width**2 * np.pi / (2 * 50.0 * (1 - slab.poisson))  # a² = 2WR(1-ν)/π on a half-plane
             case = Case(slab=slab, radius=50.0, normal_load=normal_load, effects=Effects(friction=False))
-            peaks.append(initial_contact(case, slab_compliance(slab)).pressure.max())
+            peaks.append(initial_contact(case, surface_compliance(slab)).pressure.max())
         found.append(abs(peaks[0] / peaks[1] - 1.0))
         print(f"a/L_x = {width}: peak pressures differ by {found[-1]:.1e}")
     assert found[0] < 0.05

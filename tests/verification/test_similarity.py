@@ -5,8 +5,9 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from solver.case import Case, Effects, Scheme, Slab, SlipRule
-from solver.elasticity.compliance import slab_compliance
+from solver.case import Case, Effects, SlipRule
+from solver.elasticity.compliance import surface_compliance
+from solver.slab import Slab
 from solver.sliding.events import slide
 from solver.sliding.record import FrictionRecord
 from tests.verification.seen import listed, seen
@@ -49,14 +50,14 @@ def difference(one: FrictionRecord, other: FrictionRecord, s: float) -> float:
 
 @pytest.mark.parametrize("residual_shear", [0.0, 0.5])
 @pytest.mark.parametrize("scheme", ["galerkin", "biquadratic", "half_plane"])
-def test_radius_and_load_scale_the_record(scheme: Scheme, residual_shear: float) -> None:
+def test_radius_and_load_scale_the_record(scheme: str, residual_shear: float) -> None:
     """Heights x²/2R, elastic displacements and forces are all divided by s, and so are tolerances and the event floor.
 
     A power of two scales a floating-point number without rounding: the same bits. Any other factor rounds each input once;
     1000 events with some 10 slips each pass that on: 1e-10 is 5e5 roundings of the largest number.
     """
     slab = Slab(n_x=65, scheme=scheme)
-    compliance = slab_compliance(slab)
+    compliance = surface_compliance(slab)
     for name, case in cases(slab, residual_shear).items():
         record = slide(case, compliance)
         assert record.outcome.ok
@@ -82,7 +83,7 @@ def test_a_pin_that_is_carried_along_scales_in_the_limit_of_small_loads(initial_
     Ten events, before a near tie can be settled otherwise; 1 % for what is quadratic in s_i/x.
     """
     slab = Slab(n_x=65)
-    compliance = slab_compliance(slab)
+    compliance = surface_compliance(slab)
     found = []
     for normal_load in (1e-5, 1e-6, 1e-7):
         case = Case(
@@ -109,7 +110,7 @@ def test_a_half_plane_has_no_length_of_its_own(friction: float, depth: float) ->
     fine = replace(coarse, n_x=129, aspect_ratio=depth / 2.0)
     case = Case(slab=coarse, intrinsic_friction=friction, normal_load=5e-4, radius=100.0, max_events=2000)
     half = replace(case, slab=fine, normal_load=case.normal_load / 2.0, radius=case.radius / 2.0)
-    record, other = slide(case, slab_compliance(coarse)), slide(half, slab_compliance(fine))
+    record, other = slide(case, surface_compliance(coarse)), slide(half, surface_compliance(fine))
     assert record.outcome.ok
     assert record.initial_contact_size == 19
     off = difference(record, other, 2.0)

@@ -10,9 +10,10 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from solver.case import Case, PinShape, Slab, SlipRule
+from solver.case import Case, PinShape, SlipRule
 from solver.contact.closed_forms import SlidingContact, hertz, sliding_parabola, sliding_punch
-from solver.elasticity.compliance import slab_compliance
+from solver.elasticity.compliance import surface_compliance
+from solver.slab import Slab
 from solver.sliding.events import slide_to_state
 from tests.verification.seen import listed, observed_order, seen
 
@@ -30,7 +31,7 @@ def slid(slab: Slab, pin: PinShape, friction: float, half_width: float) -> tuple
         slab=slab, pin=pin, intrinsic_friction=friction, normal_load=LOAD, radius=radius, half_width=under,
         slip_rule=SlipRule(residual_shear=1.0), initial_contact="frictionless", max_events=None, max_displacement=30 * LOAD,
     )  # fmt: skip
-    record, state = slide_to_state(case, slab_compliance(slab))
+    record, state = slide_to_state(case, surface_compliance(slab))
     assert record.outcome.ok, record.outcome
     force = -state.nodal_force[1]
     np.testing.assert_allclose(state.nodal_force[0], friction * force, atol=1e-9 * LOAD)
@@ -103,7 +104,7 @@ def test_on_a_slab_as_the_contact_gets_small(pin: PinShape, poisson: float) -> N
 def test_the_pin_lags_whichever_way_it_is_dragged() -> None:
     """Mirror image: with the signs of coupling and drag both turned, nothing changes; with one of them, the contact leads."""
     slab = Slab(n_x=65, poisson=0.0, scheme="half_plane")
-    operator = slab_compliance(slab)
+    operator = surface_compliance(slab)
     turned = operator.matrix.copy()
     n = slab.n_x
     turned[:n, n:] *= -1.0

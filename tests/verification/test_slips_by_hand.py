@@ -10,8 +10,9 @@ import math
 import numpy as np
 import pytest
 
-from solver.case import Case, Slab, SlipRule
+from solver.case import Case, SlipRule
 from solver.elasticity.compliance import SurfaceCompliance
+from solver.slab import Slab
 from solver.sliding.events import slide_to_state
 from solver.sliding.record import EVENT_KINDS, FrictionRecord
 from tests.verification.seen import seen

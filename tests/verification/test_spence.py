@@ -3,9 +3,10 @@
 import numpy as np
 import pytest
 
-from solver.case import Case, Slab, SlipRule
+from solver.case import Case, SlipRule
 from solver.contact.initial import initial_contact
-from solver.elasticity.compliance import SurfaceCompliance, slab_compliance
+from solver.elasticity.compliance import SurfaceCompliance, surface_compliance
+from solver.slab import Slab
 from tests.verification.seen import listed, observed_order, seen
 from tests.verification.stick_zone import stick_zone, uncoupled_ratio
 
@@ -39,7 +40,7 @@ def test_the_stick_zone_grows_with_the_contact(friction: float, poisson: float, 
     Not coupled: the shear leaves the pressure alone, and K(c/a)/K(√(1 - c²/a²)) = μ/β holds in closed form.
     """
     slab = Slab(n_x=129, poisson=poisson, scheme="half_plane")
-    operator = slab_compliance(slab)
+    operator = surface_compliance(slab)
     if not coupled:
         matrix = operator.matrix.copy()
         matrix[slab.n_x :, : slab.n_x] = 0.0
@@ -73,7 +74,7 @@ def test_the_shear_force_converges() -> None:
     theory = stick_zone(friction, poisson)
     grids, errors = (65, 129, 257), []
     for n_x in grids:
-        operator = slab_compliance(Slab(n_x=n_x, poisson=poisson, scheme="half_plane"))
+        operator = surface_compliance(Slab(n_x=n_x, poisson=poisson, scheme="half_plane"))
         errors.append(loaded(operator, friction, 0.35)[2] / theory.half_shear - 1)
     order = observed_order([1 / (n_x - 1) for n_x in grids], errors)
     line = seen(

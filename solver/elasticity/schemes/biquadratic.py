@@ -7,17 +7,45 @@ on the inside. The stresses of φ (Eq. 3), integrated over the faces inside the 
 """
 
 from collections.abc import Iterator
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 import scipy.sparse as sp
 from numpy.typing import NDArray
 
-from solver.case import Support
-from solver.elasticity.grid import Grid
+from solver.elasticity.grid import FirstSpacing, Grid, binary_hierarchy
+from solver.elasticity.grid_scheme import GridScheme
 from solver.elasticity.lagrange import integral, lagrange, slope, value
-from solver.elasticity.schemes.stiffness import Stiffness
+from solver.elasticity.stiffness import Stiffness
 from solver.elasticity.support import restrained
+from solver.parameter import check, parameter, require
+from solver.slab import Slab, Support, levels_of, scheme
+
+
+@scheme
+@dataclass(frozen=True, slots=True)
+class Biquadratic(GridScheme):
+    """The paper's stencil. None is filled in: `equal` first spacings, and N + 1 rows, as the paper has."""
+
+    name = "biquadratic"
+    reciprocal = False
+    first_spacing: FirstSpacing | None = parameter(None, table="numerics", meaning="spacing of the first node rows")
+    rows: int | None = parameter(None, table="numerics", meaning="node rows of the paper's grid", need="3 to N + 1")
+
+    def completed(self, slab: Slab) -> "Biquadratic":
+        levels = levels_of(slab.n_x)
+        check(self)
+        rows = levels + 1 if self.rows is None else self.rows
+        require("rows", rows, 3 <= rows <= levels + 1, f"3 to {levels + 1} rows at n_x = {slab.n_x}")
+        return replace(self, first_spacing=self.first_spacing or "equal", rows=rows)
+
+    def grid(self, slab: Slab) -> Grid:
+        assert self.rows  # completed
+        assert self.first_spacing
+        return binary_hierarchy(slab.n_x, slab.aspect_ratio, self.rows, self.first_spacing)
+
+    def stiffness(self, slab: Slab) -> Stiffness:
+        return biquadratic(self.grid(slab), slab.poisson, slab.support)
 
 
 def biquadratic(grid: Grid, poisson: float, support: Support) -> Stiffness:

@@ -19,20 +19,86 @@ The surface row is piecewise linear instead (a subspace of quadratics of half th
 find all surface nodes alike: a nodal force is ∫ traction·hat.
 """
 
+import math
 from collections.abc import Iterable
+from dataclasses import dataclass, replace
 from functools import lru_cache
 
 import numpy as np
 import scipy.sparse as sp
 from numpy.typing import NDArray
 
-from solver.case import Support
+from solver.elasticity.condensation import condensed
 from solver.elasticity.grid import Grid
+from solver.elasticity.grid_scheme import GridScheme
 from solver.elasticity.lagrange import gram, lagrange, slopes, value
-from solver.elasticity.schemes.stiffness import Sparse, Stiffness
+from solver.elasticity.schemes.column import lengthening, resultants, trunk
+from solver.elasticity.schemes.grading import graded_hierarchy
+from solver.elasticity.stiffness import Sparse, Stiffness
 from solver.elasticity.support import restrained
+from solver.parameter import check, parameter, require
+from solver.slab import Slab, Support, levels_of, scheme
 
 Dense = NDArray[np.float64]
+MOST_ROWS_PER_LEVEL = 1024
+
+
+@scheme
+@dataclass(frozen=True, slots=True)
+class Galerkin(GridScheme):
+    """Finite elements that converge. None is filled in.
+
+    rows_per_level: 2; coarsest_row: 2^q + 1 nodes, a spacing of at most min(1, aspect_ratio)/16; bottom_row: an eighth of that.
+    """
+
+    name = "galerkin"
+    columns = True
+    rows_per_level: int | None = parameter(
+        None,
+        table="numerics",
+        meaning="node rows until the next has half the intervals",
+        least=1,
+        most=MOST_ROWS_PER_LEVEL,
+    )
+    coarsest_row: int | None = parameter(
+        None, table="numerics", meaning="nodes of the coarsest row", need="2^q + 1 up to n_x"
+    )
+    bottom_row: int | None = parameter(
+        None, table="numerics", meaning="nodes of the bottom row", need="2^q + 1 from coarsest_row to n_x"
+    )
+
+    def completed(self, slab: Slab) -> "Galerkin":
+        check(self)
+        levels = levels_of(slab.n_x)
+        coarsest = min(levels, max(1, math.ceil(math.log2(16.0 / min(1.0, slab.aspect_ratio)))))
+        if self.bottom_row is not None:
+            coarsest = min(coarsest, max(1, levels_of(self.bottom_row)))
+        coarsest_row = 2**coarsest + 1 if self.coarsest_row is None else self.coarsest_row
+        finest = 2 ** min(levels, max(1, levels_of(coarsest_row)) + 3) + 1
+        bottom_row = finest if self.bottom_row is None else self.bottom_row
+        for name, nodes in (("coarsest_row", coarsest_row), ("bottom_row", bottom_row)):
+            allowed = 1 <= levels_of(nodes) <= levels
+            require(name, nodes, allowed, f"2^q + 1 from 3 to {slab.n_x} nodes at n_x = {slab.n_x}")
+        require("bottom_row", bottom_row, bottom_row >= coarsest_row, f"at least coarsest_row = {coarsest_row}")
+        rows = 2 if self.rows_per_level is None else self.rows_per_level
+        return replace(self, rows_per_level=rows, coarsest_row=coarsest_row, bottom_row=bottom_row)
+
+    def grid(self, slab: Slab) -> Grid:
+        assert self.rows_per_level  # completed
+        assert self.coarsest_row
+        assert self.bottom_row
+        return graded_hierarchy(slab.n_x, slab.aspect_ratio, self.rows_per_level, self.coarsest_row, self.bottom_row)
+
+    def stiffness(self, slab: Slab) -> Stiffness:
+        return galerkin(self.grid(slab), slab.poisson, slab.support)
+
+    def matrix(self, slab: Slab) -> Dense:
+        found = condensed(self.stiffness(trunk(slab)))
+        if trunk(slab) != slab:
+            acting = resultants(slab.n_x)
+            longer = acting.T @ lengthening(slab) @ acting
+            found += (longer + longer.T) / 2
+        return found
 
 
 def galerkin(grid: Grid, poisson: float, support: Support) -> Stiffness:

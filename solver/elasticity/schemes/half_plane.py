@@ -17,15 +17,33 @@ taken at the nodes. All of it depends on distance alone: Toeplitz blocks, those 
 
 import math
 from collections.abc import Callable
+from dataclasses import dataclass
 
 import numpy as np
 import scipy.linalg as la
 from numpy.typing import NDArray
 
-from solver.case import Slab
 from solver.outcome import InvalidInput
+from solver.parameter import require
+from solver.slab import Scheme, Slab, scheme
 
 Dense = NDArray[np.float64]
+
+
+@scheme
+@dataclass(frozen=True, slots=True)
+class HalfPlane(Scheme):
+    """Closed form. Nothing holds it, so it takes no support; aspect_ratio is the depth that displacements are seen from."""
+
+    name = "half_plane"
+    endless = True
+
+    def completed(self, slab: Slab) -> "HalfPlane":
+        require("support", slab.support, slab.support == "bonded", 'scheme = "galerkin" or "biquadratic"')
+        return self
+
+    def matrix(self, slab: Slab) -> Dense:
+        return half_plane(slab)
 
 
 def half_plane(slab: Slab) -> Dense:

@@ -6,17 +6,18 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from solver.case import Case, InitialContact, Slab, SlipRule
+from solver.case import Case, InitialContact, SlipRule
 from solver.contact.initial import initial_contact
-from solver.elasticity.compliance import SurfaceCompliance, slab_compliance
+from solver.elasticity.compliance import SurfaceCompliance, surface_compliance
 from solver.outcome import Ending, InvalidInput
+from solver.slab import Slab
 from solver.sliding import events
 from solver.sliding.events import slide, slide_to_state
 from solver.sliding.plateau import plateau_of
 from tests.physics import assert_contact_laws, coupled_half_plane, half_plane, stored_energy
 
 SLAB = Slab(n_x=33)
-COMPLIANCE = slab_compliance(SLAB)
+COMPLIANCE = surface_compliance(SLAB)
 CASE = Case(slab=SLAB, slip_rule=SlipRule(residual_shear=1.0), max_events=None, max_displacement=4e-3)
 
 
@@ -59,7 +60,7 @@ def test_a_long_slide_has_a_plateau_at_the_intrinsic_friction() -> None:
     """The pin walks over the slab: nodes are released behind it and touched in front, F/W stays μ_i."""
     slab = Slab(n_x=65)
     case = replace(CASE, slab=slab, radius=20.0, intrinsic_friction=0.2, max_displacement=0.25)
-    record = slide(case, slab_compliance(slab))
+    record = slide(case, surface_compliance(slab))
     assert record.outcome.ok, record.outcome
     assert record.releases.sum() > 5
     assert record.touches.sum() > 5

@@ -6,14 +6,15 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from solver.case import Case, InitialContact, Slab
+from solver.case import Case, InitialContact
 from solver.contact.initial import initial_contact
-from solver.elasticity.compliance import slab_compliance
+from solver.elasticity.compliance import surface_compliance
 from solver.outcome import Ending
+from solver.slab import Slab
 from tests.physics import assert_contact_laws
 
 SLAB = Slab(n_x=65)
-COMPLIANCE = slab_compliance(SLAB)
+COMPLIANCE = surface_compliance(SLAB)
 WAYS: tuple[InitialContact, ...] = ("stick", "frictionless", "gradual")
 
 
@@ -48,7 +49,7 @@ def test_full_contact_takes_the_corners() -> None:
 
 def test_the_paper_case_touches_with_70_to_75_of_129_nodes() -> None:
     case = Case()
-    state = initial_contact(case, slab_compliance(case.slab))
+    state = initial_contact(case, surface_compliance(case.slab))
     assert 68 <= state.contact.sum() <= 76
 
 

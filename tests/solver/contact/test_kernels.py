@@ -5,13 +5,14 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 
-from solver.case import Case, Slab
+from solver.case import Case
 from solver.contact import kernels
 from solver.contact.kernels import _look
 from solver.contact.state import ENDINGS
 from solver.contact.tableau import Core, core_of, steadied
-from solver.elasticity.compliance import slab_compliance
+from solver.elasticity.compliance import surface_compliance
 from solver.outcome import Ending
+from solver.slab import Slab
 
 NODES = 45
 TOLERANCE = 1e-15
@@ -49,7 +50,7 @@ def test_rounding_does_not_decide_between_mirror_twins(seed: int) -> None:
 def one_node() -> Core:
     slab = Slab(n_x=9)
     contact = np.arange(9) == 4
-    core = core_of(Case(slab=slab), slab_compliance(slab), contact, np.zeros(9), np.zeros(9), whole=True)
+    core = core_of(Case(slab=slab), surface_compliance(slab), contact, np.zeros(9), np.zeros(9), whole=True)
     kernels.aim_displacement(core.state)
     return core
 

@@ -5,10 +5,11 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from solver.case import Case, Distribution, Heterogeneity, Slab, SlipRule
+from solver.case import Case, Distribution, Heterogeneity, SlipRule
 from solver.contact.node_friction import node_friction
-from solver.elasticity.compliance import slab_compliance
+from solver.elasticity.compliance import surface_compliance
 from solver.outcome import InvalidInput
+from solver.slab import Slab
 from solver.sliding.events import slide, slide_to_state
 from tests.physics import assert_contact_laws
 
@@ -56,7 +57,7 @@ def test_every_node_obeys_its_own_limit(residual_shear: float) -> None:
         slip_rule=SlipRule(residual_shear=residual_shear),
         heterogeneity=Heterogeneity(spread=0.3),
     )
-    compliance = slab_compliance(case.slab)
+    compliance = surface_compliance(case.slab)
     record, state = slide_to_state(case, compliance)
     assert record.outcome.ok
     assert_contact_laws(state, replace(case, intrinsic_friction=np.inf, **OFF), compliance)
@@ -71,7 +72,7 @@ OFF = {"heterogeneity": Heterogeneity(), "slip_rule": SlipRule()}
 def test_a_vanishing_spread_is_no_spread() -> None:
     """Records agree event by event; 1e-9 is what a spread of 1e-12 and rounding make of forces in 60 events."""
     case = Case(slab=Slab(n_x=17), radius=50.0, max_events=60)
-    compliance = slab_compliance(case.slab)
+    compliance = surface_compliance(case.slab)
     one, other = (slide(each, compliance) for each in (case, replace(case, heterogeneity=Heterogeneity(spread=1e-12))))
     np.testing.assert_array_equal(one.node, other.node)
     np.testing.assert_allclose(one.force_after, other.force_after, atol=1e-9 * case.normal_load)

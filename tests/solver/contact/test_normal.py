@@ -5,15 +5,16 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from solver.case import Case, Effects, InitialContact, Slab, SlipRule
+from solver.case import Case, Effects, InitialContact, SlipRule
 from solver.contact import initial
 from solver.contact.initial import initial_contact
-from solver.elasticity.compliance import SurfaceCompliance, slab_compliance, uncoupled
+from solver.elasticity.compliance import SurfaceCompliance, surface_compliance, uncoupled
+from solver.slab import Slab
 from tests.physics import assert_contact_laws
 
 SLAB = Slab(n_x=65)
 N = SLAB.n_x
-COMPLIANCE = slab_compliance(SLAB)
+COMPLIANCE = surface_compliance(SLAB)
 CASE = Case(slab=SLAB, radius=100.0)
 FRICTIONLESS = replace(CASE, effects=Effects(friction=False))
 UNCOUPLED = replace(CASE, effects=Effects(coupling=False))

@@ -5,18 +5,20 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from solver.case import Case, Effects, Heterogeneity, InitialContact, Roughness, Slab, SlipOrder, SlipRule
+from solver.case import Case, Effects, Heterogeneity, InitialContact, SlipOrder, SlipRule
 from solver.contact import kernels
 from solver.contact.initial import initial_contact
 from solver.contact.pin import pin_of
-from solver.elasticity.compliance import slab_compliance
+from solver.elasticity.compliance import surface_compliance
 from solver.outcome import InvalidInput
+from solver.parameter import Roughness
+from solver.slab import Slab
 from solver.sliding.events import slide, slide_to_state
 from tests.physics import assert_contact_laws, half_plane
 
 SLAB = Slab(n_x=33)
 CASE = Case(slab=SLAB, radius=50.0, max_events=60)
-COMPLIANCE = slab_compliance(SLAB)
+COMPLIANCE = surface_compliance(SLAB)
 
 
 def rough(points: Roughness, case: Case = CASE) -> Case:

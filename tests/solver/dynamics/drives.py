@@ -6,7 +6,7 @@ from typing import NamedTuple
 import numpy as np
 from scipy.integrate import solve_ivp
 
-from solver.case import Drive
+from solver.drive import Drive
 from solver.dynamics.friction_limit import Profile
 from tests.synthetic import constant_profile, profile_through
 

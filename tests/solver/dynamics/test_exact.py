@@ -5,9 +5,10 @@ import math
 import numpy as np
 import pytest
 
-from solver.case import Drive
+from solver.drive import Drive
 from solver.dynamics import kernels
 from solver.dynamics.integrate import integrate
+from solver.dynamics.rk4 import RK4
 from solver.dynamics.stick_slip import Oscillator
 from solver.outcome import Ending, InvalidInput
 from tests.solver.dynamics.drives import PROBLEMS, K, Problem, reference
@@ -204,6 +205,6 @@ def test_chance_profiles_agree_with_small_steps(seed):
     )
     problem = Problem(profile, float(rng.choice([0.0, 0.05, 0.5, 1.5])), float(rng.uniform(0.05, 0.5)), 12.0)
     exact = integrate(profile, problem.drive(), K)
-    stepped = integrate(profile, problem.drive(integrator="rk4", time_step=1e-5), K)
+    stepped = integrate(profile, problem.drive(integrator=RK4(1e-5)), K)
     # First order at jumps of up to 1.5 in F: a step's worth of momentum per crossing, some fifty of them.
     assert np.abs(exact.position - stepped.position).max() < 50 * 1.5 * 1e-5

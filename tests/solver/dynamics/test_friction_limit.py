@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from solver.case import Drive
+from solver.drive import Drive
 from solver.dynamics.friction_limit import NoPlateauError, Profile, linear, profile_of, sawtooth
 from solver.dynamics.integrate import integrate
 from solver.outcome import InvalidInput

@@ -6,9 +6,10 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from solver.case import Drive
+from solver.drive import Drive
 from solver.dynamics import precision
 from solver.dynamics.integrate import DynamicsResult, integrate
+from solver.dynamics.rk4 import RK4
 from solver.outcome import Ending
 from tests.synthetic import constant_profile, profile_through
 
@@ -51,7 +52,7 @@ def test_the_advice_is_enough(name):
 def test_teeth_below_the_rounding_of_the_position_are_refused_and_an_even_profile_is_not():
     """Teeth of 1e-6 at x = 1e9, known to 1e-7: 0.2 of a tooth. What is the same everywhere has no teeth to be met."""
     fine = profile_through([0.0, 1e-6], [0.4], [0.6])
-    drive = Drive(1e-9, 1.0, 1e3, 1e6, integrator="rk4", time_step=1e3, samples=10)
+    drive = Drive(1e-9, 1.0, 1e3, 1e6, integrator=RK4(1e3), samples=10)
     refused = integrate(fine, drive, 1e-9)
     assert refused.outcome.ending is Ending.ROUNDING
     assert "of the friction profile's mean tooth" in refused.outcome.message

@@ -7,7 +7,7 @@ from itertools import pairwise
 import numpy as np
 import pytest
 
-from solver.case import Drive
+from solver.drive import Drive
 from solver.dynamics.integrate import DynamicsResult, integrate
 from solver.dynamics.regime import count_sticks
 from solver.dynamics.stick_slip import stick_slip

@@ -4,12 +4,13 @@ import numpy as np
 import pytest
 
 from solver.dynamics.integrate import integrate
+from solver.dynamics.rk4 import RK4
 from solver.outcome import Ending
 from tests.solver.dynamics.drives import PROBLEMS, SMALL_TEETH, K
 
 METHODS = pytest.mark.parametrize(
     "method",
-    [{}, {"surface_compliance": False}, {"integrator": "rk4", "time_step": 1e-4}],
+    [{}, {"surface_compliance": False}, {"integrator": RK4(1e-4)}],
     ids=["exact", "rigid", "rk4"],
 )
 ARRAYS = ("position", "velocity", "friction", "slip_time", "slip_force", "restick_time", "binned_force")

@@ -6,8 +6,9 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from solver.case import Drive
+from solver.drive import Drive
 from solver.dynamics.integrate import integrate
+from solver.dynamics.rk4 import RK4
 from solver.dynamics.stick_slip import Oscillator
 from solver.outcome import Ending, InvalidInput
 from tests.solver.dynamics.drives import PROBLEMS, SMALL_TEETH, K, Problem
@@ -158,4 +159,4 @@ def test_too_many_segments_are_an_outcome():
 
 def test_steps_cannot_hold_a_rigid_contact_at_rest():
     with pytest.raises(InvalidInput, match='surface_compliance = false: needs integrator = "exact"'):
-        Drive(1.0, 0.1, 0.3, 1.0, integrator="rk4", time_step=1e-3, surface_compliance=False)
+        Drive(1.0, 0.1, 0.3, 1.0, integrator=RK4(1e-3), surface_compliance=False)

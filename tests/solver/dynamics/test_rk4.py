@@ -8,6 +8,7 @@ import pytest
 from solver.dynamics import rk4
 from solver.dynamics.integrate import integrate
 from solver.dynamics.kernels import Teeth, _located, _tooth
+from solver.dynamics.rk4 import RK4
 from solver.outcome import Ending
 from tests.solver.dynamics.drives import PROBLEMS, K, Problem
 from tests.synthetic import profile_through
@@ -16,7 +17,7 @@ from tests.synthetic import profile_through
 def errors(problem, steps):
     """Largest error of the velocity over 100 samples, for each time step."""
     exact = integrate(problem.profile, problem.drive(), K)
-    stepped = [integrate(problem.profile, problem.drive(integrator="rk4", time_step=step), K) for step in steps]
+    stepped = [integrate(problem.profile, problem.drive(integrator=RK4(step)), K) for step in steps]
     return np.array([np.abs(result.velocity - exact.velocity).max() for result in stepped])
 
 
@@ -41,7 +42,7 @@ def test_order_one_over_teeth(problem):
 def test_phases_and_mean_forces_converge_too():
     problem = PROBLEMS["stick-slip with reversal onto the negative branch"]
     exact = integrate(problem.profile, problem.drive(), K)
-    stepped = integrate(problem.profile, problem.drive(integrator="rk4", time_step=1e-5), K)
+    stepped = integrate(problem.profile, problem.drive(integrator=RK4(1e-5)), K)
     for name in ("slip_time", "slip_position", "slip_force", "restick_time", "restick_position", "binned_force"):
         assert np.abs(getattr(stepped, name) - getattr(exact, name)).max() < 1e-3, name  # first order: 100 steps
     assert stepped.friction_work == pytest.approx(exact.friction_work, rel=1e-4)
@@ -56,8 +57,8 @@ def test_a_step_beyond_stability_is_refused_and_one_below_is_not(damping_ratio, 
         bound = 0.99 * 2.785 / np.abs(rates.real).max() * math.sqrt(1.0 + K) if damping_ratio > 5.0 else 2.0
     edge = bound / math.sqrt(1.0 + K)
     problem = Problem(profile_through([0.0, 100.0], [0.1], [600.0]), damping_ratio, 0.3, 50.0)
-    good = integrate(problem.profile, problem.drive(integrator="rk4", time_step=0.99 * edge), K)
-    bad = integrate(problem.profile, problem.drive(integrator="rk4", time_step=2.0 * edge), K)
+    good = integrate(problem.profile, problem.drive(integrator=RK4(0.99 * edge)), K)
+    bad = integrate(problem.profile, problem.drive(integrator=RK4(2.0 * edge)), K)
     assert good.outcome.ok
     assert np.abs(good.position).max() < 2.0 * 0.3 * 50.0
     assert bad.outcome.ending is Ending.UNSTABLE_STEP
@@ -70,7 +71,7 @@ def test_samples_between_steps_are_interpolated_to_the_methods_order():
     """Decimation of a smooth motion: samples off the steps are as good as those on them."""
     smooth = Problem(profile_through([0.0, 100.0], [0.1], [600.0]), 0.1, 0.3, 10.0)
     exact = integrate(smooth.profile, smooth.drive(samples=997), K)
-    stepped = integrate(smooth.profile, smooth.drive(samples=997, integrator="rk4", time_step=0.01), K)
+    stepped = integrate(smooth.profile, smooth.drive(samples=997, integrator=RK4(0.01)), K)
     assert np.abs(stepped.position - exact.position).max() < 1e-8  # h⁴/384 of the fourth derivative, ω⁴·0.1 or so
     assert np.abs(stepped.velocity - exact.velocity).max() < 1e-7
 
@@ -110,7 +111,7 @@ def test_a_motion_that_runs_away_ends_by_name(monkeypatch):
     """Were an unstable step ever let through: the position grows by orders of magnitude each step, to infinity."""
     monkeypatch.setattr(rk4, "is_stable", lambda time_step, motion: True)
     problem = PROBLEMS["falling teeth"]
-    result = integrate(problem.profile, problem.drive(integrator="rk4", time_step=20.0, duration=20000.0), K)
+    result = integrate(problem.profile, problem.drive(integrator=RK4(20.0), duration=20000.0), K)
     assert result.outcome.ending is Ending.UNSTABLE_STEP
     assert "ran away at t = " in result.outcome.message
     assert 0 < result.steps < 1000

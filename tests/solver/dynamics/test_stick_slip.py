@@ -6,7 +6,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from solver.case import Drive
+from solver.drive import Drive
 from solver.dynamics import stick_slip as closed_form
 from solver.dynamics.integrate import integrate
 from solver.dynamics.stick_slip import MOST_SAMPLES, MOST_SLIPS, Oscillator, StickSlip, fit_stick_slip, stick_slip

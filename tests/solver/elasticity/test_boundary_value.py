@@ -6,11 +6,11 @@ from typing import Any
 import numpy as np
 import pytest
 
-from solver.case import Slab, Support
 from solver.elasticity.boundary_value import blank, solve_mixed
-from solver.elasticity.compliance import slab_compliance
-from solver.elasticity.schemes import stiffness
+from solver.elasticity.compliance import surface_compliance
+from solver.elasticity.grid_scheme import stiffness
 from solver.outcome import InvalidInput, SingularOperator
+from solver.slab import Slab, Support
 
 SLAB = Slab(n_x=17, poisson=0.3)
 
@@ -39,14 +39,14 @@ def test_forces_in_displacements_out_and_back() -> None:
      {"coarsest_row": 3}, {"coarsest_row": 3, "bottom_row": 3, "rows_per_level": 1}],
 )  # fmt: skip
 def test_it_agrees_with_the_surface_compliance(support: Support, grid: dict[str, Any]) -> None:
-    slab = Slab(17, poisson=0.3, support=support, **grid)
+    slab = Slab.of({"n_x": 17, "poisson": 0.3, "support": support, **grid})
     k = stiffness(slab)
     given = blank(k)
     given.f_x[3], given.f_z[11] = 0.7, -1.3
     solved = solve_mixed(k, given)
     forces = np.zeros(34)
     forces[3], forces[17 + 11] = 0.7, -1.3
-    surface = slab_compliance(slab).matrix @ forces
+    surface = surface_compliance(slab).matrix @ forces
     expected = np.concatenate((solved.u[:17], solved.w[:17]))
     np.testing.assert_allclose(surface, expected, atol=1e-11 * np.abs(expected).max())
 

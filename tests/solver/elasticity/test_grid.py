@@ -1,40 +1,43 @@
 """The paper's binary hierarchy of §2.1.2: row counts, depths, and control volumes that tile the slab."""
 
 import itertools
-from functools import partial
+from typing import Any
 
 import numpy as np
 import pytest
 
-from solver.case import FirstSpacing, Slab
-from solver.elasticity.grid import binary_hierarchy
+from solver.elasticity.grid import FirstSpacing
 from solver.elasticity.support import restrained
+from solver.slab import Slab
+from tests.synthetic import grid_of
 
-paper = partial(Slab, scheme="biquadratic")
+
+def paper(**parameters: Any) -> Slab:
+    return Slab.of({"scheme": "biquadratic", **parameters})
 
 
 @pytest.mark.parametrize("levels", [2, 3, 5, 7])
 def test_two_fine_rows_then_half_the_intervals_down_to_three_nodes(levels: int) -> None:
-    grid = binary_hierarchy(paper(n_x=2**levels + 1))
+    grid = grid_of(paper(n_x=2**levels + 1))
     assert list(grid.counts) == [2**levels + 1] + [2**level + 1 for level in range(levels, 0, -1)]
 
 
 @pytest.mark.parametrize("aspect_ratio", [0.25, 1.0, 4.0])
 def test_equal_first_spacings_then_doubling(aspect_ratio: float) -> None:
-    steps = -np.diff(binary_hierarchy(paper(n_x=65, aspect_ratio=aspect_ratio)).depths)
+    steps = -np.diff(grid_of(paper(n_x=65, aspect_ratio=aspect_ratio)).depths)
     assert steps[0] == pytest.approx(aspect_ratio / 2**5, rel=1e-14)  # L_z = Δz_2·2^(N-1)
     np.testing.assert_allclose(steps / steps[0], [1, 1, 2, 4, 8, 16], rtol=1e-13)
 
 
 def test_doubling_from_the_first_row() -> None:
-    steps = -np.diff(binary_hierarchy(paper(n_x=65, first_spacing="doubling")).depths)
+    steps = -np.diff(grid_of(paper(n_x=65, first_spacing="doubling")).depths)
     np.testing.assert_allclose(steps / steps[0], 2.0 ** np.arange(6), rtol=1e-13)
 
 
 @pytest.mark.parametrize("first_spacing", ["equal", "doubling"])
 @pytest.mark.parametrize("rows", [3, 4, 6])
 def test_control_volumes_tile_the_slab(rows: int, first_spacing: FirstSpacing) -> None:
-    grid = binary_hierarchy(paper(n_x=33, rows=rows, aspect_ratio=1.5, first_spacing=first_spacing))
+    grid = grid_of(paper(n_x=33, rows=rows, aspect_ratio=1.5, first_spacing=first_spacing))
     volumes = [grid.volume_z(row) for row in range(grid.rows)]
     assert volumes[0][1] == 0.0
     assert volumes[-1][0] == pytest.approx(-1.5, rel=1e-15)
@@ -43,7 +46,7 @@ def test_control_volumes_tile_the_slab(rows: int, first_spacing: FirstSpacing) -
 
 
 def test_a_typical_volume_reaches_one_spacing_down_as_eq_4_says() -> None:
-    grid = binary_hierarchy(paper(n_x=65))
+    grid = grid_of(paper(n_x=65))
     lower, upper = grid.volume_z(3)
     spacing = grid.depths[2] - grid.depths[3]
     assert lower == pytest.approx(grid.depths[3] - spacing, rel=1e-14)
@@ -51,7 +54,7 @@ def test_a_typical_volume_reaches_one_spacing_down_as_eq_4_says() -> None:
 
 
 def test_coordinates_follow_the_numbering() -> None:
-    grid = binary_hierarchy(paper(n_x=9))
+    grid = grid_of(paper(n_x=9))
     coordinates = grid.coordinates()
     assert coordinates.shape == (grid.nodes, 2)
     for row in range(grid.rows):
@@ -60,7 +63,7 @@ def test_coordinates_follow_the_numbering() -> None:
 
 
 def test_supports_hold_what_they_name() -> None:
-    grid = binary_hierarchy(paper(n_x=9))
+    grid = grid_of(paper(n_x=9))
     bottom = grid.row_nodes(grid.rows - 1)
     for support, held in (("bonded", 3), ("frictionless", 1), ("right_side", grid.rows - 1)):
         fixed_u, fixed_w = restrained(grid, support)  # type: ignore[arg-type]

@@ -5,17 +5,18 @@ from typing import get_args
 import numpy as np
 import pytest
 
-from solver.case import Case, Slab, Support
+from solver.case import Case
 from solver.contact.initial import initial_contact
-from solver.elasticity.compliance import slab_compliance
-from solver.elasticity.grid import binary_hierarchy
+from solver.elasticity.compliance import surface_compliance
 from solver.elasticity.interior import gradient, interior_fields
+from solver.slab import Slab, Support
+from tests.synthetic import grid_of
 
 CASE = Case(slab=Slab(n_x=65), radius=50.0)
 
 
 def test_linear_fields_have_their_gradient() -> None:
-    grid = binary_hierarchy(Slab(n_x=17, scheme="biquadratic"))
+    grid = grid_of(Slab(n_x=17, scheme="biquadratic"))
     x, z = grid.coordinates().T
     along, across = gradient(grid, 3.0 * x - 2.0 * z + 1.0)
     np.testing.assert_allclose(along, 3.0, atol=1e-13)
@@ -26,7 +27,7 @@ def test_the_gradient_of_a_smooth_field_converges() -> None:
     """sin(3x)·e^(2z) on the two fine rows: second order in the spacing (rates of 3.7 and more seen for 4)."""
     errors = []
     for n_x in (33, 65, 129):
-        grid = binary_hierarchy(Slab(n_x=n_x, scheme="biquadratic"))
+        grid = grid_of(Slab(n_x=n_x, scheme="biquadratic"))
         x, z = grid.coordinates().T
         _, across = gradient(grid, np.sin(3 * x) * np.exp(2 * z))
         exact = 2 * np.sin(3 * x) * np.exp(2 * z)
@@ -36,7 +37,7 @@ def test_the_gradient_of_a_smooth_field_converges() -> None:
 
 def test_the_surface_moves_as_contact_saw_it() -> None:
     """The same stiffness condensed and solved whole: 1e-10 of the load, as for every state."""
-    compliance = slab_compliance(CASE.slab)
+    compliance = surface_compliance(CASE.slab)
     state = initial_contact(CASE, compliance)
     inside = interior_fields(CASE.slab, state.nodal_force)
     surface = slice(0, 65)
@@ -48,7 +49,7 @@ def test_the_surface_moves_as_contact_saw_it() -> None:
 def test_stress_under_the_pin_is_its_pressure_and_rows_carry_the_load() -> None:
     """The middle of the contact is smooth: 4 % of the pressure; the stencil does not conserve force, its rows carry the load to
     10 %."""
-    state = initial_contact(CASE, slab_compliance(CASE.slab))
+    state = initial_contact(CASE, surface_compliance(CASE.slab))
     inside = interior_fields(CASE.slab, state.nodal_force)
     assert inside.stress_zz[32] == pytest.approx(-state.pressure[32], rel=0.04)
     for z in np.unique(inside.z)[2:-1]:
@@ -64,7 +65,7 @@ def test_a_columns_surface_moves_as_contact_saw_it(height: float, support: Suppo
     """Two factorizations of one trunk, whose condition is 1e6, and the same rigid motions beside it."""
     slab = Slab(33, height, support=support)
     force = np.random.default_rng(3).standard_normal((2, 33))
-    inside, moved = interior_fields(slab, force), slab_compliance(slab).matrix @ force.ravel()
+    inside, moved = interior_fields(slab, force), surface_compliance(slab).matrix @ force.ravel()
     np.testing.assert_allclose(
         np.concatenate((inside.u[:33], inside.w[:33])), moved, rtol=0, atol=1e-9 * np.abs(moved).max()
     )

@@ -4,9 +4,9 @@ import numpy as np
 import pytest
 import scipy.sparse as sp
 
-from solver.case import Slab, Support
+from solver.elasticity.grid_scheme import stiffness
 from solver.elasticity.parity import row_bases
-from solver.elasticity.schemes import stiffness
+from solver.slab import Slab, Support
 
 
 @pytest.mark.parametrize(("support", "families"), [("bonded", 2), ("frictionless", 2), ("right_side", 1)])

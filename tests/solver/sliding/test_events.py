@@ -6,18 +6,19 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from solver.case import Case, Slab, SlipOrder, SlipRule, Support
+from solver.case import Case, SlipOrder, SlipRule
 from solver.contact import tableau
 from solver.contact.initial import initial_contact
-from solver.elasticity.compliance import SurfaceCompliance, slab_compliance
+from solver.elasticity.compliance import SurfaceCompliance, surface_compliance
 from solver.outcome import Ending
+from solver.slab import Slab, Support
 from solver.sliding import events
 from solver.sliding.events import slide, slide_to_state
 from solver.sliding.record import EVENT_KINDS
 from tests.physics import assert_contact_laws, coupled_half_plane, half_plane, smallest_step, stored_energy
 
 SLAB = Slab(n_x=33)
-COMPLIANCE = slab_compliance(SLAB)
+COMPLIANCE = surface_compliance(SLAB)
 
 
 def case_with(residual_shear: float = 0.0, slip_order: SlipOrder = "worst_first", **changes: object) -> Case:
@@ -56,7 +57,7 @@ def test_the_contact_laws_hold_after_every_event(
 @pytest.mark.parametrize("support", ["frictionless", "right_side"])
 def test_other_supports_slide_as_well(support: Support) -> None:
     slab = replace(SLAB, support=support)
-    compliance = slab_compliance(slab)
+    compliance = surface_compliance(slab)
     case = case_with(slab=slab)
     record, state = slide_to_state(case, compliance)
     assert record.outcome.ok
@@ -111,7 +112,7 @@ def test_a_displacement_limit_is_met_exactly_and_room_for_events_grows(monkeypat
 def test_following_a_window_of_nodes_changes_nothing(far: float, monkeypatch: pytest.MonkeyPatch) -> None:
     """The same events as with every surface node followed, also where the contact walks out of its first window."""
     slab = Slab(n_x=65)
-    compliance = slab_compliance(slab)
+    compliance = surface_compliance(slab)
     rule = SlipRule(residual_shear=0.5)
     case = Case(
         slab=slab,
@@ -192,7 +193,7 @@ def test_a_punch_edge_that_comes_upon_the_next_node_is_an_outcome() -> None:
     case = Case(
         slab=slab, pin="flat_punch", half_width=0.13, intrinsic_friction=0.05, max_events=None, max_displacement=2.0
     )
-    record = slide(case, slab_compliance(slab))
+    record = slide(case, surface_compliance(slab))
     assert record.outcome.ending is Ending.EDGE_REACHED
     assert "edge" in record.outcome.message
     # The next node stands at 0.25 and counts as reached half a node spacing before the punch's edge, 0.13, is there.
@@ -206,7 +207,7 @@ def test_a_pin_can_be_dragged_off_the_slab_or_until_it_carries_on_one_corner() -
     """
     slab = Slab(n_x=9)
     case = Case(slab=slab, radius=2.0, normal_load=1e-3, intrinsic_friction=0.1, max_events=None, max_displacement=0.6)
-    compliance = slab_compliance(slab)
+    compliance = surface_compliance(slab)
     record, state = slide_to_state(case, compliance)
     assert record.outcome.ok
     assert_contact_laws(state, case, compliance)

@@ -8,12 +8,15 @@ from itertools import pairwise
 import numpy as np
 import pytest
 
-from solver.case import Case, Drive, Slab, SlipRule
+from solver.case import Case, SlipRule
+from solver.drive import Drive
 from solver.dynamics.coefficients import friction_coefficients
 from solver.dynamics.friction_limit import sawtooth
 from solver.dynamics.integrate import DynamicsResult, integrate
-from solver.elasticity.compliance import slab_compliance
+from solver.dynamics.rk4 import RK4
+from solver.elasticity.compliance import surface_compliance
 from solver.outcome import Ending
+from solver.slab import Slab
 from solver.sliding.events import slide
 from solver.sliding.plateau import Plateau, plateau_of
 from solver.sliding.record import FrictionRecord
@@ -144,7 +147,7 @@ def test_what_inertia_adds_to_static_friction_is_in_its_uncertainty():
 
 
 def test_a_failed_run_passes_its_outcome_on():
-    result, record, plateau = driven(replace(PAPER, integrator="rk4", time_step=100.0))
+    result, record, plateau = driven(replace(PAPER, integrator=RK4(100.0)))
     found = friction_coefficients(result, record, plateau)
     assert found.outcome.ending is Ending.UNSTABLE_STEP
     assert math.isnan(found.static_friction)
@@ -239,7 +242,7 @@ def test_classical_sliding_states_how_well_its_steps_are_known() -> None:
     case = Case(
         radius=100.0, slab=Slab(129, scheme="half_plane"), slip_rule=SlipRule(residual_shear=1.0), max_spacings=12.4
     )
-    compliance = slab_compliance(case.slab)
+    compliance = surface_compliance(case.slab)
     starts = [replace(case, start=start) for start in (0.0, 0.25, 0.5, 0.75)]
     found = [event_statistics(slide(one, compliance)) for one in starts]
     between = float(np.std([one.mean_step for one in found], ddof=1))

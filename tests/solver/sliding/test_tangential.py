@@ -5,19 +5,20 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from solver.case import Case, Effects, Heterogeneity, Slab, SlipOrder, SlipRule
+from solver.case import Case, Effects, Heterogeneity, SlipOrder, SlipRule
 from solver.contact.initial import initial_contact
 from solver.contact.kernels import Events
 from solver.contact.node_friction import node_friction
-from solver.elasticity.compliance import SurfaceCompliance, slab_compliance
+from solver.elasticity.compliance import SurfaceCompliance, surface_compliance
 from solver.outcome import Ending, InvalidInput
+from solver.slab import Slab
 from solver.sliding import events
 from solver.sliding.events import slide, slide_to_state
 from solver.sliding.plateau import plateau_of
 
 SLAB = Slab(n_x=65)
 N = SLAB.n_x
-COMPLIANCE = slab_compliance(SLAB)
+COMPLIANCE = surface_compliance(SLAB)
 FROZEN = Case(slab=SLAB, radius=100.0, max_events=300, effects=Effects(pin_translation=False))
 GOODMAN = replace(FROZEN, effects=Effects(pin_translation=False, coupling=False))
 
@@ -140,7 +141,7 @@ def test_a_shear_that_is_no_number_is_seen() -> None:
 def test_a_record_that_stays_where_it_touched_knows_of_one_start_only() -> None:
     """However long it is: ± is of the size of the scatter between starts, not of that between its own blocks (1e-5 here)."""
     slab = Slab(65)
-    compliance = slab_compliance(slab)
+    compliance = surface_compliance(slab)
     case = Case(normal_load=1e-4, slab=slab, effects=Effects(pin_translation=False), max_events=None, max_spacings=2.0)
     found = [plateau_of(slide(replace(case, start=start), compliance)) for start in (0.0, 0.25, 0.5, 0.75)]
     scatter = np.std([each.mean for each in found], ddof=1)

@@ -8,21 +8,23 @@ import numpy as np
 import pytest
 import xarray as xr
 
-from solver import Case, Slab, friction_record, slab_compliance
+from solver import Case, Slab, friction_record, surface_compliance
+from solver.elasticity.schemes import Galerkin
 from study.accuracy.diagram import Diagram
 from study.accuracy.elastic_operator import OBSERVABLES, lateral_stiffness, nodal_forces, observables_on, reference_slab
 from study.accuracy.measurement import Measurement, as_dataset, measure
 from study.accuracy.setup import FULL, QUICK, default_setup, setup_of
 from study.discretization.front import alike, load_front
 from study.manifest.drives import NamedDrive
-from study.manifest.manifest import ManifestError, load_manifest
+from study.manifest.problems import ManifestError
+from study.manifest.reader import load_manifest
 from study.plan.plan import make_plan
 from tests.study.commands.test_cli import Main, main  # noqa: F401  a fixture
 
 SMALL = replace(
     default_setup(),
     case=Case(slab=Slab(n_x=17), max_events=None, max_displacement=1e-3),
-    drive=NamedDrive("short", duration=0.05),
+    drive=NamedDrive.of("short", duration=0.05),
 )
 
 
@@ -50,7 +52,7 @@ def test_the_lateral_stiffness_is_that_of_a_record_whose_nodes_all_stick(scheme)
         initial_contact="frictionless",
         max_displacement=1e-9,
     )
-    compliance = slab_compliance(case.slab)
+    compliance = surface_compliance(case.slab)
     record = friction_record(case, compliance)
     size = record.initial_contact_size
     nodes = np.arange(size) + (33 - size) // 2
@@ -60,7 +62,7 @@ def test_the_lateral_stiffness_is_that_of_a_record_whose_nodes_all_stick(scheme)
 def test_finer_operators_are_nearer_to_the_finest():
     """Ungraded grids of 9 and 17 nodes against 65: smooth loads, order 1 and more."""
     found = {
-        n_x: observables_on(slab_compliance(Slab(n_x=n_x, scheme="galerkin", coarsest_row=n_x)), (0.3,))[0.3]
+        n_x: observables_on(surface_compliance(Slab(n_x=n_x, scheme=Galerkin(coarsest_row=n_x))), (0.3,))[0.3]
         for n_x in (9, 17, 65)
     }
     for name in ("normal_compliance", "tangential_compliance"):
@@ -174,9 +176,9 @@ def test_the_shipped_front_describes_this_solver():
     some = [row for row in shipped.like(slab) if row.slab.n_x == 65]
     assert some
     widths = shipped.contacts[::8]
-    truth = observables_on(slab_compliance(reference_slab(slab, FULL.reference_size)), widths)
+    truth = observables_on(surface_compliance(reference_slab(slab, FULL.reference_size)), widths)
     for row in some:
-        values = observables_on(slab_compliance(row.slab), widths)
+        values = observables_on(surface_compliance(row.slab), widths)
         for width, error in zip(widths, row.errors[::8], strict=True):
             worst = max(abs(values[width][name] / truth[width][name] - 1.0) for name in OBSERVABLES)
             assert worst < 1.006 * error  # where it is less, the reference was in doubt

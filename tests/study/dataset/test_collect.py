@@ -17,7 +17,7 @@ from study.dataset.ragged import trajectory as trajectory_of
 from study.dataset.store import Store, StoreError
 from study.dataset.variables import SCALARS, SERIES
 from study.discretization.front import load_front
-from study.manifest.manifest import load_manifest
+from study.manifest.reader import load_manifest
 from study.origin import Origin, here
 from study.plan.plan import Plan, make_plan
 from study.plan.tasks import TaskResult, run_task
@@ -165,7 +165,9 @@ def test_one_drives_trajectory_is_its_result_in_si(small):
     case, drive = plan.cases[1], plan.manifest.drives[1]
     moved = trajectory_of(found, **{name: case.parameters[name] for name in CASE_DIMS}, drive="fast")
     result = store.read(plan.case_tasks[case.case_id].drives["fast"])
-    assert moved["sample_time"][-1].item() == pytest.approx(drive.duration, rel=1e-14)  # there and back: two roundings
+    assert moved["sample_time"][-1].item() == pytest.approx(
+        drive.in_si.duration, rel=1e-14
+    )  # there and back: two roundings
     scales = plan.manifest.scales
     np.testing.assert_array_equal(moved["sample_position"], result.arrays["position"] * scales.slab_width)
     assert moved.sizes["slip_phase"] == result.arrays["slip_time"].size

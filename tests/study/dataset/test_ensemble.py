@@ -10,14 +10,17 @@ import numpy as np
 import pytest
 import xarray as xr
 
-from solver.case import Case, Slab
+from solver.case import Case
+from solver.slab import Slab
 from solver.sliding.sampling import EVENLY, SHARED
 from study.dataset import file
 from study.dataset.collect import collect
 from study.dataset.ensemble import OBSERVABLES, ONE_EVENT, PER_EVENT, ensemble_name, over_members
 from study.dataset.store import Store
 from study.manifest.cases import MEMBER, CampaignCase, expand
-from study.manifest.manifest import SEEDS, Ensemble, Manifest, ManifestError, load_manifest
+from study.manifest.manifest import SEEDS, Ensemble, Manifest
+from study.manifest.problems import ManifestError
+from study.manifest.reader import load_manifest
 from study.plan.plan import Plan, make_plan
 from study.plan.tasks import run_task
 from study.report import page as report_page

@@ -15,8 +15,8 @@ from subprocess import PIPE
 import numpy as np
 import pytest
 
-from solver.case import Slab
 from solver.outcome import COMPLETED, Ending, Outcome
+from solver.slab import Slab
 from study.dataset.store import CorruptResultError, Store, StoreError, written_whole
 from study.plan.tasks import TaskResult, compliance_task, run_task
 

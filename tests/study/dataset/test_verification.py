@@ -13,15 +13,15 @@ import numpy as np
 import pytest
 import xarray as xr
 
-from solver.case import Slab
+from solver.slab import Slab
 from study.dataset import file, verification
 from study.dataset.collect import collect
 from study.dataset.comparison import Verdict
 from study.dataset.store import Store, StoreError
 from study.dataset.verification import Finding, NotVerifiableError
 from study.discretization.front import Measured, as_text
-from study.manifest.manifest import load_manifest
 from study.manifest.problems import ManifestError
+from study.manifest.reader import load_manifest
 from study.origin import here
 from study.plan.plan import make_plan
 from study.plan.tasks import Task, TaskResult, run_task

@@ -7,7 +7,8 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from solver.case import Case, Heterogeneity, Slab
+from solver.case import Case, Heterogeneity
+from solver.slab import Slab
 from study.discretization.front import (
     Front,
     Measured,

@@ -4,10 +4,12 @@ from pathlib import Path
 
 import pytest
 
-from solver.case import Case, Slab
+from solver.case import Case
+from solver.slab import Slab
 from study.discretization.front import Front, Measured, as_text
 from study.discretization.targets import UnreachableError, cheapest
-from study.manifest.manifest import ManifestError, load_manifest
+from study.manifest.problems import ManifestError
+from study.manifest.reader import load_manifest
 from study.plan.plan import make_plan
 from tests.study.commands.test_cli import Main, main  # noqa: F401  a fixture
 

@@ -3,7 +3,7 @@
 import pytest
 
 from study.execution.warmup import miniatures
-from study.manifest.manifest import load_manifest
+from study.manifest.reader import load_manifest
 from study.plan.plan import make_plan
 from study.plan.tasks import run_task
 from tests.conftest import ROOT, SMALL

@@ -6,19 +6,22 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from solver.case import Case, Drive, Effects, Heterogeneity, Scales, Slab, SlipRule
+from solver.case import Case, Effects, Heterogeneity, SlipRule
 from solver.contact import initial
 from solver.contact.initial import initial_contact
-from solver.elasticity import compliance
-from solver.elasticity.compliance import slab_compliance
-from solver.elasticity.schemes import stiffness
+from solver.drive import Drive, Scales
+from solver.elasticity import grid_scheme
+from solver.elasticity.compliance import surface_compliance
+from solver.elasticity.grid_scheme import stiffness
 from solver.outcome import Ending
+from solver.slab import Slab
 from solver.sliding.events import slide_to_state
 from study.dataset.collect import collect
 from study.dataset.store import Store
 from study.manifest.drives import NamedDrive
 from study.manifest.effects import effects, task_kinds
-from study.manifest.manifest import ManifestError, load_manifest
+from study.manifest.problems import ManifestError
+from study.manifest.reader import load_manifest
 from study.plan import tasks
 from study.plan.plan import Plan, make_plan, memory_of
 from study.plan.tasks import (
@@ -34,7 +37,7 @@ from study.plan.tasks import (
 DRIVES = '[[drives]]\nname = "a"\nsamples = 40\n'
 TINY = "numerics.n_x = 17\nconstants.radius = 50\nlimits.events = 60\n"
 CASE = Case(radius=50.0, slab=Slab(17), max_events=60)
-DRIVE: Drive = NamedDrive("paper", samples=50).dimensionless(Scales())
+DRIVE: Drive = NamedDrive.of("paper", samples=50).dimensionless(Scales())
 
 
 def planned(folder: Path, text: str) -> Plan:
@@ -84,7 +87,7 @@ def test_a_drive_on_a_finished_record_never_slides(tmp_path: Path, monkeypatch: 
     left = planned(tmp_path, TINY + DRIVES).remaining(store.finished())
     assert [task.kind for task in left] == ["drive"]
     monkeypatch.setattr(tasks, "slide_to_state", None)
-    monkeypatch.setattr(tasks, "slab_compliance", None)
+    monkeypatch.setattr(tasks, "surface_compliance", None)
     assert run_task(left[0], {key: store.read(key) for key in left[0].needs}).outcome.ok
 
 
@@ -97,7 +100,7 @@ def test_a_contact_study_sets_up_no_sliding(tmp_path: Path, monkeypatch: pytest.
 
 
 def test_a_half_plane_makes_no_grid(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(compliance, "stiffness", None)
+    monkeypatch.setattr(grid_scheme, "condensed", None)
     task = compliance_task(Slab(17, scheme="half_plane"))
     assert run_task(task, {}).outcome.ok
 
@@ -273,7 +276,7 @@ def test_scalars_are_the_same_without_the_arrays(tmp_path: Path) -> None:
 def test_tractions_at_chosen_events_are_those_of_a_run_that_ends_there(effect: Effects) -> None:
     case = replace(CASE, effects=effect)
     result = states(case, (0, 7, 30))
-    compliance = slab_compliance(case.slab)
+    compliance = surface_compliance(case.slab)
     assert result.outcome.ok
     for event in (0, 7, 30):
         at = result.arrays["surface_event"] == event

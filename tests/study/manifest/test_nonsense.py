@@ -10,15 +10,17 @@ from typing import Any
 
 import pytest
 
-from solver.case import Scales
+from solver.drive import Scales
 from study.dataset import file
 from study.dataset.collect import collect
 from study.dataset.store import Store
 from study.dataset.variables import factors
 from study.discretization.front import SHIPPED, load_front
-from study.manifest.drives import NamedDrive
-from study.manifest.manifest import Ensemble, ManifestError, Outputs, load_manifest
-from study.manifest.parameters import TABLES
+from study.manifest.drives import drive_parameters
+from study.manifest.manifest import Ensemble, Outputs
+from study.manifest.parameters import TABLES, words_of
+from study.manifest.problems import ManifestError
+from study.manifest.reader import load_manifest
 from study.plan.plan import make_plan
 
 NONSENSE = {
@@ -77,12 +79,12 @@ PLACES: dict[str, list[str]] = {
         "scales",
         "ensemble",
     ],
-    **{table: list(words) for table, words in TABLES.items()},
-    "axes": [word for words in TABLES.values() for word in words],
+    **{table: list(words_of(table)) for table in TABLES},
+    "axes": [word for table in TABLES for word in words_of(table)],
     "scales": [item.name for item in fields(Scales)],
     "outputs": [item.name for item in fields(Outputs)],
     "ensemble": [item.name for item in fields(Ensemble)],
-    "drives": [item.name for item in fields(NamedDrive)],
+    "drives": ["name", *drive_parameters()],
     "unknown": ["nonsense", '"two words"', '"a\\nb"', "x" * 5000, ".".join("x" * 2000), '""'],
 }
 KEYS = [(place, key) for place, keys in PLACES.items() for key in keys]
@@ -142,7 +144,7 @@ def test_every_key_takes_or_refuses_every_value(tmp_path: Path, place: str, key:
 def test_a_table_takes_or_refuses_every_cell(tmp_path: Path) -> None:
     table, path = tmp_path / "cases.csv", tmp_path / "mine.toml"
     path.write_text('title = "x"\ntable = "cases.csv"\n')
-    words = [word for words in TABLES.values() for word in words if word != "roughness"]
+    words = [word for table in TABLES for word in words_of(table) if word != "roughness"]
     for word, value in itertools.product(words, [value.strip('"') for value in NONSENSE.values()]):
         table.write_text(f'{word}\n"{value}"\n', "utf-8")
         lines = taken_or_refused(path) if len(value) < 500 or word == "n_x" else ()

@@ -8,14 +8,14 @@ from statistics import median
 
 import pytest
 
-from solver.case import Scheme, Slab, Support
-from solver.elasticity.compliance import slab_compliance
+from solver.elasticity.compliance import surface_compliance
+from solver.slab import Slab, Support
 from study.plan.condensation import condensation_bytes, condensation_seconds
 from study.plan.plan import memory_of
 from study.plan.tasks import compliance_task
 
 SLABS = [Slab(n_x, height) for n_x, height in itertools.product((17, 65, 257), (0.01, 0.1, 1.0, 10.0, 1e4))]
-OTHERS: list[tuple[Scheme, Support]] = [
+OTHERS: list[tuple[str, Support]] = [
     ("galerkin", "frictionless"),
     ("galerkin", "right_side"),
     ("biquadratic", "bonded"),
@@ -28,7 +28,7 @@ def measured_seconds(slabs: list[Slab], rounds: int = 5) -> dict[Slab, float]:
     least = dict.fromkeys(slabs, math.inf)
     for slab in slabs * rounds:
         start = time.process_time()
-        slab_compliance(slab)
+        surface_compliance(slab)
         least[slab] = min(least[slab], time.process_time() - start)
     return least
 
@@ -46,9 +46,9 @@ def test_seconds_are_right_to_a_factor_of_three_once_the_machine_is_known() -> N
     "slab", SLABS, ids=lambda slab: f"{slab.n_x}-{slab.aspect_ratio:g}-{slab.scheme}-{slab.support}"
 )
 def test_bytes_are_right_to_a_factor_of_three(slab: Slab) -> None:
-    slab_compliance(slab)  # what is kept from call to call
+    surface_compliance(slab)  # what is kept from call to call
     tracemalloc.start()
-    slab_compliance(slab)
+    surface_compliance(slab)
     peak = tracemalloc.get_traced_memory()[1]
     tracemalloc.stop()
     assert 1 / 3 <= peak / memory_of(compliance_task(slab)) <= 3

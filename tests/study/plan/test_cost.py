@@ -16,7 +16,9 @@ from typing import NamedTuple
 
 import pytest
 
-from solver.case import Case, Effects, Heterogeneity, Scales, Slab, SlipRule
+from solver.case import Case, Effects, Heterogeneity, SlipRule
+from solver.drive import Scales
+from solver.slab import Slab
 from study.manifest.drives import NamedDrive
 from study.plan.plan import _START, _seconds, memory_of
 from study.plan.tasks import (
@@ -39,19 +41,19 @@ ROUGH = Heterogeneity(roughness=tuple((i / 200 - 0.5, 1e-7 * math.sin(i / 5)) fo
 
 
 def compliance(**slab: object) -> Task:
-    return compliance_task(Slab(**slab))  # type: ignore[arg-type]
+    return compliance_task(Slab.of({**(slab)}))  # type: ignore[arg-type]
 
 
 def record(n_x: int = 129, slab: dict[str, object] | None = None, **case: object) -> Task:
-    return friction_task(Case(slab=Slab(n_x=n_x, **(slab or {})), **case))  # type: ignore[arg-type]
+    return friction_task(Case(slab=Slab.of({"n_x": n_x, **(slab or {})}), **case))  # type: ignore[arg-type]
 
 
 def touch(n_x: int = 129, slab: dict[str, object] | None = None, **case: object) -> Task:
-    return contact_task(Case(slab=Slab(n_x=n_x, **(slab or {})), **case))  # type: ignore[arg-type]
+    return contact_task(Case(slab=Slab.of({"n_x": n_x, **(slab or {})}), **case))  # type: ignore[arg-type]
 
 
 def driven(**drive: object) -> Task:
-    return drive_task(Case(), NamedDrive("a", **drive).dimensionless(Scales()))  # type: ignore[arg-type]
+    return drive_task(Case(), NamedDrive.of("a", **drive).dimensionless(Scales()))  # type: ignore[arg-type]
 
 
 TASKS: dict[str, Task] = {

@@ -10,14 +10,15 @@ import numpy as np
 import pytest
 import xarray as xr
 
-from solver.case import Case, Slab, SlipRule
-from solver.elasticity.compliance import slab_compliance
+from solver.case import Case, SlipRule
+from solver.elasticity.compliance import surface_compliance
+from solver.slab import Slab
 from solver.sliding.events import slide
 from solver.sliding.validity import FLAGS, NEAR_ENDS, WHOLE_SLAB, advice_on, flags_in
 from study.dataset import file
 from study.dataset.collect import collect
 from study.dataset.store import Store
-from study.manifest.manifest import load_manifest
+from study.manifest.reader import load_manifest
 from study.plan.cost import expected_displacement
 from study.plan.flags import expected_lines, flag_lines
 from study.plan.plan import Plan, make_plan
@@ -181,7 +182,7 @@ def test_a_plan_expects_nothing_of_what_it_refuses(tmp_path: Path) -> None:
 def test_a_plan_knows_about_how_far_a_pin_goes(changes: dict[str, Any], low: float, high: float) -> None:
     """Its limit, or from the mean step to a factor of two, here a little more; over what the record reaches."""
     case = replace(Case(radius=1000.0, normal_load=2e-4, slab=Slab(33)), **changes)
-    record = slide(case, slab_compliance(case.slab))
+    record = slide(case, surface_compliance(case.slab))
     assert record.outcome.ok
     assert low <= expected_displacement(case) / record.final_displacement <= high
 

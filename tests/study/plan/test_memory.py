@@ -6,14 +6,14 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from solver.case import Slab
-from solver.elasticity.compliance import slab_compliance
+from solver.elasticity.compliance import surface_compliance
 from solver.outcome import Ending, Outcome
+from solver.slab import Slab
 from study.commands import cli
 from study.dataset.store import Store
 from study.execution.launch import processes_here
 from study.execution.ledger import Ledger, attempt
-from study.manifest.manifest import load_manifest
+from study.manifest.reader import load_manifest
 from study.plan import memory, tasks
 from study.plan.plan import Plan, make_plan
 from study.plan.tasks import compliance_task, run_task
@@ -148,7 +148,7 @@ def test_a_task_without_memory_says_so_and_is_not_kept(tmp_path, monkeypatch, ca
     path, out = tmp_path / "mine.toml", tmp_path / "out"
     path.write_text('title = "x"\nnumerics.n_x = 17\nlimits.events = 5\n')
     with monkeypatch.context() as poor:
-        poor.setattr(tasks, "slab_compliance", no_memory)
+        poor.setattr(tasks, "surface_compliance", no_memory)
         result = run_task(compliance_task(Slab(n_x=17)), {})
         assert result.outcome.ending is Ending.OUT_OF_MEMORY
         assert "no memory left at n_x = 17: start fewer ranks" in result.outcome.message
@@ -161,7 +161,7 @@ def test_a_task_without_memory_says_so_and_is_not_kept(tmp_path, monkeypatch, ca
     assert Store(out).finished() == set()
     assert called(monkeypatch, "run", path, "--out", out, "--serial") == 0
     assert len(Store(out).finished()) == 2
-    assert slab_compliance(Slab(n_x=17)).matrix.shape == (34, 34)
+    assert surface_compliance(Slab(n_x=17)).matrix.shape == (34, 34)
 
 
 def test_the_ledger_gives_up_what_waits_for_a_task_without_memory(tmp_path):

@@ -6,7 +6,7 @@ from pathlib import Path
 
 import pytest
 
-from study.manifest.manifest import load_manifest
+from study.manifest.reader import load_manifest
 from study.plan.plan import Plan, make_plan
 from study.plan.tasks import TaskResult, run_task
 

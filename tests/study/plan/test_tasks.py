@@ -10,11 +10,14 @@ from typing import Any
 import numpy as np
 import pytest
 
-from solver.case import Case, Drive, Scales, Slab, SlipRule
+from solver.case import Case, SlipRule
 from solver.contact.initial import initial_contact
+from solver.drive import Drive, Scales
 from solver.dynamics.regime import REGIMES
-from solver.elasticity.compliance import slab_compliance
+from solver.elasticity.compliance import surface_compliance
+from solver.elasticity.schemes import Galerkin
 from solver.outcome import Ending
+from solver.slab import Slab
 from solver.sliding.events import slide
 from study.manifest.drives import NamedDrive
 from study.plan.tasks import (
@@ -30,7 +33,7 @@ from study.plan.tasks import (
 )
 
 CASE = Case(radius=50.0, slab=Slab(33), max_events=300)
-DRIVE = NamedDrive("paper", samples=50).dimensionless(Scales())
+DRIVE = NamedDrive.of("paper", samples=50).dimensionless(Scales())
 
 
 def run(*tasks: Task) -> TaskResult:
@@ -53,7 +56,9 @@ def test_a_compliance_is_known_by_its_slab_alone() -> None:
     other = replace(CASE, intrinsic_friction=0.1, radius=9.0, slip_rule=SlipRule(residual_shear=0.5))
     assert friction_task(other).needs == friction_task(CASE).needs == (compliance_task(Slab(33)).key,)
     assert compliance_task(Slab(33, poisson=0.3)).key != compliance_task(Slab(33)).key
-    assert compliance_task(Slab(33, rows_per_level=2)).key == compliance_task(Slab(33)).key  # the default
+    assert (
+        compliance_task(Slab(33, scheme=Galerkin(rows_per_level=2))).key == compliance_task(Slab(33)).key
+    )  # the default
 
 
 def test_a_friction_record_is_known_without_the_drive() -> None:
@@ -104,7 +109,7 @@ def test_the_limits_of_a_run_do_not_change_first_touch() -> None:
 
 def test_scales_matter_to_a_drive_by_its_dimensionless_numbers_only() -> None:
     """Four times the modulus, spring and mass: the same numbers (all factors are powers of two, exact in binary)."""
-    stiff = NamedDrive("stiff", pin_mass=2.0, spring_stiffness=8e5, samples=50)
+    stiff = NamedDrive.of("stiff", pin_mass=2.0, spring_stiffness=8e5, samples=50)
     assert drive_task(CASE, stiff.dimensionless(Scales(shear_modulus=4e10))).key == drive_task(CASE, DRIVE).key
 
 
@@ -141,11 +146,11 @@ def test_a_rank_that_computes_imports_nothing_heavy() -> None:
 
 
 def test_a_compliance_result_is_the_solvers_matrix() -> None:
-    np.testing.assert_array_equal(run(compliance_task(Slab(17))).arrays["matrix"], slab_compliance(Slab(17)).matrix)
+    np.testing.assert_array_equal(run(compliance_task(Slab(17))).arrays["matrix"], surface_compliance(Slab(17)).matrix)
 
 
 def test_a_contact_result_is_the_solvers_state() -> None:
-    state = initial_contact(CASE, slab_compliance(CASE.slab))
+    state = initial_contact(CASE, surface_compliance(CASE.slab))
     result = run(compliance_task(CASE.slab), contact_task(CASE))
     assert result.outcome.ok
     assert result.scalars["contact_size"] == state.contact.sum() > 2
@@ -157,7 +162,7 @@ def test_a_contact_result_is_the_solvers_state() -> None:
 
 
 def test_a_friction_result_holds_the_whole_record() -> None:
-    record = slide(CASE, slab_compliance(CASE.slab))
+    record = slide(CASE, surface_compliance(CASE.slab))
     result = friction(CASE)
     for name in ("displacement", "force_before", "force_after", "kind", "slips"):
         np.testing.assert_array_equal(result.arrays[name], getattr(record, name))

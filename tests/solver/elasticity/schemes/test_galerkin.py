@@ -5,10 +5,12 @@ from typing import Any
 import numpy as np
 import pytest
 
-from solver.case import Slab
-from solver.elasticity.compliance import slab_compliance
-from solver.elasticity.schemes import Stiffness, stiffness
+from solver.elasticity.compliance import surface_compliance
+from solver.elasticity.grid_scheme import stiffness
+from solver.elasticity.schemes import Galerkin
+from solver.elasticity.stiffness import Stiffness
 from solver.outcome import SingularOperator
+from solver.slab import Slab
 
 ROUNDING = 1e-13  # sums of some ten integrals, their weights and coordinates of order 1, times machine epsilon
 
@@ -52,7 +54,7 @@ def uniform_tractions(k: Stiffness, stress: np.ndarray) -> np.ndarray:
 @pytest.mark.parametrize("gradient", [(1, 0, 0, 0), (0, 1, 0, 0), (0, 0, 1, 0), (0, 0, 0, 1), (0.3, -0.7, 0.2, 1.1)])
 def test_patch_a_linear_field_has_uniform_stress(grid: dict[str, Any], gradient: tuple[float, ...]) -> None:
     poisson = 0.29
-    k = stiffness(Slab(**grid, poisson=poisson))
+    k = stiffness(Slab.of({**grid, "poisson": poisson}))
     (u_x, u_z), (w_x, w_z) = np.array(gradient, dtype=float).reshape(2, 2)
     lame = 2 * poisson / (1 - 2 * poisson)
     shear = u_z + w_x
@@ -65,7 +67,7 @@ def test_patch_a_linear_field_has_uniform_stress(grid: dict[str, Any], gradient:
 
 @every_grid
 def test_rigid_motions_need_no_force(grid: dict[str, Any]) -> None:
-    k = stiffness(Slab(**grid))
+    k = stiffness(Slab.of({**grid}))
     x, z = k.grid.coordinates().T
     zero, one = np.zeros_like(x), np.ones_like(x)
     for u, w in ((one, zero), (zero, one), (-z, x)):
@@ -75,7 +77,7 @@ def test_rigid_motions_need_no_force(grid: dict[str, Any]) -> None:
 
 @every_grid
 def test_symmetric_and_definite_but_for_the_three_rigid_motions(grid: dict[str, Any]) -> None:
-    matrix = stiffness(Slab(**grid, poisson=0.4)).matrix.toarray()
+    matrix = stiffness(Slab.of({**grid, "poisson": 0.4})).matrix.toarray()
     np.testing.assert_allclose(matrix, matrix.T, atol=1e-14 * np.abs(matrix).max())
     values = np.linalg.eigvalsh(matrix)
     assert np.abs(values[:3]).max() <= 1e-12 * values[-1]
@@ -85,7 +87,7 @@ def test_symmetric_and_definite_but_for_the_three_rigid_motions(grid: dict[str, 
 @every_grid
 @pytest.mark.parametrize("support", ["bonded", "frictionless", "right_side"])
 def test_the_compliance_is_symmetric_and_positive_definite(grid: dict[str, Any], support: Any) -> None:
-    matrix = slab_compliance(Slab(**grid, support=support)).matrix
+    matrix = surface_compliance(Slab.of({**grid, "support": support})).matrix
     np.testing.assert_array_equal(matrix, matrix.T)
     assert np.linalg.eigvalsh(matrix)[0] > 0.0
 
@@ -93,7 +95,7 @@ def test_the_compliance_is_symmetric_and_positive_definite(grid: dict[str, Any],
 @every_grid
 def test_the_supports_reactions_balance_any_load(grid: dict[str, Any]) -> None:
     """Conservation: what is pushed in at the top comes out at the bottom, forces and moment."""
-    k = stiffness(Slab(**grid))
+    k = stiffness(Slab.of({**grid}))
     n, rng = int(k.grid.counts[0]), np.random.default_rng(7)
     force = np.zeros((2, k.grid.nodes))
     force[:, :n] = rng.standard_normal((2, n))
@@ -110,7 +112,7 @@ def test_the_supports_reactions_balance_any_load(grid: dict[str, Any]) -> None:
 
 @every_grid
 def test_the_mirrored_slab_is_the_same_slab(grid: dict[str, Any]) -> None:
-    k = stiffness(Slab(**grid))
+    k = stiffness(Slab.of({**grid}))
     nodes = np.concatenate([k.grid.row_nodes(row)[::-1] for row in range(k.grid.rows)])
     mirror = np.concatenate((nodes, nodes + k.grid.nodes))
     sign = np.concatenate((-np.ones(k.grid.nodes), np.ones(k.grid.nodes)))
@@ -120,7 +122,7 @@ def test_the_mirrored_slab_is_the_same_slab(grid: dict[str, Any]) -> None:
 
 
 def test_the_row_groups_couple_to_their_neighbours_only() -> None:
-    k = stiffness(Slab(n_x=65, rows_per_level=1, coarsest_row=5))
+    k = stiffness(Slab(n_x=65, scheme=Galerkin(rows_per_level=1, coarsest_row=5)))
     groups = [
         np.concatenate(
             [nodes + shift for row in group for nodes in [k.grid.row_nodes(row)] for shift in (0, k.grid.nodes)]
@@ -136,4 +138,4 @@ def test_the_row_groups_couple_to_their_neighbours_only() -> None:
 
 def test_a_nearly_incompressible_slab_is_refused_rather_than_wrong() -> None:
     with pytest.raises(SingularOperator, match="poisson is not too close"):
-        slab_compliance(Slab(n_x=33, poisson=0.5 - 1e-16))
+        surface_compliance(Slab(n_x=33, poisson=0.5 - 1e-16))

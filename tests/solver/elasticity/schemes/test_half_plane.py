@@ -4,12 +4,13 @@ import numpy as np
 import pytest
 from scipy.integrate import quad
 
-from solver.case import Case, Slab
+from solver.case import Case
 from solver.contact.closed_forms import hertz
 from solver.contact.initial import initial_contact
-from solver.elasticity.compliance import slab_compliance
-from solver.elasticity.schemes import stiffness
+from solver.elasticity.compliance import surface_compliance
+from solver.elasticity.grid_scheme import stiffness
 from solver.outcome import InvalidInput
+from solver.slab import Slab
 
 
 def flamant(x: float, z: float, poisson: float) -> np.ndarray:
@@ -41,7 +42,7 @@ def relative(distance: float, depth: float, poisson: float) -> np.ndarray:
 def test_entries_are_flamants_integral_over_a_hat(poisson: float, depth: float) -> None:
     slab = Slab(n_x=9, aspect_ratio=depth, poisson=poisson, scheme="half_plane")
     n, h = slab.n_x, slab.spacing
-    matrix = slab_compliance(slab).matrix
+    matrix = surface_compliance(slab).matrix
     for i, j in ((4, 4), (4, 3), (0, 8), (7, 2), (1, 0)):
         for row in range(2):
             for column in range(2):
@@ -58,7 +59,7 @@ def test_entries_are_flamants_integral_over_a_hat(poisson: float, depth: float) 
 @pytest.mark.parametrize("poisson", [0.0, 1 / 3, 0.4999])
 def test_reciprocal_definite_and_the_same_everywhere(poisson: float) -> None:
     slab = Slab(n_x=65, poisson=poisson, scheme="half_plane")
-    compliance = slab_compliance(slab)
+    compliance = surface_compliance(slab)
     np.testing.assert_array_equal(compliance.matrix, compliance.matrix.T)
     assert np.linalg.eigvalsh(compliance.matrix)[0] > 0.0
     for block in compliance.matrix.reshape(2, 65, 2, 65).transpose(0, 2, 1, 3).reshape(4, 65, 65):
@@ -68,13 +69,13 @@ def test_reciprocal_definite_and_the_same_everywhere(poisson: float) -> None:
 
 def test_a_datum_too_near_is_refused_by_name() -> None:
     with pytest.raises(InvalidInput, match=r"aspect_ratio = 0\.3: needs a deeper datum"):
-        slab_compliance(Slab(n_x=33, aspect_ratio=0.3, scheme="half_plane"))
+        surface_compliance(Slab(n_x=33, aspect_ratio=0.3, scheme="half_plane"))
     with pytest.raises(InvalidInput, match="scheme = 'half_plane': needs one that has a grid"):
         stiffness(Slab(n_x=33, scheme="half_plane"))
 
 
 def test_the_datum_shifts_all_displacements_along_the_force_alike() -> None:
-    near, far = (slab_compliance(Slab(17, depth, 0.25, scheme="half_plane")).matrix for depth in (1.0, 5.0))
+    near, far = (surface_compliance(Slab(17, depth, 0.25, scheme="half_plane")).matrix for depth in (1.0, 5.0))
     shift = 0.75 / np.pi * np.log(5.0)
     expected = np.kron(np.eye(2), np.full((17, 17), shift))
     np.testing.assert_allclose(far - near, expected, atol=1e-15 * np.abs(far).max())
@@ -88,7 +89,7 @@ def test_hertz_without_a_finite_slab_in_the_way(radius: float) -> None:
     normal_load = np.pi * half_width**2 / (2 * radius * (1 - poisson))
     theory = hertz(normal_load, radius, poisson)
     slab = Slab(n_x=257, poisson=poisson, scheme="half_plane")
-    compliance = slab_compliance(slab)
+    compliance = surface_compliance(slab)
     state = initial_contact(
         Case(slab=slab, radius=radius, normal_load=normal_load, initial_contact="frictionless"), compliance
     )
@@ -105,7 +106,7 @@ def test_a_contact_that_shrinks_beside_its_slab_sees_a_half_plane() -> None:
     across the force (a uniform strain, a tilt), and as its square along it."""
     n, poisson = 513, 0.3
     finite, infinite = (
-        slab_compliance(Slab(n, 2.0, poisson, scheme=scheme)).matrix.reshape(2, n, 2, n)
+        surface_compliance(Slab(n, 2.0, poisson, scheme=scheme)).matrix.reshape(2, n, 2, n)
         for scheme in ("galerkin", "half_plane")
     )
     added = []

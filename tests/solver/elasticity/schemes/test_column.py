@@ -9,10 +9,11 @@ import pytest
 import scipy.sparse.linalg as spla
 from numpy.typing import NDArray
 
-from solver.case import Slab, Support
-from solver.elasticity.column import TALL, bar_forces, lengthening, resultants, trunk
-from solver.elasticity.compliance import slab_compliance
-from solver.elasticity.schemes import stiffness
+from solver.elasticity.compliance import surface_compliance
+from solver.elasticity.grid_scheme import stiffness
+from solver.elasticity.schemes import Galerkin
+from solver.elasticity.schemes.column import TALL, bar_forces, lengthening, resultants, trunk
+from solver.slab import Slab, Support
 
 SUPPORTS: tuple[Support, ...] = get_args(Support)
 POISSON = (-0.9, 0.0, 1 / 3, 0.49, 0.4999)
@@ -32,7 +33,7 @@ def gridded(slab: Slab) -> NDArray[np.float64]:
 def off(slab: Slab) -> float:
     """How far the closed form and the whole grid are apart, tangential and normal displacements each beside their largest."""
     whole, n = gridded(slab), slab.n_x
-    apart = np.abs(slab_compliance(slab).matrix - whole)
+    apart = np.abs(surface_compliance(slab).matrix - whole)
     return max(float(apart[rows].max() / np.abs(whole[rows]).max()) for rows in (slice(0, n), slice(n, None)))
 
 
@@ -55,7 +56,10 @@ def test_the_whole_grid_comes_closer_the_finer_its_middle(poisson: float, suppor
 
     Without what shear does to a frictionless foot, 0.3 ν per width, 1e-4 would be left.
     """
-    coarse, fine = (off(Slab(65, 2.5 * TALL, poisson, support, coarsest_row=row, bottom_row=65)) for row in (17, 33))
+    coarse, fine = (
+        off(Slab(65, 2.5 * TALL, poisson, support, scheme=Galerkin(coarsest_row=row, bottom_row=65)))
+        for row in (17, 33)
+    )
     assert fine <= min(coarse / 8, 2e-5)
 
 
@@ -65,7 +69,7 @@ def test_a_column_costs_what_its_trunk_costs(support: Support) -> None:
     peaks = []
     for height in (TALL, 300.0, 1e4):
         tracemalloc.start()
-        slab_compliance(Slab(17, height, support=support))
+        surface_compliance(Slab(17, height, support=support))
         peaks.append(tracemalloc.get_traced_memory()[1])
         tracemalloc.stop()
     assert max(peaks[1:]) <= 1.5 * peaks[0]
@@ -77,7 +81,7 @@ def test_symmetric_and_positive_definite_at_every_height(poisson: float, support
     """At 10 000 widths the largest entries are 1e13 of the smallest eigenvalue, of which rounding leaves nothing sure."""
     for n_x in (5, 17):
         for height in (10.001, 30.0, 1e3, 1e4):
-            matrix = slab_compliance(Slab(n_x, height, poisson, support)).matrix
+            matrix = surface_compliance(Slab(n_x, height, poisson, support)).matrix
             np.testing.assert_array_equal(matrix, matrix.T)
             assert np.linalg.eigvalsh(matrix)[0] > 0.0 or height == 1e4
 
@@ -96,7 +100,7 @@ def test_a_beam_bends_and_stretches() -> None:
     """Euler and Bernoulli: L³/(3E'I), L²/(2E'I), L/(E'I) and L/E'; foot and shear are a share of 1/L beside them."""
     height, poisson = 1e4, 0.3
     modulus = 2 / (1 - poisson)
-    forces, matrix = bar_forces(33), slab_compliance(Slab(33, height, poisson)).matrix
+    forces, matrix = bar_forces(33), surface_compliance(Slab(33, height, poisson)).matrix
     moved = forces.T @ matrix @ forces
     bent = 12 / modulus
     expected = np.array(
@@ -124,7 +128,7 @@ def test_a_frictionless_foot_is_in_closed_form(poisson: float) -> None:
 
 def test_a_held_side_takes_shear_and_moment() -> None:
     """Deeper than a few widths nothing moves sideways: 20 widths and 10 000 differ by a bar's stretch alone."""
-    apart = np.subtract(*(slab_compliance(Slab(33, height, 0.3, "right_side")).matrix for height in (1e4, 20.0)))
+    apart = np.subtract(*(surface_compliance(Slab(33, height, 0.3, "right_side")).matrix for height in (1e4, 20.0)))
     np.testing.assert_array_equal(apart[:33], 0.0)
     np.testing.assert_allclose(apart[33:, 33:], (1e4 - 20.0) * 0.35, rtol=1e-12)
 
@@ -135,9 +139,9 @@ def test_up_to_ten_widths_a_slab_is_its_own_trunk(support: Support) -> None:
     slab = Slab(17, TALL, support=support)
     assert trunk(slab) == slab
     assert trunk(Slab(17, 1.0, support=support)).aspect_ratio == 1.0
-    np.testing.assert_allclose(slab_compliance(slab).matrix, gridded(slab), rtol=0, atol=1e-9 * 4e3)
-    matrix = slab_compliance(slab).matrix
-    beyond = slab_compliance(replace(slab, aspect_ratio=TALL * (1 + 1e-12))).matrix
+    np.testing.assert_allclose(surface_compliance(slab).matrix, gridded(slab), rtol=0, atol=1e-9 * 4e3)
+    matrix = surface_compliance(slab).matrix
+    beyond = surface_compliance(replace(slab, aspect_ratio=TALL * (1 + 1e-12))).matrix
     np.testing.assert_allclose(beyond, matrix, rtol=0, atol=1e-11 * np.abs(matrix).max())
 
 

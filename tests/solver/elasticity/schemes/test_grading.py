@@ -5,8 +5,9 @@ import itertools
 import numpy as np
 import pytest
 
-from solver.case import Slab
-from solver.elasticity.grading import graded_hierarchy
+from solver.elasticity.schemes import Galerkin
+from solver.slab import Slab
+from tests.synthetic import grid_of
 
 
 @pytest.mark.parametrize("aspect_ratio", [0.01, 0.1, 0.3, 1.0, 3.0, 10.0, 100.0])
@@ -18,9 +19,11 @@ def test_every_slab_has_a_hierarchy(n_x: int, aspect_ratio: float) -> None:
             if coarsest < 1:
                 continue
             slab = Slab(
-                n_x, aspect_ratio, rows_per_level=per_level, coarsest_row=2**coarsest + 1, bottom_row=2**bottom + 1
+                n_x,
+                aspect_ratio,
+                scheme=Galerkin(rows_per_level=per_level, coarsest_row=2**coarsest + 1, bottom_row=2**bottom + 1),
             )
-            grid = graded_hierarchy(slab)
+            grid = grid_of(slab)
             assert grid.rows >= 3
             assert grid.rows % 2 == 1
             assert grid.counts[0] == n_x
@@ -36,7 +39,7 @@ def test_every_slab_has_a_hierarchy(n_x: int, aspect_ratio: float) -> None:
 
 
 def test_head_middle_and_tail() -> None:
-    grid = graded_hierarchy(Slab(129, coarsest_row=17, bottom_row=65, rows_per_level=2))
+    grid = grid_of(Slab(129, scheme=Galerkin(coarsest_row=17, bottom_row=65, rows_per_level=2)))
     levels = list(np.log2(128 / (grid.counts - 1)).astype(int))
     middle = len(levels) - 10
     assert levels == [0, 0, 1, 1, 2, 2, *[3] * middle, 2, 2, 1, 1]
@@ -48,13 +51,13 @@ def test_head_middle_and_tail() -> None:
 
 
 def test_the_papers_hierarchy_is_a_corner_of_the_family() -> None:
-    grid = graded_hierarchy(Slab(129, rows_per_level=1, coarsest_row=3, bottom_row=3))
+    grid = grid_of(Slab(129, scheme=Galerkin(rows_per_level=1, coarsest_row=3, bottom_row=3)))
     assert list(grid.counts[:7]) == [129, 65, 33, 17, 9, 5, 3]
     assert set(grid.counts[7:]) == {3}
 
 
 def test_rows_thicken_in_proportion_to_the_distance_from_both_ends() -> None:
-    grid = graded_hierarchy(Slab(17, aspect_ratio=30.0, coarsest_row=17, bottom_row=17))
+    grid = grid_of(Slab(17, aspect_ratio=30.0, scheme=Galerkin(coarsest_row=17, bottom_row=17)))
     middle, steps = (grid.depths[1:] + grid.depths[:-1]) / -2, -np.diff(grid.depths)
     distance = np.clip(np.minimum(middle, 30.0 - middle), 1.0, 8.0)
     np.testing.assert_allclose(steps / (2 / 16 * distance), 1.0, atol=0.06)  # rounded to an even number of rows

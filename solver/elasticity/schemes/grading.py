@@ -16,7 +16,6 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from solver.case import Slab
 from solver.elasticity.grid import Grid
 
 _THICKNESS = 1.5
@@ -27,30 +26,26 @@ _THICKEST = 8.0
 """How often that, at most, further away."""
 
 
-def graded_hierarchy(slab: Slab) -> Grid:
-    """The grid of a slab of the scheme `galerkin`: an odd number of rows, at least three, any pair of neighbours nested.
+def graded_hierarchy(n_x: int, aspect_ratio: float, rows_per_level: int, coarsest_row: int, bottom_row: int) -> Grid:
+    """A grid with an odd number of rows, at least three, any pair of neighbours nested.
 
-    Where the slab is too thin for all levels, the coarsest are left out.
+    rows_per_level: rows until the next has half the intervals; coarsest_row, bottom_row: nodes of these rows. Where the slab is
+    too thin for all levels, the coarsest are left out.
     """
-    assert slab.rows_per_level
-    assert slab.coarsest_row
-    assert slab.bottom_row
-    coarsest, bottom = (
-        round(math.log2((slab.n_x - 1) // (nodes - 1))) for nodes in (slab.coarsest_row, slab.bottom_row)
-    )
-    fitting = (_Ends(slab.n_x, slab.rows_per_level, level, bottom) for level in range(coarsest, -1, -1))
-    ends = next(ends for ends in fitting if not ends.coarsest or ends.left_of(slab.aspect_ratio) >= ends.spacing / 2)
+    coarsest, bottom = (round(math.log2((n_x - 1) // (nodes - 1))) for nodes in (coarsest_row, bottom_row))
+    fitting = (_Ends(n_x, rows_per_level, level, bottom) for level in range(coarsest, -1, -1))
+    ends = next(ends for ends in fitting if not ends.coarsest or ends.left_of(aspect_ratio) >= ends.spacing / 2)
     head, tail = ends.head, ends.tail
-    middle = _middle_depths(ends, slab.aspect_ratio)
+    middle = _middle_depths(ends, aspect_ratio)
     depths = np.concatenate(
         (
             np.concatenate(([0.0], np.cumsum(ends.thickness(head))))[:-1],
             middle,
-            slab.aspect_ratio - np.concatenate(([0.0], np.cumsum(ends.thickness(tail)[::-1])))[::-1][1:],
+            aspect_ratio - np.concatenate(([0.0], np.cumsum(ends.thickness(tail)[::-1])))[::-1][1:],
         )
     )
     levels = np.concatenate((head, np.full(len(middle), ends.coarsest), tail))
-    return Grid(counts=(slab.n_x - 1) // 2**levels + 1, depths=-depths)
+    return Grid(counts=(n_x - 1) // 2**levels + 1, depths=-depths)
 
 
 @dataclass(frozen=True, slots=True)

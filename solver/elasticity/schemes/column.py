@@ -14,9 +14,9 @@ from dataclasses import replace
 import numpy as np
 from numpy.typing import NDArray
 
-from solver.case import Slab
 from solver.elasticity.boundary_value import blank, solve_mixed
-from solver.elasticity.schemes import stiffness
+from solver.elasticity.grid_scheme import GridScheme, stiffness
+from solver.slab import Slab
 
 Dense = NDArray[np.float64]
 
@@ -27,7 +27,8 @@ a held right side does not take, 3e-5), and 1e-18 (1e-9) of that comes back from
 
 def trunk(slab: Slab) -> Slab:
     """The slab whose grid serves `slab`: itself, or where that is taller than TALL the same of that height."""
-    return replace(slab, aspect_ratio=TALL) if slab.scheme == "galerkin" and slab.aspect_ratio > TALL else slab
+    columns = isinstance(slab.scheme, GridScheme) and slab.scheme.columns
+    return replace(slab, aspect_ratio=TALL) if columns and slab.aspect_ratio > TALL else slab
 
 
 def resultants(n_x: int) -> Dense:

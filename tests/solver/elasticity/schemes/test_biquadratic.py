@@ -1,14 +1,19 @@
 """The paper's stencil (Eq. 4-10): exact for linear fields on every volume, whatever the grid; mirror symmetric."""
 
-from functools import partial
+from typing import Any
 
 import numpy as np
 import pytest
 
-from solver.case import FirstSpacing, Slab
-from solver.elasticity.schemes import stiffness
+from solver.elasticity.grid import FirstSpacing
+from solver.elasticity.grid_scheme import stiffness
+from solver.slab import Slab
 
-paper = partial(Slab, scheme="biquadratic")
+
+def paper(**parameters: Any) -> Slab:
+    return Slab.of({"scheme": "biquadratic", **parameters})
+
+
 ROUNDING = 1e-13  # sums of about 18 weights of order 1 times coordinates of order 1, times machine epsilon
 
 

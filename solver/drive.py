@@ -1,0 +1,194 @@
+"""How the pin is pulled (Eq. 12), and the scales that lead from dimensionless numbers back to SI.
+
+An integrator is one file of `solver.dynamics`: a frozen type with its settings as fields, registered by its name.
+"""
+
+import dataclasses
+import math
+from abc import ABC, abstractmethod
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass
+from typing import Any, ClassVar, Final, Literal, Self, TypeVar
+
+from solver.outcome import InvalidInput
+from solver.parameter import MOST_WHOLE, Parameter, check, declared, parameter, require, settings_of
+
+ProfileShape = Literal["sawtooth", "linear", "mean"]
+
+MOST_SAMPLES = 10**7
+"""Output times that a drive may be asked to hold."""
+
+
+class Integrator(ABC):
+    """A method that integrates Eq. 12: a frozen dataclass of its settings."""
+
+    name: ClassVar[str]
+    rests: ClassVar[bool] = True
+    """Whether it holds a pin at rest exactly, as a contact without compliance needs."""
+
+    @abstractmethod
+    def fit(self, drive: "Drive") -> None:
+        """Raise InvalidInput where these settings do not fit the drive."""
+
+    def __str__(self) -> str:
+        return self.name
+
+
+INTEGRATORS: dict[str, type[Integrator]] = {}
+"""Name -> settings type of every integrator."""
+_Kind = TypeVar("_Kind", bound=type[Integrator])
+
+
+def integrator(kind: _Kind) -> _Kind:
+    """Register an integrator under its name: from then on drives, manifests and documentation know it."""
+    INTEGRATORS[kind.name] = kind
+    return kind
+
+
+@dataclass(frozen=True, slots=True)
+class Scales:
+    """What the dimensionless numbers stand for: slab width L_x (m), slab depth L_y (m), shear modulus G (Pa)."""
+
+    slab_width: float = parameter(1e-3, table="scales", meaning="slab width L_x", unit="m", least=1e-30, most=1e30)
+    slab_depth: float = parameter(1e-2, table="scales", meaning="slab depth L_y", unit="m", least=1e-30, most=1e30)
+    shear_modulus: float = parameter(1e10, table="scales", meaning="shear modulus G", unit="Pa", least=1e-30, most=1e30)
+
+    def __post_init__(self) -> None:
+        check(self)
+
+    @property
+    def force(self) -> float:
+        """G·L_x·L_y in N."""
+        return self.shear_modulus * self.slab_width * self.slab_depth
+
+    @property
+    def stiffness(self) -> float:
+        """G·L_y in N/m."""
+        return self.shear_modulus * self.slab_depth
+
+    @property
+    def energy(self) -> float:
+        """G·L_x²·L_y in J."""
+        return self.force * self.slab_width
+
+    def time(self, pin_mass: float) -> float:
+        """√(m/(G·L_y)) in s for a pin of mass m (kg)."""
+        return math.sqrt(pin_mass / self.stiffness)
+
+
+@dataclass(frozen=True, slots=True)
+class Drive:
+    """How the pin is pulled (Eq. 12), in units of L_x, G·L_y (stiffness), G·L_x·L_y (force) and √(m/(G·L_y)) (time).
+
+    In these units the pin's mass is 1. damping_ratio is ζ = c/(2√(m·k)); 0 is no damper.
+    integrator: settings of one of the integrators, or the name of one, with its own values.
+    samples: number of evenly spaced output times after t = 0; a choice of storage, never a change of the result.
+    step_limit: segments (exact) or time steps (rk4) after which the drive is given up.
+
+    surface_compliance: the contact yields with K before it slips (Eq. 13-14). Without, K → ∞: the pin is at rest while
+        spring and damper pull no harder than F̃(x), and slides against exactly F̃(x) (Eq. 16-19). This is also Eq. 13-14
+        without hysteresis: x_R = x at all times, F depends on position and direction only. Needs `exact`, as a step has
+        no rest.
+    reverse_motion: the pin may slip back, against -F̃ (the negative branch of Eq. 13). Without, only elastic stretch is
+        given back, and a run whose pin would slip back ends there as `reversed`.
+    """
+
+    spring_stiffness: float = parameter(
+        meaning="stiffness k of the coupling spring", unit="N m-1", scale="stiffness", si=2e5, least=1e-30, most=1e30
+    )
+    damping_ratio: float = parameter(meaning="damping ratio ζ", si=0.1, least=0.0, most=1e30)
+    stage_velocity: float = parameter(
+        meaning="velocity of the stage", unit="m s-1", scale="velocity", si=2e-3, least=0.0, most=1e30
+    )
+    duration: float = parameter(
+        meaning="time for which the stage moves", unit="s", scale="time", si=0.2, least=1e-30, most=1e30
+    )
+    integrator: Any = parameter("exact", meaning="integrator of the dynamic stage")
+    profile: ProfileShape = parameter("sawtooth", meaning="friction profile between events")
+    samples: int = parameter(2000, meaning="output times after the start", least=1, most=MOST_SAMPLES)
+    surface_compliance: bool = parameter(True, meaning="whether the contact yields before it slips")
+    reverse_motion: bool = parameter(True, meaning="whether the pin may slip back")
+    step_limit: int = parameter(
+        20_000_000, meaning="segments or time steps after which a drive is given up", least=1, most=MOST_WHOLE
+    )
+
+    def __post_init__(self) -> None:
+        check(self)
+        settings: Any = self.integrator
+        if not isinstance(settings, Integrator):
+            settings = _kind(settings)()
+        object.__setattr__(self, "integrator", settings)
+        settings.fit(self)
+        if not self.surface_compliance and not settings.rests:
+            having = " or ".join(f'"{name}"' for name, kind in INTEGRATORS.items() if kind.rests)
+            raise InvalidInput(
+                f"surface_compliance = false: needs integrator = {having}, as a step of {settings} has no rest"
+            )
+
+    @classmethod
+    def of(cls, parameters: Mapping[str, Any]) -> Self:
+        """The drive with these parameters, those of its integrator beside its own. Raises InvalidInput."""
+        kind = _kind(parameters.get("integrator", "exact"))
+        settings = {name: parameters[name] for name in integrator_settings() if parameters.get(name) is not None}
+        for name, value in settings.items():
+            owners = integrator_settings()[name]
+            require(name, value, kind in owners, "integrator = " + " or ".join(f'"{owner.name}"' for owner in owners))
+        own = {name: parameters[name] for name in declared(cls) if name in parameters}
+        return cls(**{**own, "integrator": kind(**settings)})
+
+    @classmethod
+    def from_si(cls, scales: Scales | None = None, pin_mass: float = 0.5, **parameters: Any) -> Self:
+        """The drive of a pin of this mass (kg), from values in SI: N/m, m/s, s; the paper's for what is not given.
+
+        Raises InvalidInput for values out of range, TypeError for names that no drive has.
+        """
+        if strangers := parameters.keys() - parameters_of_a_drive().keys():
+            raise TypeError(f"Drive.from_si() got unexpected keyword arguments {sorted(strangers)}")
+        return cls.of({**si_defaults(), **parameters}).scaled(scales or Scales(), pin_mass)
+
+    @property
+    def flat(self) -> dict[str, Any]:
+        """Every parameter of the drive, its integrator by name and that one's settings beside it; None for other ones'."""
+        own = {name: getattr(self, name) for name in declared(type(self))}
+        settings = {name: getattr(self.integrator, name, None) for name in integrator_settings()}
+        return {**own, "integrator": self.integrator.name} | settings
+
+    def scaled(self, scales: Scales, pin_mass: float) -> Self:
+        """A drive given in SI in the solver's units. Raises InvalidInput where a value is out of range in them."""
+        time = scales.time(pin_mass)
+        values = self.flat
+        for name, stated in parameters_of_a_drive().items():
+            if stated.scale and values[name] is not None:
+                values[name] = _FROM_SI[stated.scale](values[name], scales, time)
+        return self.of(values)
+
+
+_FROM_SI: Final[dict[str, Callable[[float, Scales, float], float]]] = {
+    "stiffness": lambda value, scales, time: value / scales.stiffness,
+    "velocity": lambda value, scales, time: value * time / scales.slab_width,
+    "time": lambda value, scales, time: value / time,
+}
+"""Scale of a parameter -> its value in the solver's units, from SI; time: their unit of time, in s."""
+
+
+def _kind(name: object) -> type[Integrator]:
+    require("integrator", name, isinstance(name, str) and name in INTEGRATORS, "one of " + ", ".join(INTEGRATORS))
+    return INTEGRATORS[str(name)]
+
+
+def integrator_settings() -> Mapping[str, tuple[type[Integrator], ...]]:
+    """Setting of an integrator -> the integrators that have it."""
+    return settings_of(*INTEGRATORS.values())
+
+
+def parameters_of_a_drive() -> dict[str, Parameter]:
+    """Every parameter of a drive by name: its own and those of all integrators."""
+    kinds: tuple[type, ...] = (Drive, *INTEGRATORS.values())
+    return {name: stated for kind in kinds for name, stated in declared(kind).items()}
+
+
+def si_defaults() -> dict[str, Any]:
+    """The paper's drive in SI, by parameter."""
+    defaults = {item.name: item.default for item in dataclasses.fields(Drive)}
+    found = {name: stated.si for name, stated in declared(Drive).items()}
+    return {name: defaults[name] if value is None else value for name, value in found.items()}

@@ -1,0 +1,34 @@
+"""What every integrator does: from a friction limit and an equation of motion to a run and how it ended."""
+
+from abc import abstractmethod
+
+from solver.drive import Drive, Integrator
+from solver.dynamics.kernels import Motion, Run, Teeth
+from solver.outcome import COMPLETED, Ending, Outcome
+
+
+class Method(Integrator):
+    """An integrator of this package."""
+
+    @abstractmethod
+    def run(self, teeth: Teeth, motion: Motion, drive: Drive) -> tuple[Run, Outcome]:
+        """Integrate to the drive's end, to its `step_limit`, or to where F would follow -F̃ unless it may."""
+
+
+def outcome_of(run: Run, motion: Motion, step_limit: int) -> Outcome:
+    """How a run of segments ended: `COMPLETED`, `STEP_LIMIT` or `REVERSED`."""
+    if run.reached >= motion.duration:
+        return COMPLETED
+    if run.steps < step_limit:
+        return reversed_at(run)
+    message = (
+        f"{step_limit} segments reached t = {run.reached:.6g} of {motion.duration:.6g}: "
+        "raise step_limit, shorten the drive, or look for chatter in the friction profile"
+    )
+    return Outcome(Ending.STEP_LIMIT, message)
+
+
+def reversed_at(run: Run) -> Outcome:
+    """The end of a run whose pin was not to move back."""
+    message = f"the pin slips back at t = {run.reached:.6g}: needs reverse_motion = true"
+    return Outcome(Ending.REVERSED, message)

@@ -1,0 +1,44 @@
+"""A scheme that has a grid: its stiffness, condensed to the surface."""
+
+from abc import abstractmethod
+from typing import ClassVar
+
+import numpy as np
+from numpy.typing import NDArray
+
+from solver.elasticity.condensation import condensed
+from solver.elasticity.grid import Grid
+from solver.elasticity.stiffness import Stiffness
+from solver.outcome import InvalidInput
+from solver.slab import SCHEMES, Scheme, Slab
+
+
+class GridScheme(Scheme):
+    """A discretization of the whole slab by nodes in rows."""
+
+    columns: ClassVar[bool] = False
+    """Whether a slab taller than a few widths is condensed as a column (see schemes.column)."""
+
+    @abstractmethod
+    def grid(self, slab: Slab) -> Grid:
+        """The slab's nodes."""
+
+    @abstractmethod
+    def stiffness(self, slab: Slab) -> Stiffness:
+        """The matrices of Eq. 11."""
+
+    def matrix(self, slab: Slab) -> NDArray[np.float64]:
+        return condensed(self.stiffness(slab))
+
+
+def grid_scheme(slab: Slab) -> GridScheme:
+    """The slab's scheme. Raises InvalidInput where that has no grid."""
+    if isinstance(slab.scheme, GridScheme):
+        return slab.scheme
+    having = ", ".join(name for name, kind in SCHEMES.items() if issubclass(kind, GridScheme))
+    raise InvalidInput(f"scheme = {slab.scheme.name!r}: needs one that has a grid: {having}")
+
+
+def stiffness(slab: Slab) -> Stiffness:
+    """The matrices of Eq. 11 for `slab`. Raises InvalidInput where its scheme has no grid."""
+    return grid_scheme(slab).stiffness(slab)

@@ -1,0 +1,262 @@
+"""Read and check a campaign file: every problem at once, one line each, saying file, key, value and what is allowed.
+
+Ranges are those of the solver's own values (`Case`, `Slab`, `SlipRule`, `Drive`, `Scales`): each number is tried there.
+Scales and drives are in SI, the physics of a case is dimensionless.
+"""
+
+import hashlib
+import tomllib
+from collections.abc import Mapping
+from pathlib import Path
+from typing import Any
+
+from solver.drive import Scales, integrator_settings
+from solver.outcome import InvalidInput
+from study.manifest.checker import Checker
+from study.manifest.columns import Columns, Given, PinProfile, Table, read_profile, read_table, read_text
+from study.manifest.drives import NamedDrive, drive_parameters
+from study.manifest.manifest import STAGES, Design, Ensemble, Manifest, Outputs, Stage, field_names
+from study.manifest.parameters import TABLES, Value, axes, make_case, settings
+from study.manifest.problems import ManifestError, key_shown, need, shown, unknown
+
+
+def load_manifest(path: Path) -> Manifest:
+    """Read a campaign file and the files it names. Raises ManifestError with one line per problem."""
+    raw, text = read_text(path)
+    return _Reader(path).manifest(raw, text, _document(path, text))
+
+
+def parse_manifest(path: Path, text: str, beside: Mapping[str, str]) -> Manifest:
+    """As `load_manifest`, from texts alone: no file is read. Raises ManifestError with one line per problem.
+
+    path: what problems are said of. beside: the texts of the files that it names, by the keys that name them (`table`,
+    `roughness`, `front`).
+    """
+    return _Reader(path, beside).manifest(text.encode(), text, _document(path, text))
+
+
+def _document(path: Path, text: str) -> dict[str, Any]:
+    try:
+        return tomllib.loads(text)
+    except (ValueError, RecursionError) as error:
+        raise ManifestError([f"{path}: not TOML: {error}"]) from None
+
+
+_TOP: dict[str, tuple[type | tuple[type, ...], str]] = {
+    "title": (str, "a text"),
+    "stages": (list, "a list of stages"),
+    "design": (str, '"product" or "zip"'),
+    "table": (str, "the path of a CSV file, seen from the campaign file"),
+    "accuracy": ((int, float), "a relative error, 0 < accuracy < 1"),
+    "front": (str, "the path of what nanoslip accuracy --save wrote, seen from the campaign file"),
+    "axes": (dict, "a table [axes]"),
+    **{name: (dict, f"a table [{name}]") for name in (*TABLES, "scales", "outputs", "ensemble")},
+    "drives": (list, "tables [[drives]]"),
+}
+
+
+class _Reader(Checker):
+    """Reads one campaign file."""
+
+    def manifest(self, raw: bytes, text: str, document: dict[str, Any]) -> Manifest:
+        top = self._top(document)
+        table = self._table(top)
+        given = table.columns if table else self._axes(top.get("axes", {}))
+        profile = self._profile(top.get("heterogeneity", {}))
+        fixed = {name: self.words_of_table(name, top.get(name, {})) for name in TABLES}
+        fixed["heterogeneity"].pop("roughness", None)
+        if profile:
+            where = f"{self.path}: heterogeneity.roughness"
+            fixed["heterogeneity"]["roughness"] = [Given(where, profile.points)]
+        self.one_place(given, fixed)
+        accuracy = self._accuracy(top, {**given, **fixed["numerics"]})
+        slabs = _slabs({**fixed["numerics"], **given})
+        constants = {name: _single(self.values(part, slabs)) for name, part in fixed.items()}
+        scales = Scales(**self.checked("scales", top.get("scales", {}), Scales, field_names(Scales)))
+        stages = self._stages(top)
+        outputs = self._outputs(top.get("outputs", {}), stages)
+        result = Manifest(
+            path=self.path,
+            text=text,
+            table_text=table.text if table else None,
+            profile_text=profile.text if profile else None,
+            sha256=hashlib.sha256(raw + b"".join(part.raw for part in (table, profile) if part)).hexdigest(),
+            title=top.get("title", ""),
+            stages=stages,
+            design="table" if table else self._design(top, given),
+            axes=self.values(given, slabs),
+            constants=constants["constants"],
+            numerics=constants["numerics"],
+            slip_rule=constants["slip"],
+            effects=constants["effects"],
+            heterogeneity=constants["heterogeneity"],
+            limits=constants["limits"],
+            scales=scales,
+            drives=self._drives(top, scales),
+            outputs=outputs,
+            ensemble=Ensemble(**self.checked("ensemble", top.get("ensemble", {}), Ensemble, field_names(Ensemble))),
+            accuracy=accuracy,
+            front=self.path.parent / top["front"] if "front" in top else None,
+            front_text=self._front(top),
+        )
+        if self.problems:
+            raise ManifestError(self.problems)
+        return result
+
+    def _top(self, document: dict[str, Any]) -> dict[str, Any]:
+        """The document's keys that are known and of the right kind."""
+        good = {}
+        for key, value in document.items():
+            kind, wanted = _TOP.get(key, (object, ""))
+            if not wanted:
+                self.refuse(f"{key_shown(key)} = {shown(value)}", unknown(key, _TOP))
+            elif not isinstance(value, kind):
+                self.refuse(f"{key} = {shown(value)}", f"needs {wanted}")
+            else:
+                good[key] = value
+        if "title" not in document:
+            self.refuse("title", "missing: needs a text")
+        return good
+
+    def _stages(self, top: dict[str, Any]) -> tuple[Stage, ...]:
+        given = top.get("stages", list(STAGES if "drives" in top else STAGES[:2]))
+        if not given or given != list(STAGES[: len(given)]):
+            allowed = " or ".join(shown(list(STAGES[:count])) for count in (1, 2, 3))
+            self.refuse(f"stages = {shown(given)}", f"needs {allowed}: each stage needs the ones before it")
+        elif "dynamics" in given and not top.get("drives"):
+            self.refuse("drives", 'missing: stage "dynamics" needs at least one [[drives]]')
+        elif "dynamics" not in given and top.get("drives"):
+            self.refuse(f"stages = {shown(given)}", 'needs "dynamics" for the [[drives]]')
+        return STAGES[: len(given)]
+
+    def _outputs(self, content: dict[str, Any], stages: tuple[Stage, ...]) -> Outputs:
+        good = self.checked("outputs", content, Outputs, field_names(Outputs))
+        outputs = Outputs(**{"tractions": "slip" not in stages, "phases": good.get("trajectory", True), **good})
+        if "slip" not in stages and any(outputs.tractions_at):
+            wrong = 'needs stage "slip" for the events after 0'
+            self.refuse(f"outputs.tractions_at = {shown(list(outputs.tractions_at))}", wrong)
+        return outputs
+
+    def _design(self, top: dict[str, Any], axes: Columns) -> Design:
+        design: Design = top.get("design", "product")
+        lengths = {word: len(given) for word, given in axes.items()}
+        if design not in ("product", "zip"):
+            self.refuse(f"design = {shown(design)}", 'needs "product" or "zip", or a table = "cases.csv" instead')
+        elif design == "zip" and len(set(lengths.values())) != 1:
+            counts = ", ".join(f"{count} of {word}" for word, count in lengths.items()) or "no axes"
+            self.refuse('design = "zip"', f"needs axes of equal length, got {counts}")
+        return design
+
+    def _axes(self, content: dict[str, Any]) -> Columns:
+        found: Columns = {}
+        for word, values in content.items():
+            where = f"axes.{key_shown(word)}"
+            if word not in axes():
+                self.refuse(f"{where} = {shown(values)}", unknown(word, axes()))
+            elif not isinstance(values, list) or not values:
+                self.refuse(f"{where} = {shown(values)}", "needs a list of at least one value")
+            else:
+                found[word] = [Given(f"{self.path}: {where}[{index}]", value) for index, value in enumerate(values)]
+        return found
+
+    def _table(self, top: dict[str, Any]) -> Table | None:
+        if "table" not in top:
+            return None
+        for other in ("axes", "design"):
+            if other in top:
+                self.refuse(other, f"needs to be left out beside table = {shown(top['table'])}")
+        try:
+            return read_table(self.path.parent / top["table"], self._given("table"))
+        except ManifestError as error:
+            self.problems += error.lines
+            return None
+
+    def _profile(self, content: dict[str, Any]) -> PinProfile | None:
+        name = content.get("roughness")
+        if name is None:
+            return None
+        if not isinstance(name, str):
+            self.refuse(f"heterogeneity.roughness = {shown(name)}", "needs the path of a CSV file with xi and height")
+            return None
+        try:
+            return read_profile(self.path.parent / name, self._given("roughness"))
+        except ManifestError as error:
+            self.problems += error.lines
+            return None
+
+    def _front(self, top: dict[str, Any]) -> str | None:
+        if "front" not in top:
+            return None
+        try:
+            given = self._given("front")
+            return read_text(self.path.parent / top["front"])[1] if given is None else given
+        except ManifestError as error:
+            self.problems += error.lines
+            return None
+
+    def _given(self, key: str) -> str | None:
+        """The text that stands for the file of a key; None where files are read. Raises ManifestError where it is missing."""
+        if self.beside is None:
+            return None
+        if key not in self.beside:
+            raise ManifestError([f"{self.path}: {key}: the text of its file is missing"])
+        return self.beside[key]
+
+    def _accuracy(self, top: dict[str, Any], given: Columns) -> float | None:
+        """The error asked for; what it decides may not be given beside it."""
+        accuracy = top.get("accuracy")
+        if accuracy is None:
+            return None
+        if isinstance(accuracy, bool) or not 0.0 < accuracy < 1.0:
+            self.refuse(f"accuracy = {shown(accuracy)}", f"needs {_TOP['accuracy'][1]}")
+            return None
+        for column in (given[word] for word in settings() if word in given):
+            self.problems.append(f"{column[0].where}: needs to be left out beside accuracy = {shown(accuracy)}")
+        return float(accuracy)
+
+    def _drives(self, top: dict[str, Any], scales: Scales) -> tuple[NamedDrive, ...]:
+        drives: dict[str, NamedDrive] = {}
+        for index, content in enumerate(top.get("drives", [])):
+            where = f"drives[{index}]"
+            if not isinstance(content, dict):
+                self.refuse(f"{where} = {shown(content)}", "needs a table [[drives]]")
+            elif drive := self._drive(where, content, scales):
+                if drive.name in drives:
+                    self.refuse(f"{where}.name = {shown(drive.name)}", "is another drive's name too: needs its own")
+                drives[drive.name] = drive
+        return tuple(drives.values())
+
+    def _drive(self, where: str, content: dict[str, Any], scales: Scales) -> NamedDrive | None:
+        # Whether a time step is right depends on the rest: these two are tried last, with all that is right by itself.
+        last = {key: content[key] for key in ("integrator", *integrator_settings()) if key in content}
+        alone = {key: value for key, value in content.items() if key not in last}
+        names = ("name", *drive_parameters())
+        good: dict[str, Any] = {"name": "-", **self.checked(where, alone, NamedDrive.of, names, name="-")}
+        if "name" not in content:
+            self.refuse(f"{where}.name", "missing: needs a name")
+        try:
+            drive = NamedDrive.of(**(good | last))
+        except InvalidInput as error:
+            key, _, wrong = str(error).replace(" = None", ": missing").partition(": ")
+            self.refuse(f"{where}.{key}", wrong)
+            return None
+        try:
+            drive.dimensionless(scales)
+        except InvalidInput as error:
+            self.refuse(where, f"in units of pin_mass and [scales], {error}")
+            return None
+        return drive
+
+
+def _slabs(numerics: Columns) -> list[dict[str, Value]]:
+    """The campaign's schemes on its largest n_x, as parameters: a scheme's own values that fit none of them fit no case."""
+    good = {
+        word: [given.value for given in numerics.get(word, []) if not need(make_case, {word: given.value})]
+        for word in ("n_x", "scheme")
+    }
+    finest: dict[str, Value] = {"n_x": max(good["n_x"])} if good["n_x"] else {}
+    return [{**finest, "scheme": scheme} for scheme in good["scheme"]] or [finest]
+
+
+def _single(columns: dict[str, tuple[Value, ...]]) -> dict[str, Value]:
+    return {name: values[0] for name, values in columns.items() if values}

@@ -1,0 +1,166 @@
+"""What users of such a laboratory add is added in one place: it is then known to manifests, plans, keys, datasets and tables.
+
+Each toy is declared here as its real fellows are, and nowhere else. What nobody declared is refused by name.
+"""
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+import pytest
+import xarray as xr
+
+from solver.case import PARTS, SlipRule
+from solver.drive import INTEGRATORS, Drive
+from solver.dynamics.kernels import Motion, Run, Teeth
+from solver.dynamics.method import Method
+from solver.dynamics.rk4 import integrate_rk4
+from solver.outcome import Outcome
+from solver.parameter import check, parameter
+from solver.slab import SCHEMES, Scheme, Slab
+from study.dataset.collect import collect
+from study.dataset.store import Store
+from study.dataset.variables import parameters
+from study.manifest.problems import ManifestError
+from study.manifest.reader import load_manifest
+from study.plan.plan import Plan, make_plan
+from study.plan.tasks import run_task
+from study.report.summary import scalar_table
+
+Campaign = Callable[[str], tuple[Plan, xr.Dataset]]
+
+DRIVEN = """
+limits.events = 200
+numerics.n_x = 17
+constants.radius = 50.0
+[[drives]]
+name = "a"
+samples = 5
+"""
+
+
+@pytest.fixture
+def campaign(tmp_path: Path) -> Campaign:
+    """A campaign with these lines, computed."""
+
+    def computed(lines: str) -> tuple[Plan, xr.Dataset]:
+        path = tmp_path / "toy.toml"
+        path.write_text(f'title = "A toy"\n{lines}')
+        plan, store = make_plan(load_manifest(path)), Store(tmp_path / "results")
+        store.prepare()
+        for task in plan.tasks:
+            store.write(run_task(task, {key: store.read(key) for key in task.needs}))
+        return plan, collect(plan, store)
+
+    return computed
+
+
+@dataclass(frozen=True, slots=True)
+class Winkler(Scheme):
+    """Independent springs under every node."""
+
+    name = "winkler"
+    bed_modulus: float = parameter(
+        1.0, table="numerics", meaning="stiffness of the springs per length, in G", above=0.0
+    )
+
+    def __post_init__(self) -> None:
+        check(self)
+
+    def completed(self, slab: Slab) -> "Winkler":
+        return self
+
+    def matrix(self, slab: Slab) -> np.ndarray:
+        return np.eye(2 * slab.n_x) / (self.bed_modulus * slab.spacing)
+
+
+def test_a_scheme(campaign: Campaign, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setitem(SCHEMES, "winkler", Winkler)
+    lines = 'limits.events = 20\n[numerics]\nn_x = 17\nscheme = "winkler"\n[axes]\nbed_modulus = [1.0, 2.0]\n'
+    plan, found = campaign(lines)
+    assert [case.case.slab.scheme.bed_modulus for case in plan.cases if case.case] == [1.0, 2.0]
+    assert len({task.key for task in plan.tasks}) == 4  # two compliances, two records
+    assert found.outcome.values.ravel().tolist() == ["completed", "completed"]
+    assert found.scheme == "winkler"
+    assert found.bed_modulus.attrs["long_name"] == "stiffness of the springs per length, in G"
+    np.testing.assert_allclose(
+        found.surface_stiffness.values.ravel() / found.initial_contact_size.values.ravel(), [1 / 16, 1 / 8]
+    )
+    assert "bed_modulus" in scalar_table(found).header
+    assert "bed_modulus" in parameters()
+    with pytest.raises(ManifestError, match=r"axes\.bed_modulus\[1\] = 0\.0: needs bed_modulus > 0"):
+        campaign(lines.replace("2.0]", "0.0]"))
+    with pytest.raises(ManifestError, match=r"numerics\.rows = 4: needs scheme = \"biquadratic\""):
+        campaign(lines.replace("n_x = 17", "n_x = 17\nrows = 4"))
+
+
+def test_a_scheme_that_nobody_registered_is_refused(campaign: Campaign) -> None:
+    with pytest.raises(ManifestError, match=r'scheme = "winkler": needs one of biquadratic, galerkin, half_plane$'):
+        campaign('numerics.scheme = "winkler"')
+    with pytest.raises(ManifestError, match=r"axes\.bed_modulus = \[1\.0\]: unknown"):
+        campaign("axes.bed_modulus = [1.0]")
+
+
+@dataclass(frozen=True, slots=True)
+class HalfSteps(Method):
+    """Runge-Kutta steps so many to a period of the spring."""
+
+    name = "half_steps"
+    rests = False
+    steps_per_period: int = parameter(100_000, meaning="steps in a period of pin and spring", least=1, most=10**9)
+
+    def __post_init__(self) -> None:
+        check(self)
+
+    def fit(self, drive: Drive) -> None:
+        """Every drive fits."""
+
+    def run(self, teeth: Teeth, motion: Motion, drive: Drive) -> tuple[Run, Outcome]:
+        step = 2.0 * np.pi / np.sqrt(motion.spring) / self.steps_per_period
+        return integrate_rk4(teeth, motion, drive.samples, step, drive.step_limit, drive.reverse_motion)
+
+
+def test_an_integrator(campaign: Campaign, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setitem(INTEGRATORS, "half_steps", HalfSteps)
+    lines = DRIVEN + 'integrator = "half_steps"\nduration = 0.01\n'
+    plan, found = campaign(lines + "steps_per_period = 200_000\n")
+    other, _ = campaign(lines)
+    assert plan.tasks[-1].key != other.tasks[-1].key
+    assert found.integrator == "half_steps"
+    assert found.steps_per_period == 200_000
+    assert found.steps > 1000
+    with pytest.raises(ManifestError, match=r"drives\[0\]\.steps_per_period = 0: needs 1 to 1000000000"):
+        campaign(lines + "steps_per_period = 0\n")
+    with pytest.raises(ManifestError, match=r"drives\[0\]\.steps_per_period = 7: needs integrator = \"half_steps\""):
+        campaign(DRIVEN + "steps_per_period = 7\n")
+    with pytest.raises(ManifestError, match='surface_compliance = false: needs integrator = "exact"'):
+        campaign(lines + "surface_compliance = false\n")
+
+
+def test_an_integrator_that_nobody_registered_is_refused(campaign: Campaign) -> None:
+    with pytest.raises(ManifestError, match=r"integrator = 'half_steps': needs one of exact, rk4$"):
+        campaign(DRIVEN + 'integrator = "half_steps"\n')
+
+
+@dataclass(frozen=True, slots=True)
+class Tired(SlipRule):
+    """A slip rule with a parameter more."""
+
+    tiredness: float = parameter(0.0, table="slip", word="tired", meaning="how tired a node is", least=0.0, most=1.0)
+
+
+def test_a_parameter(campaign: Campaign, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setitem(PARTS, "slip_rule", Tired)
+    lines = "limits.events = 20\nnumerics.n_x = 17\n[axes]\ntired = [0.0, 1]\n"
+    plan, found = campaign(lines)
+    assert [case.case.slip_rule.tiredness for case in plan.cases if case.case] == [0.0, 1.0]  # type: ignore[attr-defined]
+    assert len({task.key for task in plan.tasks}) == 3  # one compliance
+    assert len({case.case_id for case in plan.cases}) == 2
+    assert found.tiredness.values.tolist() == [0.0, 1.0]
+    assert found.tiredness.attrs["long_name"] == "how tired a node is"
+    assert "tiredness" in scalar_table(found).header
+    with pytest.raises(ManifestError, match=r"axes\.tired\[1\] = 2: needs 0 ≤ tiredness ≤ 1"):
+        campaign(lines.replace("1]", "2]"))
+    with pytest.raises(ManifestError, match=r"numerics\.tired = 1: belongs in \[slip\] or \[axes\]"):
+        campaign("numerics.tired = 1")
