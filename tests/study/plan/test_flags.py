@@ -203,7 +203,7 @@ def test_a_line_counts_and_names_the_first() -> None:
 
 
 def test_the_table_for_users_is_the_declaration() -> None:
-    text = (ROOT / "campaigns" / "README.md").read_text("utf-8")
+    text = (ROOT / "study" / "dataset" / "README.md").read_text("utf-8")
     table = [line for line in text.splitlines() if line.startswith("| `") and line.split("`")[1] in FLAG_NAMES]
     assert table == [f"| `{flag.name}` | {flag.mask} | {flag.meaning} | {flag.advice} |" for flag in FLAGS]
 
