@@ -1,4 +1,4 @@
-"""Campaign + site settings -> text of a batch script, by one pure function and the site's template."""
+"""The batch script of a campaign: a pure function of the campaign's path, the settings of a cluster and a template."""
 
 import shlex
 import tomllib
