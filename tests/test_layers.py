@@ -18,7 +18,8 @@ ORDER = {
     "solver.contact": "pin node_friction soundness normal kernels tableau coulomb state initial closed_forms",
     "solver.sliding": "record kernels tangential events sampling plateau statistics validity",
     "solver.dynamics": "friction_limit kernels result precision exact rigid rk4 integrate coefficients stick_slip regime",
-    "study": "shipped provenance origin manifest discretization plan dataset execution report accuracy commands __main__",
+    "study": "shipped toml_text provenance origin manifest discretization plan dataset execution report accuracy api commands "
+    "__main__",
     "study.manifest": "parameters problems columns drives manifest effects cases",
     "study.discretization": "front targets",
     "study.plan": "tasks condensation cost drive_cost plan flags spans memory",
@@ -37,7 +38,7 @@ SIDE_BY_SIDE = {"execution": {"report"}, "report": {"execution"}}
 HOMES = {
     "mpi4py": {"study.execution.farm"},
     "netCDF4": {"study.dataset", "study.accuracy", "study.report"},
-    "xarray": {"study.dataset", "study.accuracy", "study.report", "study.commands.shared.datasets"},
+    "xarray": {"study.dataset", "study.accuracy", "study.report", "study.api", "study.commands.shared.datasets"},
     "matplotlib": {"study.accuracy", "study.report"},
     "numba": {"solver.contact.kernels", "solver.sliding.kernels", "solver.dynamics.kernels"},
 }
