@@ -24,6 +24,12 @@ class BuildWithData(build_py):
         super().run()
         if not self.editable_mode:
             self._copy_data(Path(self.build_lib) / "study" / COPIES)
+            self._copy_stub(Path(self.build_lib) / "nanoslip-stubs")
+
+    def _copy_stub(self, target: Path) -> None:
+        """Type checkers read a single module that is installed only by way of a folder of stubs (PEP 561)."""
+        target.mkdir()
+        shutil.copyfile(ROOT / "nanoslip.py", target / "__init__.pyi")
 
     def _copy_data(self, target: Path) -> None:
         for folder, patterns in DATA.items():

@@ -86,7 +86,10 @@ def test_the_wheel_holds_every_file_of_the_packages_and_no_test(wheel):
     assert there <= names
     copies = {f"study/shipped/campaigns/{name}.toml" for name in campaigns()}
     copies |= {f"study/shipped/slurm/{name}" for name in ("job.sh.j2", "site.toml")}
-    assert {name for name in names - there if not name.startswith(("solver/", "study/"))} == {"nanoslip.py"}
+    assert {name for name in names - there if not name.startswith(("solver/", "study/"))} == {
+        "nanoslip.py",
+        "nanoslip-stubs/__init__.pyi",
+    }
     assert {name for name in names if name.startswith("study/shipped/")} - {"study/shipped/source_commit"} == copies
 
 
@@ -116,3 +119,14 @@ def test_it_is_imported_from_where_it_is_installed(call, installed):
     path, shape = call("python", "-c", program).split(maxsplit=1)
     assert installed.parent in Path(path).parents
     assert shape == "(18, 18)\n"
+
+
+def test_type_checkers_see_its_names(call, tmp_path):
+    (tmp_path / "mine.py").write_text(
+        "import nanoslip\nreveal_type(nanoslip.friction_record(nanoslip.Case()))\n"
+        "reveal_type(nanoslip.surface_compliance(nanoslip.Slab()).matrix.ndim)\nreveal_type(nanoslip.open)\n"
+    )
+    said = call("python", "-m", "mypy", "--strict", "--cache-dir", tmp_path / "cache", "mine.py")
+    assert "solver.sliding.record.FrictionRecord" in said
+    assert '"int"' in said
+    assert "-> xarray" in said
