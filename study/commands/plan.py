@@ -42,6 +42,8 @@ def _print_plan(plan: Plan, remaining: tuple[Task, ...]) -> None:
     if manifest.accuracy is not None:
         click.echo(f"accuracy = {manifest.accuracy:g}: {choice(manifest)}")
     _print_effects(plan)
+    if left_out := manifest.drives_left_out:
+        click.echo(f'drives left out, as stages leave out "dynamics": {", ".join(left_out)}')
     print_counts(plan.tasks, remaining)
     if spans := span_line(plan):
         click.echo(spans)

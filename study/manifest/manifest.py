@@ -129,6 +129,8 @@ class Manifest:
     """The measured front to choose from; None for this package's."""
     front_text: str | None = None
     """That front's file."""
+    drives_left_out: tuple[str, ...] = ()
+    """Names of the drives that the file has and the stages leave out; `drives` is empty then."""
 
     @property
     def name(self) -> str:
@@ -202,6 +204,8 @@ class _Reader:
         scales = Scales(**self._checked("scales", top.get("scales", {}), Scales))
         stages = self._stages(top)
         outputs = self._outputs(top.get("outputs", {}), stages)
+        drives = self._drives(top, scales)
+        driven = "dynamics" in stages
         result = Manifest(
             path=self.path,
             text=text,
@@ -219,7 +223,8 @@ class _Reader:
             heterogeneity=constants["heterogeneity"],
             limits=constants["limits"],
             scales=scales,
-            drives=self._drives(top, scales),
+            drives=drives if driven else (),
+            drives_left_out=() if driven else tuple(drive.name for drive in drives),
             outputs=outputs,
             ensemble=Ensemble(**self._checked("ensemble", top.get("ensemble", {}), Ensemble)),
             accuracy=accuracy,
@@ -255,8 +260,6 @@ class _Reader:
             self._refuse(f"stages = {shown(given)}", f"needs {allowed}: each stage needs the ones before it")
         elif "dynamics" in given and not top.get("drives"):
             self._refuse("drives", 'missing: stage "dynamics" needs at least one [[drives]]')
-        elif "dynamics" not in given and top.get("drives"):
-            self._refuse(f"stages = {shown(given)}", 'needs "dynamics" for the [[drives]]')
         return STAGES[: len(given)]
 
     def _outputs(self, content: dict[str, Any], stages: tuple[Stage, ...]) -> Outputs:
