@@ -3,7 +3,7 @@
 import click
 
 from study.commands.shared.exits import Refusal
-from study.dataset.description import Described, described, rows
+from study.dataset.description import described, rows, text_of
 from study.report.console import Table, print_table
 
 
@@ -18,14 +18,6 @@ def command(name: str | None) -> None:
         print_table(Table(("variable", "unit", "meaning"), tuple((one.name, one.units, one.meaning) for one in rows())))
         return
     try:
-        _print_one(described(name))
+        click.echo(text_of(described(name)))
     except KeyError as error:
         raise Refusal(error.args[0]) from None
-
-
-def _print_one(one: Described) -> None:
-    click.echo(f"{one.name}: {one.meaning}")
-    parts = {"unit": one.units, "over": one.dims, "uncertainty": one.uncertainty, "comment": one.comment}
-    for label, text in parts.items():
-        if text:
-            click.echo(f"  {label}: {text}")

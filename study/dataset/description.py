@@ -48,6 +48,18 @@ def described(name: str) -> Described:
     return found[name]
 
 
+def text_of(variable: Described) -> str:
+    """All that is known of a variable, line by line."""
+    facts = {
+        "meaning": variable.meaning,
+        "along": variable.dims,
+        "unit": variable.units,
+        "uncertainty": variable.uncertainty,
+        "comment": variable.comment,
+    }
+    return "\n".join([variable.name, *(f"  {what}: {text}" for what, text in facts.items() if text)])
+
+
 @lru_cache(maxsize=1)
 def _variables() -> dict[str, Described]:
     found: dict[str, Described] = {}
