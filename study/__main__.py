@@ -1,5 +1,5 @@
 """`python -m study`: the same as the command `nanoslip`."""
 
-from study.commands.cli import main
+from nanoslip import main
 
 main()

@@ -11,9 +11,13 @@ from dataclasses import fields, is_dataclass
 from importlib import metadata
 from pathlib import Path
 
+from study.shipped import COPIES
+
 DISTRIBUTION = "nanoslip"
 LIBRARIES = ("numpy", "scipy", "numba", "xarray", "netCDF4")
 UNKNOWN = "unknown"
+BUILT_FROM = "source_commit"
+"""File beside the copies of `study.shipped` that names the commit a wheel was built from."""
 
 
 def content_hash(*parts: object, length: int = 20) -> str:
@@ -66,11 +70,12 @@ def source_commit(root: Path | None = None, within: Iterable[Path] = ()) -> str:
 
     within: the files that count; without them all.
 
-    Outside a checkout: the commit that pip recorded when it installed from version control; else "unknown".
+    Outside a checkout: the commit that the wheel was built from, or that pip recorded when it installed from version control;
+    else "unknown".
     """
     tree = root or _source_root()
     if not (tree / ".git").exists():
-        return _installed_commit()
+        return _built_from(tree) or _installed_commit()
     commit = _git(tree, "rev-parse", "HEAD")
     if commit is None:
         return UNKNOWN
@@ -99,6 +104,12 @@ def installed(name: str) -> str:
         return metadata.version(name)
     except metadata.PackageNotFoundError:
         return UNKNOWN
+
+
+def _built_from(root: Path) -> str:
+    """The commit that a wheel names; empty where there is none."""
+    path = root / "study" / COPIES / BUILT_FROM
+    return path.read_text("utf-8").strip() if path.is_file() else ""
 
 
 def _installed_commit() -> str:

@@ -9,6 +9,7 @@ from pathlib import Path
 
 import pytest
 
+from study.commands import cli
 from study.execution.launch import pin_threads
 
 # Before numpy is loaded: on small matrices a second thread costs more than it gains, most of all beside other work.
@@ -42,6 +43,8 @@ samples = 40
 """
 
 Command = Callable[..., "subprocess.CompletedProcess[str]"]
+Main = Callable[..., tuple[int, str, str]]
+THREADS = ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS", "BLIS_NUM_THREADS", "NUMBA_NUM_THREADS")
 
 
 @pytest.fixture
@@ -79,6 +82,21 @@ def nanoslip(environment: dict[str, str]) -> Command:
         )
 
     return command
+
+
+@pytest.fixture
+def main(monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]) -> Main:
+    """Call the command line in this process; returns exit code, standard output and standard error."""
+    for name in THREADS:  # a run sets them; this puts them back
+        monkeypatch.setenv(name, "1")
+
+    def call(*arguments: object) -> tuple[int, str, str]:
+        monkeypatch.setattr(sys, "argv", ["nanoslip", *map(str, arguments)])
+        with pytest.raises(SystemExit) as ended:
+            cli.main()
+        return int(ended.value.code or 0), *capsys.readouterr()
+
+    return call
 
 
 def launcher(ranks: int) -> list[str]:

@@ -19,15 +19,17 @@ ORDER = {
     "solver.contact": "pin node_friction soundness normal kernels tableau coulomb state initial closed_forms",
     "solver.sliding": "record kernels tangential events sampling plateau statistics validity",
     "solver.dynamics": "friction_limit kernels result precision method rigid exact rk4 integrate coefficients stick_slip regime",
-    "study": "provenance origin manifest discretization plan dataset execution report accuracy commands __main__",
+    "study": "shipped toml_text provenance origin manifest discretization plan dataset execution report accuracy api commands "
+    "__main__",
     "study.manifest": "parameters problems columns drives manifest checker reader effects cases",
     "study.discretization": "front targets",
     "study.plan": "tasks condensation cost drive_cost plan flags spans memory",
-    "study.dataset": "store file variables ensemble ragged collect comparison verification",
-    "study.execution": "launch interruption queue progress ledger dispatch farm warmup submission",
+    "study.dataset": "store file variables description ensemble ragged collect comparison verification",
+    "study.execution": "launch interruption queue progress ledger dispatch farm executor warmup submission",
     "study.report": "console summary page",
     "study.accuracy": "timing setup diagram elastic_operator slip_numerics integrators picture table measurement",
-    "study.commands": "cli",
+    "study.commands": "shared campaigns plan run status collect report verify describe accuracy submit cli",
+    "study.commands.shared": "exits refusals lazy arguments plans datasets conduct",
 }
 """Folder -> what is in it, from the first to the last; `__init__` of a folder may import all of it."""
 
@@ -37,7 +39,7 @@ SIDE_BY_SIDE = {"execution": {"report"}, "report": {"execution"}}
 HOMES = {
     "mpi4py": {"study.execution.farm"},
     "netCDF4": {"study.dataset", "study.accuracy", "study.report"},
-    "xarray": {"study.dataset", "study.accuracy", "study.report"},
+    "xarray": {"study.dataset", "study.accuracy", "study.report", "study.api", "study.commands.shared.datasets"},
     "matplotlib": {"study.accuracy", "study.report"},
     "numba": {"solver.contact.kernels", "solver.sliding.kernels", "solver.dynamics.kernels"},
 }

@@ -161,11 +161,11 @@ def _writer_lives(scratch: Path) -> bool:
         return False
     except PermissionError:
         return True
-    return not _awaits_burial(int(process))
+    return not _is_zombie(int(process))
 
 
-def _awaits_burial(process: int) -> bool:
-    """Whether a process has died and nobody has asked how: containers often have no init that would."""
+def _is_zombie(process: int) -> bool:
+    """Whether a process is a zombie (exited, not yet reaped): containers often have no init that reaps."""
     try:
         fields = Path(f"/proc/{process}/stat").read_text()
     except OSError:

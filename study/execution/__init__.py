@@ -1,1 +1,1 @@
-"""Tasks over processes: who computes what, how far it is, what a signal does."""
+"""Tasks over processes: queue, load balancing, MPI, progress, signals, batch scripts."""

@@ -1,4 +1,4 @@
-"""Who does what: ready tasks go to the rank with the least to do. No ranks here, only their numbers."""
+"""Dynamic load balancing: each ready task goes to the rank with the least estimated work. Ranks are numbers here: no MPI."""
 
 import heapq
 from collections import defaultdict
@@ -8,16 +8,16 @@ from typing import Any
 from study.execution.ledger import Ledger
 
 LOOKAHEAD = 0.2
-"""Seconds of work that may wait at a rank beyond the task it computes: hides the way there and back of tiny tasks."""
+"""Seconds of work that may wait at a rank beyond the task it computes: hides the latency of messages."""
 
 Send = Callable[[list[Any]], None]
 
 
-class Crew:
-    """What each rank was given and has not reported yet. A choice costs the same for two ranks as for thousands."""
+class Dispatcher:
+    """Tasks given to each rank and not reported yet. Choosing a rank costs the same for two ranks as for thousands."""
 
     def __init__(self, sends: Sequence[Send]) -> None:
-        """`sends[rank]` hands some tasks to that rank."""
+        """sends: `sends[rank]` sends a list of tasks to that rank."""
         self._sends = sends
         self._doing: list[dict[str, tuple[Any, float]]] = [{} for _ in sends]
         self._load = [0.0] * len(sends)
@@ -26,45 +26,45 @@ class Crew:
 
     @property
     def busy(self) -> bool:
-        """True while any rank has something to do."""
+        """Whether any rank has a task that it has not reported."""
         return any(self._doing)
 
     def hand_out(self, ledger: Ledger[Any]) -> int:
-        """Give each ready task to the least laden rank, as long as one is idle or will be within the lookahead."""
+        """Send ready tasks to the least loaded rank while it is idle or will be within the lookahead; returns how many."""
         parcels: dict[int, list[Any]] = defaultdict(list)
         given = 0
-        while (task := ledger.backlog.first()) is not None:
-            rank, seconds = self._least_laden(), ledger.expected(task)
+        while (task := ledger.queue.first()) is not None:
+            rank, seconds = self._least_loaded(), ledger.expected(task)
             if self._doing[rank] and self._load[rank] + seconds > LOOKAHEAD:
                 break
             parcels[rank].append(ledger.take())
             self._doing[rank][task.key] = (task, seconds)
-            self._note(rank, self._load[rank] + seconds)
+            self._set_load(rank, self._load[rank] + seconds)
             given += 1
         for rank, tasks in parcels.items():
             self._sends[rank](tasks)
         return given
 
     def take_back(self, rank: int, key: str) -> Any:
-        """The task of this key, which that rank has no more."""
+        """Remove and return the task of this key, which that rank reported or gave back."""
         task, seconds = self._doing[rank].pop(key)
         # Exactly nothing where nothing is left, whatever was rounded, and infinite while unknown.
-        self._note(rank, self._load[rank] - seconds if self._doing[rank] else 0.0)
+        self._set_load(rank, self._load[rank] - seconds if self._doing[rank] else 0.0)
         return task
 
     def forget(self, rank: int) -> None:
-        """Count all of a rank's tasks as dropped."""
+        """Drop all tasks of a rank that has stopped."""
         self._doing[rank].clear()
-        self._note(rank, 0.0)
+        self._set_load(rank, 0.0)
 
-    def _note(self, rank: int, normal_load: float) -> None:
-        self._load[rank] = normal_load
-        heapq.heappush(self._least, (normal_load, rank))
+    def _set_load(self, rank: int, seconds: float) -> None:
+        self._load[rank] = seconds
+        heapq.heappush(self._least, (seconds, rank))
         if len(self._least) > 4 * len(self._load):
             self._least = [(each, rank) for rank, each in enumerate(self._load)]
             heapq.heapify(self._least)
 
-    def _least_laden(self) -> int:
+    def _least_loaded(self) -> int:
         while self._load[self._least[0][1]] != self._least[0][0]:
             heapq.heappop(self._least)
         return self._least[0][1]

@@ -20,16 +20,16 @@ from functools import partial
 from types import TracebackType
 from typing import Any, NoReturn, Protocol, Self, TypeVar
 
-from study.execution.dispatch import Crew
+from study.execution.dispatch import Dispatcher
 from study.execution.interruption import LAST_WORDS, Interruption
 from study.execution.launch import processes_started
 from study.execution.ledger import UNDONE, Done, Execute, Ledger, Report, Tally, attempt
 from study.execution.queue import Work
 
 GRACE = 20.0
-"""Seconds that a running task is given to finish after a signal."""
+"""Seconds that a running task has to finish after a signal."""
 SHORTEST_PAUSE, LONGEST_PAUSE = 1e-4, 2e-3
-"""Seconds between looks for messages: waiting inside MPI would spin and take a core from those who compute."""
+"""Seconds between polls for messages: waiting inside MPI would spin and take a core from the ranks that compute."""
 
 W = TypeVar("W", bound=Work)
 
@@ -61,7 +61,7 @@ class Farm(Protocol):
 
 
 class SerialFarm:
-    """One process that does it all."""
+    """One process that computes all tasks."""
 
     root = True
     size = 1
@@ -77,7 +77,7 @@ class SerialFarm:
         self.interruption.__exit__(*error)
 
     def run(self, tasks: Sequence[W], execute: Execute[W], report: Report[W]) -> Tally:
-        """One task after the other, in the order of the backlog."""
+        """Compute one task after the other, in the order of the queue."""
         ledger = Ledger(tasks, report)
         while ledger.unfinished and not self.interruption.requested:
             task = ledger.take()
@@ -85,7 +85,7 @@ class SerialFarm:
         return ledger.tally(self.interruption.requested)
 
     def serve(self, execute: Execute[Any]) -> int:
-        """Never called: a lone process is the root."""
+        """Raises FarmError: the only process is the root, which does not serve."""
         raise FarmError("a farm of one process has nobody to serve")
 
     def leave(self, code: int) -> NoReturn:
@@ -121,17 +121,17 @@ class MPIFarm:
             self._world.Abort(1)  # the others wait for this rank's messages and would wait for ever
 
     def run(self, tasks: Sequence[W], execute: Execute[W], report: Report[W]) -> Tally:
-        """Hand out tasks, idle ranks first; a few ahead where they are short."""
+        """Hand out tasks, idle ranks first; several at once where they are short."""
         ledger = Ledger(tasks, report)
         pause = _Pause()
-        with _OwnHands(execute) as own_hands:
-            crew = Crew([own_hands.give, *(partial(self._send, rank) for rank in range(1, self.size))])
+        with _LocalWorker(execute) as local_worker:
+            dispatcher = Dispatcher([local_worker.give, *(partial(self._send, rank) for rank in range(1, self.size))])
             while ledger.unfinished and not self.interruption.requested:
-                arrived = self._arrivals(crew, own_hands, ledger)
-                given = crew.hand_out(ledger)
+                arrived = self._arrivals(dispatcher, local_worker, ledger)
+                given = dispatcher.hand_out(ledger)
                 pause.after(bool(arrived or given))
             if self.interruption.requested:
-                self._call_off(crew, own_hands, ledger)
+                self._call_off(dispatcher, local_worker, ledger)
         return ledger.tally(self.interruption.requested)
 
     def serve(self, execute: Execute[Any]) -> int:
@@ -159,7 +159,7 @@ class MPIFarm:
             pause.after(bool(arrived or waiting))
 
     def leave(self, code: int) -> NoReturn:
-        """Rank 0 tells the others; all end together and with one code, whatever launched them."""
+        """Rank 0 tells the others; all end together with one exit code, under any launcher."""
         if self.root:
             for rank in range(1, self.size):
                 self._send(rank, _Leave(code))
@@ -173,7 +173,7 @@ class MPIFarm:
         self._sent.append(self._world.isend(message, dest=rank))
 
     def _messages(self) -> list[tuple[int, Any]]:
-        """Everything that has arrived, with the rank it is from."""
+        """All messages that have arrived, each with the rank that sent it."""
         status = self._mpi.Status()
         found = []
         while self._world.iprobe(source=self._mpi.ANY_SOURCE, tag=self._mpi.ANY_TAG, status=status):
@@ -181,26 +181,26 @@ class MPIFarm:
             found.append((rank, self._world.recv(source=rank)))
         return found
 
-    def _arrivals(self, crew: Crew, own_hands: "_OwnHands", ledger: Ledger[Any]) -> int:
-        messages = [(0, done) for done in own_hands.finished()] + self._messages()
+    def _arrivals(self, dispatcher: Dispatcher, local_worker: "_LocalWorker", ledger: Ledger[Any]) -> int:
+        messages = [(0, done) for done in local_worker.finished()] + self._messages()
         for rank, message in messages:
             if isinstance(message, Done):
-                ledger.enter(crew.take_back(rank, message.key), message)
+                ledger.enter(dispatcher.take_back(rank, message.key), message)
             elif isinstance(message, _Interrupted):
                 self.interruption.request()
             elif isinstance(message, _Stopped):
-                crew.forget(rank)
+                dispatcher.forget(rank)
         return len(messages)
 
-    def _call_off(self, crew: Crew, own_hands: "_OwnHands", ledger: Ledger[Any]) -> None:
-        """Let every rank finish the task in its hands, and no more."""
-        for task in own_hands.drop_waiting():
-            crew.take_back(0, task.key)
+    def _call_off(self, dispatcher: Dispatcher, local_worker: "_LocalWorker", ledger: Ledger[Any]) -> None:
+        """Let every rank finish the task it computes, and start no other."""
+        for task in local_worker.drop_waiting():
+            dispatcher.take_back(0, task.key)
         for rank in range(1, self.size):
             self._send(rank, _Stop())
         pause = _Pause()
-        while crew.busy:
-            pause.after(bool(self._arrivals(crew, own_hands, ledger)))
+        while dispatcher.busy:
+            pause.after(bool(self._arrivals(dispatcher, local_worker, ledger)))
 
 
 def open_farm(grace: float = GRACE, serial: bool = False) -> Farm:
@@ -235,34 +235,34 @@ def open_farm(grace: float = GRACE, serial: bool = False) -> Farm:
 
 @dataclass(frozen=True, slots=True)
 class _Stop:
-    """Forget what waits."""
+    """Message to a rank: drop the tasks that wait."""
 
 
 @dataclass(frozen=True, slots=True)
 class _Stopped:
-    """Nothing waits, nothing is computed."""
+    """Message from a rank: no task waits or is computed there."""
 
 
 @dataclass(frozen=True, slots=True)
 class _Interrupted:
-    """This rank was asked by a signal to stop."""
+    """Message from a rank: it received a signal to stop."""
 
 
 @dataclass(frozen=True, slots=True)
 class _Leave:
-    """All is over; end with this exit code."""
+    """Message to a rank: the run is over, end with this exit code."""
 
     code: int
 
 
-class _OwnHands:
-    """Rank 0's share of the work, in a thread of its own."""
+class _LocalWorker:
+    """Rank 0's share of the tasks, computed in a second thread."""
 
     def __init__(self, execute: Execute[Any]) -> None:
         self._execute = execute
         self._waiting: queue.SimpleQueue[Any] = queue.SimpleQueue()
         self._done: queue.SimpleQueue[Done] = queue.SimpleQueue()
-        self._thread = threading.Thread(target=self._work, name="own hands", daemon=True)
+        self._thread = threading.Thread(target=self._work, name="local worker", daemon=True)
 
     def __enter__(self) -> Self:
         self._thread.start()
@@ -289,7 +289,7 @@ class _OwnHands:
 
 
 class _Pause:
-    """Sleeps between looks for messages: shortly after news, longer and longer while there is none."""
+    """Sleep between polls for messages: short after one arrived, doubling while none does."""
 
     def __init__(self) -> None:
         self._seconds = SHORTEST_PAUSE

@@ -1,4 +1,4 @@
-"""SIGTERM and SIGINT as a polite request: a flag to look at, and an end to patience."""
+"""SIGTERM and SIGINT: the first sets a flag, a second one or the end of a grace period ends the process."""
 
 import math
 import os
@@ -12,7 +12,7 @@ from typing import Self
 
 SIGNALS = (signal.SIGTERM, signal.SIGINT)
 EXIT_CODE = 99
-"""What an interrupted run ends with: "run me again", which a batch script can tell from an error."""
+"""Exit code of an interrupted run: a batch script can tell it from an error and run it again."""
 ECHO = 2.0
 """Seconds in which a further signal is the same one again: a terminal signals the ranks, and so does their launcher."""
 LAST_WORDS = 0.5
@@ -83,4 +83,4 @@ class Interruption:
 
 
 def _note_nothing(_number: int, _frame: types.FrameType | None) -> None:
-    """A handler that does nothing: the watcher has the signal already."""
+    """A handler that does nothing: the watching thread reads the signal from the pipe."""

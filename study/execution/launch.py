@@ -1,4 +1,4 @@
-"""What whoever launched this process says of it, and its threads. Imports nothing: rank and refusals are known at once."""
+"""Rank and number of processes as the launcher's environment gives them, and the number of threads. Imports no library."""
 
 import os
 import sys
@@ -7,7 +7,7 @@ _THREADS = ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS", "BLIS_
 
 
 def launcher_rank() -> int:
-    """This process's number according to whatever launched it, 0 when nothing did; needs no MPI."""
+    """Rank of this process as its launcher gives it, 0 without a launcher; needs no MPI."""
     names = ["PMI_RANK", "OMPI_COMM_WORLD_RANK", "PMIX_RANK"]
     if "SLURM_STEP_NUM_TASKS" in os.environ:
         names.append("SLURM_PROCID")
@@ -15,7 +15,7 @@ def launcher_rank() -> int:
 
 
 def processes_started() -> int:
-    """How many processes the launcher says it started together."""
+    """Number of processes that the launcher started together, 1 without a launcher."""
     # SLURM_NTASKS alone also stands in a batch script's environment, where one process is right.
     names = ("PMI_SIZE", "OMPI_COMM_WORLD_SIZE", "SLURM_STEP_NUM_TASKS")
     sizes = [int(os.environ[name]) for name in names if os.environ.get(name, "").isdigit()]
@@ -23,7 +23,7 @@ def processes_started() -> int:
 
 
 def processes_here() -> int:
-    """How many of them the launcher says it started on this machine; all of them where it does not say."""
+    """Number of those on this machine; all of them where the launcher does not say."""
     names = ("MPI_LOCALNRANKS", "OMPI_COMM_WORLD_LOCAL_SIZE")
     sizes = [int(os.environ[name]) for name in names if os.environ.get(name, "").isdigit()]
     # "4(x2),3": so many on the first machine (and on how many more); the first one has the most.

@@ -1,4 +1,4 @@
-"""The account of a run: what waits, what came of what was done, and how long each kind of task really takes."""
+"""The state of a run: queued tasks, outcomes of finished ones, and measured seconds of each kind of task."""
 
 import math
 import time
@@ -9,22 +9,22 @@ from dataclasses import dataclass
 from typing import Generic, TypeVar
 
 from solver.outcome import Ending, Outcome
-from study.execution.queue import Backlog, Work
+from study.execution.queue import TaskQueue, Work
 
 W = TypeVar("W", bound=Work)
 Execute = Callable[[W], Outcome]
 Report = Callable[[W, Outcome, float], None]
 
 LEAST = 1e-3
-"""Seconds that a task takes at least when counting ahead: its files and messages, however little it computes."""
+"""Lower bound of a task's estimated seconds: its files and messages, however little it computes."""
 
 UNDONE = {Ending.CRASHED: "crashed", Ending.OUT_OF_MEMORY: "ran out of memory"}
-"""Endings that are not the task's own, in words: there is no result, and the next run tries again."""
+"""Endings that leave no result, in words: the next run computes the task again."""
 
 
 @dataclass(frozen=True, slots=True)
 class Done:
-    """The news of one task; its result itself is in the store. `trace` is the traceback where it crashed."""
+    """Outcome and duration of one task; its result is in the store. `trace` is the traceback where it crashed."""
 
     key: str
     outcome: Outcome
@@ -34,8 +34,7 @@ class Done:
 
 @dataclass(frozen=True, slots=True)
 class Tally:
-    """What came of a run: tasks done, tasks that crashed, ran out of memory or waited for one that did, and whether it was
-    cut short."""
+    """Tasks done; tasks that crashed, ran out of memory or needed one that did; whether a signal left tasks undone."""
 
     done: int = 0
     crashed: int = 0
@@ -43,7 +42,7 @@ class Tally:
 
 
 def attempt(execute: Execute[W], task: W, where: str) -> Done:
-    """Compute one task; what it raises (a bug, never physics) becomes an outcome that says where and a traceback."""
+    """Compute one task. An exception (a defect, never physics) becomes the outcome `crashed`, with its place and traceback."""
     start = time.perf_counter()
     trace = ""
     try:
@@ -55,10 +54,10 @@ def attempt(execute: Execute[W], task: W, where: str) -> Done:
 
 
 class Ledger(Generic[W]):
-    """Books what is taken from the backlog and what comes back, and reports it."""
+    """Counts tasks taken from the queue and tasks finished, and reports each end."""
 
     def __init__(self, tasks: Sequence[W], report: Report[W]) -> None:
-        self.backlog = Backlog(tasks)
+        self.queue = TaskQueue(tasks)
         self._report = report
         self._away = 0
         self._done = 0
@@ -68,34 +67,34 @@ class Ledger(Generic[W]):
 
     @property
     def unfinished(self) -> bool:
-        """True while a task waits or is being computed."""
-        return len(self.backlog) + self._away > 0
+        """Whether a task is queued or being computed."""
+        return len(self.queue) + self._away > 0
 
     def take(self) -> W:
-        """The next task, now being computed."""
+        """Take the next task from the queue to be computed."""
         self._away += 1
-        return self.backlog.take()
+        return self.queue.take()
 
     def enter(self, task: W, done: Done) -> None:
-        """Book the end of a task that was taken; what waits for a crashed one is given up."""
+        """Record the end of a taken task; tasks that need a crashed one are abandoned."""
         self._away -= 1
         self._estimated[task.kind] += task.cost
         self._measured[task.kind] += done.seconds
         self._report(task, done.outcome, done.seconds)
         if done.outcome.ending not in UNDONE:
             self._done += 1
-            self.backlog.finish(task.key)
+            self.queue.finish(task.key)
             return
         self._crashed += 1
-        for lost in self.backlog.abandon(task.key):
+        for lost in self.queue.abandon(task.key):
             self._crashed += 1
             self._report(lost, Outcome(Ending.NEEDS_FAILED, f"{task.label} {UNDONE[done.outcome.ending]}"), 0.0)
 
     def expected(self, task: W) -> float:
-        """Seconds this task will take by its estimate and what its kind took so far; infinite before any is known."""
+        """Estimated seconds of this task, scaled by what its kind took so far; infinite before any of its kind ended."""
         estimated = self._estimated[task.kind]
         return max(task.cost * self._measured[task.kind] / estimated, LEAST) if estimated > 0.0 else math.inf
 
     def tally(self, interrupted: bool) -> Tally:
-        """The account so far. A signal that found nothing left to do interrupted nothing."""
+        """The counts so far. A signal that came after the last task interrupted nothing."""
         return Tally(self._done, self._crashed, interrupted and self.unfinished)

@@ -1,4 +1,4 @@
-"""How far a run is: a bar with rate and time left on a terminal, plain lines now and then elsewhere."""
+"""Progress of a run: a bar with rate and remaining time on a terminal, else a plain line every few seconds."""
 
 import sys
 import time
@@ -14,7 +14,7 @@ SILENCE = 10.0
 
 
 class Progress(Protocol):
-    """Told of each task's end, while entered."""
+    """Called at each task's end, while entered."""
 
     def __enter__(self) -> Self: ...
     def __exit__(
@@ -60,7 +60,7 @@ class PlainProgress:
 
 
 class TerminalProgress:
-    """A bar that moves with the work done."""
+    """A bar that moves with the estimated work done."""
 
     def __init__(self, tasks: Sequence[Work], console: Any) -> None:
         from rich import progress  # noqa: PLC0415  a run under a launcher never needs it
@@ -94,7 +94,7 @@ class TerminalProgress:
 
 
 def open_progress(tasks: Sequence[Work], console: Any) -> Progress:
-    """Progress on this console: `rich`'s, on stderr."""
+    """The kind of progress that fits this console (of `rich`), on stderr."""
     return TerminalProgress(tasks, console) if console.is_terminal else PlainProgress(tasks, sys.stderr)
 
 

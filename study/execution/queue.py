@@ -1,4 +1,4 @@
-"""Tasks that wait for their turn: none before what it needs is finished. No ranks here."""
+"""A priority queue of tasks with dependencies: a task is ready once all that it needs is finished. No ranks here."""
 
 import heapq
 from collections import defaultdict
@@ -7,7 +7,7 @@ from typing import Generic, Protocol, TypeVar
 
 
 class Work(Protocol):
-    """What handing out needs to know of a task; `study.plan.tasks.Task` is one."""
+    """The attributes of a task that scheduling uses; `study.plan.tasks.Task` has them."""
 
     @property
     def key(self) -> str: ...
@@ -24,8 +24,8 @@ class Work(Protocol):
 W = TypeVar("W", bound=Work)
 
 
-class Backlog(Generic[W]):
-    """Tasks not yet handed out, in the order given (a plan's: the longest chain of work first), needs permitting.
+class TaskQueue(Generic[W]):
+    """Tasks not yet handed out. Of the ready ones the first in the given order is next (a plan's: longest chain of work first).
 
     A need that is not among the tasks counts as finished.
     """
@@ -42,21 +42,21 @@ class Backlog(Generic[W]):
         heapq.heapify(self._ready)
 
     def __len__(self) -> int:
-        """Tasks that wait, ready or not."""
+        """Number of tasks in the queue, ready or not."""
         return len(self._missing)
 
     def first(self) -> W | None:
-        """The task to hand out next, None while no task is ready."""
+        """The task to hand out next; None while no task is ready."""
         return self._tasks[self._ready[0]] if self._ready else None
 
     def take(self) -> W:
-        """Remove and return the task that `first` shows."""
+        """Remove and return the task that `first` returns."""
         task = self._tasks[heapq.heappop(self._ready)]
         del self._missing[task.key]
         return task
 
     def finish(self, key: str) -> None:
-        """Count a task that was taken as finished: what waited only for it becomes ready."""
+        """Mark a taken task as finished: tasks that needed only this one become ready."""
         for dependent in self._dependents[key]:
             needs = self._missing.get(dependent)
             if needs is not None:
@@ -65,7 +65,7 @@ class Backlog(Generic[W]):
                     heapq.heappush(self._ready, self._position[dependent])
 
     def abandon(self, key: str) -> list[W]:
-        """Give up a task that was taken: remove and return everything that waits for it, near or far."""
+        """Remove and return all tasks that need a taken task, directly or through others: it will never finish."""
         lost = []
         for dependent in self._dependents[key]:
             if self._missing.pop(dependent, None) is not None:

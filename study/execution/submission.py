@@ -1,4 +1,4 @@
-"""Campaign + site settings -> text of a batch script, by one pure function and the site's template."""
+"""The batch script of a campaign: a pure function of the campaign's path, the settings of a cluster and a template."""
 
 import shlex
 import tomllib
@@ -8,7 +8,10 @@ from typing import Any
 
 import jinja2
 
+from study import shipped
 from study.execution.interruption import EXIT_CODE
+
+TEMPLATE = "job.sh.j2"
 
 
 class SiteError(Exception):
@@ -19,8 +22,8 @@ class SiteError(Exception):
 class Site:
     """How jobs are submitted at one place: what changes from cluster to cluster, and nothing of any campaign."""
 
-    template: str = "job.sh.j2"
-    """File of the script's template, relative to the settings."""
+    template: str = TEMPLATE
+    """File of the script's template, relative to the settings; the one that comes with nanoslip where none is beside them."""
     tasks: int = 4
     """Ranks; one core each."""
     nodes: int = 1
@@ -64,11 +67,16 @@ def load_site(path: Path) -> tuple[Site, str]:
             raise SiteError("\n".join(unknown))
         values: dict[str, Any] = {name: tuple(each) if isinstance(each, list) else each for name, each in given.items()}
         site = Site(**values)
-        return site, (path.parent / site.template).read_text("utf-8")
+        return site, _template(path, site.template).read_text("utf-8")
     except OSError as error:
         raise SiteError(f"{error.filename}: cannot be read: {error.strerror}") from None
     except ValueError as error:
         raise SiteError(f"{path}: {error}") from None
+
+
+def _template(settings: Path, name: str) -> Path:
+    beside = settings.parent / name
+    return beside if name != TEMPLATE or beside.exists() else shipped.folder("slurm") / name
 
 
 def script(name: str, campaign: Path, out: Path, site: Site, template: str) -> str:

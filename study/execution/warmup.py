@@ -1,4 +1,4 @@
-"""Compile the kernels that a run needs before its ranks start, so that they load what one rank compiled."""
+"""Compile the kernels that a run needs on one rank first: the others load them from numba's cache."""
 
 from collections.abc import Sequence
 from contextlib import suppress
@@ -13,7 +13,7 @@ from study.plan.tasks import Task, compliance_task, contact_task, drive_task, fr
 
 
 def warm_up(tasks: Sequence[Task]) -> None:
-    """Run the tasks' kinds of work once in miniature, through a store as in earnest (its arrays are read-only)."""
+    """Run small tasks of the same kinds, through a store: kernels are compiled for its read-only arrays."""
     # What fails here fails again in a task of the run, where it is reported.
     with TemporaryDirectory() as folder, suppress(Exception):
         store = Store(Path(folder))

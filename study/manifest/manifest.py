@@ -110,6 +110,8 @@ class Manifest:
     """The measured front to choose from; None for this package's."""
     front_text: str | None = None
     """That front's file."""
+    drives_left_out: tuple[str, ...] = ()
+    """Names of the drives that the file has and the stages leave out; `drives` is empty then."""
 
     @property
     def name(self) -> str:

@@ -75,6 +75,7 @@ class _Reader(Checker):
         scales = Scales(**self.checked("scales", top.get("scales", {}), Scales, field_names(Scales)))
         stages = self._stages(top)
         outputs = self._outputs(top.get("outputs", {}), stages)
+        drives, driven = self._drives(top, scales), "dynamics" in stages
         result = Manifest(
             path=self.path,
             text=text,
@@ -92,7 +93,8 @@ class _Reader(Checker):
             heterogeneity=constants["heterogeneity"],
             limits=constants["limits"],
             scales=scales,
-            drives=self._drives(top, scales),
+            drives=drives if driven else (),
+            drives_left_out=() if driven else tuple(drive.name for drive in drives),
             outputs=outputs,
             ensemble=Ensemble(**self.checked("ensemble", top.get("ensemble", {}), Ensemble, field_names(Ensemble))),
             accuracy=accuracy,
@@ -125,8 +127,6 @@ class _Reader(Checker):
             self.refuse(f"stages = {shown(given)}", f"needs {allowed}: each stage needs the ones before it")
         elif "dynamics" in given and not top.get("drives"):
             self.refuse("drives", 'missing: stage "dynamics" needs at least one [[drives]]')
-        elif "dynamics" not in given and top.get("drives"):
-            self.refuse(f"stages = {shown(given)}", 'needs "dynamics" for the [[drives]]')
         return STAGES[: len(given)]
 
     def _outputs(self, content: dict[str, Any], stages: tuple[Stage, ...]) -> Outputs:

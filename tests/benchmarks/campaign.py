@@ -117,7 +117,7 @@ def _replayed(folder: Path) -> list[Row]:
     per_task = _run("messages", driven, 2000, 2)
     start = time.thread_time()
     replay(tasks, RANKS[1], 0.0)
-    # Ledger and crew are the farm's own: what they take in the replay (its simulation included) they take in a run.
+    # Ledger and dispatcher are the farm's own: what they take in the replay (its simulation included) they take in a run.
     per_task += (time.thread_time() - start) / len(tasks)
     return [*(_replay_row(tasks, ranks, per_task) for ranks in RANKS), *_limits(tasks, per_task, alone)]
 

@@ -7,7 +7,7 @@ from heapq import heappop, heappush
 from typing import Any
 
 from solver.outcome import COMPLETED
-from study.execution.dispatch import Crew
+from study.execution.dispatch import Dispatcher
 from study.execution.ledger import Done, Ledger
 from study.execution.queue import Work
 
@@ -34,17 +34,17 @@ class Timed:
 
 
 def replay(tasks: Sequence[Timed], ranks: int, per_task: float) -> Replay:
-    """Run the farm's own ledger and crew on simulated ranks; the coordinator books one task after another, each `per_task` s.
+    """Run the farm's ledger and dispatcher on simulated ranks; the coordinator books one task after another, each `per_task` s.
 
     A rank does what it was given in that order. Messages take no time beyond the coordinator's; files are in `seconds`.
     """
     simulation = _Simulation(ranks, per_task)
     ledger: Ledger[Work] = Ledger(tasks, lambda *_: None)
-    crew = Crew([partial(simulation.give, rank) for rank in range(ranks)])
+    dispatcher = Dispatcher([partial(simulation.give, rank) for rank in range(ranks)])
     while ledger.unfinished:
-        crew.hand_out(ledger)
+        dispatcher.hand_out(ledger)
         rank, task = simulation.next_news()
-        ledger.enter(crew.take_back(rank, task.key), Done(task.key, COMPLETED, task.seconds))
+        ledger.enter(dispatcher.take_back(rank, task.key), Done(task.key, COMPLETED, task.seconds))
     return Replay(simulation.last_end, simulation.coordinating)
 
 

@@ -17,8 +17,8 @@ HEAVY = ("xarray", "pandas", "matplotlib", "pydantic", "rich")
 RANK = f"""
 import sys
 from pathlib import Path
-from study.cli import _executor
-_executor(Path("nowhere"))
+from study.commands.run import executor
+executor(Path("nowhere"))
 print(*(name for name in {HEAVY} if name in sys.modules))
 """
 

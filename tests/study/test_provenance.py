@@ -9,7 +9,8 @@ from pathlib import Path
 import pytest
 
 from study import provenance
-from study.provenance import UNKNOWN, attributes, content_hash, source_commit, version
+from study.provenance import BUILT_FROM, UNKNOWN, attributes, content_hash, source_commit, version
+from study.shipped import COPIES
 
 
 @dataclass(frozen=True)
@@ -101,6 +102,13 @@ def test_an_installation_names_the_commit_it_was_built_from(tmp_path: Path, monk
     assert (version(tmp_path), source_commit(tmp_path)) == ("1.2", UNKNOWN)
     (tmp_path / "example-1.2.dist-info" / "direct_url.json").write_text(record)
     assert source_commit(tmp_path) == "c0ffee"
+
+
+def test_a_wheel_names_the_commit_it_was_built_from(tmp_path: Path) -> None:
+    file = tmp_path / "study" / COPIES / BUILT_FROM
+    file.parent.mkdir(parents=True)
+    file.write_text("c0ffee+modified\n")
+    assert source_commit(tmp_path) == "c0ffee+modified"
 
 
 def test_a_source_tree_names_its_own_version(tmp_path: Path) -> None:

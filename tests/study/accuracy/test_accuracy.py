@@ -19,7 +19,7 @@ from study.manifest.drives import NamedDrive
 from study.manifest.problems import ManifestError
 from study.manifest.reader import load_manifest
 from study.plan.plan import make_plan
-from tests.study.commands.test_cli import Main, main  # noqa: F401  a fixture
+from tests.conftest import Main
 
 SMALL = replace(
     default_setup(),
@@ -120,7 +120,7 @@ def test_series_that_are_no_rivals_have_a_front_each():
     assert replace(diagram, rivals=False).on_front.tolist() == [True, True, False]
 
 
-def test_the_command_writes_dataset_table_picture_and_front(main: Main, tmp_path: Path):  # noqa: F811
+def test_the_command_writes_dataset_table_picture_and_front(main: Main, tmp_path: Path):
     path = tmp_path / "mine.toml"
     path.write_text(
         'title = "Mine"\nstages = ["contact", "slip"]\n[constants]\npoisson = 0.3\n[axes]\naspect_ratio = [1.0, 2.0]\n'

@@ -11,7 +11,7 @@ from study.discretization.targets import UnreachableError, cheapest
 from study.manifest.problems import ManifestError
 from study.manifest.reader import load_manifest
 from study.plan.plan import make_plan
-from tests.study.commands.test_cli import Main, main  # noqa: F401  a fixture
+from tests.conftest import Main
 
 WIDE, NARROW = Case(radius=200.0), Case(radius=20.0)  # half-widths 0.29 and 0.09
 
@@ -72,7 +72,7 @@ def test_a_plan_has_the_grid_that_was_chosen(campaign):
     assert plan.manifest.accuracy == 0.1
 
 
-def test_the_command_says_which_grid_was_chosen(main: Main, campaign: Path):  # noqa: F811
+def test_the_command_says_which_grid_was_chosen(main: Main, campaign: Path):
     code, said, _ = main("plan", campaign)
     assert code == 0
     assert (

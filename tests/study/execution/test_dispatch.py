@@ -1,4 +1,4 @@
-"""A crew gives each ready task to the rank with the least to do, and says what it gives in one parcel per rank."""
+"""Each ready task goes to the rank with the least estimated work, in one message per rank."""
 
 from dataclasses import dataclass
 from functools import partial
@@ -6,7 +6,7 @@ from functools import partial
 import pytest
 
 from solver.outcome import COMPLETED
-from study.execution.dispatch import LOOKAHEAD, Crew
+from study.execution.dispatch import LOOKAHEAD, Dispatcher
 from study.execution.ledger import Done, Ledger
 
 
@@ -20,23 +20,23 @@ class Work:
 
 
 class Harness:
-    """A crew whose ranks keep what they get until told to finish it."""
+    """A dispatcher whose ranks keep their tasks until told to finish them."""
 
     def __init__(self, ranks: int, tasks: list[Work]) -> None:
         self.parcels: list[tuple[int, list[str]]] = []
         self.ledger: Ledger[Work] = Ledger(tasks, lambda *_: None)
-        self.crew = Crew([partial(self._note, rank) for rank in range(ranks)])
+        self.dispatcher = Dispatcher([partial(self._note, rank) for rank in range(ranks)])
 
     def _note(self, rank: int, tasks: list[Work]) -> None:
         self.parcels.append((rank, [task.key for task in tasks]))
 
     def hand_out(self) -> list[tuple[int, list[str]]]:
         self.parcels = []
-        self.crew.hand_out(self.ledger)
+        self.dispatcher.hand_out(self.ledger)
         return self.parcels
 
     def finish(self, rank: int, key: str, seconds: float) -> None:
-        self.ledger.enter(self.crew.take_back(rank, key), Done(key, COMPLETED, seconds))
+        self.ledger.enter(self.dispatcher.take_back(rank, key), Done(key, COMPLETED, seconds))
 
 
 def test_before_any_duration_is_known_each_rank_gets_one_task():
@@ -66,8 +66,8 @@ def test_long_tasks_are_kept_for_the_rank_that_is_free_first():
 def test_what_a_rank_lets_fall_is_no_longer_its_load():
     harness = Harness(2, [Work("a", 1.0), Work("b", 1.0), Work("c", 1.0)])
     harness.hand_out()
-    assert harness.crew.busy
-    harness.crew.forget(1)
-    harness.crew.take_back(0, "a")
-    assert not harness.crew.busy
+    assert harness.dispatcher.busy
+    harness.dispatcher.forget(1)
+    harness.dispatcher.take_back(0, "a")
+    assert not harness.dispatcher.busy
     assert harness.hand_out() == [(0, ["c"])]

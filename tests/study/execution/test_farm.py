@@ -13,7 +13,7 @@ from solver.outcome import COMPLETED, Ending, Outcome
 from study.execution.farm import FarmError, SerialFarm, open_farm
 from study.execution.launch import launcher_rank
 from study.execution.ledger import Ledger, Tally, attempt
-from study.execution.queue import Backlog
+from study.execution.queue import TaskQueue
 
 
 @dataclass(frozen=True)
@@ -50,25 +50,25 @@ class Diary:
         self.reported[task.key] = outcome
 
 
-def test_backlog_hands_out_needs_first_and_otherwise_in_the_order_given():
-    backlog = Backlog(DIAMOND)
-    assert [backlog.take().key, backlog.take().key] == ["a", "e"]
-    assert backlog.first() is None
-    backlog.finish("a")
-    assert [backlog.take().key, backlog.take().key] == ["b", "c"]
-    backlog.finish("c")
-    assert backlog.first() is None
-    backlog.finish("b")
-    assert backlog.take().key == "d"
-    assert len(backlog) == 0
+def test_the_queue_hands_out_needs_first_and_otherwise_in_the_order_given():
+    queue = TaskQueue(DIAMOND)
+    assert [queue.take().key, queue.take().key] == ["a", "e"]
+    assert queue.first() is None
+    queue.finish("a")
+    assert [queue.take().key, queue.take().key] == ["b", "c"]
+    queue.finish("c")
+    assert queue.first() is None
+    queue.finish("b")
+    assert queue.take().key == "d"
+    assert len(queue) == 0
 
 
-def test_backlog_gives_up_all_that_waits_for_a_task_given_up():
-    backlog = Backlog(DIAMOND)
-    backlog.take()
-    assert {task.key for task in backlog.abandon("a")} == {"b", "c", "d"}
-    assert backlog.take().key == "e"
-    assert len(backlog) == 0
+def test_the_queue_gives_up_all_that_waits_for_a_task_given_up():
+    queue = TaskQueue(DIAMOND)
+    queue.take()
+    assert {task.key for task in queue.abandon("a")} == {"b", "c", "d"}
+    assert queue.take().key == "e"
+    assert len(queue) == 0
 
 
 def test_serial_farm_computes_each_task_once_after_its_needs():

@@ -82,6 +82,15 @@ def test_drives_and_scales_are_read_in_si(tmp_path: Path) -> None:
     assert manifest.scales == Scales(slab_width=2e-3)
 
 
+def test_drives_that_no_stage_computes_are_checked_and_left_out(tmp_path: Path) -> None:
+    text = 'title = "x"\nstages = ["contact", "slip"]\n[[drives]]\nname = "slow"\n[[drives]]\nname = "fast"\n'
+    manifest = read(tmp_path, text)
+    assert (manifest.drives, manifest.drives_left_out) == ((), ("slow", "fast"))
+    assert read(tmp_path, text.replace(', "slip"]', ', "slip", "dynamics"]')).drives_left_out == ()
+    with pytest.raises(ManifestError, match=r"drives\[1\]\.pin_mass = 0"):
+        read(tmp_path, text + "pin_mass = 0\n")
+
+
 def test_a_drive_loses_its_units_by_the_scales() -> None:
     """Mass 1, stiffness in G·L_y = 1e8 N/m, time in √(m/(G·L_y)) = 70.7 µs, length in L_x = 1 mm."""
     drive = NamedDrive.of("rk4", integrator="rk4", time_step=1e-7).dimensionless(Scales())
@@ -117,10 +126,6 @@ WRONG = {
     "dynamics without drives": (
         'stages = ["contact", "slip", "dynamics"]',
         'drives: missing: stage "dynamics" needs at least one [[drives]]',
-    ),
-    "drives without dynamics": (
-        f'stages = ["contact"]\n{DRIVE}',
-        'stages = ["contact"]: needs "dynamics" for the [[drives]]',
     ),
     "drive of another type": ("drives = [1]", "drives[0] = 1: needs a table [[drives]]"),
     "drive without a name": ("[[drives]]", "drives[0].name: missing: needs a name"),

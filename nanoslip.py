@@ -1,0 +1,201 @@
+"""A friction laboratory: a rigid curved pin on an elastic slab, and the static and kinetic friction of their nanoscale slip.
+
+One case, from its contact to the friction that a stage measures; all numbers are dimensionless (see `Case` and `Scales`):
+
+>>> import nanoslip
+>>> case = nanoslip.Case(intrinsic_friction=0.5, radius=50.0, slab=nanoslip.Slab(n_x=17), max_events=200)
+>>> record = nanoslip.friction_record(case)
+>>> record.outcome.ok, 0.2 < nanoslip.plateau_of(record).mean < 0.4
+(True, True)
+
+A campaign, that is many cases, from a file or a dict to one labelled dataset:
+
+>>> data = nanoslip.run({
+...     "title": "Plateau for two loads",
+...     "axes": {"normal_load": [1e-3, 2e-3]},
+...     "numerics": {"n_x": 17},
+...     "limits": {"events": 200},
+... })
+>>> data.plateau_mean.squeeze().dims
+('normal_load',)
+>>> print(nanoslip.describe("plateau_mean").meaning)
+mean friction force over load on the steady part of the record, F/W
+>>> nanoslip.record(data, normal_load=1e-3).event_displacement.dims
+('event',)
+
+`run`, `open`, `describe`, `record` and `trajectory` are of campaigns and datasets; everything else is of single cases. A name
+is imported when it is first used. The command `nanoslip --help` does the same from a shell.
+"""
+
+import importlib
+import importlib.util
+import os
+import sys
+from typing import TYPE_CHECKING, Any
+
+if TYPE_CHECKING:
+    from solver import (
+        Case,
+        ContactState,
+        Drive,
+        DriveResult,
+        DynamicsResult,
+        Ending,
+        FrictionCoefficients,
+        FrictionRecord,
+        InvalidInput,
+        Outcome,
+        Plateau,
+        Scales,
+        SingularOperator,
+        Slab,
+        SlipRule,
+        SolverError,
+        SurfaceCompliance,
+        contact_state,
+        drive_result,
+        event_statistics,
+        friction_record,
+        mirrored,
+        plateau_of,
+    )
+    from solver import (
+        surface_compliance as surface_compliance,
+    )
+    from solver.case import Effects, Heterogeneity
+    from solver.contact.closed_forms import (
+        cattaneo_mindlin,
+        flat_punch_pressure,
+        hertz,
+        sliding_parabola,
+        sliding_punch,
+    )
+    from solver.dynamics.friction_limit import NoPlateauError
+    from solver.dynamics.stick_slip import Oscillator, stick_slip
+    from study.api import open_dataset as open
+    from study.api import run
+    from study.dataset.description import Described
+    from study.dataset.description import described as describe
+    from study.dataset.ragged import record, trajectory
+    from study.dataset.store import StoreError
+    from study.manifest.problems import ManifestError
+
+    __version__: str
+
+__all__ = [
+    "Case",
+    "ContactState",
+    "Described",
+    "Drive",
+    "DriveResult",
+    "DynamicsResult",
+    "Effects",
+    "Ending",
+    "FrictionCoefficients",
+    "FrictionRecord",
+    "Heterogeneity",
+    "InvalidInput",
+    "ManifestError",
+    "NoPlateauError",
+    "Oscillator",
+    "Outcome",
+    "Plateau",
+    "Scales",
+    "SingularOperator",
+    "Slab",
+    "SlipRule",
+    "SolverError",
+    "StoreError",
+    "SurfaceCompliance",
+    "cattaneo_mindlin",
+    "contact_state",
+    "describe",
+    "drive_result",
+    "event_statistics",
+    "flat_punch_pressure",
+    "friction_record",
+    "hertz",
+    "mirrored",
+    "open",
+    "plateau_of",
+    "record",
+    "run",
+    "sliding_parabola",
+    "sliding_punch",
+    "stick_slip",
+    "surface_compliance",
+    "trajectory",
+]
+
+_NAMES = {
+    "solver": "Case ContactState Drive DriveResult DynamicsResult Ending FrictionCoefficients FrictionRecord InvalidInput "
+    "Outcome Plateau Scales SingularOperator Slab SlipRule SolverError SurfaceCompliance contact_state drive_result "
+    "event_statistics friction_record mirrored plateau_of surface_compliance:surface_compliance",
+    "solver.case": "Effects Heterogeneity",
+    "solver.contact.closed_forms": "cattaneo_mindlin flat_punch_pressure hertz sliding_parabola sliding_punch",
+    "solver.dynamics.friction_limit": "NoPlateauError",
+    "solver.dynamics.stick_slip": "Oscillator stick_slip",
+    "study.api": "open_dataset:open run",
+    "study.dataset.description": "Described described:describe",
+    "study.dataset.ragged": "record trajectory",
+    "study.dataset.store": "StoreError",
+    "study.manifest.problems": "ManifestError",
+}
+"""Module -> its names that are public here; `theirs:ours` where the name differs."""
+
+_PLACES = {
+    name.rpartition(":")[2]: (module, name.partition(":")[0])
+    for module, names in _NAMES.items()
+    for name in names.split()
+}
+
+
+def __getattr__(name: str) -> Any:
+    if name == "__version__":
+        return importlib.import_module("study.provenance").version()
+    if name not in _PLACES:
+        raise AttributeError(f"module 'nanoslip' has no attribute {name!r}")
+    module, theirs = _PLACES[name]
+    found = getattr(importlib.import_module(module), theirs)
+    globals()[name] = found
+    return found
+
+
+def __dir__() -> list[str]:
+    return [*__all__, "__version__", "__doc__", "__file__", "__name__", "main"]
+
+
+def main() -> None:
+    """Run the command `nanoslip` with the words of the command line, and exit."""
+    importlib.import_module("study.commands.cli").main()
+
+
+def _found(package: str) -> str:
+    """The file or folder that Python imports under this name."""
+    module = sys.modules.get(package)
+    if module is not None and module.__file__:
+        origin: str | None = module.__file__
+    else:
+        spec = importlib.util.find_spec(package)
+        if spec is None:
+            raise ImportError(f"nanoslip is not installed whole: its package {package!r} is missing", name=package)
+        origin = spec.origin or next(iter(spec.submodule_search_locations or ()), "")
+    path = os.path.realpath(origin or "")
+    return os.path.dirname(path) if os.path.basename(path) == "__init__.py" else path
+
+
+def _refuse_others() -> None:
+    """Raise ImportError where a file or folder of the user's has the name of a package that nanoslip consists of."""
+    home = os.path.dirname(os.path.realpath(__file__))
+    for package in ("solver", "study"):
+        found, ours = _found(package), os.path.join(home, package)
+        if found != ours:
+            raise ImportError(
+                f"{found} hides a package of nanoslip, {ours}: rename it, or keep its folder out of Python's search path "
+                "(start Python elsewhere, or as `python -P`)",
+                name=package,
+                path=found,
+            )
+
+
+_refuse_others()

@@ -1,0 +1,125 @@
+"""Campaigns from Python: compute one in this process and get its dataset, or open a dataset that is there."""
+
+import os
+import warnings
+from collections.abc import Mapping, Sequence
+from contextlib import ExitStack
+from pathlib import Path
+from tempfile import TemporaryDirectory
+from typing import Any
+
+import threadpoolctl
+import xarray as xr
+
+from solver.outcome import Outcome
+from study import shipped
+from study.dataset import file
+from study.dataset.collect import collect
+from study.dataset.store import Store
+from study.execution.executor import drop_intermediates, executor
+from study.execution.farm import SerialFarm
+from study.execution.progress import open_progress
+from study.manifest.columns import read_text
+from study.manifest.manifest import Manifest
+from study.manifest.problems import ManifestError
+from study.manifest.reader import load_manifest, parse_manifest
+from study.plan.memory import shortages
+from study.plan.plan import Plan, make_plan
+from study.plan.tasks import Task
+from study.report.console import console
+from study.toml_text import as_toml
+
+Place = str | os.PathLike[str]
+Campaign = Place | Mapping[str, Any]
+"""A campaign file, the name of one that comes with nanoslip, or the content of one."""
+
+_DICT = Path("campaign")
+"""What messages call a campaign that is no file. Files that it names are looked for in the working folder."""
+
+
+def run(
+    campaign: Campaign, out: Place | None = None, *, recompute_foreign: bool = False, progress: bool = False
+) -> xr.Dataset:
+    """Compute a campaign in this process and return its dataset.
+
+    campaign: a campaign file, the name of a campaign that comes with nanoslip, or a dict with the keys of a campaign file.
+    out: folder of the results, as `nanoslip run --out` uses it: finished tasks are not computed again, and the dataset reads
+        its values from results.nc there when they are used. None: a temporary folder, and the dataset is in memory.
+    recompute_foreign: compute again what other software computed.
+    progress: print progress on standard error.
+
+    Raises ManifestError where the campaign is wrong, StoreError where the folder cannot be used, MemoryError where a task
+    needs more memory than this machine has. A task that crashes is a warning; its cases are `pending`.
+
+    >>> import nanoslip
+    >>> data = nanoslip.run({
+    ...     "title": "Contact under two loads",
+    ...     "stages": ["contact"],
+    ...     "axes": {"normal_load": [1e-3, 2e-3]},
+    ...     "numerics": {"n_x": 17},
+    ... })
+    >>> data.initial_contact_size.dims[-1], data.outcome.values.ravel().tolist()
+    ('normal_load', ['completed', 'completed'])
+    """
+    plan = make_plan(_manifest(campaign))
+    with ExitStack() as stack:
+        stack.enter_context(threadpoolctl.threadpool_limits(limits=1))  # sums depend on the number of threads
+        folder = Path(stack.enter_context(TemporaryDirectory()) if out is None else out)
+        _compute(plan, folder, recompute_foreign, progress)
+        path = folder / file.FILE
+        file.write(collect(plan, Store(folder)), path)
+        if out is not None:
+            return file.read(path)
+        with file.read(path) as opened:
+            return opened.load()
+
+
+def open_dataset(path: Place) -> xr.Dataset:
+    """Open a dataset: results.nc, or the folder it is in. Values are read when they are used. Raises StoreError."""
+    given = Path(path)
+    return file.read(given / file.FILE if given.is_dir() else given)
+
+
+def _manifest(campaign: Campaign) -> Manifest:
+    if not isinstance(campaign, Mapping):
+        return load_manifest(shipped.campaign_file(Path(campaign)))
+    try:
+        text = as_toml(campaign)
+    except TypeError as error:
+        raise ManifestError([f"{_DICT}: {error}"]) from None
+    return parse_manifest(_DICT, text, _files_named_in(campaign))
+
+
+def _files_named_in(campaign: Mapping[str, Any]) -> dict[str, str]:
+    """The texts of the files that a campaign names, by their keys. Raises ManifestError."""
+    heterogeneity = campaign.get("heterogeneity")
+    roughness = heterogeneity.get("roughness") if isinstance(heterogeneity, Mapping) else None
+    named = {"table": campaign.get("table"), "front": campaign.get("front"), "roughness": roughness}
+    return {key: read_text(Path(name))[1] for key, name in named.items() if isinstance(name, str | os.PathLike)}
+
+
+def _compute(plan: Plan, folder: Path, recompute_foreign: bool, progress: bool) -> None:
+    store = Store(folder)
+    store.prepare()
+    finished = store.inventory()
+    foreign = plan.foreign(finished) if recompute_foreign else {}
+    tasks = plan.remaining(finished.keys() - foreign.keys())
+    if short := shortages(plan, tasks, 1):
+        raise MemoryError("\n".join(short))
+    if crashed := _run_tasks(tasks, folder, progress):
+        said = f"{crashed} tasks crashed or found no memory (see standard error); their cases are pending"
+        warnings.warn(said, RuntimeWarning, stacklevel=3)
+    else:
+        drop_intermediates(plan, tasks, store)
+
+
+def _run_tasks(tasks: Sequence[Task], folder: Path, progress: bool) -> int:
+    """Compute tasks; returns how many crashed. The farm is not entered: Ctrl-C stays Python's, and results are whole files."""
+    if not progress:
+        return SerialFarm().run(tasks, executor(folder), _silent).crashed
+    with open_progress(tasks, console(stderr=True)) as bar:
+        return SerialFarm().run(tasks, executor(folder), bar).crashed
+
+
+def _silent(_task: Task, _outcome: Outcome, _seconds: float) -> None:
+    """Report nothing."""

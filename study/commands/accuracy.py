@@ -1,0 +1,40 @@
+"""`nanoslip accuracy`: error against processor time for every numerical setting."""
+
+from pathlib import Path
+
+import click
+
+from study.accuracy.measurement import measure, write
+from study.accuracy.setup import FULL, QUICK, default_setup, setup_of
+from study.accuracy.table import as_table
+from study.commands.shared.arguments import OUT, CampaignPath, folder
+from study.commands.shared.refusals import refusals
+from study.manifest.reader import load_manifest
+from study.report.console import print_table
+
+
+@click.command("accuracy")
+@click.argument("campaign", type=CampaignPath(path_type=Path), required=False)
+@OUT
+@click.option("--quick", is_flag=True, help="A few settings of every setting, in seconds, to see that it works.")
+@click.option(
+    "--save",
+    type=click.Path(path_type=Path),
+    help="Write the front there too: campaigns choose from it by front = FILE.",
+)
+def command(campaign: Path | None, out: Path | None, quick: bool, save: Path | None) -> None:
+    """Measure error against time for every numerical setting.
+
+    On CAMPAIGN's first case [default: the paper's case].
+    """
+    with refusals():
+        setup = setup_of(load_manifest(campaign)) if campaign else default_setup()
+        click.echo(f"{setup.title}: measuring, {len(setup.slabs)} slabs, a minute or two each unless --quick", err=True)
+        measured = measure(setup, QUICK if quick else FULL)
+        for diagram in measured.diagrams:
+            click.echo(f"{diagram.title}; errors against {diagram.reference}")
+            print_table(as_table(diagram))
+        if measured.remark:
+            click.echo(f"not measured: {measured.remark}")
+        for path in write(measured, folder(campaign or Path("accuracy"), out), save):
+            click.echo(f"written: {path}")

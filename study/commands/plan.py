@@ -1,0 +1,59 @@
+"""`nanoslip plan`: tasks, effects, estimated cost and expected flags of a campaign, before anything is computed."""
+
+from pathlib import Path
+
+import click
+
+from study.commands.shared.arguments import CAMPAIGN, OUT, folder
+from study.commands.shared.plans import planned, print_counts, print_foreign
+from study.commands.shared.refusals import refusals
+from study.dataset.store import Store
+from study.discretization.targets import choice
+from study.manifest.effects import effects
+from study.plan.flags import expected_lines
+from study.plan.memory import shortages
+from study.plan.plan import Plan
+from study.plan.spans import span_line
+from study.plan.tasks import Task
+from study.report.console import Table, print_table
+
+
+@click.command("plan")
+@CAMPAIGN
+@OUT
+def command(campaign: Path, out: Path | None) -> None:
+    """Show what CAMPAIGN would compute, less what is finished."""
+    with refusals():
+        plan = planned(campaign)
+        found = Store(folder(campaign, out)).inventory()
+        remaining = plan.remaining(found)
+        _print_plan(plan, remaining)
+        for line in shortages(plan, remaining):
+            click.echo(f"does not fit here: {line}")
+        print_foreign(plan.foreign(found), campaign)
+
+
+def _print_plan(plan: Plan, remaining: tuple[Task, ...]) -> None:
+    manifest = plan.manifest
+    refused = [case for case in plan.cases if not case.outcome.ok]
+    members = manifest.ensemble.members
+    of_members = f" ({len(plan.cases) // members} times {members} members)" if members > 1 else ""
+    click.echo(f"{manifest.title}\n{len(plan.cases)} cases{of_members}, {len(refused)} of them refused")
+    if manifest.accuracy is not None:
+        click.echo(f"accuracy = {manifest.accuracy:g}: {choice(manifest)}")
+    _print_effects(plan)
+    if left_out := manifest.drives_left_out:
+        click.echo(f'drives left out, as stages leave out "dynamics": {", ".join(left_out)}')
+    print_counts(plan.tasks, remaining)
+    if spans := span_line(plan):
+        click.echo(spans)
+    for line in expected_lines(plan):
+        click.echo(f"expected: {line}")
+    for case in refused:
+        point = ", ".join(f"{name} = {value}" for name, value in case.parameters.items())
+        click.echo(f"refused: {point}: {case.outcome.message}")
+
+
+def _print_effects(plan: Plan) -> None:
+    rows = [(each.name, each.setting, "" if each.setting == "on" else each.without) for each in effects(plan.manifest)]
+    print_table(Table(("effect", "here", "left out where off"), tuple(rows)))

@@ -1,0 +1,23 @@
+"""`nanoslip report`: figures and an HTML page from a campaign's dataset."""
+
+from pathlib import Path
+
+import click
+
+from study.commands.shared.arguments import CAMPAIGN, OUT, folder
+from study.commands.shared.datasets import print_summary
+from study.commands.shared.refusals import refusals
+from study.dataset import file
+from study.report import page
+
+
+@click.command("report")
+@CAMPAIGN
+@OUT
+def command(campaign: Path, out: Path | None) -> None:
+    """Draw figures and write the HTML page of a collected CAMPAIGN."""
+    into = folder(campaign, out)
+    with refusals(), file.read(into / file.FILE) as opened:
+        print_summary(opened)
+        written, *figures = page.write(opened, into)
+    click.echo(f"report: {written} ({len(figures)} figures in {into / page.FOLDER})")

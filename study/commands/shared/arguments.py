@@ -1,0 +1,26 @@
+"""The arguments that most commands take: a campaign, and the folder of its results."""
+
+import os
+from pathlib import Path
+from typing import Any
+
+import click
+
+from study import shipped
+
+
+class CampaignPath(click.Path):
+    """A campaign file, or the name of a campaign that comes with nanoslip."""
+
+    def convert(self, value: Any, param: click.Parameter | None, ctx: click.Context | None) -> Any:
+        """The path of the file."""
+        return shipped.campaign_file(Path(os.fsdecode(super().convert(value, param, ctx))))
+
+
+CAMPAIGN = click.argument("campaign", type=CampaignPath(path_type=Path))
+OUT = click.option("--out", type=click.Path(path_type=Path), help="Folder of the results [default: results/<campaign>]")
+
+
+def folder(campaign: Path, out: Path | None) -> Path:
+    """The folder of a campaign's results."""
+    return out or Path("results") / campaign.stem

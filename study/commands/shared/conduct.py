@@ -1,0 +1,66 @@
+"""The root's part of `nanoslip run`: plan, hand out tasks, collect. Other ranks do not import this file."""
+
+from pathlib import Path
+
+import click
+
+from study.commands.shared.datasets import write_dataset
+from study.commands.shared.exits import CRASHED, Refusal, show
+from study.commands.shared.plans import planned, print_foreign
+from study.commands.shared.refusals import refusals
+from study.dataset.store import Store
+from study.execution.executor import drop_intermediates, executor
+from study.execution.farm import Farm
+from study.execution.interruption import EXIT_CODE
+from study.execution.launch import processes_here
+from study.execution.progress import open_progress
+from study.execution.warmup import warm_up
+from study.plan.memory import shortages
+from study.plan.plan import Plan
+from study.plan.tasks import Task
+from study.report.console import console
+
+
+def conduct(farm: Farm, campaign: Path, out: Path, recompute_foreign: bool) -> int:
+    """Compute what is left of a campaign on this farm, and write its dataset; returns the exit code of all ranks."""
+    try:
+        with refusals():
+            plan, store = planned(campaign), Store(out)
+            store.prepare()
+            finished = store.inventory()
+            foreign = plan.foreign(finished)
+            if recompute_foreign:
+                click.echo(f"{len(foreign)} results of other software count as not finished", err=True)
+                finished = {key: origins for key, origins in finished.items() if key not in foreign}
+            else:
+                print_foreign(foreign, campaign, err=True)
+            return _compute(farm, plan, out, plan.remaining(finished))
+    except click.ClickException as error:
+        show(error)
+        return error.exit_code
+
+
+def _compute(farm: Farm, plan: Plan, out: Path, tasks: tuple[Task, ...]) -> int:
+    _refuse_shortages(farm, plan, tasks)
+    if tasks and farm.size > 1:
+        warm_up(tasks)
+    ranks = "1 process" if farm.size == 1 else f"{farm.size} ranks"
+    click.echo(f"{plan.manifest.title}: {len(plan.cases)} cases, {len(tasks)} tasks left, {ranks}", err=True)
+    with open_progress(tasks, console(stderr=True)) as progress:
+        tally = farm.run(tasks, executor(out), progress)
+    if tally.interrupted:
+        click.echo("interrupted: what is finished is kept; run again to continue", err=True)
+        return EXIT_CODE
+    drop_intermediates(plan, tasks, Store(out))
+    write_dataset(plan, out)
+    if tally.crashed:
+        said = f"{tally.crashed} tasks crashed or found no memory (see above): run again to try them again"
+        click.echo(said, err=True)
+        return CRASHED
+    return 0
+
+
+def _refuse_shortages(farm: Farm, plan: Plan, tasks: tuple[Task, ...]) -> None:
+    ranks_here = 1 if farm.size == 1 else min(farm.size, processes_here())
+    if short := shortages(plan, tasks, ranks_here):
+        raise Refusal("\n".join(short))

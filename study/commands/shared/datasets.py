@@ -1,0 +1,31 @@
+"""A campaign's dataset: written from its results, and printed as a table."""
+
+from pathlib import Path
+
+import click
+import xarray as xr
+
+from study.dataset import file
+from study.dataset.collect import collect
+from study.dataset.store import Store
+from study.plan.plan import Plan
+from study.report.console import print_table
+from study.report.summary import flag_summary, scalar_table
+
+
+def write_dataset(plan: Plan, out: Path) -> None:
+    """Write the dataset of the results that are there, and print it. Raises StoreError."""
+    collected = collect(plan, Store(out))
+    path = out / file.FILE
+    file.write(collected, path)
+    print_summary(collected)
+    click.echo(f"dataset: {path}")
+    if mixed := collected.attrs.get(file.MIXED):
+        click.echo(f"{mixed} (computed_by says which case is whose)")
+
+
+def print_summary(dataset: xr.Dataset) -> None:
+    """Print the table of a dataset's cases, and the advice that its validity flags give."""
+    print_table(scalar_table(dataset))
+    for line in flag_summary(dataset):
+        click.echo(line)

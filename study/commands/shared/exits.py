@@ -1,0 +1,27 @@
+"""Exit codes of the command line, and errors that are shown as one message without a traceback.
+
+0: done, whatever the physics said. 1: a task crashed, or a recomputed value differs. 2: the input is wrong.
+99: interrupted, run again (study.execution.interruption).
+"""
+
+from typing import Final
+
+import click
+
+from study.execution.launch import launcher_rank
+
+CRASHED: Final = 1
+WRONG_INPUT: Final = 2
+ABORTED: Final = 130
+
+
+class Refusal(click.ClickException):
+    """The input is wrong: a message, no traceback."""
+
+    exit_code = WRONG_INPUT
+
+
+def show(error: click.ClickException) -> None:
+    """Print an error once, however many processes were started together."""
+    if launcher_rank() == 0:
+        error.show()

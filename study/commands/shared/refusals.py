@@ -1,0 +1,18 @@
+"""Errors that the user can correct, as messages of the command line."""
+
+from collections.abc import Iterator
+from contextlib import contextmanager
+
+from study.commands.shared.exits import Refusal
+from study.dataset.store import StoreError
+from study.manifest.problems import ManifestError
+
+
+@contextmanager
+def refusals(*more: type[Exception]) -> Iterator[None]:
+    """Turn errors of manifests and of files of results, and those given, into a `Refusal`."""
+    kinds: tuple[type[Exception], ...] = (ManifestError, StoreError, *more)
+    try:
+        yield
+    except kinds as error:
+        raise Refusal(str(error)) from error

@@ -1,0 +1,59 @@
+"""`nanoslip submit`: the batch script that runs a campaign as one MPI job under Slurm."""
+
+import subprocess
+import sys
+from pathlib import Path
+
+import click
+
+from study import shipped
+from study.commands.shared.arguments import CAMPAIGN, OUT, folder
+from study.commands.shared.exits import Refusal
+from study.commands.shared.plans import planned
+from study.commands.shared.refusals import refusals
+from study.dataset.store import StoreError, written_whole
+from study.execution import submission
+from study.execution.submission import SiteError
+
+
+@click.command("submit")
+@CAMPAIGN
+@OUT
+@click.option(
+    "--site",
+    type=click.Path(path_type=Path),
+    help="Settings of the cluster: a changed copy of site.toml [default: the one that comes with nanoslip]",
+)
+@click.option("--submit", is_flag=True, help="Hand the script to sbatch.")
+def command(campaign: Path, out: Path | None, site: Path | None, submit: bool) -> None:
+    """Write the batch script that runs CAMPAIGN as one MPI job."""
+    used = site or shipped.folder("slurm") / "site.toml"
+    with refusals(SiteError):
+        planned(campaign)  # what is wrong with it is better known before the queue than after
+        settings, template = submission.load_site(used)
+        into = folder(campaign, out).absolute()
+        text = submission.script(campaign.stem, campaign.absolute(), into, settings, template)
+        path = _write_script(into, text)
+    if site is None:
+        click.echo(f"settings: {used}; copy the file, change it and give it by --site")
+    if submit:
+        sys.exit(_submit(path))
+    click.echo(f"{path}: sbatch it, or use --submit")
+
+
+def _submit(path: Path) -> int:
+    try:
+        return subprocess.run(["sbatch", str(path)], check=False).returncode
+    except FileNotFoundError:
+        raise Refusal("sbatch: not found; is this a machine of the cluster?") from None
+
+
+def _write_script(into: Path, text: str) -> Path:
+    path = into / "job.sh"
+    try:
+        into.mkdir(parents=True, exist_ok=True)  # the scheduler opens its log there before anything runs
+        with written_whole(path) as scratch:
+            scratch.write_text(text, "utf-8")
+    except OSError as error:
+        raise StoreError(f"{path}: cannot be written: {error.strerror or error}") from None
+    return path

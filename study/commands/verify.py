@@ -1,0 +1,72 @@
+"""`nanoslip verify`: compute a dataset again from itself alone, and compare."""
+
+import sys
+from collections import Counter
+from pathlib import Path
+from tempfile import TemporaryDirectory
+
+import click
+
+from study.commands.shared.exits import CRASHED
+from study.commands.shared.refusals import refusals
+from study.dataset import verification
+from study.dataset.comparison import Verdict
+from study.dataset.store import Store
+from study.dataset.verification import Finding
+from study.execution.executor import executor
+from study.execution.farm import open_farm
+from study.execution.interruption import EXIT_CODE
+from study.execution.progress import open_progress
+from study.plan.tasks import Task
+from study.report.console import Table, console, print_table
+from study.report.summary import MOST_ROWS
+
+
+@click.command("verify")
+@click.argument("dataset", type=click.Path(path_type=Path))
+@click.option(
+    "--sample", type=click.IntRange(min=1), help="So many cases only, evenly spread, the same each time [default: all]"
+)
+def command(dataset: Path, sample: int | None) -> None:
+    """Compute DATASET again from itself alone, and compare.
+
+    DATASET is a file results.nc. Each case is bit-identical, within tolerance, or different.
+
+    Exit codes: 0 identical or within tolerance, 1 something is different, 2 nothing that can be computed again.
+    """
+    with refusals(), TemporaryDirectory() as folder, verification.opened(dataset) as found:
+        plan = verification.rebuilt(found, dataset)
+        cases = verification.computed(plan, found)
+        chosen = verification.sample(cases, sample)
+        click.echo(f"{plan.manifest.title}: {len(chosen)} of {len(plan.cases)} cases to recompute", err=True)
+        if other := verification.other_software(found):
+            click.echo(other)
+        code = _recompute(verification.tasks_of(plan, chosen, found), Path(folder))
+        if not code:
+            findings = list(verification.compare(found, plan, chosen, Store(Path(folder))))
+            code = _print_findings(findings, dataset, len(plan.cases) - len(cases), len(cases) - len(chosen))
+    sys.exit(code)
+
+
+def _recompute(tasks: tuple[Task, ...], out: Path) -> int:
+    """Compute tasks in this process alone; returns an exit code."""
+    Store(out).prepare()
+    with open_farm(serial=True) as farm, open_progress(tasks, console(stderr=True)) as progress:
+        tally = farm.run(tasks, executor(out), progress)
+    if tally.interrupted:
+        click.echo("interrupted: nothing is compared", err=True)
+        return EXIT_CODE
+    return CRASHED if tally.crashed else 0
+
+
+def _print_findings(findings: list[Finding], path: Path, pending: int, left_out: int) -> int:
+    """Print a table of the cases, those that differ first if they are many; returns the exit code."""
+    shown = findings if len(findings) <= MOST_ROWS else sorted(findings, key=lambda each: -each.verdict)[:MOST_ROWS]
+    rows = tuple((each.label, str(each.verdict), each.remark) for each in shown)
+    print_table(Table(("case", "recomputed", "the largest difference"), rows))
+    counts = Counter(each.verdict for each in findings[1:])
+    parts = [f"{counts[verdict]} {verdict}" for verdict in Verdict]
+    parts += [f"{pending} pending, skipped"] if pending else []
+    parts += [f"{left_out} not in the sample"] if left_out else []
+    click.echo(f"{path}: cases: {', '.join(parts)}; {findings[0].label}: {findings[0].verdict}")
+    return CRASHED if any(each.verdict is Verdict.DIFFERENT for each in findings) else 0

@@ -1,0 +1,26 @@
+"""Campaigns and cluster settings that come with nanoslip: those of the source tree, or the copies in an installed package."""
+
+from pathlib import Path
+
+_PACKAGE = Path(__file__).parent
+COPIES = "shipped"
+"""Folder of this package that holds the copies. Only an installed package has it; setup.py makes it."""
+DATA = {"campaigns": ("*.toml", "*.csv"), "slurm": ("*.toml", "*.j2")}
+"""Folder of the source tree -> its files that are copied."""
+
+
+def folder(name: str) -> Path:
+    """The folder `campaigns` or `slurm`."""
+    copies = _PACKAGE / COPIES
+    return (copies if copies.is_dir() else _PACKAGE.parent) / name
+
+
+def campaigns() -> dict[str, Path]:
+    """Name of each campaign that comes with nanoslip -> its file."""
+    root = folder("campaigns")
+    return {path.relative_to(root).with_suffix("").as_posix(): path for path in sorted(root.rglob("*.toml"))}
+
+
+def campaign_file(given: Path) -> Path:
+    """The campaign file that a path or a name stands for: a file that exists comes before a campaign of that name."""
+    return given if given.exists() else campaigns().get(given.as_posix(), given)

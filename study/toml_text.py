@@ -1,0 +1,55 @@
+"""A document of Python's values as TOML text: what a campaign given as a dict is written down as."""
+
+import json
+import os
+import re
+from collections.abc import Mapping
+from typing import Any
+
+
+def as_toml(document: Mapping[str, Any]) -> str:
+    """TOML text of a document: values, then tables, then arrays of tables. Keys whose value is None are left out.
+
+    Takes text, numbers, truth values, paths, lists, tuples, mappings, and arrays and scalars of numpy.
+    Raises TypeError, naming the key, where a value is none of these.
+    """
+    values, sections = [], []
+    for key, value in document.items():
+        if isinstance(value, Mapping):
+            sections.append(f"[{_key(key)}]\n" + _lines(value, f"{key}."))
+        elif isinstance(value, list | tuple) and value and all(isinstance(each, Mapping) for each in value):
+            sections += [f"[[{_key(key)}]]\n" + _lines(each, f"{key}[{place}].") for place, each in enumerate(value)]
+        else:
+            values.append(_lines({key: value}, ""))
+    return "\n".join(["".join(values), *sections])
+
+
+def _lines(table: Mapping[str, Any], where: str) -> str:
+    given = {key: value for key, value in table.items() if value is not None}
+    return "".join(f"{_key(key)} = {_value(value, f'{where}{key}')}\n" for key, value in given.items())
+
+
+def _key(key: object) -> str:
+    return str(key) if re.fullmatch(r"[A-Za-z0-9_-]+", str(key)) else _text(str(key))
+
+
+def _text(text: str) -> str:
+    # JSON's escapes are TOML's; a delete character, which JSON leaves as it is, has to be one too.
+    return json.dumps(text, ensure_ascii=False).replace("\x7f", "\\u007f")
+
+
+def _value(value: Any, where: str) -> str:
+    if isinstance(value, bool):
+        return "true" if value else "false"
+    if isinstance(value, str | os.PathLike):
+        return _text(os.fspath(value))
+    if isinstance(value, int | float):
+        return repr(value)
+    if isinstance(value, Mapping):
+        inside = (f"{_key(key)} = {_value(each, f'{where}.{key}')}" for key, each in value.items() if each is not None)
+        return "{" + ", ".join(inside) + "}"
+    if isinstance(value, list | tuple):
+        return "[" + ", ".join(_value(each, f"{where}[{place}]") for place, each in enumerate(value)) + "]"
+    if hasattr(value, "tolist"):  # of numpy
+        return _value(value.tolist(), where)
+    raise TypeError(f"{where} = {value!r}: needs a text, a number, true or false, a list or a table")

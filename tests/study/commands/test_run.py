@@ -1,0 +1,127 @@
+"""A run computes what is not finished, keeps what it can, and names what other software computed; refused cases are results."""
+
+import subprocess
+import sys
+from dataclasses import replace
+from pathlib import Path
+
+import xarray as xr
+
+from study.dataset.store import Store
+from study.execution import executor
+from study.origin import here
+from tests.conftest import SMALL
+
+
+def test_from_plan_to_report(main, campaign):
+    out = campaign.parent / "out"
+    code, said, _ = main("plan", campaign)
+    assert (code, "4 cases" in said) == (0, True)
+    code, said, progress = main("run", campaign, "--out", out, "--serial")
+    assert code == 0
+    assert "completed" in said
+    assert f"dataset: {out / 'results.nc'}" in said
+    assert "13 of 13 tasks done" in progress
+    before = (out / "results.nc").read_bytes()
+    stamps = {path: path.stat().st_mtime_ns for path in (out / "results").iterdir()}
+
+    code, _, progress = main("run", campaign, "--out", out, "--serial")
+    assert (code, "0 tasks to do" in progress) == (0, True)
+    assert (out / "results.nc").read_bytes() == before
+    assert {path: path.stat().st_mtime_ns for path in (out / "results").iterdir()} == stamps
+
+    assert main("status", campaign, "--out", out)[0] == 0
+    code, said, _ = main("report", campaign, "--out", out)
+    assert (code, (out / "report.html").is_file()) == (0, True)
+    assert "report.html" in said
+
+
+def disown(out: Path, every: int) -> set[str]:
+    """Make every so-manieth result another software's; returns the files."""
+    store, changed = Store(out), set()
+    for key in sorted(store.finished())[::every]:
+        result = store.read(key)
+        store.write(replace(result, origins=(replace(here(), source_hash="0ther", source_commit="c0ffee"),)))
+        changed.add(key)
+    return changed
+
+
+def test_results_of_other_software_are_named_and_computed_again_when_asked(main, campaign):
+    out = campaign.parent / "out"
+    assert main("run", campaign, "--out", out, "--serial")[0] == 0
+    for command in ("plan", "status"):
+        assert "other software's" not in main(command, campaign, "--out", out)[1]
+    before = (out / "results.nc").read_bytes()
+    changed = disown(out, every=3)
+    stamps = {path.stem: path.stat().st_mtime_ns for path in (out / "results").glob("*.npz")}
+    for command in ("plan", "status"):
+        code, said, _ = main(command, campaign, "--out", out)
+        assert code == 0
+        assert f"{len(changed)} finished results are other software's: {len(changed)} of nanoslip" in said
+        assert "source 0ther, commit c0ffee" in said
+        assert f"nanoslip run {campaign} --recompute-foreign" in said
+
+    code, said, errors = main("run", campaign, "--out", out, "--serial")
+    assert (code, "0 tasks to do" in errors, "source 0ther" in errors) == (0, True, True)
+    assert "results of different software: " in said
+    with xr.open_dataset(out / "results.nc") as found:
+        assert "of nanoslip" in found.attrs["mixed_software"]
+    assert "results of different software: " in main("collect", campaign, "--out", out)[1]
+
+    code, said, errors = main("run", campaign, "--out", out, "--serial", "--recompute-foreign")
+    assert (code, "different software" in said) == (0, False)
+    assert f"{len(changed)} results of other software" in errors
+    assert (out / "results.nc").read_bytes() == before
+    after = {path.stem: path.stat().st_mtime_ns for path in (out / "results").glob("*.npz")}
+    assert {key for key in after if after[key] != stamps[key]} == changed & set(after)
+
+
+def test_records_that_nobody_wants_are_gone_after_the_run(main, campaign):
+    out = campaign.parent / "out"
+    campaign.write_text(SMALL + "[outputs]\nrecords = false\ntrajectory = false\n")
+    assert main("run", campaign, "--out", out, "--serial")[0] == 0
+    sizes = [path.stat().st_size for path in (out / "results").glob("*.npz")]
+    assert len(sizes) == 4 + 8  # scalars of records and of drives
+    assert max(sizes) < 5_000
+    code, said, progress = main("run", campaign, "--out", out, "--serial")
+    assert (code, "0 tasks to do" in progress) == (0, True)
+    # One slow stage never gets the pin to slip, another so late that its mean force says nothing yet.
+    assert [said.count(ending) for ending in ("completed", "no_slip", "no_plateau")] == [6, 1, 1]
+
+
+def test_cases_that_physics_refuses_are_results_and_exit_code_0(main, campaign):
+    text = SMALL.replace("n_x = 17", 'scheme = "biquadratic"').replace("[axes]", "[axes]\nrows = [4, 5]\nn_x = [9, 17]")
+    campaign.write_text(text)
+    code, said, _ = main("plan", campaign)
+    assert (code, "16 cases, 4 of them refused" in said) == (0, True)
+    code, said, _ = main("run", campaign, "--out", campaign.parent / "out", "--serial")
+    assert code == 0
+    assert "invalid: rows = 5: needs 3 to 4 rows at n_x = 9" in said
+
+
+def test_a_defect_is_exit_code_1_and_keeps_the_rest(main, campaign, monkeypatch):
+    compute = executor.run_task
+
+    def defective(task, inputs):
+        if task.kind == "friction" and task.case.radius == 100.0:
+            raise RuntimeError("a defect")
+        return compute(task, inputs)
+
+    monkeypatch.setattr(executor, "run_task", defective)
+    out = campaign.parent / "out"
+    code, said, errors = main("run", campaign, "--out", out, "--serial")
+    assert code == 1
+    assert "6 tasks crashed" in errors  # two records and the two drives of each
+    assert "RuntimeError: a defect" in errors
+    assert [said.count(word) for word in ("completed", "no_slip", "pending")] == [3, 1, 4]
+    monkeypatch.setattr(executor, "run_task", compute)
+    assert main("run", campaign, "--out", out, "--serial")[0] == 0
+
+
+def test_a_rank_that_computes_loads_no_more_than_it_uses(environment):
+    program = (
+        "import sys; from pathlib import Path; from study.commands.run import executor; executor(Path('nowhere')); "
+        "print([name for name in ('xarray', 'pydantic', 'matplotlib', 'rich', 'pandas') if name in sys.modules])"
+    )
+    done = subprocess.run([sys.executable, "-c", program], env=environment, capture_output=True, text=True, check=True)
+    assert done.stdout == "[]\n"

@@ -1,0 +1,27 @@
+"""The batch script is written beside the results it will have."""
+
+from tests.conftest import ROOT
+
+
+def test_submit_writes_the_script_and_its_folder(main, campaign):
+    out = campaign.parent / "out"
+    code, said, _ = main("submit", campaign, "--out", out, "--site", ROOT / "slurm" / "site.toml")
+    assert (code, said) == (0, f"{out / 'job.sh'}: sbatch it, or use --submit\n")
+    assert f"nanoslip run {campaign} --out {out}" in (out / "job.sh").read_text()
+    code, _, said = main("submit", campaign, "--out", out, "--site", campaign.parent / "none.toml")
+    assert (code, len(said.splitlines())) == (2, 1)
+
+
+def test_without_settings_those_that_come_with_nanoslip_are_used_and_named(main, campaign):
+    out = campaign.parent / "out"
+    code, said, _ = main("submit", campaign, "--out", out)
+    assert code == 0
+    assert said.startswith(f"settings: {ROOT / 'slurm' / 'site.toml'}; copy the file")
+    assert "#SBATCH --ntasks=4" in (out / "job.sh").read_text()
+
+
+def test_settings_without_a_template_beside_them_use_the_one_that_comes_with_nanoslip(main, campaign):
+    site = campaign.with_name("mine.toml")
+    site.write_text("tasks = 7\n")
+    assert main("submit", campaign, "--out", campaign.parent, "--site", site)[0] == 0
+    assert "#SBATCH --ntasks=7" in campaign.with_name("job.sh").read_text()

@@ -1,0 +1,36 @@
+"""A dataset is computed again from itself alone; what cannot be is one clear message."""
+
+import shutil
+
+import netCDF4
+
+
+def test_a_dataset_is_verified_from_itself_alone(main, campaign, tmp_path):
+    out = campaign.parent / "out"
+    assert main("run", campaign, "--out", out, "--serial")[0] == 0
+    path = tmp_path / "alone.nc"
+    (out / "results.nc").rename(path)
+    shutil.rmtree(out)
+    campaign.unlink()
+    code, said, progress = main("verify", path)
+    assert (code, "13 of 13 tasks done" in progress) == (0, True)
+    assert said.count("bit-identical") == 1 + 4 + 2  # all share; cases; the last line
+    assert f"{path}: cases: 4 bit-identical, 0 within tolerance, 0 different; what all cases share: bit-id" in said
+
+    with netCDF4.Dataset(path, "a") as opened:
+        opened["mean_step"][1, 1, 0, 0] *= 1.0 + 1e-6
+    code, said, _ = main("verify", path)
+    assert (code, "mean_step by " in said) == (1, True)
+    assert "3 bit-identical, 0 within tolerance, 1 different" in said
+    code, said, _ = main("verify", path, "--sample", 1)
+    assert code == 0
+    assert "1 bit-identical, 0 within tolerance, 0 different, 3 not in the sample" in said
+
+
+def test_what_cannot_be_verified_is_one_clear_message(main, campaign):
+    for path, said in ((campaign, "no dataset"), (campaign.parent / "none.nc", "No such file")):
+        code, _, errors = main("verify", path)
+        assert (code, len(errors.splitlines())) == (2, 1)
+        assert str(path) in errors
+        assert said in errors
+    assert main("verify", campaign, "--sample", 0)[0] == 2

@@ -1,0 +1,120 @@
+"""A campaign computed from Python is the command's campaign: same dataset, same messages, resumed in the same folder."""
+
+import tomllib
+from pathlib import Path
+
+import numpy as np
+import pytest
+import xarray as xr
+
+from study import api
+from study.api import open_dataset, run
+from study.dataset.store import FOLDER, StoreError
+from study.execution import executor
+from study.manifest.problems import ManifestError
+from tests.conftest import SMALL
+
+TINY = {"title": "tiny", "axes": {"normal_load": [1e-3, 2e-3]}, "numerics": {"n_x": 17}, "limits": {"events": 20}}
+
+
+def numbers(dataset: xr.Dataset) -> xr.Dataset:
+    """Without the attributes, which quote the campaign file."""
+    return dataset.drop_attrs()
+
+
+def test_a_file_and_a_dict_give_the_dataset_of_the_command(main, campaign, tmp_path):
+    assert main("run", campaign, "--serial", "--out", tmp_path / "command")[0] == 0
+    with open_dataset(tmp_path / "command") as expected:
+        xr.testing.assert_identical(run(campaign), expected.load())
+        xr.testing.assert_identical(numbers(run(tomllib.loads(SMALL))), numbers(expected.load()))
+
+
+def test_a_folder_is_resumed_and_read_from(tmp_path, monkeypatch):
+    out = tmp_path / "out"
+    with run(TINY, out) as first:
+        assert first.outcome.values.ravel().tolist() == ["no_plateau", "no_plateau"]
+    stamps = {path: path.stat().st_mtime_ns for path in (out / FOLDER).iterdir()}
+    monkeypatch.setattr(executor, "run_task", None)  # nothing is computed
+    with run(TINY, str(out)) as again, open_dataset(out / "results.nc") as opened:
+        xr.testing.assert_identical(again.load(), opened.load())
+    assert {path: path.stat().st_mtime_ns for path in (out / FOLDER).iterdir()} == stamps
+
+
+def test_a_campaign_goes_by_name(monkeypatch, tmp_path):
+    (tmp_path / "mine.toml").write_text('title = "mine"\nstages = ["contact"]\nnumerics.n_x = 17\n')
+    monkeypatch.setattr(api.shipped, "folder", lambda _: tmp_path)
+    assert run("mine").attrs["title"] == "mine"
+
+
+def test_files_that_a_dict_names_are_looked_for_in_the_working_folder(tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    Path("cases.csv").write_text("normal_load,radius\n1e-3,100\n2e-3,50\n")
+    document = {"title": "table", "stages": ["contact"], "table": "cases.csv", "numerics": {"n_x": 17}}
+    np.testing.assert_array_equal(run(document).radius, [100.0, 50.0])
+    with pytest.raises(ManifestError, match=r"none\.csv: cannot be read"):
+        run(document | {"table": "none.csv"})
+
+
+@pytest.mark.parametrize(
+    ("change", "message"),
+    [
+        ({"axes": {"radius": [-50.0]}}, "campaign: axes.radius[0] = -50.0: needs 1e-12 ≤ radius"),
+        ({"numerics": {"n_y": 5}}, "campaign: numerics.n_y = 5: unknown; did you mean n_x?"),
+        ({"axes": {"radius": [1j]}}, "campaign: axes.radius[0] = 1j: needs a text, a number"),
+    ],
+)
+def test_what_is_wrong_with_a_dict_is_named(change, message):
+    with pytest.raises(ManifestError) as caught:
+        run(TINY | change)
+    assert str(caught.value).startswith(message)
+
+
+def test_a_dict_is_verified_from_its_dataset_alone(main, tmp_path):
+    run(TINY, tmp_path).close()
+    code, said, _ = main("verify", tmp_path / "results.nc")
+    assert (code, "2 bit-identical" in said) == (0, True)
+
+
+def test_a_task_that_crashes_is_a_warning_and_pending(monkeypatch, capsys):
+    compute = executor.run_task
+
+    def defective(task, inputs):
+        if task.kind == "friction" and task.case.normal_load == 2e-3:
+            raise RuntimeError("a defect")
+        return compute(task, inputs)
+
+    monkeypatch.setattr(executor, "run_task", defective)
+    with pytest.warns(RuntimeWarning, match="1 tasks crashed"):
+        data = run(TINY)
+    assert data.outcome.values.ravel().tolist() == ["no_plateau", "pending"]
+    assert "a defect" in capsys.readouterr().err
+
+
+def test_an_interrupted_run_keeps_what_is_finished_and_raises(monkeypatch, tmp_path):
+    compute = executor.run_task
+
+    def interrupted(task, inputs):
+        if task.kind == "friction":
+            raise KeyboardInterrupt
+        return compute(task, inputs)
+
+    monkeypatch.setattr(executor, "run_task", interrupted)
+    with pytest.raises(KeyboardInterrupt):
+        run(TINY, tmp_path)
+    assert len(list((tmp_path / FOLDER).glob("*.npy"))) == 1  # the compliance
+
+
+def test_what_does_not_fit_the_memory_is_refused(monkeypatch):
+    monkeypatch.setattr(api, "shortages", lambda *_: ["a task needs about 1e9 GB of memory"])
+    with pytest.raises(MemoryError, match="1e9 GB"):
+        run(TINY)
+
+
+def test_progress_is_printed_when_asked_for(capsys):
+    run(TINY, progress=True)
+    assert "3 of 3 tasks done" in capsys.readouterr().err
+
+
+def test_no_dataset_is_one_clear_error(tmp_path):
+    with pytest.raises(StoreError, match="no dataset"):
+        open_dataset(tmp_path)

@@ -1,0 +1,107 @@
+"""The public door: every name is there, typed and imported only when it is used; what hides a package of ours is named."""
+
+import ast
+import doctest
+import importlib
+import subprocess
+import sys
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+import nanoslip
+from tests.conftest import ROOT
+
+
+@pytest.fixture(scope="module")
+def tree() -> ast.Module:
+    return ast.parse(Path(nanoslip.__file__).read_text("utf-8"))
+
+
+def typed_names(tree: ast.Module) -> dict[str, tuple[str, str]]:
+    """Name -> module and name there, of the imports that only type checkers and editors see."""
+    (checking,) = [node for node in tree.body if isinstance(node, ast.If)]
+    imports = [node for node in checking.body if isinstance(node, ast.ImportFrom)]
+    return {each.asname or each.name: (str(node.module), each.name) for node in imports for each in node.names}
+
+
+def test_the_names_that_editors_see_are_those_that_are_there(tree):
+    assert sorted(typed_names(tree)) == sorted(nanoslip.__all__)
+    for name, (module, theirs) in typed_names(tree).items():
+        assert getattr(nanoslip, name) is getattr(importlib.import_module(module), theirs)
+    assert set(nanoslip.__all__) <= set(dir(nanoslip))
+
+
+@pytest.mark.parametrize("name", nanoslip.__all__)
+def test_every_name_explains_itself(name):
+    assert getattr(nanoslip, name).__doc__
+
+
+def test_a_name_that_is_not_there_is_an_attribute_error():
+    with pytest.raises(AttributeError, match="no attribute 'friction'"):
+        nanoslip.friction  # noqa: B018
+
+
+def test_the_version_is_that_of_the_source_tree():
+    assert f'version = "{nanoslip.__version__}"' in (ROOT / "pyproject.toml").read_text("utf-8")
+
+
+@pytest.mark.parametrize("module", ["nanoslip", "study.api"])
+def test_the_examples_in_docstrings_hold(module):
+    found = doctest.testmod(importlib.import_module(module))
+    assert found.attempted >= 2
+    assert found.failed == 0
+
+
+def test_a_slab_has_a_compliance_of_its_default_scheme():
+    compliance = nanoslip.surface_compliance(nanoslip.Slab(n_x=17))
+    assert compliance.slab.scheme == "galerkin"
+    assert compliance.matrix.shape == (34, 34)
+    np.testing.assert_array_equal(compliance.matrix, compliance.matrix.T)
+
+
+def python(*words: str, folder: Path, environment: dict[str, str]) -> "subprocess.CompletedProcess[str]":
+    return subprocess.run(
+        [sys.executable, *words], cwd=folder, env=environment, capture_output=True, text=True, check=False
+    )
+
+
+def test_importing_it_loads_nothing_else(environment, tmp_path):
+    program = "import sys; before = set(sys.modules); import nanoslip; print(*sorted(set(sys.modules) - before))"
+    done = python("-c", program, folder=tmp_path, environment=environment)
+    loaded = {name.partition(".")[0] for name in done.stdout.split()}
+    assert loaded - set(sys.stdlib_module_names) == {"nanoslip"}
+
+
+HIDDEN = {
+    "import": ("-c", "import nanoslip"),
+    "from": ("-c", "from nanoslip import Case"),
+    "command": ("-c", "import sys; sys.argv = ['nanoslip', '--help']; from nanoslip import main; main()"),
+}
+
+
+@pytest.mark.parametrize("words", HIDDEN.values(), ids=HIDDEN)
+@pytest.mark.parametrize("name", ["solver.py", "study.py", "solver/__init__.py"])
+def test_a_file_that_hides_a_package_is_named(environment, tmp_path, name, words):
+    path = tmp_path / name
+    path.parent.mkdir(exist_ok=True)
+    path.write_text("Case = 1\n")
+    done = python(*words, folder=tmp_path, environment=environment)
+    hiding, package = tmp_path / name.removesuffix("/__init__.py"), name.partition("/")[0].removesuffix(".py")
+    assert done.returncode != 0
+    last = done.stderr.splitlines()[-1]
+    assert last.startswith(f"ImportError: {hiding} hides a package of nanoslip, {ROOT / package}: rename it")
+
+
+def test_a_file_that_hides_the_solver_is_named_by_the_module_that_is_the_command(environment, tmp_path):
+    (tmp_path / "solver.py").touch()
+    done = python("-m", "study", "--help", folder=tmp_path, environment=environment)
+    assert f"ImportError: {tmp_path / 'solver.py'} hides a package of nanoslip" in done.stderr
+
+
+def test_a_script_beside_a_file_that_hides_nothing_runs(environment, tmp_path):
+    (tmp_path / "solvers.py").touch()
+    script = tmp_path / "mine.py"
+    script.write_text("import nanoslip; print(nanoslip.Case().radius)\n")
+    assert python(str(script), folder=tmp_path, environment=environment).stdout == "200.0\n"
