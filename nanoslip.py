@@ -35,14 +35,21 @@ from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
     from solver import (
+        RK4,
+        Biquadratic,
         Case,
         ContactState,
         Drive,
         DriveResult,
         DynamicsResult,
+        Effects,
         Ending,
+        Exact,
         FrictionCoefficients,
         FrictionRecord,
+        Galerkin,
+        HalfPlane,
+        Heterogeneity,
         InvalidInput,
         Outcome,
         Plateau,
@@ -58,11 +65,8 @@ if TYPE_CHECKING:
         friction_record,
         mirrored,
         plateau_of,
+        surface_compliance,
     )
-    from solver import (
-        surface_compliance as surface_compliance,
-    )
-    from solver.case import Effects, Heterogeneity
     from solver.contact.closed_forms import (
         cattaneo_mindlin,
         flat_punch_pressure,
@@ -83,6 +87,8 @@ if TYPE_CHECKING:
     __version__: str
 
 __all__ = [
+    "RK4",
+    "Biquadratic",
     "Case",
     "ContactState",
     "Described",
@@ -91,8 +97,11 @@ __all__ = [
     "DynamicsResult",
     "Effects",
     "Ending",
+    "Exact",
     "FrictionCoefficients",
     "FrictionRecord",
+    "Galerkin",
+    "HalfPlane",
     "Heterogeneity",
     "InvalidInput",
     "ManifestError",
@@ -128,10 +137,10 @@ __all__ = [
 ]
 
 _NAMES = {
-    "solver": "Case ContactState Drive DriveResult DynamicsResult Ending FrictionCoefficients FrictionRecord InvalidInput "
-    "Outcome Plateau Scales SingularOperator Slab SlipRule SolverError SurfaceCompliance contact_state drive_result "
-    "event_statistics friction_record mirrored plateau_of surface_compliance:surface_compliance",
-    "solver.case": "Effects Heterogeneity",
+    "solver": "RK4 Biquadratic Case ContactState Drive DriveResult DynamicsResult Effects Ending Exact FrictionCoefficients "
+    "FrictionRecord Galerkin HalfPlane Heterogeneity InvalidInput Outcome Plateau Scales SingularOperator Slab SlipRule "
+    "SolverError SurfaceCompliance contact_state drive_result event_statistics friction_record mirrored plateau_of "
+    "surface_compliance",
     "solver.contact.closed_forms": "cattaneo_mindlin flat_punch_pressure hertz sliding_parabola sliding_punch",
     "solver.dynamics.friction_limit": "NoPlateauError",
     "solver.dynamics.stick_slip": "Oscillator stick_slip",

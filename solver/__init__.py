@@ -27,7 +27,7 @@ Eq. 12, §2.2.3    dynamics.integrate (rk4: the paper's; exact: from crossing to
 Eq. 16-19         dynamics.stick_slip (closed form, and its fit)
 """
 
-from solver.case import Case, SlipRule
+from solver.case import Case, Effects, Heterogeneity, SlipRule
 from solver.contact.state import ContactState, mirrored
 from solver.drive import Drive, Scales
 from solver.dynamics.coefficients import FrictionCoefficients
@@ -52,12 +52,14 @@ __all__ = [
     "Drive",
     "DriveResult",
     "DynamicsResult",
+    "Effects",
     "Ending",
     "Exact",
     "FrictionCoefficients",
     "FrictionRecord",
     "Galerkin",
     "HalfPlane",
+    "Heterogeneity",
     "InvalidInput",
     "NodalFields",
     "Outcome",

@@ -56,7 +56,7 @@ def test_the_examples_in_docstrings_hold(module):
 
 def test_a_slab_has_a_compliance_of_its_default_scheme():
     compliance = nanoslip.surface_compliance(nanoslip.Slab(n_x=17))
-    assert compliance.slab.scheme == "galerkin"
+    assert isinstance(compliance.slab.scheme, nanoslip.Galerkin)
     assert compliance.matrix.shape == (34, 34)
     np.testing.assert_array_equal(compliance.matrix, compliance.matrix.T)
 
@@ -105,3 +105,14 @@ def test_a_script_beside_a_file_that_hides_nothing_runs(environment, tmp_path):
     script = tmp_path / "mine.py"
     script.write_text("import nanoslip; print(nanoslip.Case().radius)\n")
     assert python(str(script), folder=tmp_path, environment=environment).stdout == "200.0\n"
+
+
+def test_a_drive_in_si_is_the_papers_but_for_what_is_given():
+    scales = nanoslip.Scales()
+    drive = nanoslip.Drive.from_si(scales, pin_mass=2.0, spring_stiffness=1e5)
+    assert drive.spring_stiffness == 1e5 / scales.stiffness
+    assert drive.stage_velocity == 2e-3 * scales.time(2.0) / scales.slab_width
+    assert drive.damping_ratio == 0.1
+    assert nanoslip.Drive.from_si(integrator="rk4", time_step=1e-6).integrator.time_step == 1e-6 / scales.time(0.5)
+    with pytest.raises(TypeError, match="stifness"):
+        nanoslip.Drive.from_si(stifness=1.0)
