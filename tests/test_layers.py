@@ -12,7 +12,7 @@ import pytest
 ROOT = Path(__file__).parents[1]
 
 ORDER = {
-    "solver": "outcome case elasticity contact sliding dynamics simulate",
+    "solver": "outcome quantity case elasticity contact sliding dynamics simulate",
     "solver.elasticity": "grid grading lagrange support schemes boundary_value column interior parity compliance conditioning",
     "solver.elasticity.schemes": "stiffness biquadratic galerkin half_plane",
     "solver.contact": "pin node_friction soundness normal kernels tableau coulomb state initial closed_forms",
@@ -21,8 +21,9 @@ ORDER = {
     "study": "provenance origin manifest discretization plan dataset execution report accuracy commands __main__",
     "study.manifest": "parameters problems columns drives manifest effects cases",
     "study.discretization": "front targets",
-    "study.plan": "tasks condensation cost drive_cost plan flags spans memory",
-    "study.dataset": "store file variables ensemble ragged collect comparison verification",
+    "study.plan": "task keys kinds tasks condensation cost drive_cost plan flags spans memory",
+    "study.plan.kinds": "kind compliance contact record states drive",
+    "study.dataset": "store file variables ensemble description ragged layout collect comparison pair verification",
     "study.execution": "launch interruption queue progress ledger dispatch farm warmup submission",
     "study.report": "console summary page",
     "study.accuracy": "timing setup diagram elastic_operator slip_numerics integrators picture table measurement",

@@ -20,7 +20,7 @@ from study.execution.interruption import EXIT_CODE
 
 if TYPE_CHECKING:
     from solver.outcome import Outcome
-    from study.dataset.verification import Finding
+    from study.dataset.pair import Finding
     from study.execution.farm import Farm
     from study.origin import Origins
     from study.plan.plan import Plan
@@ -278,8 +278,8 @@ def _compute(farm: "Farm", planned: "Plan", out: Path, tasks: "tuple[Task, ...]"
         click.echo("interrupted: what is finished is kept; run again to continue", err=True)
         return EXIT_CODE
     store = Store(out)
-    if any(task.means and task.kind == "friction" for task in tasks):
-        for key in planned.spent(store.finished()):
+    if any(task.intermediate and task.kind == "record" for task in tasks):
+        for key in planned.obsolete(store.finished()):
             store.drop(key)
     _collect(planned, out)
     if tally.crashed:

@@ -15,7 +15,7 @@ from solver.contact.kernels import STRETCHES
 from solver.contact.tableau import margin
 from solver.sliding.events import FIRST_CAPACITY, OFF_THE_SLAB
 from study.plan.condensation import condensation_bytes
-from study.plan.tasks import Task
+from study.plan.task import Task
 
 NODE_STIFFNESS = 3.5
 """Of a surface node against its neighbours at rest, in G: slips per displacement, times what they drop, over nodes."""
@@ -205,7 +205,7 @@ def memory_of(task: Task) -> float:
         found = max(found, _slide_numbers(case))
     if task.subsurface:
         found = max(found, _INNER * task.slab.n_x)
-    return _FLOAT * found + (record_bytes(case) if task.kind == "friction" else 0.0)
+    return _FLOAT * found + (record_bytes(case) if task.kind == "record" else 0.0)
 
 
 def _touch_numbers(case: Case) -> float:

@@ -204,7 +204,7 @@ def test_a_plan_shows_effects_tasks_and_memory(main, campaign):
     assert rows["pin_translation"][1:] == ["on"]
     assert rows["outputs.records"][2] == "friction records are not kept once their drives are done"
     assert rows["tasks"][-1] == "MB of arrays each, about"
-    assert [rows[kind][1] for kind in ("compliance", "friction", "states", "drive")] == ["1", "8", "4", "8"]
+    assert [rows[kind][1] for kind in ("compliance", "record", "states", "drive")] == ["1", "8", "4", "8"]
 
 
 def test_records_that_nobody_wants_are_gone_after_the_run(main, campaign):
@@ -244,7 +244,7 @@ def test_a_defect_is_exit_code_1_and_keeps_the_rest(main, campaign, monkeypatch)
     compute = tasks.run_task
 
     def defective(task, inputs):
-        if task.kind == "friction" and task.case.radius == 100.0:
+        if task.kind == "record" and task.case.radius == 100.0:
             raise RuntimeError("a defect")
         return compute(task, inputs)
 
