@@ -86,12 +86,8 @@ def page() -> str:
     for each in rows():
         if each.group != group:
             group = each.group
-            lines += [
-                f"\n## {group[0].upper()}{group[1:]}\n",
-                "| variable | along | unit | meaning |",
-                "|---|---|---|---|",
-            ]
-        lines.append(f"| `{each.name}` | {each.dims} | {each.units} | {_cell(each)} |")
+            lines += [f"\n## {group[0].upper()}{group[1:]}\n", *_COLUMNS]
+        lines.append(_line(each))
     return "\n".join(lines) + "\n"
 
 
@@ -103,14 +99,15 @@ forces over the load W, stiffness in G·L_y, where no SI unit is given. `cases` 
 several drives. This page is written by `python -m study.dataset.description`."""
 
 
-def _cell(variable: Described) -> str:
-    parts = [
-        variable.meaning,
-        f"uncertainty: `{variable.uncertainty}`" if variable.uncertainty else "",
-        ", ".join(f"`{value}`" for value in variable.values),
-        variable.comment,
-    ]
-    return ". ".join(part for part in parts if part).replace("|", "\\|")
+_COLUMNS = ("| variable | along | unit | meaning | uncertainty | remark |", "|---|---|---|---|---|---|")
+
+
+def _line(variable: Described) -> str:
+    values = ", ".join(f"`{value}`" for value in variable.values)
+    remark = "; ".join(part for part in (values, variable.comment) if part)
+    error = f"`{variable.uncertainty}`" if variable.uncertainty else ""
+    cells = (f"`{variable.name}`", variable.dims, variable.units, variable.meaning, error, remark)
+    return "| " + " | ".join(cell.replace("|", "\\|") for cell in cells) + " |"
 
 
 def _all() -> Iterator[Described]:
