@@ -1,7 +1,7 @@
 """Which software computed a result. No clock, host or rank: the same software says the same of itself everywhere.
 
 What identifies it is a hash of the *contents* of the files that decide a result, its folder or repository apart: the whole
-solver, and `study/tasks.py`, which calls it. Commit and "+modified" are written down beside it where git is there.
+solver, and the folder `study/plan/kinds`, which calls it. Commit and "+modified" are written down beside it where git is there.
 """
 
 import hashlib
@@ -18,8 +18,8 @@ from study import provenance
 from study.provenance import UNKNOWN, content_hash
 
 PACKAGE: Final = "solver"
-BRIDGE: Final = "study.plan.tasks"
-"""The module beside the solver that makes numbers."""
+BRIDGE: Final = "study.plan.kinds"
+"""The folder beside the solver that makes numbers."""
 
 
 @dataclass(frozen=True, slots=True, order=True)
@@ -78,11 +78,14 @@ def here() -> Origin:
 
 def source_files() -> tuple[Path, ...]:
     """The files that decide results."""
-    package, bridge = importlib.util.find_spec(PACKAGE), importlib.util.find_spec(BRIDGE)
-    assert package is not None  # without them this would not run
-    assert bridge is not None
-    folders = package.submodule_search_locations or ()
-    return (*(path for folder in folders for path in Path(folder).rglob("*.py")), Path(str(bridge.origin)))
+    folders = [folder for name in (PACKAGE, BRIDGE) for folder in _folders(name)]
+    return tuple(path for folder in folders for path in Path(folder).rglob("*.py"))
+
+
+def _folders(package: str) -> list[str]:
+    found = importlib.util.find_spec(package)
+    assert found is not None  # without it this would not run
+    return list(found.submodule_search_locations or ())
 
 
 def source_hash(files: Iterable[Path]) -> str:

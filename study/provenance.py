@@ -23,7 +23,7 @@ BUILT_FROM = "source_commit"
 def content_hash(*parts: object, length: int = 20) -> str:
     """Hexadecimal hash of values: equal for equal contents, whatever the order in which mappings were filled.
 
-    Takes None, bool, int, float, str, sequences, mappings and dataclasses (as the mapping of their fields). 200 and
+    Takes None, bool, int, float, str, sequences, mappings and dataclasses (type and fields). 200 and
     200.0 differ here: numbers are expected to have become their declared type.
     """
     text = json.dumps(_canonical(parts), sort_keys=True, separators=(",", ":"))
@@ -36,7 +36,8 @@ def _canonical(value: object) -> object:
     if isinstance(value, bool | int | str | None):
         return value
     if is_dataclass(value):
-        return {item.name: _canonical(getattr(value, item.name)) for item in fields(value)}
+        kind = {"type": type(value).__name__}  # two types without fields differ
+        return kind | {item.name: _canonical(getattr(value, item.name)) for item in fields(value)}
     if isinstance(value, Mapping):
         return {str(key): _canonical(item) for key, item in value.items()}
     if isinstance(value, tuple | list):

@@ -12,7 +12,7 @@ import pytest
 ROOT = Path(__file__).parents[1]
 
 ORDER = {
-    "solver": "outcome parameter slab case drive elasticity contact sliding dynamics simulate",
+    "solver": "outcome quantity parameter slab case drive elasticity contact sliding dynamics simulate",
     "solver.elasticity": "grid lagrange support stiffness parity condensation grid_scheme boundary_value schemes interior "
     "compliance conditioning",
     "solver.elasticity.schemes": "grading column biquadratic galerkin half_plane",
@@ -23,8 +23,9 @@ ORDER = {
     "__main__",
     "study.manifest": "parameters problems columns drives manifest checker reader effects cases",
     "study.discretization": "front targets",
-    "study.plan": "tasks condensation cost drive_cost plan flags spans memory",
-    "study.dataset": "store file variables description ensemble ragged collect comparison verification",
+    "study.plan": "task keys kinds tasks condensation cost drive_cost plan flags spans memory",
+    "study.plan.kinds": "kind compliance contact record states drive",
+    "study.dataset": "store file variables ensemble description ragged layout collect comparison pair verification",
     "study.execution": "launch interruption queue progress ledger dispatch farm executor warmup submission",
     "study.report": "console summary page",
     "study.accuracy": "timing setup diagram elastic_operator slip_numerics integrators picture table measurement",

@@ -1,6 +1,6 @@
 """What a contact is at one position of the pin: ContactState, and how the solvers' own states become one."""
 
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -13,6 +13,7 @@ from solver.contact.soundness import NOT_FINITE, STEEP_PIN
 from solver.contact.tableau import Core
 from solver.elasticity.compliance import SurfaceCompliance
 from solver.outcome import COMPLETED, Ending, InvalidInput, Outcome
+from solver.quantity import GRID_ERROR, quantity
 
 Vector = NDArray[np.float64]
 ENDINGS = {
@@ -72,16 +73,38 @@ class ContactState:
     """
 
     contact: NDArray[np.bool_]
-    pressure: Vector
-    shear: Vector
-    slip: Vector
-    gap: Vector
+    pressure: Vector = field(
+        metadata=quantity(
+            "contact pressure at initial contact over W/(L_x·L_y)",
+            "surface_pressure",
+            per="normal_load",
+            along="surface_node",
+        )
+    )
+    shear: Vector = field(
+        metadata=quantity(
+            "shear traction at initial contact over W/(L_x·L_y)",
+            "surface_shear",
+            per="normal_load",
+            along="surface_node",
+        )
+    )
+    slip: Vector = field(
+        metadata=quantity("slip of the node at initial contact, in L_x", "surface_slip", along="surface_node")
+    )
+    gap: Vector = field(
+        metadata=quantity("gap between slab and pin at initial contact, in L_x", "surface_gap", along="surface_node")
+    )
     u: Vector
     w: Vector
     nodal_force: NDArray[np.float64]
-    approach: float
+    approach: float = field(
+        metadata=quantity(
+            "approach of the pin below the undeformed surface at initial contact, in L_x", uncertainty=GRID_ERROR
+        )
+    )
     displacement: float
-    slips: int
+    slips: int = field(metadata=quantity("node slips of initial contact", "initial_slips"))
     outcome: Outcome
 
     @property
@@ -93,6 +116,26 @@ class ContactState:
     def friction_force(self) -> float:
         """ΣF, in G·L_x·L_y: positive where the pin drags the slab to the right."""
         return float(self.nodal_force[0].sum())
+
+
+@dataclass(frozen=True, slots=True)
+class ContactSummary:
+    """Single numbers of a contact: forces in G·L_x·L_y, pressure in G."""
+
+    contact_size: int = field(metadata=quantity("nodes in contact after initial contact", "initial_contact_size"))
+    maximum_pressure: float = field(
+        metadata=quantity(
+            "largest pressure after initial contact, over W/(L_x·L_y)", per="normal_load", uncertainty=GRID_ERROR
+        )
+    )
+    friction_force: float = field(
+        metadata=quantity("friction force over load after initial contact, F/W", "initial_friction", per="normal_load")
+    )
+
+
+def contact_summary(state: ContactState) -> ContactSummary:
+    """The numbers of initial contact that are not in its state as such."""
+    return ContactSummary(int(state.contact.sum()), float(state.pressure.max()), state.friction_force)
 
 
 def mirrored(case: Case, state: ContactState) -> ContactState:

@@ -1,7 +1,7 @@
 """Static and kinetic friction of a drive, with uncertainties (§3.3): μ_s from its first slip, μ_k where it slides steadily."""
 
 import math
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from typing import Final
 
 import numpy as np
@@ -9,6 +9,7 @@ from numpy.typing import NDArray
 
 from solver.dynamics.integrate import DynamicsResult
 from solver.outcome import COMPLETED, Ending, Outcome
+from solver.quantity import quantity
 from solver.sliding.plateau import (
     BLOCKS,
     Plateau,
@@ -36,11 +37,24 @@ class FrictionCoefficients:
     means, from the plateau that it repeats, and from how much of a node spacing the pin travels.
     """
 
-    static_friction: float
-    static_friction_uncertainty: float
+    static_friction: float = field(
+        metadata=quantity(
+            "static friction coefficient μ_s, from the first macroscopic slip",
+            uncertainty="static_friction_uncertainty",
+        )
+    )
+    static_friction_uncertainty: float = field(
+        metadata=quantity("standard deviation of static_friction between starts")
+    )
     every_static_friction: NDArray[np.float64]
-    kinetic_friction: float
-    kinetic_friction_uncertainty: float
+    kinetic_friction: float = field(
+        metadata=quantity(
+            "kinetic friction coefficient μ_k, from steady sliding", uncertainty="kinetic_friction_uncertainty"
+        )
+    )
+    kinetic_friction_uncertainty: float = field(
+        metadata=quantity("standard error of kinetic_friction as the mean over all starts")
+    )
     outcome: Outcome
 
 

@@ -24,7 +24,7 @@ __all__ = ["RK4", "DynamicsResult", "Exact", "integrate"]
 def integrate(profile: Profile, drive: Drive, surface_stiffness: float) -> DynamicsResult:
     """Integrate Eq. 12 with the friction of Eq. 13-14 by the drive's integrator.
 
-    surface_stiffness: K of Eq. 15, in G·L_y; without surface compliance it only tells slip from stick (`creep_velocity`,
+    surface_stiffness: K of Eq. 15, in G·L_y; without surface compliance it only tells slip from stick (`stick_velocity`,
     `presliding_length`).
     Raises InvalidInput unless K > 0. An unstable step, too many segments, a reversal that the drive excludes or forces
     below rounding are outcomes of the result.
@@ -54,7 +54,7 @@ def integrate(profile: Profile, drive: Drive, surface_stiffness: float) -> Dynam
         position=position,
         velocity=velocity,
         spring_force=k * (stage * time - position),
-        friction=friction,
+        friction_force=friction,
         slip_time=slip_time,
         slip_position=slip_position,
         slip_force=slip_force,
@@ -64,7 +64,7 @@ def integrate(profile: Profile, drive: Drive, surface_stiffness: float) -> Dynam
         micro_travel=run.micro_travel,
         binned_force=np.diff(run.impulse) * (BINS / drive.duration),
         friction_work=run.friction_work,
-        creep_velocity=motion.creep,
+        stick_velocity=motion.creep,
         presliding_length=motion.presliding,
         settling_time=max(2.0 * math.pi / math.sqrt(k), damping / k),
         steps=run.steps,

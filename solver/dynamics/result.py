@@ -1,15 +1,26 @@
 """What a drive did: the trajectory at evenly spaced times, and the slips that the integrator itself found."""
 
-from dataclasses import dataclass
-from typing import Final
+from dataclasses import dataclass, field
+from typing import Any, Final
 
 import numpy as np
 from numpy.typing import NDArray
 
 from solver.outcome import Outcome
+from solver.quantity import quantity
 
 BINS: Final = 256
 """Stretches of time over which the driving force is averaged."""
+
+
+def sample(meaning: str, name: str, units: str = "1", **more: Any) -> dict[str, Any]:
+    """Metadata of a column over the output times. name: behind `sample_`."""
+    return quantity(meaning, f"sample_{name}", units, along="sample", **more)
+
+
+def slip_phase(meaning: str, name: str, units: str = "1", **more: Any) -> dict[str, Any]:
+    """Metadata of a column over the macroscopic slips. name: behind `slip_phase_`."""
+    return quantity(meaning, f"slip_phase_{name}", units, along="slip_phase", **more)
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -17,45 +28,61 @@ class DynamicsResult:
     """The motion of a driven pin. Lengths in L_x, forces in G·L_x·L_y, time in √(m/(G·L_y)), energy in G·L_x²·L_y.
 
     Only the first five arrays depend on the number of samples asked for. A slip is an uninterrupted stretch of motion
-    faster than `creep_velocity`, with which the stage drags a stuck pin along; it is macroscopic if it is longer than
+    faster than `stick_velocity`, with which the stage drags a stuck pin along; it is macroscopic if it is longer than
     `presliding_length`. What a run that ended badly did not reach is NaN.
     """
 
-    time: NDArray[np.float64]
+    time: NDArray[np.float64] = field(metadata=sample("time since the stage started", "time", "s", per="time"))
     """(n + 1,) evenly spaced times from 0 to the drive's duration."""
-    position: NDArray[np.float64]
+    position: NDArray[np.float64] = field(metadata=sample("position of the pin", "position", "m", per="length"))
     """(n + 1,) x."""
-    velocity: NDArray[np.float64]
+    velocity: NDArray[np.float64] = field(metadata=sample("velocity of the pin", "velocity", "m s-1", per="velocity"))
     """(n + 1,) dx/dt."""
-    spring_force: NDArray[np.float64]
+    spring_force: NDArray[np.float64] = field(
+        metadata=sample("spring force over load", "spring_force", per="normal_load")
+    )
     """(n + 1,) k(Vt - x)."""
-    friction: NDArray[np.float64]
+    friction_force: NDArray[np.float64] = field(
+        metadata=sample("friction force on the pin over load", "friction", per="normal_load")
+    )
     """(n + 1,) F of Eq. 13."""
-    slip_time: NDArray[np.float64]
-    """(s,) when each macroscopic slip starts (t_slip)."""
-    slip_position: NDArray[np.float64]
-    """(s,) where it starts (x_stick)."""
-    slip_force: NDArray[np.float64]
-    """(s,) its static friction: the largest force of spring and damper until the pin is as fast as the stage."""
-    restick_time: NDArray[np.float64]
-    """(s,) when it ends; NaN if it lasts to the end of the run."""
-    restick_position: NDArray[np.float64]
-    """(s,) where it ends; NaN likewise."""
-    micro_slips: int
-    """Number of slips that ended before the presliding length."""
-    micro_travel: float
-    """Their total length."""
+    slip_time: NDArray[np.float64] = field(
+        metadata=slip_phase("time at which macroscopic slip starts", "start", "s", per="time")
+    )
+    """(s,) t_slip."""
+    slip_position: NDArray[np.float64] = field(
+        metadata=slip_phase("position of the pin where it starts", "position", "m", per="length")
+    )
+    """(s,) x_stick."""
+    slip_force: NDArray[np.float64] = field(
+        metadata=slip_phase("its static friction: spring and damper over load", "force", per="normal_load")
+    )
+    """(s,) the largest force of spring and damper until the pin is as fast as the stage."""
+    restick_time: NDArray[np.float64] = field(
+        metadata=slip_phase("time at which the pin sticks again", "end", "s", per="time")
+    )
+    """(s,) NaN if the slip lasts to the end of the run."""
+    restick_position: NDArray[np.float64] = field(
+        metadata=slip_phase("where the pin sticks again", "end_position", "m", per="length")
+    )
+    """(s,) NaN likewise."""
+    micro_slips: int = field(metadata=quantity("slips that ended before the presliding length"))
+    micro_travel: float = field(metadata=quantity("total length of the micro slips", "", "m", per="length"))
     binned_force: NDArray[np.float64]
     """(256,) mean driving force in equal stretches of time."""
-    friction_work: float
+    friction_work: float = field(metadata=quantity("work against friction, in W·L_x", per="normal_load"))
     """∫F dx: what friction took, the energy still stored in the elastic contact included."""
-    creep_velocity: float
+    stick_velocity: float = field(
+        metadata=quantity("velocity at which the stage drags a stuck pin", "", "m s-1", per="velocity")
+    )
     """kV/(k + K)."""
-    settling_time: float
-    """A natural period of the pin on its spring, or the damper's time constant c/k where that is longer."""
-    presliding_length: float
-    """Mean steady friction over K: how far the contact stretches before it slides."""
-    steps: int
-    """Segments or time steps computed."""
+    settling_time: float = field(
+        metadata=quantity("natural period of the pin on its spring, or c/k where that is longer", "", "s", per="time")
+    )
+    presliding_length: float = field(
+        metadata=quantity("stretch of the contact before it slides", "", "m", per="length")
+    )
+    """Mean steady friction over K."""
+    steps: int = field(metadata=quantity("segments or time steps of the integrator"))
     outcome: Outcome
     """How the run ended."""

@@ -15,6 +15,7 @@ from scipy.optimize import brentq, least_squares
 
 from solver.drive import Drive
 from solver.dynamics.integrate import DynamicsResult
+from solver.quantity import quantity
 
 Floats = NDArray[np.float64]
 _ROUNDING = 1e-12
@@ -158,10 +159,23 @@ class StickSlipFit:
     residual: root mean square of what is left, as a fraction of W. motion: of the closed form, at the times of the fit.
     """
 
-    kinetic_friction: float
-    static_friction: float
-    later_static_friction: float
-    residual: float
+    static_friction: float = field(
+        metadata=quantity("μ_s for which Eq. 16-19 fit the spring force best", uncertainty="fit_residual")
+    )
+    later_static_friction: float = field(
+        metadata=quantity("the same, of every slip but the first", uncertainty="fit_residual")
+    )
+    kinetic_friction: float = field(
+        metadata=quantity("μ_k for which Eq. 16-19 fit the spring force best", uncertainty="fit_residual")
+    )
+    residual: float = field(
+        metadata=quantity(
+            "root mean square by which that fit misses the spring force, over load",
+            "fit_residual",
+            comment=f"at up to {MOST_SAMPLES} of the samples; NaN, as what was fitted, without a macroscopic slip and where "
+            f"the drive or Eq. 16-19 slip {MOST_SLIPS} times or more",
+        )
+    )
     motion: StickSlip = field(repr=False)
 
 
@@ -214,4 +228,4 @@ class _Target:
         if len(best.slip_time) >= MOST_SLIPS:
             return _NO_FIT
         residual = float(np.sqrt(np.mean((best.spring_force - self.force) ** 2))) / self.normal_load
-        return StickSlipFit(kinetic, static, later if len(best.slip_time) > 1 else math.nan, residual, best)
+        return StickSlipFit(static, later if len(best.slip_time) > 1 else math.nan, kinetic, residual, best)

@@ -8,11 +8,11 @@ A slab that is a column (column.py) has nodes in its ends only, each half of its
 with the moment that has grown on the way down.
 """
 
-from dataclasses import dataclass, fields, replace
+from dataclasses import dataclass, field, fields, replace
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.interpolate import CubicSpline
 
 from solver.elasticity.boundary_value import blank, solve_mixed
 from solver.elasticity.grid import Grid
@@ -20,9 +20,15 @@ from solver.elasticity.grid_scheme import stiffness
 from solver.elasticity.lagrange import lagrange, slope
 from solver.elasticity.schemes.column import bar_forces, lengthening, passed_down, resultants, trunk
 from solver.elasticity.stiffness import Stiffness
+from solver.quantity import quantity
 from solver.slab import Slab
 
 Vector = NDArray[np.float64]
+
+
+def inside(meaning: str, **more: Any) -> dict[str, Any]:
+    """Metadata of a column over the nodes inside the slab."""
+    return quantity(meaning, along="interior_node", **more)
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -32,13 +38,13 @@ class InteriorFields:
     x from the slab's middle, z ≤ 0 from the undeformed surface; u, w in L_x; stresses in G, tension positive.
     """
 
-    x: Vector
-    z: Vector
-    u: Vector
-    w: Vector
-    stress_xx: Vector
-    stress_zz: Vector
-    stress_xz: Vector
+    x: Vector = field(metadata=inside("position from the slab's middle, in L_x"))
+    z: Vector = field(metadata=inside("height above the undeformed surface, in L_x"))
+    u: Vector = field(metadata=inside("displacement to the right, in L_x"))
+    w: Vector = field(metadata=inside("displacement upwards, in L_x"))
+    stress_xx: Vector = field(metadata=inside("normal stress along x over W/(L_x·L_y)", per="normal_load"))
+    stress_zz: Vector = field(metadata=inside("normal stress along z over W/(L_x·L_y)", per="normal_load"))
+    stress_xz: Vector = field(metadata=inside("shear stress over W/(L_x·L_y)", per="normal_load"))
 
 
 _NAMES = [item.name for item in fields(InteriorFields)]
@@ -105,4 +111,6 @@ def _seen_from(grid: Grid, values: Vector, row: int, here: int) -> Vector:
     """Values of one row at the x of another row's nodes."""
     if grid.counts[row] == grid.counts[here]:
         return values
+    from scipy.interpolate import CubicSpline  # noqa: PLC0415  slow to load, and nothing else needs splines
+
     return np.asarray(CubicSpline(grid.row_x(row), values)(grid.row_x(here)))

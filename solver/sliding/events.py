@@ -17,7 +17,7 @@ from solver.contact.state import BROKEN, ENDINGS, ContactState, beyond_window, c
 from solver.contact.tableau import Core, core_of, steadied
 from solver.elasticity.compliance import SurfaceCompliance, uncoupled
 from solver.outcome import COMPLETED, Ending, InvalidInput, Outcome, SingularOperator, TooFarApart
-from solver.sliding.record import EVENT_KINDS, FrictionRecord
+from solver.sliding.record import EVENT_KINDS, EVENT_TYPES, FrictionRecord
 from solver.sliding.tangential import FrozenContact
 
 OFF_THE_SLAB = 2.0
@@ -262,19 +262,7 @@ def _core_at(case: Case, compliance: SurfaceCompliance, state: ContactState, who
 
 
 def _empty_events(capacity: int) -> kernels.Events:
-    return kernels.Events(
-        displacement=np.empty(capacity),
-        force_before=np.empty(capacity),
-        force_after=np.empty(capacity),
-        stiffness=np.empty(capacity),
-        dissipated=np.empty(capacity),
-        kind=np.empty(capacity, dtype=np.int8),
-        node=np.empty(capacity, dtype=np.int32),
-        slips=np.empty(capacity, dtype=np.int64),
-        releases=np.empty(capacity, dtype=np.int32),
-        touches=np.empty(capacity, dtype=np.int32),
-        contact_size=np.empty(capacity, dtype=np.int32),
-    )
+    return kernels.Events(**{name: np.empty(capacity, dtype) for name, dtype in EVENT_TYPES.items()})
 
 
 def _first(events: kernels.Events, count: int) -> kernels.Events:

@@ -12,13 +12,14 @@ the blocks (less than `SIGNIFICANT` standard errors). A truncation as late as it
 
 import math
 from collections.abc import Iterator
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from typing import Final, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
 from solver.outcome import COMPLETED, Ending, Outcome
+from solver.quantity import quantity
 from solver.sliding.record import FrictionRecord
 from solver.sliding.sampling import Sampling
 
@@ -49,15 +50,19 @@ class Plateau:
     spacings the steady part spans. peak is the highest force within. spacings: the length of the steady part.
     """
 
-    start: float
-    end: float
+    mean: float = field(
+        metadata=quantity(
+            "mean friction force over load on the steady part of the record, F/W", uncertainty="plateau_uncertainty"
+        )
+    )
+    spacings: float = field(metadata=quantity("length of the steady part, in node spacings"))
+    std: float = field(metadata=quantity("standard deviation of F/W on the steady part, over displacement"))
+    uncertainty: float = field(metadata=quantity("standard error of plateau_mean as the mean over all starts, F/W"))
+    start: float = field(metadata=quantity("pin displacement where the steady part starts, in L_x"))
+    end: float = field(metadata=quantity("pin displacement where the steady part ends, in L_x"))
     first_event: int
     last_event: int
-    mean: float
-    std: float
-    uncertainty: float
     peak: float
-    spacings: float
     outcome: Outcome = COMPLETED
 
 
@@ -237,4 +242,4 @@ def _moments(steady: Teeth) -> tuple[float, float]:
 
 def _refused(message: str) -> Plateau:
     nan = float("nan")
-    return Plateau(nan, nan, 0, 0, nan, nan, nan, nan, nan, Outcome(Ending.NO_PLATEAU, message))
+    return Plateau(nan, nan, nan, nan, nan, nan, 0, 0, nan, Outcome(Ending.NO_PLATEAU, message))

@@ -1,65 +1,88 @@
 """The nanoscale friction record (§3.2): what the pin met, event by event."""
 
-from dataclasses import dataclass
+from dataclasses import dataclass, field
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
 from solver.outcome import Outcome
+from solver.quantity import GRID_ERROR, companion, quantities, quantity
 
 EVENT_KINDS = ("slip", "release", "touch")
 """What can trigger an event; `FrictionRecord.kind` holds the position in this tuple."""
+
+
+def event(meaning: str, name: str, **more: Any) -> dict[str, Any]:
+    """Metadata of a column of events: `column: NDArray[...] = field(metadata=event(...))`. name: behind `event_`."""
+    return quantity(meaning, f"event_{name}", along="event", **more)
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class FrictionRecord:
     """The nanoscale friction record of one case: e events, arrays of shape (e,), read-only.
 
-    Between events the friction force rises linearly with the pin's displacement, at each event it changes at once.
+    Between events the friction force rises linearly with the pin's displacement, at each event it changes at once. Lengths in
+    L_x, forces in G·L_x·L_y, stiffness in G·L_y, energy in G·L_x²·L_y.
     """
 
-    displacement: NDArray[np.float64]
-    """δ_p at the event, in L_x, increasing."""
-    force_before: NDArray[np.float64]
-    """Friction force F when the event is triggered, in G·L_x·L_y."""
-    force_after: NDArray[np.float64]
-    """Friction force F when its cascade is over, in G·L_x·L_y."""
-    stiffness: NDArray[np.float64]
-    """dF/dδ_p from this event to the next, in G·L_y."""
-    kind: NDArray[np.int8]
-    """Position of the trigger in `EVENT_KINDS`."""
-    node: NDArray[np.int32]
-    """Surface node that triggered the event."""
-    slips: NDArray[np.int64]
-    """Slips in the event's cascade."""
-    releases: NDArray[np.int32]
-    """Nodes released in the event's cascade."""
-    touches: NDArray[np.int32]
-    """Nodes brought into contact in the event's cascade."""
-    contact_size: NDArray[np.int32]
-    """Nodes in contact after the event."""
-    dissipated: NDArray[np.float64]
-    """Energy lost in the event, in G·L_x²·L_y."""
+    displacement: NDArray[np.float64] = field(
+        metadata=event("pin displacement δ_p at the event, in L_x", "displacement")
+    )
+    """Increasing."""
+    force_before: NDArray[np.float64] = field(
+        metadata=event("F/W when the event is triggered", "friction_before", per="normal_load")
+    )
+    force_after: NDArray[np.float64] = field(
+        metadata=event("F/W when its cascade is over", "friction_after", per="normal_load")
+    )
+    stiffness: NDArray[np.float64] = field(metadata=event("dF/dδ_p from this event to the next, in G·L_y", "stiffness"))
+    kind: NDArray[np.int8] = field(metadata=event("what triggered the event", "kind", codes=EVENT_KINDS, dtype=np.int8))
+    """Position in `EVENT_KINDS`."""
+    node: NDArray[np.int32] = field(
+        metadata=event("surface node that triggered the event, from 0 at the left", "node", dtype=np.int32)
+    )
+    slips: NDArray[np.int64] = field(metadata=event("node slips in the cascade", "slips", dtype=np.int64))
+    releases: NDArray[np.int32] = field(metadata=event("nodes released in the cascade", "releases", dtype=np.int32))
+    touches: NDArray[np.int32] = field(
+        metadata=event("nodes brought into contact in the cascade", "touches", dtype=np.int32)
+    )
+    contact_size: NDArray[np.int32] = field(
+        metadata=event("nodes in contact after the event", "contact_size", dtype=np.int32)
+    )
+    dissipated: NDArray[np.float64] = field(
+        metadata=event("energy lost in the event, in W·L_x", "dissipated", per="normal_load")
+    )
     normal_load: float
-    """W, in G·L_x·L_y."""
+    """W."""
     spacing: float
-    """Distance between surface nodes, in L_x: what the pin meets repeats with it. Infinite where pressures are frozen: then the
-    pin goes on meeting what it met where it touched."""
+    """Distance between surface nodes: what the pin meets repeats with it. Infinite where pressures are frozen: then the pin goes
+    on meeting what it met where it touched."""
     residual_shear: float
     """Shear that a slip leaves, as a share of μ_i·pressure."""
     spread: float
     """Standard deviation of μ_i over the nodes, over its mean."""
-    initial_force: float
-    """F at δ_p = 0, after initial contact, in G·L_x·L_y."""
-    initial_stiffness: float
-    """dF/dδ_p from δ_p = 0 to the first event, in G·L_y."""
-    initial_slips: int
-    """Slips that initial contact needed."""
-    initial_contact_size: int
-    """Nodes in contact at δ_p = 0."""
-    final_displacement: float
-    """δ_p where the record ends, in L_x (the last event, or the displacement limit)."""
-    final_force: float
-    """F where the record ends, in G·L_x·L_y."""
+    initial_force: float = field(
+        metadata=quantity("friction force over load after initial contact, F/W", "initial_friction", per="normal_load")
+    )
+    initial_stiffness: float = field(
+        metadata=quantity("stiffness before the first event, in G·L_y", uncertainty=GRID_ERROR)
+    )
+    initial_slips: int = field(metadata=quantity("node slips of initial contact"))
+    initial_contact_size: int = field(metadata=quantity("nodes in contact after initial contact"))
+    final_displacement: float = field(
+        metadata=quantity(
+            "pin displacement where the record ends, in L_x",
+            si=companion("displacement where the record ends", "m", "length"),
+        )
+    )
+    """The last event, or the displacement limit."""
+    final_force: float = field(
+        metadata=quantity("friction force over load where the record ends, F/W", "final_friction", per="normal_load")
+    )
     outcome: Outcome
     """How the run ended."""
+
+
+EVENT_TYPES = {name: column.dtype for name, column in quantities(FrictionRecord).items() if column.along == "event"}
+"""Column of events -> type of its values."""

@@ -1,14 +1,15 @@
-"""What is read off a friction record and a drive: event statistics (§3.2), μ_s and μ_k with uncertainties (§3.3).
+"""What is read off the events of a friction record (§3.2): counts, means with uncertainties, the cycle it ends in.
 
-The plateau of a friction record is found in solver.sliding.plateau; the same truncation and block rules serve the drive.
+The plateau of a friction record is found in solver.sliding.plateau.
 """
 
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from typing import Final
 
 import numpy as np
 from numpy.typing import NDArray
 
+from solver.quantity import GRID_ERROR, companion, quantity
 from solver.sliding.plateau import (
     BLOCKS,
     mean_uncertainty,
@@ -25,35 +26,49 @@ LONGEST_CYCLE: Final = 6000
 class EventStatistics:
     """Counts and means over the events of one friction record. What has no event to be taken over is NaN."""
 
-    events: int
-    slips: int
-    """Events that a slip triggered; likewise releases and touches."""
-    releases: int
-    touches: int
-    cascade_slips: int
-    """Slips of all cascades together; likewise releases and touches."""
-    cascade_releases: int
-    cascade_touches: int
-    mean_step: float
-    """Displacement per event, in L_x."""
-    mean_step_uncertainty: float
-    """Its standard error as an estimate of the mean over all positions of the pin, see solver.sliding.sampling."""
-    mean_slips: float
-    """Slips per event."""
-    mean_drop: float
-    """Fall of F/W in an event."""
-    mean_drop_uncertainty: float
-    """Its standard error likewise."""
-    peak_friction: float
-    """Highest F/W anywhere."""
-    dissipated: float
-    """Energy lost in all events, in G·L_x²·L_y."""
-    spacings: float
-    """Node spacings that the record spans: what the pin meets repeats with them."""
-    cycle_events: int
-    """Events after which the end of the record repeats itself, 0 where it does not."""
-    cycle_spacings: float
-    """How far the pin moves in one such cycle, in node spacings; 0 without one."""
+    peak_friction: float = field(metadata=quantity("largest friction force over load of the whole record, F/W"))
+    surface_stiffness: float = field(
+        metadata=quantity(
+            "lateral stiffness K of the contact (Eq. 15), in G·L_y",
+            uncertainty=GRID_ERROR,
+            si=companion("lateral stiffness K of the contact", "N m-1", "stiffness"),
+        )
+    )
+    events: int = field(metadata=quantity("events of the record"))
+    spacings: float = field(
+        metadata=quantity(
+            "node spacings that the record spans: what the pin meets repeats with them", "record_spacings"
+        )
+    )
+    cycle_events: int = field(metadata=quantity("events after which the record's end repeats itself, 0: it does not"))
+    cycle_spacings: float = field(metadata=quantity("how far the pin moves in such a cycle, in node spacings"))
+    """0 without one."""
+    slips: int = field(metadata=quantity("events triggered by a slip"))
+    releases: int = field(metadata=quantity("events triggered by a release"))
+    touches: int = field(metadata=quantity("events triggered by a new contact"))
+    cascade_slips: int = field(metadata=quantity("node slips of the record, all cascades together"))
+    cascade_releases: int = field(metadata=quantity("nodes that left contact in the record"))
+    cascade_touches: int = field(metadata=quantity("nodes that came into contact in the record"))
+    mean_step: float = field(
+        metadata=quantity(
+            "mean pin displacement per event, in L_x",
+            uncertainty="mean_step_uncertainty",
+            si=companion("mean pin displacement per event", "m", "length"),
+        )
+    )
+    mean_step_uncertainty: float = field(
+        metadata=quantity("standard error of mean_step as the mean over all starts, in L_x")
+    )
+    """See solver.sliding.sampling."""
+    mean_slips: float = field(metadata=quantity("mean number of node slips per event"))
+    mean_drop: float = field(metadata=quantity("mean fall of F/W in an event", uncertainty="mean_drop_uncertainty"))
+    mean_drop_uncertainty: float = field(
+        metadata=quantity("standard error of mean_drop as the mean over all starts, F/W")
+    )
+    dissipated: float = field(
+        metadata=quantity("energy lost in all events together, in W·L_x", "dissipated_energy", per="normal_load")
+    )
+    """In G·L_x²·L_y here."""
 
 
 def event_statistics(record: FrictionRecord) -> EventStatistics:
@@ -66,6 +81,7 @@ def event_statistics(record: FrictionRecord) -> EventStatistics:
     cycle = cycle_of(record)
     drops = (record.force_before - record.force_after) / record.normal_load
     return EventStatistics(
+        surface_stiffness=record.initial_stiffness,
         events=events,
         slips=slips,
         releases=releases,

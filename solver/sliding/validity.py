@@ -11,6 +11,7 @@ records.
 
 import math
 from collections.abc import Iterable
+from dataclasses import dataclass, field
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -19,6 +20,7 @@ from numpy.typing import NDArray
 from solver.case import Case
 from solver.contact.normal import expected_half_width
 from solver.contact.state import ContactState
+from solver.quantity import GRID_ERROR, quantity
 from solver.sliding.record import FrictionRecord
 
 FEWEST_NODES = 12
@@ -80,6 +82,37 @@ FLAGS = (FEW_NODES, NEAR_ENDS, OUTGROWN, WHOLE_SLAB, BEYOND_CONTACT, LARGE_STRAI
 """All of them. `near_ends`, `outgrown` and `whole_slab` are degrees of one thing: a contact has the last that applies."""
 
 Flags = tuple[Flag, ...]
+
+
+@dataclass(frozen=True, slots=True)
+class Validity:
+    """What says how far the numbers of a contact or a record mean a pin on a slab."""
+
+    validity_flags: int = field(
+        metadata=quantity(
+            "ways in which the contact, at any time of the record, means little",
+            comment="bits by flag_masks; 0: none, or not computed (see outcome); what each means and asks for is in advice",
+            flags=tuple(flag.name for flag in FLAGS),
+        )
+    )
+    contact_half_width: float = field(
+        metadata=quantity(
+            "half-width of the contact after initial contact, in L_x",
+            uncertainty=GRID_ERROR,
+            comment="half of nodes in contact times spacing, at most half the slab: right to within a spacing, of a contact of "
+            "k nodes 2/k of it",
+        )
+    )
+
+
+def contact_validity(case: Case, start: ContactState) -> Validity:
+    """The same of initial contact alone."""
+    return Validity(mask_of(contact_flags(case, start)), contact_half_width(case, start))
+
+
+def record_validity(case: Case, start: ContactState, record: FrictionRecord, end: ContactState) -> Validity:
+    """The same of a friction record from `start` to `end`."""
+    return Validity(mask_of(record_flags(case, start, record, end)), contact_half_width(case, start))
 
 
 class _Seen(NamedTuple):

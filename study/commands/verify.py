@@ -11,8 +11,8 @@ from study.commands.shared.exits import CRASHED
 from study.commands.shared.refusals import refusals
 from study.dataset import verification
 from study.dataset.comparison import Verdict
+from study.dataset.pair import Finding
 from study.dataset.store import Store
-from study.dataset.verification import Finding
 from study.execution.executor import executor
 from study.execution.farm import open_farm
 from study.execution.interruption import EXIT_CODE

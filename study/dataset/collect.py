@@ -8,47 +8,49 @@ and trajectories differ in length: they are contiguous ragged arrays, which `rec
 import json
 from collections import Counter
 from collections.abc import Mapping
-from dataclasses import dataclass, fields
-from typing import Any, Final
+from dataclasses import fields
+from typing import Any
 
 import numpy as np
 import xarray as xr
 
 from solver.drive import Scales
 from solver.outcome import Outcome
+from solver.quantity import Quantity
 from solver.sliding.validity import advice_on, flags_in
 from study.dataset.ensemble import ensemble_variables
 from study.dataset.file import CHOSEN, FORMAT, MIXED, PENDING, VERSION
-from study.dataset.ragged import ABSENT, Runs, texts
+from study.dataset.layout import Layout, coordinates, layout_of
+from study.dataset.ragged import Runs, texts
 from study.dataset.store import Store
 from study.dataset.variables import (
+    ABSENT,
     ADVICE,
-    COMPANIONS,
     COMPUTED_BY,
     DISCRETIZATION_ERROR,
     OUTCOMES,
-    SCALARS,
-    SERIES,
+    SOFTWARE,
     VALIDITY,
-    Quantity,
+    all_series,
+    attributes,
+    companions,
     factors,
-    parameters,
+    scalars,
 )
 from study.discretization.front import Front, load_front
 from study.discretization.targets import chosen
-from study.manifest.cases import MEMBER, CampaignCase
-from study.manifest.effects import task_kinds
-from study.manifest.manifest import VARIED, Manifest
-from study.manifest.parameters import STANDARD, Value
+from study.manifest.cases import CampaignCase
+from study.manifest.manifest import Manifest
 from study.origin import NOBODY, Origin, Origins, census, mixture, stemming
 from study.plan.plan import CaseTasks, Plan
-from study.plan.tasks import TaskResult
+from study.plan.task import TaskResult
+from study.plan.tasks import KINDS, needed_kinds
 
 
 def collect(plan: Plan, store: Store) -> xr.Dataset:
     """The dataset of a campaign, finished or not: what is not computed is NaN, with the outcome `pending`."""
     manifest = plan.manifest
-    layout = _layout(plan)
+    layout = layout_of(plan)
     runs = _runs(manifest)
     table = _Table(manifest, layout, runs)
     drives = {drive.name: drive for drive in manifest.drives}
@@ -72,14 +74,14 @@ def collect(plan: Plan, store: Store) -> xr.Dataset:
             table.enter(case, name, result, by)
             for each in runs:
                 if each.series.kind == kind:
-                    table.put(f"{each.series.instance}_index", case, name, each.add(result, by, case.case_id, name))
+                    table.put(each.series.index.name, case, name, each.add(result, by, case.case_id, name))
     variables = table.variables
     variables |= ensemble_variables(variables)
     for each in runs:
         variables |= each.variables()
     counts = census(makers.values())
     variables |= _software(counts)
-    return xr.Dataset(variables, _coordinates(plan, layout), _attributes(manifest, front, counts))
+    return xr.Dataset(variables, coordinates(plan, layout), _attributes(manifest, front, counts))
 
 
 Results = dict[tuple[str, str], TaskResult | None]
@@ -87,12 +89,9 @@ Results = dict[tuple[str, str], TaskResult | None]
 
 
 def _results(keys: CaseTasks, store: Store) -> Results:
-    tasks = {("contact", ""): keys.contact, ("friction", ""): keys.friction, ("states", ""): keys.states}
-    tasks |= {("drive", name): key for name, key in keys.drives.items()}
-    results = {task: store.find(key) for task, key in tasks.items() if key is not None}
-    compliance = store.find(keys.compliance) if keys.compliance else None
-    # Only a means: once used it may go without being missed.
-    return {("compliance", ""): compliance, **results} if compliance else results
+    results = {task: store.find(key) for task, key in keys.keys.items()}
+    # A compliance is intermediate: once used it may go without being missed.
+    return {task: result for task, result in results.items() if result is not None or task[0] != "compliance"}
 
 
 def _outcome(case: CampaignCase, results: Results) -> Outcome | None:
@@ -106,38 +105,14 @@ def _outcome(case: CampaignCase, results: Results) -> Outcome | None:
     return outcome
 
 
-@dataclass(frozen=True, slots=True)
-class _Layout:
-    """Where each case lies: the axes that are dimensions, and case_id -> position."""
-
-    axes: dict[str, tuple[Value, ...]]
-    position: Mapping[str, tuple[int, ...]]
-
-
-def _layout(plan: Plan) -> _Layout:
-    members = plan.manifest.ensemble.members
-    ensemble: dict[str, tuple[Value, ...]] = {MEMBER: tuple(range(members))} if members > 1 else {}
-    if plan.manifest.design != "product":
-        axes: dict[str, tuple[Value, ...]] = {"case": tuple(range(len(plan.cases) // members)), **ensemble}
-        places = (divmod(number, members) if ensemble else (number,) for number in range(len(plan.cases)))
-        return _Layout(axes, {case.case_id: place for case, place in zip(plan.cases, places, strict=True)})
-    given = plan.manifest.axes
-    names = (*STANDARD, *(name for name, values in given.items() if name not in STANDARD and len(values) > 1))
-    axes = {name: tuple(given.get(name, (plan.cases[0].parameters[name],))) for name in names} | ensemble
-    return _Layout(
-        axes,
-        {case.case_id: tuple(axes[name].index(case.parameters[name]) for name in axes) for case in plan.cases},
-    )
-
-
 class _Table:
     """The variables over the cases, and over the drives where there are several: the same ones whatever the results."""
 
-    def __init__(self, manifest: Manifest, layout: _Layout, runs: list[Runs]) -> None:
+    def __init__(self, manifest: Manifest, layout: Layout, runs: list[Runs]) -> None:
         self._layout = layout
         self._drives = [drive.name for drive in manifest.drives]
         self.variables: dict[str, Any] = {}
-        kinds = task_kinds(manifest)
+        kinds = needed_kinds(manifest)
         for kind in ("", "drive"):
             if not kind or kind in kinds:
                 ending, message = OUTCOMES[kind]
@@ -146,21 +121,19 @@ class _Table:
                 self._declare(kind, COMPUTED_BY[kind], "")
         self._declare("", DISCRETIZATION_ERROR, np.nan)
         self._declare("", ADVICE, "")
-        for kind, scalars in SCALARS.items():
+        for kind in KINDS:
             if kind in kinds:
-                for quantity in (*scalars.values(), *COMPANIONS.get(kind, {}).values()):
+                for quantity in (*scalars(kind).values(), *companions(kind).values()):
                     self._declare(kind, quantity, _nothing(quantity))
         for each in runs:
-            instance = each.series.instance
-            index = Quantity(f"{instance}_index", f"number of the case's {instance}, {ABSENT} where it has none")
-            self._declare(each.series.kind, index, ABSENT)
+            self._declare(each.series.kind, each.series.index, ABSENT)
 
     def _declare(self, kind: str, quantity: Quantity, fill: object) -> None:
         dims = {name: len(values) for name, values in self._layout.axes.items()}
         if kind == "drive" and len(self._drives) > 1:
             dims["drive"] = len(self._drives)
         values = np.full(tuple(dims.values()), fill, dtype=object if isinstance(fill, str) else None)
-        self.variables[quantity.name] = xr.Variable(tuple(dims), values, quantity.attributes)
+        self.variables[quantity.name] = xr.Variable(tuple(dims), values, attributes(quantity))
 
     def put(self, name: str, case: CampaignCase, drive: str, value: object) -> None:
         """Set one value."""
@@ -187,8 +160,8 @@ class _Table:
 
     def enter(self, case: CampaignCase, drive: str, result: TaskResult, by: dict[str, float]) -> None:
         """Set all scalars of a result."""
-        for scalars in (SCALARS, COMPANIONS):
-            for name, quantity in scalars.get(result.kind, {}).items():
+        for known in (scalars(result.kind), companions(result.kind)):
+            for name, quantity in known.items():
                 if name in result.scalars:
                     self.put(quantity.name, case, drive, _value(quantity, result.scalars[name], by))
         if VALIDITY.name in result.scalars:
@@ -210,78 +183,20 @@ def _value(quantity: Quantity, number: float | int, by: dict[str, float]) -> flo
 
 
 def _runs(manifest: Manifest) -> list[Runs]:
-    outputs = manifest.outputs
-    wanted = {
-        "event": outputs.records,
-        "sample": outputs.trajectory,
-        "slip_phase": outputs.phases,
-        "surface_node": outputs.tractions,
-        "state_node": bool(outputs.tractions_at),
-        "interior_node": outputs.subsurface,
-    }
-    return [Runs(series) for series in SERIES if wanted[series.sample] and series.kind in task_kinds(manifest)]
-
-
-def _coordinates(plan: Plan, layout: _Layout) -> dict[str, Any]:
-    """Every parameter: along its dimension, over the cases where it varies, else once; and the drives'."""
-    shape = tuple(len(values) for values in layout.axes.values())
-    along = set(plan.manifest.axes) | set(STANDARD) if "case" in layout.axes else set()
-    ids = np.full(shape, "", dtype=object)
-    for case in plan.cases:
-        ids[layout.position[case.case_id]] = case.case_id
-    found: dict[str, Any] = {
-        name: (name, _array(values), _parameter(name).attributes) for name, values in layout.axes.items()
-    }
-    found["case_id"] = (tuple(layout.axes), ids, _CASE_ID.attributes)
-    # Of what varies between members, an axis says where the first of them is: the case itself knows better.
-    points = {case.case_id: {**case.parameters, **(case.case.flat if case.case else {})} for case in plan.cases}
-    for name in parameters():
-        values = {case_id: point[name] for case_id, point in points.items() if point.get(name) is not None}
-        if name in layout.axes or not values:
-            continue
-        if len(set(values.values())) == 1 and name not in along:
-            found[name] = ((), next(iter(values.values())), _parameter(name).attributes)
-            continue
-        sample = next(iter(values.values()))
-        # Whole numbers stay whole, as floats lose digits beyond 2^53, except where some are missing.
-        whole = isinstance(sample, int) and len(values) == len(plan.cases)
-        kind: Any = object if isinstance(sample, str) else np.int64 if whole else float
-        spread = np.full(shape, "" if isinstance(sample, str) else 0 if whole else np.nan, kind)
-        for case_id, value in values.items():
-            spread[layout.position[case_id]] = value
-        dims = tuple(layout.axes)
-        if dims[-1] == MEMBER and name not in VARIED:
-            spread, dims = spread[..., 0], dims[:-1]
-        found[name] = (dims, spread, _parameter(name).attributes)
-    return found | _drive_coordinates(plan.manifest)
-
-
-def _drive_coordinates(manifest: Manifest) -> dict[str, Any]:
-    """The drives' names and settings, along `drive` where there are several, else once."""
-    drives = manifest.drives
-    found: dict[str, Any] = {}
-    for name in ("name", *parameters()) if drives else ():
-        values = [{"name": drive.name, **drive.flat}.get(name) for drive in drives]
-        if any(value is not None for value in values):
-            label = _DRIVE if name == "name" else parameters()[name]
-            array = _array([np.nan if value is None else value for value in values])
-            dims = "drive" if len(drives) > 1 else ()
-            found[label.name] = (dims, array if dims else array[0], label.attributes)
-    return found
+    kinds = needed_kinds(manifest)
+    return [Runs(series) for series in all_series() if series.kind in kinds and series.ragged.wanted(manifest)]
 
 
 def _software(counts: Mapping[Origin, int]) -> dict[str, Any]:
     """The software that computed the results, one origin each."""
     origins = sorted(counts)
-    label = Quantity("software", "name of the software: a hash of what is known of it")
-    count = Quantity("software_results", "results that stem from the software, those of a case and of its drives")
+    name, count, *facts = SOFTWARE
     found: dict[str, Any] = {
-        label.name: (label.name, texts(origin.name for origin in origins), label.attributes),
-        count.name: (label.name, np.array([counts[origin] for origin in origins], np.int64), count.attributes),
+        name.name: (name.name, texts(origin.name for origin in origins), attributes(name)),
+        count.name: (name.name, np.array([counts[origin] for origin in origins], np.int64), attributes(count)),
     }
-    for item in fields(Origin):
-        quantity = Quantity(f"software_{item.name}", f"{item.name} of the software")
-        found[quantity.name] = (label.name, texts(getattr(each, item.name) for each in origins), quantity.attributes)
+    for item, quantity in zip(fields(Origin), facts, strict=True):
+        found[quantity.name] = (name.name, texts(getattr(each, item.name) for each in origins), attributes(quantity))
     return found
 
 
@@ -317,15 +232,3 @@ def _attributes(manifest: Manifest, front: Front, counts: Mapping[Origin, int]) 
         **{item.name: getattr(manifest.scales, item.name) for item in fields(Scales)},
         "scales": "slab_width L_x in m, slab_depth L_y in m, shear_modulus G in Pa",
     }
-
-
-def _array(values: Any) -> Any:
-    return texts(values) if any(isinstance(value, str) for value in values) else np.array(values)
-
-
-def _parameter(name: str) -> Quantity:
-    return parameters().get(name) or Quantity(name, f"number of the {name}")
-
-
-_CASE_ID: Final = Quantity("case_id", "content hash of the case's parameters")
-_DRIVE: Final = Quantity("drive", "name of the drive")

@@ -1,23 +1,33 @@
-"""What each variable of a dataset is: name, unit, meaning, and the variable that states its uncertainty."""
+"""Every variable that a dataset can have, from the declarations: rows, one variable in full, and a page of all of them.
+
+`python -m study.dataset.description > campaigns/variables.md` writes the page.
+"""
 
 import difflib
-from collections.abc import Iterator
+import sys
+from collections.abc import Iterable, Iterator
 from dataclasses import dataclass
-from functools import lru_cache
 
+from solver.quantity import Quantity
+from study.dataset.ensemble import OBSERVABLES, ensemble_quantities
 from study.dataset.variables import (
     ADVICE,
-    COMPANIONS,
+    CASE_ID,
     COMPUTED_BY,
     DISCRETIZATION_ERROR,
+    DRIVE,
+    DRIVE_NAME,
     OUTCOMES,
-    SCALARS,
-    SERIES,
-    Quantity,
+    SOFTWARE,
+    all_series,
+    companions,
     parameters,
+    scalars,
 )
+from study.plan.tasks import KINDS
 
-_CASES, _DRIVES = "cases", "cases, drive"
+CASES = "cases"
+"""What stands for the dimensions that the cases lie along."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -25,27 +35,34 @@ class Described:
     """One variable of a dataset."""
 
     name: str
+    group: str
+    """What it is part of."""
+    dims: str
+    """What it lies along; `cases` are the dimensions of the cases."""
     units: str
     meaning: str
-    uncertainty: str = ""
-    """The variable that states how uncertain this one is; empty where none does."""
-    comment: str = ""
-    dims: str = ""
-    """The dimensions: `cases` stands for the axes of the campaign."""
+    uncertainty: str
+    """The variable that says how uncertain this one is; empty where none does."""
+    comment: str
+    values: tuple[str, ...]
+    """Names of its bits, meanings of its numbers from 0 on, or the texts that it can hold; empty where it is any number."""
 
 
-def rows() -> tuple[Described, ...]:
-    """All variables that a dataset may have, in the order of parameters, results of cases, runs of different length."""
-    return tuple(_variables().values())
+def rows() -> list[Described]:
+    """All variables, group by group, each name once."""
+    found: dict[str, Described] = {}
+    for each in _all():
+        found.setdefault(each.name, each)
+    return list(found.values())
 
 
 def described(name: str) -> Described:
-    """A variable by its name. Raises KeyError, naming similar ones, where there is none."""
-    found = _variables()
-    if name not in found:
-        near = ", ".join(difflib.get_close_matches(name, found, 3))
-        raise KeyError(f"{name}: no variable of a dataset" + (f"; similar: {near}" if near else ""))
-    return found[name]
+    """One variable. Raises KeyError that names the nearest ones where there is none of this name."""
+    known = {each.name: each for each in rows()}
+    if name not in known:
+        near = difflib.get_close_matches(name, known, n=3, cutoff=0.5)
+        raise KeyError(f"{name}: no variable of a dataset" + (f"; nearest: {', '.join(near)}" if near else ""))
+    return known[name]
 
 
 def text_of(variable: Described) -> str:
@@ -55,26 +72,78 @@ def text_of(variable: Described) -> str:
         "along": variable.dims,
         "unit": variable.units,
         "uncertainty": variable.uncertainty,
+        "values": ", ".join(variable.values),
         "comment": variable.comment,
+        "part of": variable.group,
     }
     return "\n".join([variable.name, *(f"  {what}: {text}" for what, text in facts.items() if text)])
 
 
-@lru_cache(maxsize=1)
-def _variables() -> dict[str, Described]:
-    found: dict[str, Described] = {}
-    for quantity, dims in _quantities():
-        one = Described(quantity.name, quantity.units, quantity.long_name, quantity.uncertainty, quantity.comment, dims)
-        found.setdefault(one.name, one)
-    return found
+def page() -> str:
+    """All variables as Markdown."""
+    lines = [_HEAD]
+    group = ""
+    for each in rows():
+        if each.group != group:
+            group = each.group
+            lines += [f"\n## {group[0].upper()}{group[1:]}\n", *_COLUMNS]
+        lines.append(_line(each))
+    return "\n".join(lines) + "\n"
 
 
-def _quantities() -> Iterator[tuple[Quantity, str]]:
-    yield from ((quantity, _CASES) for quantity in (*parameters().values(), *OUTCOMES[""], COMPUTED_BY[""]))
-    yield from ((quantity, _DRIVES) for quantity in (*OUTCOMES["drive"], COMPUTED_BY["drive"]))
-    yield from ((quantity, _CASES) for quantity in (DISCRETIZATION_ERROR, ADVICE))
-    for part in (SCALARS, COMPANIONS):
-        for kind, scalars in part.items():
-            yield from ((quantity, _DRIVES if kind == "drive" else _CASES) for quantity in scalars.values())
-    for series in SERIES:
-        yield from ((quantity, series.sample) for quantity in series.columns.values())
+_HEAD = """# Variables of a dataset
+
+What `results.nc` can hold; which of it a campaign has follows from its stages and outputs. Lengths are in slab widths L_x,
+forces over the load W, stiffness in G·L_y, where no SI unit is given. `cases` stands for the dimensions of the cases:
+`intrinsic_friction`, `radius`, `aspect_ratio`, `n_x` and every further axis, or `case`; `drive` is a dimension where there are
+several drives. This page is written by `python -m study.dataset.description`."""
+
+
+_COLUMNS = ("| variable | along | unit | meaning | uncertainty | remark |", "|---|---|---|---|---|---|")
+
+
+def _line(variable: Described) -> str:
+    values = ", ".join(f"`{value}`" for value in variable.values)
+    remark = "; ".join(part for part in (values, variable.comment) if part)
+    error = f"`{variable.uncertainty}`" if variable.uncertainty else ""
+    cells = (f"`{variable.name}`", variable.dims, variable.units, variable.meaning, error, remark)
+    return "| " + " | ".join(cell.replace("|", "\\|") for cell in cells) + " |"
+
+
+def _all() -> Iterator[Described]:
+    ending, message = OUTCOMES[""]
+    own = (CASE_ID, ending, message, COMPUTED_BY[""], DISCRETIZATION_ERROR, ADVICE)
+    yield from _of("the case", CASES, own)
+    for kind in KINDS:
+        head = (*OUTCOMES[DRIVE], COMPUTED_BY[DRIVE]) if kind == DRIVE else ()
+        dims = f"{CASES}, drive" if kind == DRIVE else CASES
+        yield from _of(_GROUPS.get(kind, kind), dims, (*head, *scalars(kind).values(), *companions(kind).values()))
+    for series in all_series():
+        group = f"{_GROUPS.get(series.kind, series.kind)}: {series.sample}"
+        yield from _of(group, f"{CASES}, drive" if series.kind == DRIVE else CASES, (series.index,))
+        yield from _of(group, series.instance, (series.count, *series.owners))
+        yield from _of(group, series.sample, series.columns.values())
+    units = {each.name: each.units for kind in KINDS for each in scalars(kind).values()}
+    for name in OBSERVABLES:
+        yield from _of("the ensemble", f"{CASES} without member", ensemble_quantities(name, units[name]).values())
+    yield from _of("the software", SOFTWARE[0].name, SOFTWARE)
+    yield from _of("parameters", "where they vary", (DRIVE_NAME, *parameters().values()))
+
+
+_GROUPS = {
+    "contact": "initial contact",
+    "record": "the friction record",
+    "states": "states of the contact",
+    DRIVE: "the drive",
+}
+"""Kind of task -> what its variables are about."""
+
+
+def _of(group: str, dims: str, quantities: Iterable[Quantity]) -> Iterator[Described]:
+    for each in quantities:
+        values = each.flags or each.codes or each.words
+        yield Described(each.name, group, dims, each.units, each.long_name, each.uncertainty, each.comment, values)
+
+
+if __name__ == "__main__":
+    sys.stdout.write(page())

@@ -9,8 +9,9 @@ import numpy as np
 import xarray as xr
 from numpy.typing import NDArray
 
+from solver.quantity import Quantity
 from solver.sliding.sampling import ensemble_uncertainty
-from study.dataset.variables import Quantity
+from study.dataset.variables import attributes
 from study.manifest.cases import MEMBER
 
 OBSERVABLES: Final = {
@@ -33,9 +34,9 @@ PER_EVENT: Final = ("mean_step", "mean_drop")
 def ensemble_variables(variables: Mapping[str, xr.Variable]) -> dict[str, xr.Variable]:
     """Mean, standard error and standard deviation over `member` of each observable that has it; none without members."""
     found: dict[str, xr.Variable] = {}
-    for name, words in OBSERVABLES.items():
+    for name in OBSERVABLES:
         if name in variables and MEMBER in variables[name].dims:
-            found |= _reduced(name, words, variables)
+            found |= _reduced(name, variables)
     return found
 
 
@@ -44,12 +45,23 @@ def ensemble_name(name: str, part: str) -> str:
     return f"{name}_ensemble_{part}"
 
 
+def ensemble_quantities(name: str, units: str = "1") -> dict[str, Quantity]:
+    """Part -> the variable that holds it, of an observable with these units."""
+    mean, error, std = (ensemble_name(name, part) for part in ("mean", "uncertainty", "std"))
+    words = OBSERVABLES[name]
+    return {
+        "mean": Quantity(mean, f"mean over members of {words}", units, uncertainty=error),
+        "uncertainty": Quantity(error, f"standard error of the mean over members of {words}", units),
+        "std": Quantity(std, f"standard deviation between members of {words}", units),
+    }
+
+
 def _uncertainty_of(name: str, variable: xr.Variable) -> str:
     """The variable that holds what each member states of its own value; of a name that is free where members state nothing."""
     return str(variable.attrs.get("ancillary_variables", f"{name}_uncertainty"))
 
 
-def _reduced(name: str, words: str, variables: Mapping[str, xr.Variable]) -> dict[str, xr.Variable]:
+def _reduced(name: str, variables: Mapping[str, xr.Variable]) -> dict[str, xr.Variable]:
     variable = variables[name]
     dims = tuple(dim for dim in variable.dims if dim != MEMBER)
     values = _by_member(variable)
@@ -58,22 +70,17 @@ def _reduced(name: str, words: str, variables: Mapping[str, xr.Variable]) -> dic
     if spans.ndim < values.ndim:  # a record serves all drives
         spans = np.broadcast_to(spans[..., None, :], values.shape)
     weights = _by_member(variables["events"]) if name in PER_EVENT else np.ones_like(values)
-    parts: dict[str, tuple[str, Any]] = {
-        "mean": (f"mean over members of {words}", lambda place: _mean(values[place], weights[place])),
-        "uncertainty": (
-            f"standard error of the mean over members of {words}",
-            lambda place: _uncertainty(name, values[place], stated[place], spans[place]),
-        ),
-        "std": (f"standard deviation between members of {words}", lambda place: _std(values[place])),
+    parts: dict[str, Any] = {
+        "mean": lambda place: _mean(values[place], weights[place]),
+        "uncertainty": lambda place: _uncertainty(name, values[place], stated[place], spans[place]),
+        "std": lambda place: _std(values[place]),
     }
     found = {}
-    for part, (meaning, reduce) in parts.items():
+    for part, quantity in ensemble_quantities(name, str(variable.attrs["units"])).items():
         reduced = np.empty(values.shape[:-1])
         for place in np.ndindex(reduced.shape):
-            reduced[place] = reduce(place)
-        by = ensemble_name(name, "uncertainty") if part == "mean" else ""
-        quantity = Quantity(ensemble_name(name, part), meaning, str(variable.attrs["units"]), uncertainty=by)
-        found[quantity.name] = xr.Variable(dims, reduced, quantity.attributes)
+            reduced[place] = parts[part](place)
+        found[quantity.name] = xr.Variable(dims, reduced, attributes(quantity))
     return found
 
 

@@ -1,19 +1,15 @@
 """Runs of different length, one behind the other: CF contiguous ragged arrays, and the way back to one run."""
 
 from collections.abc import Iterable
-from typing import Any, Final
+from typing import Any
 
 import numpy as np
 import xarray as xr
 from numpy.typing import NDArray
 
-from solver.sliding.record import EVENT_KINDS
-from study.dataset.variables import SERIES, Quantity, Series
+from study.dataset.variables import ABSENT, Series, all_series, attributes
 from study.manifest.parameters import Value
-from study.plan.tasks import TaskResult
-
-ABSENT: Final = -1
-"""Number of the run of a case that has none."""
+from study.plan.task import TaskResult
 
 
 class Runs:
@@ -43,23 +39,18 @@ class Runs:
     def variables(self) -> dict[str, Any]:
         """The columns over the samples; over the instances the count of samples and what each belongs to."""
         instance, sample = self.series.instance, self.series.sample
-        count = Quantity(self.series.count, f"number of {sample} values of each {instance}").attributes
-        case_id = Quantity(f"{instance}_case_id", f"case that each {instance} belongs to")
-        drive = Quantity(f"{instance}_drive", f"drive that each {instance} belongs to")
+        count = self.series.count
+        counts = np.array(self._counts, np.int64)
         found: dict[str, Any] = {
-            self.series.count: (instance, np.array(self._counts, np.int64), {**count, "sample_dimension": sample}),
-            case_id.name: (instance, texts(owner for owner, _ in self._owners), case_id.attributes),
+            count.name: (instance, counts, {**attributes(count), "sample_dimension": sample}),
         }
-        if self.series.kind == "drive":
-            found[drive.name] = (instance, texts(owner for _, owner in self._owners), drive.attributes)
+        for number, owner in enumerate(self.series.owners):
+            found[owner.name] = (instance, texts(names[number] for names in self._owners), attributes(owner))
         for name, quantity in self.series.columns.items():
             runs = self._columns[name]
             values = np.concatenate(runs) if runs else np.full(sum(self._counts), np.nan)
-            found[quantity.name] = (sample, values, quantity.attributes | (_KINDS if name == "kind" else {}))
+            found[quantity.name] = (sample, values, attributes(quantity))
         return found
-
-
-_KINDS = {"flag_values": np.arange(len(EVENT_KINDS), dtype=np.int8), "flag_meanings": " ".join(EVENT_KINDS)}
 
 
 def texts(values: Iterable[str]) -> NDArray[Any]:
@@ -97,10 +88,10 @@ def _cut(dataset: xr.Dataset, instance: str, selection: dict[str, Value]) -> xr.
     number = int(numbers.item())
     if number == ABSENT:
         raise ValueError(f"{selection}: this case has no {instance}")
-    runs = [series for series in SERIES if series.instance == instance and series.count in dataset]
+    runs = [series for series in all_series() if series.instance == instance and series.count.name in dataset]
     window = {}
     for series in runs:
-        counts = dataset[series.count].values
+        counts = dataset[series.count.name].values
         start = int(counts[:number].sum())
         window[series.sample] = slice(start, start + int(counts[number]))
     names = [name for name in dataset.data_vars if set(dataset[name].dims) & set(window)]

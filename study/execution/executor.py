@@ -24,6 +24,6 @@ def executor(out: Path) -> Callable[[Task], Outcome]:
 
 def drop_intermediates(plan: Plan, computed: Sequence[Task], store: Store) -> None:
     """Remove records that only other tasks needed and that no unfinished task still needs. Raises StoreError."""
-    if any(task.means and task.kind == "friction" for task in computed):
-        for key in plan.spent(store.finished()):
+    if any(task.intermediate and task.kind == "record" for task in computed):
+        for key in plan.obsolete(store.finished()):
             store.drop(key)

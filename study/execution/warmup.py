@@ -9,7 +9,7 @@ from tempfile import TemporaryDirectory
 from solver.case import Case, Heterogeneity
 from solver.slab import Slab
 from study.dataset.store import Store
-from study.plan.tasks import Task, compliance_task, contact_task, drive_task, friction_task, run_task
+from study.plan.tasks import Task, compliance_task, contact_task, drive_task, record_task, run_task
 
 
 def warm_up(tasks: Sequence[Task]) -> None:
@@ -28,9 +28,9 @@ def miniatures(tasks: Sequence[Task]) -> list[Task]:
     for task in tasks:
         if task.drive is not None:
             drive = replace(task.drive, duration=task.drive.duration / 100, samples=2)
-            small = [friction_task(_STEADY), drive_task(_STEADY, drive)]
+            small = [record_task(_STEADY), drive_task(_STEADY, drive)]
         elif task.case is not None:
-            make = contact_task if task.kind == "contact" else friction_task
+            make = contact_task if task.kind == "contact" else record_task
             small = [make(_tiny(task.case))]
         else:
             small = []

@@ -1,44 +1,12 @@
-"""Which stages, effects and outputs a manifest asks for -> which kinds of task exist at all, and what is left out."""
+"""Which effects a manifest switches, what is left out where they are off, and what means nothing together."""
 
 from collections.abc import Sequence
-from typing import Literal, NamedTuple
+from typing import NamedTuple
 
 from solver.case import Case, Effects
 from solver.slab import SCHEMES, Slab
 from study.manifest.drives import NamedDrive
 from study.manifest.manifest import Manifest
-
-TaskKind = Literal["compliance", "contact", "friction", "states", "drive"]
-
-
-def task_kinds(manifest: Manifest) -> frozenset[TaskKind]:
-    """The kinds of task that this manifest needs.
-
-    Sliding starts from its own initial contact, so a task of contact alone exists only where nothing follows it or where
-    its tractions are wanted.
-    """
-    kinds: set[TaskKind] = {"compliance"}
-    if "slip" not in manifest.stages or manifest.outputs.tractions:
-        kinds.add("contact")
-    if "slip" in manifest.stages:
-        kinds.add("friction")
-    if manifest.outputs.tractions_at or manifest.outputs.subsurface:
-        kinds.add("states")
-    if "dynamics" in manifest.stages:
-        kinds.add("drive")
-    return frozenset(kinds)
-
-
-def kept(manifest: Manifest) -> dict[TaskKind, bool]:
-    """Kind of task -> whether its arrays are kept, not its scalars alone."""
-    outputs = manifest.outputs
-    return {
-        "compliance": True,
-        "contact": outputs.tractions,
-        "friction": outputs.records,
-        "states": True,
-        "drive": outputs.trajectory or outputs.phases,
-    }
 
 
 def refusal(manifest: Manifest, case: Case) -> str:

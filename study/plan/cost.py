@@ -15,7 +15,7 @@ from solver.contact.kernels import STRETCHES
 from solver.contact.tableau import margin
 from solver.sliding.events import FIRST_CAPACITY, OFF_THE_SLAB
 from study.plan.condensation import condensation_bytes
-from study.plan.tasks import Task
+from study.plan.task import Task
 
 NODE_STIFFNESS = 3.5
 """Of a surface node against its neighbours at rest, in G: slips per displacement, times what they drop, over nodes."""
@@ -109,7 +109,7 @@ def _finite(friction: float) -> float:
 _TOUCH = (4e-4, 2.5e-7, 1.6e-9)  # by powers 0, 2, 3 of the nodes in contact: rounds of dense solves
 _TOUCH_OF_ALL = 0.5  # of that where the contact is all of the surface: nothing is looked for
 _PRESSED = 0.2  # of that without shear: half the unknowns
-_DIGEST = (1.2e-3, 1.2e-6)  # of a record, and of each event
+_SCALARS = (1.2e-3, 1.2e-6)  # of a record, and of each event
 _SLIP = (5e-8, 5e-10, 1e-12)  # by powers 0, 1, 2 of the entries of a tableau's row: longer ones come from memory
 _FROZEN_SLIP = (4.5e-8, 1.5e-10, 5e-13)
 _ROUGH = 2.0  # a slip on a rough pin over one on a smooth pin
@@ -159,7 +159,7 @@ def _slide_seconds(case: Case, events: float) -> float:
         start = _polynomial(_TOUCH, nodes, (0.0, 2.0, 3.0))  # a tableau, and another one when the contact has grown
     else:
         slip, start = _polynomial(_FROZEN_SLIP, nodes, (0.0, 1.0, 2.0)), 0.0
-    return start + slip * slips_of(case, events) + _polynomial(_DIGEST, events, (0.0, 1.0))
+    return start + slip * slips_of(case, events) + _polynomial(_SCALARS, events, (0.0, 1.0))
 
 
 def _coulomb_path(case: Case) -> tuple[float, float]:
@@ -205,7 +205,7 @@ def memory_of(task: Task) -> float:
         found = max(found, _slide_numbers(case))
     if task.subsurface:
         found = max(found, _INNER * task.slab.n_x)
-    return _FLOAT * found + (record_bytes(case) if task.kind == "friction" else 0.0)
+    return _FLOAT * found + (record_bytes(case) if task.kind == "record" else 0.0)
 
 
 def _touch_numbers(case: Case) -> float:

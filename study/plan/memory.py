@@ -6,7 +6,7 @@ from collections.abc import Sequence
 
 from study.plan.cost import memory_of, record_bytes
 from study.plan.plan import Plan
-from study.plan.tasks import Task
+from study.plan.task import Task
 
 PROGRAM = 2e8
 """Bytes of a process that has computed nothing yet."""
@@ -56,6 +56,6 @@ def _short(need: float, there: float) -> str:
 
 
 def _advice(task: Task) -> str:
-    if task.kind == "friction" and task.case is not None and record_bytes(task.case) > memory_of(task) / 2.0:
+    if task.kind == "record" and task.case is not None and record_bytes(task.case) > memory_of(task) / 2.0:
         return "use fewer limits.events, a shorter limits.displacement, or a machine with more memory"
     return "use a smaller n_x, or a machine with more memory"

@@ -5,28 +5,43 @@ from dataclasses import dataclass, field, replace
 
 from study.discretization.targets import settled
 from study.manifest.cases import MEMBER, CampaignCase, expand
-from study.manifest.effects import kept, task_kinds
 from study.manifest.manifest import Manifest
 from study.manifest.parameters import Value
 from study.origin import Origins, foreign, here
 from study.plan.condensation import condensation_seconds
 from study.plan.cost import memory_of, seconds_of
 from study.plan.drive_cost import drive_seconds
-from study.plan.tasks import Task, compliance_task, contact_task, digest_task, drive_task, friction_task, states_task
+from study.plan.task import Task
+from study.plan.tasks import KINDS, stage_of
 
 __all__ = ["CaseTasks", "Plan", "make_plan", "memory_of"]
 
 
 @dataclass(frozen=True, slots=True)
 class CaseTasks:
-    """Keys of the tasks of one case; None or empty where there is no such task."""
+    """Keys of the tasks of one case; none of a case that the physics refuses."""
 
-    compliance: str | None = None
-    contact: str | None = None
-    friction: str | None = None
-    states: str | None = None
-    drives: Mapping[str, str] = field(default_factory=dict)
-    """Name of the drive -> key."""
+    keys: Mapping[tuple[str, str], str] = field(default_factory=dict)
+    """Kind of task and name of its drive ("" without one) -> key, in the order of stages."""
+
+    def key(self, kind: str, drive: str = "") -> str | None:
+        """Key of the case's task of this kind; None where there is none."""
+        return self.keys.get((kind, drive))
+
+    @property
+    def compliance(self) -> str | None:
+        """Key of the slab's compliance."""
+        return self.key("compliance")
+
+    @property
+    def record(self) -> str | None:
+        """Key of the friction record, or of its scalars where it is not kept."""
+        return self.key("record")
+
+    @property
+    def drives(self) -> dict[str, str]:
+        """Name of the drive -> key."""
+        return {drive: key for (_, drive), key in self.keys.items() if drive}
 
 
 @dataclass(frozen=True, slots=True)
@@ -43,11 +58,11 @@ class Plan:
     def remaining(self, finished: Collection[str]) -> tuple[Task, ...]:
         """Tasks still to do, in order, given the keys that are finished.
 
-        A means is not computed again without unfinished work that needs it.
+        Intermediate results are recomputed only if an unfinished task needs them.
         """
         wanted: set[str] = set()
         for task in reversed(self.tasks):  # from the ends of the chains to their beginnings
-            if task.key not in finished and (not task.means or task.key in wanted):
+            if task.key not in finished and (not task.intermediate or task.key in wanted):
                 wanted |= {task.key, *task.needs}
         return tuple(task for task in self.tasks if task.key in wanted and task.key not in finished)
 
@@ -57,13 +72,13 @@ class Plan:
         mine = (task.key for task in self.tasks if task.key in finished)
         return {key: finished[key] for key in mine if foreign(finished[key], home)}
 
-    def spent(self, finished: Collection[str]) -> tuple[str, ...]:
-        """Records that were only a means, and that no task still needs, given the keys that are finished."""
+    def obsolete(self, finished: Collection[str]) -> tuple[str, ...]:
+        """Intermediate records that no task needs any more, given the keys that are finished."""
         wanted = {need for task in self.remaining(finished) for need in task.needs}
         return tuple(
             task.key
             for task in self.tasks
-            if task.means and task.kind == "friction" and task.key in finished and task.key not in wanted
+            if task.intermediate and task.kind == "record" and task.key in finished and task.key not in wanted
         )
 
 
@@ -88,36 +103,19 @@ def _tasks_of(manifest: Manifest, campaign_case: CampaignCase) -> tuple[list[Tas
     case = campaign_case.case
     if case is None:
         return [], CaseTasks()
-    kinds, keeps = task_kinds(manifest), kept(manifest)
-    axes = {name: campaign_case.parameters[name] for name in manifest.axes}
-    slab = {"n_x": case.slab.n_x, **{name: value for name, value in axes.items() if hasattr(case.slab, name)}}
+    label = {name: campaign_case.parameters[name] for name in manifest.axes}
+    slab = {"n_x": case.slab.n_x, **{name: value for name, value in label.items() if hasattr(case.slab, name)}}
     if MEMBER in campaign_case.parameters:
-        axes[MEMBER] = campaign_case.parameters[MEMBER]
-    compliance = _estimated(compliance_task(case.slab), slab)
-    contact = friction = record = states = None
-    if "contact" in kinds:
-        contact = _estimated(contact_task(case, scalars_only=not keeps["contact"]), axes)
-    if "friction" in kinds:
-        friction = _estimated(friction_task(case, scalars_only=not keeps["friction"]), axes)
-    if friction and "drive" in kinds and not keeps["friction"]:
-        record = _estimated(replace(friction_task(case), means=True), axes)
-        friction = replace(digest_task(record), label=friction.label)
-    if "states" in kinds:
-        events = manifest.outputs.tractions_at or (0,)
-        states = _estimated(states_task(case, events, manifest.outputs.subsurface), axes)
-    drives = {}
-    if "drive" in kinds:
-        for drive in manifest.drives:
-            task = drive_task(case, drive.dimensionless(manifest.scales), scalars_only=not keeps["drive"])
-            drives[drive.name] = _estimated(task, {**axes, "drive": drive.name})
-    keys = CaseTasks(
-        compliance=compliance.key,
-        contact=contact.key if contact else None,
-        friction=friction.key if friction else None,
-        states=states.key if states else None,
-        drives={name: task.key for name, task in drives.items()},
-    )
-    return [task for task in (compliance, contact, record, friction, states, *drives.values()) if task], keys
+        label[MEMBER] = campaign_case.parameters[MEMBER]
+    found: list[Task] = []
+    keys: dict[tuple[str, str], str] = {}
+    for kind in KINDS.values():
+        for wanted in kind.tasks(case, manifest) if kind.needed(manifest) else ():
+            task, drive = wanted.task, wanted.drive
+            words = {**label, "drive": drive} if drive else slab if task.case is None else label
+            found.append(_estimated(task, words, free=wanted.free))
+            keys[kind.name, drive] = task.key
+    return found, CaseTasks(keys)
 
 
 def _longest_chain_first(tasks: Collection[Task]) -> tuple[Task, ...]:
@@ -125,23 +123,16 @@ def _longest_chain_first(tasks: Collection[Task]) -> tuple[Task, ...]:
     costs = {task.key: task.cost for task in tasks}
     chain = dict(costs)
     # One pass from the last stage back sees every chain whole.
-    for task in sorted(tasks, key=_stage, reverse=True):
+    for task in sorted(tasks, key=stage_of, reverse=True):
         for need in task.needs:
             chain[need] = max(chain[need], costs[need] + chain[task.key])
-    return tuple(sorted(tasks, key=lambda task: (-chain[task.key], _stage(task))))
+    return tuple(sorted(tasks, key=lambda task: (-chain[task.key], stage_of(task))))
 
 
-def _stage(task: Task) -> tuple[int, bool]:
-    """Kinds are stages; a record that is only a means comes before its scalars."""
-    return _STAGE_ORDER[task.kind], not task.means
-
-
-_STAGE_ORDER = {"compliance": 0, "contact": 1, "friction": 2, "states": 3, "drive": 4}
-
-
-def _estimated(task: Task, label: Mapping[str, Value]) -> Task:
+def _estimated(task: Task, label: Mapping[str, Value], free: bool) -> Task:
     words = (f"{name}={value:g}" if isinstance(value, float) else f"{name}={value}" for name, value in label.items())
-    return replace(task, cost=min(_seconds(task), _LONGEST), label=" ".join((task.kind, *words)))
+    cost = 0.0 if free else min(_seconds(task), _LONGEST)
+    return replace(task, cost=cost, label=" ".join((task.kind, *words)))
 
 
 # Rough seconds on one core of an ordinary machine: they order the work and warn of days, no more. See study.plan.cost.

@@ -13,8 +13,9 @@ import xarray as xr
 from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.figure import Figure
 
-from study.dataset.ragged import ABSENT, record, trajectory
+from study.dataset.ragged import record, trajectory
 from study.dataset.store import StoreError, written_whole
+from study.dataset.variables import ABSENT
 from study.manifest.parameters import Value
 from study.report.summary import Point, flag_summary, points, scalar_table, words
 

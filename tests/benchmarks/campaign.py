@@ -162,14 +162,14 @@ def _limits(tasks: list[Timed], per_task: float, alone: Mapping[str, float]) -> 
 def _resampled(durations: Mapping[str, list[float]]) -> list[Timed]:
     """A campaign in a plan's order whose tasks last as measured ones did (fixed seed): records first, then drives."""
     generator = np.random.default_rng(20220101)
-    records = generator.choice(durations["friction"], REPLAYED)
+    records = generator.choice(durations["record"], REPLAYED)
     drives = generator.choice(durations["drive"], REPLAYED)
     mean = {kind: float(np.mean(values)) for kind, values in durations.items()}
     first = Timed("compliance", mean["compliance"], mean["compliance"], kind="compliance")
     return [
         first,
         *(
-            Timed(f"f{case}", float(took), mean["friction"], ("compliance",), "friction")
+            Timed(f"f{case}", float(took), mean["record"], ("compliance",), "record")
             for case, took in enumerate(records)
         ),
         *(Timed(f"d{case}", float(took), mean["drive"], (f"f{case}",), "drive") for case, took in enumerate(drives)),
@@ -291,7 +291,7 @@ def _files(folder: Path) -> Callable[[Any], Outcome]:
     store = Store(folder)
 
     def execute(task: Trivial) -> Outcome:
-        store.write(TaskResult(task.key, "friction", COMPLETED, {"plateau_mean": 0.0}, {"step": np.zeros(10)}))
+        store.write(TaskResult(task.key, "record", COMPLETED, {"plateau_mean": 0.0}, {"step": np.zeros(10)}))
         return COMPLETED
 
     return execute
@@ -334,7 +334,7 @@ def _futures(folder: Path, what: str) -> None:
             _store.prepare()
             start = time.perf_counter()
             pool: Any = executor  # mpi4py's own types leave `map` out
-            for kind in ("compliance", "friction"):
+            for kind in ("compliance", "record"):
                 list(pool.map(_submitted, [task for task in plan.tasks if task.kind == kind]))
             print(json.dumps(time.perf_counter() - start), flush=True)
 

@@ -97,7 +97,7 @@ def adaptive_state(profile: Profile, contact: float, begin: DynamicsResult) -> N
         rate = np.sign(friction) * np.sign(x) * profile.slope[tooth] if slides else contact
         return v, k * (stage * t - x) + damping * (stage - v) - held, rate * v
 
-    first = np.array([begin.position[-1], begin.velocity[-1], begin.friction[-1]])
+    first = np.array([begin.position[-1], begin.velocity[-1], begin.friction_force[-1]])
     span = (STRETCH[0] / UNIT, STRETCH[1] / UNIT)
     return np.asarray(solve_ivp(motion, span, first, rtol=1e-8, atol=1e-8 * np.abs(first)).y[:, -1])
 
@@ -122,7 +122,7 @@ def _error_rows() -> list[Row]:
     errors = {}
     for name, problem in PROBLEMS.items():
         result = integrate(problem.profile, problem.drive(), K)
-        course = np.array([result.position, result.velocity, result.friction])
+        course = np.array([result.position, result.velocity, result.friction_force])
         error = np.abs(course[:, -1] - reference(problem, problem.duration))
         errors[name] = float((error / np.abs(course).max(axis=1)).max())
     worst = max(errors, key=errors.__getitem__)

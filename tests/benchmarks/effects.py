@@ -23,7 +23,7 @@ from solver.elasticity.interior import interior_fields
 from solver.slab import Slab
 from solver.sliding.events import slide, states_at
 from study.dataset.store import Store
-from study.plan.tasks import compliance_task, contact_task, friction_task, run_task
+from study.plan.tasks import compliance_task, contact_task, record_task, run_task
 from tests.benchmarks.dynamics import PAPER, STEP, UNIT
 from tests.benchmarks.table import Row, best, seconds, verdict
 
@@ -133,7 +133,7 @@ def _files() -> list[Row]:
         store = Store(Path(folder))
         store.prepare()
         compliance = run_task(compliance_task(CASE.slab), {})
-        for name, make in (("initial contact", contact_task), ("a record of 2000 events", friction_task)):
+        for name, make in (("initial contact", contact_task), ("a record of 2000 events", record_task)):
             size = {}
             for only in (True, False):
                 task = make(CASE, scalars_only=only)

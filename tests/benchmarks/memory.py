@@ -16,7 +16,7 @@ from solver.slab import Slab
 from study.dataset.store import Store
 from study.manifest.reader import load_manifest
 from study.plan.plan import make_plan
-from study.plan.tasks import compliance_task, friction_task, run_task
+from study.plan.tasks import compliance_task, record_task, run_task
 from tests.benchmarks.table import Row, verdict
 
 SLAB = Slab(n_x=1025)
@@ -111,7 +111,7 @@ def _program(folder: Path, key: str) -> None:
     """Read the compliance, use every page of it, slide on it, then tell what memory that takes."""
     compliance = Store(folder).read(key)
     compliance.arrays["matrix"].sum()
-    result = run_task(friction_task(Case(slab=SLAB, radius=200.0, max_events=20)), {key: compliance})
+    result = run_task(record_task(Case(slab=SLAB, radius=200.0, max_events=20)), {key: compliance})
     assert result.outcome.ok, result.outcome
     print("ready", flush=True)
     sys.stdin.readline()

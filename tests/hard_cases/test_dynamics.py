@@ -75,7 +75,7 @@ def errors(result: DynamicsResult, drive: Drive, profile: Profile) -> dict[str, 
     """
     reached = np.isfinite(result.position)
     count = int(reached.sum())
-    kept = [values[:count] for values in (result.position, result.velocity, result.spring_force, result.friction)]
+    kept = [values[:count] for values in (result.position, result.velocity, result.spring_force, result.friction_force)]
     whole = not reached[count:].any() and (count == reached.size) == result.outcome.ok
     finite = all(np.isfinite(values).all() for values in kept) and math.isfinite(result.friction_work)
     if not (whole and finite and count):
@@ -172,7 +172,7 @@ def test_steps_are_stable_or_refused_with_a_step_that_is(point, step):
         found = errors(result, drive, PROFILES["sawtooth"])
         assert found["finite"] == found["order"] == 0.0
         # Samples are interpolated between steps, over edges too.
-        assert np.abs(result.friction).max() <= PLATEAU.peak * RECORD.normal_load * (1.0 + 1e-12)
+        assert np.abs(result.friction_force).max() <= PLATEAU.peak * RECORD.normal_load * (1.0 + 1e-12)
         # The pin is never further ahead of the stage than a free one would swing, nor pulled back behind its start by more.
         far = drive.stage_velocity * drive.duration
         assert np.abs(result.position).max() <= 3.0 * far + 1e-300
@@ -206,7 +206,7 @@ def test_teeth_smaller_than_a_step_act_by_their_mean():
     drive = Drive(1.0, 0.1, 0.3, 20.0, integrator=RK4(0.05), samples=100)
     stepped = integrate(fine, drive, 5.0)
     low, mean, high = (integrate(constant_profile(force), drive, 5.0) for force in (0.4, 0.5, 0.6))
-    assert np.abs(stepped.friction).max() <= 0.6
+    assert np.abs(stepped.friction_force).max() <= 0.6
     assert np.abs(stepped.position - mean.position).max() < np.abs(low.position - high.position).max()
 
 

@@ -150,7 +150,7 @@ def check(text: str, folder: Path) -> str:
         assert result.outcome.ending is not Ending.CRASHED
         if result.outcome.usable and result.scalars:
             _assert_finite(result)
-        if task.kind == "friction" and result.outcome.usable:
+        if task.kind == "record" and result.outcome.usable:
             assert task.case is not None
             compliance = SurfaceCompliance(results[task.needs[0]].arrays["matrix"], task.slab)
             record, end = slide_to_state(task.case, compliance)

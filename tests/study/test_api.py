@@ -79,7 +79,7 @@ def test_a_task_that_crashes_is_a_warning_and_pending(monkeypatch, capsys):
     compute = executor.run_task
 
     def defective(task, inputs):
-        if task.kind == "friction" and task.case.normal_load == 2e-3:
+        if task.kind == "record" and task.case.normal_load == 2e-3:
             raise RuntimeError("a defect")
         return compute(task, inputs)
 
@@ -94,7 +94,7 @@ def test_an_interrupted_run_keeps_what_is_finished_and_raises(monkeypatch, tmp_p
     compute = executor.run_task
 
     def interrupted(task, inputs):
-        if task.kind == "friction":
+        if task.kind == "record":
             raise KeyboardInterrupt
         return compute(task, inputs)
 

@@ -37,7 +37,7 @@ def test_the_short_way_is_the_long_way(monkeypatch, damping_ratio, stage):
     long = integrate(problem.profile, problem.drive(samples=2000), K)
     assert not np.array_equal(short.velocity, long.velocity)  # or the short way was not taken
     assert len(short.slip_time) >= 1
-    for name in ("position", "velocity", "friction", "slip_force", "slip_time", "restick_time", "binned_force"):
+    for name in ("position", "velocity", "friction_force", "slip_force", "slip_time", "restick_time", "binned_force"):
         # Rounding of x up to 12, t of 40 and means from differences of sums: 1e-13 seen.
         assert np.allclose(getattr(short, name), getattr(long, name), rtol=0.0, atol=5e-13, equal_nan=True), name
     assert short.friction_work == pytest.approx(long.friction_work, rel=1e-13)
@@ -49,7 +49,7 @@ def test_the_short_way_is_the_long_way(monkeypatch, damping_ratio, stage):
 def test_small_teeth_leave_the_state_of_a_method_of_order_eight(share):
     end = share * SMALL_TEETH.duration
     result = integrate(SMALL_TEETH.profile, SMALL_TEETH.drive(duration=end, samples=1), K)
-    state = [result.position[-1], result.velocity[-1], result.friction[-1]]
+    state = [result.position[-1], result.velocity[-1], result.friction_force[-1]]
     assert np.abs(state - reference(SMALL_TEETH, end)).max() < 1e-9  # the reference's 1e-12 over some 600 teeth
 
 

@@ -37,7 +37,7 @@ def test_the_kernels_teeth_are_the_profiles_on_both_sides_of_zero(problem):
 def test_the_state_is_that_of_a_method_of_order_eight(problem, share):
     end = share * problem.duration
     result = integrate(problem.profile, problem.drive(duration=end, samples=1), K)
-    state = [result.position[-1], result.velocity[-1], result.friction[-1]]
+    state = [result.position[-1], result.velocity[-1], result.friction_force[-1]]
     # The reference's relative tolerance of 1e-12 grows along some hundred events; 2e-11 seen.
     assert np.abs(state - reference(problem, end)).max() < 1e-9
 
@@ -47,7 +47,9 @@ def test_the_problems_take_every_branch():
     results = {name: integrate(problem.profile, problem.drive(samples=2000), K) for name, problem in PROBLEMS.items()}
     backwards = results["stick-slip with reversal onto the negative branch"]
     assert backwards.velocity.min() < -0.5
-    assert backwards.friction.min() < -0.6  # the lowest tooth is at 0.45: the negative limit was followed up a tooth
+    assert (
+        backwards.friction_force.min() < -0.6
+    )  # the lowest tooth is at 0.45: the negative limit was followed up a tooth
     assert len(backwards.slip_time) > 1
     assert PROBLEMS["teeth steeper than the contact"].profile.slope.max() > K
     assert PROBLEMS["falling teeth"].profile.slope.min() < 0.0
@@ -102,7 +104,7 @@ def test_output_decimation_changes_nothing(problem):
     few = integrate(problem.profile, problem.drive(samples=7), K)
     many = integrate(problem.profile, problem.drive(samples=7 * 30), K)
     assert np.array_equal(few.position, many.position[::30])
-    assert np.array_equal(few.friction, many.friction[::30])
+    assert np.array_equal(few.friction_force, many.friction_force[::30])
     for name in ("slip_time", "slip_position", "slip_force", "restick_time", "restick_position", "binned_force"):
         assert np.array_equal(getattr(few, name), getattr(many, name), equal_nan=True)
     assert (few.steps, few.micro_slips, few.micro_travel) == (many.steps, many.micro_slips, many.micro_travel)
@@ -119,7 +121,7 @@ def test_momentum_and_energy_balance(problem):
     stored = 0.5 * result.velocity[-1] ** 2 + 0.5 * result.spring_force[-1] ** 2
     damping = 2.0 * problem.damping_ratio
     damped = damping * np.trapezoid((V - result.velocity) ** 2, result.time)
-    friction_impulse = np.trapezoid(result.friction, result.time)
+    friction_impulse = np.trapezoid(result.friction_force, result.time)
     # The trapezoidal rule misses by one sample's change at each jump or kink of F, of which there are fewer than 50.
     step = end / 40_000
     assert impulse - friction_impulse == pytest.approx(result.velocity[-1], abs=50 * step * 0.5)
@@ -136,7 +138,7 @@ def test_phases_are_where_the_velocity_passes_creep():
     ):
         for time, position in ((start, where), (stop, rest)):
             at = integrate(problem.profile, problem.drive(duration=time, samples=1), K)
-            assert at.velocity[-1] == pytest.approx(result.creep_velocity, abs=1e-12)  # rounding of a root at t of 20
+            assert at.velocity[-1] == pytest.approx(result.stick_velocity, abs=1e-12)  # rounding of a root at t of 20
             assert at.position[-1] == pytest.approx(position, abs=1e-12)
         assert rest - where > result.presliding_length
 

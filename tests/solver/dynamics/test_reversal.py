@@ -13,7 +13,7 @@ METHODS = pytest.mark.parametrize(
     [{}, {"surface_compliance": False}, {"integrator": RK4(1e-4)}],
     ids=["exact", "rigid", "rk4"],
 )
-ARRAYS = ("position", "velocity", "friction", "slip_time", "slip_force", "restick_time", "binned_force")
+ARRAYS = ("position", "velocity", "friction_force", "slip_time", "slip_force", "restick_time", "binned_force")
 FORWARD = {name: problem for name, problem in PROBLEMS.items() if problem.damping_ratio >= 1.0} | {"small": SMALL_TEETH}
 BACKWARD = PROBLEMS["stick-slip with reversal onto the negative branch"]
 
@@ -51,7 +51,7 @@ def test_the_run_ends_where_the_pin_would_slip_back(method):
     assert not reached[count:].any()
     assert np.array_equal(one_way.position[:count], free.position[:count])
     assert one_way.time[count - 1] <= told * (1.0 + 1e-5) < one_way.time[count] * (1.0 + 2e-5)  # six digits are told
-    after = free.friction[count : count + 3]
+    after = free.friction_force[count : count + 3]
     limit = BACKWARD.profile.limit(free.position[count : count + 3])
     assert np.abs(after + limit).max() < 1e-3  # a few samples on, F follows -F̃
 

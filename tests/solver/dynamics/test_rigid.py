@@ -40,7 +40,7 @@ def test_sliding_against_constant_friction_is_the_closed_form(damping_ratio):
     assert not result.position[~moving].any()
     assert result.slip_time[0] == pytest.approx(slide.time, abs=1e-14)
     driving = result.spring_force + 2.0 * damping_ratio * (0.3 - result.velocity)
-    assert np.abs(result.friction - np.where(moving, 4.0, driving)).max() < 1e-14
+    assert np.abs(result.friction_force - np.where(moving, 4.0, driving)).max() < 1e-14
 
 
 def test_stick_slip_is_put_together_from_closed_forms():
@@ -82,7 +82,7 @@ def test_the_problems_stick_slide_and_slide_back():
     """Otherwise the laws here would hold less than they say."""
     back = rigid(FLUNG_BACK, samples=2000)
     assert back.velocity.min() < -0.5
-    assert np.all(back.friction[back.velocity < 0.0] < -0.4)
+    assert np.all(back.friction_force[back.velocity < 0.0] < -0.4)
     rest = rigid(PEAK_AND_REST, samples=2000)
     later = rest.time > rest.restick_time[0]
     assert 100 < (rest.velocity[later] == 0.0).sum() < later.sum() - 100
@@ -98,10 +98,12 @@ def test_friction_is_the_limit_against_the_motion_and_the_driving_force_at_rest(
     at_edge = (
         np.abs(problem.profile.limit(result.position + 1e-9) - problem.profile.limit(result.position - 1e-9)) > 0.01
     )
-    assert np.abs(result.friction - driving)[rest].max(initial=0.0) < 1e-14
+    assert np.abs(result.friction_force - driving)[rest].max(initial=0.0) < 1e-14
     assert np.all((np.abs(driving) <= limit + 1e-12)[rest & ~at_edge])
     moving = (result.velocity != 0.0) & ~at_edge
-    assert np.abs(result.friction - np.sign(result.velocity) * limit)[moving].max() < 1e-12  # slope × rounding of x
+    assert (
+        np.abs(result.friction_force - np.sign(result.velocity) * limit)[moving].max() < 1e-12
+    )  # slope × rounding of x
 
 
 @EVERY_PROBLEM
@@ -120,7 +122,7 @@ def test_momentum_and_energy_balance(problem):
 def test_output_decimation_changes_nothing():
     few, many = rigid(SMALL_TEETH, samples=3), rigid(SMALL_TEETH, samples=1500)
     assert np.array_equal(few.position, many.position[::500])
-    assert np.array_equal(few.friction, many.friction[::500])
+    assert np.array_equal(few.friction_force, many.friction_force[::500])
     assert np.array_equal(few.binned_force, many.binned_force)
     assert (few.steps, few.friction_work) == (many.steps, many.friction_work)
 

@@ -19,7 +19,7 @@ def test_a_plan_shows_effects_tasks_and_memory(main, campaign):
     assert rows["pin_translation"][1:] == ["on"]
     assert rows["outputs.records"][2] == "friction records are not kept once their drives are done"
     assert rows["tasks"][-1] == "MB of arrays each, about"
-    assert [rows[kind][1] for kind in ("compliance", "friction", "states", "drive")] == ["1", "8", "4", "8"]
+    assert [rows[kind][1] for kind in ("compliance", "record", "states", "drive")] == ["1", "8", "4", "8"]
 
 
 def test_drives_that_no_stage_computes_are_named_and_left_out(main, campaign):

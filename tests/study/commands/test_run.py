@@ -103,7 +103,7 @@ def test_a_defect_is_exit_code_1_and_keeps_the_rest(main, campaign, monkeypatch)
     compute = executor.run_task
 
     def defective(task, inputs):
-        if task.kind == "friction" and task.case.radius == 100.0:
+        if task.kind == "record" and task.case.radius == 100.0:
             raise RuntimeError("a defect")
         return compute(task, inputs)
 

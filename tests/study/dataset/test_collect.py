@@ -15,7 +15,7 @@ from study.dataset.collect import collect
 from study.dataset.ragged import record as record_of
 from study.dataset.ragged import trajectory as trajectory_of
 from study.dataset.store import Store, StoreError
-from study.dataset.variables import SCALARS, SERIES
+from study.dataset.variables import all_series, scalars
 from study.discretization.front import load_front
 from study.manifest.reader import load_manifest
 from study.origin import Origin, here
@@ -83,14 +83,14 @@ def test_each_scalar_is_its_tasks_in_the_units_it_names(small):
     stiffness, length = plan.manifest.scales.stiffness, plan.manifest.scales.slab_width
     for case in plan.cases:
         keys = plan.case_tasks[case.case_id]
-        friction = store.read(keys.friction).scalars
+        record = store.read(keys.record).scalars
         here = found.sel({name: case.parameters[name] for name in CASE_DIMS})
         assert here["case_id"].item() == case.case_id
-        assert here["plateau_mean"].item() == friction["plateau_mean"]
+        assert here["plateau_mean"].item() == record["plateau_mean"]
         assert here["events"].item() == 60
-        assert here["initial_friction"].item() == friction["initial_force"] * (1.0 / friction["normal_load"])
-        assert here["surface_stiffness_si"].item() == friction["surface_stiffness"] * stiffness
-        assert here["mean_step_si"].item() == friction["mean_step"] * length
+        assert here["initial_friction"].item() == record["initial_force"] * (1.0 / record["normal_load"])
+        assert here["surface_stiffness_si"].item() == record["surface_stiffness"] * stiffness
+        assert here["mean_step_si"].item() == record["mean_step"] * length
         for name, key in keys.drives.items():
             driven = store.read(key).scalars
             for scalar in ("static_friction", "macroscopic_slips"):  # NaN where the pin never slipped
@@ -110,7 +110,7 @@ def test_no_number_of_a_result_is_lost(small):
     plan, store, _ = small
     for task in plan.tasks:
         result = store.read(task.key)
-        columns = {name for series in SERIES if series.kind == task.kind for name in series.columns}
+        columns = {name for series in all_series() if series.kind == task.kind for name in series.columns}
         known_apart = {
             "normal_load",
             "spacing",
@@ -118,8 +118,8 @@ def test_no_number_of_a_result_is_lost(small):
             "spread",
             "displacement",
         }  # of parameters; zero at initial contact
-        assert set(result.scalars) - known_apart <= set(SCALARS.get(task.kind, {}))
-        if task.kind in ("friction", "drive"):
+        assert set(result.scalars) - known_apart <= set(scalars(task.kind))
+        if task.kind in ("record", "drive"):
             assert set(result.arrays) - {"binned_force"} <= columns  # what uncertainties are made of
 
 
@@ -154,8 +154,8 @@ def test_one_cases_record_is_its_result_and_opens_lazily(small):
     case = plan.cases[2]
     record = record_of(found, **{name: case.parameters[name] for name in CASE_DIMS})
     assert all(not variable._in_memory for variable in record.data_vars.values())
-    result = store.read(plan.case_tasks[case.case_id].friction)
-    for name, quantity in SERIES[0].columns.items():
+    result = store.read(plan.case_tasks[case.case_id].record)
+    for name, quantity in all_series()[0].columns.items():
         by = 1.0 / result.scalars["normal_load"] if quantity.per else 1
         np.testing.assert_array_equal(record[quantity.name], result.arrays[name] * by)
 
@@ -205,7 +205,7 @@ def test_a_list_of_cases_lies_along_one_dimension(build, design):
     assert found["n_x"].dims == ("case",)
     assert found["radius"].values.tolist() == ([50.0, 100.0] if design == "zip" else [50.0, 50.0, 100.0])
     one = record_of(found, intrinsic_friction=0.5, radius=100.0)
-    last = store.read(plan.case_tasks[plan.cases[-1].case_id].friction)
+    last = store.read(plan.case_tasks[plan.cases[-1].case_id].record)
     np.testing.assert_array_equal(one["event_displacement"], last.arrays["displacement"])
 
 
@@ -221,7 +221,7 @@ def test_what_is_not_computed_is_pending_and_what_is_refused_says_why(build, tmp
     part = Store(tmp_path)
     part.prepare()
     first = plan.cases[0]
-    part.write(store.read(plan.case_tasks[first.case_id].friction))
+    part.write(store.read(plan.case_tasks[first.case_id].record))
     found = collect(plan, part)
     assert found["outcome"].values.ravel().tolist() == ["completed", "pending"]
     assert set(found["drive_outcome"].values.ravel()) == {"pending"}
@@ -248,7 +248,7 @@ def test_a_failed_stage_is_the_outcome_of_the_case(build, tmp_path):
     part = Store(tmp_path)
     part.prepare()
     keys = plan.case_tasks[plan.cases[0].case_id]
-    good = store.read(keys.friction)
+    good = store.read(keys.record)
     bad = type(good.outcome)(type(good.outcome.ending)("cascade_limit"), "raise it")
     part.write(TaskResult(good.key, good.kind, bad, good.scalars, good.arrays))
     found = collect(plan, part).isel(intrinsic_friction=0, radius=0)
@@ -280,9 +280,9 @@ def test_a_failure_outweighs_a_missing_plateau_and_what_is_unfinished_is_pending
     part.prepare()
     first, second = (plan.case_tasks[case.case_id] for case in plan.cases)
     for keys in (first, second):
-        part.write(store.read(keys.friction))
+        part.write(store.read(keys.record))
     lost = Outcome(Ending.CONTACT_LOST, "press harder")
-    part.write(replace(store.read(first.states), outcome=lost))
+    part.write(replace(store.read(first.key("states")), outcome=lost))
     found = collect(plan, part)
     assert found["outcome"].values.ravel().tolist() == ["contact_lost", "pending"]
     assert found["message"].values.ravel()[0] == "press harder"
@@ -361,7 +361,7 @@ def test_the_software_named_is_that_which_computed_not_that_which_collects(small
 def test_results_of_different_software_are_named_with_counts_and_case_by_case(small, tmp_path):
     plan, store, _ = small
     one = plan.case_tasks[plan.cases[0].case_id]
-    kept = {one.friction, *one.drives.values()}
+    kept = {one.record, *one.drives.values()}
     mixed = copied(plan, store, tmp_path, lambda result: here() if result.key in kept else OLD)
     found = collect(plan, mixed)
     assert found.attrs["source_hash"] == f"{OLD.source_hash} (9 results), {here().source_hash} (3 results)"

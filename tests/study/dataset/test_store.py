@@ -22,7 +22,7 @@ from study.plan.tasks import TaskResult, compliance_task, run_task
 
 RECORD = TaskResult(
     "0123456789abcdef0123",
-    "friction",
+    "record",
     Outcome(Ending.CASCADE_LIMIT, "one event needed more slips than slip.cascade_limit (μ_i = 0.5)"),
     {"plateau_mean": 0.1 + 0.2, "plateau_std": float("nan"), "events": np.int64(3)},
     {"displacement": np.array([0.1, 0.2, 0.3]), "kind": np.array([0, 1, 2], dtype=np.int8), "none": np.empty(0)},

@@ -17,8 +17,9 @@ from solver.slab import Slab
 from study.dataset import file, verification
 from study.dataset.collect import collect
 from study.dataset.comparison import Verdict
+from study.dataset.pair import Finding
 from study.dataset.store import Store, StoreError
-from study.dataset.verification import Finding, NotVerifiableError
+from study.dataset.verification import NotVerifiableError
 from study.discretization.front import Measured, as_text
 from study.manifest.problems import ManifestError
 from study.manifest.reader import load_manifest
@@ -249,7 +250,7 @@ def test_what_is_made_of_several_cases_is_compared_where_all_of_them_were_recomp
 def test_what_is_pending_is_not_computed(tmp_path):
     def late(task: Task) -> bool:
         case = task.case
-        return case is not None and (case.radius, task.kind) in ((100.0, "friction"), (100.0, "drive"), (50.0, "drive"))
+        return case is not None and (case.radius, task.kind) in ((100.0, "record"), (100.0, "drive"), (50.0, "drive"))
 
     findings = verified(computed(tmp_path / "part", SMALL, late), tmp_path)
     assert verdicts(findings) == 3 * [Verdict.IDENTICAL]  # all share; two cases of radius 50, without their drives
@@ -354,7 +355,9 @@ def test_a_drive_may_take_another_path_only_where_last_digits_moved(tmp_path):
             if task.kind == "drive":
                 scalars["steps"] = result.scalars["steps"] + 1
                 scalars["kinetic_friction"] *= kinetic
-                arrays["friction"] = arrays["friction"] * np.where(np.arange(len(arrays["friction"])) == 30, 1.03, 1.0)
+                arrays["friction_force"] = arrays["friction_force"] * np.where(
+                    np.arange(len(arrays["friction_force"])) == 30, 1.03, 1.0
+                )
             return replace(result, scalars=scalars, arrays=arrays)
 
         return run

@@ -19,17 +19,20 @@ from solver.sliding.events import slide_to_state
 from study.dataset.collect import collect
 from study.dataset.store import Store
 from study.manifest.drives import NamedDrive
-from study.manifest.effects import effects, task_kinds
+from study.manifest.effects import effects
 from study.manifest.problems import ManifestError
 from study.manifest.reader import load_manifest
-from study.plan import tasks
+from study.plan.kinds import compliance as compliance_kind
+from study.plan.kinds import drive as drive_kind
+from study.plan.kinds import record as record_kind
 from study.plan.plan import Plan, make_plan, memory_of
 from study.plan.tasks import (
     TaskResult,
     compliance_task,
     contact_task,
     drive_task,
-    friction_task,
+    needed_kinds,
+    record_task,
     run_task,
     states_task,
 )
@@ -63,20 +66,20 @@ def computed(plan: Plan, folder: Path) -> Store:
     ("text", "kinds"),
     [
         ('stages = ["contact"]', {"compliance", "contact"}),
-        ("", {"compliance", "friction"}),
-        ("outputs.tractions = true", {"compliance", "contact", "friction"}),
-        ("outputs.tractions_at = [3]", {"compliance", "friction", "states"}),
+        ("", {"compliance", "record"}),
+        ("outputs.tractions = true", {"compliance", "contact", "record"}),
+        ("outputs.tractions_at = [3]", {"compliance", "record", "states"}),
         ('stages = ["contact"]\noutputs.subsurface = true', {"compliance", "contact", "states"}),
-        (DRIVES, {"compliance", "friction", "drive"}),
+        (DRIVES, {"compliance", "record", "drive"}),
     ],
 )
 def test_tasks_are_those_that_a_campaign_asks_for(tmp_path: Path, text: str, kinds: set[str]) -> None:
     plan = planned(tmp_path, text)
-    assert {task.kind for task in plan.tasks} == kinds == task_kinds(plan.manifest)
+    assert {task.kind for task in plan.tasks} == kinds == needed_kinds(plan.manifest)
 
 
 def test_a_plateau_study_never_integrates(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(tasks, "integrate", None)
+    monkeypatch.setattr(drive_kind, "integrate", None)
     plan = planned(tmp_path, TINY)
     store = computed(plan, tmp_path)
     assert all(store.read(task.key).outcome.ok for task in plan.tasks)
@@ -86,14 +89,14 @@ def test_a_drive_on_a_finished_record_never_slides(tmp_path: Path, monkeypatch: 
     store = computed(planned(tmp_path, TINY), tmp_path)
     left = planned(tmp_path, TINY + DRIVES).remaining(store.finished())
     assert [task.kind for task in left] == ["drive"]
-    monkeypatch.setattr(tasks, "slide_to_state", None)
-    monkeypatch.setattr(tasks, "surface_compliance", None)
+    monkeypatch.setattr(record_kind, "slide_to_state", None)
+    monkeypatch.setattr(compliance_kind, "surface_compliance", None)
     assert run_task(left[0], {key: store.read(key) for key in left[0].needs}).outcome.ok
 
 
 def test_a_contact_study_sets_up_no_sliding(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     """Without friction not even a tableau, nor anything but the normal forces' columns (tests/solver/contact/test_normal.py)."""
-    monkeypatch.setattr(tasks, "slide_to_state", None)
+    monkeypatch.setattr(record_kind, "slide_to_state", None)
     monkeypatch.setattr(initial, "core_of", None)
     plan = planned(tmp_path, TINY + 'stages = ["contact"]\neffects.friction = false')
     assert all(computed(plan, tmp_path).read(task.key).outcome.ok for task in plan.tasks)
@@ -111,7 +114,7 @@ def test_sliding_without_friction_is_refused_before_anything_is_computed(tmp_pat
     assert good.outcome.ok
     assert refused.outcome.ending is Ending.INVALID
     assert refused.outcome.message.startswith('friction = false: needs stages = ["contact"]')
-    assert [task.kind for task in plan.tasks] == ["compliance", "friction"]
+    assert [task.kind for task in plan.tasks] == ["compliance", "record"]
 
 
 def test_combinations_that_mean_nothing_are_refused(tmp_path: Path) -> None:
@@ -203,10 +206,10 @@ def test_a_roughness_means_nothing_for_a_punch(tmp_path: Path) -> None:
 
 def test_an_effect_is_in_the_key_of_what_it_changes() -> None:
     for effect in (Effects(coupling=False), Effects(pin_translation=False)):
-        assert friction_task(replace(CASE, effects=effect)).key != friction_task(CASE).key
+        assert record_task(replace(CASE, effects=effect)).key != record_task(CASE).key
     rough = replace(CASE, heterogeneity=Heterogeneity(spread=0.1))
-    assert friction_task(rough).key != friction_task(CASE).key != friction_task(CASE, scalars_only=True).key
-    assert friction_task(replace(CASE, heterogeneity=Heterogeneity(seed=2))).key == friction_task(CASE).key
+    assert record_task(rough).key != record_task(CASE).key != record_task(CASE, scalars_only=True).key
+    assert record_task(replace(CASE, heterogeneity=Heterogeneity(seed=2))).key == record_task(CASE).key
 
 
 def test_first_touch_is_shared_by_cases_that_differ_in_sliding() -> None:
@@ -241,15 +244,15 @@ def test_a_record_that_only_its_drives_want_goes_with_them(tmp_path: Path) -> No
     folder = tmp_path / "results"
     text = "outputs.records = false\noutputs.trajectory = false\n" + TINY + DRIVES
     plan = planned(tmp_path, text)
-    assert [task.kind for task in plan.tasks] == ["compliance", "friction", "drive", "friction"]
+    assert [task.kind for task in plan.tasks] == ["compliance", "record", "drive", "record"]
     record = plan.tasks[1]
-    assert plan.spent({record.key}) == ()
+    assert plan.obsolete({record.key}) == ()
     store = computed(plan, tmp_path)
-    assert plan.spent(store.finished()) == (record.key,)
+    assert plan.obsolete(store.finished()) == (record.key,)
     store.drop(record.key)
     assert plan.remaining(store.finished()) == ()
     assert sum(file.stat().st_size for file in folder.glob("*.npz")) <= 10_000
-    kept = friction_task(plan.cases[0].case or CASE)
+    kept = record_task(plan.cases[0].case or CASE)
     whole = run_task(kept, {key: store.read(key) for key in kept.needs})
     np.testing.assert_equal(dict(store.read(plan.tasks[-1].key).scalars), dict(whole.scalars))
     collected = collect(plan, store)
@@ -257,12 +260,12 @@ def test_a_record_that_only_its_drives_want_goes_with_them(tmp_path: Path) -> No
     assert np.isfinite(collected["static_friction"].item())
     another = planned(tmp_path, text + '[[drives]]\nname = "b"\n')
     left = [task.kind for task in another.remaining(store.finished())]
-    assert left == ["friction", "drive"]
+    assert left == ["record", "drive"]
 
 
 def test_scalars_are_the_same_without_the_arrays(tmp_path: Path) -> None:
     compliance = {compliance_task(CASE.slab).key: run_task(compliance_task(CASE.slab), {})}
-    whole, part = (run_task(friction_task(CASE, scalars_only=only), compliance) for only in (False, True))
+    whole, part = (run_task(record_task(CASE, scalars_only=only), compliance) for only in (False, True))
     assert whole.arrays
     assert whole.scalars == pytest.approx(part.scalars, rel=0.0, abs=0.0, nan_ok=True)
     assert whole.outcome == part.outcome

@@ -27,7 +27,7 @@ from study.plan.tasks import (
     compliance_task,
     contact_task,
     drive_task,
-    friction_task,
+    record_task,
     run_task,
     states_task,
 )
@@ -45,7 +45,7 @@ def compliance(**slab: object) -> Task:
 
 
 def record(n_x: int = 129, slab: dict[str, object] | None = None, **case: object) -> Task:
-    return friction_task(Case(slab=Slab.of({"n_x": n_x, **(slab or {})}), **case))  # type: ignore[arg-type]
+    return record_task(Case(slab=Slab.of({"n_x": n_x, **(slab or {})}), **case))  # type: ignore[arg-type]
 
 
 def touch(n_x: int = 129, slab: dict[str, object] | None = None, **case: object) -> Task:
@@ -135,7 +135,7 @@ def needs(task: Task) -> dict[str, TaskResult]:
     if task.drive is None:
         return {slab.key: result(slab)}
     assert task.case is not None
-    sliding = friction_task(task.case)
+    sliding = record_task(task.case)
     return {sliding.key: result(sliding)}
 
 
@@ -153,9 +153,9 @@ def measured(task: Task) -> Measured:
 
 def _warming(task: Task) -> Task:
     """A short one that takes the same kernels."""
-    if task.kind != "friction" or task.case is None:
+    if task.kind != "record" or task.case is None:
         return task
-    return friction_task(replace(task.case, max_events=1, max_displacement=None))
+    return record_task(replace(task.case, max_events=1, max_displacement=None))
 
 
 def _timed(run: Callable[[], object]) -> float:

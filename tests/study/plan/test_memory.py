@@ -14,7 +14,8 @@ from study.dataset.store import Store
 from study.execution.launch import processes_here
 from study.execution.ledger import Ledger, attempt
 from study.manifest.reader import load_manifest
-from study.plan import memory, tasks
+from study.plan import memory
+from study.plan.kinds import compliance as compliance_kind
 from study.plan.plan import Plan, make_plan
 from study.plan.tasks import compliance_task, run_task
 
@@ -53,7 +54,7 @@ def test_what_does_not_fit_is_named_with_size_need_and_advice(tmp_path, machine)
         assert line.startswith(f"{tmp_path / 'mine.toml'}: ")
         assert "n_x=1048577: needs about " in line
         assert line.endswith(" GB of memory, this machine has 24 GB: use a smaller n_x, or a machine with more memory")
-    assert {line.split(": ")[1].split()[0] for line in lines} == {"compliance", "friction"}
+    assert {line.split(": ")[1].split()[0] for line in lines} == {"compliance", "record"}
 
 
 def test_a_record_of_too_many_events_is_told_from_a_slab_that_is_too_fine(tmp_path, machine):
@@ -62,7 +63,7 @@ def test_a_record_of_too_many_events_is_told_from_a_slab_that_is_too_fine(tmp_pa
     text = "effects.pin_translation = false\nlimits.events = 1000000000\nnumerics.n_x = 33"
     plan = planned(tmp_path, text)
     (line,) = memory.shortages(plan, plan.tasks)
-    assert "friction n_x=33: needs about 1" in line
+    assert "record n_x=33: needs about 1" in line
     assert "use fewer limits.events" in line
     ends_by_itself = planned(tmp_path, text.replace("false", "true"))
     assert memory.shortages(ends_by_itself, ends_by_itself.tasks) == ()
@@ -78,7 +79,7 @@ def test_many_that_do_not_fit_are_counted(tmp_path, machine):
 
 def test_ranks_of_one_machine_share_its_memory_and_a_compliance(tmp_path, machine):
     plan = planned(tmp_path, "numerics.n_x = 513\naxes.radius = [50, 100, 200, 300]")
-    records = [task for task in plan.tasks if task.kind == "friction"]
+    records = [task for task in plan.tasks if task.kind == "record"]
     one, two = memory.need_of(records[0]), memory.need_of(*records[:2])
     assert two - one < one
     machine(memory.need_of(*sorted(records, key=memory.need_of)[-3:]))
@@ -122,7 +123,7 @@ def test_a_run_that_does_not_fit_computes_nothing_and_a_plan_says_so(tmp_path, m
     path, out = tmp_path / "mine.toml", tmp_path / "out"
     path.write_text('title = "x"\naxes.n_x = [33, 2049]\n')
     assert called(monkeypatch, "plan", path, "--out", out) == 0
-    assert f"does not fit here: {path}: friction n_x=2049: needs about" in capsys.readouterr().out
+    assert f"does not fit here: {path}: record n_x=2049: needs about" in capsys.readouterr().out
     assert called(monkeypatch, "run", path, "--out", out, "--serial") == 2
     said = capsys.readouterr().err
     assert f"{path}: compliance n_x=2049: needs about" in said
@@ -148,7 +149,7 @@ def test_a_task_without_memory_says_so_and_is_not_kept(tmp_path, monkeypatch, ca
     path, out = tmp_path / "mine.toml", tmp_path / "out"
     path.write_text('title = "x"\nnumerics.n_x = 17\nlimits.events = 5\n')
     with monkeypatch.context() as poor:
-        poor.setattr(tasks, "surface_compliance", no_memory)
+        poor.setattr(compliance_kind, "surface_compliance", no_memory)
         result = run_task(compliance_task(Slab(n_x=17)), {})
         assert result.outcome.ending is Ending.OUT_OF_MEMORY
         assert "no memory left at n_x = 17: start fewer ranks" in result.outcome.message

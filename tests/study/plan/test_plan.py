@@ -22,19 +22,19 @@ def plan(folder: Path, text: str) -> Plan:
 
 def kinds(planned: Plan) -> dict[str, int]:
     names = [task.kind for task in planned.tasks]
-    return {kind: names.count(kind) for kind in ("compliance", "contact", "friction", "drive")}
+    return {kind: names.count(kind) for kind in ("compliance", "contact", "record", "drive")}
 
 
 def test_cases_share_what_they_have_in_common(tmp_path: Path) -> None:
     """2 μ_i × 3 radii on 2 grids: a compliance per grid, a record per case, a drive per record and setting."""
     axes = "[axes]\nintrinsic_friction = [0.25, 0.5]\nradius = [20, 50, 200]\nn_x = [17, 33]\n"
-    assert kinds(plan(tmp_path, axes + DRIVES)) == {"compliance": 2, "contact": 0, "friction": 12, "drive": 24}
+    assert kinds(plan(tmp_path, axes + DRIVES)) == {"compliance": 2, "contact": 0, "record": 12, "drive": 24}
 
 
 def test_a_size_that_a_pin_does_not_have_costs_nothing(tmp_path: Path) -> None:
     planned = plan(tmp_path, 'axes.pin = ["parabola", "flat_punch"]\naxes.radius = [50, 200]')
     assert len(planned.cases) == 4
-    assert kinds(planned)["friction"] == 3
+    assert kinds(planned)["record"] == 3
 
 
 def test_needs_come_first(tmp_path: Path) -> None:
@@ -50,7 +50,7 @@ def test_the_longest_chain_starts_first(tmp_path: Path) -> None:
     planned = plan(tmp_path, "axes.n_x = [17, 257, 65]")
     starts = [task.slab.n_x for task in planned.tasks if task.kind == "compliance"]
     assert starts == [257, 65, 17]
-    assert planned.tasks[1].label == "friction n_x=257"
+    assert planned.tasks[1].label == "record n_x=257"
 
 
 @pytest.mark.parametrize(
@@ -136,23 +136,23 @@ def test_each_case_knows_its_tasks(tmp_path: Path) -> None:
     for campaign_case in planned.cases:
         keys = planned.case_tasks[campaign_case.case_id]
         assert list(keys.drives) == ["a", "b"]
-        for key in (keys.contact, keys.friction, *keys.drives.values()):
+        for key in (keys.key("contact"), keys.record, *keys.drives.values()):
             assert key is not None
             assert by_key[key].case == campaign_case.case
-        assert by_key[keys.drives["a"]].needs == (keys.friction,)
-        assert keys.friction
-        assert by_key[keys.friction].needs == (keys.compliance,)
+        assert by_key[keys.drives["a"]].needs == (keys.record,)
+        assert keys.record
+        assert by_key[keys.record].needs == (keys.compliance,)
 
 
 def test_an_excluded_case_has_no_tasks(tmp_path: Path) -> None:
     planned = plan(tmp_path, "axes.n_x = [17, 33]\nnumerics = {rows = 6, scheme = 'biquadratic'}")
     excluded = planned.case_tasks[planned.cases[0].case_id]
-    assert (excluded.compliance, excluded.friction, dict(excluded.drives)) == (None, None, {})
+    assert (excluded.compliance, excluded.record, dict(excluded.drives)) == (None, None, {})
     assert len(planned.tasks) == 2
 
 
 def test_contact_alone_needs_no_sliding(tmp_path: Path) -> None:
-    assert kinds(plan(tmp_path, 'stages = ["contact"]')) == {"compliance": 1, "contact": 1, "friction": 0, "drive": 0}
+    assert kinds(plan(tmp_path, 'stages = ["contact"]')) == {"compliance": 1, "contact": 1, "record": 0, "drive": 0}
 
 
 def test_what_is_finished_is_left_out(tmp_path: Path) -> None:
@@ -167,7 +167,7 @@ def test_a_lost_compliance_is_computed_again_only_if_work_needs_it(tmp_path: Pat
     planned = plan(tmp_path, "axes.radius = [50, 200]\n" + DRIVES)
     compliance, *others = planned.tasks
     assert planned.remaining({task.key for task in others}) == ()
-    record = next(task for task in others if task.kind == "friction")
+    record = next(task for task in others if task.kind == "record")
     assert planned.remaining({task.key for task in others} - {record.key}) == (compliance, record)
 
 
@@ -179,9 +179,9 @@ def test_results_of_other_campaigns_are_no_hindrance(tmp_path: Path) -> None:
 def test_a_wider_axis_keeps_what_was_computed(tmp_path: Path) -> None:
     first = {task.key for task in plan(tmp_path, "axes.radius = [50]").tasks}
     wider = plan(tmp_path, "axes.radius = [200, 50.0]\nscales.slab_width = 1.0")
-    assert [task.label for task in wider.remaining(first)] == ["friction radius=200"]
+    assert [task.label for task in wider.remaining(first)] == ["record radius=200"]
 
 
 def test_the_papers_campaign_has_the_papers_cases() -> None:
     planned = make_plan(load_manifest(CAMPAIGNS / "streator2022.toml"))
-    assert kinds(planned) == {"compliance": 1, "contact": 4, "friction": 4, "drive": 4}
+    assert kinds(planned) == {"compliance": 1, "contact": 4, "record": 4, "drive": 4}

@@ -25,9 +25,9 @@ from study.plan.tasks import (
     TaskResult,
     compliance_task,
     contact_task,
-    digest_task,
     drive_task,
-    friction_task,
+    record_scalars_task,
+    record_task,
     run_task,
     states_task,
 )
@@ -44,17 +44,17 @@ def run(*tasks: Task) -> TaskResult:
     return results[tasks[-1].key]
 
 
-def friction(case: Case) -> TaskResult:
-    return run(compliance_task(case.slab), friction_task(case))
+def slid(case: Case) -> TaskResult:
+    return run(compliance_task(case.slab), record_task(case))
 
 
 def drive(case: Case, drive: Drive = DRIVE) -> TaskResult:
-    return run(compliance_task(case.slab), friction_task(case), drive_task(case, drive))
+    return run(compliance_task(case.slab), record_task(case), drive_task(case, drive))
 
 
 def test_a_compliance_is_known_by_its_slab_alone() -> None:
     other = replace(CASE, intrinsic_friction=0.1, radius=9.0, slip_rule=SlipRule(residual_shear=0.5))
-    assert friction_task(other).needs == friction_task(CASE).needs == (compliance_task(Slab(33)).key,)
+    assert record_task(other).needs == record_task(CASE).needs == (compliance_task(Slab(33)).key,)
     assert compliance_task(Slab(33, poisson=0.3)).key != compliance_task(Slab(33)).key
     assert (
         compliance_task(Slab(33, scheme=Galerkin(rows_per_level=2))).key == compliance_task(Slab(33)).key
@@ -63,7 +63,7 @@ def test_a_compliance_is_known_by_its_slab_alone() -> None:
 
 def test_a_friction_record_is_known_without_the_drive() -> None:
     faster = replace(DRIVE, stage_velocity=2 * DRIVE.stage_velocity)
-    assert drive_task(CASE, faster).needs == drive_task(CASE, DRIVE).needs == (friction_task(CASE).key,)
+    assert drive_task(CASE, faster).needs == drive_task(CASE, DRIVE).needs == (record_task(CASE).key,)
     assert drive_task(CASE, faster).key != drive_task(CASE, DRIVE).key
 
 
@@ -77,7 +77,7 @@ def test_a_friction_record_is_known_without_the_drive() -> None:
     ],
 )  # fmt: skip
 def test_all_that_decides_a_record_is_in_its_key(other: Case) -> None:
-    assert friction_task(other).key != friction_task(CASE).key
+    assert record_task(other).key != record_task(CASE).key
 
 
 def test_a_limit_in_spacings_is_known_by_its_displacement() -> None:
@@ -88,23 +88,23 @@ def test_a_limit_in_spacings_is_known_by_its_displacement() -> None:
         replace(CASE, max_spacings=4.0, max_displacement=1.0),
         replace(CASE, max_spacings=7.0, max_displacement=4.0 / 32.0),
     ):
-        assert friction_task(other).key == friction_task(there).key
+        assert record_task(other).key == record_task(there).key
         assert drive_task(other, DRIVE).key == drive_task(there, DRIVE).key
-    assert friction_task(replace(CASE, max_spacings=4.5)).key != friction_task(there).key
+    assert record_task(replace(CASE, max_spacings=4.5)).key != record_task(there).key
     # Initial contact comes before any limit, and knows where the pin starts.
     assert contact_task(there).key == contact_task(CASE).key != contact_task(replace(CASE, start=0.5)).key
 
 
 def test_what_a_pin_does_not_have_is_not_in_its_key() -> None:
     punch = replace(CASE, pin="flat_punch")
-    assert friction_task(replace(CASE, half_width=0.1)).key == friction_task(CASE).key
-    assert friction_task(replace(punch, radius=1.0)).key == friction_task(punch).key
-    assert friction_task(replace(punch, half_width=0.1)).key != friction_task(punch).key
+    assert record_task(replace(CASE, half_width=0.1)).key == record_task(CASE).key
+    assert record_task(replace(punch, radius=1.0)).key == record_task(punch).key
+    assert record_task(replace(punch, half_width=0.1)).key != record_task(punch).key
 
 
 def test_the_limits_of_a_run_do_not_change_first_touch() -> None:
     assert contact_task(replace(CASE, max_events=1)).key == contact_task(CASE).key
-    assert contact_task(CASE).key != friction_task(CASE).key
+    assert contact_task(CASE).key != record_task(CASE).key
 
 
 def test_scales_matter_to_a_drive_by_its_dimensionless_numbers_only() -> None:
@@ -131,7 +131,7 @@ def test_an_effect_of_a_drive_is_in_its_key_and_leaves_its_record_alone(effect: 
 def test_tasks_and_results_travel_between_processes() -> None:
     task = drive_task(CASE, DRIVE)
     assert pickle.loads(pickle.dumps(task)) == task
-    result = friction(CASE)
+    result = slid(CASE)
     copy = pickle.loads(pickle.dumps(result))
     assert (copy.key, copy.outcome, copy.scalars) == (result.key, result.outcome, result.scalars)
     np.testing.assert_array_equal(copy.arrays["displacement"], result.arrays["displacement"])
@@ -155,7 +155,7 @@ def test_a_contact_result_is_the_solvers_state() -> None:
     assert result.outcome.ok
     assert result.scalars["contact_size"] == state.contact.sum() > 2
     assert result.scalars["approach"] == state.approach
-    assert result.scalars["initial_slips"] == state.slips
+    assert result.scalars["slips"] == state.slips
     assert result.scalars["maximum_pressure"] == state.pressure.max()
     for name in ("pressure", "shear", "slip", "gap"):
         np.testing.assert_array_equal(result.arrays[name], getattr(state, name))
@@ -163,7 +163,7 @@ def test_a_contact_result_is_the_solvers_state() -> None:
 
 def test_a_friction_result_holds_the_whole_record() -> None:
     record = slide(CASE, surface_compliance(CASE.slab))
-    result = friction(CASE)
+    result = slid(CASE)
     for name in ("displacement", "force_before", "force_after", "kind", "slips"):
         np.testing.assert_array_equal(result.arrays[name], getattr(record, name))
     scalars = result.scalars
@@ -178,7 +178,7 @@ def test_a_friction_result_holds_the_whole_record() -> None:
 
 def test_a_record_without_a_plateau_says_so_and_is_kept() -> None:
     """Its outcome can be filtered; its numbers, but for the plateau's, are as good as any record's."""
-    result = friction(replace(CASE, max_events=5))
+    result = slid(replace(CASE, max_events=5))
     assert result.outcome.ending is Ending.NO_PLATEAU
     assert "raise limits.events" in result.outcome.message
     missing = {name for name, number in result.scalars.items() if np.isnan(number)}
@@ -190,9 +190,9 @@ def test_a_record_without_a_plateau_says_so_and_is_kept() -> None:
 
 def test_a_record_without_a_plateau_stands_in_the_way_of_drives_alone() -> None:
     short = replace(CASE, max_events=5)
-    record = friction(short)
-    digest = digest_task(friction_task(short))
-    copied = run_task(digest, {digest.needs[0]: record})
+    record = slid(short)
+    scalars = record_scalars_task(record_task(short))
+    copied = run_task(scalars, {scalars.needs[0]: record})
     assert (copied.outcome, copied.scalars) == (record.outcome, record.scalars)
     assert run(compliance_task(short.slab), states_task(short, (5,), False)).outcome.ok
 
@@ -207,11 +207,11 @@ def test_a_drive_over_a_record_without_a_plateau_says_so() -> None:
 def test_what_needs_a_failed_result_fails_with_its_reason() -> None:
     """With one slip allowed per event a cascade is given up, and there is no record to drive over."""
     hasty = replace(CASE, slip_rule=SlipRule(cascade_limit=1))
-    record = friction(hasty)
+    record = slid(hasty)
     result = drive(hasty)
     assert record.outcome.ending is Ending.CASCADE_LIMIT
     assert result.outcome.ending is Ending.NEEDS_FAILED
-    assert result.outcome.message == f"its friction ended as cascade_limit: {record.outcome.message}"
+    assert result.outcome.message == f"its record ended as cascade_limit: {record.outcome.message}"
     assert not result.arrays
 
 
@@ -233,7 +233,7 @@ def test_a_drive_measures_its_friction() -> None:
 
     To a mean drop of the record: the closed form has no teeth, and where on one a slip begins is not its to know.
     """
-    record, result = friction(CASE), drive(CASE)
+    record, result = slid(CASE), drive(CASE)
     measured, plateau = result.scalars, record.scalars["plateau_mean"]
     assert measured["macroscopic_slips"] == len(result.arrays["slip_time"]) >= 1
     assert measured["kinetic_friction"] == pytest.approx(plateau, abs=5 * measured["kinetic_friction_uncertainty"])
@@ -278,7 +278,7 @@ def test_what_a_drive_does_is_counted_from_its_slips() -> None:
 
 def test_a_drive_knows_nothing_that_its_record_forgot() -> None:
     """The record is rebuilt from its result: through the store's numbers, the drive is the same bit for bit."""
-    record = friction(CASE)
+    record = slid(CASE)
     copy = replace(record, arrays={name: array.copy() for name, array in record.arrays.items()})
     task = drive_task(CASE, DRIVE)
     first, second = (run_task(task, {task.needs[0]: need}) for need in (record, copy))

@@ -1,0 +1,78 @@
+"""What a number of a result is: its declaration, in the metadata of the dataclass field that holds it.
+
+A field says its name in a dataset, meaning, unit and uncertainty once; variables, tables and pages of them follow from it.
+"""
+
+from collections.abc import Mapping
+from dataclasses import dataclass, fields, replace
+from functools import lru_cache
+from typing import Any, Final
+
+import numpy as np
+from numpy.typing import DTypeLike
+
+GRID_ERROR: Final = "discretization_error"
+"""Name of the variable that says how uncertain a number is for the slab's grid."""
+SCALED: Final = ("", "normal_load", "length", "stiffness", "time", "velocity")
+"""What a number may be scaled with: nothing, the load W (it becomes a share of W), or the case's unit (it becomes SI)."""
+_KEY: Final = "quantity"
+
+
+@dataclass(frozen=True, slots=True)
+class Quantity:
+    """A variable of a dataset: a result's number in the solver's units, scaled as `per` says."""
+
+    name: str
+    long_name: str
+    """Its meaning, and its unit where that has no SI symbol."""
+    units: str = "1"
+    per: str = ""
+    """One of SCALED."""
+    uncertainty: str = ""
+    """The variable that says how uncertain this one is."""
+    comment: str = ""
+    flags: tuple[str, ...] = ()
+    """Names of its bits 1, 2, 4, …: a whole number, 0 where there is none, not NaN."""
+    codes: tuple[str, ...] = ()
+    """Meanings of its values 0, 1, …, which stay numbers."""
+    words: tuple[str, ...] = ()
+    """Texts that the variable can hold: it is a text, empty where there is none; a result holds its position here, or NaN."""
+    along: str = ""
+    """Sample dimension of a column of values; empty for one number of a case."""
+    dtype: DTypeLike = np.float64
+    """Type of a column's values while they are gathered."""
+    si: "Quantity | None" = None
+    """A second variable that gives the number in SI."""
+
+    def __post_init__(self) -> None:
+        if self.per not in SCALED:
+            raise ValueError(f"per = {self.per!r} of {self.name or self.long_name}: needs one of {SCALED}")
+
+
+def quantity(meaning: str, name: str = "", units: str = "1", **more: Any) -> dict[str, Any]:
+    """Metadata of a field that is a quantity: `mean: float = field(metadata=quantity("mean F/W"))`.
+
+    name: of the variable; the field's own (behind the prefix of its part) where empty. more: further fields of `Quantity`.
+    """
+    return {_KEY: Quantity(name, meaning, units, **more)}
+
+
+def companion(meaning: str, units: str, per: str) -> Quantity:
+    """The SI twin of a quantity; it is called after it, with `_si`."""
+    return Quantity("", meaning, units, per)
+
+
+@lru_cache(maxsize=64)
+def quantities(kind: type, prefix: str = "") -> Mapping[str, Quantity]:
+    """Name of each number (prefix and field) of a dataclass that is declared as a quantity -> its declaration."""
+    return {
+        f"{prefix}{item.name}": _named(item.metadata[_KEY], f"{prefix}{item.name}")
+        for item in fields(kind)
+        if _KEY in item.metadata
+    }
+
+
+def _named(declared: Quantity, key: str) -> Quantity:
+    name = declared.name or key
+    twin = declared.si and replace(declared.si, name=declared.si.name or f"{name}_si")
+    return replace(declared, name=name, si=twin)

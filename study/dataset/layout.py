@@ -1,0 +1,96 @@
+"""Where each case of a campaign lies in its dataset: the dimensions, and every parameter along them."""
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+from solver.quantity import Quantity
+from study.dataset.ragged import texts
+from study.dataset.variables import CASE_ID, DRIVE_NAME, attributes, parameters
+from study.manifest.cases import MEMBER
+from study.manifest.manifest import VARIED, Manifest
+from study.manifest.parameters import STANDARD, Value
+from study.plan.plan import Plan
+
+
+@dataclass(frozen=True, slots=True)
+class Layout:
+    """Where each case lies: the axes that are dimensions, and case_id -> position."""
+
+    axes: dict[str, tuple[Value, ...]]
+    position: Mapping[str, tuple[int, ...]]
+
+
+def layout_of(plan: Plan) -> Layout:
+    """The axes where the design is a full product, else the list of cases; members of an ensemble come last."""
+    members = plan.manifest.ensemble.members
+    ensemble: dict[str, tuple[Value, ...]] = {MEMBER: tuple(range(members))} if members > 1 else {}
+    if plan.manifest.design != "product":
+        axes: dict[str, tuple[Value, ...]] = {"case": tuple(range(len(plan.cases) // members)), **ensemble}
+        places = (divmod(number, members) if ensemble else (number,) for number in range(len(plan.cases)))
+        return Layout(axes, {case.case_id: place for case, place in zip(plan.cases, places, strict=True)})
+    given = plan.manifest.axes
+    names = (*STANDARD, *(name for name, values in given.items() if name not in STANDARD and len(values) > 1))
+    axes = {name: tuple(given.get(name, (plan.cases[0].parameters[name],))) for name in names} | ensemble
+    return Layout(
+        axes,
+        {case.case_id: tuple(axes[name].index(case.parameters[name]) for name in axes) for case in plan.cases},
+    )
+
+
+def coordinates(plan: Plan, layout: Layout) -> dict[str, Any]:
+    """Every parameter: along its dimension, over the cases where it varies, else once; and the drives'."""
+    shape = tuple(len(values) for values in layout.axes.values())
+    along = set(plan.manifest.axes) | set(STANDARD) if "case" in layout.axes else set()
+    ids = np.full(shape, "", dtype=object)
+    for case in plan.cases:
+        ids[layout.position[case.case_id]] = case.case_id
+    found: dict[str, Any] = {
+        name: (name, _array(values), attributes(_parameter(name))) for name, values in layout.axes.items()
+    }
+    found["case_id"] = (tuple(layout.axes), ids, attributes(CASE_ID))
+    # Of what varies between members, an axis says where the first of them is: the case itself knows better.
+    points = {case.case_id: {**case.parameters, **(case.case.flat if case.case else {})} for case in plan.cases}
+    for name in parameters():
+        values = {case_id: point[name] for case_id, point in points.items() if point.get(name) is not None}
+        if name in layout.axes or not values:
+            continue
+        if len(set(values.values())) == 1 and name not in along:
+            found[name] = ((), next(iter(values.values())), attributes(_parameter(name)))
+            continue
+        sample = next(iter(values.values()))
+        # Whole numbers stay whole, as floats lose digits beyond 2^53, except where some are missing.
+        whole = isinstance(sample, int) and len(values) == len(plan.cases)
+        kind: Any = object if isinstance(sample, str) else np.int64 if whole else float
+        spread = np.full(shape, "" if isinstance(sample, str) else 0 if whole else np.nan, kind)
+        for case_id, value in values.items():
+            spread[layout.position[case_id]] = value
+        dims = tuple(layout.axes)
+        if dims[-1] == MEMBER and name not in VARIED:
+            spread, dims = spread[..., 0], dims[:-1]
+        found[name] = (dims, spread, attributes(_parameter(name)))
+    return found | _drive_coordinates(plan.manifest)
+
+
+def _drive_coordinates(manifest: Manifest) -> dict[str, Any]:
+    """The drives' names and settings, along `drive` where there are several, else once."""
+    drives = manifest.drives
+    found: dict[str, Any] = {}
+    for name in ("name", *parameters()) if drives else ():
+        values = [{"name": drive.name, **drive.flat}.get(name) for drive in drives]
+        if any(value is not None for value in values):
+            label = DRIVE_NAME if name == "name" else parameters()[name]
+            array = _array([np.nan if value is None else value for value in values])
+            dims = "drive" if len(drives) > 1 else ()
+            found[label.name] = (dims, array if dims else array[0], attributes(label))
+    return found
+
+
+def _array(values: Any) -> Any:
+    return texts(values) if any(isinstance(value, str) for value in values) else np.array(values)
+
+
+def _parameter(name: str) -> Quantity:
+    return parameters().get(name) or Quantity(name, f"number of the {name}")

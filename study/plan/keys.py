@@ -1,0 +1,104 @@
+"""Keys of tasks: a hash of the whole case, less what is known not to matter.
+
+What is new in a case therefore tells its results apart at once; a field is left out only by a line here that says why.
+"""
+
+from collections.abc import Callable, Iterator
+from dataclasses import fields, is_dataclass
+from typing import Any, NamedTuple
+
+from solver.case import Case
+from solver.drive import Integrator
+from solver.slab import Scheme
+from study.provenance import content_hash
+
+SOLVER_VERSION = "10"
+"""Part of every key: raise it whenever a change of the solver changes a result."""
+
+
+class Exclusion(NamedTuple):
+    """Fields of a case that do not change a result, in the cases where they do not."""
+
+    names: tuple[str, ...]
+    """`radius`, `heterogeneity.seed`; `slip_rule` is all of its fields."""
+    reason: str
+    where: Callable[[Case], bool] = lambda _: True
+
+
+def _drags_nothing(case: Case) -> bool:
+    return not (case.effects.friction and case.effects.coupling)
+
+
+OF_ALL = (
+    Exclusion(("radius",), "only a parabola has a radius", lambda case: case.pin != "parabola"),
+    Exclusion(("half_width",), "only a punch has a half-width", lambda case: case.pin != "flat_punch"),
+    Exclusion(
+        ("heterogeneity.distribution", "heterogeneity.seed"),
+        "without a spread nothing is drawn",
+        lambda case: case.heterogeneity.spread == 0.0,
+    ),
+)
+"""What no result depends on."""
+OF_CONTACT = (
+    *OF_ALL,
+    Exclusion(("max_events", "max_displacement", "max_spacings"), "initial contact comes before any limit"),
+    Exclusion(("effects.pin_translation",), "at initial contact the pin has not moved"),
+    Exclusion(
+        (
+            "intrinsic_friction",
+            "initial_contact",
+            "slip_rule",
+            "heterogeneity.distribution",
+            "heterogeneity.spread",
+            "heterogeneity.seed",
+        ),
+        "a pin that drags nothing slips nowhere",
+        _drags_nothing,
+    ),
+)
+"""What initial contact does not depend on."""
+OF_RECORD = (
+    *OF_ALL,
+    Exclusion(("max_displacement", "max_spacings"), "both are in the key as the nearer of them, `farthest`"),
+)
+"""What a friction record does not depend on."""
+
+
+def task_key(kind: str, *content: object) -> str:
+    """The key of a task of this kind that this content decides."""
+    return content_hash(kind, SOLVER_VERSION, *content)
+
+
+def of_contact(case: Case) -> tuple[object, ...]:
+    """All that decides initial contact."""
+    return (deciding(case, OF_CONTACT),)
+
+
+def of_record(case: Case) -> tuple[object, ...]:
+    """All that decides a friction record."""
+    return (deciding(case, OF_RECORD), case.farthest)
+
+
+def deciding(case: Case, exclusions: tuple[Exclusion, ...]) -> dict[str, object]:
+    """Every field of a case and its parts by dotted name, less those that are excluded. Raises KeyError for unknown ones."""
+    found = dict(flattened(case))
+    apart = {name for each in exclusions if each.where(case) for name in each.names}
+    for name in apart:
+        under = [field for field in found if field == name or field.startswith(f"{name}.")]
+        if not under:
+            raise KeyError(f"{name}: no field of a case")
+        for field in under:
+            del found[field]
+    return found
+
+
+def flattened(value: Any, prefix: str = "") -> Iterator[tuple[str, object]]:
+    """Dotted name and value of every field of a dataclass and of those that it holds; of a scheme or integrator its name too."""
+    for item in fields(value):
+        part = getattr(value, item.name)
+        if isinstance(part, Scheme | Integrator):
+            yield f"{prefix}{item.name}", part.name
+        if is_dataclass(part):
+            yield from flattened(part, f"{prefix}{item.name}.")
+        else:
+            yield f"{prefix}{item.name}", part

@@ -1,0 +1,34 @@
+"""The surface compliance of a slab: an intermediate result, shared by all cases on it."""
+
+from functools import lru_cache
+
+from solver.case import Case
+from solver.elasticity.compliance import surface_compliance
+from solver.slab import Slab
+from study.manifest.manifest import Manifest
+from study.plan.keys import task_key
+from study.plan.kinds.kind import Computed, Kind, Wanted
+from study.plan.task import Inputs, Task
+
+NAME = "compliance"
+
+
+@lru_cache(maxsize=64)  # hashed once for all cases on it
+def compliance_task(slab: Slab) -> Task:
+    """The surface compliance of a slab."""
+    return Task(task_key(NAME, slab), NAME, slab, intermediate=True)
+
+
+def _needed(manifest: Manifest) -> bool:
+    return True
+
+
+def _tasks(case: Case, manifest: Manifest) -> tuple[Wanted, ...]:
+    return (Wanted(compliance_task(case.slab)),)
+
+
+def _run(task: Task, inputs: Inputs) -> Computed:
+    return Computed(arrays={"matrix": surface_compliance(task.slab).matrix})
+
+
+COMPLIANCE = Kind(NAME, _needed, _tasks, _run)

@@ -1,0 +1,70 @@
+"""The motion of the driven pin over a case's friction record, and what is measured in it."""
+
+from solver.case import Case
+from solver.drive import Drive
+from solver.dynamics.coefficients import FrictionCoefficients, friction_coefficients
+from solver.dynamics.friction_limit import profile_of
+from solver.dynamics.integrate import DynamicsResult, integrate
+from solver.dynamics.regime import StickSlipCount, count_sticks
+from solver.dynamics.stick_slip import StickSlipFit, fit_stick_slip
+from solver.sliding.plateau import plateau_of
+from solver.sliding.record import FrictionRecord
+from study.manifest.manifest import Manifest
+from study.plan.keys import task_key
+from study.plan.kinds.kind import Computed, Kind, Part, Ragged, Wanted, drive_of, scalars_only_mark, whole_again
+from study.plan.kinds.record import record_task
+from study.plan.task import Inputs, Task
+
+NAME = "drive"
+
+
+def drive_task(case: Case, drive: Drive, *, scalars_only: bool = False) -> Task:
+    """The motion of the pin over a case's friction record."""
+    record = record_task(case)
+    key = task_key(NAME, record.key, drive, *scalars_only_mark(scalars_only))
+    return Task(key, NAME, case.slab, case, drive, needs=(record.key,), scalars_only=scalars_only)
+
+
+def _needed(manifest: Manifest) -> bool:
+    return "dynamics" in manifest.stages
+
+
+def _trajectory(manifest: Manifest) -> bool:
+    return manifest.outputs.trajectory
+
+
+def _phases(manifest: Manifest) -> bool:
+    return manifest.outputs.phases
+
+
+def _tasks(case: Case, manifest: Manifest) -> tuple[Wanted, ...]:
+    bare = not (_trajectory(manifest) or _phases(manifest))
+    dimensionless = {drive.name: drive.dimensionless(manifest.scales) for drive in manifest.drives}
+    return tuple(Wanted(drive_task(case, drive, scalars_only=bare), name) for name, drive in dimensionless.items())
+
+
+def _run(task: Task, inputs: Inputs) -> Computed:
+    record, drive = whole_again(FrictionRecord, inputs[task.needs[0]]), drive_of(task)
+    plateau = plateau_of(record)
+    motion = integrate(profile_of(record, plateau, drive.profile), drive, record.initial_stiffness)
+    friction = friction_coefficients(motion, record, plateau)
+    fit = fit_stick_slip(motion, drive, record.normal_load)
+    return Computed((friction, fit, count_sticks(motion), motion), friction.outcome)
+
+
+DRIVE = Kind(
+    NAME,
+    _needed,
+    _tasks,
+    _run,
+    (
+        Part(FrictionCoefficients),
+        Part(StickSlipFit, "fitted_"),
+        Part(StickSlipCount),
+        Part(DynamicsResult, whole=True),
+    ),
+    (
+        Ragged("trajectory", "sample", "trajectory_row_size", _trajectory),
+        Ragged("trajectory", "slip_phase", "phase_row_size", _phases),
+    ),
+)

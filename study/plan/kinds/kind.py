@@ -1,0 +1,142 @@
+"""What a kind of task is, and how the solver's values become the scalars and arrays of a result, and back.
+
+A result holds the numbers of the kind's `parts`: dataclasses of the solver whose fields declare what they are
+(solver.quantity). What a part declares is in results, dataset and tables without another word.
+"""
+
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass, field, fields
+from functools import lru_cache
+from typing import Any, NamedTuple, TypeVar
+
+import numpy as np
+from numpy.typing import NDArray
+
+from solver.case import Case
+from solver.drive import Drive
+from solver.elasticity.compliance import SurfaceCompliance
+from solver.outcome import COMPLETED, Outcome
+from solver.quantity import Quantity, quantities
+from study.manifest.manifest import Manifest
+from study.plan.task import Inputs, Task, TaskResult
+
+Value = TypeVar("Value")
+
+
+class Part(NamedTuple):
+    """A dataclass of which a kind's results hold the numbers."""
+
+    type: type
+    prefix: str = ""
+    """What its fields' names get in front in results and, where they have no name of their own, in datasets."""
+    whole: bool = False
+    """Whether numbers that are no quantities are held too, as another task reads them."""
+
+
+@dataclass(frozen=True, slots=True)
+class Ragged:
+    """Columns of a kind's results in a dataset: one behind the other over `sample`, a run of it for each `instance`."""
+
+    instance: str
+    sample: str
+    count: str
+    """Variable over the instances: the length of each run."""
+    wanted: Callable[[Manifest], bool]
+
+
+class Wanted(NamedTuple):
+    """A task of a case."""
+
+    task: Task
+    drive: str = ""
+    """Name of its drive, where it has one."""
+    free: bool = False
+    """Whether it only reads off another task's result."""
+
+
+@dataclass(frozen=True, slots=True)
+class Computed:
+    """What a task came to: the values of its kind's parts, in their order, and how it ended."""
+
+    values: tuple[object, ...] = ()
+    outcome: Outcome = COMPLETED
+    arrays: Mapping[str, NDArray[Any]] = field(default_factory=dict)
+    """Those that are in no part."""
+
+
+@dataclass(frozen=True, slots=True)
+class Kind:
+    """One kind of task. Its stage is its place in study.plan.tasks.KINDS."""
+
+    name: str
+    needed: Callable[[Manifest], bool]
+    """Whether a campaign needs such tasks at all."""
+    tasks: Callable[[Case, Manifest], tuple[Wanted, ...]]
+    """Those of one case, needed ones first; the last one of a drive is the case's own."""
+    run: Callable[[Task, Inputs], Computed]
+    """Raises SolverError where the physics refuses."""
+    parts: tuple[Part, ...] = ()
+    """In the order of a dataset's variables."""
+    ragged: tuple[Ragged, ...] = ()
+
+
+@lru_cache(maxsize=256)
+def declared(kind: Kind, along: str = "") -> Mapping[str, Quantity]:
+    """Name of each scalar of a kind's results that is a quantity -> its declaration; or of each array along a dimension."""
+    found = [each for part in kind.parts for each in quantities(part.type, part.prefix).items()]
+    return {key: quantity for key, quantity in found if quantity.along == along}
+
+
+def numbers(kind: Kind, values: tuple[object, ...]) -> tuple[dict[str, float | int], dict[str, NDArray[Any]]]:
+    """Scalars and arrays of the values of a kind's parts."""
+    scalars: dict[str, float | int] = {}
+    arrays: dict[str, NDArray[Any]] = {}
+    for part, value in zip(
+        kind.parts, values, strict=False
+    ):  # a result that was not asked for all lacks the last parts
+        known = quantities(part.type, part.prefix)
+        for item in fields(part.type):
+            key, number = f"{part.prefix}{item.name}", getattr(value, item.name)
+            if isinstance(number, Outcome) or not (part.whole or key in known):
+                continue
+            if isinstance(number, np.ndarray):
+                arrays[key] = number
+            else:
+                scalars[key] = _coded(number, known[key].words) if key in known else number
+    return scalars, arrays
+
+
+def _coded(value: Any, words: tuple[str, ...]) -> float | int:
+    """A number itself; of a text its position, NaN of none."""
+    if not words:
+        return value  # type: ignore[no-any-return]
+    return float("nan") if value is None else words.index(value)
+
+
+def whole_again(kind: type[Value], result: TaskResult) -> Value:
+    """The solver's value that `numbers` took apart: of a whole part without a prefix."""
+    held: dict[str, Any] = {**result.scalars, **result.arrays, "outcome": result.outcome}
+    make: Any = kind
+    return make(**{item.name: held[item.name] for item in fields(make)})  # type: ignore[no-any-return]
+
+
+def case_of(task: Task) -> Case:
+    """The physics point of a task that has one, as all but a compliance do."""
+    assert task.case is not None
+    return task.case
+
+
+def drive_of(task: Task) -> Drive:
+    """How the pin is pulled in a drive task."""
+    assert task.drive is not None
+    return task.drive
+
+
+def compliance_of(task: Task, inputs: Inputs) -> SurfaceCompliance:
+    """The compliance that a task needs before anything else."""
+    return SurfaceCompliance(inputs[task.needs[0]].arrays["matrix"], task.slab)
+
+
+def scalars_only_mark(scalars_only: bool) -> tuple[str, ...]:
+    """What a key gets where the result's arrays are left out."""
+    return ("scalars",) if scalars_only else ()

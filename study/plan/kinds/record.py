@@ -1,0 +1,69 @@
+"""The friction record of a case, with its plateau and statistics.
+
+Where drives need a record that the campaign does not keep, it is intermediate, and another task reads off its scalars.
+"""
+
+from dataclasses import replace
+from functools import lru_cache
+
+from solver.case import Case
+from solver.contact.initial import initial_contact
+from solver.sliding.events import slide_to_state
+from solver.sliding.plateau import Plateau, plateau_of
+from solver.sliding.record import FrictionRecord
+from solver.sliding.statistics import EventStatistics, event_statistics
+from solver.sliding.validity import Validity, record_validity
+from study.manifest.manifest import Manifest
+from study.plan.keys import of_record, task_key
+from study.plan.kinds.compliance import compliance_task
+from study.plan.kinds.kind import Computed, Kind, Part, Ragged, Wanted, case_of, compliance_of, scalars_only_mark
+from study.plan.task import Inputs, Task
+
+NAME = "record"
+
+
+@lru_cache(maxsize=64)  # asked again by each of its drives
+def record_task(case: Case, *, scalars_only: bool = False) -> Task:
+    """The friction record of a case."""
+    key = task_key(NAME, *of_record(case), *scalars_only_mark(scalars_only))
+    needs = (compliance_task(case.slab).key,)
+    return Task(key, NAME, case.slab, case, needs=needs, scalars_only=scalars_only)
+
+
+def record_scalars_task(record: Task) -> Task:
+    """The scalars of a friction record that another task computes; the same result as sliding for them alone."""
+    return replace(record_task(case_of(record), scalars_only=True), needs=(record.key,))
+
+
+def _needed(manifest: Manifest) -> bool:
+    return "slip" in manifest.stages
+
+
+def _kept(manifest: Manifest) -> bool:
+    return manifest.outputs.records
+
+
+def _tasks(case: Case, manifest: Manifest) -> tuple[Wanted, ...]:
+    if _kept(manifest) or "dynamics" not in manifest.stages:
+        return (Wanted(record_task(case, scalars_only=not _kept(manifest))),)
+    record = replace(record_task(case), intermediate=True)
+    return Wanted(record), Wanted(record_scalars_task(record), free=True)
+
+
+def _run(task: Task, inputs: Inputs) -> Computed:
+    case, compliance = case_of(task), compliance_of(task, inputs)
+    start = initial_contact(case, compliance)
+    record, end = slide_to_state(case, compliance, start)
+    plateau = plateau_of(record)
+    values = (record_validity(case, start, record, end), plateau, event_statistics(record), record)
+    return Computed(values, plateau.outcome if record.outcome.ok else record.outcome)
+
+
+RECORD = Kind(
+    NAME,
+    _needed,
+    _tasks,
+    _run,
+    (Part(Validity), Part(Plateau, "plateau_"), Part(EventStatistics), Part(FrictionRecord, whole=True)),
+    (Ragged("record", "event", "row_size", _kept),),
+)

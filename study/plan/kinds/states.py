@@ -1,0 +1,118 @@
+"""The contact after chosen events of a record (0: initial contact), and the inside of the slab there."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass, field, fields
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from solver.case import Case
+from solver.contact.state import ContactState
+from solver.elasticity.compliance import SurfaceCompliance
+from solver.elasticity.interior import InteriorFields, interior_fields
+from solver.quantity import quantity
+from solver.sliding.events import states_at
+from study.manifest.manifest import Manifest
+from study.plan.keys import of_contact, of_record, task_key
+from study.plan.kinds.compliance import compliance_task
+from study.plan.kinds.kind import Computed, Kind, Part, Ragged, Wanted, case_of, compliance_of
+from study.plan.task import Inputs, Task
+
+NAME = "states"
+
+
+def _at_node(meaning: str, name: str, **more: Any) -> dict[str, Any]:
+    return quantity(meaning, f"state_{name}", along="state_node", **more)
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class SurfaceStates:
+    """Every surface node after each event, one event behind the other; units as in ContactState."""
+
+    event: NDArray[np.int64] = field(
+        metadata=_at_node("event of the record after which the contact is seen, 0: initial contact", "event")
+    )
+    x: NDArray[np.float64] = field(
+        metadata=_at_node("position of the surface node from the slab's middle, in L_x", "x")
+    )
+    pressure: NDArray[np.float64] = field(
+        metadata=_at_node("contact pressure over W/(L_x·L_y)", "pressure", per="normal_load")
+    )
+    shear: NDArray[np.float64] = field(metadata=_at_node("shear traction over W/(L_x·L_y)", "shear", per="normal_load"))
+    slip: NDArray[np.float64] = field(metadata=_at_node("slip of the node, in L_x", "slip"))
+    gap: NDArray[np.float64] = field(metadata=_at_node("gap between slab and pin, in L_x", "gap"))
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class InteriorEvents:
+    """What each node inside the slab belongs to."""
+
+    event: NDArray[np.int64] = field(
+        metadata=quantity("event of the record after which the slab is seen, 0: initial contact", along="interior_node")
+    )
+
+
+def states_task(case: Case, events: tuple[int, ...], subsurface: bool) -> Task:
+    """The contact of a case after each of some events of its record, and the inside of the slab."""
+    physics = of_record(case) if any(events) else of_contact(case)
+    key = task_key(NAME, *physics, events, subsurface)
+    needs = (compliance_task(case.slab).key,)
+    return Task(key, NAME, case.slab, case, events=events, subsurface=subsurface, needs=needs)
+
+
+def _needed(manifest: Manifest) -> bool:
+    return bool(manifest.outputs.tractions_at) or manifest.outputs.subsurface
+
+
+def _on_the_surface(manifest: Manifest) -> bool:
+    return bool(manifest.outputs.tractions_at)
+
+
+def _inside(manifest: Manifest) -> bool:
+    return manifest.outputs.subsurface
+
+
+def _tasks(case: Case, manifest: Manifest) -> tuple[Wanted, ...]:
+    return (Wanted(states_task(case, manifest.outputs.tractions_at or (0,), _inside(manifest))),)
+
+
+def _run(task: Task, inputs: Inputs) -> Computed:
+    compliance = compliance_of(task, inputs)
+    states, outcome = states_at(case_of(task), compliance, task.events)
+    values: tuple[object, ...] = ()
+    if states:
+        values = (_surfaces(task.events, states, compliance),)
+        if task.subsurface:
+            inside = [interior_fields(task.slab, state.nodal_force) for state in states]
+            nodes = [len(each.x) for each in inside]
+            values = (*values, InteriorEvents(np.repeat(task.events[: len(states)], nodes)), _behind(inside))
+    return Computed(values, outcome)
+
+
+def _surfaces(events: Sequence[int], states: Sequence[ContactState], compliance: SurfaceCompliance) -> SurfaceStates:
+    nodes = len(compliance.x)
+    columns = {name: np.concatenate([getattr(state, name) for state in states]) for name in _OF_STATE}
+    return SurfaceStates(event=np.repeat(events[: len(states)], nodes), x=np.tile(compliance.x, len(states)), **columns)
+
+
+_OF_STATE = tuple(item.name for item in fields(SurfaceStates) if item.name not in ("event", "x"))
+
+
+def _behind(parts: Sequence[InteriorFields]) -> InteriorFields:
+    """Fields after several events as one."""
+    names = [item.name for item in fields(InteriorFields)]
+    return InteriorFields(*(np.concatenate([getattr(part, name) for part in parts]) for name in names))
+
+
+STATES = Kind(
+    NAME,
+    _needed,
+    _tasks,
+    _run,
+    (Part(SurfaceStates, "surface_"), Part(InteriorEvents, "interior_"), Part(InteriorFields, "interior_")),
+    (
+        Ragged("state", "state_node", "state_row_size", _on_the_surface),
+        Ragged("state", "interior_node", "interior_row_size", _inside),
+    ),
+)

@@ -1,0 +1,60 @@
+"""One unit of work, and what came of it. No files, no ranks."""
+
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+from typing import Any
+
+from numpy.typing import NDArray
+
+from solver.case import Case
+from solver.drive import Drive
+from solver.outcome import Outcome
+from solver.slab import Slab
+from study.origin import Origins
+
+
+@dataclass(frozen=True, slots=True)
+class Task:
+    """One computation, named by its content: equal keys mean equal results."""
+
+    key: str
+    """Hash of the kind and of all that decides the result, in the solver's units (20 hexadecimal digits)."""
+    kind: str
+    """One of study.plan.tasks.KINDS."""
+    slab: Slab
+    case: Case | None = None
+    """The physics point; None for a compliance."""
+    drive: Drive | None = None
+    """How the pin is pulled; drive tasks only."""
+    events: tuple[int, ...] = ()
+    """Events after which the contact is looked at; states tasks only."""
+    subsurface: bool = False
+    """Whether the inside of the slab is looked at too; states tasks only."""
+    scalars_only: bool = False
+    """Whether the result's arrays are left out."""
+    intermediate: bool = False
+    """Whether the result is wanted by other tasks only, not by the campaign."""
+    needs: tuple[str, ...] = ()
+    """Keys of the tasks whose results this one reads."""
+    cost: float = 0.0
+    """Estimated seconds on one core."""
+    label: str = field(default="", compare=False)
+    """For humans."""
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class TaskResult:
+    """What came of a task, refusals included; all numbers in the solver's units."""
+
+    key: str
+    kind: str
+    outcome: Outcome
+    scalars: Mapping[str, float | int] = field(default_factory=dict)
+    """By the name that its kind's parts give them (see study.plan.kinds.kind); likewise arrays."""
+    arrays: Mapping[str, NDArray[Any]] = field(default_factory=dict)
+    origins: Origins = ()
+    """The software that computed it and what it was computed from; empty where nobody knows."""
+
+
+Inputs = Mapping[str, TaskResult]
+"""Key of a task -> its result, of all that another one needs."""

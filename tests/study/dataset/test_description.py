@@ -1,0 +1,109 @@
+"""What is declared is described: every variable of a dataset, on one page that is never behind."""
+
+from dataclasses import fields
+
+import pytest
+import xarray as xr
+
+from solver.sliding.record import EVENT_KINDS, FrictionRecord
+from solver.sliding.validity import FLAGS
+from study.dataset.collect import collect
+from study.dataset.description import described, page, rows, text_of
+from study.dataset.store import Store
+from study.manifest.reader import load_manifest
+from study.plan.plan import make_plan
+from study.plan.tasks import run_task
+from tests.conftest import ROOT, SMALL
+
+ALL = (
+    SMALL
+    + """
+[outputs]
+tractions = true
+tractions_at = [0, 3]
+subsurface = true
+
+[ensemble]
+members = 2
+
+[heterogeneity]
+spread = 0.1
+"""
+)
+
+
+@pytest.fixture(scope="module")
+def dataset(tmp_path_factory: pytest.TempPathFactory) -> xr.Dataset:
+    """A campaign that has all outputs."""
+    folder = tmp_path_factory.mktemp("all")
+    text = ALL.replace("[50.0, 100.0]", "[50.0]").replace("[0.25, 0.5]", "[0.5]")
+    (folder / "campaign.toml").write_text(text)
+    plan, store = make_plan(load_manifest(folder / "campaign.toml")), Store(folder)
+    store.prepare()
+    for task in plan.tasks:
+        store.write(run_task(task, {key: store.read(key) for key in task.needs}))
+    return collect(plan, store)
+
+
+def test_every_variable_of_a_dataset_is_described_as_it_describes_itself(dataset: xr.Dataset) -> None:
+    for name, variable in dataset.variables.items():
+        row = described(str(name))
+        assert row.meaning == variable.attrs["long_name"], name
+        assert row.units == variable.attrs["units"], name
+        assert row.uncertainty == variable.attrs.get("ancillary_variables", ""), name
+        assert row.comment == variable.attrs.get("comment", ""), name
+
+
+def test_variables_lie_along_what_is_described(dataset: xr.Dataset) -> None:
+    cases = set(dataset["plateau_mean"].dims)
+    drives = set(dataset["static_friction"].dims)
+    known = {"cases": cases, "cases, drive": drives, "cases without member": cases - {"member"}}
+    for row in rows():
+        if row.name in dataset and row.group not in ("parameters", "the ensemble"):
+            assert set(dataset[row.name].dims) == known.get(row.dims, {row.dims}), row.name
+
+
+def test_each_is_described_once_and_what_it_refers_to_is_described_too() -> None:
+    names = [row.name for row in rows()]
+    assert len(names) == len(set(names)) > 150
+    assert {row.uncertainty for row in rows() if row.uncertainty} <= set(names)
+    assert all(row.meaning and row.units and row.dims for row in rows())
+
+
+def test_words_bits_and_codes_are_named() -> None:
+    assert described("event_kind").values == EVENT_KINDS
+    assert described("validity_flags").values == tuple(flag.name for flag in FLAGS)
+    assert [flag.mask for flag in FLAGS] == [1 << bit for bit in range(len(FLAGS))]  # as the attribute flag_masks says
+    assert described("regime").values == ("sticks", "stick_slip", "slides")
+
+
+def test_one_variable_in_full_says_all_of_it() -> None:
+    text = text_of(described("surface_stiffness_si"))
+    assert text.splitlines()[:3] == [
+        "surface_stiffness_si", "  meaning: lateral stiffness K of the contact", "  along: cases",
+    ]  # fmt: skip
+    assert "  unit: N m-1" in text
+    assert "discretization_error" in text_of(described("surface_stiffness"))
+
+
+def test_an_unknown_name_is_answered_with_the_nearest_ones() -> None:
+    with pytest.raises(KeyError, match="plateau_meen: no variable of a dataset; nearest: plateau_mean"):
+        described("plateau_meen")
+    with pytest.raises(KeyError, match=r"zzzz: no variable of a dataset'"):
+        described("zzzz")
+
+
+def test_the_page_of_all_variables_is_as_declared() -> None:
+    kept = (ROOT / "campaigns" / "variables.md").read_text("utf-8")
+    assert kept == page(), "run python -m study.dataset.description > campaigns/variables.md"
+
+
+def test_a_cell_of_the_page_ends_where_a_column_does() -> None:
+    header, *lines = [line for line in page().splitlines() if line.startswith("|")]
+    assert header.count("|") == 7
+    assert all(line.replace("\\|", "").count("|") == 7 for line in lines)
+
+
+def test_every_number_of_a_record_but_its_settings_is_declared() -> None:
+    settings = {"normal_load", "spacing", "residual_shear", "spread", "outcome"}
+    assert {item.name for item in fields(FrictionRecord) if not item.metadata} == settings

@@ -1,0 +1,46 @@
+"""Kinds of task: what their results are called is unambiguous, and a record comes back from its result as it was."""
+
+from dataclasses import fields
+
+import numpy as np
+import pytest
+
+from solver.case import Case
+from solver.elasticity.compliance import surface_compliance
+from solver.quantity import quantities
+from solver.slab import Slab
+from solver.sliding.events import slide
+from solver.sliding.record import FrictionRecord
+from study.plan.kinds.kind import Kind, declared, whole_again
+from study.plan.tasks import KINDS, compliance_task, record_task, run_task
+
+
+@pytest.mark.parametrize("kind", KINDS.values(), ids=KINDS)
+def test_no_two_numbers_of_a_kind_have_one_name(kind: Kind) -> None:
+    found = [each for part in kind.parts for each in quantities(part.type, part.prefix).items()]
+    for along in ("", *(ragged.sample for ragged in kind.ragged)):
+        keys = [key for key, quantity in found if quantity.along == along]
+        assert len(keys) == len(set(keys)) == len(declared(kind, along)), along
+    names = [quantity.name for _, quantity in found]
+    assert len(names) == len(set(names))
+
+
+@pytest.mark.parametrize("kind", KINDS.values(), ids=KINDS)
+def test_every_column_lies_along_a_dimension_of_its_kind(kind: Kind) -> None:
+    found = {each.along for part in kind.parts for each in quantities(part.type, part.prefix).values()}
+    assert found - {""} == {ragged.sample for ragged in kind.ragged}
+
+
+def test_a_kind_is_known_by_its_name_and_comes_after_what_it_needs() -> None:
+    assert list(KINDS) == ["compliance", "contact", "record", "states", "drive"]
+    assert all(name == kind.name for name, kind in KINDS.items())
+
+
+def test_a_record_comes_back_from_its_result() -> None:
+    case = Case(radius=50.0, slab=Slab(17), max_events=20)
+    slab = run_task(compliance_task(case.slab), {})
+    again = whole_again(FrictionRecord, run_task(record_task(case), {slab.key: slab}))
+    once = slide(case, surface_compliance(case.slab))
+    for item in fields(FrictionRecord):
+        if item.name != "outcome":  # the record lacks nothing, its result a plateau
+            np.testing.assert_array_equal(getattr(again, item.name), getattr(once, item.name))

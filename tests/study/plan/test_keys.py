@@ -1,0 +1,139 @@
+"""A key hashes all of a case but what a line in study.plan.keys excludes: whatever is added to a case is told apart."""
+
+import math
+from collections.abc import Iterator
+from dataclasses import dataclass, replace
+from typing import Any, get_args
+
+import pytest
+
+from solver import case as case_module
+from solver import drive as drive_module
+from solver import slab as slab_module
+from solver.case import Case, Effects, Heterogeneity
+from solver.drive import INTEGRATORS, Drive, Integrator
+from solver.dynamics.rk4 import RK4
+from solver.elasticity import grid as grid_module
+from solver.outcome import InvalidInput
+from solver.slab import SCHEMES, Scheme, Slab
+from study.plan.keys import OF_CONTACT, OF_RECORD, Exclusion, deciding, flattened
+from study.plan.tasks import contact_task, drive_task, record_task, states_task
+
+BASES = {
+    "smooth": Case(),
+    "spread": Case(heterogeneity=Heterogeneity(spread=0.1)),
+    "punch": Case(pin="flat_punch"),
+    "paper's scheme": Case(slab=Slab(scheme="biquadratic")),
+    "half-plane": Case(slab=Slab(scheme="half_plane")),
+    "without coupling": Case(effects=Effects(coupling=False)),
+    "without limits of events": Case(max_events=None, max_spacings=2.0),
+}
+DRIVES = (Drive(1.0, 0.1, 0.1, 10.0), Drive(1.0, 0.1, 0.1, 10.0, RK4(0.1)))
+MODULES = (case_module, drive_module, grid_module, slab_module)
+KINDS_OF_WORDS = [kind for module in MODULES for kind in vars(module).values()]
+WORDS = sorted({word for kind in KINDS_OF_WORDS for word in get_args(kind) if isinstance(word, str)})
+ROUGH = ((-0.1, 0.0), (0.1, 1e-6))
+
+
+def others(value: Any) -> Iterator[Any]:
+    """What a field of this value may be instead; not all of it will be allowed."""
+    if isinstance(value, Scheme | Integrator):
+        yield from (*SCHEMES, *INTEGRATORS)
+    elif isinstance(value, bool):
+        yield not value
+    elif isinstance(value, str):
+        yield from (word for word in WORDS if word != value)
+    elif isinstance(value, tuple):
+        yield ROUGH
+    elif value is None:
+        yield from (3, 0.1, *WORDS)
+    else:
+        yield from (2 * value, value / 2, value + 1, 2 * value - 1, (value + 1) / 2, 0.3)
+
+
+def changed(base: Any, path: str) -> Any:
+    """A dataclass with one field, by its dotted name, made another; None where nothing else is allowed there."""
+    return next(_changes(base, path), None)
+
+
+def _changes(base: Any, path: str) -> Iterator[Any]:
+    name, _, rest = path.partition(".")
+    part = getattr(base, name)
+    for other in _changes(part, rest) if rest else others(part):
+        made = _allowed(base, name, other)
+        if made is not None:
+            yield made
+
+
+def _allowed(base: Any, name: str, value: Any) -> Any:
+    try:
+        made = replace(base, **{name: value})
+    except InvalidInput:
+        return None
+    return None if getattr(made, name) == getattr(base, name) else made
+
+
+def excluded(case: Case, path: str, exclusions: tuple[Exclusion, ...]) -> bool:
+    return any(
+        path == name or path.startswith(f"{name}.") for each in exclusions if each.where(case) for name in each.names
+    )
+
+
+KINDS = {
+    "contact": (contact_task, OF_CONTACT),
+    "record": (record_task, OF_RECORD),
+    "drive": (lambda case: drive_task(case, DRIVES[0]), OF_RECORD),
+    "states at first": (lambda case: states_task(case, (0,), False), OF_CONTACT),
+    "states": (lambda case: states_task(case, (0, 3), False), OF_RECORD),
+}
+
+
+@pytest.mark.parametrize("kind", KINDS)
+def test_every_field_of_a_case_is_in_the_key_or_excluded_with_a_reason(kind: str) -> None:
+    make, exclusions = KINDS[kind]
+    assert all(each.reason for each in exclusions)
+    seen = set()
+    for label, base in BASES.items():
+        for path, _ in flattened(base):
+            other = changed(base, path)
+            if other is None:
+                continue
+            seen.add(path)
+            same = make(other).key == make(base).key
+            if path in ("max_displacement", "max_spacings") and exclusions is OF_RECORD:
+                assert same == (other.farthest == base.farthest), (label, path)
+            else:
+                assert same == (excluded(base, path, exclusions) and excluded(other, path, exclusions)), (label, path)
+    # No field that this walk does not know how to change.
+    assert seen == {path for base in BASES.values() for path, _ in flattened(base)}
+
+
+def test_every_field_of_a_drive_is_in_its_key() -> None:
+    seen = set()
+    for base in DRIVES:
+        for path, _ in flattened(base):
+            other = changed(base, path)
+            if other is not None:
+                seen.add(path)
+                assert drive_task(Case(), other).key != drive_task(Case(), base).key, path
+    assert seen == {path for base in DRIVES for path, _ in flattened(base)}
+
+
+@dataclass(frozen=True, slots=True)
+class Greased(Case):
+    """A case as somebody may extend it."""
+
+    film: float = 0.0
+
+
+def test_a_field_that_is_new_is_in_every_key() -> None:
+    dry, wet = Greased(), Greased(film=1e-9)
+    for make, _ in KINDS.values():
+        assert make(wet).key != make(dry).key
+
+
+def test_an_exclusion_of_what_no_case_has_is_refused() -> None:
+    with pytest.raises(KeyError, match="colour: no field of a case"):
+        deciding(Case(), (Exclusion(("colour",), "nobody looks"),))
+    assert "heterogeneity.seed" not in deciding(Case(), OF_RECORD)
+    assert not math.isfinite(Case().farthest)

@@ -1,0 +1,76 @@
+"""Results of a few tiny cases, as recorded: a solver that gives others needs another version, or old results pass for new.
+
+`python -m tests.study.plan.test_recorded` records them anew.
+"""
+
+import json
+import math
+from pathlib import Path
+
+import pytest
+
+from solver.case import Case, Effects, Heterogeneity, SlipRule
+from solver.drive import Drive, Scales
+from solver.slab import Slab
+from study.manifest.drives import NamedDrive
+from study.plan.keys import SOLVER_VERSION
+from study.plan.tasks import Task, TaskResult, compliance_task, contact_task, drive_task, record_task, run_task
+
+RECORDED = Path(__file__).with_name("recorded.json")
+SLAB = Slab(17)
+STEADY = Case(radius=50.0, slab=SLAB, max_events=60)
+SMOOTH: Drive = NamedDrive.of("paper", samples=50, profile="mean").dimensionless(Scales())
+"""Over the teeth themselves a last digit of the record turns the motion."""
+FIRST_TEETH: Drive = NamedDrive.of("paper", samples=50, duration=0.005).dimensionless(Scales())
+TASKS: dict[str, tuple[Task, ...]] = {
+    "contact of a punch": (contact_task(Case(pin="flat_punch", slab=SLAB)),),
+    "gradual contact": (contact_task(Case(radius=50.0, slab=SLAB, initial_contact="gradual")),),
+    "record": (record_task(STEADY),),
+    "record of the paper's scheme": (
+        record_task(Case(radius=50.0, slab=Slab(17, scheme="biquadratic"), max_events=40)),
+    ),
+    "classical sliding": (
+        record_task(Case(radius=50.0, slab=SLAB, slip_rule=SlipRule(residual_shear=1.0), max_events=20)),
+    ),
+    "pressures frozen": (
+        record_task(Case(radius=50.0, slab=SLAB, effects=Effects(pin_translation=False), max_events=40)),
+    ),
+    "spread": (record_task(Case(radius=50.0, slab=SLAB, heterogeneity=Heterogeneity(spread=0.1), max_events=40)),),
+    "drive against the mean force": (record_task(STEADY), drive_task(STEADY, SMOOTH)),
+    "drive over teeth": (record_task(STEADY), drive_task(STEADY, FIRST_TEETH)),
+}
+TOLERANCE = 1e-9
+"""Libraries and threads round differently, 3e-11 was seen; a change of the solver that is one moves a number further."""
+
+
+def computed(label: str) -> dict[str, float]:
+    """The finite numbers of the last of some tasks."""
+    results: dict[str, TaskResult] = {}
+    for task in (compliance_task(TASKS[label][0].slab), *TASKS[label]):
+        results[task.key] = run_task(task, results)
+    return {name: number for name, number in results[TASKS[label][-1].key].scalars.items() if math.isfinite(number)}
+
+
+@pytest.mark.parametrize("label", TASKS)
+def test_a_result_that_changed_has_another_solver_version(label: str) -> None:
+    recorded = json.loads(RECORDED.read_text("utf-8"))
+    assert recorded["solver_version"] == SOLVER_VERSION, "run python -m tests.study.plan.test_recorded"
+    found, known = computed(label), recorded["results"][label]
+    new = {
+        name: found.get(name)
+        for name in known
+        if found.get(name) != pytest.approx(known[name], rel=TOLERANCE, abs=1e-15)
+    }
+    assert not new, (
+        f"results of '{label}' changed: raise the solver version (study.plan.keys), and record them anew: {new}"
+    )
+
+
+def record_anew() -> None:
+    """Write what the solver gives now."""
+    content = {"solver_version": SOLVER_VERSION, "results": {label: computed(label) for label in TASKS}}
+    RECORDED.write_text(json.dumps(content, indent=1, ensure_ascii=False) + "\n", "utf-8")
+
+
+if __name__ == "__main__":
+    record_anew()

@@ -1,0 +1,123 @@
+"""A number that somebody adds is declared once, where the solver makes it: results, dataset and descriptions follow."""
+
+from dataclasses import dataclass, field, fields, replace
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+import xarray as xr
+from numpy.typing import NDArray
+
+from solver.quantity import companion, quantity
+from solver.sliding.events import slide_to_state
+from solver.sliding.record import FrictionRecord, event
+from solver.sliding.statistics import EventStatistics, event_statistics
+from study.dataset import file
+from study.dataset.collect import collect
+from study.dataset.description import described, page
+from study.dataset.ragged import record as record_of
+from study.dataset.store import Store
+from study.manifest.reader import load_manifest
+from study.plan.kinds import record as record_kind
+from study.plan.plan import Plan, make_plan
+from study.plan.tasks import KINDS, run_task
+from tests.conftest import SMALL
+
+
+@dataclass(frozen=True, slots=True)
+class LongestStep(EventStatistics):
+    """The statistics, and one more of them."""
+
+    longest_step: float = field(
+        metadata=quantity(
+            "longest way between two events, in L_x",
+            uncertainty="mean_step_uncertainty",
+            si=companion("longest way between two events", "m", "length"),
+        )
+    )
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class WithFalls(FrictionRecord):
+    """The record, and one more column of its events."""
+
+    fall: NDArray[np.float64] = field(metadata=event("fall of F/W in the event", "fall", per="normal_load"))
+
+
+def parts_of(value: Any) -> dict[str, Any]:
+    return {item.name: getattr(value, item.name) for item in fields(value)}
+
+
+def counted(record: FrictionRecord) -> LongestStep:
+    steps = np.diff(record.displacement, prepend=0.0)
+    return LongestStep(**parts_of(event_statistics(record)), longest_step=float(steps.max()))
+
+
+def slid(*given: Any) -> tuple[WithFalls, Any]:
+    record, end = slide_to_state(*given)
+    return WithFalls(**parts_of(record), fall=record.force_before - record.force_after), end
+
+
+def declare(patch: pytest.MonkeyPatch, old: type, new: type) -> None:
+    """As if the new dataclass stood where the old one does."""
+    kind = KINDS["record"]
+    parts = tuple(part._replace(type=new) if part.type is old else part for part in kind.parts)
+    patch.setitem(KINDS, "record", replace(kind, parts=parts))
+
+
+def computed(folder: Path) -> tuple[Plan, Store, xr.Dataset]:
+    """The small campaign at one point, with its drives, through the file."""
+    text = SMALL.replace("[50.0, 100.0]", "[50.0]").replace("[0.25, 0.5]", "[0.5]")
+    (folder / "campaign.toml").write_text(text)
+    plan, store = make_plan(load_manifest(folder / "campaign.toml")), Store(folder)
+    store.prepare()
+    for task in plan.tasks:
+        store.write(run_task(task, {key: store.read(key) for key in task.needs}))
+    file.write(collect(plan, store), folder / file.FILE)
+    with file.read(folder / file.FILE) as found:
+        return plan, store, found.load()
+
+
+def test_a_new_scalar_is_in_results_dataset_and_descriptions(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    declare(monkeypatch, EventStatistics, LongestStep)
+    monkeypatch.setattr(record_kind, "event_statistics", counted)
+    plan, store, found = computed(tmp_path)
+    result = store.read(str(plan.case_tasks[plan.cases[0].case_id].record))
+    longest = float(np.diff(result.arrays["displacement"], prepend=0.0).max())
+    assert result.scalars["longest_step"] == longest
+    assert found["longest_step"].item() == longest
+    assert found["longest_step"].dims == found["mean_step"].dims
+    assert found["longest_step"].attrs == {
+        "long_name": "longest way between two events, in L_x",
+        "units": "1",
+        "ancillary_variables": "mean_step_uncertainty",
+    }
+    assert found["longest_step_si"].item() == longest * plan.manifest.scales.slab_width
+    assert found["longest_step_si"].attrs["units"] == "m"
+    assert described("longest_step").uncertainty == "mean_step_uncertainty"
+    assert "| `longest_step_si` | cases | m | longest way between two events |" in page()
+    assert "completed" in found["drive_outcome"].values
+
+
+def test_a_new_column_of_events_is_in_results_dataset_and_descriptions(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    declare(monkeypatch, FrictionRecord, WithFalls)
+    monkeypatch.setattr(record_kind, "slide_to_state", slid)
+    plan, store, found = computed(tmp_path)
+    result = store.read(str(plan.case_tasks[plan.cases[0].case_id].record))
+    np.testing.assert_array_equal(result.arrays["fall"], result.arrays["force_before"] - result.arrays["force_after"])
+    run = record_of(found, intrinsic_friction=0.5)
+    assert run["event_fall"].dims == ("event",)
+    np.testing.assert_array_equal(run["event_fall"], result.arrays["fall"] * (1.0 / result.scalars["normal_load"]))
+    assert run["event_fall"].attrs["long_name"] == "fall of F/W in the event"
+    assert described("event_fall").dims == "event"
+    assert "| `event_fall` | event | 1 | fall of F/W in the event |" in page()
+    assert "completed" in found["drive_outcome"].values  # made of the record as it always was
+
+
+def test_what_is_not_declared_is_nowhere() -> None:
+    for name in ("longest_step", "event_fall"):
+        with pytest.raises(KeyError):
+            described(name)
