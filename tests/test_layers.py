@@ -12,12 +12,14 @@ import pytest
 ROOT = Path(__file__).parents[1]
 
 ORDER = {
-    "solver": "outcome case elasticity contact sliding dynamics simulate",
+    "solver": "compiled outcome case elasticity contact sliding dynamics simulate",
     "solver.elasticity": "grid grading lagrange support schemes boundary_value column interior parity compliance conditioning",
     "solver.elasticity.schemes": "stiffness biquadratic galerkin half_plane",
     "solver.contact": "pin node_friction soundness normal kernels tableau coulomb state initial closed_forms",
     "solver.sliding": "record kernels tangential events sampling plateau statistics validity",
     "solver.dynamics": "friction_limit kernels result precision exact rigid rk4 integrate coefficients stick_slip regime",
+    "solver.dynamics.kernels": "state teeth slips oscillator roots segment_end "
+    "friction_law recording cruise event_driven rigid runge_kutta",
     "study": "provenance origin manifest discretization plan dataset execution report accuracy commands __main__",
     "study.manifest": "parameters problems columns drives manifest effects cases",
     "study.discretization": "front targets",
@@ -38,7 +40,7 @@ HOMES = {
     "netCDF4": {"study.dataset", "study.accuracy", "study.report"},
     "xarray": {"study.dataset", "study.accuracy", "study.report"},
     "matplotlib": {"study.accuracy", "study.report"},
-    "numba": {"solver.contact.kernels", "solver.sliding.kernels", "solver.dynamics.kernels"},
+    "numba": {"solver.compiled", "solver.contact.kernels", "solver.sliding.kernels"},
 }
 """Library -> the modules and folders that may use it; others may be used everywhere."""
 

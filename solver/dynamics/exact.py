@@ -4,7 +4,8 @@ No step size and no tolerance: a segment ends where closed forms say that the fr
 changes. Segments are short enough for velocity and position to be monotone, so the first crossing is the only one.
 """
 
-from solver.dynamics.kernels import Motion, Run, Teeth, integrate_exactly
+from solver.dynamics.kernels.event_driven import integrate_exactly
+from solver.dynamics.kernels.state import Motion, Run, Teeth
 from solver.dynamics.result import BINS
 from solver.outcome import COMPLETED, Ending, Outcome
 

@@ -10,8 +10,8 @@ from typing import Final
 
 import numpy as np
 
-from solver.dynamics.friction_limit import Profile
-from solver.dynamics.kernels import Motion, Run
+from solver.dynamics.friction_limit import FrictionLimit
+from solver.dynamics.kernels.state import Motion, Run
 from solver.dynamics.result import BINS
 from solver.outcome import COMPLETED, Ending, Outcome
 
@@ -20,7 +20,7 @@ LARGEST: Final = 1e-4
 _DIGIT: Final = float(np.finfo(float).eps)
 
 
-def resolved(profile: Profile, motion: Motion) -> Outcome:
+def resolved(profile: FrictionLimit, motion: Motion) -> Outcome:
     """`COMPLETED`, or `ROUNDING` where spring force or teeth will drown in the rounding of the pin's position."""
     friction, way = profile.steady_force, motion.stage * motion.duration
     force_noise = _DIGIT * motion.spring * way

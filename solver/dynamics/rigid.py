@@ -5,7 +5,8 @@ motion, and the pin is at rest while |spring + damper| ≤ F̃(x). With a consta
 """
 
 from solver.dynamics.exact import outcome_of
-from solver.dynamics.kernels import Motion, Run, Teeth, integrate_rigidly
+from solver.dynamics.kernels.rigid import integrate_rigidly
+from solver.dynamics.kernels.state import Motion, Run, Teeth
 from solver.dynamics.result import BINS
 from solver.outcome import Outcome
 

@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 from scipy.integrate import solve_ivp
 
 from solver.case import Drive
-from solver.dynamics.friction_limit import Profile, profile_of
+from solver.dynamics.friction_limit import FrictionLimit, friction_limit_of
 from solver.dynamics.integrate import DynamicsResult, integrate
 from solver.elasticity.compliance import slab_compliance
 from solver.sliding.events import slide
@@ -33,7 +33,7 @@ METHODS: Final[tuple[Method, ...]] = get_args(Method)
 class Course:
     """What the pin meets: a friction profile, its lateral stiffness K and how it is pulled."""
 
-    profile: Profile
+    profile: FrictionLimit
     contact: float
     drive: Drive
 
@@ -54,7 +54,7 @@ def measure_integrators(setup: Setup, effort: Effort) -> Diagram:
 def _course(setup: Setup) -> Course:
     record = slide(setup.case, slab_compliance(setup.case.slab))
     drive = replace(setup.drive, integrator="exact", time_step=None, samples=SAMPLES).dimensionless(setup.scales)
-    return Course(profile_of(record, plateau_of(record), drive.profile), record.initial_stiffness, drive)
+    return Course(friction_limit_of(record, plateau_of(record), drive.profile), record.initial_stiffness, drive)
 
 
 def _stepped(course: Course, truth: DynamicsResult, setup: Setup, effort: Effort) -> Iterator[Row]:

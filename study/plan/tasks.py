@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 from solver.case import Case, Drive, Slab
 from solver.contact.initial import initial_contact
 from solver.dynamics.coefficients import friction_coefficients
-from solver.dynamics.friction_limit import profile_of
+from solver.dynamics.friction_limit import friction_limit_of
 from solver.dynamics.integrate import integrate
 from solver.dynamics.regime import REGIMES, count_sticks
 from solver.dynamics.stick_slip import fit_stick_slip
@@ -245,7 +245,7 @@ def _run_states(task: Task, inputs: Mapping[str, TaskResult]) -> TaskResult:
 def _run_drive(task: Task, inputs: Mapping[str, TaskResult]) -> TaskResult:
     record, drive = _joined(inputs[task.needs[0]]), _drive(task)
     plateau = plateau_of(record)
-    motion = integrate(profile_of(record, plateau, drive.profile), drive, record.initial_stiffness)
+    motion = integrate(friction_limit_of(record, plateau, drive.profile), drive, record.initial_stiffness)
     friction = friction_coefficients(motion, record, plateau)
     fit = fit_stick_slip(motion, drive, record.normal_load)
     sticks = count_sticks(motion)

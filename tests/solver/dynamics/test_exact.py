@@ -6,8 +6,9 @@ import numpy as np
 import pytest
 
 from solver.case import Drive
-from solver.dynamics import kernels
 from solver.dynamics.integrate import integrate
+from solver.dynamics.kernels.state import Teeth
+from solver.dynamics.kernels.teeth import tooth_at
 from solver.dynamics.stick_slip import Oscillator
 from solver.outcome import Ending, InvalidInput
 from tests.solver.dynamics.drives import PROBLEMS, K, Problem, reference
@@ -20,15 +21,15 @@ EVERY_PROBLEM = pytest.mark.parametrize("problem", PROBLEMS.values(), ids=PROBLE
 def test_the_kernels_teeth_are_the_profiles_on_both_sides_of_zero(problem):
     """A pulled pin hardly ever gets behind its start, so the mirrored teeth are looked at directly."""
     profile = problem.profile
-    teeth = kernels.Teeth(profile.edges, profile.force, profile.slope, profile.periodic_from)
+    teeth = Teeth(profile.edges, profile.force, profile.slope, profile.periodic_from)
     beyond = 0.0
     for index in range(-12, 12):
-        left, right, force, slope = kernels._tooth(teeth, index)
+        left, right, force, slope = tooth_at(teeth, index)
         assert index == -12 or left == pytest.approx(beyond, abs=1e-15)
         beyond = right
         inside = left + (right - left) * np.array([0.1, 0.5, 0.9])
         assert np.abs(force + slope * (inside - left) - profile.limit(inside)).max() < 1e-13  # slope × rounding of x
-    assert kernels._tooth(teeth, 0)[0] == 0.0
+    assert tooth_at(teeth, 0)[0] == 0.0
 
 
 @EVERY_PROBLEM
