@@ -13,11 +13,19 @@ ROOT = Path(__file__).parents[1]
 
 ORDER = {
     "solver": "compiled outcome case elasticity contact sliding dynamics simulate",
-    "solver.elasticity": "grid grading lagrange support schemes boundary_value column interior parity compliance conditioning",
+    "solver.elasticity": "grid grading lagrange support schemes boundary_value "
+    "column interior parity compliance conditioning",
     "solver.elasticity.schemes": "stiffness biquadratic galerkin half_plane",
-    "solver.contact": "pin node_friction soundness normal kernels tableau coulomb state initial closed_forms",
-    "solver.sliding": "record kernels tangential events sampling plateau statistics validity",
-    "solver.dynamics": "friction_limit kernels result precision exact rigid rk4 integrate coefficients stick_slip regime",
+    "solver.contact": "kernels outcomes pin node_friction soundness normal "
+    "tableau compiled_contact coulomb state initial closed_forms",
+    "solver.contact.kernels": "enumerations state vectors pin_height slip_distance equilibrium "
+    "contact_change violations cascade next_event loading",
+    "solver.contact.coulomb": "contact roles motion",
+    "solver.sliding": "kernels record columns full_contact tangential coulomb "
+    "hindsight events sampling plateau statistics validity",
+    "solver.sliding.kernels": "events step full_contact tangential",
+    "solver.dynamics": "friction_limit kernels result precision exact rigid "
+    "rk4 integrate coefficients stick_slip regime",
     "solver.dynamics.kernels": "state teeth slips oscillator roots segment_end "
     "friction_law recording cruise event_driven rigid runge_kutta",
     "study": "provenance origin manifest discretization plan dataset execution report accuracy commands __main__",
@@ -40,7 +48,7 @@ HOMES = {
     "netCDF4": {"study.dataset", "study.accuracy", "study.report"},
     "xarray": {"study.dataset", "study.accuracy", "study.report"},
     "matplotlib": {"study.accuracy", "study.report"},
-    "numba": {"solver.compiled", "solver.contact.kernels", "solver.sliding.kernels"},
+    "numba": {"solver.compiled", "solver.contact.kernels"},
 }
 """Library -> the modules and folders that may use it; others may be used everywhere."""
 

@@ -5,10 +5,11 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from solver.contact.kernels.enumerations import EventKind
 from solver.outcome import Outcome
 
-EVENT_KINDS = ("slip", "release", "touch")
-"""What can trigger an event; `FrictionRecord.kind` holds the position in this tuple."""
+EVENT_KINDS = tuple(kind.name.lower() for kind in EventKind if kind is not EventKind.NOTHING)
+"""What can trigger an event: ("slip", "release", "touch"); `FrictionRecord.kind` holds the position in this tuple."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -43,8 +44,8 @@ class FrictionRecord:
     normal_load: float
     """W, in G·L_x·L_y."""
     spacing: float
-    """Distance between surface nodes, in L_x: what the pin meets repeats with it. Infinite where pressures are frozen: then the
-    pin goes on meeting what it met where it touched."""
+    """Distance between surface nodes, in L_x: what the pin meets repeats with it. Infinite where pressures are constant: then
+    the pin goes on meeting what it met where it touched."""
     residual_shear: float
     """Shear that a slip leaves, as a share of μ_i·pressure."""
     spread: float

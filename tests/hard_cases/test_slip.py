@@ -112,8 +112,8 @@ def test_energy_is_balanced_and_never_created(
 @pytest.mark.parametrize("scheme", SCHEMES)
 @pytest.mark.parametrize("seed", range(3))
 def test_rounding_does_not_decide_ties_of_mirror_nodes(seed: int, scheme: Scheme) -> None:
-    """A symmetric initial contact is all ties: the node further right goes first (PLACE in solver/_kernels.py), so that a
-    compliance wrong by a few roundings leads through the same slips."""
+    """A symmetric initial contact is all ties: the node further right goes first, so that a compliance wrong by a few
+    roundings leads through the same slips (PLACE in solver.contact.kernels.violations)."""
     slab = Slab(65, scheme=scheme)
     case = Case(slab=slab, intrinsic_friction=0.1)
     exact = compliance_of(slab)

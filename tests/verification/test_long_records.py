@@ -10,7 +10,8 @@ import pytest
 from solver.case import Case, Heterogeneity, InitialContact, Scheme, Slab, SlipRule
 from solver.contact.initial import initial_contact
 from solver.elasticity.compliance import slab_compliance
-from solver.sliding.events import RESUMABLE, slide, slide_to_state
+from solver.sliding.events import slide, slide_to_state
+from solver.sliding.full_contact import RESUMABLE
 from solver.sliding.plateau import plateau_of
 from tests.verification.seen import seen
 from tests.verification.test_energy import total_energy

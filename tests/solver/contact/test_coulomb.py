@@ -10,7 +10,7 @@ from solver.case import Case, InitialContact, Slab, SlipRule
 from solver.contact.initial import initial_contact
 from solver.elasticity.compliance import SurfaceCompliance, slab_compliance
 from solver.outcome import Ending, InvalidInput
-from solver.sliding import events
+from solver.sliding import coulomb
 from solver.sliding.events import slide, slide_to_state
 from solver.sliding.plateau import plateau_of
 from tests.physics import assert_contact_laws, coupled_half_plane, half_plane, stored_energy
@@ -109,7 +109,7 @@ def test_infinite_friction_cannot_slide_and_is_refused() -> None:
 
 
 def test_a_pin_that_slides_on_and_on_leaves_the_slab(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(events, "OFF_THE_SLAB", 5e-3)
+    monkeypatch.setattr(coulomb, "OFF_THE_SLAB", 5e-3)
     record = slide(replace(CASE, max_displacement=None, max_events=10**6), COMPLIANCE)
     assert record.outcome.ending is Ending.CONTACT_LOST
     assert record.final_displacement == record.displacement[-1]

@@ -1,4 +1,4 @@
-"""With frozen pressures a slip is one row of the tangential tableau; the law of friction and equilibrium along x hold."""
+"""With constant pressures a slip is one row of the tangential tableau; the law of friction and equilibrium along x hold."""
 
 from dataclasses import replace
 
@@ -7,12 +7,12 @@ import pytest
 
 from solver.case import Case, Effects, Heterogeneity, Slab, SlipOrder, SlipRule
 from solver.contact.initial import initial_contact
-from solver.contact.kernels import Events
 from solver.contact.node_friction import node_friction
 from solver.elasticity.compliance import SurfaceCompliance, slab_compliance
 from solver.outcome import Ending, InvalidInput
-from solver.sliding import events
+from solver.sliding import columns, events, full_contact
 from solver.sliding.events import slide, slide_to_state
+from solver.sliding.kernels.events import Events
 from solver.sliding.plateau import plateau_of
 
 SLAB = Slab(n_x=65)
@@ -58,8 +58,9 @@ def test_after_first_touch_only_the_tangential_block_is_read(monkeypatch: pytest
     matrix = np.full_like(COMPLIANCE.matrix, np.nan)
     matrix[:N, :N] = COMPLIANCE.matrix[:N, :N]
     whole = slide(GOODMAN, COMPLIANCE, start)
-    for builder in ("core_of", "initial_contact", "uncoupled"):
-        monkeypatch.setattr(events, builder, None)
+    monkeypatch.setattr(events, "initial_contact", None)
+    for builder in ("compiled_contact", "uncoupled"):
+        monkeypatch.setattr(full_contact, builder, None)
     alone = slide(GOODMAN, SurfaceCompliance(matrix, SLAB), start)
     for name in ("displacement", "force_after", "node", "slips", "dissipated"):
         np.testing.assert_array_equal(getattr(alone, name), getattr(whole, name))
@@ -80,7 +81,7 @@ def test_a_displacement_limit_ends_a_record() -> None:
     assert record.final_displacement == 1e-3
     assert record.displacement[-1] < 1e-3
     many = replace(GOODMAN, max_events=None, max_displacement=0.04)
-    assert len(slide(many, COMPLIANCE).displacement) > events.FIRST_CAPACITY
+    assert len(slide(many, COMPLIANCE).displacement) > columns.FIRST_CAPACITY
 
 
 def test_adhesive_stick_has_no_event() -> None:
@@ -104,15 +105,15 @@ def test_what_means_nothing_is_refused() -> None:
 
 def test_a_record_takes_no_more_room_than_its_events_need(monkeypatch: pytest.MonkeyPatch) -> None:
     """Not for all that it may hold: a limit of 1e9 events beside a displacement is 70 GB. The events are the same ones."""
-    whole, room, empty = slide(FROZEN, COMPLIANCE), [], events._empty_events
+    whole, room, empty = slide(FROZEN, COMPLIANCE), [], columns.empty_events
 
     def noted(capacity: int) -> Events:
         room.append(capacity)
         assert capacity <= 1024
         return empty(capacity)
 
-    monkeypatch.setattr(events, "_empty_events", noted)
-    monkeypatch.setattr(events, "FIRST_CAPACITY", 8)
+    monkeypatch.setattr(columns, "empty_events", noted)
+    monkeypatch.setattr(columns, "FIRST_CAPACITY", 8)
     far = float(whole.displacement[-1])
     for limited in (FROZEN, replace(FROZEN, max_events=10**9, max_displacement=far * (1.0 + 1e-12))):
         record = slide(limited, COMPLIANCE)
