@@ -21,7 +21,7 @@ from solver.contact.kernels.equilibrium import (
     refresh,
     set_rate_to_displacement,
 )
-from solver.contact.kernels.state import KernelConstants, KernelState, RoughPin, new_scalars
+from solver.contact.kernels.state import KernelConstants, KernelState, RoughPin, SlipConstants, new_scalars
 from solver.contact.node_friction import node_friction
 from solver.contact.pin import Pin, pin_of, surface_from_pin
 from solver.contact.tableau import in_lines, tableau
@@ -131,19 +131,26 @@ def margin(n_x: int) -> int:
     return max(MARGIN, n_x // 128)
 
 
-def _constants(case: Case, window: slice) -> KernelConstants:
-    """The constants of a run; tolerances are relative to load and pin."""
-    pin, slip, last = pin_of(case), case.slip_rule, window.stop - window.start - 1
-    return KernelConstants(
-        pin=_kernel_pin(pin),
-        half_width=pin.half_width,
-        residual_shear=slip.residual_shear,
-        simultaneous=slip.slip_order == "simultaneous",
-        event_floor=slip.event_floor,
+def slip_constants(case: Case) -> SlipConstants:
+    """The constants of slips and steps; tolerances are relative to the load."""
+    rule = case.slip_rule
+    return SlipConstants(
+        residual_shear=rule.residual_shear,
+        simultaneous=rule.slip_order == "simultaneous",
+        event_floor=rule.event_floor,
         spacing=case.slab.spacing,
         friction_bound=case.intrinsic_friction * case.normal_load,
-        cascade_limit=slip.cascade_limit,
+        cascade_limit=rule.cascade_limit,
         tolerance=1e-12 * case.normal_load,
+    )
+
+
+def _constants(case: Case, window: slice) -> KernelConstants:
+    pin, last = pin_of(case), window.stop - window.start - 1
+    return KernelConstants(
+        slip=slip_constants(case),
+        pin=_kernel_pin(pin),
+        half_width=pin.half_width,
         tolerance_gap=1e-12 * case.normal_load + 2 * np.finfo(float).eps * pin.curvature,
         first_node=window.start,
         inner_nodes=(GUARD if window.start > 0 else 0, last - GUARD if window.stop < case.slab.n_x else last),

@@ -11,6 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from solver.case import MOST_EVENTS, Case
+from solver.contact.compiled_contact import slip_constants
 from solver.contact.kernels.enumerations import Stop
 from solver.contact.kernels.state import new_scalars
 from solver.contact.node_friction import node_friction
@@ -21,7 +22,7 @@ from solver.elasticity.compliance import SurfaceCompliance
 from solver.outcome import COMPLETED, Outcome
 from solver.sliding.columns import first_of, first_room, friction_record, grown
 from solver.sliding.kernels.events import Events
-from solver.sliding.kernels.tangential import TangentialConstants, TangentialState, refresh, slide_tangentially
+from solver.sliding.kernels.tangential import TangentialState, refresh, slide_tangentially
 from solver.sliding.record import FrictionRecord
 
 
@@ -48,15 +49,7 @@ class TangentialContact:
         self._case, self._compliance, self._start = case, compliance, start
         self._nodes = np.flatnonzero(start.contact)
         self._state = _tangential_state(case, compliance, start, self._nodes)
-        self._constants = TangentialConstants(
-            residual_shear=case.slip_rule.residual_shear,
-            simultaneous=case.slip_rule.slip_order == "simultaneous",
-            event_floor=case.slip_rule.event_floor,
-            spacing=case.slab.spacing,
-            friction_bound=case.intrinsic_friction * case.normal_load,
-            cascade_limit=case.slip_rule.cascade_limit,
-            tolerance=1e-12 * case.normal_load,
-        )
+        self._constants = slip_constants(case)
 
     @property
     def stiffness(self) -> float:

@@ -18,7 +18,8 @@ from solver.contact.kernels.slip_distance import slip_move
 from solver.contact.kernels.state import Floats, KernelConstants, KernelState, start_event
 from solver.contact.kernels.violations import worst_violation
 from solver.sliding.full_contact import compiled_at
-from solver.sliding.kernels.full_contact import advance, smallest_step
+from solver.sliding.kernels.full_contact import advance, stretching
+from solver.sliding.kernels.step import smallest_step
 from tests.benchmarks.table import Row, verdict
 
 EVENTS = 15
@@ -60,7 +61,7 @@ def _cascade(
     while node >= 0:
         xi = state.x[node] + state.inputs[node] - state.scalars.displacement
         along, down = slip_move(
-            y, state.tableau, state.node_friction, node, xi, constants.pin, constants.residual_shear
+            y, state.tableau, state.node_friction, node, xi, constants.pin, constants.slip.residual_shear
         )
         displace(y, state.tableau, state.inputs, node, along, down)
         counts[0] += 1
@@ -71,8 +72,10 @@ def _cascade(
                 counts[1] += missed[block].sum() * size
                 missed[block], used[block], margins[block] = False, 0.0, _margin(state, block, size)
         last = node
-        node, tension = worst_violation(y[:n], y[n : 2 * n], state.active_friction, state.contact, constants.tolerance)
-        if tension > constants.tolerance:
+        node, tension = worst_violation(
+            y[:n], y[n : 2 * n], state.active_friction, state.contact, constants.slip.tolerance
+        )
+        if tension > constants.slip.tolerance:
             break
         if node >= 0:
             jumps[abs(node - last)] += 1
@@ -88,7 +91,8 @@ def far_field_row(case: Case, compliance: SurfaceCompliance, start: ContactState
         counts, jumps = np.zeros(3, dtype=np.int64), np.zeros(len(state.x), dtype=np.int64)
         for _ in range(EVENTS):
             step, kind, node = next_event(state, constants, 1.0)
-            advance(state, max(step, smallest_step(state, constants)))
+            floor = smallest_step(constants.slip, stretching(state), state.scalars.displacement)
+            advance(state, max(step, floor))
             start_event(state.scalars)
             if kind == EventKind.SLIP:
                 _cascade(state, constants, node, size, counts, jumps)

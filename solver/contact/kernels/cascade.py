@@ -24,7 +24,12 @@ def _slip_in_turn(state: KernelState, constants: KernelConstants, first: int) ->
     Returns why it stops, and RELEASE with its node or NOTHING with -1. The arrays are taken out of the state once: passing
     the whole of it to another compiled function costs more than a slip.
     """
-    n, tolerance, pin, residual_shear = len(state.x), constants.tolerance, constants.pin, constants.residual_shear
+    n, tolerance, pin, residual_shear = (
+        len(state.x),
+        constants.slip.tolerance,
+        constants.pin,
+        constants.slip.residual_shear,
+    )
     y, tableau, inputs, x, scalars = state.response, state.tableau, state.inputs, state.x, state.scalars
     shear, normal, contact = y[:n], y[n : 2 * n], state.contact
     node_friction, active_friction = state.node_friction, state.active_friction
@@ -37,7 +42,7 @@ def _slip_in_turn(state: KernelState, constants: KernelConstants, first: int) ->
                 return Stop.DONE, EventKind.RELEASE, lowest_pressure(state)
             if node < 0:
                 return Stop.DONE, EventKind.NOTHING, -1
-        if scalars.slips >= constants.cascade_limit:
+        if scalars.slips >= constants.slip.cascade_limit:
             return Stop.CASCADE_LIMIT, EventKind.NOTHING, -1
         xi = x[node] + inputs[node] - displacement
         along, down = slip_move(y, tableau, node_friction, node, xi, pin, residual_shear)
@@ -56,7 +61,7 @@ def _slip_in_turn(state: KernelState, constants: KernelConstants, first: int) ->
 @compiled()
 def _slip_together(state: KernelState, constants: KernelConstants, first: int) -> tuple[Stop, EventKind, int]:
     """The same by rounds: every offender of a round slips by the distance it would slip alone."""
-    n, tolerance, y, displacement = len(state.x), constants.tolerance, state.response, state.scalars.displacement
+    n, tolerance, y, displacement = len(state.x), constants.slip.tolerance, state.response, state.scalars.displacement
     along, down = np.zeros(n), np.zeros(n)
     while True:
         worst, tension = worst_violation(y[:n], y[n : 2 * n], state.active_friction, state.contact, tolerance)
@@ -64,14 +69,14 @@ def _slip_together(state: KernelState, constants: KernelConstants, first: int) -
             return Stop.DONE, EventKind.RELEASE, lowest_pressure(state)
         if worst < 0 and first < 0:
             return Stop.DONE, EventKind.NOTHING, -1
-        if state.scalars.slips >= constants.cascade_limit:
+        if state.scalars.slips >= constants.slip.cascade_limit:
             return Stop.CASCADE_LIMIT, EventKind.NOTHING, -1
         for i in range(n):
             along[i] = 0.0
             if abs(y[i]) + state.active_friction[i] * y[n + i] > tolerance or i == first:
                 xi = state.x[i] + state.inputs[i] - displacement
                 along[i], down[i] = slip_move(
-                    y, state.tableau, state.node_friction, i, xi, constants.pin, constants.residual_shear
+                    y, state.tableau, state.node_friction, i, xi, constants.pin, constants.slip.residual_shear
                 )
                 if not abs(along[i]) < np.inf:
                     return Stop.SLIP_UNBOUNDED, EventKind.NOTHING, -1
@@ -122,7 +127,7 @@ def resolve(state: KernelState, constants: KernelConstants, kind: EventKind, nod
             if status != Stop.DONE:
                 return status
             node = -1
-        if constants.simultaneous:
+        if constants.slip.simultaneous:
             status, kind, node = _slip_together(state, constants, node)
         else:
             status, kind, node = _slip_in_turn(state, constants, node)

@@ -61,7 +61,7 @@ def project_onto_pin(state: KernelState, constants: KernelConstants) -> bool:
         if state.contact[i]:
             height = pin_height(constants, state.x[i] + state.inputs[i] - state.scalars.displacement)
             lift = height - state.inputs[n + i]
-            if abs(lift) > constants.tolerance + BLUR * abs(height) and height < np.inf:
+            if abs(lift) > constants.slip.tolerance + BLUR * abs(height) and height < np.inf:
                 displace(state.response, state.tableau, state.inputs, i, 0.0, lift)
                 moved = True
     return moved

@@ -80,12 +80,9 @@ class RoughPin(NamedTuple):
     """Of the same shape."""
 
 
-class KernelConstants(NamedTuple):
-    """What does not change during a run."""
+class SlipConstants(NamedTuple):
+    """What does not change during a run, of slips and steps."""
 
-    pin: float | RoughPin
-    """Curvature of a smooth pin, or a rough pin: the type decides which functions are compiled."""
-    half_width: float
     residual_shear: float
     simultaneous: bool
     event_floor: float
@@ -97,6 +94,15 @@ class KernelConstants(NamedTuple):
     cascade_limit: int
     tolerance: float
     """Force below which a constraint counts as met."""
+
+
+class KernelConstants(NamedTuple):
+    """What does not change during a run."""
+
+    slip: SlipConstants
+    pin: float | RoughPin
+    """Curvature of a smooth pin, or a rough pin: the type decides which functions are compiled."""
+    half_width: float
     tolerance_gap: float
     """Penetration below which a free node counts as free."""
     first_node: int

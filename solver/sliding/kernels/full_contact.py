@@ -11,7 +11,7 @@ from solver.contact.kernels.next_event import next_event
 from solver.contact.kernels.state import KernelConstants, KernelState, start_event
 from solver.contact.kernels.violations import on_steep_flank
 from solver.sliding.kernels.events import Events
-from solver.sliding.kernels.step import OVERSHOOT, floor_length
+from solver.sliding.kernels.step import overshot, smallest_step
 
 CHECK_EVENTS = 64
 """Events after which the equilibrium residual is computed, changes of the contact or not."""
@@ -31,14 +31,13 @@ def advance(state: KernelState, step: float) -> None:
 
 
 @compiled()
-def smallest_step(state: KernelState, constants: KernelConstants) -> float:
-    """The event floor as a length, see `floor_length`."""
+def stretching(state: KernelState) -> float:
+    """By how much shear and its limits change per displacement of the pin, all nodes together."""
     n, stiffness = len(state.x), 0.0
     for i in range(n):
         if state.contact[i]:
             stiffness += abs(state.rate[i]) + state.node_friction[i] * abs(state.rate[n + i])
-    c, displacement = constants, state.scalars.displacement
-    return floor_length(c.event_floor, c.spacing, c.friction_bound, c.tolerance, stiffness, displacement)
+    return stiffness
 
 
 @compiled()
@@ -66,7 +65,8 @@ def slide_events(
             advance(state, left)
             return Stop.DONE, e
         # A floor beyond the end of the run does not hide the event before it.
-        step = min(max(step, smallest_step(state, constants)), left)
+        floor = smallest_step(constants.slip, stretching(state), scalars.displacement)
+        step = min(max(step, floor), left)
         advance(state, step)
         events.displacement[e] = scalars.displacement
         events.force_before[e] = total_shear(state, state.response)
@@ -90,7 +90,7 @@ def slide_events(
 def _answer(state: KernelState, constants: KernelConstants, kind: EventKind, node: int) -> Stop:
     """The cascade of one event; DONE, or why the event means nothing."""
     start_event(state.scalars)
-    if not overshoot(state) <= OVERSHOOT * constants.friction_bound + len(state.x) * constants.tolerance:
+    if overshot(constants.slip, overshoot(state), len(state.x)):
         return Stop.OVERSHOT
     status = resolve(state, constants, kind, node, 1.0)
     created = state.scalars.dissipated < -CREATED * state.inputs[-1] * state.inputs[-1]

@@ -15,11 +15,11 @@ from numpy.typing import NDArray
 from solver.compiled import compiled
 from solver.contact.kernels.cascade import REFRESH_SLIPS
 from solver.contact.kernels.enumerations import EventKind, Stop
-from solver.contact.kernels.state import Floats, Scalars, start_event
+from solver.contact.kernels.state import Floats, Scalars, SlipConstants, start_event
 from solver.contact.kernels.vectors import add
 from solver.contact.kernels.violations import HALF_PLACE, bits, highest_ranked, ranked
 from solver.sliding.kernels.events import Events
-from solver.sliding.kernels.step import OVERSHOOT, floor_length
+from solver.sliding.kernels.step import overshot, smallest_step
 
 
 class TangentialState(NamedTuple):
@@ -42,18 +42,6 @@ class TangentialState(NamedTuple):
     nodes: NDArray[np.int32]
     """(m,) surface node that each is."""
     scalars: Scalars
-
-
-class TangentialConstants(NamedTuple):
-    """What does not change during a run; see `solver.contact.kernels.state.KernelConstants`."""
-
-    residual_shear: float
-    simultaneous: bool
-    event_floor: float
-    spacing: float
-    friction_bound: float
-    cascade_limit: int
-    tolerance: float
 
 
 @compiled()
@@ -96,7 +84,7 @@ def _displace(shear: Floats, tableau: Floats, u: Floats, i: int, along: float) -
 
 
 @compiled()
-def _slip_in_turn(state: TangentialState, constants: TangentialConstants, first: int) -> Stop:
+def _slip_in_turn(state: TangentialState, constants: SlipConstants, first: int) -> Stop:
     """Slip `first`, then the worst offender, the others held, until none is left.
 
     The arrays are taken out of the state once: passing the whole of it to another compiled function costs more than a slip.
@@ -120,7 +108,7 @@ def _slip_in_turn(state: TangentialState, constants: TangentialConstants, first:
 
 
 @compiled()
-def _slip_together(state: TangentialState, constants: TangentialConstants, first: int) -> Stop:
+def _slip_together(state: TangentialState, constants: SlipConstants, first: int) -> Stop:
     """The same by rounds: every offender of a round slips by the distance it would slip alone."""
     shear, tableau, u, scalars, m = state.shear, state.tableau, state.u, state.scalars, len(state.u)
     along = np.zeros(m)
@@ -178,15 +166,14 @@ def _overshoot(state: TangentialState) -> float:
 
 @compiled()
 def slide_tangentially(
-    state: TangentialState, constants: TangentialConstants, events: Events, first: int, farthest: float
+    state: TangentialState, constants: SlipConstants, events: Events, first: int, farthest: float
 ) -> tuple[Stop, int]:
     """Slide from event to event; returns why it stopped and how many events the record now holds."""
-    stiffness, scalars, c = state.rate.sum(), state.scalars, constants
+    stiffness, scalars = state.rate.sum(), state.scalars
     for e in range(first, len(events.displacement)):
         step, node = _next_slip(state)
         position = scalars.displacement
-        floor = floor_length(c.event_floor, c.spacing, c.friction_bound, c.tolerance, stiffness, position)
-        step = max(step, floor)
+        step = max(step, smallest_step(constants, stiffness, position))
         if node < 0 and farthest == np.inf:
             return Stop.NO_EVENT, e
         if position + step >= farthest:
@@ -211,10 +198,10 @@ def slide_tangentially(
 
 
 @compiled()
-def _answer(state: TangentialState, constants: TangentialConstants, node: int) -> Stop:
+def _answer(state: TangentialState, constants: SlipConstants, node: int) -> Stop:
     """The slips of one event; DONE, or why the event means nothing."""
     start_event(state.scalars)
-    if not _overshoot(state) <= OVERSHOOT * constants.friction_bound + len(state.u) * constants.tolerance:
+    if overshot(constants, _overshoot(state), len(state.u)):
         return Stop.OVERSHOT
     if constants.simultaneous:
         return _slip_together(state, constants, node)
