@@ -18,7 +18,7 @@ from solver.contact.kernels.cascade import resolve
 from solver.contact.kernels.enumerations import EventKind, Stop
 from solver.contact.kernels.equilibrium import refresh, set_rate_to_displacement, set_rate_to_load
 from solver.contact.kernels.loading import raise_load
-from solver.contact.normal import Pressed, pressed
+from solver.contact.normal import NormalContact, normal_contact
 from solver.contact.outcomes import OUTCOME_OF_ENDING, OUTCOME_OF_STOP
 from solver.contact.pin import pin_of, surface_from_pin
 from solver.contact.soundness import soundness
@@ -39,7 +39,7 @@ OUT_FROM_UNDER = Outcome(
     'lower normal_load, or use initial_contact = "stick" or "gradual"',
 )
 """The node would have to be both under the punch and beside it."""
-ROUNDINGS_FAULT = (
+CAUSED_BY_ROUNDING = (
     Ending.CONTACT_NOT_CONVERGED,
     Ending.SLIP_UNBOUNDED,
     Ending.CASCADE_LIMIT,
@@ -68,7 +68,7 @@ def checked(case: Case, compliance: SurfaceCompliance, state: ContactState) -> C
     outcome = explained(state.outcome, compliance, state.contact)
     # Constant pressures are those of initial contact, however far the pin has gone since.
     carried = case.effects.pin_translation or state.displacement == 0.0
-    if carried and (outcome.ok or outcome.ending in ROUNDINGS_FAULT):
+    if carried and (outcome.ok or outcome.ending in CAUSED_BY_ROUNDING):
         found = soundness(case, compliance, state.contact, state.u, state.displacement)
         # What rounding decides is no fault of friction or operator; a flank's steepness counts where all else is well.
         outcome = found if outcome.ok or found.ending is Ending.ROUNDING else outcome
@@ -76,6 +76,7 @@ def checked(case: Case, compliance: SurfaceCompliance, state: ContactState) -> C
 
 
 def _touch(case: Case, compliance: SurfaceCompliance) -> ContactState:
+    """Initial contact by the way that the case asks for."""
     if not (case.effects.friction and case.effects.coupling):
         return _touch_without_shear(case, compliance)
     if case.slip_rule.residual_shear == 1.0:
@@ -87,29 +88,30 @@ def _touch(case: Case, compliance: SurfaceCompliance) -> ContactState:
 
 def _touch_without_shear(case: Case, compliance: SurfaceCompliance) -> ContactState:
     """Nothing holds the surface, or nothing moves it sideways: the normal problem is all there is."""
-    found = pressed(case, compliance, stuck=False)
-    forces = np.stack((np.zeros_like(found.pressing), -found.pressing))
+    found = normal_contact(case, compliance, stuck=False)
+    forces = np.stack((np.zeros_like(found.normal_force), -found.normal_force))
     outcome = COMPLETED if found.converged else OUTCOME_OF_STOP[Stop.CONTACT_CYCLE]
     if _out_from_under(case, compliance, found):
         outcome = OUT_FROM_UNDER
     return state_from_forces(case, compliance, found.contact, forces, found.u, found.v, found.approach, 0.0, 0, outcome)
 
 
-def _out_from_under(case: Case, compliance: SurfaceCompliance, found: Pressed) -> bool:
+def _out_from_under(case: Case, compliance: SurfaceCompliance, found: NormalContact) -> bool:
     """Whether a node in contact has moved beyond the punch's edge."""
     return bool((np.abs(surface_from_pin(case) + found.u)[found.contact] > pin_of(case).half_width).any())
 
 
 def _touch_at_once(case: Case, compliance: SurfaceCompliance) -> ContactState:
-    found = pressed(case, compliance, case.initial_contact == "stick")
+    """Solve the normal problem, nodes stuck or free of friction; then let nodes slip until constraint II holds."""
+    found = normal_contact(case, compliance, case.initial_contact == "stick")
     if _out_from_under(case, compliance, found):
         return replace(_nothing(case, OUT_FROM_UNDER), contact=found.contact)
     contact, u, converged = found.contact, np.where(found.contact, found.u, 0.0), found.converged
     height = pin_of(case).height(np.where(contact, surface_from_pin(case) + u, 0.0))
     if not converged and math.isinf(case.intrinsic_friction):
-        unsettled = compiled_contact(case, compliance, contact, u, height, whole=True)
-        return contact_state(unsettled, OUTCOME_OF_STOP[Stop.CONTACT_CYCLE])
-    # Stuck at once, a node near the edge may be pulled in contact and pushed when free; slips then settle it.
+        unfinished = compiled_contact(case, compliance, contact, u, height, whole=True)
+        return contact_state(unfinished, OUTCOME_OF_STOP[Stop.CONTACT_CYCLE])
+    # Stuck at once, a node near the edge may be pulled in contact and pushed when free; slips then decide.
     for whole in (False, True)[not converged :]:
         compiled = compiled_contact(case, compliance, contact, u, height, whole=whole)
         set_rate_to_displacement(compiled.state)
@@ -135,12 +137,13 @@ def _load_gradually(case: Case, compliance: SurfaceCompliance) -> ContactState:
 
 
 def _touch_with_coulomb_friction(case: Case, compliance: SurfaceCompliance) -> ContactState:
+    """The same with classical Coulomb friction, residual_shear 1: the load at once, or raised from a billionth."""
     x = surface_from_pin(case)
     if case.initial_contact == "gradual":
         height = pin_of(case).height(x)
         contact, u, normal_load = height == height.min(), np.zeros_like(x), 1e-9 * case.normal_load
     else:
-        found = pressed(case, compliance, case.initial_contact == "stick")
+        found = normal_contact(case, compliance, case.initial_contact == "stick")
         contact, u, normal_load = found.contact, np.where(found.contact, found.u, 0.0), case.normal_load
     solved = CoulombContact(case, compliance, contact, np.zeros_like(x), u, normal_load)
     try:

@@ -74,10 +74,10 @@ def test_sliding_with_the_slope_of_the_limit_is_an_oscillator_with_that_stiffnes
     slope, damping_ratio, V = 0.7, 0.2, 0.3
     result = integrate(profile_through([0.0, 100.0], [0.0], [70.0]), Drive(1.0, damping_ratio, V, 4.0, samples=50), K)
     total = 1.0 + slope
-    equivalent = Oscillator(total, damping_ratio / math.sqrt(total), V / total, friction=0.0)
+    equivalent = Oscillator(total, damping_ratio / math.sqrt(total), V / total, friction_force=0.0)
     # Stage velocity V·k/(k + s) gives the same spring term; the damper then lacks c(V - V k/(k + s)), a constant force.
     lacking = 2.0 * damping_ratio * (V - V / total)
-    shifted = Oscillator(total, equivalent.damping_ratio, V / total, friction=-lacking)
+    shifted = Oscillator(total, equivalent.damping_ratio, V / total, friction_force=-lacking)
     position, velocity = shifted.motion(result.time)
     assert np.all(np.diff(result.position) > 0.0)  # else the limit would have been left
     assert np.abs(result.position - position).max() < 1e-14
