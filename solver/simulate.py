@@ -7,7 +7,7 @@ from solver.contact.initial import initial_contact
 from solver.contact.state import ContactState
 from solver.drive import Drive
 from solver.dynamics.coefficients import FrictionCoefficients, friction_coefficients
-from solver.dynamics.friction_limit import profile_of
+from solver.dynamics.friction_limit import friction_limit_of
 from solver.dynamics.integrate import DynamicsResult, integrate
 from solver.elasticity.compliance import SurfaceCompliance, surface_compliance
 from solver.sliding.events import slide
@@ -42,5 +42,5 @@ def drive_result(case: Case, drive: Drive, record: FrictionRecord | None = None)
     """
     record = record or friction_record(case)
     plateau = plateau_of(record)
-    motion = integrate(profile_of(record, plateau, drive.profile), drive, record.initial_stiffness)
+    motion = integrate(friction_limit_of(record, plateau, drive.profile), drive, record.initial_stiffness)
     return DriveResult(record, plateau, motion, friction_coefficients(motion, record, plateau))

@@ -5,7 +5,7 @@ from dataclasses import replace
 import numpy as np
 from numpy.typing import ArrayLike
 
-from solver.dynamics.friction_limit import Profile
+from solver.dynamics.friction_limit import FrictionLimit
 from solver.elasticity.grid import Grid
 from solver.elasticity.grid_scheme import grid_scheme
 from solver.outcome import COMPLETED
@@ -73,13 +73,13 @@ def modulated_record(spacings: float, phase: float, level: float = 0.27, amplitu
     return replace(record_from(steps, drops), residual_shear=0.0)
 
 
-def profile_through(edges: ArrayLike, starts: ArrayLike, ends: ArrayLike, periodic_from: int = 0) -> Profile:
+def profile_through(edges: ArrayLike, starts: ArrayLike, ends: ArrayLike, periodic_from: int = 0) -> FrictionLimit:
     """Teeth between the edges with given forces at both of their ends."""
     edges, starts, ends = (np.asarray(values, float) for values in (edges, starts, ends))
-    return Profile(edges, starts, (ends - starts) / np.diff(edges), periodic_from)
+    return FrictionLimit(edges, starts, (ends - starts) / np.diff(edges), periodic_from)
 
 
-def constant_profile(force: float) -> Profile:
+def constant_profile(force: float) -> FrictionLimit:
     """The same limit everywhere."""
     return profile_through([0.0, 1.0], [force], [force])
 

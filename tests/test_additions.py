@@ -13,7 +13,7 @@ import xarray as xr
 
 from solver.case import PARTS, SlipRule
 from solver.drive import INTEGRATORS, Drive
-from solver.dynamics.kernels import Motion, Run, Teeth
+from solver.dynamics.kernels.state import Motion, Run, Teeth
 from solver.dynamics.method import Method
 from solver.dynamics.rk4 import integrate_rk4
 from solver.outcome import Outcome

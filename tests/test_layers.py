@@ -12,13 +12,21 @@ import pytest
 ROOT = Path(__file__).parents[1]
 
 ORDER = {
-    "solver": "outcome quantity parameter slab case drive elasticity contact sliding dynamics simulate",
+    "solver": "compiled outcome quantity parameter slab case drive elasticity contact sliding dynamics simulate",
     "solver.elasticity": "grid lagrange support stiffness parity condensation grid_scheme boundary_value schemes interior "
     "compliance conditioning",
     "solver.elasticity.schemes": "grading column biquadratic galerkin half_plane",
-    "solver.contact": "pin node_friction soundness normal kernels tableau coulomb state initial closed_forms",
-    "solver.sliding": "record kernels tangential events sampling plateau statistics validity",
+    "solver.contact": "kernels outcomes pin node_friction soundness normal tableau compiled_contact coulomb state initial "
+    "closed_forms",
+    "solver.contact.kernels": "enumerations state vectors pin_height slip_distance equilibrium contact_change violations cascade "
+    "next_event loading",
+    "solver.contact.coulomb": "contact roles motion",
+    "solver.sliding": "kernels record columns full_contact tangential coulomb hindsight events sampling plateau statistics "
+    "validity",
+    "solver.sliding.kernels": "events step full_contact tangential",
     "solver.dynamics": "friction_limit kernels result precision method rigid exact rk4 integrate coefficients stick_slip regime",
+    "solver.dynamics.kernels": "state teeth slips oscillator roots segment_end friction_law recording cruise event_driven rigid "
+    "runge_kutta",
     "study": "shipped toml_text provenance origin manifest discretization plan dataset execution report accuracy api commands "
     "__main__",
     "study.manifest": "parameters problems columns drives manifest checker reader effects cases",
@@ -42,7 +50,7 @@ HOMES = {
     "netCDF4": {"study.dataset", "study.accuracy", "study.report"},
     "xarray": {"study.dataset", "study.accuracy", "study.report", "study.api", "study.commands.shared.datasets"},
     "matplotlib": {"study.accuracy", "study.report"},
-    "numba": {"solver.contact.kernels", "solver.sliding.kernels", "solver.dynamics.kernels"},
+    "numba": {"solver.compiled", "solver.contact.kernels"},
 }
 """Library -> the modules and folders that may use it; others may be used everywhere."""
 

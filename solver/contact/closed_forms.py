@@ -34,7 +34,7 @@ def flat_punch_pressure(x: NDArray[np.float64], half_width: float, normal_load: 
 
 
 def cattaneo_mindlin(
-    contact: HertzContact, friction: float, force_ratio: float, x: NDArray[np.float64]
+    contact: HertzContact, friction_coefficient: float, force_ratio: float, x: NDArray[np.float64]
 ) -> NDArray[np.float64]:
     """Shear in partial slip without coupling: full sliding minus the same shape on the stick zone c = a√(1 - F/(μW)).
 
@@ -43,9 +43,9 @@ def cattaneo_mindlin(
     stick = contact.half_width * math.sqrt(1 - force_ratio)
     full = contact.pressure(x)
     if stick == 0.0:
-        return friction * full
+        return friction_coefficient * full
     inner = contact.peak_pressure * stick / contact.half_width * np.sqrt(np.clip(1 - (x / stick) ** 2, 0.0, None))
-    return friction * (full - inner)
+    return friction_coefficient * (full - inner)
 
 
 @dataclass(frozen=True, slots=True)
@@ -83,17 +83,17 @@ class SlidingContact:
         return np.asarray(betainc(1 + self.power - self.skew, 1 + self.power + self.skew, (1 + t) / 2))
 
 
-def sliding_punch(normal_load: float, half_width: float, friction: float, poisson: float) -> SlidingContact:
+def sliding_punch(normal_load: float, half_width: float, friction_coefficient: float, poisson: float) -> SlidingContact:
     """A flat punch that slides to the right without tilting."""
-    return SlidingContact(half_width, 0.0, normal_load, -0.5, _skew(friction, poisson))
+    return SlidingContact(half_width, 0.0, normal_load, -0.5, _skew(friction_coefficient, poisson))
 
 
-def sliding_parabola(normal_load: float, radius: float, friction: float, poisson: float) -> SlidingContact:
+def sliding_parabola(normal_load: float, radius: float, friction_coefficient: float, poisson: float) -> SlidingContact:
     """A parabolic pin that slides to the right: a² = 2WR(1 - ν)/(π(1 - 4γ²)), the contact lags by 2γa."""
-    skew = _skew(friction, poisson)
+    skew = _skew(friction_coefficient, poisson)
     half_width = hertz(normal_load, radius, poisson).half_width / math.sqrt(1 - 4 * skew**2)
     return SlidingContact(half_width, -2 * skew * half_width, normal_load, 0.5, skew)
 
 
-def _skew(friction: float, poisson: float) -> float:
-    return math.atan(friction * (1 - 2 * poisson) / (2 * (1 - poisson))) / math.pi
+def _skew(friction_coefficient: float, poisson: float) -> float:
+    return math.atan(friction_coefficient * (1 - 2 * poisson) / (2 * (1 - poisson))) / math.pi

@@ -10,13 +10,19 @@ from dataclasses import replace
 import numpy as np
 
 from solver.case import Case
-from solver.contact import kernels
-from solver.contact.coulomb import CoulombContact, CoulombError
-from solver.contact.normal import Pressed, pressed
+from solver.contact.compiled_contact import compiled_contact, corrected_for_rounding
+from solver.contact.coulomb.contact import CoulombContact, CoulombError
+from solver.contact.coulomb.motion import raise_load_of_sliding
+from solver.contact.coulomb.roles import resolve_violations, stick_and_slide_at_rest
+from solver.contact.kernels.cascade import resolve
+from solver.contact.kernels.enumerations import EventKind, Stop
+from solver.contact.kernels.equilibrium import refresh, set_rate_to_displacement, set_rate_to_load
+from solver.contact.kernels.loading import raise_load
+from solver.contact.normal import NormalContact, normal_contact
+from solver.contact.outcomes import OUTCOME_OF_ENDING, OUTCOME_OF_STOP
 from solver.contact.pin import pin_of, surface_from_pin
 from solver.contact.soundness import soundness
-from solver.contact.state import BROKEN, ENDINGS, ContactState, _state, beyond_window, contact_state, coulomb_state
-from solver.contact.tableau import core_of, steadied
+from solver.contact.state import ContactState, beyond_window, contact_state, coulomb_state, state_from_forces
 from solver.elasticity.compliance import SurfaceCompliance
 from solver.elasticity.conditioning import explained
 from solver.outcome import COMPLETED, Ending, Outcome, SingularOperator, TooFarApart
@@ -33,7 +39,7 @@ OUT_FROM_UNDER = Outcome(
     'lower normal_load, or use initial_contact = "stick" or "gradual"',
 )
 """The node would have to be both under the punch and beside it."""
-ROUNDINGS_FAULT = (
+CAUSED_BY_ROUNDING = (
     Ending.CONTACT_NOT_CONVERGED,
     Ending.SLIP_UNBOUNDED,
     Ending.CASCADE_LIMIT,
@@ -54,15 +60,15 @@ def initial_contact(case: Case, compliance: SurfaceCompliance) -> ContactState:
         state = _touch(case, compliance)
     except (SingularOperator, TooFarApart) as error:
         return _nothing(case, error.outcome)
-    return doubted(case, compliance, state)
+    return checked(case, compliance, state)
 
 
-def doubted(case: Case, compliance: SurfaceCompliance, state: ContactState) -> ContactState:
-    """The state, its outcome what becomes of it in the light of the operator's condition and of `soundness`."""
+def checked(case: Case, compliance: SurfaceCompliance, state: ContactState) -> ContactState:
+    """The state, its outcome checked against the condition of the operator and against `soundness`."""
     outcome = explained(state.outcome, compliance, state.contact)
-    # Frozen pressures are those of initial contact, however far the pin has gone since.
+    # Constant pressures are those of initial contact, however far the pin has gone since.
     carried = case.effects.pin_translation or state.displacement == 0.0
-    if carried and (outcome.ok or outcome.ending in ROUNDINGS_FAULT):
+    if carried and (outcome.ok or outcome.ending in CAUSED_BY_ROUNDING):
         found = soundness(case, compliance, state.contact, state.u, state.displacement)
         # What rounding decides is no fault of friction or operator; a flank's steepness counts where all else is well.
         outcome = found if outcome.ok or found.ending is Ending.ROUNDING else outcome
@@ -70,6 +76,7 @@ def doubted(case: Case, compliance: SurfaceCompliance, state: ContactState) -> C
 
 
 def _touch(case: Case, compliance: SurfaceCompliance) -> ContactState:
+    """Initial contact by the way that the case asks for."""
     if not (case.effects.friction and case.effects.coupling):
         return _touch_without_shear(case, compliance)
     if case.slip_rule.residual_shear == 1.0:
@@ -81,35 +88,36 @@ def _touch(case: Case, compliance: SurfaceCompliance) -> ContactState:
 
 def _touch_without_shear(case: Case, compliance: SurfaceCompliance) -> ContactState:
     """Nothing holds the surface, or nothing moves it sideways: the normal problem is all there is."""
-    found = pressed(case, compliance, stuck=False)
-    forces = np.stack((np.zeros_like(found.pressing), -found.pressing))
-    outcome = COMPLETED if found.converged else ENDINGS[kernels.CONTACT_CYCLE]
+    found = normal_contact(case, compliance, stuck=False)
+    forces = np.stack((np.zeros_like(found.normal_force), -found.normal_force))
+    outcome = COMPLETED if found.converged else OUTCOME_OF_STOP[Stop.CONTACT_CYCLE]
     if _out_from_under(case, compliance, found):
         outcome = OUT_FROM_UNDER
-    return _state(case, compliance, found.contact, forces, found.u, found.v, found.approach, 0.0, 0, outcome)
+    return state_from_forces(case, compliance, found.contact, forces, found.u, found.v, found.approach, 0.0, 0, outcome)
 
 
-def _out_from_under(case: Case, compliance: SurfaceCompliance, found: Pressed) -> bool:
+def _out_from_under(case: Case, compliance: SurfaceCompliance, found: NormalContact) -> bool:
     """Whether a node in contact has moved beyond the punch's edge."""
     return bool((np.abs(surface_from_pin(case) + found.u)[found.contact] > pin_of(case).half_width).any())
 
 
 def _touch_at_once(case: Case, compliance: SurfaceCompliance) -> ContactState:
-    found = pressed(case, compliance, case.initial_contact == "stick")
+    """Solve the normal problem, nodes stuck or free of friction; then let nodes slip until constraint II holds."""
+    found = normal_contact(case, compliance, case.initial_contact == "stick")
     if _out_from_under(case, compliance, found):
         return replace(_nothing(case, OUT_FROM_UNDER), contact=found.contact)
     contact, u, converged = found.contact, np.where(found.contact, found.u, 0.0), found.converged
     height = pin_of(case).height(np.where(contact, surface_from_pin(case) + u, 0.0))
     if not converged and math.isinf(case.intrinsic_friction):
-        unsettled = core_of(case, compliance, contact, u, height, whole=True)
-        return contact_state(unsettled, ENDINGS[kernels.CONTACT_CYCLE])
-    # Stuck at once, a node near the edge may be pulled in contact and pushed when free; slips then settle it.
+        unfinished = compiled_contact(case, compliance, contact, u, height, whole=True)
+        return contact_state(unfinished, OUTCOME_OF_STOP[Stop.CONTACT_CYCLE])
+    # Stuck at once, a node near the edge may be pulled in contact and pushed when free; slips then decide.
     for whole in (False, True)[not converged :]:
-        core = core_of(case, compliance, contact, u, height, whole=whole)
-        kernels.aim_displacement(core.state)
-        status = kernels.resolve(core.state, core.rules, kernels.NOTHING, -1, 1.0)
-        state = contact_state(core, ENDINGS[steadied(core, status)])
-        if not beyond_window(core, state):
+        compiled = compiled_contact(case, compliance, contact, u, height, whole=whole)
+        set_rate_to_displacement(compiled.state)
+        status = resolve(compiled.state, compiled.constants, EventKind.NOTHING, -1, 1.0)
+        state = contact_state(compiled, OUTCOME_OF_STOP[corrected_for_rounding(compiled, status)])
+        if not beyond_window(compiled, state):
             break
     return state
 
@@ -118,34 +126,35 @@ def _load_gradually(case: Case, compliance: SurfaceCompliance) -> ContactState:
     """Start from a millionth of a millionth of the load on the lowest nodes and raise it event by event."""
     x = surface_from_pin(case)
     height = pin_of(case).height(x)
-    core = core_of(case, compliance, height == height.min(), np.zeros_like(x), height, whole=True)
-    core.state.inputs[-1] = -1e-12 * case.normal_load
-    kernels.refresh(core.state)
-    kernels.aim_load(core.state)
-    status = kernels.resolve(core.state, core.rules, kernels.NOTHING, -1, 0.0)
-    if status == kernels.DONE:
-        status = kernels.raise_load(core.state, core.rules, case.normal_load)
-    return contact_state(core, ENDINGS[steadied(core, status)])
+    compiled = compiled_contact(case, compliance, height == height.min(), np.zeros_like(x), height, whole=True)
+    compiled.state.inputs[-1] = -1e-12 * case.normal_load
+    refresh(compiled.state)
+    set_rate_to_load(compiled.state)
+    status = resolve(compiled.state, compiled.constants, EventKind.NOTHING, -1, 0.0)
+    if status == Stop.DONE:
+        status = raise_load(compiled.state, compiled.constants, case.normal_load)
+    return contact_state(compiled, OUTCOME_OF_STOP[corrected_for_rounding(compiled, status)])
 
 
 def _touch_with_coulomb_friction(case: Case, compliance: SurfaceCompliance) -> ContactState:
+    """The same with classical Coulomb friction, residual_shear 1: the load at once, or raised from a billionth."""
     x = surface_from_pin(case)
     if case.initial_contact == "gradual":
         height = pin_of(case).height(x)
         contact, u, normal_load = height == height.min(), np.zeros_like(x), 1e-9 * case.normal_load
     else:
-        found = pressed(case, compliance, case.initial_contact == "stick")
+        found = normal_contact(case, compliance, case.initial_contact == "stick")
         contact, u, normal_load = found.contact, np.where(found.contact, found.u, 0.0), case.normal_load
     solved = CoulombContact(case, compliance, contact, np.zeros_like(x), u, normal_load)
     try:
         if case.initial_contact == "stick":
-            solved.press()
+            stick_and_slide_at_rest(solved)
         else:
-            solved.mend()
-            solved.raise_load(case.normal_load)
+            resolve_violations(solved)
+            raise_load_of_sliding(solved, case.normal_load)
     except CoulombError as error:
         stuck = case.initial_contact == "stick" and error.ending is Ending.SLIP_UNBOUNDED
-        return coulomb_state(solved, NO_STUCK_TOUCH if stuck else BROKEN[error.ending])
+        return coulomb_state(solved, NO_STUCK_TOUCH if stuck else OUTCOME_OF_ENDING[error.ending])
     return coulomb_state(solved, COMPLETED)
 
 

@@ -19,17 +19,17 @@ from solver.outcome import SingularOperator, TooFarApart
 Vector = NDArray[np.float64]
 
 PATIENCE = 10
-"""Rounds in which a contact set may not improve before its wrong nodes are mended one at a time."""
+"""Rounds in which a contact set may not improve before its wrong nodes are exchanged one at a time."""
 MOST_ROUNDS = 500
 """Rounds after which no contact set is looked for any more; a round solves for all nodes in contact."""
 
 
-class Pressed(NamedTuple):
-    """The pin pressed down; arrays (n,). converged: all constraints hold, else this is the last iterate."""
+class NormalContact(NamedTuple):
+    """Contact of a pin pressed down; arrays (n,). converged: all constraints hold, else this is the last iterate."""
 
     contact: NDArray[np.bool_]
-    pressing: Vector
-    """Normal forces N, zero where free."""
+    normal_force: Vector
+    """N of every node, zero where free."""
     u: Vector
     v: Vector
     """w + approach."""
@@ -37,11 +37,11 @@ class Pressed(NamedTuple):
     converged: bool
 
 
-def pressed(case: Case, compliance: SurfaceCompliance, stuck: bool) -> Pressed:
-    """The pressed pin, every contact node stuck at u = 0 or free of friction. Raises SingularOperator, TooFarApart.
+def normal_contact(case: Case, compliance: SurfaceCompliance, stuck: bool) -> NormalContact:
+    """The contact at the case's load, its nodes stuck at u = 0 or free of friction. Raises SingularOperator, TooFarApart.
 
-    Block principal pivoting (Kostreva; Júdice and Pires): all wrong nodes are mended at once; when their number has not
-    fallen for PATIENCE rounds, only the one furthest right is mended (Murty's rule, which cannot cycle on a positive
+    Block principal pivoting (Kostreva; Júdice and Pires): all wrong nodes are exchanged at once; when their number has not
+    fallen for PATIENCE rounds, only the one furthest right is exchanged (Murty's rule, which cannot cycle on a positive
     definite operator) until fewer are wrong than ever before.
     """
     x, pin = surface_from_pin(case), pin_of(case)
@@ -50,18 +50,18 @@ def pressed(case: Case, compliance: SurfaceCompliance, stuck: bool) -> Pressed:
     fewest, patience = len(x) + 1, PATIENCE
     seen: set[bytes] = set()
     for _ in range(MOST_ROUNDS):
-        pressing, u_next, v, approach = _forces(case, compliance, contact, u, stuck)
-        found = Pressed(contact, pressing, u_next, v, approach, True)
+        normal_force, u_next, v, approach = _forces(case, compliance, contact, u, stuck)
+        found = NormalContact(contact, normal_force, u_next, v, approach, True)
         # A node beside a punch is never under it, even where it has moved there: see EDGE_REACHED.
         gap = np.where(np.abs(x) <= pin.half_width, pin.height(x + u_next) - v, np.inf)
         wrong = (
-            np.where(contact, -pressing / case.normal_load, np.where(np.isinf(gap), -1.0, -gap / case.normal_load))
+            np.where(contact, -normal_force / case.normal_load, np.where(np.isinf(gap), -1.0, -gap / case.normal_load))
             > 1e-12
         )
-        settled = np.abs(u_next - u).max() <= 1e-13 * case.normal_load + 4 * np.finfo(float).eps * np.abs(u_next).max()
+        at_rest = np.abs(u_next - u).max() <= 1e-13 * case.normal_load + 4 * np.finfo(float).eps * np.abs(u_next).max()
         u = u_next
         if not wrong.any():
-            if settled:
+            if at_rest:
                 return found
             continue
         count = int(wrong.sum())
@@ -121,9 +121,9 @@ def _forces(
         # Every comparison with a NaN is false: nothing would seem to be wrong.
         raise TooFarApart("the forces of the contact are no numbers: use a load, a radius and heights nearer 1")
     forces, approach = solution[:-1], float(solution[-1])
-    pressing = np.zeros(n)
-    pressing[nodes] = -forces[-len(nodes) :]
+    normal_force = np.zeros(n)
+    normal_force[nodes] = -forces[-len(nodes) :]
     if not coupled:
-        return pressing, np.zeros(n), c[n:, rows] @ forces + approach, approach
+        return normal_force, np.zeros(n), c[n:, rows] @ forces + approach, approach
     displacements = c[:, rows] @ forces
-    return pressing, np.where(contact & stuck, 0.0, displacements[:n]), displacements[n:] + approach, approach
+    return normal_force, np.where(contact & stuck, 0.0, displacements[:n]), displacements[n:] + approach, approach

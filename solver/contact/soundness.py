@@ -5,28 +5,17 @@ import numpy as np
 from numpy.typing import NDArray
 
 from solver.case import Case
+from solver.contact.kernels.violations import STEEPEST
+from solver.contact.outcomes import NOT_FINITE, STEEP_PIN
 from solver.contact.pin import pin_of, surface_from_pin
 from solver.elasticity.compliance import SurfaceCompliance
 from solver.outcome import COMPLETED, Ending, Outcome
 
 Vector = NDArray[np.float64]
 
-STEEPEST = 1.0
-"""Slope of the pin under a node in contact, as in `solver.contact.kernels`, which looks at it after every cascade."""
 COARSEST = 1e-4
 """Rounding of the pin's heights, as a share of what the load displaces, beyond which it decides: measured,
 forces change by 1.4 times that share of the load when every height changes by a rounding."""
-
-STEEP_PIN = Outcome(
-    Ending.STEEP_PIN,
-    "the pin is too steep where it touches, either above 45° or so steep against intrinsic_friction that an event creates "
-    "energy: raise radius or intrinsic_friction, lower normal_load, or use a smoother heterogeneity.roughness",
-)
-"""Down a flank of slope s the pressure does the work s·N per distance, which only a shear above s·N can make a loss."""
-NOT_FINITE = Outcome(
-    Ending.ROUNDING,
-    "a force or displacement is no longer a number: use a load, a radius and an event_floor nearer those of the paper",
-)
 
 
 def soundness(

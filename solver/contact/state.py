@@ -1,4 +1,4 @@
-"""What a contact is at one position of the pin: ContactState, and how the solvers' own states become one."""
+"""The contact at one position of the pin: `ContactState`, and how the solvers' own states become one."""
 
 from dataclasses import dataclass, field, replace
 
@@ -6,61 +6,14 @@ import numpy as np
 from numpy.typing import NDArray
 
 from solver.case import Case
-from solver.contact import kernels
-from solver.contact.coulomb import CoulombContact
+from solver.contact.compiled_contact import CompiledContact
+from solver.contact.coulomb.contact import CoulombContact
 from solver.contact.pin import pin_of, surface_from_pin
-from solver.contact.soundness import NOT_FINITE, STEEP_PIN
-from solver.contact.tableau import Core
 from solver.elasticity.compliance import SurfaceCompliance
-from solver.outcome import COMPLETED, Ending, InvalidInput, Outcome
+from solver.outcome import InvalidInput, Outcome
 from solver.quantity import GRID_ERROR, quantity
 
 Vector = NDArray[np.float64]
-ENDINGS = {
-    kernels.DONE: COMPLETED,
-    kernels.FULL: COMPLETED,
-    kernels.SLIP_UNBOUNDED: Outcome(
-        Ending.SLIP_UNBOUNDED,
-        "no slip (at residual_shear 1: no motion) satisfies the friction law here: lower intrinsic_friction, or raise n_x",
-    ),
-    kernels.CASCADE_LIMIT: Outcome(
-        Ending.CASCADE_LIMIT,
-        "one event needed more slips than slip.cascade_limit: raise it, or lower slip.residual_shear",
-    ),
-    kernels.CONTACT_LOST: Outcome(
-        Ending.CONTACT_LOST,
-        "no node is left that can carry the load: the pin has left the slab; lower the displacement limit",
-    ),
-    kernels.EDGE_REACHED: Outcome(
-        Ending.EDGE_REACHED,
-        "the punch's edge has come upon the next node, where a sharp edge has no answer: "
-        "lower the displacement limit, or raise n_x",
-    ),
-    kernels.CONTACT_CYCLE: Outcome(
-        Ending.CONTACT_NOT_CONVERGED,
-        "nodes touch and are released in turn, no contact set satisfies the constraints: "
-        "use the other initial_contact, the scheme galerkin, or another n_x",
-    ),
-    kernels.DRIFTED: Outcome(
-        Ending.SINGULAR_OPERATOR,
-        "the compliance of the nodes in contact is so ill-conditioned that forces and displacements disagree by more than "
-        "1e-10: use the scheme galerkin, or an aspect_ratio nearer 1",
-    ),
-    kernels.OVERSHOT: Outcome(
-        Ending.OVERSHOT,
-        "the smallest step pushed nodes beyond μ_i·pressure by more than 1e-4 of μ_i·W: lower slip.event_floor, or, where it "
-        "is small, the radius or the displacement limit",
-    ),
-    kernels.STEEP: STEEP_PIN,
-    kernels.NOT_FINITE: NOT_FINITE,
-    kernels.NO_EVENT: Outcome(
-        Ending.NO_EVENT,
-        "no displacement triggers an event: the contact sticks; set limits.displacement, or lower intrinsic_friction",
-    ),
-}
-"""What the compiled core's return codes mean to a user."""
-BROKEN = {outcome.ending: outcome for outcome in ENDINGS.values()}
-"""The same by ending."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -164,23 +117,25 @@ def mirrored(case: Case, state: ContactState) -> ContactState:
     return replace(state, displacement=-state.displacement, **turned)
 
 
-def contact_state(core: Core, outcome: Outcome) -> ContactState:
-    """What the compiled core's state says, as a value; nodes beyond its window follow from the compliance."""
-    state, n = core.state, core.case.slab.n_x
+def contact_state(compiled: CompiledContact, outcome: Outcome) -> ContactState:
+    """A compiled contact as a value; nodes beyond its window follow from the compliance."""
+    state, n = compiled.state, compiled.case.slab.n_x
     inside = (2, len(state.x))
     contact = np.zeros(n, dtype=np.bool_)
-    contact[core.window] = state.contact
+    contact[compiled.window] = state.contact
     forces = np.zeros((2, n))
-    forces[:, core.window] = np.where(state.contact, state.response[:-1].reshape(inside), 0.0)
+    forces[:, compiled.window] = np.where(state.contact, state.response[:-1].reshape(inside), 0.0)
     approach = float(state.response[-1])
-    uv = _displacements(core, forces) + np.array([[0.0], [approach]])
-    uv[:, core.window] = np.where(state.contact, state.inputs[:-1].reshape(inside), state.response[:-1].reshape(inside))
-    found = (contact, forces, uv[0], uv[1], approach, float(state.totals[0]), int(state.counts[0]))
-    return _state(core.case, core.compliance, *found, outcome)
+    uv = _displacements(compiled, forces) + np.array([[0.0], [approach]])
+    uv[:, compiled.window] = np.where(
+        state.contact, state.inputs[:-1].reshape(inside), state.response[:-1].reshape(inside)
+    )
+    found = (contact, forces, uv[0], uv[1], approach, float(state.scalars.displacement), int(state.scalars.slips))
+    return state_from_forces(compiled.case, compiled.compliance, *found, outcome)
 
 
 def coulomb_state(solved: CoulombContact, outcome: Outcome) -> ContactState:
-    """What a contact with Coulomb friction says, as a value."""
+    """A contact with classical Coulomb friction as a value."""
     found = (
         solved.contact.copy(),
         solved.force,
@@ -190,10 +145,10 @@ def coulomb_state(solved: CoulombContact, outcome: Outcome) -> ContactState:
         solved.displacement,
         solved.slips,
     )
-    return _state(solved.case, solved.compliance, *found, outcome)
+    return state_from_forces(solved.case, solved.compliance, *found, outcome)
 
 
-def _state(
+def state_from_forces(
     case: Case,
     compliance: SurfaceCompliance,
     contact: NDArray[np.bool_],
@@ -205,6 +160,7 @@ def _state(
     slips: int,
     outcome: Outcome,
 ) -> ContactState:
+    """The state of a contact with these nodal forces (2, n), displacements u and v = w + approach, (n,)."""
     values = {
         "contact": contact,
         "pressure": -forces[1] / compliance.widths,
@@ -220,17 +176,17 @@ def _state(
     return ContactState(**values, approach=approach, displacement=displacement, slips=slips, outcome=outcome)
 
 
-def beyond_window(core: Core, state: ContactState) -> bool:
-    """Whether a node that the core does not follow lies inside the pin, so that a wider window is needed."""
+def beyond_window(compiled: CompiledContact, state: ContactState) -> bool:
+    """Whether a node beyond the window lies inside the pin, so that a wider window is needed."""
     gap = state.gap.copy()
-    gap[core.window] = 0.0
-    return bool(gap.min() < -core.rules.tolerance_gap)
+    gap[compiled.window] = 0.0
+    return bool(gap.min() < -compiled.constants.tolerance_gap)
 
 
-def _displacements(core: Core, forces: NDArray[np.float64]) -> NDArray[np.float64]:
+def _displacements(compiled: CompiledContact, forces: NDArray[np.float64]) -> NDArray[np.float64]:
     """[u; w] of all surface nodes, (2, n), under the forces of the window; left zero where there is nothing beyond it."""
-    n, nodes = core.case.slab.n_x, np.arange(core.case.slab.n_x)[core.window]
+    n, nodes = compiled.case.slab.n_x, np.arange(compiled.case.slab.n_x)[compiled.window]
     if len(nodes) == n:
         return np.zeros((2, n))
     columns = np.concatenate((nodes, nodes + n))
-    return (core.compliance.matrix[:, columns] @ forces[:, core.window].ravel()).reshape(2, n)
+    return (compiled.compliance.matrix[:, columns] @ forces[:, compiled.window].ravel()).reshape(2, n)

@@ -7,7 +7,8 @@ changes. Segments are short enough for velocity and position to be monotone, so 
 from dataclasses import dataclass
 
 from solver.drive import Drive, integrator
-from solver.dynamics.kernels import Motion, Run, Teeth, integrate_exactly
+from solver.dynamics.kernels.event_driven import integrate_exactly
+from solver.dynamics.kernels.state import Motion, Run, Teeth
 from solver.dynamics.method import Method, outcome_of
 from solver.dynamics.result import BINS
 from solver.dynamics.rigid import integrate_rigid

@@ -25,7 +25,7 @@ class NoPlateauError(SolverError):
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class Profile:
+class FrictionLimit:
     """F̃(x) as n teeth, tooth i from edges[i] to edges[i + 1], repeating from tooth `periodic_from` on.
 
     edges: (n + 1,), L_x, increasing from 0. force: (n,), F̃ at each tooth's left edge, G·L_x·L_y. slope: (n,), G·L_y.
@@ -74,7 +74,7 @@ class Profile:
         return np.asarray(self.force[tooth] + self.slope[tooth] * (far - self.edges[tooth]))
 
 
-def sawtooth(record: FrictionRecord, plateau: Plateau) -> Profile:
+def sawtooth(record: FrictionRecord, plateau: Plateau) -> FrictionLimit:
     """F̃ with both sides of every drop: each tooth rises from the force after one event to the force before the next.
 
     Raises NoPlateauError where the record has no plateau.
@@ -82,7 +82,7 @@ def sawtooth(record: FrictionRecord, plateau: Plateau) -> Profile:
     return _periodic(teeth(record), plateau)
 
 
-def linear(record: FrictionRecord, plateau: Plateau) -> Profile:
+def linear(record: FrictionRecord, plateau: Plateau) -> FrictionLimit:
     """F̃ by linear interpolation of the force *after* each event: continuous, peaks cut off (the junction still jumps).
 
     Raises NoPlateauError where the record has no plateau.
@@ -91,18 +91,18 @@ def linear(record: FrictionRecord, plateau: Plateau) -> Profile:
     return _periodic(Teeth(whole.edges, whole.start, np.append(whole.start[1:], whole.end[-1])), plateau)
 
 
-def mean(plateau: Plateau, normal_load: float) -> Profile:
+def mean(plateau: Plateau, normal_load: float) -> FrictionLimit:
     """The same F̃ everywhere, from the first position on: the plateau's mean. load: W, in G·L_x·L_y.
 
     No static excess is made up: with surface compliance the contact is an elastic, perfectly plastic element.
     Raises NoPlateauError where the record has no plateau.
     """
     _need(plateau)
-    return Profile(np.array([0.0, 1.0]), np.array([plateau.mean * normal_load]), np.zeros(1), periodic_from=0)
+    return FrictionLimit(np.array([0.0, 1.0]), np.array([plateau.mean * normal_load]), np.zeros(1), periodic_from=0)
 
 
-def profile_of(record: FrictionRecord, plateau: Plateau, shape: ProfileShape) -> Profile:
-    """The profile of the shape that a `Drive` asks for by name."""
+def friction_limit_of(record: FrictionRecord, plateau: Plateau, shape: ProfileShape) -> FrictionLimit:
+    """F̃ of the shape that a `Drive` asks for by name (`profile`)."""
     if shape == "mean":
         return mean(plateau, record.normal_load)
     return sawtooth(record, plateau) if shape == "sawtooth" else linear(record, plateau)
@@ -113,9 +113,9 @@ def _need(plateau: Plateau) -> None:
         raise NoPlateauError(f"the friction record has none to repeat: {plateau.outcome.message}")
 
 
-def _periodic(whole: Teeth, plateau: Plateau) -> Profile:
+def _periodic(whole: Teeth, plateau: Plateau) -> FrictionLimit:
     _need(plateau)
     count = plateau.last_event + 1
     edges = whole.edges[: count + 1]
     start, end = np.maximum(whole.start[:count], 0.0), np.maximum(whole.end[:count], 0.0)
-    return Profile(edges, start, (end - start) / np.diff(edges), periodic_from=plateau.first_event + 1)
+    return FrictionLimit(edges, start, (end - start) / np.diff(edges), periodic_from=plateau.first_event + 1)

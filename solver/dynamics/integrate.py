@@ -1,4 +1,4 @@
-"""Drive the pin by a spring over its friction profile (§2.2, Eq. 12-14). One file per integrator, this one door.
+"""Drive the pin by a spring over its friction limit (§2.2, Eq. 12-14). One file per integrator, this one door.
 
 The pin starts at rest at x = 0 with a relaxed contact: x_R = 0, so F = 0 (Eq. 13 leaves x = x_R open), whatever small
 force initial contact may have left in the record.
@@ -10,8 +10,8 @@ import numpy as np
 
 from solver.drive import Drive
 from solver.dynamics.exact import Exact
-from solver.dynamics.friction_limit import Profile
-from solver.dynamics.kernels import Motion, Run, Teeth
+from solver.dynamics.friction_limit import FrictionLimit
+from solver.dynamics.kernels.state import Motion, Run, Teeth
 from solver.dynamics.method import Method
 from solver.dynamics.precision import nothing, resolved
 from solver.dynamics.result import BINS, DynamicsResult
@@ -21,7 +21,7 @@ from solver.outcome import InvalidInput, Outcome
 __all__ = ["RK4", "DynamicsResult", "Exact", "integrate"]
 
 
-def integrate(profile: Profile, drive: Drive, surface_stiffness: float) -> DynamicsResult:
+def integrate(friction_limit: FrictionLimit, drive: Drive, surface_stiffness: float) -> DynamicsResult:
     """Integrate Eq. 12 with the friction of Eq. 13-14 by the drive's integrator.
 
     surface_stiffness: K of Eq. 15, in G·L_y; without surface compliance it only tells slip from stick (`stick_velocity`,
@@ -34,27 +34,27 @@ def integrate(profile: Profile, drive: Drive, surface_stiffness: float) -> Dynam
     k, stage = drive.spring_stiffness, drive.stage_velocity
     damping = 2.0 * drive.damping_ratio * math.sqrt(k)
     compliant = drive.surface_compliance
-    stiffest = surface_stiffness if compliant else float(np.abs(profile.slope).max())
+    stiffest = surface_stiffness if compliant else float(np.abs(friction_limit.slope).max())
     motion = Motion(
         spring=k,
         damping=damping,
         stage=stage,
-        contact=surface_stiffness if compliant else math.inf,
-        creep=k * stage / (k + surface_stiffness),
-        presliding=profile.steady_force / surface_stiffness,
+        surface_stiffness=surface_stiffness if compliant else math.inf,
+        stick_velocity=k * stage / (k + surface_stiffness),
+        presliding=friction_limit.steady_force / surface_stiffness,
         duration=drive.duration,
         instant=1e-8 / (math.sqrt(k + stiffest) + damping),
     )
-    run, outcome = _run(profile, motion, drive)
+    run, outcome = _run(friction_limit, motion, drive)
     time = drive.duration * (np.arange(drive.samples + 1) / drive.samples)
-    position, velocity, friction = run.samples.T.copy()
+    position, velocity, friction_force = run.samples.T.copy()
     slip_time, slip_position, slip_force, restick_time, restick_position = run.slips.T.copy()
     return DynamicsResult(
         time=time,
         position=position,
         velocity=velocity,
         spring_force=k * (stage * time - position),
-        friction_force=friction,
+        friction_force=friction_force,
         slip_time=slip_time,
         slip_position=slip_position,
         slip_force=slip_force,
@@ -64,7 +64,7 @@ def integrate(profile: Profile, drive: Drive, surface_stiffness: float) -> Dynam
         micro_travel=run.micro_travel,
         binned_force=np.diff(run.impulse) * (BINS / drive.duration),
         friction_work=run.friction_work,
-        stick_velocity=motion.creep,
+        stick_velocity=motion.stick_velocity,
         presliding_length=motion.presliding,
         settling_time=max(2.0 * math.pi / math.sqrt(k), damping / k),
         steps=run.steps,
@@ -72,12 +72,12 @@ def integrate(profile: Profile, drive: Drive, surface_stiffness: float) -> Dynam
     )
 
 
-def _run(profile: Profile, motion: Motion, drive: Drive) -> tuple[Run, Outcome]:
+def _run(friction_limit: FrictionLimit, motion: Motion, drive: Drive) -> tuple[Run, Outcome]:
     """The motion by the drive's method, and how it ended; nothing where rounding would drown it."""
-    outcome = resolved(profile, motion)
+    outcome = resolved(friction_limit, motion)
     if not outcome.ok:
         return nothing(drive.samples), outcome
-    teeth = Teeth(profile.edges, profile.force, profile.slope, profile.periodic_from)
+    teeth = Teeth(friction_limit.edges, friction_limit.force, friction_limit.slope, friction_limit.periodic_from)
     method = drive.integrator
     assert isinstance(method, Method)  # all that are registered are
     return method.run(teeth, motion, drive)

@@ -3,7 +3,7 @@
 from abc import abstractmethod
 
 from solver.drive import Drive, Integrator
-from solver.dynamics.kernels import Motion, Run, Teeth
+from solver.dynamics.kernels.state import Motion, Run, Teeth
 from solver.outcome import COMPLETED, Ending, Outcome
 
 

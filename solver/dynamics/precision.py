@@ -10,8 +10,8 @@ from typing import Final
 
 import numpy as np
 
-from solver.dynamics.friction_limit import Profile
-from solver.dynamics.kernels import Motion, Run
+from solver.dynamics.friction_limit import FrictionLimit
+from solver.dynamics.kernels.state import Motion, Run
 from solver.dynamics.result import BINS
 from solver.outcome import COMPLETED, Ending, Outcome
 
@@ -20,21 +20,21 @@ LARGEST: Final = 1e-4
 _DIGIT: Final = float(np.finfo(float).eps)
 
 
-def resolved(profile: Profile, motion: Motion) -> Outcome:
+def resolved(friction_limit: FrictionLimit, motion: Motion) -> Outcome:
     """`COMPLETED`, or `ROUNDING` where spring force or teeth will drown in the rounding of the pin's position."""
-    friction, way = profile.steady_force, motion.stage * motion.duration
+    friction_force, way = friction_limit.steady_force, motion.stage * motion.duration
     force_noise = _DIGIT * motion.spring * way
-    if friction == 0.0 or motion.spring * way <= friction:  # nothing to be lost in, or it never gets away
+    if friction_force == 0.0 or motion.spring * way <= friction_force:  # nothing to be lost in, or it never gets away
         return COMPLETED
-    if force_noise > LARGEST * friction:
+    if force_noise > LARGEST * friction_force:
         return _refused(
-            f"spring_stiffness × stage_velocity × duration rounds the spring force by {force_noise / friction:.1e} of the "
+            f"spring_stiffness × stage_velocity × duration rounds the spring force by {force_noise / friction_force:.1e} of the "
             "friction force: soften the spring, slow the stage or shorten the drive",
-            force_noise / friction,
+            force_noise / friction_force,
         )
-    uneven = np.ptp(profile.force) > 0.0 or bool(profile.slope.any())
-    teeth = len(profile.force) - profile.periodic_from
-    position_noise = _DIGIT * way * teeth / profile.period
+    uneven = np.ptp(friction_limit.force) > 0.0 or bool(friction_limit.slope.any())
+    teeth = len(friction_limit.force) - friction_limit.periodic_from
+    position_noise = _DIGIT * way * teeth / friction_limit.period
     if uneven and position_noise > LARGEST:
         return _refused(
             f"stage_velocity × duration rounds the position by {position_noise:.1e} of the friction profile's mean tooth: "

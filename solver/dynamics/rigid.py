@@ -4,7 +4,8 @@ In the limit K → ∞ Eq. 13-14 lose their relaxation point, x_R = x, and with 
 motion, and the pin is at rest while |spring + damper| ≤ F̃(x). With a constant F̃ this is the motion of Eq. 16-19.
 """
 
-from solver.dynamics.kernels import Motion, Run, Teeth, integrate_rigidly
+from solver.dynamics.kernels.rigid import integrate_rigidly
+from solver.dynamics.kernels.state import Motion, Run, Teeth
 from solver.dynamics.method import outcome_of
 from solver.dynamics.result import BINS
 from solver.outcome import Outcome

@@ -10,7 +10,8 @@ from dataclasses import dataclass
 import numpy as np
 
 from solver.drive import Drive, integrator
-from solver.dynamics.kernels import Motion, Run, Teeth, integrate_by_steps
+from solver.dynamics.kernels.runge_kutta import integrate_by_steps
+from solver.dynamics.kernels.state import Motion, Run, Teeth
 from solver.dynamics.method import Method, reversed_at
 from solver.dynamics.precision import nothing
 from solver.dynamics.result import BINS
@@ -66,7 +67,7 @@ def integrate_rk4(
 
 def is_stable(time_step: float, motion: Motion) -> bool:
     """True if a step damps, or at least does not amplify, free motion with the stuck contact's stiffness k + K."""
-    rates = np.roots([1.0, motion.damping, motion.spring + motion.contact]).astype(complex)
+    rates = np.roots([1.0, motion.damping, motion.spring + motion.surface_stiffness]).astype(complex)
     z = rates * time_step
     growth = np.abs(1.0 + z * (1.0 + z / 2.0 * (1.0 + z / 3.0 * (1.0 + z / 4.0))))
     return bool(np.all(growth <= 1.0 + 1e-14))  # rounding of tiny steps without damping
@@ -74,7 +75,7 @@ def is_stable(time_step: float, motion: Motion) -> bool:
 
 def longest(motion: Motion) -> float:
     """The longest stable step, a little below."""
-    low, high = 0.0, 4.0 / math.sqrt(motion.spring + motion.contact)
+    low, high = 0.0, 4.0 / math.sqrt(motion.spring + motion.surface_stiffness)
     for _ in range(40):
         middle = 0.5 * (low + high)
         low, high = (middle, high) if is_stable(middle, motion) else (low, middle)

@@ -23,7 +23,7 @@ _ROUNDING = 1e-12
 
 @dataclass(frozen=True, slots=True)
 class Oscillator:
-    """Eq. 12 with a constant friction force, from a given state on: x'' = k(Vt - x) + c(V - x') - friction.
+    """Eq. 12 with a constant friction force, from a given state on: x'' = k(Vt - x) + c(V - x') - friction_force.
 
     Units of solver.case.Drive. Any damping ratio ζ ≥ 0; Eq. 17 is the case of ζ < 1 and velocity = 0.
     """
@@ -31,14 +31,14 @@ class Oscillator:
     spring_stiffness: float
     damping_ratio: float
     stage_velocity: float
-    friction: float
+    friction_force: float
     time: float = 0.0
     position: float = 0.0
     velocity: float = 0.0
 
     def motion(self, time: Floats) -> tuple[Floats, Floats]:
         """Position and velocity at each time."""
-        steady = self.stage_velocity * time - self.friction / self.spring_stiffness
+        steady = self.stage_velocity * time - self.friction_force / self.spring_stiffness
         distance, speed = self._start()
         h, rate = self._impulse_response(np.asarray(time) - self.time)
         damping = 2.0 * self.damping_ratio * math.sqrt(self.spring_stiffness)
@@ -75,7 +75,7 @@ class Oscillator:
 
     def _start(self) -> tuple[float, float]:
         """Distance and velocity relative to steady sliding, at the start."""
-        steady = self.stage_velocity * self.time - self.friction / self.spring_stiffness
+        steady = self.stage_velocity * self.time - self.friction_force / self.spring_stiffness
         return self.position - steady, self.velocity - self.stage_velocity
 
     def _impulse_response(self, tau: Floats) -> tuple[Floats, Floats]:
@@ -207,23 +207,26 @@ _NO_FIT = StickSlipFit(math.nan, math.nan, math.nan, math.nan, StickSlip(_NONE, 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class _Target:
-    """The spring force (n,) that a fit is to meet at given times (n,); friction (3,) over W: kinetic, static, later."""
+    """The spring force (n,) that a fit is to meet at given times (n,).
+
+    coefficients: (3,), of kinetic friction, of static friction, and of static friction in later slips.
+    """
 
     time: Floats
     force: Floats
     drive: Drive
     normal_load: float
 
-    def model(self, friction: Floats) -> StickSlip:
-        kinetic, static, later = (float(share) * self.normal_load for share in friction)
+    def model(self, coefficients: Floats) -> StickSlip:
+        kinetic, static, later = (float(share) * self.normal_load for share in coefficients)
         return stick_slip(self.time, self.drive, kinetic, static, later, MOST_SLIPS)
 
-    def misfit(self, friction: Floats) -> Floats:
-        return (self.model(friction).spring_force - self.force) / self.normal_load
+    def misfit(self, coefficients: Floats) -> Floats:
+        return (self.model(coefficients).spring_force - self.force) / self.normal_load
 
-    def fitted(self, friction: Floats) -> StickSlipFit:
+    def fitted(self, coefficients: Floats) -> StickSlipFit:
         """What a fit ended at; static friction counts as the kinetic one where it is below."""
-        kinetic, static, later = (float(max(share, friction[0])) for share in friction)
+        kinetic, static, later = (float(max(share, coefficients[0])) for share in coefficients)
         best = self.model(np.array([kinetic, static, later]))
         if len(best.slip_time) >= MOST_SLIPS:
             return _NO_FIT

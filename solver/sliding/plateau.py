@@ -6,8 +6,8 @@ Where a record goes on for half a node spacing or more after its initial contact
 from one spacing on, the last whole spacings: what the pin meets repeats with them, so a mean over whole ones is free of the
 modulation within one, and a pin that goes on over them for ever (§2.2.2) meets what it would meet.
 It is refused where the force of whole spacings differs from that before them, so many spacings ago; of less, where a line
-through eight block means still rises or falls by more than `DRIFT` of the mean, unless the change is lost in the scatter of
-the blocks (less than `SIGNIFICANT` standard errors). A truncation as late as it is allowed to be has no such excuse.
+through eight block means still rises or falls by more than `LARGEST_CHANGE` of the mean, unless the change is lost in the
+scatter of the blocks (less than `SIGNIFICANT` standard errors). A truncation as late as it is allowed to be has no such excuse.
 """
 
 import math
@@ -27,8 +27,8 @@ BINS: Final = 512
 BLOCKS: Final = 32
 LEAST_SHARE: Final = 0.25
 """Share of the bins that truncation always keeps."""
-DRIFT: Final = 0.01
-"""Change along the steady part, as a fraction of its mean, that is never called a drift."""
+LARGEST_CHANGE: Final = 0.01
+"""Change along the steady part, as a fraction of its mean, that still counts as steady."""
 LEAST_OVERLAP: Final = 0.1
 """Part of a node spacing before whole ones that is enough to compare their end with."""
 WHOLE: Final = 0.02
@@ -164,7 +164,7 @@ def sampling_of(record: FrictionRecord, first: int, length: float) -> Sampling:
 
 
 def _beginnings(record: FrictionRecord, whole: Teeth) -> Iterator[_Beginning]:
-    """Where the steady part may begin, the best first: as many whole spacings as there are, or fewer if the force drifts."""
+    """Where the steady part may begin, the best first: as many whole spacings as there are, or fewer if the force changes."""
     end = float(record.displacement[-1])
     settled = (
         SETTLING * abs(record.final_force / record.initial_stiffness) if record.initial_stiffness > 0.0 else math.inf
@@ -192,7 +192,7 @@ def _unlike(whole: Teeth, start: float, end: float, overlap: float) -> str:
     change = now - whole.block_means(start - overlap, start, 8)
     share = float(change.mean()) / abs(float(now.mean())) if now.mean() else math.inf
     error = float(np.std(change, ddof=1)) / math.sqrt(8)
-    if abs(share) <= DRIFT or abs(float(change.mean())) <= SIGNIFICANT * error:
+    if abs(share) <= LARGEST_CHANGE or abs(float(change.mean())) <= SIGNIFICANT * error:
         return ""
     return f"{'rises' if share > 0.0 else 'falls'} by {abs(share):.1%} from one node spacing to the next"
 
@@ -227,7 +227,7 @@ def unsteadiness(blocks: NDArray[np.float64], latest: bool) -> str:
     rest = means - means.mean() - change * place
     error = float(np.sqrt(rest @ rest / 6.0 / (place @ place)))
     share = change / abs(float(means.mean())) if means.mean() else np.inf
-    if abs(share) <= DRIFT or (abs(change) <= SIGNIFICANT * error and not latest):
+    if abs(share) <= LARGEST_CHANGE or (abs(change) <= SIGNIFICANT * error and not latest):
         return ""
     return f"{'rises' if share > 0.0 else 'falls'} by {abs(share):.1%} along the best steady part"
 

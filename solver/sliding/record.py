@@ -6,11 +6,12 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from solver.contact.kernels.enumerations import EventKind
 from solver.outcome import Outcome
 from solver.quantity import GRID_ERROR, companion, quantities, quantity
 
-EVENT_KINDS = ("slip", "release", "touch")
-"""What can trigger an event; `FrictionRecord.kind` holds the position in this tuple."""
+EVENT_KINDS = tuple(kind.name.lower() for kind in EventKind if kind is not EventKind.NOTHING)
+"""What can trigger an event: ("slip", "release", "touch"); `FrictionRecord.kind` holds the position in this tuple."""
 
 
 def event(meaning: str, name: str, **more: Any) -> dict[str, Any]:
@@ -56,8 +57,8 @@ class FrictionRecord:
     normal_load: float
     """W."""
     spacing: float
-    """Distance between surface nodes: what the pin meets repeats with it. Infinite where pressures are frozen: then the pin goes
-    on meeting what it met where it touched."""
+    """Distance between surface nodes: what the pin meets repeats with it. Infinite where pressures are constant: then the pin
+    goes on meeting what it met where it touched."""
     residual_shear: float
     """Shear that a slip leaves, as a share of μ_i·pressure."""
     spread: float

@@ -1,4 +1,4 @@
-"""Sliding with the pressures of initial contact (pin_translation off): the tangential problem alone.
+"""Slide with the pressures of initial contact (pin_translation off): the tangential problem alone.
 
 Nodes in contact keep their normal forces, [u] = C_uu [f_x] + C_uw [f_z], whatever the pin and their slips do; nothing
 touches, nothing is released. That is right while δ_p is small against the contact's width and, unless the coupling is off
@@ -10,45 +10,46 @@ from dataclasses import replace
 import numpy as np
 from numpy.typing import NDArray
 
-from solver.case import Case
-from solver.contact.kernels import OVERSHOOT, STRETCHES, Events
+from solver.case import MOST_EVENTS, Case
+from solver.contact.compiled_contact import slip_constants
+from solver.contact.kernels.enumerations import Stop
+from solver.contact.kernels.state import new_scalars
 from solver.contact.node_friction import node_friction
-from solver.contact.state import BROKEN, ContactState
+from solver.contact.outcomes import NOT_FINITE, OUTCOME_OF_STOP
+from solver.contact.state import ContactState
 from solver.contact.tableau import in_lines, inverse
 from solver.elasticity.compliance import SurfaceCompliance
-from solver.outcome import COMPLETED, Ending, Outcome
-from solver.sliding import kernels
-from solver.sliding.kernels import FrozenRules, Tangent
-
-_ENDINGS = {
-    kernels.DONE: COMPLETED,
-    kernels.FULL: COMPLETED,
-    kernels.SLIP_UNBOUNDED: BROKEN[Ending.SLIP_UNBOUNDED],
-    kernels.CASCADE_LIMIT: BROKEN[Ending.CASCADE_LIMIT],
-    kernels.NO_EVENT: BROKEN[Ending.NO_EVENT],
-    kernels.OVERSHOT: BROKEN[Ending.OVERSHOT],
-}
+from solver.outcome import COMPLETED, Outcome
+from solver.sliding.columns import first_of, first_room, friction_record, grown
+from solver.sliding.kernels.events import Events
+from solver.sliding.kernels.tangential import TangentialState, refresh, slide_tangentially
+from solver.sliding.record import FrictionRecord
 
 
-class FrozenContact:
+def slide_with_constant_pressures(
+    case: Case, start: ContactState, compliance: SurfaceCompliance
+) -> tuple[FrictionRecord, ContactState]:
+    """Slide from `start` to the limits of `case`: the record, and the contact where it ends."""
+    contact = TangentialContact(case, compliance, start)
+    most = case.max_events or MOST_EVENTS
+    events, held = first_room(most), 0
+    outcome, held = contact.slide(first_of(events, most), held, case.farthest)
+    while outcome is None and held < most:
+        events = grown(events)
+        outcome, held = contact.slide(first_of(events, most), held, case.farthest)
+    end = contact.state(outcome or COMPLETED)
+    return friction_record(case, start, contact.stiffness, events, held, end), end
+
+
+class TangentialContact:
     """A contact whose nodes slide under the pressures of `start`; nodes in contact need not be neighbours."""
 
     def __init__(self, case: Case, compliance: SurfaceCompliance, start: ContactState) -> None:
         """Raises SingularOperator where the tangential compliance of the contact cannot be inverted."""
         self._case, self._compliance, self._start = case, compliance, start
         self._nodes = np.flatnonzero(start.contact)
-        self._state = _tangent(case, compliance, start, self._nodes)
-        self._rules = FrozenRules(
-            residual_shear=case.slip_rule.residual_shear,
-            simultaneous=case.slip_rule.slip_order == "simultaneous",
-            floor=case.slip_rule.event_floor,
-            spacing=case.slab.spacing,
-            limit=case.intrinsic_friction * case.normal_load,
-            stretches=STRETCHES,
-            overshoot=OVERSHOOT,
-            cascade_limit=case.slip_rule.cascade_limit,
-            tolerance=1e-12 * case.normal_load,
-        )
+        self._state = _tangential_state(case, compliance, start, self._nodes)
+        self._constants = slip_constants(case)
 
     @property
     def stiffness(self) -> float:
@@ -58,11 +59,11 @@ class FrozenContact:
     def slide(self, events: Events, held: int, farthest: float) -> tuple[Outcome | None, int]:
         """Fill `events` from number `held` on, up to δ_p = farthest: how it ended, None where they are full; and how many
         there are now."""
-        status, held = kernels.slide_frozen(self._state, self._rules, events, held, farthest)
+        status, held = slide_tangentially(self._state, self._constants, events, held, farthest)
         if not np.isfinite(self._state.shear).all():
             # No comparison in the kernel sees a NaN, and none ever leaves the shear again.
-            return BROKEN[Ending.ROUNDING], held
-        return None if status == kernels.FULL else _ENDINGS[status], held
+            return NOT_FINITE, held
+        return None if status == Stop.FULL else OUTCOME_OF_STOP[status], held
 
     def state(self, outcome: Outcome) -> ContactState:
         """The contact as it is now; its normal fields are those of initial contact."""
@@ -71,7 +72,7 @@ class FrozenContact:
         force[0, self._nodes] = self._state.shear
         u = c.matrix[:n, self._nodes] @ self._state.shear + _pushed(self._case, c, start)
         u[self._nodes] = self._state.u
-        displacement = float(self._state.totals[0])
+        displacement = float(self._state.scalars.displacement)
         values = {
             "shear": force[0] / c.widths,
             "slip": np.where(start.contact, u - displacement, 0.0),
@@ -80,35 +81,36 @@ class FrozenContact:
         }
         for value in values.values():
             value.setflags(write=False)
-        slips = int(self._state.counts[0])
+        slips = int(self._state.scalars.slips)
         return replace(start, **values, displacement=displacement, slips=slips, outcome=outcome)
 
 
-def _tangent(case: Case, compliance: SurfaceCompliance, start: ContactState, nodes: NDArray[np.int64]) -> Tangent:
+def _tangential_state(
+    case: Case, compliance: SurfaceCompliance, start: ContactState, nodes: NDArray[np.int64]
+) -> TangentialState:
     block = compliance.matrix[np.ix_(nodes, nodes)]
     stiffness = inverse(block, f"tangential compliance of {len(nodes)} nodes")
     limits = node_friction(case)[nodes] * -start.nodal_force[1, nodes]
     # A node without pressure has no shear either, even where μ_i is infinite.
     limits = np.where(np.isnan(limits), 0.0, np.maximum(limits, 0.0))
     u = start.u[nodes].copy()
-    state = Tangent(
+    state = TangentialState(
         tableau=in_lines(stiffness.T),
         base=start.nodal_force[0, nodes] - stiffness @ u,
         shear=np.empty(len(nodes)),
         u=u,
         rate=stiffness.sum(axis=1),
-        limits=limits,
+        shear_limit=limits,
         weights=1.0 / np.maximum(limits, 1e-12 * case.normal_load),
         nodes=nodes.astype(np.int32),
-        totals=np.array([start.displacement, 0.0]),
-        counts=np.zeros(2, dtype=np.int64),
+        scalars=new_scalars(start.displacement),
     )
-    kernels.refresh(state)
+    refresh(state)
     return state
 
 
 def _pushed(case: Case, compliance: SurfaceCompliance, start: ContactState) -> NDArray[np.float64]:
-    """u of all surface nodes by the frozen normal forces, (n,)."""
+    """u of all surface nodes by the constant normal forces, (n,)."""
     n = case.slab.n_x
     if not case.effects.coupling:
         return np.zeros(n)

@@ -16,7 +16,7 @@ from scipy.integrate import solve_ivp
 
 from solver.drive import Drive
 from solver.dynamics.exact import Exact
-from solver.dynamics.friction_limit import Profile, profile_of
+from solver.dynamics.friction_limit import FrictionLimit, friction_limit_of
 from solver.dynamics.integrate import DynamicsResult, integrate
 from solver.dynamics.rk4 import RK4
 from solver.elasticity.compliance import surface_compliance
@@ -35,7 +35,7 @@ METHODS: Final[tuple[Method, ...]] = get_args(Method)
 class Course:
     """What the pin meets: a friction profile, its lateral stiffness K and how it is pulled."""
 
-    profile: Profile
+    profile: FrictionLimit
     contact: float
     drive: Drive
 
@@ -57,7 +57,7 @@ def _course(setup: Setup) -> Course:
     record = slide(setup.case, surface_compliance(setup.case.slab))
     in_si = replace(setup.drive.in_si, integrator=Exact(), samples=SAMPLES)
     drive = replace(setup.drive, in_si=in_si).dimensionless(setup.scales)
-    return Course(profile_of(record, plateau_of(record), drive.profile), record.initial_stiffness, drive)
+    return Course(friction_limit_of(record, plateau_of(record), drive.profile), record.initial_stiffness, drive)
 
 
 def _stepped(course: Course, truth: DynamicsResult, setup: Setup, effort: Effort) -> Iterator[Row]:

@@ -11,7 +11,7 @@ from typing import Final
 
 from solver.case import Case
 from solver.dynamics.coefficients import friction_coefficients
-from solver.dynamics.friction_limit import profile_of
+from solver.dynamics.friction_limit import friction_limit_of
 from solver.dynamics.integrate import integrate
 from solver.elasticity.compliance import surface_compliance
 from solver.sliding.events import slide
@@ -70,7 +70,7 @@ def read(record: FrictionRecord, setup: Setup) -> Reading:
     if not plateau.outcome.ok:
         return {"plateau": nothing, "static": nothing, "kinetic": nothing, "step": step}
     drive = setup.drive.dimensionless(setup.scales)
-    motion = integrate(profile_of(record, plateau, drive.profile), drive, record.initial_stiffness)
+    motion = integrate(friction_limit_of(record, plateau, drive.profile), drive, record.initial_stiffness)
     friction = friction_coefficients(motion, record, plateau)
     return {
         "plateau": (plateau.mean, plateau.uncertainty),

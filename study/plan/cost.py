@@ -10,10 +10,11 @@ was measured on one core; a test holds it to a factor of three, which is what ch
 import math
 
 from solver.case import MOST_EVENTS, Case
-from solver.contact.coulomb import LONGEST_STEP
-from solver.contact.kernels import STRETCHES
-from solver.contact.tableau import margin
-from solver.sliding.events import FIRST_CAPACITY, OFF_THE_SLAB
+from solver.contact.compiled_contact import margin
+from solver.contact.coulomb.motion import LONGEST_STEP
+from solver.sliding.columns import FIRST_CAPACITY
+from solver.sliding.coulomb import OFF_THE_SLAB
+from solver.sliding.kernels.step import STRETCHES
 from study.plan.condensation import condensation_bytes
 from study.plan.task import Task
 

@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 from scipy.integrate import solve_ivp
 
 from solver import Case, Drive, DynamicsResult, FrictionRecord, Scales, Slab, friction_record, plateau_of
-from solver.dynamics.friction_limit import Profile, profile_of
+from solver.dynamics.friction_limit import FrictionLimit, friction_limit_of
 from solver.dynamics.integrate import integrate
 from solver.dynamics.rk4 import RK4
 from tests.benchmarks.table import Row, best, seconds, verdict
@@ -75,7 +75,7 @@ def rows() -> list[Row]:
     ]
 
 
-def adaptive_state(profile: Profile, contact: float, begin: DynamicsResult) -> NDArray[np.float64]:
+def adaptive_state(profile: FrictionLimit, contact: float, begin: DynamicsResult) -> NDArray[np.float64]:
     """Position, velocity and friction at the stretch's end, by scipy's Runge-Kutta steps of order 5.
 
     Eq. 13 as a rate: F changes with the contact's stiffness K within ±F̃, and with F̃ where it would leave them. The jump
@@ -102,12 +102,12 @@ def adaptive_state(profile: Profile, contact: float, begin: DynamicsResult) -> N
     return np.asarray(solve_ivp(motion, span, first, rtol=1e-8, atol=1e-8 * np.abs(first)).y[:, -1])
 
 
-def _until(profile: Profile, contact: float, time: float) -> DynamicsResult:
+def _until(profile: FrictionLimit, contact: float, time: float) -> DynamicsResult:
     return integrate(profile, replace(PAPER, duration=time / UNIT, samples=1), contact)
 
 
-def _profile(record: FrictionRecord) -> Profile:
-    return profile_of(record, plateau_of(record), PAPER.profile)
+def _profile(record: FrictionRecord) -> FrictionLimit:
+    return friction_limit_of(record, plateau_of(record), PAPER.profile)
 
 
 def _several(record: FrictionRecord) -> list[DynamicsResult]:

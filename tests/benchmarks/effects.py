@@ -15,7 +15,7 @@ import numpy as np
 from solver import Case, Drive, FrictionRecord, SurfaceCompliance, friction_record, plateau_of
 from solver.case import Effects, Heterogeneity
 from solver.contact.initial import initial_contact
-from solver.dynamics.friction_limit import profile_of
+from solver.dynamics.friction_limit import friction_limit_of
 from solver.dynamics.integrate import integrate
 from solver.dynamics.rk4 import RK4
 from solver.elasticity.compliance import surface_compliance
@@ -107,7 +107,7 @@ def _stages(compliance: SurfaceCompliance, record: FrictionRecord) -> Row:
     slow = replace(
         PAPER, integrator=RK4(STEP / UNIT), stage_velocity=PAPER.stage_velocity / 10, duration=10 * PAPER.duration
     )
-    profile = profile_of(record, plateau_of(record), slow.profile)
+    profile = friction_limit_of(record, plateau_of(record), slow.profile)
     plateau = _time_and_memory(lambda: plateau_of(friction_record(CASE, compliance)), 5)
     motion = _time_and_memory(lambda: integrate(profile, slow, record.initial_stiffness), 2)
     both = (plateau[0] + motion[0], max(plateau[1], motion[1]))
@@ -179,6 +179,6 @@ def _row(record: FrictionRecord, drive: Drive, name: str, effect: dict[str, obje
 
 def _cost(record: FrictionRecord, drive: Drive) -> tuple[tuple[float, float], int]:
     """Seconds and bytes to integrate a drive over its profile, and its segments or steps."""
-    profile = profile_of(record, plateau_of(record), drive.profile)
+    profile = friction_limit_of(record, plateau_of(record), drive.profile)
     run = partial(integrate, profile, drive, record.initial_stiffness)
     return _time_and_memory(run, repeats=20), run().steps

@@ -8,10 +8,18 @@ slips that it missed, those of one node together, are added to it and to no othe
 import numpy as np
 from numba import njit
 from numpy.typing import NDArray
+from solver.contact.next_event import next_event
 
 from solver import Case, ContactState, SurfaceCompliance
-from solver.contact import kernels
-from solver.sliding.events import _core_at
+from solver.contact.kernels.cascade import resolve
+from solver.contact.kernels.contact_change import displace
+from solver.contact.kernels.enumerations import EventKind
+from solver.contact.kernels.slip_distance import slip_move
+from solver.contact.kernels.state import Floats, KernelConstants, KernelState, start_event
+from solver.contact.kernels.violations import worst_violation
+from solver.sliding.full_contact import compiled_at
+from solver.sliding.kernels.full_contact import advance, stretching
+from solver.sliding.kernels.step import smallest_step
 from tests.benchmarks.table import Row, verdict
 
 EVENTS = 15
@@ -19,49 +27,55 @@ Counts = NDArray[np.int64]
 
 
 @njit(cache=True, nogil=True)
-def _bounds(m: kernels.Machine, size: int, blocks: int) -> kernels.Floats:
+def _bounds(state: KernelState, size: int, blocks: int) -> Floats:
     """(N, blocks): how much a unit of an input changes any margin of a block."""
-    n = len(m.x)
+    n = len(state.x)
     bounds = np.zeros((2 * n, blocks))
     for row in range(2 * n):
         for k in range(n):
-            if m.limits[k] >= 0.0:
-                change = abs(m.tableau[row, k]) + m.limits[k] * abs(m.tableau[row, n + k])
+            if state.active_friction[k] >= 0.0:
+                change = abs(state.tableau[row, k]) + state.active_friction[k] * abs(state.tableau[row, n + k])
                 bounds[row, k // size] = max(bounds[row, k // size], change)
     return bounds
 
 
 @njit(cache=True, nogil=True)
-def _margin(m: kernels.Machine, block: int, size: int) -> float:
-    n, margin = len(m.x), np.inf
+def _margin(state: KernelState, block: int, size: int) -> float:
+    n, margin = len(state.x), np.inf
     for k in range(block * size, min((block + 1) * size, n)):
-        if m.limits[k] >= 0.0:
-            margin = min(margin, -m.limits[k] * m.response[n + k] - abs(m.response[k]))
+        if state.active_friction[k] >= 0.0:
+            margin = min(margin, -state.active_friction[k] * state.response[n + k] - abs(state.response[k]))
     return max(margin, 0.0)
 
 
 @njit(cache=True, nogil=True)
-def _cascade(m: kernels.Machine, rules: kernels.Rules, node: int, size: int, counts: Counts, jumps: Counts) -> None:
+def _cascade(
+    state: KernelState, constants: KernelConstants, node: int, size: int, counts: Counts, jumps: Counts
+) -> None:
     """One cascade until nothing slips; counts: slips, node pairs that waiting blocks are given, and those at the end."""
-    n, y = len(m.x), m.response
+    n, y = len(state.x), state.response
     blocks = -(-n // size)
-    bounds = _bounds(m, size, blocks)
-    margins = np.array([_margin(m, block, size) for block in range(blocks)])
+    bounds = _bounds(state, size, blocks)
+    margins = np.array([_margin(state, block, size) for block in range(blocks)])
     missed, used = np.zeros((blocks, n), dtype=np.bool_), np.zeros(blocks)
     while node >= 0:
-        xi = m.x[node] + m.inputs[node] - m.totals[0]
-        along, down = kernels._slip_move(y, m.tableau, m.friction, node, xi, rules.profile, rules.residual_shear)
-        kernels._glide(y, m.tableau, m.inputs, node, along, down)
+        xi = state.x[node] + state.inputs[node] - state.scalars.displacement
+        along, down = slip_move(
+            y, state.tableau, state.node_friction, node, xi, constants.pin, constants.slip.residual_shear
+        )
+        displace(y, state.tableau, state.inputs, node, along, down)
         counts[0] += 1
         for block in range(blocks):
             missed[block, node] = True
             used[block] += abs(along) * bounds[node, block] + abs(down) * bounds[n + node, block]
             if used[block] >= margins[block]:
                 counts[1] += missed[block].sum() * size
-                missed[block], used[block], margins[block] = False, 0.0, _margin(m, block, size)
+                missed[block], used[block], margins[block] = False, 0.0, _margin(state, block, size)
         last = node
-        node, tension = kernels._look(y[:n], y[n : 2 * n], m.limits, m.contact, rules.tolerance)
-        if tension > rules.tolerance:
+        node, tension = worst_violation(
+            y[:n], y[n : 2 * n], state.active_friction, state.contact, constants.slip.tolerance
+        )
+        if tension > constants.slip.tolerance:
             break
         if node >= 0:
             jumps[abs(node - last)] += 1
@@ -72,18 +86,19 @@ def far_field_row(case: Case, compliance: SurfaceCompliance, start: ContactState
     """Work of lazy updates over that of whole ones in the events after `start`; entries only, no bookkeeping."""
     shares = []
     for size in (1, 16):
-        core = _core_at(case, compliance, start, whole=False)
-        machine, rules = core.state, core.rules
-        counts, jumps = np.zeros(3, dtype=np.int64), np.zeros(len(machine.x), dtype=np.int64)
+        compiled = compiled_at(case, compliance, start, whole=False)
+        state, constants = compiled.state, compiled.constants
+        counts, jumps = np.zeros(3, dtype=np.int64), np.zeros(len(state.x), dtype=np.int64)
         for _ in range(EVENTS):
-            step, kind, node = kernels.next_event(machine, rules, 1.0)
-            kernels.advance(machine, max(step, kernels.smallest_step(machine, rules)))
-            machine.counts[:] = 0
-            if kind == kernels.SLIP:
-                _cascade(machine, rules, node, size, counts, jumps)
-                kind, node = kernels.NOTHING, -1
-            kernels.resolve(machine, rules, kind, node, 1.0)
-        shares.append((counts[1] + counts[2]) / (counts[0] * len(machine.x)))
+            step, kind, node = next_event(state, constants, 1.0)
+            floor = smallest_step(constants.slip, stretching(state), state.scalars.displacement)
+            advance(state, max(step, floor))
+            start_event(state.scalars)
+            if kind == EventKind.SLIP:
+                _cascade(state, constants, node, size, counts, jumps)
+                kind, node = EventKind.NOTHING, -1
+            resolve(state, constants, kind, node, 1.0)
+        shares.append((counts[1] + counts[2]) / (counts[0] * len(state.x)))
     near = jumps[:17].sum() / jumps.sum()
     return Row(
         f"a far field updated only where a slip may matter, n_x = {case.slab.n_x}: {counts[0]} slips of {EVENTS} events, "

@@ -9,8 +9,10 @@ from numba import njit
 from numpy.typing import NDArray
 
 from solver import Case, ContactState, Slab, SurfaceCompliance, contact_state, friction_record, surface_compliance
-from solver.contact import kernels
-from solver.sliding.events import _core_at, slide, slide_to_state
+from solver.contact.kernels.contact_change import pivot
+from solver.contact.kernels.state import KernelState
+from solver.sliding.events import slide, slide_to_state
+from solver.sliding.full_contact import compiled_at
 from tests.benchmarks.table import Row, best, seconds, verdict
 
 Vector = NDArray[np.float64]
@@ -30,11 +32,11 @@ def _axpys(total: Vector, rows: Vector, order: NDArray[np.int64], repeats: int) 
 
 
 @njit(cache=True, nogil=True)
-def _pivots(machine: kernels.Machine, node: int, repeats: int) -> None:
+def _pivots(state: KernelState, node: int, repeats: int) -> None:
     """Turn a node round and back."""
     for _ in range(repeats):
-        kernels._exchange(machine, node)
-        kernels._exchange(machine, node)
+        pivot(state, node)
+        pivot(state, node)
 
 
 @dataclass(frozen=True)
@@ -62,16 +64,16 @@ def slip_cost(case: Case, compliance: SurfaceCompliance, start: ContactState, ev
     first = replace(stretch, max_events=1)
     record = slide(stretch, compliance, start)
     whole = best(lambda: slide(stretch, compliance, start)) - best(lambda: slide(first, compliance, start))
-    machine = _core_at(case, compliance, start, whole=False).state
-    entries = len(machine.response)
+    state = compiled_at(case, compliance, start, whole=False).state
+    entries = len(state.response)
     order = np.random.default_rng(1).permutation(entries)
     repeats = max(1, 40_000 // entries)
     total = np.zeros(entries)
-    axpy = best(lambda: _axpys(total, machine.tableau, order, repeats)) / (repeats * entries)
-    node = int(np.flatnonzero(machine.contact)[0])
-    pivot = best(lambda: _pivots(machine, node, 5)) / 10
+    axpy = best(lambda: _axpys(total, state.tableau, order, repeats)) / (repeats * entries)
+    node = int(np.flatnonzero(state.contact)[0])
+    per_pivot = best(lambda: _pivots(state, node, 5)) / 10
     changes = int(record.releases.sum() + record.touches.sum())
-    return SlipCost(int(record.slips.sum()), changes, whole, pivot, axpy, entries)
+    return SlipCost(int(record.slips.sum()), changes, whole, per_pivot, axpy, entries)
 
 
 def resolved_forces(compliance: SurfaceCompliance, state: ContactState) -> NDArray[np.float64]:

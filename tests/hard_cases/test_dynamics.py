@@ -14,7 +14,7 @@ import numpy as np
 import pytest
 
 from solver.drive import Drive, Scales
-from solver.dynamics.friction_limit import Profile, profile_of
+from solver.dynamics.friction_limit import FrictionLimit, friction_limit_of
 from solver.dynamics.integrate import DynamicsResult, integrate
 from solver.dynamics.precision import LARGEST
 from solver.dynamics.rk4 import RK4
@@ -26,7 +26,7 @@ from tests.synthetic import STIFFNESS, constant_profile, noisy_record, profile_t
 
 RECORD = noisy_record()
 PLATEAU = plateau_of(RECORD)
-PROFILES = {shape: profile_of(RECORD, PLATEAU, shape) for shape in ("sawtooth", "linear", "mean")}
+PROFILES = {shape: friction_limit_of(RECORD, PLATEAU, shape) for shape in ("sawtooth", "linear", "mean")}
 SCALES = Scales()
 STEPS = 30_000
 """Segments allowed: some milliseconds."""
@@ -66,7 +66,7 @@ def points(everything: bool) -> list[Point]:
     return [*one_changed, *(Point(*values) for values in corners)]
 
 
-def errors(result: DynamicsResult, drive: Drive, profile: Profile) -> dict[str, float]:
+def errors(result: DynamicsResult, drive: Drive, profile: FrictionLimit) -> dict[str, float]:
     """How far a motion is from every law, as a share of what each is about; infinite where a law has no number.
 
     finite: every value up to where the run ended, which is where the outcome says so. energy: the stage's work is stored
@@ -240,7 +240,7 @@ def test_odd_profiles_are_crossed(profile, compliant):
 def test_profiles_without_meaning_are_refused(edges, force):
     """Equal displacements, negative and infinite forces; a record's own negative forces are taken as 0 (see friction_limit)."""
     with pytest.raises(InvalidInput, match=r"needs"):
-        Profile(np.array(edges), np.array(force), np.zeros(len(force)), 0)
+        FrictionLimit(np.array(edges), np.array(force), np.zeros(len(force)), 0)
 
 
 # --- forces below the rounding of the spring's ----------------------------------------------------------------------

@@ -9,7 +9,7 @@ from solver.case import Case, SlipRule
 from solver.contact.initial import initial_contact
 from solver.contact.state import ContactState
 from solver.slab import SCHEMES, Slab
-from solver.sliding import events
+from solver.sliding import full_contact
 from solver.sliding.events import slide_to_state
 from solver.sliding.record import FrictionRecord
 from tests.hard_cases.following import compliance_of
@@ -56,7 +56,7 @@ def _assert_same(whole: FrictionRecord, pieces: list[FrictionRecord]) -> None:
 @pytest.mark.parametrize("scheme", SCHEMES)
 def test_a_run_in_ten_pieces_has_the_bits_of_one(scheme: str, monkeypatch: pytest.MonkeyPatch) -> None:
     """Pieces of RESUMABLE events (here fewer): the whole run starts afresh from its own state there, too."""
-    monkeypatch.setattr(events, "RESUMABLE", 50)
+    monkeypatch.setattr(full_contact, "RESUMABLE", 50)
     for radius in (200.0, 20.0):
         case = Case(slab=Slab(33, scheme=scheme), radius=radius, max_events=500)
         whole, end = slide_to_state(case, compliance_of(case.slab))

@@ -112,8 +112,8 @@ def test_energy_is_balanced_and_never_created(
 @pytest.mark.parametrize("scheme", SCHEMES)
 @pytest.mark.parametrize("seed", range(3))
 def test_rounding_does_not_decide_ties_of_mirror_nodes(seed: int, scheme: str) -> None:
-    """A symmetric initial contact is all ties: the node further right goes first (PLACE in solver/_kernels.py), so that a
-    compliance wrong by a few roundings leads through the same slips."""
+    """A symmetric initial contact is all ties: the node further right goes first, so that a compliance wrong by a few
+    roundings leads through the same slips (PLACE in solver.contact.kernels.violations)."""
     slab = Slab(65, scheme=scheme)
     case = Case(slab=slab, intrinsic_friction=0.1)
     exact = compliance_of(slab)
@@ -252,7 +252,7 @@ LIGHT = {
     "μ_i = 1e-5": {"intrinsic_friction": 1e-5, "normal_load": 1e-7, "radius": 2e6},
     "μ_i = 1e-8": {"intrinsic_friction": 1e-8, "normal_load": 1e-11, "radius": 2e10},
     "thin": {"slab": Slab(129, aspect_ratio=1e-3)},
-    "frozen pressures": {"normal_load": 1e-9, "effects": Effects(pin_translation=False)},
+    "constant pressures": {"normal_load": 1e-9, "effects": Effects(pin_translation=False)},
 }
 """What the paper's event floor would push beyond its friction limit, or nearly: light loads, little friction, stiff slabs."""
 
@@ -268,7 +268,7 @@ def test_the_friction_law_holds_before_every_event(name: str) -> None:
     assert np.diff(record.displacement, prepend=0.0).min() > 0.0
 
 
-def test_with_frozen_pressures_the_load_is_but_a_unit() -> None:
+def test_with_constant_pressures_the_load_is_but_a_unit() -> None:
     """With W·R kept and no coupling, by which nodes move under the pin at initial contact, nothing else has a length once the
     event floor is one of elastic stretch: the same record at W = 2^-20 and 2^-50, to the bit, powers of two leave digits be."""
     effects = Effects(coupling=False, pin_translation=False)
@@ -294,7 +294,7 @@ def test_with_frozen_pressures_the_load_is_but_a_unit() -> None:
 
 
 @pytest.mark.parametrize("normal_load", [1e-3, 1e-7, 1e-12, 1e-20])
-def test_with_frozen_pressures_the_smallest_step_is_that_of_moving_ones(normal_load: float) -> None:
+def test_with_constant_pressures_the_smallest_step_is_that_of_moving_ones(normal_load: float) -> None:
     """Taken, and not undercut: of 2000 events some follow each other at once."""
     case = Case(
         normal_load=normal_load,
@@ -330,8 +330,8 @@ def test_a_floor_that_breaks_the_friction_law_is_an_outcome() -> None:
     record = slide(Case(slip_rule=SlipRule(event_floor=1e-2)), compliance_of(Slab()))
     assert record.outcome.ending is Ending.OVERSHOT
     assert "slip.event_floor" in record.outcome.message
-    frozen = Case(slip_rule=SlipRule(event_floor=1e-2), effects=Effects(pin_translation=False))
-    assert slide(frozen, compliance_of(Slab())).outcome.ending is Ending.OVERSHOT
+    case = Case(slip_rule=SlipRule(event_floor=1e-2), effects=Effects(pin_translation=False))
+    assert slide(case, compliance_of(Slab())).outcome.ending is Ending.OVERSHOT
 
 
 @pytest.mark.parametrize("floor", FLOORS)
@@ -518,7 +518,7 @@ def rows() -> list[Row]:
         ),
         Row(
             "slip",
-            "light loads and little friction: W 1e-20 to 1e-3, μ_i 1e-8 to 0.5, slabs of height 1e-3, frozen pressures",
+            "light loads and little friction: W 1e-20 to 1e-3, μ_i 1e-8 to 0.5, slabs of height 1e-3, constant pressures",
             "|F| ≤ μ_i·W before every event",
             f"{max(map(_beyond, LIGHT)):.0e} of μ_i·W beyond",
             "all completed",

@@ -18,7 +18,7 @@ import numpy as np
 from solver.case import Case, SlipRule
 from solver.drive import Drive
 from solver.dynamics.coefficients import friction_coefficients
-from solver.dynamics.friction_limit import profile_of
+from solver.dynamics.friction_limit import friction_limit_of
 from solver.dynamics.integrate import integrate
 from solver.elasticity.compliance import SurfaceCompliance, surface_compliance
 from solver.outcome import SolverError
@@ -116,7 +116,7 @@ def read(case: Case, record: FrictionRecord) -> Reading:
     }
     if plateau.outcome.ok:
         drive = driven(case, record)
-        motion = integrate(profile_of(record, plateau, drive.profile), drive, record.initial_stiffness)
+        motion = integrate(friction_limit_of(record, plateau, drive.profile), drive, record.initial_stiffness)
         friction = friction_coefficients(motion, record, plateau)
         found["μ_s"] = (friction.static_friction, friction.static_friction_uncertainty)
         found["μ_k"] = (friction.kinetic_friction, friction.kinetic_friction_uncertainty)

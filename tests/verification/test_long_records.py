@@ -11,7 +11,8 @@ from solver.case import Case, Heterogeneity, InitialContact, SlipRule
 from solver.contact.initial import initial_contact
 from solver.elasticity.compliance import surface_compliance
 from solver.slab import SCHEMES, Slab
-from solver.sliding.events import RESUMABLE, slide, slide_to_state
+from solver.sliding.events import slide, slide_to_state
+from solver.sliding.full_contact import RESUMABLE
 from solver.sliding.plateau import plateau_of
 from tests.verification.seen import seen
 from tests.verification.test_energy import total_energy

@@ -3,7 +3,7 @@
 from solver.case import Case
 from solver.drive import Drive
 from solver.dynamics.coefficients import FrictionCoefficients, friction_coefficients
-from solver.dynamics.friction_limit import profile_of
+from solver.dynamics.friction_limit import friction_limit_of
 from solver.dynamics.integrate import DynamicsResult, integrate
 from solver.dynamics.regime import StickSlipCount, count_sticks
 from solver.dynamics.stick_slip import StickSlipFit, fit_stick_slip
@@ -46,7 +46,7 @@ def _tasks(case: Case, manifest: Manifest) -> tuple[Wanted, ...]:
 def _run(task: Task, inputs: Inputs) -> Computed:
     record, drive = whole_again(FrictionRecord, inputs[task.needs[0]]), drive_of(task)
     plateau = plateau_of(record)
-    motion = integrate(profile_of(record, plateau, drive.profile), drive, record.initial_stiffness)
+    motion = integrate(friction_limit_of(record, plateau, drive.profile), drive, record.initial_stiffness)
     friction = friction_coefficients(motion, record, plateau)
     fit = fit_stick_slip(motion, drive, record.normal_load)
     return Computed((friction, fit, count_sticks(motion), motion), friction.outcome)

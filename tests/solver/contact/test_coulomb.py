@@ -11,7 +11,7 @@ from solver.contact.initial import initial_contact
 from solver.elasticity.compliance import SurfaceCompliance, surface_compliance
 from solver.outcome import Ending, InvalidInput
 from solver.slab import Slab
-from solver.sliding import events
+from solver.sliding import coulomb
 from solver.sliding.events import slide, slide_to_state
 from solver.sliding.plateau import plateau_of
 from tests.physics import assert_contact_laws, coupled_half_plane, half_plane, stored_energy
@@ -110,7 +110,7 @@ def test_infinite_friction_cannot_slide_and_is_refused() -> None:
 
 
 def test_a_pin_that_slides_on_and_on_leaves_the_slab(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(events, "OFF_THE_SLAB", 5e-3)
+    monkeypatch.setattr(coulomb, "OFF_THE_SLAB", 5e-3)
     record = slide(replace(CASE, max_displacement=None, max_events=10**6), COMPLIANCE)
     assert record.outcome.ending is Ending.CONTACT_LOST
     assert record.final_displacement == record.displacement[-1]

@@ -48,13 +48,13 @@ def test_without_friction_the_pressure_is_that_of_a_frictionless_first_touch() -
 
 
 def test_without_friction_the_tangential_half_of_the_compliance_is_not_read(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(initial, "core_of", None)  # no tableau is set up
+    monkeypatch.setattr(initial, "compiled_contact", None)  # no tableau is set up
     found = initial_contact(FRICTIONLESS, spoilt((U, U), (W, U)))
     np.testing.assert_array_equal(found.nodal_force, initial_contact(FRICTIONLESS, COMPLIANCE).nodal_force)
 
 
 def test_without_coupling_the_normal_block_is_all_that_is_read(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(initial, "core_of", None)
+    monkeypatch.setattr(initial, "compiled_contact", None)
     found = initial_contact(UNCOUPLED, spoilt((U, U), (W, U), (U, W)))
     np.testing.assert_array_equal(found.nodal_force, initial_contact(UNCOUPLED, COMPLIANCE).nodal_force)
     assert not found.u.any()

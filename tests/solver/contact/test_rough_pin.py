@@ -6,8 +6,10 @@ import numpy as np
 import pytest
 
 from solver.case import Case, Effects, Heterogeneity, InitialContact, SlipOrder, SlipRule
-from solver.contact import kernels
+from solver.contact.compiled_contact import compiled_contact
 from solver.contact.initial import initial_contact
+from solver.contact.kernels.slip_distance import slip_on_rough
+from solver.contact.kernels.state import RoughPin
 from solver.contact.pin import pin_of
 from solver.elasticity.compliance import surface_compliance
 from solver.outcome import InvalidInput
@@ -65,14 +67,14 @@ def test_a_node_rests_where_its_shear_is_first_gone() -> None:
     """By brute force: |shear| falls through residual_shear·μ_i·pressure nowhere before the distance that the kernel finds."""
     points = random_profile(2e-4, 601)
     case = rough(points, replace(CASE, slip_rule=SlipRule(residual_shear=0.3)))
-    profile = kernels.Profile(pin_of(case).curvature, *(np.ascontiguousarray(part) for part in np.array(points).T))
+    pin = RoughPin(pin_of(case).curvature, *(np.ascontiguousarray(part) for part in np.array(points).T))
     rng = np.random.default_rng(5)
     tableau = np.array([[1.3, 0.2], [-0.3, 1.1]])
     bent = 0
     for _ in range(50):
         xi, shear = rng.uniform(-0.1, 0.1), rng.choice([-1.0, 1.0]) * rng.uniform(0.02, 0.1)
         y = np.array([shear, -0.05, 0.0])
-        along, down = kernels._slip_on_rough(y, tableau, np.array([0.5]), 0, xi, profile, 0.3)
+        along, down = slip_on_rough(y, tableau, np.array([0.5]), 0, xi, pin, 0.3)
         share = 0.3 * 0.5 * np.sign(shear)
         path = np.linspace(0.0, along, 20_001)[:-1]
         climbed = pin_of(case).height(xi + path) - pin_of(case).height(np.array(xi))
@@ -102,7 +104,7 @@ def test_the_slope_is_that_of_the_height() -> None:
     np.testing.assert_allclose(pin.slope(xi), numeric, atol=1e-6)
 
 
-def test_frozen_pressures_feel_roughness_at_first_touch_only() -> None:
+def test_constant_pressures_feel_roughness_at_first_touch_only() -> None:
     case = replace(rough(random_profile(1e-4)), effects=Effects(pin_translation=False))
     record, state = slide_to_state(case, COMPLIANCE)
     assert record.outcome.ok
@@ -110,14 +112,9 @@ def test_frozen_pressures_feel_roughness_at_first_touch_only() -> None:
 
 
 def test_a_smooth_pin_has_no_profile() -> None:
-    assert isinstance(_kernels_profile(CASE), float)
+    compiled = compiled_contact(CASE, COMPLIANCE, np.abs(COMPLIANCE.x) < 0.1, np.zeros(33), np.zeros(33))
+    assert isinstance(compiled.constants.pin, float)
     assert pin_of(CASE).knots is None
-
-
-def _kernels_profile(case: Case) -> object:
-    from solver.contact.tableau import core_of
-
-    return core_of(case, COMPLIANCE, np.abs(COMPLIANCE.x) < 0.1, np.zeros(33), np.zeros(33)).rules.profile
 
 
 def test_what_means_nothing_is_refused() -> None:

@@ -18,7 +18,7 @@ from tests.physics import assert_contact_laws
 WAYS: tuple[InitialContact, ...] = get_args(InitialContact)
 FLAT = Case(radius=20.0, slab=Slab(129, scheme="half_plane", poisson=0.3), max_events=300)
 """23 nodes in contact, far from the ends."""
-FROZEN = Effects(pin_translation=False)
+CONSTANT_PRESSURES = Effects(pin_translation=False)
 FORCES = ("force_before", "force_after", "stiffness", "dissipated", "displacement")
 COUNTS = ("kind", "slips", "releases", "touches", "contact_size")
 COLUMNS = (*FORCES, *COUNTS, "node")
@@ -50,7 +50,7 @@ def test_the_pin_sees_every_node_further_left() -> None:
 @pytest.mark.parametrize("way", WAYS)
 @pytest.mark.parametrize(
     ("effects", "residual_shear"),
-    [(Effects(), 0.0), (Effects(), 0.5), (Effects(), 1.0), (FROZEN, 0.0), (FROZEN, 0.5)],
+    [(Effects(), 0.0), (Effects(), 0.5), (Effects(), 1.0), (CONSTANT_PRESSURES, 0.0), (CONSTANT_PRESSURES, 0.5)],
 )
 def test_one_spacing_on_a_half_plane_is_the_same_one_node_further(
     flat: SurfaceCompliance, way: InitialContact, effects: Effects, residual_shear: float
@@ -127,7 +127,7 @@ LIMITED: dict[str, dict[str, Any]] = {
     "slips": {},
     "some shear left": {"slip_rule": SlipRule(residual_shear=0.5)},
     "classical": {"slip_rule": SlipRule(residual_shear=1.0)},
-    "frozen pressures": {"effects": FROZEN},
+    "constant pressures": {"effects": CONSTANT_PRESSURES},
     "no coupling": {"effects": Effects(coupling=False)},
     "spread": {"heterogeneity": Heterogeneity(spread=0.2)},
 }

@@ -7,7 +7,7 @@ import numpy as np
 from scipy.integrate import solve_ivp
 
 from solver.drive import Drive
-from solver.dynamics.friction_limit import Profile
+from solver.dynamics.friction_limit import FrictionLimit
 from tests.synthetic import constant_profile, profile_through
 
 K = 5.0
@@ -16,7 +16,7 @@ K = 5.0
 class Problem(NamedTuple):
     """A profile and how the pin is pulled over it; k = 1, so that times are in natural periods/2π."""
 
-    profile: Profile
+    profile: FrictionLimit
     damping_ratio: float
     stage_velocity: float
     duration: float
@@ -49,7 +49,7 @@ PROBLEMS = {
 }
 
 
-def _many_small_teeth(count: int = 120, seed: int = 2022) -> Profile:
+def _many_small_teeth(count: int = 120, seed: int = 2022) -> FrictionLimit:
     """A rise to 0.6, then teeth of any slope, most steeper than K, about 0.5: phases below 0.03 at v = 0.3."""
     rng = np.random.default_rng(seed)
     widths, slopes = rng.uniform(0.0002, 0.003, count), rng.uniform(-3.0, 2.0 * K, count)
@@ -63,7 +63,7 @@ SMALL_TEETH = Problem(_many_small_teeth(), 0.1, 0.3, 8.0)
 """Most of it is crossed the short way."""
 
 
-def tooth_of(profile: Profile, index: int) -> tuple[float, float, float, float]:
+def tooth_of(profile: FrictionLimit, index: int) -> tuple[float, float, float, float]:
     """Edges, force at the left and slope of tooth `index`, which may be beyond the period or, negative, mirrored."""
     if index < 0:
         left, right, force, slope = tooth_of(profile, -1 - index)

@@ -6,8 +6,9 @@ import numpy as np
 import pytest
 
 from solver.drive import Drive
-from solver.dynamics import kernels
 from solver.dynamics.integrate import integrate
+from solver.dynamics.kernels.state import Teeth
+from solver.dynamics.kernels.teeth import tooth_at
 from solver.dynamics.rk4 import RK4
 from solver.dynamics.stick_slip import Oscillator
 from solver.outcome import Ending, InvalidInput
@@ -21,15 +22,15 @@ EVERY_PROBLEM = pytest.mark.parametrize("problem", PROBLEMS.values(), ids=PROBLE
 def test_the_kernels_teeth_are_the_profiles_on_both_sides_of_zero(problem):
     """A pulled pin hardly ever gets behind its start, so the mirrored teeth are looked at directly."""
     profile = problem.profile
-    teeth = kernels.Teeth(profile.edges, profile.force, profile.slope, profile.periodic_from)
+    teeth = Teeth(profile.edges, profile.force, profile.slope, profile.periodic_from)
     beyond = 0.0
     for index in range(-12, 12):
-        left, right, force, slope = kernels._tooth(teeth, index)
+        left, right, force, slope = tooth_at(teeth, index)
         assert index == -12 or left == pytest.approx(beyond, abs=1e-15)
         beyond = right
         inside = left + (right - left) * np.array([0.1, 0.5, 0.9])
         assert np.abs(force + slope * (inside - left) - profile.limit(inside)).max() < 1e-13  # slope × rounding of x
-    assert kernels._tooth(teeth, 0)[0] == 0.0
+    assert tooth_at(teeth, 0)[0] == 0.0
 
 
 @EVERY_PROBLEM
@@ -76,10 +77,10 @@ def test_sliding_with_the_slope_of_the_limit_is_an_oscillator_with_that_stiffnes
     slope, damping_ratio, V = 0.7, 0.2, 0.3
     result = integrate(profile_through([0.0, 100.0], [0.0], [70.0]), Drive(1.0, damping_ratio, V, 4.0, samples=50), K)
     total = 1.0 + slope
-    equivalent = Oscillator(total, damping_ratio / math.sqrt(total), V / total, friction=0.0)
+    equivalent = Oscillator(total, damping_ratio / math.sqrt(total), V / total, friction_force=0.0)
     # Stage velocity V·k/(k + s) gives the same spring term; the damper then lacks c(V - V k/(k + s)), a constant force.
     lacking = 2.0 * damping_ratio * (V - V / total)
-    shifted = Oscillator(total, equivalent.damping_ratio, V / total, friction=-lacking)
+    shifted = Oscillator(total, equivalent.damping_ratio, V / total, friction_force=-lacking)
     position, velocity = shifted.motion(result.time)
     assert np.all(np.diff(result.position) > 0.0)  # else the limit would have been left
     assert np.abs(result.position - position).max() < 1e-14

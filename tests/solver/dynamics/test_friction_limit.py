@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from solver.drive import Drive
-from solver.dynamics.friction_limit import NoPlateauError, Profile, linear, profile_of, sawtooth
+from solver.dynamics.friction_limit import FrictionLimit, NoPlateauError, friction_limit_of, linear, sawtooth
 from solver.dynamics.integrate import integrate
 from solver.outcome import InvalidInput
 from solver.sliding.plateau import plateau_of
@@ -35,7 +35,7 @@ def test_the_linear_profile_joins_the_forces_after_events():
 
 @pytest.mark.parametrize("shape", ["sawtooth", "linear"])
 def test_the_steady_part_repeats_and_the_past_is_mirrored(shape):
-    profile = profile_of(RECORD, PLATEAU, shape)
+    profile = friction_limit_of(RECORD, PLATEAU, shape)
     x = np.linspace(PLATEAU.start, PLATEAU.end, 777)[1:-1]
     assert profile.period == pytest.approx(PLATEAU.end - PLATEAU.start, rel=1e-14)
     steep = np.abs(profile.slope).max() * 1e-15  # rounding of x moves the limit along a tooth
@@ -75,7 +75,7 @@ def test_without_a_plateau_there_is_nothing_to_repeat():
 )
 def test_teeth_that_do_not_fit_are_refused_by_name(edges, force, slope, periodic_from, named):
     with pytest.raises(InvalidInput, match=named):
-        Profile(np.array(edges), np.array(force), np.array(slope), periodic_from)
+        FrictionLimit(np.array(edges), np.array(force), np.array(slope), periodic_from)
 
 
 def test_at_a_jump_the_limit_is_the_force_ahead():
@@ -84,7 +84,7 @@ def test_at_a_jump_the_limit_is_the_force_ahead():
 
 
 def test_the_mean_profile_is_the_plateaus_mean_everywhere():
-    profile = profile_of(RECORD, PLATEAU, "mean")
+    profile = friction_limit_of(RECORD, PLATEAU, "mean")
     assert np.array_equal(profile.limit(np.linspace(-3.0, 3.0, 11)), np.full(11, PLATEAU.mean * LOAD))
     assert profile.steady_force == PLATEAU.mean * LOAD
 
@@ -92,7 +92,7 @@ def test_the_mean_profile_is_the_plateaus_mean_everywhere():
 def test_the_mean_profile_needs_a_plateau():
     record = record_from(np.full(100, 1e-5), np.zeros(100))
     with pytest.raises(NoPlateauError, match=r"limits\.events"):
-        profile_of(record, plateau_of(record), "mean")
+        friction_limit_of(record, plateau_of(record), "mean")
 
 
 @pytest.mark.parametrize("compliant", [True, False])

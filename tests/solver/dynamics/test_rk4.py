@@ -7,7 +7,8 @@ import pytest
 
 from solver.dynamics import rk4
 from solver.dynamics.integrate import integrate
-from solver.dynamics.kernels import Teeth, _located, _tooth
+from solver.dynamics.kernels.state import Teeth
+from solver.dynamics.kernels.teeth import tooth_at, tooth_holding
 from solver.dynamics.rk4 import RK4
 from solver.outcome import Ending
 from tests.solver.dynamics.drives import PROBLEMS, K, Problem
@@ -79,8 +80,8 @@ def test_samples_between_steps_are_interpolated_to_the_methods_order():
 def walked(teeth: Teeth, x: float) -> int:
     """The tooth that holds x, one by one from the first."""
     index = 0
-    while not _tooth(teeth, index)[0] <= x < _tooth(teeth, index)[1]:
-        index += 1 if x >= _tooth(teeth, index)[1] else -1
+    while not tooth_at(teeth, index)[0] <= x < tooth_at(teeth, index)[1]:
+        index += 1 if x >= tooth_at(teeth, index)[1] else -1
     return index
 
 
@@ -90,21 +91,21 @@ def test_a_tooth_far_away_is_the_one_that_a_walk_from_tooth_to_tooth_finds(probl
     profile = problem.profile
     teeth = Teeth(profile.edges, profile.force, profile.slope, profile.periodic_from)
     rng = np.random.default_rng(3)
-    edges = [_tooth(teeth, index)[0] for index in (-70, -3, 0, 1, 40, 333)]
+    edges = [tooth_at(teeth, index)[0] for index in (-70, -3, 0, 1, 40, 333)]
     for x in (*rng.uniform(-60.0, 60.0, 100), *edges):
         there = walked(teeth, x)
         for start in (there - 5000, there - 9, there + 1, there + 777):
-            assert _located(teeth, start, x) == (there, *_tooth(teeth, there))
+            assert tooth_holding(teeth, start, x) == (there, *tooth_at(teeth, there))
 
 
 def test_a_tooth_beyond_a_billion_laps_is_found_at_once():
     profile = PROBLEMS["falling teeth"].profile
     teeth = Teeth(profile.edges, profile.force, profile.slope, profile.periodic_from)
     for x in (3.3e9, -3.3e9):
-        _, left, right, _, _ = _located(teeth, 0, x)
+        _, left, right, _, _ = tooth_holding(teeth, 0, x)
         assert left <= x < right
     for x in (1e300, -math.inf, math.nan):
-        assert math.isnan(_located(teeth, 0, x)[1])
+        assert math.isnan(tooth_holding(teeth, 0, x)[1])
 
 
 def test_a_motion_that_runs_away_ends_by_name(monkeypatch):

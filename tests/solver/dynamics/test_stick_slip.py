@@ -178,7 +178,7 @@ def test_a_pin_that_does_not_stop_in_its_first_swing_never_does_however_long_one
 
 def test_an_overdamped_pin_settles_however_long_it_is_watched():
     """After many decay times the position is the steady one: Vt - friction/k and the velocity the stage's."""
-    pin = Oscillator(spring_stiffness=2.0, damping_ratio=2.0, stage_velocity=1e-4, friction=3e-4)
+    pin = Oscillator(spring_stiffness=2.0, damping_ratio=2.0, stage_velocity=1e-4, friction_force=3e-4)
     time = np.array([0.0, 1e3, 1e6])
     position, velocity = pin.motion(time)
     assert position[0] == 0.0

@@ -7,12 +7,12 @@ import numpy as np
 import pytest
 
 from solver.case import Case, SlipOrder, SlipRule
-from solver.contact import tableau
+from solver.contact import compiled_contact
 from solver.contact.initial import initial_contact
 from solver.elasticity.compliance import SurfaceCompliance, surface_compliance
 from solver.outcome import Ending
 from solver.slab import Slab, Support
-from solver.sliding import events
+from solver.sliding import columns
 from solver.sliding.events import slide, slide_to_state
 from solver.sliding.record import EVENT_KINDS
 from tests.physics import assert_contact_laws, coupled_half_plane, half_plane, smallest_step, stored_energy
@@ -96,7 +96,7 @@ def test_the_work_of_pin_and_load_is_stored_or_dissipated(operator: object, resi
 
 
 def test_a_displacement_limit_is_met_exactly_and_room_for_events_grows(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(events, "FIRST_CAPACITY", 8)
+    monkeypatch.setattr(columns, "FIRST_CAPACITY", 8)
     case = case_with(max_events=None, max_displacement=1.5e-3)
     record, state = slide_to_state(case, COMPLIANCE)
     assert record.outcome.ok
@@ -125,7 +125,7 @@ def test_following_a_window_of_nodes_changes_nothing(far: float, monkeypatch: py
     )
     windowed, state = slide_to_state(case, compliance)
     assert_contact_laws(state, case, compliance)
-    monkeypatch.setattr(tableau, "MARGIN", slab.n_x)
+    monkeypatch.setattr(compiled_contact, "MARGIN", slab.n_x)
     whole = slide(case, compliance)
     count = min(len(whole.node), 200)  # beyond, rounding decides ties differently and the records part
     assert count > 20

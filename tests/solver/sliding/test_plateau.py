@@ -65,7 +65,7 @@ def test_a_record_that_still_rises_has_no_plateau(scale, noise):
 def test_a_record_that_has_saturated_has_a_plateau_even_without_noise():
     plateau = plateau_of(rising(0.05))
     assert plateau.outcome.ok
-    assert plateau.mean == pytest.approx(0.27, rel=0.01)  # the drift that is never called one
+    assert plateau.mean == pytest.approx(0.27, rel=0.01)  # a change that still counts as steady
 
 
 def test_too_few_events_are_no_plateau():

@@ -1,4 +1,4 @@
-"""With frozen pressures a slip is one row of the tangential tableau; the law of friction and equilibrium along x hold."""
+"""With constant pressures a slip is one row of the tangential tableau; the law of friction and equilibrium along x hold."""
 
 from dataclasses import replace
 
@@ -7,23 +7,23 @@ import pytest
 
 from solver.case import Case, Effects, Heterogeneity, SlipOrder, SlipRule
 from solver.contact.initial import initial_contact
-from solver.contact.kernels import Events
 from solver.contact.node_friction import node_friction
 from solver.elasticity.compliance import SurfaceCompliance, surface_compliance
 from solver.outcome import Ending, InvalidInput
 from solver.slab import Slab
-from solver.sliding import events
+from solver.sliding import columns, events, full_contact
 from solver.sliding.events import slide, slide_to_state
+from solver.sliding.kernels.events import Events
 from solver.sliding.plateau import plateau_of
 
 SLAB = Slab(n_x=65)
 N = SLAB.n_x
 COMPLIANCE = surface_compliance(SLAB)
-FROZEN = Case(slab=SLAB, radius=100.0, max_events=300, effects=Effects(pin_translation=False))
-GOODMAN = replace(FROZEN, effects=Effects(pin_translation=False, coupling=False))
+CONSTANT_PRESSURES = Case(slab=SLAB, radius=100.0, max_events=300, effects=Effects(pin_translation=False))
+GOODMAN = replace(CONSTANT_PRESSURES, effects=Effects(pin_translation=False, coupling=False))
 
 
-@pytest.mark.parametrize("case", [FROZEN, GOODMAN], ids=["coupled initial contact", "Goodman"])
+@pytest.mark.parametrize("case", [CONSTANT_PRESSURES, GOODMAN], ids=["coupled initial contact", "Goodman"])
 @pytest.mark.parametrize("slip_order", ["worst_first", "simultaneous"])
 def test_friction_and_equilibrium_hold_where_the_record_ends(case: Case, slip_order: SlipOrder) -> None:
     case = replace(
@@ -42,7 +42,7 @@ def test_friction_and_equilibrium_hold_where_the_record_ends(case: Case, slip_or
     assert end.friction_force == pytest.approx(record.final_force, abs=1e-11 * case.normal_load)
 
 
-@pytest.mark.parametrize("case", [FROZEN, GOODMAN], ids=["coupled initial contact", "Goodman"])
+@pytest.mark.parametrize("case", [CONSTANT_PRESSURES, GOODMAN], ids=["coupled initial contact", "Goodman"])
 def test_every_event_is_a_slip_and_loses_energy(case: Case) -> None:
     record = slide(case, COMPLIANCE)
     assert len(record.displacement) == 300
@@ -59,8 +59,9 @@ def test_after_first_touch_only_the_tangential_block_is_read(monkeypatch: pytest
     matrix = np.full_like(COMPLIANCE.matrix, np.nan)
     matrix[:N, :N] = COMPLIANCE.matrix[:N, :N]
     whole = slide(GOODMAN, COMPLIANCE, start)
-    for builder in ("core_of", "initial_contact", "uncoupled"):
-        monkeypatch.setattr(events, builder, None)
+    monkeypatch.setattr(events, "initial_contact", None)
+    for builder in ("compiled_contact", "uncoupled"):
+        monkeypatch.setattr(full_contact, builder, None)
     alone = slide(GOODMAN, SurfaceCompliance(matrix, SLAB), start)
     for name in ("displacement", "force_after", "node", "slips", "dissipated"):
         np.testing.assert_array_equal(getattr(alone, name), getattr(whole, name))
@@ -81,7 +82,7 @@ def test_a_displacement_limit_ends_a_record() -> None:
     assert record.final_displacement == 1e-3
     assert record.displacement[-1] < 1e-3
     many = replace(GOODMAN, max_events=None, max_displacement=0.04)
-    assert len(slide(many, COMPLIANCE).displacement) > events.FIRST_CAPACITY
+    assert len(slide(many, COMPLIANCE).displacement) > columns.FIRST_CAPACITY
 
 
 def test_adhesive_stick_has_no_event() -> None:
@@ -92,30 +93,33 @@ def test_adhesive_stick_has_no_event() -> None:
 
 
 def test_a_cascade_can_be_given_up() -> None:
-    case = replace(FROZEN, slip_rule=SlipRule(cascade_limit=3))
+    case = replace(CONSTANT_PRESSURES, slip_rule=SlipRule(cascade_limit=3))
     assert slide(case, COMPLIANCE).outcome.ending is Ending.CASCADE_LIMIT
 
 
 def test_what_means_nothing_is_refused() -> None:
     with pytest.raises(InvalidInput, match=r"residual_shear = 1\.0 with pin_translation = false"):
-        replace(FROZEN, slip_rule=SlipRule(residual_shear=1.0))
+        replace(CONSTANT_PRESSURES, slip_rule=SlipRule(residual_shear=1.0))
     with pytest.raises(InvalidInput, match="friction = false: needs the stage contact alone"):
-        slide(replace(FROZEN, effects=Effects(friction=False)), COMPLIANCE)
+        slide(replace(CONSTANT_PRESSURES, effects=Effects(friction=False)), COMPLIANCE)
 
 
 def test_a_record_takes_no_more_room_than_its_events_need(monkeypatch: pytest.MonkeyPatch) -> None:
     """Not for all that it may hold: a limit of 1e9 events beside a displacement is 70 GB. The events are the same ones."""
-    whole, room, empty = slide(FROZEN, COMPLIANCE), [], events._empty_events
+    whole, room, empty = slide(CONSTANT_PRESSURES, COMPLIANCE), [], columns.empty_events
 
     def noted(capacity: int) -> Events:
         room.append(capacity)
         assert capacity <= 1024
         return empty(capacity)
 
-    monkeypatch.setattr(events, "_empty_events", noted)
-    monkeypatch.setattr(events, "FIRST_CAPACITY", 8)
+    monkeypatch.setattr(columns, "empty_events", noted)
+    monkeypatch.setattr(columns, "FIRST_CAPACITY", 8)
     far = float(whole.displacement[-1])
-    for limited in (FROZEN, replace(FROZEN, max_events=10**9, max_displacement=far * (1.0 + 1e-12))):
+    for limited in (
+        CONSTANT_PRESSURES,
+        replace(CONSTANT_PRESSURES, max_events=10**9, max_displacement=far * (1.0 + 1e-12)),
+    ):
         record = slide(limited, COMPLIANCE)
         for name in ("displacement", "force_before", "force_after", "node", "slips", "dissipated"):
             np.testing.assert_array_equal(getattr(record, name), getattr(whole, name))
@@ -125,7 +129,12 @@ def test_a_record_takes_no_more_room_than_its_events_need(monkeypatch: pytest.Mo
 def test_a_pin_that_is_not_carried_along_is_as_steep_as_at_first_touch() -> None:
     """A parabola dragged three quarters of a slab to the side would stand on a flank of 50° there."""
     case = replace(
-        FROZEN, radius=0.5, normal_load=1e-4, intrinsic_friction=10.0, max_events=None, max_displacement=0.75
+        CONSTANT_PRESSURES,
+        radius=0.5,
+        normal_load=1e-4,
+        intrinsic_friction=10.0,
+        max_events=None,
+        max_displacement=0.75,
     )
     assert slide(case, COMPLIANCE).outcome.ok
 

@@ -1,0 +1,74 @@
+"""Compile numerical kernels once and keep them on disk; the only place that sets numba up.
+
+Kernels stand in several files and call each other. Numba's own disk cache watches only the file of the function that it
+keeps, so a change of a function or a constant elsewhere would go unnoticed and old numbers would come back. Here what is
+kept is valid for one content of all kernel files of the package together: a change in any of them compiles all afresh.
+"""
+
+import hashlib
+from collections.abc import Callable
+from contextlib import suppress
+from functools import cache
+from pathlib import Path
+from typing import Any, TypeVar
+
+from numba import njit
+from numba.core.caching import CompileResultCacheImpl, FunctionCache
+
+Function = TypeVar("Function", bound=Callable[..., object])
+
+_PACKAGE = Path(__file__).parent
+KERNEL_FILES = "*/kernels/*.py"
+"""Files that hold kernels and all that kernels import from this package, relative to it."""
+
+
+def compiled(**options: Any) -> Callable[[Function], Function]:
+    """Decorator: numba's `njit` without the interpreter's lock, with `options` of its own, and kept on disk.
+
+    Where no folder for what is compiled can be written, or reading it fails, every process compiles for itself.
+    """
+
+    def compile_function(function: Function) -> Function:
+        dispatcher: Any = njit(nogil=True, **options)(function)
+        with suppress(RuntimeError):  # no folder to keep it in
+            dispatcher._cache = _KernelCache(function)  # what njit(cache=True) does, with a cache of our own
+        kernel: Function = dispatcher
+        return kernel
+
+    return compile_function
+
+
+@cache
+def source_stamp() -> str:
+    """Hash of the names and contents of all kernel files, as they were when this process first asked."""
+    stamp = hashlib.sha256()
+    for path in (Path(__file__), *sorted(_PACKAGE.glob(KERNEL_FILES))):
+        content = path.read_bytes()
+        stamp.update(f"{path.relative_to(_PACKAGE)} {len(content)} ".encode())
+        stamp.update(content)
+    return stamp.hexdigest()
+
+
+class _StampedResults(CompileResultCacheImpl):
+    """Compiled functions on disk, valid for one `source_stamp`."""
+
+    def __init__(self, function: Callable[..., object]) -> None:
+        super().__init__(function)
+        self.locator.get_source_stamp = source_stamp
+
+
+class _KernelCache(FunctionCache):
+    """Numba's cache of one function; a disk that does not answer is as good as an empty cache."""
+
+    _impl_class = _StampedResults
+
+    def load_overload(self, sig: object, target_context: object) -> object:
+        """The compiled function for these argument types, None where there is none."""
+        with suppress(OSError):
+            return super().load_overload(sig, target_context)
+        return None
+
+    def save_overload(self, sig: object, data: object) -> None:
+        """Keep a compiled function, if that is possible."""
+        with suppress(OSError):
+            super().save_overload(sig, data)

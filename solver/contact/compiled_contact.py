@@ -1,0 +1,163 @@
+"""State and constants of the kernels for one contact, set up from its nodes and displacements.
+
+Nodes far from the contact cannot touch the pin before their nearer neighbours do, so the kernels follow a window only: the
+contact and a margin. When a touch comes near the window's end, a wider window is set up.
+"""
+
+import math
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from solver.case import Case
+from solver.contact.kernels.cascade import resolve
+from solver.contact.kernels.contact_change import project_onto_pin
+from solver.contact.kernels.enumerations import EventKind, Stop
+from solver.contact.kernels.equilibrium import (
+    RESIDUAL_LIMIT,
+    equilibrium_residual,
+    refine,
+    refresh,
+    set_rate_to_displacement,
+)
+from solver.contact.kernels.state import KernelConstants, KernelState, RoughPin, SlipConstants, new_scalars
+from solver.contact.node_friction import node_friction
+from solver.contact.pin import Pin, pin_of, surface_from_pin
+from solver.contact.tableau import in_lines, tableau
+from solver.elasticity.compliance import SurfaceCompliance
+
+Vector = NDArray[np.float64]
+
+MARGIN = 8
+"""Free nodes followed on each side of the contact, at least."""
+GUARD = 3
+"""A touch this near to the window's end asks for a wider window."""
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class CompiledContact:
+    """What the kernels work on: state and constants for the surface nodes of one window."""
+
+    case: Case
+    compliance: SurfaceCompliance
+    window: slice
+    state: KernelState
+    constants: KernelConstants
+
+
+def compiled_contact(
+    case: Case,
+    compliance: SurfaceCompliance,
+    contact: NDArray[np.bool_],
+    u: Vector,
+    v: Vector,
+    displacement: float = 0.0,
+    *,
+    whole: bool = False,
+) -> CompiledContact:
+    """State and constants for a given contact set and displacements (u, v at contact nodes; others ignored).
+
+    contact, u, v: shape (n,); displacement: δ_p; whole: follow all surface nodes. Raises SingularOperator where the
+    contact's compliance cannot be inverted.
+    """
+    n = compliance.slab.n_x
+    # Beyond a rough pin's outermost contact any node may touch first.
+    window = slice(0, n) if whole or case.heterogeneity.roughness else _window(contact)
+    nodes = np.arange(n)[window]
+    rows = np.concatenate((nodes, nodes + n))
+    contact, u, v = contact[window], u[window], v[window]
+    # One array type for all, plain and read-only, or the kernels would be compiled once per kind of array.
+    matrix = np.ascontiguousarray(compliance.matrix[np.ix_(rows, rows)]).view(np.ndarray)
+    matrix.setflags(write=False)
+    sticks = math.isinf(case.intrinsic_friction)
+    friction_of_nodes = np.full(len(nodes), 0.0) if sticks else node_friction(case)[window]
+    state = KernelState(
+        matrix=matrix,
+        tableau=in_lines(tableau(matrix, contact)),
+        response=np.zeros(len(rows) + 1),
+        inputs=np.concatenate((np.where(contact, u, 0.0), np.where(contact, v, 0.0), [-case.normal_load])),
+        rate=np.zeros(len(rows) + 1),
+        contact=contact.copy(),
+        x=surface_from_pin(case)[window],
+        node_friction=friction_of_nodes,
+        sticks=np.full(len(nodes), sticks),
+        active_friction=np.where(contact & (not sticks), friction_of_nodes, np.nan),
+        scalars=new_scalars(displacement),
+    )
+    refresh(state)
+    refine(state)
+    return CompiledContact(case, compliance, window, state, _constants(case, window))
+
+
+def rebuild(state: KernelState) -> None:
+    """Replace a tableau whose pivots have gathered rounding errors by a freshly inverted one, in place."""
+    fresh = tableau(state.matrix, state.contact)
+    state.tableau[:, : len(fresh)] = fresh
+    state.scalars.residual = 0.0
+    refresh(state)
+    refine(state)
+    set_rate_to_displacement(state)
+
+
+def corrected_for_rounding(compiled: CompiledContact, status: Stop) -> Stop:
+    """Correct what rounding has done to a run that stopped with `status`; returns the reason that is true then.
+
+    Lifted nodes are moved back onto the pin, a tableau whose residual is above its limit is inverted afresh, and violations
+    that both had hidden are resolved; INACCURATE where that does not help.
+    """
+    if status not in (Stop.DONE, Stop.FULL, Stop.NO_EVENT):
+        return status
+    state, constants = compiled.state, compiled.constants
+    for _ in range(3):
+        lifted, inaccurate = project_onto_pin(state, constants), not equilibrium_residual(state) <= RESIDUAL_LIMIT
+        if not (lifted or inaccurate):
+            return status
+        if inaccurate:
+            rebuild(state)
+        resolved = resolve(state, constants, EventKind.NOTHING, -1, 1.0)
+        if resolved != Stop.DONE:
+            return resolved
+    return status if equilibrium_residual(state) <= 10.0 * RESIDUAL_LIMIT else Stop.INACCURATE
+
+
+def _window(contact: NDArray[np.bool_]) -> slice:
+    touching, more = np.flatnonzero(contact), margin(len(contact))
+    return slice(max(int(touching[0]) - more, 0), min(int(touching[-1]) + more + 1, len(contact)))
+
+
+def margin(n_x: int) -> int:
+    """Free nodes followed on each side: where a tableau is dear, the contact has room to grow before the next one."""
+    return max(MARGIN, n_x // 128)
+
+
+def slip_constants(case: Case) -> SlipConstants:
+    """The constants of slips and steps; tolerances are relative to the load."""
+    rule = case.slip_rule
+    return SlipConstants(
+        residual_shear=rule.residual_shear,
+        simultaneous=rule.slip_order == "simultaneous",
+        event_floor=rule.event_floor,
+        spacing=case.slab.spacing,
+        friction_bound=case.intrinsic_friction * case.normal_load,
+        cascade_limit=rule.cascade_limit,
+        tolerance=1e-12 * case.normal_load,
+    )
+
+
+def _constants(case: Case, window: slice) -> KernelConstants:
+    pin, last = pin_of(case), window.stop - window.start - 1
+    return KernelConstants(
+        slip=slip_constants(case),
+        pin=_kernel_pin(pin),
+        half_width=pin.half_width,
+        tolerance_gap=1e-12 * case.normal_load + 2 * np.finfo(float).eps * pin.curvature,
+        first_node=window.start,
+        inner_nodes=(GUARD if window.start > 0 else 0, last - GUARD if window.stop < case.slab.n_x else last),
+    )
+
+
+def _kernel_pin(pin: Pin) -> float | RoughPin:
+    if pin.knots is None or pin.rises is None:
+        return pin.curvature
+    return RoughPin(pin.curvature, np.ascontiguousarray(pin.knots), np.ascontiguousarray(pin.rises))

@@ -1,0 +1,1 @@
+"""Compiled core of contact: state, response of the slab, slips, contact changes, the cascade, the next event, loading."""

@@ -1,0 +1,106 @@
+"""Response of the slab to its inputs, its rate as pin or load move, and how far both are from equilibrium."""
+
+import numpy as np
+
+from solver.compiled import compiled
+from solver.contact.kernels.pin_height import BLUR
+from solver.contact.kernels.state import Floats, KernelState
+from solver.contact.kernels.vectors import add, add_two_rows
+
+RESIDUAL_LIMIT = 1e-11
+"""Relative residual of the prescribed displacements or of the load at which the tableau is rebuilt."""
+
+
+@compiled()
+def refresh(state: KernelState) -> None:
+    """Sum the response afresh from the inputs."""
+    state.response[:] = 0.0
+    for j in range(len(state.inputs)):
+        if state.inputs[j] != 0.0:
+            add(state.response, state.inputs[j], state.tableau[j])
+    state.scalars.slips_since_refresh = 0
+
+
+@compiled()
+def set_rate_to_displacement(state: KernelState) -> None:
+    """Set the rate to the response per unit of pin displacement: all contact nodes move along."""
+    state.rate[:] = 0.0
+    for i in range(len(state.x)):
+        if state.contact[i]:
+            add(state.rate, 1.0, state.tableau[i])
+
+
+@compiled()
+def set_rate_to_load(state: KernelState) -> None:
+    """Set the rate to the response per unit of load, the pin held."""
+    state.rate[:] = -state.tableau[2 * len(state.x), : len(state.rate)]
+
+
+@compiled()
+def total_shear(state: KernelState, values: Floats) -> float:
+    """Sum of the tangential entries of `values` (response or rate) over the contact."""
+    total = 0.0
+    for i in range(len(state.x)):
+        if state.contact[i]:
+            total += values[i]
+    return total
+
+
+@compiled()
+def _residual(state: KernelState, missing: Floats) -> float:
+    """Fill `missing`, (N,), with the residual of equilibrium; returns its largest entry as a share of what is displaced.
+
+    The residual is what the compliance gives for the forces of the contact, less the inputs in contact and the responses
+    elsewhere; its last entry is the load less the sum of the forces. Infinite where anything is not a number or where nothing
+    bears the load.
+    """
+    n, matrix, response, inputs = len(state.x), state.matrix, state.response, state.inputs
+    error, largest, carried = 0.0, 0.0, 0.0
+    blur = 8.0 * BLUR * abs(response[2 * n])  # far out on a sharp pin heights are more than all the load displaces
+    for i in range(n):
+        if state.contact[i]:
+            carried += response[n + i]
+        for row in (i, n + i):
+            seen = response[2 * n] if row >= n else 0.0
+            moved = 0.0
+            for j in range(n):
+                if state.contact[j]:
+                    by_x, by_z = matrix[row, j] * response[j], matrix[row, n + j] * response[n + j]
+                    seen += by_x + by_z
+                    moved += abs(by_x) + abs(by_z)
+            missing[row] = inputs[row] - seen if state.contact[i] else seen - response[row]
+            off = abs(missing[row]) - blur
+            if not off <= error:
+                error = off if off < np.inf else np.inf  # no number is above infinity, which NaN becomes
+            largest = max(largest, moved)
+    missing[2 * n] = inputs[2 * n] - carried
+    unborne = abs(missing[2 * n] / inputs[2 * n])
+    if not (largest > 0.0 and unborne < np.inf):
+        return np.inf
+    return float(max(error / largest, unborne))
+
+
+@compiled()
+def equilibrium_residual(state: KernelState) -> float:
+    """How far the response is from equilibrium, relative: see RESIDUAL_LIMIT."""
+    return _residual(state, np.empty(len(state.inputs)))
+
+
+@compiled()
+def refine(state: KernelState) -> None:
+    """One step of iterative refinement, where the response of a fresh tableau leaves a residual.
+
+    An inverse alone loses the digits of its condition number; an inverse and its residual do not.
+    """
+    n, missing = len(state.x), np.empty(len(state.inputs))
+    if not _residual(state, missing) > 0.01 * RESIDUAL_LIMIT:
+        return
+    for i in range(n):
+        if state.contact[i]:
+            add_two_rows(state.response, state.tableau, i, missing[i], n + i, missing[n + i])
+    add(state.response, missing[2 * n], state.tableau[2 * n])
+    _residual(state, missing)
+    for i in range(n):
+        if not state.contact[i]:
+            state.response[i] += missing[i]
+            state.response[n + i] += missing[n + i]

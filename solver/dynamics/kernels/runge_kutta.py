@@ -1,0 +1,82 @@
+"""Classical Runge-Kutta steps of equal length."""
+
+import math
+
+import numpy as np
+
+from solver.compiled import compiled
+from solver.dynamics.kernels.friction_law import limited_friction
+from solver.dynamics.kernels.slips import driving_force, follow_slip, no_slips, slip_table
+from solver.dynamics.kernels.state import Motion, Pin, Run, Slip, Teeth
+from solver.dynamics.kernels.teeth import tooth_at, tooth_holding
+
+
+@compiled(error_model="numpy")
+def _cubic(s: float, old: float, new: float, old_rate: float, new_rate: float) -> float:
+    """Cubic interpolation a fraction s into a step, from values and rates per step at both ends."""
+    return old + s * s * (3.0 - 2.0 * s) * (new - old) + s * (1.0 - s) * ((1.0 - s) * old_rate - s * new_rate)
+
+
+@compiled(error_model="numpy")
+def integrate_by_steps(
+    teeth: Teeth, motion: Motion, steps: int, sample_count: int, bin_count: int, one_way: bool | None
+) -> Run:
+    """Classical Runge-Kutta steps of equal length; F at every stage with the relaxation point of the step's start,
+    which Eq. 14 updates after the step. Samples by cubic interpolation, impulse by the trapezoidal rule.
+
+    one_way: see `integrate_exactly`. A motion that runs away ends there, its `friction_work` NaN.
+    """
+    k, c, V, K, duration = motion.spring, motion.damping, motion.stage, motion.surface_stiffness, motion.duration
+    samples = np.full((sample_count + 1, 3), np.nan)
+    impulse = np.full(bin_count + 1, np.nan)
+    slip, finished = Slip(False, False, 0.0, 0.0, 0.0, 0, 0.0), no_slips()
+    pin = Pin(0.0, 0.0, 0.0, 0.0)
+    driving = driving_force(motion, pin)
+    relaxed = pushed = work = 0.0
+    index = next_sample = next_edge = computed = 0
+    left, right, base, slope = tooth_at(teeth, 0)
+    for step in range(steps):
+        t, end = pin.time, duration * ((step + 1) / steps)
+        dt = end - t
+        a = driving - pin.friction_force
+        x, v, acceleration = pin.position, pin.velocity, a
+        dx, dv = v, a
+        for stage in range(1, 4):
+            part = dt if stage == 3 else 0.5 * dt
+            x, v = pin.position + part * v, pin.velocity + part * acceleration
+            if not left <= x < right:
+                index, left, right, base, slope = tooth_holding(teeth, index, x)
+            friction_force = limited_friction(x, relaxed, K, base + slope * (x - left))
+            acceleration = k * (V * (t + part) - x) + c * (V - v) - friction_force
+            weight = 1.0 if stage == 3 else 2.0
+            dx += weight * v
+            dv += weight * acceleration
+        x, v = pin.position + dt / 6.0 * dx, pin.velocity + dt / 6.0 * dv
+        if not left <= x < right:
+            index, left, right, base, slope = tooth_holding(teeth, index, x)
+        if math.isnan(left):
+            work = math.nan
+            break
+        if one_way is not None and K * (x - relaxed) < -(base + slope * (x - left)):
+            break
+        new = Pin(end, x, v, limited_friction(x, relaxed, K, base + slope * (x - left)))
+        new_driving = driving_force(motion, new)
+
+        while next_sample <= sample_count and duration * (next_sample / sample_count) <= end:
+            s = (duration * (next_sample / sample_count) - t) / dt
+            samples[next_sample, 0] = _cubic(s, pin.position, x, dt * pin.velocity, dt * v)
+            samples[next_sample, 1] = _cubic(s, pin.velocity, v, dt * a, dt * (new_driving - new.friction_force))
+            samples[next_sample, 2] = pin.friction_force + s * (new.friction_force - pin.friction_force)
+            next_sample += 1
+        while next_edge <= bin_count and duration * (next_edge / bin_count) <= end:
+            s = duration * (next_edge / bin_count) - t
+            impulse[next_edge] = pushed + s * (driving + 0.5 * (new_driving - driving) * s / dt)
+            next_edge += 1
+
+        slip = follow_slip(slip, finished, motion, pin, new, max(driving, new_driving))
+        pushed += 0.5 * dt * (driving + new_driving)
+        work += 0.5 * (pin.friction_force + new.friction_force) * (x - pin.position)
+        relaxed = x - new.friction_force / K
+        pin, driving, computed = new, new_driving, computed + 1
+    table = slip_table(slip, finished, motion, pin)
+    return Run(pin.time, computed, samples, impulse, table, slip.micro_slips, slip.micro_travel, work)

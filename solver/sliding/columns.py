@@ -1,0 +1,64 @@
+"""The columns of a friction record while it grows, and the record made of them."""
+
+import math
+
+import numpy as np
+
+from solver.case import Case
+from solver.contact.state import ContactState
+from solver.sliding.kernels.events import Events
+from solver.sliding.record import EVENT_TYPES, FrictionRecord
+
+FIRST_CAPACITY = 4096
+"""Events for which room is made first; it doubles as they come."""
+
+
+def first_room(most: int) -> Events:
+    """Columns to begin with in a run of at most so many events."""
+    return empty_events(min(most, FIRST_CAPACITY))
+
+
+def empty_events(capacity: int) -> Events:
+    """Columns for so many events, not filled."""
+    return Events(**{name: np.empty(capacity, dtype) for name, dtype in EVENT_TYPES.items()})
+
+
+def first_of(events: Events, count: int) -> Events:
+    """Room for the first `count` events."""
+    return Events(**{name: column[:count] for name, column in events._asdict().items()})
+
+
+def grown(events: Events) -> Events:
+    """The same events with room for twice as many."""
+    grown = empty_events(2 * len(events.displacement))
+    for name in events._fields:
+        old = getattr(events, name)
+        getattr(grown, name)[: len(old)] = old
+    return grown
+
+
+def friction_record(
+    case: Case, start: ContactState, initial_stiffness: float, events: Events, held: int, end: ContactState
+) -> FrictionRecord:
+    """The record of a run of `held` events from `start` to `end`, read-only."""
+    columns = {name: column[:held].copy() for name, column in events._asdict().items()}
+    for column in columns.values():
+        column.setflags(write=False)
+    final = (end.displacement, end.friction_force)
+    if held and not end.outcome.ok:
+        # A run that broke off inside an event ends, as a record, with its last whole event.
+        final = (float(columns["displacement"][-1]), float(columns["force_after"][-1]))
+    return FrictionRecord(
+        **columns,
+        normal_load=case.normal_load,
+        spacing=case.slab.spacing if case.effects.pin_translation else math.inf,
+        residual_shear=case.slip_rule.residual_shear,
+        spread=case.heterogeneity.spread,
+        initial_force=start.friction_force,
+        initial_stiffness=initial_stiffness,
+        initial_slips=start.slips,
+        initial_contact_size=int(start.contact.sum()),
+        final_displacement=final[0],
+        final_force=final[1],
+        outcome=end.outcome,
+    )

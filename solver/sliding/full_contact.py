@@ -1,0 +1,98 @@
+"""Slide with the whole contact: nodes slip, are released and touch as the pin moves over them (residual_shear below 1)."""
+
+import numpy as np
+
+from solver.case import MOST_EVENTS, Case
+from solver.contact.compiled_contact import CompiledContact, compiled_contact, corrected_for_rounding
+from solver.contact.kernels.cascade import resolve
+from solver.contact.kernels.enumerations import EventKind, Stop
+from solver.contact.kernels.equilibrium import set_rate_to_displacement, total_shear
+from solver.contact.outcomes import OUTCOME_OF_STOP
+from solver.contact.pin import pin_of, surface_from_pin
+from solver.contact.state import ContactState, beyond_window, contact_state
+from solver.elasticity.compliance import SurfaceCompliance, uncoupled
+from solver.outcome import COMPLETED
+from solver.sliding.columns import first_of, first_room, friction_record, grown
+from solver.sliding.kernels.full_contact import slide_events
+from solver.sliding.record import FrictionRecord
+
+RESUMABLE = 10_000
+"""Events after which a run starts afresh from its own state: a run in pieces of so many events has the bits of one in one."""
+GOING_ON = (Stop.FULL, Stop.INACCURATE, Stop.WINDOW_TOO_NARROW)
+"""Why the kernel stops though the run does not."""
+
+
+def slide_full_contact(
+    case: Case, start: ContactState, compliance: SurfaceCompliance
+) -> tuple[FrictionRecord, ContactState]:
+    """Slide from `start` to the limits of `case`: the record, and the contact where it ends.
+
+    Without the effect `coupling` shear and pressure do not act on each other.
+    """
+    compliance = compliance if case.effects.coupling else uncoupled(compliance)
+    found = _slide(case, start, compliance, whole=False)
+    if found is None:
+        found = _slide(case, start, compliance, whole=True)
+        assert found is not None  # there are no nodes beyond the whole surface
+    return found
+
+
+def _slide(
+    case: Case, start: ContactState, compliance: SurfaceCompliance, whole: bool
+) -> tuple[FrictionRecord, ContactState] | None:
+    """The run within windows, or on the whole surface; None where a node beyond a window proves to lie inside the pin."""
+    compiled = compiled_at(case, compliance, start, whole)
+    initial_stiffness = total_shear(compiled.state, compiled.state.rate)
+    most = case.max_events or MOST_EVENTS
+    events, held = first_room(most), 0
+    while True:
+        stop = min(len(events.displacement), most, (held // RESUMABLE + 1) * RESUMABLE)
+        status, held = slide_events(compiled.state, compiled.constants, first_of(events, stop), held, case.farthest)
+        if status not in GOING_ON or (status == Stop.FULL and held == most):
+            break
+        if held == len(events.displacement):
+            events = grown(events)
+        continued, status = _continued(compiled, status, whole, anew=held % RESUMABLE == 0)
+        if continued is None:
+            return None
+        compiled = continued
+        if status != Stop.DONE:
+            break
+    end = contact_state(compiled, OUTCOME_OF_STOP[corrected_for_rounding(compiled, status)])
+    if beyond_window(compiled, end):
+        return None
+    return friction_record(case, start, initial_stiffness, events, held, end), end
+
+
+def _continued(compiled: CompiledContact, status: Stop, whole: bool, anew: bool) -> tuple[CompiledContact | None, Stop]:
+    """A compiled contact to go on with after `status`, one of GOING_ON, and DONE or why it cannot go on.
+
+    anew: set up from its own state, as a resumed run is. None where a node beyond the window lies inside the pin.
+    """
+    followed: CompiledContact | None = compiled
+    if status == Stop.WINDOW_TOO_NARROW:
+        followed = _set_up_again(compiled, whole)
+        if followed is None:
+            return None, status
+        compiled, status = followed, resolve(followed.state, followed.constants, EventKind.NOTHING, -1, 1.0)
+    else:
+        status = corrected_for_rounding(compiled, Stop.DONE)
+    if anew and status == Stop.DONE:
+        status = corrected_for_rounding(compiled, status)
+        followed = _set_up_again(compiled, whole)
+    return followed, status
+
+
+def _set_up_again(compiled: CompiledContact, whole: bool) -> CompiledContact | None:
+    """The contact set up from its own state; None where a node beyond the window lies inside the pin."""
+    state = contact_state(compiled, COMPLETED)
+    return None if beyond_window(compiled, state) else compiled_at(compiled.case, compiled.compliance, state, whole)
+
+
+def compiled_at(case: Case, compliance: SurfaceCompliance, state: ContactState, whole: bool) -> CompiledContact:
+    """A compiled contact in this state, its rate that per pin displacement."""
+    xi = np.where(state.contact, surface_from_pin(case) + state.u - state.displacement, 0.0)
+    height = pin_of(case).height(xi)
+    compiled = compiled_contact(case, compliance, state.contact, state.u, height, state.displacement, whole=whole)
+    set_rate_to_displacement(compiled.state)
+    return compiled

@@ -1,0 +1,208 @@
+"""Compiled core of sliding with constant pressures: shear alone, so that a slip is one row of the tangential tableau.
+
+Over the m nodes of the contact, with their displacements u along x as inputs:
+
+    shear = base + u @ tableau              (row i: the shear forces per displacement of node i)
+
+`base` holds what the constant normal forces contribute.
+"""
+
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from solver.compiled import compiled
+from solver.contact.kernels.cascade import REFRESH_SLIPS
+from solver.contact.kernels.enumerations import EventKind, Stop
+from solver.contact.kernels.state import Floats, Scalars, SlipConstants, start_event
+from solver.contact.kernels.vectors import add
+from solver.contact.kernels.violations import HALF_PLACE, bits, highest_ranked, ranked
+from solver.sliding.kernels.events import Events
+from solver.sliding.kernels.step import overshot, smallest_step
+
+
+class TangentialState(NamedTuple):
+    """State of a contact with constant pressures; arrays over its m nodes are changed in place."""
+
+    tableau: Floats
+    """(m, at least m), row i: response to u of node i, then padding."""
+    base: Floats
+    """(m,) shear at u = 0."""
+    shear: Floats
+    """(m,) f_x"""
+    u: Floats
+    """(m,)"""
+    rate: Floats
+    """(m,) shear per unit of pin displacement."""
+    shear_limit: Floats
+    """(m,) μ_i N; infinite where a node never slips."""
+    weights: Floats
+    """(m,) 1/shear_limit, with the tolerance as smallest limit."""
+    nodes: NDArray[np.int32]
+    """(m,) surface node that each is."""
+    scalars: Scalars
+
+
+@compiled()
+def refresh(state: TangentialState) -> None:
+    """Sum the shear afresh."""
+    state.shear[:] = state.base
+    for i in range(len(state.u)):
+        add(state.shear, state.u[i], state.tableau[i])
+    state.scalars.slips_since_refresh = 0
+
+
+@compiled(fastmath={"contract"}, error_model="numpy")
+def _worst_violation(shear: Floats, shear_limit: Floats, weights: Floats, tolerance: float) -> int:
+    """The offender with the largest |shear|/(μ_i·N), of ties the one further right, or -1; without a branch, as in
+    `solver.contact.kernels.violations.worst_violation`."""
+    cut, shifted = 0, 0
+    for i in range(len(shear)):
+        size = abs(shear[i])
+        ratio = bits(size * weights[i])
+        offends = size - shear_limit[i] > tolerance
+        cut = max(cut, ranked(ratio, i) if offends else 0)
+        shifted = max(shifted, ranked(ratio + HALF_PLACE, i) if offends else 0)
+    return highest_ranked(cut, shifted)
+
+
+@compiled(inline="always")
+def _distance(shear: Floats, tableau: Floats, shear_limit: Floats, residual_shear: float, i: int) -> float:
+    """How far node i slips, the others held, until residual_shear·μ_i·N is left of its shear."""
+    left = residual_shear * shear_limit[i]
+    return float(((left if shear[i] > 0.0 else -left) - shear[i]) / tableau[i, i])
+
+
+@compiled(inline="always")
+def _displace(shear: Floats, tableau: Floats, u: Floats, i: int, along: float) -> float:
+    """Displace node i; returns the work that its shear does on the slab."""
+    before = shear[i]
+    add(shear, along, tableau[i])
+    u[i] += along
+    return float(0.5 * (before + shear[i]) * along)
+
+
+@compiled()
+def _slip_in_turn(state: TangentialState, constants: SlipConstants, first: int) -> Stop:
+    """Slip `first`, then the worst offender, the others held, until none is left.
+
+    The arrays are taken out of the state once: passing the whole of it to another compiled function costs more than a slip.
+    """
+    shear, tableau, u, scalars = state.shear, state.tableau, state.u, state.scalars
+    shear_limit, weights = state.shear_limit, state.weights
+    node, residual_shear, tolerance = first, constants.residual_shear, constants.tolerance
+    while node >= 0:
+        if scalars.slips >= constants.cascade_limit:
+            return Stop.CASCADE_LIMIT
+        if not tableau[node, node] > 0.0:
+            return Stop.SLIP_UNBOUNDED
+        along = _distance(shear, tableau, shear_limit, residual_shear, node)
+        scalars.dissipated -= _displace(shear, tableau, u, node, along)
+        scalars.slips += 1
+        scalars.slips_since_refresh += 1
+        if scalars.slips_since_refresh >= REFRESH_SLIPS:
+            refresh(state)
+        node = _worst_violation(shear, shear_limit, weights, tolerance)
+    return Stop.DONE
+
+
+@compiled()
+def _slip_together(state: TangentialState, constants: SlipConstants, first: int) -> Stop:
+    """The same by rounds: every offender of a round slips by the distance it would slip alone."""
+    shear, tableau, u, scalars, m = state.shear, state.tableau, state.u, state.scalars, len(state.u)
+    along = np.zeros(m)
+    while True:
+        offenders = 0
+        for i in range(m):
+            slips = abs(shear[i]) - state.shear_limit[i] > constants.tolerance or i == first
+            along[i] = _distance(shear, tableau, state.shear_limit, constants.residual_shear, i) if slips else 0.0
+            offenders += slips
+            if slips and not tableau[i, i] > 0.0:
+                return Stop.SLIP_UNBOUNDED
+        if offenders == 0:
+            return Stop.DONE
+        if scalars.slips >= constants.cascade_limit:
+            return Stop.CASCADE_LIMIT
+        first = -1
+        for i in range(m):
+            if along[i] != 0.0:
+                scalars.dissipated -= _displace(shear, tableau, u, i, along[i])
+                scalars.slips += 1
+                scalars.slips_since_refresh += 1
+        if scalars.slips_since_refresh >= REFRESH_SLIPS:
+            refresh(state)
+
+
+@compiled()
+def _next_slip(state: TangentialState) -> tuple[float, int]:
+    """Smallest step of the pin at which a node reaches its limit, and the node; infinite and -1 if none does."""
+    nearest, node = np.inf, -1
+    for i in range(len(state.u) - 1, -1, -1):
+        sign = 1.0 if state.rate[i] > 0.0 else -1.0
+        speed = sign * state.rate[i]
+        if speed > 0.0:
+            step = max(state.shear_limit[i] - sign * state.shear[i], 0.0) / speed
+            if step < nearest:
+                nearest, node = step, i
+    return nearest, node
+
+
+@compiled()
+def _advance(state: TangentialState, step: float) -> None:
+    state.shear[:] += step * state.rate
+    state.u[:] += step
+    state.scalars.displacement += step
+
+
+@compiled()
+def _overshoot(state: TangentialState) -> float:
+    """By how much shear exceeds its limits, all nodes together."""
+    total = 0.0
+    for i in range(len(state.u)):
+        total += max(abs(state.shear[i]) - state.shear_limit[i], 0.0)
+    return total
+
+
+@compiled()
+def slide_tangentially(
+    state: TangentialState, constants: SlipConstants, events: Events, first: int, farthest: float
+) -> tuple[Stop, int]:
+    """Slide from event to event; returns why it stopped and how many events the record now holds."""
+    stiffness, scalars = state.rate.sum(), state.scalars
+    for e in range(first, len(events.displacement)):
+        step, node = _next_slip(state)
+        position = scalars.displacement
+        step = max(step, smallest_step(constants, stiffness, position))
+        if node < 0 and farthest == np.inf:
+            return Stop.NO_EVENT, e
+        if position + step >= farthest:
+            _advance(state, farthest - position)
+            return Stop.DONE, e
+        _advance(state, step)
+        events.displacement[e] = scalars.displacement
+        events.force_before[e] = state.shear.sum()
+        events.kind[e] = EventKind.SLIP
+        events.node[e] = state.nodes[node]
+        status = _answer(state, constants, node)
+        if status != Stop.DONE:
+            return status, e
+        events.force_after[e] = state.shear.sum()
+        events.stiffness[e] = stiffness
+        events.dissipated[e] = scalars.dissipated
+        events.slips[e] = scalars.slips
+        events.releases[e] = 0
+        events.touches[e] = 0
+        events.contact_size[e] = len(state.u)
+    return Stop.FULL, len(events.displacement)
+
+
+@compiled()
+def _answer(state: TangentialState, constants: SlipConstants, node: int) -> Stop:
+    """The slips of one event; DONE, or why the event means nothing."""
+    start_event(state.scalars)
+    if overshot(constants, _overshoot(state), len(state.u)):
+        return Stop.OVERSHOT
+    if constants.simultaneous:
+        return _slip_together(state, constants, node)
+    return _slip_in_turn(state, constants, node)

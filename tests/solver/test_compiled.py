@@ -1,0 +1,115 @@
+"""Compiled kernels on disk are used while all kernel files stay as they are, and forgotten when any of them changes.
+
+Each test works on a copy of the package, with a cache of its own and fresh processes.
+"""
+
+import ast
+import os
+import shutil
+import subprocess
+import sys
+from pathlib import Path
+from typing import NamedTuple
+
+import pytest
+
+import solver
+from solver.compiled import KERNEL_FILES
+
+PACKAGE = Path(solver.__file__).parent
+
+
+class Change(NamedTuple):
+    """A kernel that is called, and a change of another file that changes what it returns."""
+
+    program: str
+    file: str
+    old: str
+    new: str
+
+
+CHANGES = {
+    "callee in another file": Change(
+        """
+from solver.dynamics.kernels.oscillator import segment_from as kernel
+from solver.dynamics.kernels.state import Motion, Pin
+value = kernel(Motion(1.0, 0.5, 2.0, 3.0, 0.1, 0.1, 9.0, 1e-8), Pin(1.0, 0.5, 0.1, 0.2), 0.3).q
+""",
+        "dynamics/kernels/slips.py",
+        "motion.spring * stretch",
+        "7.0 * motion.spring * stretch",
+    ),
+    # Ratios that differ by 1e-9 are ties, of which the node further right is taken, only if more bits are left out.
+    "constant in another file": Change(
+        """
+import numpy as np
+from solver.sliding.kernels.tangential import _worst_violation as kernel
+value = kernel(np.array([1.0 + 1e-9, 1.0]), np.full(2, 0.5), np.ones(2), 1e-12)
+""",
+        "contact/kernels/violations.py",
+        "PLACE = 0xFFFF\n",
+        "PLACE = 0xFFFFFFFF\n",
+    ),
+}
+
+
+@pytest.fixture
+def copy(tmp_path: Path) -> Path:
+    target = tmp_path / "copy" / "solver"
+    shutil.copytree(PACKAGE, target, ignore=shutil.ignore_patterns("__pycache__"))
+    return target
+
+
+def called(change: Change, copy: Path, **environment: str) -> tuple[str, int]:
+    """What the kernel returns in a fresh process, and how many functions that process compiled for the call."""
+    program = change.program + "print(repr(value), sum(kernel.stats.cache_misses.values()))"
+    known = {**os.environ, "PYTHONPATH": str(copy.parent), "NUMBA_CACHE_DIR": str(copy.parent / "cache"), **environment}
+    done = subprocess.run(
+        [sys.executable, "-c", program], env=known, cwd=copy.parent, capture_output=True, text=True, check=True
+    )
+    value, compiled = done.stdout.split()
+    return value, int(compiled)
+
+
+@pytest.mark.parametrize("change", CHANGES.values(), ids=CHANGES)
+def test_a_change_of_another_file_is_seen_and_nothing_is_compiled_twice(change: Change, copy: Path) -> None:
+    """With numba's own cache the last line fails: it watches only the file of the function that was called."""
+    value, compiled = called(change, copy)
+    assert compiled == 1
+    assert called(change, copy) == (value, 0)
+    file = copy / change.file
+    text = file.read_text("utf-8")
+    assert text.count(change.old) == 1
+    file.write_text(text.replace(change.old, change.new), "utf-8")
+    assert called(change, copy)[0] != value
+
+
+def test_where_nothing_can_be_written_a_kernel_is_compiled_and_right(copy: Path, tmp_path: Path) -> None:
+    change = CHANGES["callee in another file"]
+    value, _ = called(change, copy)
+    blocked = tmp_path / "file"
+    blocked.touch()
+    for folder in copy.rglob("kernels"):
+        shutil.rmtree(folder / "__pycache__", ignore_errors=True)
+        (folder / "__pycache__").touch()
+    nowhere = str(blocked / "below")
+    assert called(change, copy, NUMBA_CACHE_DIR=nowhere, HOME=nowhere, XDG_CACHE_HOME=nowhere)[0] == value
+
+
+@pytest.mark.parametrize("file", sorted(PACKAGE.glob(KERNEL_FILES)), ids=lambda file: str(file.relative_to(PACKAGE)))
+def test_all_that_a_kernel_reads_is_in_files_that_are_watched(file: Path) -> None:
+    """Functions and constants that kernels import from this package are kernel files' own."""
+    watched = {path.relative_to(PACKAGE.parent).with_suffix("") for path in PACKAGE.glob(KERNEL_FILES)}
+    names = {".".join(path.parts) for path in watched} | {"solver.compiled"}
+    for node in ast.walk(ast.parse(file.read_text("utf-8"))):
+        if isinstance(node, ast.ImportFrom) and str(node.module).startswith("solver"):
+            assert node.module in names, f"{file} imports {node.module}"
+        elif isinstance(node, ast.Import):
+            assert not any(alias.name.startswith("solver") for alias in node.names)
+
+
+def test_every_compiled_function_is_watched() -> None:
+    """The one decorator is used in kernel files only: elsewhere a change would go unnoticed."""
+    users = {path for path in PACKAGE.rglob("*.py") if "from solver.compiled import" in path.read_text("utf-8")}
+    assert users
+    assert users <= set(PACKAGE.glob(KERNEL_FILES))
