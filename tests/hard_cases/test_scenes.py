@@ -37,6 +37,7 @@ LACKS = {
         "plateau_end",
         "plateau_spacings",
         "mean_step",
+        "mean_slips",
         "mean_drop",
         "kinetic_friction",
     ),
