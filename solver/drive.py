@@ -128,7 +128,11 @@ class Drive:
     @classmethod
     def of(cls, parameters: Mapping[str, Any]) -> Self:
         """The drive with these parameters, those of its integrator beside its own. Raises InvalidInput."""
-        kind = _kind(parameters.get("integrator", "exact"))
+        chosen = parameters.get("integrator", "exact")
+        if isinstance(chosen, Integrator):
+            parameters = {**parameters, **{name: getattr(chosen, name) for name in declared(type(chosen))}}
+            chosen = chosen.name
+        kind = _kind(chosen)
         settings = {name: parameters[name] for name in integrator_settings() if parameters.get(name) is not None}
         for name, value in settings.items():
             owners = integrator_settings()[name]

@@ -81,7 +81,11 @@ class Slab:
     @classmethod
     def of(cls, parameters: Mapping[str, Any]) -> Self:
         """The slab with these parameters, those of its scheme beside its own. Raises InvalidInput."""
-        kind = scheme_named(parameters.get("scheme", "galerkin"))
+        chosen = parameters.get("scheme", "galerkin")
+        if isinstance(chosen, Scheme):
+            parameters = {**parameters, **{name: getattr(chosen, name) for name in declared(type(chosen))}}
+            chosen = chosen.name
+        kind = scheme_named(chosen)
         given = {name: parameters[name] for name in scheme_settings() if parameters.get(name) is not None}
         for name, value in given.items():
             owners = scheme_settings()[name]

@@ -11,7 +11,6 @@ import numpy as np
 import pytest
 
 import nanoslip
-from solver.dynamics.rk4 import RK4
 from tests.conftest import ROOT
 
 
@@ -114,6 +113,7 @@ def test_a_drive_in_si_is_the_papers_but_for_what_is_given():
     assert drive.spring_stiffness == 1e5 / scales.stiffness
     assert drive.stage_velocity == 2e-3 * scales.time(2.0) / scales.slab_width
     assert drive.damping_ratio == 0.1
-    assert nanoslip.Drive.from_si(integrator=RK4(1e-6)).integrator.time_step == 1e-6 / scales.time(0.5)
+    for choice in ({"integrator": "rk4", "time_step": 1e-6}, {"integrator": nanoslip.RK4(1e-6)}):
+        assert nanoslip.Drive.from_si(**choice).integrator.time_step == 1e-6 / scales.time(0.5)
     with pytest.raises(TypeError, match="stifness"):
         nanoslip.Drive.from_si(stifness=1.0)

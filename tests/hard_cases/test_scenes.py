@@ -38,6 +38,7 @@ LACKS = {
         "plateau_end",
         "plateau_spacings",
         "mean_step",
+        "mean_slips",
         "mean_drop",
         "kinetic_friction",
     ),

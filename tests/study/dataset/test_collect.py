@@ -7,127 +7,18 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-import xarray as xr
 
 from solver.outcome import Ending, Outcome
 from study.dataset import file
 from study.dataset.collect import collect
 from study.dataset.ragged import record as record_of
-from study.dataset.ragged import trajectory as trajectory_of
 from study.dataset.store import Store, StoreError
-from study.dataset.variables import all_series, scalars
 from study.discretization.front import load_front
-from study.manifest.reader import load_manifest
 from study.origin import Origin, here
-from study.plan.plan import Plan, make_plan
-from study.plan.tasks import TaskResult, run_task
+from study.plan.plan import Plan
+from study.plan.tasks import TaskResult
 from tests.conftest import SMALL
-
-Build = Callable[[str], tuple[Plan, Store]]
-CASE_DIMS = ("intrinsic_friction", "radius", "aspect_ratio", "n_x")
-TABLE = "intrinsic_friction, radius\n0.25, 50\n0.5, 50\n0.5, 100\n"
-
-
-@pytest.fixture(scope="module")
-def build(tmp_path_factory: pytest.TempPathFactory) -> Build:
-    """Compute a campaign from its text, once for each text."""
-    known: dict[str, tuple[Plan, Store]] = {}
-
-    def computed(text: str) -> tuple[Plan, Store]:
-        if text not in known:
-            folder = tmp_path_factory.mktemp("campaign")
-            (folder / "campaign.toml").write_text(text)
-            (folder / "cases.csv").write_text(TABLE)
-            plan, store = make_plan(load_manifest(folder / "campaign.toml")), Store(folder)
-            store.prepare()
-            compute(plan, store)
-            known[text] = plan, store
-        return known[text]
-
-    return computed
-
-
-def compute(plan: Plan, store: Store) -> None:
-    for task in plan.remaining(store.finished()):
-        store.write(run_task(task, {key: store.read(key) for key in task.needs}))
-
-
-@pytest.fixture(scope="module")
-def small(build: Build) -> tuple[Plan, Store, xr.Dataset]:
-    plan, store = build(SMALL)
-    path = store.folder.parent / file.FILE
-    file.write(collect(plan, store), path)
-    return plan, store, file.read(path)
-
-
-def changed(**replacements: str) -> str:
-    """The small campaign with some of its lines replaced, by the word they start with."""
-    lines = [replacements.get(line.split(" ")[0], line) for line in SMALL.splitlines()]
-    return "\n".join(lines) + "\n"
-
-
-def test_a_full_product_has_the_four_standard_dimensions_and_the_drives(small):
-    _, _, found = small
-    assert found["plateau_mean"].dims == CASE_DIMS
-    assert found["plateau_mean"].shape == (2, 2, 1, 1)
-    assert found["static_friction"].dims == (*CASE_DIMS, "drive")
-    assert found["drive"].values.tolist() == ["slow", "fast"]
-    assert found["stage_velocity"].values.tolist() == [1e-3, 2e-3]
-    assert found["n_x"].values.tolist() == [17]
-    assert found["normal_load"].item() == 1e-3
-    assert found["support"].item() == "bonded"
-
-
-def test_each_scalar_is_its_tasks_in_the_units_it_names(small):
-    plan, store, found = small
-    stiffness, length = plan.manifest.scales.stiffness, plan.manifest.scales.slab_width
-    for case in plan.cases:
-        keys = plan.case_tasks[case.case_id]
-        record = store.read(keys.record).scalars
-        here = found.sel({name: case.parameters[name] for name in CASE_DIMS})
-        assert here["case_id"].item() == case.case_id
-        assert here["plateau_mean"].item() == record["plateau_mean"]
-        assert here["events"].item() == 60
-        assert here["initial_friction"].item() == record["initial_force"] * (1.0 / record["normal_load"])
-        assert here["surface_stiffness_si"].item() == record["surface_stiffness"] * stiffness
-        assert here["mean_step_si"].item() == record["mean_step"] * length
-        for name, key in keys.drives.items():
-            driven = store.read(key).scalars
-            for scalar in ("static_friction", "macroscopic_slips"):  # NaN where the pin never slipped
-                np.testing.assert_equal(here[scalar].sel(drive=name).item(), driven[scalar])
-        assert here["outcome"].item() == "completed"
-
-
-def test_the_variables_that_were_promised_are_there(small):
-    promised = (
-        "plateau_mean plateau_std plateau_uncertainty peak_friction surface_stiffness static_friction kinetic_friction "
-        "static_friction_uncertainty kinetic_friction_uncertainty events slips releases touches mean_step outcome message"
-    )
-    assert set(promised.split()) <= set(small[2].data_vars)
-
-
-def test_no_number_of_a_result_is_lost(small):
-    plan, store, _ = small
-    for task in plan.tasks:
-        result = store.read(task.key)
-        columns = {name for series in all_series() if series.kind == task.kind for name in series.columns}
-        known_apart = {
-            "normal_load",
-            "spacing",
-            "residual_shear",
-            "spread",
-            "displacement",
-        }  # of parameters; zero at initial contact
-        assert set(result.scalars) - known_apart <= set(scalars(task.kind))
-        if task.kind in ("record", "drive"):
-            assert set(result.arrays) - {"binned_force"} <= columns  # what uncertainties are made of
-
-
-def test_every_variable_says_what_it_is_in_which_unit(small):
-    _, _, found = small
-    for name, variable in found.variables.items():
-        assert variable.attrs["long_name"], name
-        assert variable.attrs["units"], name
+from tests.study.dataset.campaigns import CASE_DIMS, changed
 
 
 def test_attributes_carry_the_campaign_and_the_software(small):
@@ -138,82 +29,6 @@ def test_attributes_carry_the_campaign_and_the_software(small):
     assert found.attrs["manifest_sha256"] == plan.manifest.sha256
     assert found.attrs["slab_width"] == plan.manifest.scales.slab_width
     assert {"nanoslip_version", "source_commit", "numpy_version"} <= set(found.attrs)
-
-
-def test_records_are_contiguous_ragged_arrays(small):
-    _, _, found = small
-    assert found["row_size"].attrs["sample_dimension"] == "event"
-    assert int(found["row_size"].sum()) == found.sizes["event"] == 240
-    assert found["trajectory_row_size"].attrs["sample_dimension"] == "sample"
-    assert int(found["trajectory_row_size"].sum()) == found.sizes["sample"] == 8 * 41
-    assert found["event_kind"].attrs["flag_meanings"] == "slip release touch"
-
-
-def test_one_cases_record_is_its_result_and_opens_lazily(small):
-    plan, store, found = small
-    case = plan.cases[2]
-    record = record_of(found, **{name: case.parameters[name] for name in CASE_DIMS})
-    assert all(not variable._in_memory for variable in record.data_vars.values())
-    result = store.read(plan.case_tasks[case.case_id].record)
-    for name, quantity in all_series()[0].columns.items():
-        by = 1.0 / result.scalars["normal_load"] if quantity.per else 1
-        np.testing.assert_array_equal(record[quantity.name], result.arrays[name] * by)
-
-
-def test_one_drives_trajectory_is_its_result_in_si(small):
-    plan, store, found = small
-    case, drive = plan.cases[1], plan.manifest.drives[1]
-    moved = trajectory_of(found, **{name: case.parameters[name] for name in CASE_DIMS}, drive="fast")
-    result = store.read(plan.case_tasks[case.case_id].drives["fast"])
-    assert moved["sample_time"][-1].item() == pytest.approx(
-        drive.in_si.duration, rel=1e-14
-    )  # there and back: two roundings
-    scales = plan.manifest.scales
-    np.testing.assert_array_equal(moved["sample_position"], result.arrays["position"] * scales.slab_width)
-    assert moved.sizes["slip_phase"] == result.arrays["slip_time"].size
-
-
-def test_a_selection_that_fits_several_cases_or_none_is_refused(small):
-    _, _, found = small
-    with pytest.raises(ValueError, match="radius has 2 values"):
-        record_of(found, intrinsic_friction=0.5)
-    with pytest.raises(KeyError):
-        record_of(found, intrinsic_friction=0.3, radius=50.0)
-
-
-def test_a_further_axis_is_a_further_dimension(build):
-    text = changed(radius='support = ["bonded", "frictionless"]', stages='stages = ["contact", "slip"]').split(
-        "[[drives]]"
-    )[0]
-    found = collect(*build(text))
-    assert found["plateau_mean"].dims == (*CASE_DIMS, "support")
-    assert found["support"].values.tolist() == ["bonded", "frictionless"]
-    assert "static_friction" not in found
-    assert not np.array_equal(found["surface_stiffness"][..., 0], found["surface_stiffness"][..., 1])
-
-
-@pytest.mark.parametrize("design", ["zip", "table"])
-def test_a_list_of_cases_lies_along_one_dimension(build, design):
-    if design == "zip":
-        text = 'design = "zip"\n' + SMALL
-    else:
-        text = 'table = "cases.csv"\n' + SMALL[: SMALL.index("[axes]")] + SMALL[SMALL.index("[numerics]") :]
-    plan, store = build(text)
-    found = collect(plan, store)
-    assert found["plateau_mean"].dims == ("case",)
-    assert found["intrinsic_friction"].dims == ("case",)
-    assert found["n_x"].dims == ("case",)
-    assert found["radius"].values.tolist() == ([50.0, 100.0] if design == "zip" else [50.0, 50.0, 100.0])
-    one = record_of(found, intrinsic_friction=0.5, radius=100.0)
-    last = store.read(plan.case_tasks[plan.cases[-1].case_id].record)
-    np.testing.assert_array_equal(one["event_displacement"], last.arrays["displacement"])
-
-
-def test_cases_that_share_a_result_share_its_record(build):
-    plan, store = build(changed(radius="half_width = [0.1, 0.2]"))  # of a flat punch: the parabola ignores it
-    found = collect(plan, store)
-    assert found.sizes["record"] == 2
-    assert found["record_index"].values.ravel().tolist() == [0, 0, 1, 1]
 
 
 def test_what_is_not_computed_is_pending_and_what_is_refused_says_why(build, tmp_path):
@@ -320,16 +135,6 @@ def test_every_case_has_the_error_that_its_grid_was_measured_with(build):
     found = collect(plan, store)
     assert np.all(np.isnan(found["discretization_error"]))
     assert "NaN where" in found["discretization_error"].attrs["comment"]
-
-
-def test_what_has_an_uncertainty_names_it_and_has_it(small):
-    _, _, found = small
-    named = {name: variable.attrs.get("ancillary_variables") for name, variable in found.data_vars.items()}
-    named = {name: other for name, other in named.items() if other}
-    assert {"plateau_mean", "mean_step", "mean_drop", "surface_stiffness", "static_friction"} <= set(named)
-    for name, other in named.items():
-        assert other in found
-        assert set(found[other].dims) <= set(found[name].dims)
 
 
 OLD = replace(here(), source_hash="0123456789abcdef", source_commit="c0ffee", numpy_version="1.0")

@@ -10,14 +10,23 @@ import pytest
 from solver import case as case_module
 from solver import drive as drive_module
 from solver import slab as slab_module
-from solver.case import Case, Effects, Heterogeneity
-from solver.drive import INTEGRATORS, Drive, Integrator
+from solver.case import Case, Effects, Heterogeneity, SlipRule
+from solver.drive import INTEGRATORS, Drive, Integrator, Scales
 from solver.dynamics.rk4 import RK4
 from solver.elasticity import grid as grid_module
+from solver.elasticity.schemes import Galerkin
 from solver.outcome import InvalidInput
 from solver.slab import SCHEMES, Scheme, Slab
+from study.manifest.drives import NamedDrive
 from study.plan.keys import OF_CONTACT, OF_RECORD, Exclusion, deciding, flattened
-from study.plan.tasks import contact_task, drive_task, record_task, states_task
+from study.plan.tasks import (
+    compliance_task,
+    contact_task,
+    drive_task,
+    record_task,
+    states_task,
+)
+from tests.study.plan.running import CASE, DRIVE
 
 BASES = {
     "smooth": Case(),
@@ -137,3 +146,64 @@ def test_an_exclusion_of_what_no_case_has_is_refused() -> None:
         deciding(Case(), (Exclusion(("colour",), "nobody looks"),))
     assert "heterogeneity.seed" not in deciding(Case(), OF_RECORD)
     assert not math.isfinite(Case().farthest)
+
+
+def test_a_compliance_is_known_by_its_slab_alone() -> None:
+    other = replace(CASE, intrinsic_friction=0.1, radius=9.0, slip_rule=SlipRule(residual_shear=0.5))
+    assert record_task(other).needs == record_task(CASE).needs == (compliance_task(Slab(33)).key,)
+    assert compliance_task(Slab(33, poisson=0.3)).key != compliance_task(Slab(33)).key
+    assert (
+        compliance_task(Slab(33, scheme=Galerkin(rows_per_level=2))).key == compliance_task(Slab(33)).key
+    )  # the default
+
+
+def test_a_friction_record_is_known_without_the_drive() -> None:
+    faster = replace(DRIVE, stage_velocity=2 * DRIVE.stage_velocity)
+    assert drive_task(CASE, faster).needs == drive_task(CASE, DRIVE).needs == (record_task(CASE).key,)
+    assert drive_task(CASE, faster).key != drive_task(CASE, DRIVE).key
+
+
+@pytest.mark.parametrize(
+    "other",
+    [
+        replace(CASE, intrinsic_friction=0.4), replace(CASE, radius=51.0), replace(CASE, normal_load=2e-3),
+        replace(CASE, slab=Slab(17)), replace(CASE, pin="flat_punch"), replace(CASE, initial_contact="gradual"),
+        replace(CASE, slip_rule=SlipRule(residual_shear=0.5)), replace(CASE, max_events=301),
+        replace(CASE, max_displacement=1.0), replace(CASE, max_spacings=4.0), replace(CASE, start=0.5),
+    ],
+)  # fmt: skip
+def test_all_that_decides_a_record_is_in_its_key(other: Case) -> None:
+    assert record_task(other).key != record_task(CASE).key
+
+
+def test_a_limit_in_spacings_is_known_by_its_displacement() -> None:
+    """The same place said in other words is the same task; of two limits, only the nearer decides."""
+    there = replace(CASE, max_displacement=4.0 / 32.0)
+    for other in (
+        replace(CASE, max_spacings=4.0),
+        replace(CASE, max_spacings=4.0, max_displacement=1.0),
+        replace(CASE, max_spacings=7.0, max_displacement=4.0 / 32.0),
+    ):
+        assert record_task(other).key == record_task(there).key
+        assert drive_task(other, DRIVE).key == drive_task(there, DRIVE).key
+    assert record_task(replace(CASE, max_spacings=4.5)).key != record_task(there).key
+    # Initial contact comes before any limit, and knows where the pin starts.
+    assert contact_task(there).key == contact_task(CASE).key != contact_task(replace(CASE, start=0.5)).key
+
+
+def test_what_a_pin_does_not_have_is_not_in_its_key() -> None:
+    punch = replace(CASE, pin="flat_punch")
+    assert record_task(replace(CASE, half_width=0.1)).key == record_task(CASE).key
+    assert record_task(replace(punch, radius=1.0)).key == record_task(punch).key
+    assert record_task(replace(punch, half_width=0.1)).key != record_task(punch).key
+
+
+def test_the_limits_of_a_run_do_not_change_initial_contact() -> None:
+    assert contact_task(replace(CASE, max_events=1)).key == contact_task(CASE).key
+    assert contact_task(CASE).key != record_task(CASE).key
+
+
+def test_scales_matter_to_a_drive_by_its_dimensionless_numbers_only() -> None:
+    """Four times the modulus, spring and mass: the same numbers (all factors are powers of two, exact in binary)."""
+    stiff = NamedDrive.of("stiff", pin_mass=2.0, spring_stiffness=8e5, samples=50)
+    assert drive_task(CASE, stiff.dimensionless(Scales(shear_modulus=4e10))).key == drive_task(CASE, DRIVE).key

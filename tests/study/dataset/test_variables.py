@@ -1,0 +1,68 @@
+"""Every number of a result is a variable, in the unit and with the uncertainty that it names."""
+
+import numpy as np
+
+from study.dataset.variables import all_series, scalars
+from tests.study.dataset.campaigns import CASE_DIMS
+
+
+def test_each_scalar_is_its_tasks_in_the_units_it_names(small):
+    plan, store, found = small
+    stiffness, length = plan.manifest.scales.stiffness, plan.manifest.scales.slab_width
+    for case in plan.cases:
+        keys = plan.case_tasks[case.case_id]
+        record = store.read(keys.record).scalars
+        here = found.sel({name: case.parameters[name] for name in CASE_DIMS})
+        assert here["case_id"].item() == case.case_id
+        assert here["plateau_mean"].item() == record["plateau_mean"]
+        assert here["events"].item() == 60
+        assert here["initial_friction"].item() == record["initial_force"] * (1.0 / record["normal_load"])
+        assert here["surface_stiffness_si"].item() == record["surface_stiffness"] * stiffness
+        assert here["mean_step_si"].item() == record["mean_step"] * length
+        for name, key in keys.drives.items():
+            driven = store.read(key).scalars
+            for scalar in ("static_friction", "macroscopic_slips"):  # NaN where the pin never slipped
+                np.testing.assert_equal(here[scalar].sel(drive=name).item(), driven[scalar])
+        assert here["outcome"].item() == "completed"
+
+
+def test_the_variables_that_were_promised_are_there(small):
+    promised = (
+        "plateau_mean plateau_std plateau_uncertainty peak_friction surface_stiffness static_friction kinetic_friction "
+        "static_friction_uncertainty kinetic_friction_uncertainty events slips releases touches mean_step outcome message"
+    )
+    assert set(promised.split()) <= set(small[2].data_vars)
+
+
+def test_no_number_of_a_result_is_lost(small):
+    plan, store, _ = small
+    for task in plan.tasks:
+        result = store.read(task.key)
+        columns = {name for series in all_series() if series.kind == task.kind for name in series.columns}
+        known_apart = {
+            "normal_load",
+            "spacing",
+            "residual_shear",
+            "spread",
+            "displacement",
+        }  # of parameters; zero at initial contact
+        assert set(result.scalars) - known_apart <= set(scalars(task.kind))
+        if task.kind in ("record", "drive"):
+            assert set(result.arrays) - {"binned_force"} <= columns  # what uncertainties are made of
+
+
+def test_every_variable_says_what_it_is_in_which_unit(small):
+    _, _, found = small
+    for name, variable in found.variables.items():
+        assert variable.attrs["long_name"], name
+        assert variable.attrs["units"], name
+
+
+def test_what_has_an_uncertainty_names_it_and_has_it(small):
+    _, _, found = small
+    named = {name: variable.attrs.get("ancillary_variables") for name, variable in found.data_vars.items()}
+    named = {name: other for name, other in named.items() if other}
+    assert {"plateau_mean", "mean_step", "mean_drop", "surface_stiffness", "static_friction"} <= set(named)
+    for name, other in named.items():
+        assert other in found
+        assert set(found[other].dims) <= set(found[name].dims)

@@ -1,0 +1,35 @@
+"""A tiny case and its drive, and running their tasks."""
+
+from solver.case import Case
+from solver.drive import Drive, Scales
+from solver.slab import Slab
+from study.manifest.drives import NamedDrive
+from study.plan.tasks import (
+    Task,
+    TaskResult,
+    compliance_task,
+    drive_task,
+    record_task,
+    run_task,
+)
+
+CASE = Case(radius=50.0, slab=Slab(33), max_events=300)
+
+
+DRIVE = NamedDrive.of("paper", samples=50).dimensionless(Scales())
+
+
+def run(*tasks: Task) -> TaskResult:
+    """The result of the last task, the others being what it needs."""
+    results: dict[str, TaskResult] = {}
+    for task in tasks:
+        results[task.key] = run_task(task, {key: results[key] for key in task.needs})
+    return results[tasks[-1].key]
+
+
+def slid(case: Case) -> TaskResult:
+    return run(compliance_task(case.slab), record_task(case))
+
+
+def drive(case: Case, drive: Drive = DRIVE) -> TaskResult:
+    return run(compliance_task(case.slab), record_task(case), drive_task(case, drive))
