@@ -1,0 +1,21 @@
+"""Data that comes with nanoslip is found in the source tree, and among the copies of an installed package before that."""
+
+from pathlib import Path
+
+from study import shipped
+from tests.conftest import ROOT
+
+
+def test_a_source_tree_has_its_own_folders():
+    assert shipped.folder("campaigns") == ROOT / "campaigns"
+    assert shipped.campaigns()["smoke"] == ROOT / "campaigns" / "smoke.toml"
+
+
+def test_copies_come_first_and_campaigns_in_folders_have_names_too(tmp_path, monkeypatch):
+    figure = tmp_path / shipped.COPIES / "campaigns" / "figures" / "one.toml"
+    figure.parent.mkdir(parents=True)
+    figure.touch()
+    monkeypatch.setattr(shipped, "_PACKAGE", tmp_path)
+    assert shipped.campaigns() == {"figures/one": figure}
+    assert shipped.campaign_file(Path("figures/one")) == figure
+    assert shipped.campaign_file(Path("figures/two")) == Path("figures/two")
