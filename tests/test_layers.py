@@ -16,8 +16,8 @@ ORDER = {
     "solver.elasticity": "grid grading lagrange support schemes boundary_value "
     "column interior parity compliance conditioning",
     "solver.elasticity.schemes": "stiffness biquadratic galerkin half_plane",
-    "solver.contact": "kernels outcomes pin node_friction soundness normal "
-    "tableau compiled_contact coulomb state initial closed_forms",
+    "solver.contact": "kernels outcomes closed_forms pin node_friction soundness normal "
+    "tableau compiled_contact coulomb state initial",
     "solver.contact.kernels": "enumerations state vectors pin_height slip_distance equilibrium "
     "contact_change violations cascade next_event loading",
     "solver.contact.coulomb": "contact roles motion",
