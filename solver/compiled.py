@@ -25,12 +25,12 @@ KERNEL_FILES = "*/kernels/*.py"
 def compiled(**options: Any) -> Callable[[Function], Function]:
     """Decorator: numba's `njit` without the interpreter's lock, with `options` of its own, and kept on disk.
 
-    Where no folder for what is compiled can be written, or reading it fails, every process compiles for itself.
+    Where no folder for what is compiled can be written or read, every process compiles for itself.
     """
 
     def compile_function(function: Function) -> Function:
         dispatcher: Any = njit(nogil=True, **options)(function)
-        with suppress(RuntimeError):  # no folder to keep it in
+        with suppress(RuntimeError, OSError):  # no folder to keep it in, or no files to watch
             dispatcher._cache = _KernelCache(function)  # what njit(cache=True) does, with a cache of our own
         kernel: Function = dispatcher
         return kernel

@@ -64,19 +64,31 @@ def compiled_contact(
     n = compliance.slab.n_x
     # Beyond a rough pin's outermost contact any node may touch first.
     window = slice(0, n) if whole or case.heterogeneity.roughness else _window(contact)
-    nodes = np.arange(n)[window]
-    rows = np.concatenate((nodes, nodes + n))
-    contact, u, v = contact[window], u[window], v[window]
+    state = _state(case, compliance, window, contact[window], displacement)
+    nodes = len(state.x)
+    state.inputs[:nodes] = np.where(state.contact, u[window], 0.0)
+    state.inputs[nodes:-1] = np.where(state.contact, v[window], 0.0)
+    refresh(state)
+    refine(state)
+    return CompiledContact(case, compliance, window, state, _constants(case, window))
+
+
+def _state(
+    case: Case, compliance: SurfaceCompliance, window: slice, contact: NDArray[np.bool_], displacement: float
+) -> KernelState:
+    """The state for a contact set (n,) in the window, before its nodes are displaced; the response is not yet summed."""
+    nodes = np.arange(compliance.slab.n_x)[window]
+    rows = np.concatenate((nodes, nodes + compliance.slab.n_x))
     # One array type for all, plain and read-only, or the kernels would be compiled once per kind of array.
     matrix = np.ascontiguousarray(compliance.matrix[np.ix_(rows, rows)]).view(np.ndarray)
     matrix.setflags(write=False)
     sticks = math.isinf(case.intrinsic_friction)
     friction_of_nodes = np.full(len(nodes), 0.0) if sticks else node_friction(case)[window]
-    state = KernelState(
+    return KernelState(
         matrix=matrix,
         tableau=in_lines(tableau(matrix, contact)),
         response=np.zeros(len(rows) + 1),
-        inputs=np.concatenate((np.where(contact, u, 0.0), np.where(contact, v, 0.0), [-case.normal_load])),
+        inputs=np.concatenate((np.zeros(len(rows)), [-case.normal_load])),
         rate=np.zeros(len(rows) + 1),
         contact=contact.copy(),
         x=surface_from_pin(case)[window],
@@ -85,9 +97,6 @@ def compiled_contact(
         active_friction=np.where(contact & (not sticks), friction_of_nodes, np.nan),
         scalars=new_scalars(displacement),
     )
-    refresh(state)
-    refine(state)
-    return CompiledContact(case, compliance, window, state, _constants(case, window))
 
 
 def rebuild(state: KernelState) -> None:

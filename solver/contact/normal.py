@@ -5,13 +5,13 @@ friction, where pressure alone acts and moves the surface sideways under the pin
 even do that, and stuck or free is the same. The last two need the normal forces' half of the compliance, or half of that.
 """
 
-import math
 from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
 from solver.case import Case
+from solver.contact.closed_forms import hertz
 from solver.contact.pin import pin_of, surface_from_pin
 from solver.elasticity.compliance import SurfaceCompliance
 from solver.outcome import SingularOperator, TooFarApart
@@ -44,22 +44,17 @@ def normal_contact(case: Case, compliance: SurfaceCompliance, stuck: bool) -> No
     fallen for PATIENCE rounds, only the one furthest right is exchanged (Murty's rule, which cannot cycle on a positive
     definite operator) until fewer are wrong than ever before.
     """
-    x, pin = surface_from_pin(case), pin_of(case)
+    x = surface_from_pin(case)
     contact = np.abs(x) <= max(expected_half_width(case), np.abs(x).min())
     u = np.zeros_like(x)
     fewest, patience = len(x) + 1, PATIENCE
     seen: set[bytes] = set()
     for _ in range(MOST_ROUNDS):
-        normal_force, u_next, v, approach = _forces(case, compliance, contact, u, stuck)
-        found = NormalContact(contact, normal_force, u_next, v, approach, True)
-        # A node beside a punch is never under it, even where it has moved there: see EDGE_REACHED.
-        gap = np.where(np.abs(x) <= pin.half_width, pin.height(x + u_next) - v, np.inf)
-        wrong = (
-            np.where(contact, -normal_force / case.normal_load, np.where(np.isinf(gap), -1.0, -gap / case.normal_load))
-            > 1e-12
-        )
-        at_rest = np.abs(u_next - u).max() <= 1e-13 * case.normal_load + 4 * np.finfo(float).eps * np.abs(u_next).max()
-        u = u_next
+        found = NormalContact(contact, *_forces(case, compliance, contact, u, stuck), converged=True)
+        wrong = _wrong(case, found)
+        rounding = 1e-13 * case.normal_load + 4 * np.finfo(float).eps * np.abs(found.u).max()
+        at_rest = np.abs(found.u - u).max() <= rounding
+        u = found.u
         if not wrong.any():
             if at_rest:
                 return found
@@ -81,11 +76,20 @@ def normal_contact(case: Case, compliance: SurfaceCompliance, stuck: bool) -> No
     return found._replace(contact=contact, converged=False)
 
 
+def _wrong(case: Case, found: NormalContact) -> NDArray[np.bool_]:
+    """Nodes (n,) in contact that pull, and free ones that lie inside the pin."""
+    x, pin = surface_from_pin(case), pin_of(case)
+    # A node beside a punch is never under it, even where it has moved there: see EDGE_REACHED.
+    gap = np.where(np.abs(x) <= pin.half_width, pin.height(x + found.u) - found.v, np.inf)
+    inside = np.where(np.isinf(gap), -1.0, -gap / case.normal_load)
+    return np.asarray(np.where(found.contact, -found.normal_force / case.normal_load, inside) > 1e-12)
+
+
 def expected_half_width(case: Case) -> float:
-    """Hertz's contact half-width on a half-plane, a² = 4WR(1-ν)/(2πG): a first guess."""
+    """Hertz's contact half-width on a half-plane, or that of the punch: a first guess."""
     if case.pin == "flat_punch":
         return case.half_width
-    return math.sqrt(2 * case.normal_load * case.radius * (1 - case.slab.poisson) / math.pi)
+    return hertz(case.normal_load, case.radius, case.slab.poisson).half_width
 
 
 def _forces(
@@ -111,15 +115,7 @@ def _forces(
     ones = np.zeros(len(rows))
     ones[-len(nodes) :] = 1.0
     bordered = np.block([[block, ones[:, None]], [ones[None, :], np.zeros((1, 1))]])
-    try:
-        solution = np.linalg.solve(bordered, np.concatenate((right, [-case.normal_load])))
-    except np.linalg.LinAlgError as error:
-        raise SingularOperator(
-            f"the compliance of {len(nodes)} nodes in contact is singular: use another scheme, or an aspect_ratio nearer 1"
-        ) from error
-    if not np.isfinite(solution).all():
-        # Every comparison with a NaN is false: nothing would seem to be wrong.
-        raise TooFarApart("the forces of the contact are no numbers: use a load, a radius and heights nearer 1")
+    solution = _solved(bordered, np.concatenate((right, [-case.normal_load])), len(nodes))
     forces, approach = solution[:-1], float(solution[-1])
     normal_force = np.zeros(n)
     normal_force[nodes] = -forces[-len(nodes) :]
@@ -127,3 +123,17 @@ def _forces(
         return normal_force, np.zeros(n), c[n:, rows] @ forces + approach, approach
     displacements = c[:, rows] @ forces
     return normal_force, np.where(contact & stuck, 0.0, displacements[:n]), displacements[n:] + approach, approach
+
+
+def _solved(system: NDArray[np.float64], right: Vector, nodes: int) -> Vector:
+    """The solution for a contact of so many nodes. Raises SingularOperator, TooFarApart."""
+    try:
+        solution = np.asarray(np.linalg.solve(system, right), dtype=np.float64)
+    except np.linalg.LinAlgError as error:
+        raise SingularOperator(
+            f"the compliance of {nodes} nodes in contact is singular: use another scheme, or an aspect_ratio nearer 1"
+        ) from error
+    if not np.isfinite(solution).all():
+        # Every comparison with a NaN is false: nothing would seem to be wrong.
+        raise TooFarApart("the forces of the contact are no numbers: use a load, a radius and heights nearer 1")
+    return solution

@@ -7,6 +7,7 @@ limit that is not negative; where initial contact leaves one, it is taken as 0.
 """
 
 import math
+from collections.abc import Callable
 from dataclasses import dataclass
 
 import numpy as np
@@ -92,7 +93,7 @@ def linear(record: FrictionRecord, plateau: Plateau) -> FrictionLimit:
 
 
 def mean(plateau: Plateau, normal_load: float) -> FrictionLimit:
-    """The same F̃ everywhere, from the first position on: the plateau's mean. load: W, in G·L_x·L_y.
+    """The same F̃ everywhere, from the first position on: the plateau's mean. normal_load: W, in G·L_x·L_y.
 
     No static excess is made up: with surface compliance the contact is an elastic, perfectly plastic element.
     Raises NoPlateauError where the record has no plateau.
@@ -101,11 +102,17 @@ def mean(plateau: Plateau, normal_load: float) -> FrictionLimit:
     return FrictionLimit(np.array([0.0, 1.0]), np.array([plateau.mean * normal_load]), np.zeros(1), periodic_from=0)
 
 
+SHAPES: dict[ProfileShape, Callable[[FrictionRecord, Plateau], FrictionLimit]] = {
+    "sawtooth": sawtooth,
+    "linear": linear,
+    "mean": lambda record, plateau: mean(plateau, record.normal_load),
+}
+"""F̃ by the name that a `Drive` asks for as `profile`."""
+
+
 def friction_limit_of(record: FrictionRecord, plateau: Plateau, shape: ProfileShape) -> FrictionLimit:
-    """F̃ of the shape that a `Drive` asks for by name (`profile`)."""
-    if shape == "mean":
-        return mean(plateau, record.normal_load)
-    return sawtooth(record, plateau) if shape == "sawtooth" else linear(record, plateau)
+    """F̃ of one of the `SHAPES`. Raises NoPlateauError where the record has no plateau."""
+    return SHAPES[shape](record, plateau)
 
 
 def _need(plateau: Plateau) -> None:

@@ -8,12 +8,12 @@ slips that it missed, those of one node together, are added to it and to no othe
 import numpy as np
 from numba import njit
 from numpy.typing import NDArray
-from solver.contact.next_event import next_event
 
 from solver import Case, ContactState, SurfaceCompliance
 from solver.contact.kernels.cascade import resolve
 from solver.contact.kernels.contact_change import displace
 from solver.contact.kernels.enumerations import EventKind
+from solver.contact.kernels.next_event import next_event
 from solver.contact.kernels.slip_distance import slip_move
 from solver.contact.kernels.state import Floats, KernelConstants, KernelState, start_event
 from solver.contact.kernels.violations import worst_violation

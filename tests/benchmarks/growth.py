@@ -9,7 +9,7 @@ from typing import TypeVar
 import numpy as np
 
 from solver import Case, Slab, contact_state, friction_record, surface_compliance
-from solver.contact.tableau import margin
+from solver.contact.compiled_contact import margin
 from solver.sliding.events import slide_to_state
 from tests.benchmarks.far_field import far_field_row
 from tests.benchmarks.table import Row, seconds

@@ -27,6 +27,7 @@ class Segment(NamedTuple):
 
 @compiled(error_model="numpy")
 def segment_from(motion: Motion, pin: Pin, slope: float) -> Segment:
+    """The segment that begins at `pin`, where F changes by `slope` per distance."""
     c, total = motion.damping, motion.spring + slope
     ramp = motion.spring * motion.stage
     q = driving_force(motion, pin) - pin.friction_force

@@ -7,6 +7,7 @@ from solver.dynamics.kernels.oscillator import Segment, state_at
 from solver.dynamics.kernels.state import Motion
 
 POSITION, VELOCITY, DRIVING_RATE = 0, 1, 2
+"""Quantities of a segment; the last is the rate of the driving force."""
 
 
 @compiled(error_model="numpy")

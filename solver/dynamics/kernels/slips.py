@@ -25,6 +25,7 @@ def acceleration_rounding(motion: Motion, pin: Pin) -> float:
 
 @compiled(error_model="numpy")
 def no_slips() -> list[SlipRow]:
+    """An empty table of slips."""
     finished = [(0.0, 0.0, 0.0, 0.0, 0.0)]  # tells the compiler the type
     finished.clear()
     return finished

@@ -14,6 +14,7 @@ from numpy.typing import NDArray
 Floats = NDArray[np.float64]
 
 SlipRow = tuple[float, float, float, float, float]
+"""A row of `Run.slips`."""
 
 
 class Motion(NamedTuple):
@@ -26,6 +27,7 @@ class Motion(NamedTuple):
     """K; infinite for a rigid contact."""
     stick_velocity: float
     presliding: float
+    """Mean F̃ over K: only a longer slip is macroscopic."""
     duration: float
     instant: float
     """Time after a segment's start within which an extremum of the velocity is ignored: a phase of 1e-8 of the fastest
