@@ -22,7 +22,7 @@ class DriveResult:
     record: FrictionRecord
     plateau: Plateau
     motion: DynamicsResult
-    friction: FrictionCoefficients
+    coefficients: FrictionCoefficients
 
 
 def contact_state(case: Case, compliance: SurfaceCompliance | None = None) -> ContactState:

@@ -20,8 +20,8 @@ from solver.outcome import Outcome
 from solver.parameter import check, parameter
 from solver.slab import SCHEMES, Scheme, Slab
 from study.dataset.collect import collect
+from study.dataset.description import described, page
 from study.dataset.store import Store
-from study.dataset.variables import parameters
 from study.manifest.problems import ManifestError
 from study.manifest.reader import load_manifest
 from study.plan.plan import Plan, make_plan
@@ -88,7 +88,8 @@ def test_a_scheme(campaign: Campaign, monkeypatch: pytest.MonkeyPatch) -> None:
         found.surface_stiffness.values.ravel() / found.initial_contact_size.values.ravel(), [1 / 16, 1 / 8]
     )
     assert "bed_modulus" in scalar_table(found).header
-    assert "bed_modulus" in parameters()
+    assert described("bed_modulus").meaning == "stiffness of the springs per length, in G"
+    assert "| `bed_modulus` |" in page()
     with pytest.raises(ManifestError, match=r"axes\.bed_modulus\[1\] = 0\.0: needs bed_modulus > 0"):
         campaign(lines.replace("2.0]", "0.0]"))
     with pytest.raises(ManifestError, match=r"numerics\.rows = 4: needs scheme = \"biquadratic\""):
@@ -129,6 +130,7 @@ def test_an_integrator(campaign: Campaign, monkeypatch: pytest.MonkeyPatch) -> N
     assert plan.tasks[-1].key != other.tasks[-1].key
     assert found.integrator == "half_steps"
     assert found.steps_per_period == 200_000
+    assert described("steps_per_period").meaning == "steps in a period of pin and spring"
     assert found.steps > 1000
     with pytest.raises(ManifestError, match=r"drives\[0\]\.steps_per_period = 0: needs 1 to 1000000000"):
         campaign(lines + "steps_per_period = 0\n")
@@ -160,6 +162,7 @@ def test_a_parameter(campaign: Campaign, monkeypatch: pytest.MonkeyPatch) -> Non
     assert found.tiredness.values.tolist() == [0.0, 1.0]
     assert found.tiredness.attrs["long_name"] == "how tired a node is"
     assert "tiredness" in scalar_table(found).header
+    assert described("tiredness").meaning == "how tired a node is"
     with pytest.raises(ManifestError, match=r"axes\.tired\[1\] = 2: needs 0 ≤ tiredness ≤ 1"):
         campaign(lines.replace("1]", "2]"))
     with pytest.raises(ManifestError, match=r"numerics\.tired = 1: belongs in \[slip\] or \[axes\]"):

@@ -29,7 +29,7 @@ ORDER = {
     "runge_kutta",
     "study": "shipped toml_text provenance origin manifest discretization plan dataset execution report accuracy api commands "
     "__main__",
-    "study.manifest": "parameters problems columns drives manifest checker reader effects cases",
+    "study.manifest": "parameters problems columns drives manifest checker named_files reader effects cases",
     "study.discretization": "front targets",
     "study.plan": "task keys kinds tasks condensation cost drive_cost plan flags spans memory",
     "study.plan.kinds": "kind compliance contact record states drive",
@@ -112,3 +112,18 @@ def test_libraries_stay_at_home(path: Path) -> None:
         assert any(f"{module}.".startswith(f"{home}.") for home in HOMES[library]), f"{path} imports {library}"
     if module.startswith("solver"):
         assert libraries <= {"solver", "numpy", "scipy", "numba"}
+
+
+@pytest.mark.parametrize("folder", sorted(ORDER))
+def test_a_folder_is_seen_at_once(folder: str) -> None:
+    files = [name for name in in_folder(folder) if f"{folder}.{name}" not in ORDER]
+    assert len(files) <= MOST_FILES
+
+
+@pytest.mark.parametrize("path", FILES, ids=lambda path: str(path.relative_to(ROOT)))
+def test_a_file_and_its_classes_are_read_at_once(path: Path) -> None:
+    text = path.read_text("utf-8")
+    assert text.count("\n") <= MOST_LINES
+    for node in ast.walk(ast.parse(text)):
+        if isinstance(node, ast.ClassDef) and node.end_lineno:
+            assert node.end_lineno - node.lineno < MOST_LINES_OF_CLASS, node.name

@@ -71,11 +71,11 @@ def read(record: FrictionRecord, setup: Setup) -> Reading:
         return {"plateau": nothing, "static": nothing, "kinetic": nothing, "step": step}
     drive = setup.drive.dimensionless(setup.scales)
     motion = integrate(friction_limit_of(record, plateau, drive.profile), drive, record.initial_stiffness)
-    friction = friction_coefficients(motion, record, plateau)
+    coefficients = friction_coefficients(motion, record, plateau)
     return {
         "plateau": (plateau.mean, plateau.uncertainty),
-        "static": (friction.static_friction, friction.static_friction_uncertainty),
-        "kinetic": (friction.kinetic_friction, friction.kinetic_friction_uncertainty),
+        "static": (coefficients.static_friction, coefficients.static_friction_uncertainty),
+        "kinetic": (coefficients.kinetic_friction, coefficients.kinetic_friction_uncertainty),
         "step": step,
     }
 

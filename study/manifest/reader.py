@@ -12,10 +12,10 @@ from typing import Any
 
 from solver.drive import Scales, integrator_settings
 from solver.outcome import InvalidInput
-from study.manifest.checker import Checker
-from study.manifest.columns import Columns, Given, PinProfile, Table, read_profile, read_table, read_text
+from study.manifest.columns import Columns, Given, read_text
 from study.manifest.drives import NamedDrive, drive_parameters
 from study.manifest.manifest import STAGES, Design, Ensemble, Manifest, Outputs, Stage, field_names
+from study.manifest.named_files import NamedFiles
 from study.manifest.parameters import TABLES, Value, axes, make_case, settings
 from study.manifest.problems import ManifestError, key_shown, need, shown, unknown
 
@@ -55,14 +55,14 @@ _TOP: dict[str, tuple[type | tuple[type, ...], str]] = {
 }
 
 
-class _Reader(Checker):
+class _Reader(NamedFiles):
     """Reads one campaign file."""
 
     def manifest(self, raw: bytes, text: str, document: dict[str, Any]) -> Manifest:
         top = self._top(document)
-        table = self._table(top)
+        table = self.table(top)
         given = table.columns if table else self._axes(top.get("axes", {}))
-        profile = self._profile(top.get("heterogeneity", {}))
+        profile = self.profile(top.get("heterogeneity", {}))
         fixed = {name: self.words_of_table(name, top.get(name, {})) for name in TABLES}
         fixed["heterogeneity"].pop("roughness", None)
         if profile:
@@ -99,7 +99,7 @@ class _Reader(Checker):
             ensemble=Ensemble(**self.checked("ensemble", top.get("ensemble", {}), Ensemble, field_names(Ensemble))),
             accuracy=accuracy,
             front=self.path.parent / top["front"] if "front" in top else None,
-            front_text=self._front(top),
+            front_text=self.front(top),
         )
         if self.problems:
             raise ManifestError(self.problems)
@@ -158,49 +158,6 @@ class _Reader(Checker):
             else:
                 found[word] = [Given(f"{self.path}: {where}[{index}]", value) for index, value in enumerate(values)]
         return found
-
-    def _table(self, top: dict[str, Any]) -> Table | None:
-        if "table" not in top:
-            return None
-        for other in ("axes", "design"):
-            if other in top:
-                self.refuse(other, f"needs to be left out beside table = {shown(top['table'])}")
-        try:
-            return read_table(self.path.parent / top["table"], self._given("table"))
-        except ManifestError as error:
-            self.problems += error.lines
-            return None
-
-    def _profile(self, content: dict[str, Any]) -> PinProfile | None:
-        name = content.get("roughness")
-        if name is None:
-            return None
-        if not isinstance(name, str):
-            self.refuse(f"heterogeneity.roughness = {shown(name)}", "needs the path of a CSV file with xi and height")
-            return None
-        try:
-            return read_profile(self.path.parent / name, self._given("roughness"))
-        except ManifestError as error:
-            self.problems += error.lines
-            return None
-
-    def _front(self, top: dict[str, Any]) -> str | None:
-        if "front" not in top:
-            return None
-        try:
-            given = self._given("front")
-            return read_text(self.path.parent / top["front"])[1] if given is None else given
-        except ManifestError as error:
-            self.problems += error.lines
-            return None
-
-    def _given(self, key: str) -> str | None:
-        """The text that stands for the file of a key; None where files are read. Raises ManifestError where it is missing."""
-        if self.beside is None:
-            return None
-        if key not in self.beside:
-            raise ManifestError([f"{self.path}: {key}: the text of its file is missing"])
-        return self.beside[key]
 
     def _accuracy(self, top: dict[str, Any], given: Columns) -> float | None:
         """The error asked for; what it decides may not be given beside it."""

@@ -101,9 +101,9 @@ def slips_of(case: Case, events: float) -> float:
     return events * max(slips_per_event(case) * under_way, 1.0)
 
 
-def _finite(friction: float) -> float:
+def _finite(intrinsic_friction: float) -> float:
     """Nodes that never slip leave no events; the record ends at once or in one step."""
-    return min(friction, 1e6)
+    return min(intrinsic_friction, 1e6)
 
 
 # Seconds on one core, as measured from 17 to 1025 nodes in contact.

@@ -22,12 +22,12 @@ _PER_TRIAL = (4e-4, 1.2e-7, 1.2e-4)  # once, for each time looked at, for each s
 def drive_seconds(drive: Drive, case: Case) -> float:
     """Seconds of motion and fit; the pin sticks until the spring's force reaches the plateau's, or so the estimate goes."""
     residual_shear = case.slip_rule.residual_shear
-    friction = (1.0 - (1.0 - _PLATEAU) * (1.0 - residual_shear)) * case.intrinsic_friction * case.normal_load
-    way = drive.stage_velocity * drive.duration - friction / drive.spring_stiffness
+    force = (1.0 - (1.0 - _PLATEAU) * (1.0 - residual_shear)) * case.intrinsic_friction * case.normal_load
+    way = drive.stage_velocity * drive.duration - force / drive.spring_stiffness
     if not way > 0.0:
         return _motion_seconds(drive, 0.0)
     teeth = 0.0 if drive.profile == "mean" else way / mean_step(case)
-    return _motion_seconds(drive, teeth) + _fit_seconds(drive, _slips(drive, friction, way))
+    return _motion_seconds(drive, teeth) + _fit_seconds(drive, _slips(drive, force, way))
 
 
 def _motion_seconds(drive: Drive, teeth: float) -> float:
@@ -41,9 +41,9 @@ def _motion_seconds(drive: Drive, teeth: float) -> float:
     return writing + steps * (_PER_TIME_STEP + _PER_LEAP * min(1.0, teeth / steps / _MANY_TEETH))
 
 
-def _slips(drive: Drive, friction: float, way: float) -> float:
+def _slips(drive: Drive, force: float, way: float) -> float:
     """Of the closed form: one for each cycle, or a single one where damping takes what a slip gains from its excess."""
-    pace, excess = math.sqrt(drive.spring_stiffness), _EXCESS * friction
+    pace, excess = math.sqrt(drive.spring_stiffness), _EXCESS * force
     swing = math.hypot(1.0, excess / (pace * drive.stage_velocity))
     if math.log(swing) <= 2.0 * math.pi * drive.damping_ratio:
         return 1.0

@@ -47,9 +47,9 @@ def _run(task: Task, inputs: Inputs) -> Computed:
     record, drive = whole_again(FrictionRecord, inputs[task.needs[0]]), drive_of(task)
     plateau = plateau_of(record)
     motion = integrate(friction_limit_of(record, plateau, drive.profile), drive, record.initial_stiffness)
-    friction = friction_coefficients(motion, record, plateau)
+    coefficients = friction_coefficients(motion, record, plateau)
     fit = fit_stick_slip(motion, drive, record.normal_load)
-    return Computed((friction, fit, count_sticks(motion), motion), friction.outcome)
+    return Computed((coefficients, fit, count_sticks(motion), motion), coefficients.outcome)
 
 
 DRIVE = Kind(
