@@ -8,10 +8,11 @@ import math
 from abc import ABC, abstractmethod
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
-from typing import Any, ClassVar, Final, Literal, Self, TypeVar
+from typing import Any, ClassVar, Final, Literal, Self
 
+from solver.family import Family
 from solver.outcome import InvalidInput
-from solver.parameter import MOST_WHOLE, Parameter, check, declared, parameter, require, settings_of
+from solver.parameter import MOST_WHOLE, Parameter, check, declared, parameter
 
 ProfileShape = Literal["sawtooth", "linear", "mean"]
 
@@ -34,15 +35,8 @@ class Integrator(ABC):
         return self.name
 
 
-INTEGRATORS: dict[str, type[Integrator]] = {}
-"""Name -> settings type of every integrator."""
-_Kind = TypeVar("_Kind", bound=type[Integrator])
-
-
-def integrator(kind: _Kind) -> _Kind:
-    """Register an integrator under its name: from then on drives, manifests and documentation know it."""
-    INTEGRATORS[kind.name] = kind
-    return kind
+INTEGRATORS: Family[Integrator] = Family("integrator")
+"""Every integrator there is."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -116,7 +110,7 @@ class Drive:
         check(self)
         settings: Any = self.integrator
         if not isinstance(settings, Integrator):
-            settings = _kind(settings)()
+            settings = INTEGRATORS.named(settings)()
         object.__setattr__(self, "integrator", settings)
         settings.fit(self)
         if not self.surface_compliance and not settings.rests:
@@ -128,17 +122,8 @@ class Drive:
     @classmethod
     def of(cls, parameters: Mapping[str, Any]) -> Self:
         """The drive with these parameters, those of its integrator beside its own. Raises InvalidInput."""
-        chosen = parameters.get("integrator", "exact")
-        if isinstance(chosen, Integrator):
-            parameters = {**parameters, **{name: getattr(chosen, name) for name in declared(type(chosen))}}
-            chosen = chosen.name
-        kind = _kind(chosen)
-        settings = {name: parameters[name] for name in integrator_settings() if parameters.get(name) is not None}
-        for name, value in settings.items():
-            owners = integrator_settings()[name]
-            require(name, value, kind in owners, "integrator = " + " or ".join(f'"{owner.name}"' for owner in owners))
         own = {name: parameters[name] for name in declared(cls) if name in parameters}
-        return cls(**{**own, "integrator": kind(**settings)})
+        return cls(**{**own, "integrator": INTEGRATORS.member(parameters, "exact")})
 
     @classmethod
     def from_si(cls, scales: Scales | None = None, pin_mass: float = 0.5, **parameters: Any) -> Self:
@@ -154,8 +139,7 @@ class Drive:
     def flat(self) -> dict[str, Any]:
         """Every parameter of the drive, its integrator by name and that one's settings beside it; None for other ones'."""
         own = {name: getattr(self, name) for name in declared(type(self))}
-        settings = {name: getattr(self.integrator, name, None) for name in integrator_settings()}
-        return {**own, "integrator": self.integrator.name} | settings
+        return own | INTEGRATORS.flat(self.integrator)
 
     def scaled(self, scales: Scales, pin_mass: float) -> Self:
         """A drive given in SI in the solver's units. Raises InvalidInput where a value is out of range in them."""
@@ -173,16 +157,6 @@ _FROM_SI: Final[dict[str, Callable[[float, Scales, float], float]]] = {
     "time": lambda value, scales, time: value / time,
 }
 """Scale of a parameter -> its value in the solver's units, from SI; time: their unit of time, in s."""
-
-
-def _kind(name: object) -> type[Integrator]:
-    require("integrator", name, isinstance(name, str) and name in INTEGRATORS, "one of " + ", ".join(INTEGRATORS))
-    return INTEGRATORS[str(name)]
-
-
-def integrator_settings() -> Mapping[str, tuple[type[Integrator], ...]]:
-    """Setting of an integrator -> the integrators that have it."""
-    return settings_of(*INTEGRATORS.values())
 
 
 def parameters_of_a_drive() -> dict[str, Parameter]:

@@ -7,13 +7,13 @@ not registered is refused by name.
 from abc import ABC, abstractmethod
 from collections.abc import Mapping
 from dataclasses import dataclass
-from typing import Any, ClassVar, Literal, Self, TypeVar
+from typing import Any, ClassVar, Literal, Self
 
 import numpy as np
 from numpy.typing import NDArray
 
-from solver.outcome import InvalidInput, quoted
-from solver.parameter import check, declared, parameter, require, settings_of
+from solver.family import Family
+from solver.parameter import check, declared, parameter, require
 
 Support = Literal["bonded", "frictionless", "right_side"]
 
@@ -42,15 +42,8 @@ class Scheme(ABC):
         return self.name
 
 
-SCHEMES: dict[str, type[Scheme]] = {}
-"""Name -> settings type of every scheme."""
-_Kind = TypeVar("_Kind", bound=type[Scheme])
-
-
-def scheme(kind: _Kind) -> _Kind:
-    """Register a scheme under its name: from then on slabs, manifests and documentation know it."""
-    SCHEMES[kind.name] = kind
-    return kind
+SCHEMES: Family[Scheme] = Family("scheme")
+"""Every scheme there is."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -75,31 +68,20 @@ class Slab:
         require("n_x", self.n_x, 2 <= levels <= MOST_LEVELS, nodes)
         settings: Any = self.scheme
         if not isinstance(settings, Scheme):
-            settings = scheme_named(settings)()
+            settings = SCHEMES.named(settings)()
         object.__setattr__(self, "scheme", settings.completed(self))
 
     @classmethod
     def of(cls, parameters: Mapping[str, Any]) -> Self:
         """The slab with these parameters, those of its scheme beside its own. Raises InvalidInput."""
-        chosen = parameters.get("scheme", "galerkin")
-        if isinstance(chosen, Scheme):
-            parameters = {**parameters, **{name: getattr(chosen, name) for name in declared(type(chosen))}}
-            chosen = chosen.name
-        kind = scheme_named(chosen)
-        given = {name: parameters[name] for name in scheme_settings() if parameters.get(name) is not None}
-        for name, value in given.items():
-            owners = scheme_settings()[name]
-            require(name, value, kind in owners, "scheme = " + " or ".join(f'"{owner.name}"' for owner in owners))
         own = {name: parameters[name] for name in declared(cls) if name in parameters}
-        return cls(**{**own, "scheme": kind(**given)})
+        return cls(**{**own, "scheme": SCHEMES.member(parameters, "galerkin")})
 
     @property
     def flat(self) -> dict[str, Any]:
         """Every parameter of the slab, its scheme by name and that one's settings beside it; None for other schemes'."""
         own = {name: getattr(self, name) for name in declared(type(self))}
-        return {**own, "scheme": self.scheme.name} | {
-            name: getattr(self.scheme, name, None) for name in scheme_settings()
-        }
+        return own | SCHEMES.flat(self.scheme)
 
     @property
     def spacing(self) -> float:
@@ -111,19 +93,7 @@ PHYSICS = ("aspect_ratio", "poisson", "support")
 """Fields of a slab that say what it is; all others, its scheme's too, say how it is discretized."""
 
 
-def scheme_settings() -> Mapping[str, tuple[type[Scheme], ...]]:
-    """Setting of a scheme -> the schemes that have it."""
-    return settings_of(*SCHEMES.values())
-
-
 def levels_of(nodes: int | None) -> int:
     """q of a row of 2^q + 1 nodes; 0 where there is none."""
     intervals = (nodes or 0) - 1
     return intervals.bit_length() - 1 if intervals > 0 and intervals & (intervals - 1) == 0 else 0
-
-
-def scheme_named(name: object) -> type[Scheme]:
-    """The settings type of a scheme. Raises InvalidInput for an unknown name."""
-    if isinstance(name, str) and name in SCHEMES:
-        return SCHEMES[name]
-    raise InvalidInput(f"scheme = {quoted(name)}: needs one of " + ", ".join(SCHEMES))

@@ -12,7 +12,7 @@ import pytest
 ROOT = Path(__file__).parents[1]
 
 ORDER = {
-    "solver": "compiled outcome quantity parameter slab case drive elasticity contact sliding dynamics simulate",
+    "solver": "compiled outcome quantity parameter family slab case drive elasticity contact sliding dynamics simulate",
     "solver.elasticity": "grid lagrange support stiffness parity condensation grid_scheme boundary_value schemes interior "
     "compliance conditioning",
     "solver.elasticity.schemes": "grading column biquadratic galerkin half_plane",

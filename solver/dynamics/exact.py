@@ -6,7 +6,7 @@ changes. Segments are short enough for velocity and position to be monotone, so 
 
 from dataclasses import dataclass
 
-from solver.drive import Drive, integrator
+from solver.drive import INTEGRATORS, Drive
 from solver.dynamics.kernels.event_driven import integrate_exactly
 from solver.dynamics.kernels.state import Motion, Run, Teeth
 from solver.dynamics.method import Method, outcome_of
@@ -15,7 +15,7 @@ from solver.dynamics.rigid import integrate_rigid
 from solver.outcome import Outcome
 
 
-@integrator
+@INTEGRATORS.register()
 @dataclass(frozen=True, slots=True)
 class Exact(Method):
     """From crossing to crossing in closed form; nothing to set."""

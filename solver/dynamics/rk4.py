@@ -9,7 +9,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from solver.drive import Drive, integrator
+from solver.drive import INTEGRATORS, Drive
 from solver.dynamics.kernels.runge_kutta import integrate_by_steps
 from solver.dynamics.kernels.state import Motion, Run, Teeth
 from solver.dynamics.method import Method, reversed_at
@@ -19,7 +19,7 @@ from solver.outcome import COMPLETED, Ending, Outcome
 from solver.parameter import check, parameter, require
 
 
-@integrator
+@INTEGRATORS.register()
 @dataclass(frozen=True, slots=True)
 class RK4(Method):
     """Runge-Kutta steps of a given length."""

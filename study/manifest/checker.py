@@ -5,7 +5,7 @@ from functools import partial
 from pathlib import Path
 from typing import Any
 
-from solver.slab import scheme_settings
+from solver.slab import SCHEMES
 from study.manifest.columns import Columns, Given
 from study.manifest.parameters import Value, make_case, words, words_of
 from study.manifest.problems import key_shown, need, shown, unknown
@@ -45,7 +45,7 @@ class Checker:
             name = words()[word]
             taken = []
             for where, value in given:
-                points = [{**slab, name: value} for slab in slabs] if name in scheme_settings() else [{name: value}]
+                points = [{**slab, name: value} for slab in slabs] if name in SCHEMES.settings() else [{name: value}]
                 wrong = {index: need(make_case, point) for index, point in enumerate(points)}
                 fitting = [point for index, point in enumerate(points) if not wrong[index]]
                 if fitting:

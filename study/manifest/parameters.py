@@ -7,7 +7,7 @@ from typing import Any, Final
 from solver.case import Case, parameters_of_a_case
 from solver.outcome import InvalidInput
 from solver.parameter import declared
-from solver.slab import PHYSICS, Slab, scheme_settings
+from solver.slab import PHYSICS, SCHEMES, Slab
 
 Value = float | int | str
 
@@ -39,7 +39,7 @@ def table_of(word: str) -> str:
 
 def settings() -> tuple[str, ...]:
     """Parameters that say how a slab is discretized."""
-    return (*(name for name in declared(Slab) if name not in PHYSICS), *scheme_settings())
+    return (*(name for name in declared(Slab) if name not in PHYSICS), *SCHEMES.settings())
 
 
 LIMITS: dict[str, int | float] = {"max_events": 100_000, "max_spacings": 2.0}

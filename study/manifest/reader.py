@@ -10,7 +10,7 @@ from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
 
-from solver.drive import Scales, integrator_settings
+from solver.drive import INTEGRATORS, Scales
 from solver.outcome import InvalidInput
 from study.manifest.columns import Columns, Given, read_text
 from study.manifest.drives import NamedDrive, drive_parameters
@@ -185,7 +185,7 @@ class _Reader(NamedFiles):
 
     def _drive(self, where: str, content: dict[str, Any], scales: Scales) -> NamedDrive | None:
         # Whether a time step is right depends on the rest: these two are tried last, with all that is right by itself.
-        last = {key: content[key] for key in ("integrator", *integrator_settings()) if key in content}
+        last = {key: content[key] for key in ("integrator", *INTEGRATORS.settings()) if key in content}
         alone = {key: value for key, value in content.items() if key not in last}
         names = ("name", *drive_parameters())
         good: dict[str, Any] = {"name": "-", **self.checked(where, alone, NamedDrive.of, names, name="-")}

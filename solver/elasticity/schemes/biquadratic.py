@@ -19,10 +19,10 @@ from solver.elasticity.lagrange import integral, lagrange, slope, value
 from solver.elasticity.stiffness import Stiffness
 from solver.elasticity.support import restrained
 from solver.parameter import check, parameter, require
-from solver.slab import Slab, Support, levels_of, scheme
+from solver.slab import SCHEMES, Slab, Support, levels_of
 
 
-@scheme
+@SCHEMES.register()
 @dataclass(frozen=True, slots=True)
 class Biquadratic(GridScheme):
     """The paper's stencil. None is filled in: `equal` first spacings, and N + 1 rows, as the paper has."""

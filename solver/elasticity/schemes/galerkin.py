@@ -37,13 +37,13 @@ from solver.elasticity.schemes.grading import graded_hierarchy
 from solver.elasticity.stiffness import Sparse, Stiffness
 from solver.elasticity.support import restrained
 from solver.parameter import check, parameter, require
-from solver.slab import Slab, Support, levels_of, scheme
+from solver.slab import SCHEMES, Slab, Support, levels_of
 
 Dense = NDArray[np.float64]
 MOST_ROWS_PER_LEVEL = 1024
 
 
-@scheme
+@SCHEMES.register()
 @dataclass(frozen=True, slots=True)
 class Galerkin(GridScheme):
     """Finite elements that converge. None is filled in.

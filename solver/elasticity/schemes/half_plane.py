@@ -25,12 +25,12 @@ from numpy.typing import NDArray
 
 from solver.outcome import InvalidInput
 from solver.parameter import require
-from solver.slab import Scheme, Slab, scheme
+from solver.slab import SCHEMES, Scheme, Slab
 
 Dense = NDArray[np.float64]
 
 
-@scheme
+@SCHEMES.register()
 @dataclass(frozen=True, slots=True)
 class HalfPlane(Scheme):
     """Closed form. Nothing holds it, so it takes no support; aspect_ratio is the depth that displacements are seen from."""
