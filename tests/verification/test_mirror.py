@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from solver.case import Case, Heterogeneity
-from solver.contact import tableau
+from solver.contact import compiled_contact
 from solver.contact.initial import initial_contact
 from solver.contact.node_friction import node_friction
 from solver.contact.state import ContactState, mirrored
@@ -25,7 +25,7 @@ def touched_on_the_mirror_image(case: Case, compliance: SurfaceCompliance) -> Co
         return node_friction(case)[::-1].copy()
 
     with pytest.MonkeyPatch.context() as patch:
-        patch.setattr(tableau, "node_friction", turned)
+        patch.setattr(compiled_contact, "node_friction", turned)
         return initial_contact(case, compliance)
 
 
