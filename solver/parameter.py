@@ -11,7 +11,7 @@ from collections.abc import Callable, Mapping
 from dataclasses import MISSING, dataclass
 from functools import lru_cache
 from types import MappingProxyType
-from typing import Any, Literal, get_args, get_origin
+from typing import Any, Literal, NamedTuple, Self, get_args, get_origin
 
 from solver.outcome import InvalidInput, quoted
 
@@ -105,26 +105,48 @@ def require(name: str, value: object, allowed: bool, need: str) -> None:
 
 def check(value: Any) -> None:
     """Give every parameter of a frozen value its declared type (200 and 200.0 are one case); refuse what is out of range."""
-    for item in dataclasses.fields(value):
-        if _KEY in item.metadata:
-            given = getattr(value, item.name)
-            object.__setattr__(value, item.name, _checked(item.name, given, item.type, item.metadata[_KEY]))
+    kind = type(value)
+    if kind not in _checks:
+        _checks[kind] = tuple(_Check.of(item) for item in dataclasses.fields(kind) if _KEY in item.metadata)
+    for each in _checks[kind]:
+        object.__setattr__(value, each.name, each.taken(getattr(value, each.name)))
 
 
-def _checked(name: str, given: Any, kind: Any, stated: Parameter) -> Any:
-    if choices := choices_of(kind):
-        optional = given is None and type(None) in get_args(kind)
-        require(name, given, optional or (isinstance(given, str) and given in choices), "one of " + ", ".join(choices))
-        return given
-    if given is None and type(None) in get_args(kind):
-        return None
-    for plain, convert in _CONVERSIONS.items():
-        if kind == plain or plain in get_args(kind):
-            taken = convert(name, given)
-            if plain in (int, float) and not stated.holds(taken):
-                require(name, taken, False, stated.allowed(name, plain is int))
-            return taken
-    return given
+class _Check(NamedTuple):
+    """How a value of one field is checked."""
+
+    name: str
+    stated: Parameter
+    optional: bool
+    """Whether None is allowed."""
+    choices: tuple[str, ...]
+    plain: Any
+    """The declared type, where that is one that values are converted to."""
+
+    @classmethod
+    def of(cls, item: "dataclasses.Field[Any]") -> Self:
+        kinds = (item.type, *get_args(item.type))
+        plain = next((plain for plain in _CONVERSIONS if plain in kinds), None)
+        return cls(item.name, item.metadata[_KEY], type(None) in kinds, choices_of(item.type), plain)
+
+    def taken(self, given: Any) -> Any:
+        """The value in its declared type. Raises InvalidInput."""
+        if given is None and self.optional:
+            return None
+        if self.choices:
+            if not (isinstance(given, str) and given in self.choices):
+                require(self.name, given, False, "one of " + ", ".join(self.choices))
+            return given
+        if self.plain is None:
+            return given
+        value = _CONVERSIONS[self.plain](self.name, given)
+        if self.plain in (int, float) and not self.stated.holds(value):
+            require(self.name, value, False, self.stated.allowed(self.name, self.plain is int))
+        return value
+
+
+_checks: dict[type, tuple[_Check, ...]] = {}
+"""What `check` does with the fields of a type: it is asked for every case of a campaign."""
 
 
 def choices_of(kind: Any) -> tuple[str, ...]:
@@ -135,11 +157,13 @@ def choices_of(kind: Any) -> tuple[str, ...]:
 
 def as_float(name: str, given: Any) -> float:
     """A number as a float. Raises InvalidInput where it is none, or more than floats hold."""
+    if type(given) is float and not math.isnan(given):
+        return given + 0.0  # -0.0 and 0.0 are one number
     fits = not isinstance(given, int) or abs(given) <= sys.float_info.max
     require(name, given, fits, f"a number of at most {sys.float_info.max:.2g}")
     number = not isinstance(given, bool | str) and _converts(float, given) and not math.isnan(float(given))
     require(name, given, number, "a number")
-    return float(given) + 0.0  # -0.0 and 0.0 are one number
+    return float(given) + 0.0
 
 
 def as_int(name: str, given: Any) -> int:
