@@ -5,11 +5,12 @@ unknown: ΣN = W in every state.
 """
 
 import math
+from collections.abc import Callable
 from dataclasses import replace
 
 import numpy as np
 
-from solver.case import Case
+from solver.case import Case, InitialContact
 from solver.contact.compiled_contact import compiled_contact, corrected_for_rounding
 from solver.contact.coulomb.contact import CoulombContact, CoulombError
 from solver.contact.coulomb.motion import raise_load_of_sliding
@@ -81,9 +82,7 @@ def _touch(case: Case, compliance: SurfaceCompliance) -> ContactState:
         return _touch_without_shear(case, compliance)
     if case.slip_rule.residual_shear == 1.0:
         return _touch_with_coulomb_friction(case, compliance)
-    if case.initial_contact == "gradual":
-        return _load_gradually(case, compliance)
-    return _touch_at_once(case, compliance)
+    return WAYS_DOWN[case.initial_contact](case, compliance)
 
 
 def _touch_without_shear(case: Case, compliance: SurfaceCompliance) -> ContactState:
@@ -134,6 +133,14 @@ def _load_gradually(case: Case, compliance: SurfaceCompliance) -> ContactState:
     if status == Stop.DONE:
         status = raise_load(compiled.state, compiled.constants, case.normal_load)
     return contact_state(compiled, OUTCOME_OF_STOP[corrected_for_rounding(compiled, status)])
+
+
+WAYS_DOWN: dict[InitialContact, Callable[[Case, SurfaceCompliance], ContactState]] = {
+    "stick": _touch_at_once,
+    "frictionless": _touch_at_once,
+    "gradual": _load_gradually,
+}
+"""How the pin comes down -> initial contact of a case whose nodes slip one by one."""
 
 
 def _touch_with_coulomb_friction(case: Case, compliance: SurfaceCompliance) -> ContactState:

@@ -1,12 +1,15 @@
 """μ_i of every surface node: one value for all, or drawn from a distribution by the case's own seed."""
 
 import math
+from collections.abc import Callable
 
 import numpy as np
 from numpy.typing import NDArray
 from scipy.special import ndtri
 
-from solver.case import Case, Heterogeneity
+from solver.case import Case, Distribution, Heterogeneity
+
+Vector = NDArray[np.float64]
 
 
 def node_friction(case: Case) -> NDArray[np.float64]:
@@ -20,9 +23,17 @@ def _factors(drawn: Heterogeneity, n: int) -> NDArray[np.float64]:
     # Of numpy's streams only the raw one is promised to stay the same.
     raw = np.random.PCG64(drawn.seed).random_raw(n)
     uniform = (np.right_shift(raw, np.uint64(11)).astype(np.float64) + 0.5) * 2.0**-53
-    if drawn.distribution == "uniform":
-        return np.asarray(1.0 + math.sqrt(3.0) * drawn.spread * (2.0 * uniform - 1.0))
-    if drawn.distribution == "normal":
-        return np.maximum(1.0 + drawn.spread * ndtri(uniform), 0.0)
-    sigma = math.sqrt(math.log1p(drawn.spread**2))
-    return np.exp(sigma * ndtri(uniform) - sigma**2 / 2.0)
+    return DISTRIBUTIONS[drawn.distribution](uniform, drawn.spread)
+
+
+def _lognormal(uniform: Vector, spread: float) -> Vector:
+    sigma = math.sqrt(math.log1p(spread**2))
+    return np.asarray(np.exp(sigma * ndtri(uniform) - sigma**2 / 2.0))
+
+
+DISTRIBUTIONS: dict[Distribution, Callable[[Vector, float], Vector]] = {
+    "lognormal": _lognormal,
+    "uniform": lambda uniform, spread: np.asarray(1.0 + math.sqrt(3.0) * spread * (2.0 * uniform - 1.0)),
+    "normal": lambda uniform, spread: np.maximum(1.0 + spread * ndtri(uniform), 0.0),
+}
+"""Distribution -> its numbers of mean 1 and this standard deviation, from uniform ones in (0, 1)."""

@@ -1,12 +1,13 @@
 """The rigid pin: its height above its lowest point, and the undeformed gap (Figure 1)."""
 
 import math
+from collections.abc import Callable
 from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
 
-from solver.case import Case
+from solver.case import Case, PinShape
 
 Vector = NDArray[np.float64]
 
@@ -51,8 +52,18 @@ def surface_from_pin(case: Case) -> Vector:
 
 def pin_of(case: Case) -> Pin:
     """The pin of `case`."""
-    if case.pin == "parabola":
-        rough = np.array(case.heterogeneity.roughness).T if case.heterogeneity.roughness else (None, None)
-        return Pin(1.0 / case.radius, math.inf, *rough)
+    return SHAPES[case.pin](case)
+
+
+def _parabola(case: Case) -> Pin:
+    rough = np.array(case.heterogeneity.roughness).T if case.heterogeneity.roughness else (None, None)
+    return Pin(1.0 / case.radius, math.inf, *rough)
+
+
+def _flat_punch(case: Case) -> Pin:
     # A node stands for its width of surface: it is under the punch while the greater part of that is.
     return Pin(curvature=0.0, half_width=case.half_width + 0.499 * case.slab.spacing)
+
+
+SHAPES: dict[PinShape, Callable[[Case], Pin]] = {"parabola": _parabola, "flat_punch": _flat_punch}
+"""Shape of a case's pin -> the pin."""

@@ -19,7 +19,7 @@ from solver.elasticity.grid import Grid
 from solver.elasticity.grid_scheme import stiffness
 from solver.elasticity.lagrange import lagrange, slope
 from solver.elasticity.schemes.column import bar_forces, lengthening, passed_down, resultants, trunk
-from solver.elasticity.stiffness import Stiffness
+from solver.elasticity.stiffness import Stiffness, lame
 from solver.quantity import quantity
 from solver.slab import Slab
 
@@ -67,9 +67,9 @@ def _solved(whole: Stiffness, poisson: float, nodal_force: NDArray[np.float64]) 
     found = solve_mixed(whole, question)
     u_x, u_z = gradient(whole.grid, found.u)
     w_x, w_z = gradient(whole.grid, found.w)
-    lame = 2 * poisson / (1 - 2 * poisson)  # λ/G
+    dilation = lame(poisson)
     x, z = whole.grid.coordinates().T
-    volumetric = lame * (u_x + w_z)
+    volumetric = dilation * (u_x + w_z)
     return InteriorFields(
         x=x - 0.5,
         z=z,

@@ -12,6 +12,11 @@ from solver.elasticity.grid import Grid
 Sparse = Any  # scipy.sparse.csr_array; its type parameters differ between stub versions
 
 
+def lame(poisson: float) -> float:
+    """Lamé's first constant over the shear modulus, λ/G."""
+    return 2 * poisson / (1 - 2 * poisson)
+
+
 @dataclass(frozen=True, slots=True, eq=False)
 class Stiffness:
     """{f_x; f_z} = [K_u C_uw; C_wu K_w] {u; w} for every node, no support applied (Eq. 11).

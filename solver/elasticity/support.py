@@ -3,6 +3,8 @@
 The bottom row rests on a flat rigid plane (w = 0) under all of them; they differ in the lateral restraint.
 """
 
+from collections.abc import Callable
+
 import numpy as np
 from numpy.typing import NDArray
 
@@ -17,14 +19,20 @@ def restrained(grid: Grid, support: Support) -> tuple[NDArray[np.bool_], NDArray
     tangential load, displacements grow as the logarithm of the refinement there. `right_side`: u = 0 along the right side
     below the surface; the surface corner stays free because the pin may hold it.
     """
-    bottom = grid.row_nodes(grid.rows - 1)
     fixed_u = np.zeros(grid.nodes, dtype=np.bool_)
     fixed_w = np.zeros(grid.nodes, dtype=np.bool_)
-    fixed_w[bottom] = True
-    if support == "bonded":
-        fixed_u[bottom] = True
-    elif support == "frictionless":
-        fixed_u[bottom[len(bottom) // 2]] = True
-    else:
-        fixed_u[[grid.row_nodes(row)[-1] for row in range(1, grid.rows)]] = True
+    fixed_u[HELD[support](grid)] = True
+    fixed_w[_bottom(grid)] = True
     return fixed_u, fixed_w
+
+
+def _bottom(grid: Grid) -> NDArray[np.int64]:
+    return np.asarray(grid.row_nodes(grid.rows - 1))
+
+
+HELD: dict[Support, Callable[[Grid], NDArray[np.int64]]] = {
+    "bonded": _bottom,
+    "frictionless": lambda grid: _bottom(grid)[[len(_bottom(grid)) // 2]],
+    "right_side": lambda grid: np.array([grid.row_nodes(row)[-1] for row in range(1, grid.rows)]),
+}
+"""Support -> the nodes whose u it holds."""

@@ -16,7 +16,7 @@ from numpy.typing import NDArray
 from solver.elasticity.grid import FirstSpacing, Grid, binary_hierarchy
 from solver.elasticity.grid_scheme import GridScheme
 from solver.elasticity.lagrange import integral, lagrange, slope, value
-from solver.elasticity.stiffness import Stiffness
+from solver.elasticity.stiffness import Stiffness, lame
 from solver.elasticity.support import restrained
 from solver.parameter import check, parameter, require
 from solver.slab import SCHEMES, Slab, Support, levels_of
@@ -50,7 +50,7 @@ class Biquadratic(GridScheme):
 
 def biquadratic(grid: Grid, poisson: float, support: Support) -> Stiffness:
     """Stiffness of the slab by the paper's scheme: not symmetric, not conservative, exact for linear fields."""
-    lame = 2 * poisson / (1 - 2 * poisson)  # λ/G
+    dilation = lame(poisson)
     parts = [_face_integrals(grid, row, column) for row in range(grid.rows) for column in _column_classes(grid, row)]
     rows = np.concatenate([part.rows for part in parts])
     columns = np.concatenate([part.columns for part in parts])
@@ -62,10 +62,10 @@ def biquadratic(grid: Grid, poisson: float, support: Support) -> Stiffness:
     # An external nodal force balances the forces of the neighbours, hence the minus signs.
     return Stiffness(
         grid=grid,
-        k_u=block([-(lame + 2) * p.dx_on_sides - p.dz_on_ends for p in parts]),
-        c_uw=block([-lame * p.dz_on_sides - p.dx_on_ends for p in parts]),
-        c_wu=block([-lame * p.dx_on_ends - p.dz_on_sides for p in parts]),
-        k_w=block([-(lame + 2) * p.dz_on_ends - p.dx_on_sides for p in parts]),
+        k_u=block([-(dilation + 2) * p.dx_on_sides - p.dz_on_ends for p in parts]),
+        c_uw=block([-dilation * p.dz_on_sides - p.dx_on_ends for p in parts]),
+        c_wu=block([-dilation * p.dx_on_ends - p.dz_on_sides for p in parts]),
+        k_w=block([-(dilation + 2) * p.dz_on_ends - p.dx_on_sides for p in parts]),
         fixed_u=fixed_u,
         fixed_w=fixed_w,
         row_groups=_row_groups(grid.rows, bottom_free=not (fixed_u & fixed_w)[grid.row_nodes(grid.rows - 1)].all()),

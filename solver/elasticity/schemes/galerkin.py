@@ -34,7 +34,7 @@ from solver.elasticity.grid_scheme import GridScheme
 from solver.elasticity.lagrange import gram, lagrange, slopes, value
 from solver.elasticity.schemes.column import lengthening, resultants, trunk
 from solver.elasticity.schemes.grading import graded_hierarchy
-from solver.elasticity.stiffness import Sparse, Stiffness
+from solver.elasticity.stiffness import Sparse, Stiffness, lame
 from solver.elasticity.support import restrained
 from solver.parameter import check, parameter, require
 from solver.slab import SCHEMES, Slab, Support, levels_of
@@ -130,7 +130,7 @@ def _cells(grid: Grid, strip: int) -> int:
 
 def _element_blocks(grid: Grid, strip: int, width: float, poisson: float) -> tuple[Dense, Dense, Dense]:
     """K_u, K_w and C_uw of one element of a strip, (9, 9) each; its nodes row by row from the top, left to right."""
-    lame = 2 * poisson / (1 - 2 * poisson)  # λ/G
+    dilation = lame(poisson)
     depths = tuple(float(depth) for depth in grid.depths[strip : strip + 3] - grid.depths[strip])
     places = (0.0, width / 2, width)
     mass_z, stiffness_z, mixed_z = _line_matrices(depths, depths[2], 0.0)
@@ -138,9 +138,9 @@ def _element_blocks(grid: Grid, strip: int, width: float, poisson: float) -> tup
     along, across = np.kron(mass_z, stiffness_x), np.kron(stiffness_z, mass_x)
     resisted_z = _gauss_mass(depths, depths[2], 0.0) if strip else mass_z
     resisted_x = _gauss_mass(places, 0.0, width) if strip else mass_x
-    coupling = lame * np.kron(mixed_z, mixed_x.T) + np.kron(mixed_z.T, mixed_x)
-    k_u = lame * np.kron(resisted_z, stiffness_x) + 2 * along + across
-    k_w = lame * np.kron(stiffness_z, resisted_x) + 2 * across + along
+    coupling = dilation * np.kron(mixed_z, mixed_x.T) + np.kron(mixed_z.T, mixed_x)
+    k_u = dilation * np.kron(resisted_z, stiffness_x) + 2 * along + across
+    k_w = dilation * np.kron(stiffness_z, resisted_x) + 2 * across + along
     return k_u, k_w, coupling
 
 
