@@ -15,7 +15,7 @@ from solver.sliding.record import FrictionRecord
 
 LIMITS = {
     "equilibrium": 1e-10,
-    "normal_load": 1e-10,
+    "load": 1e-10,
     "tension": 1e-11,
     "shear": 1e-11,
     "penetration": 1e-10,
@@ -59,7 +59,7 @@ def law_errors(state: ContactState, case: Case, compliance: SurfaceCompliance) -
     astray = np.abs(compliance.matrix @ force - displacement)
     return {
         "equilibrium": float(np.maximum(astray - haze, 0.0).max()) / moved,
-        "normal_load": abs(state.normal_force - normal_load) / normal_load,
+        "load": abs(state.normal_force - normal_load) / normal_load,
         "tension": max(float(-normal.min()) - haze, stray, 0.0) / normal_load,
         "shear": max(float(np.max(shear - limit)) - haze, 0.0) / borne,
         "penetration": float(below.max()) / moved,
