@@ -124,7 +124,9 @@ def test_a_punch_stands_on_the_nodes_whose_greater_part_it_covers(half_width: fl
 
 
 @pytest.mark.parametrize("scheme", SCHEMES)
-@pytest.mark.parametrize("name", SLIDERS)
+@pytest.mark.parametrize(
+    "name", [pytest.param(name, marks=pytest.mark.slow) if name.startswith("stuck") else name for name in SLIDERS]
+)
 def test_the_laws_hold_far_from_the_centre(name: str, scheme: str) -> None:
     seen = _dragged(scheme, name)
     assert not seen.broken

@@ -102,6 +102,7 @@ def _stamps(out: Path) -> dict[str, int]:
     return {path.name: path.stat().st_mtime_ns for path in (out / FOLDER).glob("[!.]*")}
 
 
+@pytest.mark.slow
 def test_an_ensemble_is_the_same_on_two_ranks(nanoslip, campaign):
     """Its members are tasks of their own: whoever computes them, what is made of them has the same bits."""
     campaign.write_text(SMALL.replace("radius = [50.0, 100.0]", "radius = [50.0]") + "\n[ensemble]\nmembers = 3\n")

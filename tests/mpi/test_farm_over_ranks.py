@@ -23,7 +23,7 @@ def start(what: str, ranks: int, environment: dict[str, str], *interpreter: str)
 
 
 @pytest.mark.parametrize(
-    ("ranks", "what"), [(2, "plain"), (4, "chain"), *(pytest.param(*rest, marks=pytest.mark.slow) for rest in REST)]
+    ("ranks", "what"), [(2, "plain"), *(pytest.param(*rest, marks=pytest.mark.slow) for rest in ((4, "chain"), *REST))]
 )
 def test_every_task_is_computed_once_after_its_needs(environment, ranks, what):
     running = start(what, ranks, environment)

@@ -71,6 +71,7 @@ def called(change: Change, copy: Path, **environment: str) -> tuple[str, int]:
     return value, int(compiled)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("change", CHANGES.values(), ids=CHANGES)
 def test_a_change_of_another_file_is_seen_and_nothing_is_compiled_twice(change: Change, copy: Path) -> None:
     """With numba's own cache the last line fails: it watches only the file of the function that was called."""
@@ -84,6 +85,7 @@ def test_a_change_of_another_file_is_seen_and_nothing_is_compiled_twice(change: 
     assert called(change, copy)[0] != value
 
 
+@pytest.mark.slow
 def test_where_nothing_can_be_written_a_kernel_is_compiled_and_right(copy: Path, tmp_path: Path) -> None:
     change = CHANGES["callee in another file"]
     value, _ = called(change, copy)
