@@ -21,6 +21,10 @@ Distribution = Literal["lognormal", "uniform", "normal"]
 
 LEAST_APART, FARTHEST_POINT = 1e-12, 1e6
 """ξ between two points of a rough pin, and ξ or height of one, in L_x: atoms are further apart, and no slab is as large."""
+LARGEST_FRICTION = 1e12
+"""The largest finite μ_i: nothing slips at it, as at `inf`, and its square is still a number in every sum."""
+WIDEST_SPREAD = 100.0
+"""The largest spread of lognormal μ_i, over their mean: beyond it nearly all of the mean is in nodes that no surface has."""
 MOST_EVENTS = 10**9
 """Events that a record may be asked to hold: more would not fit any memory."""
 
@@ -95,7 +99,7 @@ class Heterogeneity:
     μ_i is drawn independently for each node, with the case's intrinsic_friction as mean.
 
     spread: standard deviation over mean, 0 for none: `normal` up to 0.25 (cut off at μ_i = 0), `uniform` up to 1/√3,
-    `lognormal` any. seed: the same seed and n_x give the same nodes, whatever else the case is.
+    `lognormal` up to 100. seed: the same seed and n_x give the same nodes, whatever else the case is.
     roughness: (ξ, height) in L_x of two or more points, ξ increasing: what is added to the parabola's height at pin
     coordinate ξ, straight between the points and level beyond them; () is a smooth pin. Points at least 1e-12 apart,
         ξ and height up to 1e6.
@@ -114,9 +118,8 @@ class Heterogeneity:
 
     def __post_init__(self) -> None:
         check(self)
-        most = {"lognormal": math.inf, "uniform": 1.0 / math.sqrt(3.0), "normal": 0.25}[self.distribution]
-        allowed = 0.0 <= self.spread <= most and self.spread < math.inf
-        require("spread", self.spread, allowed, f"0 ≤ spread ≤ {most:.4g} with {self.distribution}")
+        most = {"lognormal": WIDEST_SPREAD, "uniform": 1.0 / math.sqrt(3.0), "normal": 0.25}[self.distribution]
+        require("spread", self.spread, 0.0 <= self.spread <= most, f"0 ≤ spread ≤ {most:.4g} with {self.distribution}")
         require("roughness", len(self.roughness), len(self.roughness) != 1, "no or at least 2 points")
         for (before, _), (after, _) in itertools.pairwise(self.roughness):
             require("roughness", (before, after), before < after, "points with increasing ξ")
@@ -131,7 +134,7 @@ class Heterogeneity:
 class Case:
     """One physics point: pin, slab, load, friction and the limits of the run; no path, no rank.
 
-    intrinsic_friction: μ_i ≥ 0; `inf` is adhesive stick.
+    intrinsic_friction: μ_i, 0 or 1e-8 to 1e12; `inf` is adhesive stick.
     radius: R/L_x of a parabolic pin (ignored by a flat punch). half_width: a/L_x of a flat punch (ignored by a parabola).
     normal_load: W/(G·L_x·L_y).
     initial_contact: `stick` brings all nodes in contact down stuck at u = 0 and slips them afterwards,
@@ -148,8 +151,9 @@ class Case:
         table="constants",
         meaning="intrinsic friction coefficient μ_i",
         least=1e-8,
+        most=LARGEST_FRICTION,
         also=(0.0, math.inf),
-        need="0, or intrinsic_friction ≥ 1e-8",
+        need="0, or 1e-8 ≤ intrinsic_friction ≤ 1e12, or inf",
     )
     radius: float = parameter(200.0, table="constants", meaning="radius of the pin, R/L_x", least=1e-12, most=1e24)
     normal_load: float = parameter(
