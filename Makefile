@@ -2,10 +2,11 @@
 PYTHON ?= python3
 RANKS ?= 2
 CAMPAIGN ?= campaigns/smoke.toml
+FIGURES ?= results/figures
 OUT ?= results/$(basename $(notdir $(CAMPAIGN)))
 BIN := .venv/bin
 
-.PHONY: run reproduce test test-slow test-all benchmarks check format clean
+.PHONY: run reproduce figures test test-slow test-all benchmarks check format clean
 
 run: .venv/installed  ## compute a campaign, collect its dataset, draw its report
 	$(BIN)/mpiexec -n $(RANKS) $(BIN)/nanoslip run $(CAMPAIGN) --out $(OUT)
@@ -13,6 +14,12 @@ run: .venv/installed  ## compute a campaign, collect its dataset, draw its repor
 
 reproduce:  ## the paper's campaign
 	$(MAKE) run CAMPAIGN=campaigns/streator2022.toml
+
+figures: .venv/installed  ## the paper's figures and further ones, with tables: results/figures
+	@for campaign in campaigns/figures/*.toml; do \
+		$(BIN)/mpiexec -n $(RANKS) $(BIN)/nanoslip run $$campaign --out results/figures/$$(basename $$campaign .toml) || exit; \
+	done
+	$(BIN)/nanoslip figure --all --into $(FIGURES)
 
 test: .venv/installed  ## the everyday tests
 	$(BIN)/python -m pytest -m "not slow"

@@ -27,8 +27,8 @@ ORDER = {
     "solver.dynamics": "friction_limit kernels result precision method rigid exact rk4 integrate coefficients stick_slip regime",
     "solver.dynamics.kernels": "state teeth slips oscillator roots segment_end friction_law recording cruise event_driven rigid "
     "runge_kutta",
-    "study": "shipped toml_text provenance origin manifest discretization plan dataset execution report accuracy api commands "
-    "__main__",
+    "study": "shipped toml_text provenance origin manifest discretization plan dataset execution report figures accuracy api "
+    "commands __main__",
     "study.manifest": "parameters problems columns drives manifest checker named_files reader effects cases",
     "study.discretization": "front targets",
     "study.plan": "task keys kinds tasks condensation cost drive_cost plan flags spans memory",
@@ -36,8 +36,9 @@ ORDER = {
     "study.dataset": "store file variables ensemble description ragged layout collect comparison pair verification",
     "study.execution": "launch interruption queue progress ledger dispatch farm executor warmup submission",
     "study.report": "console summary page",
+    "study.figures": "paper claims canvas figure power_law stick records resolution drive motion catalogue gallery",
     "study.accuracy": "timing setup diagram elastic_operator slip_numerics integrators picture table measurement",
-    "study.commands": "shared campaigns plan run status collect report verify describe accuracy submit cli",
+    "study.commands": "shared campaigns plan run status collect report figure verify describe accuracy submit cli",
     "study.commands.shared": "exits refusals lazy arguments plans datasets conduct",
 }
 """Folder -> what is in it, from the first to the last; `__init__` of a folder may import all of it."""
@@ -48,8 +49,15 @@ SIDE_BY_SIDE = {"execution": {"report"}, "report": {"execution"}}
 HOMES = {
     "mpi4py": {"study.execution.farm"},
     "netCDF4": {"study.dataset", "study.accuracy", "study.report"},
-    "xarray": {"study.dataset", "study.accuracy", "study.report", "study.api", "study.commands.shared.datasets"},
-    "matplotlib": {"study.accuracy", "study.report"},
+    "xarray": {
+        "study.dataset",
+        "study.accuracy",
+        "study.report",
+        "study.figures",
+        "study.api",
+        "study.commands.shared.datasets",
+    },
+    "matplotlib": {"study.accuracy", "study.report", "study.figures"},
     "numba": {"solver.compiled", "solver.contact.kernels"},
 }
 """Library -> the modules and folders that may use it; others may be used everywhere."""

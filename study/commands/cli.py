@@ -17,6 +17,7 @@ COMMANDS: Final = {
     "status": "Show how much of CAMPAIGN is finished.",
     "collect": "Write the dataset of CAMPAIGN from the results that are there.",
     "report": "Draw figures and write the HTML page of a collected CAMPAIGN.",
+    "figure": "Draw figures of shipped campaigns, with what the paper says beside them.",
     "verify": "Compute DATASET again from itself alone, and compare.",
     "describe": "Explain the variables of a dataset (results.nc), or one of them.",
     "accuracy": "Measure error against time for every numerical setting.",

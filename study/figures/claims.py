@@ -1,0 +1,69 @@
+"""A table of claims: what the paper says, what is found, and why the two differ."""
+
+from collections.abc import Iterable, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from study.figures.paper import Stated
+
+
+@dataclass(frozen=True, slots=True)
+class Claim:
+    """One number or statement of the paper beside the dataset's."""
+
+    meaning: str
+    paper: str
+    found: str
+    remark: str = ""
+    """Why the two differ, or what agreement means."""
+
+
+HEADER = ("", "paper", "found", "remark")
+
+
+def table(claims: Iterable[Claim], header: Sequence[str] = HEADER) -> str:
+    """Claims as a Markdown table."""
+    lines = [header, ("---",) * len(header), *map(as_row, claims)]
+    return "\n".join("| " + " | ".join(cell.replace("|", "\\|") for cell in line) + " |" for line in lines)
+
+
+def as_row(claim: Claim) -> tuple[str, str, str, str]:
+    """The cells of a claim, in the order of `HEADER`."""
+    return claim.meaning, claim.paper, claim.found, claim.remark
+
+
+def over_starts(values: NDArray[np.float64], digits: int = 4, scale: float = 1.0) -> str:
+    """Mean, standard deviation and range of a number over the starts (any shape) of an ensemble; NaN do not count."""
+    found = scale * np.asarray(values, dtype=float).ravel()
+    found = found[np.isfinite(found)]
+    if not len(found):
+        return "none"
+    low, high = found.min(), found.max()
+    if low == high:
+        return f"{low:.{digits}g} from every start" if len(found) > 1 else f"{low:.{digits}g}"
+    return f"{found.mean():.{digits}g} ± {found.std(ddof=1):.2g} ({low:.{digits}g} to {high:.{digits}g})"
+
+
+def compared(
+    stated: Stated, values: NDArray[np.float64], why: str = "", meaning: str = "", digits: int = 4, scale: float = 1.0
+) -> Claim:
+    """The claim that a number of the paper is what starts give: its remark begins with whether it lies in their range.
+
+    values: (m,) one for each start; scale: into the unit of the paper's number.
+    """
+    found = scale * np.asarray(values, dtype=float).ravel()
+    found = found[np.isfinite(found)]
+    remark = "; ".join(part for part in (_verdict(stated, found), why) if part)
+    return Claim(meaning or stated.meaning, str(stated), over_starts(found, digits), remark)
+
+
+def _verdict(stated: Stated, found: NDArray[np.float64]) -> str:
+    """Whether a number lies within the range of starts, else how far from their mean."""
+    if not len(found):
+        return ""
+    if found.min() - stated.doubt <= stated.value <= found.max() + stated.doubt:
+        return "within the range of starts" if len(found) > 1 else "agrees"
+    deviation = found.std(ddof=1) if len(found) > 1 else 0.0
+    return f"{abs(stated.value - found.mean()) / deviation:.2g} standard deviations off" if deviation else "differs"

@@ -1,0 +1,137 @@
+"""Figure 9 (§3.3): the spring force of the driven pin, beside the closed form of Eq. 16-19."""
+
+from collections.abc import Iterator
+from dataclasses import dataclass
+
+import numpy as np
+import xarray as xr
+from matplotlib.figure import Figure
+from numpy.typing import NDArray
+
+from solver.drive import Drive, Scales
+from solver.dynamics.stick_slip import stick_slip
+from study.dataset.ragged import trajectory
+from study.figures import paper
+from study.figures.canvas import COLORS, column
+from study.figures.claims import Claim, compared, over_starts
+from study.figures.figure import CampaignFigure, register
+
+Floats = NDArray[np.float64]
+
+
+def over_members(dataset: xr.Dataset, name: str, intrinsic_friction: float = 0.5) -> Floats:
+    """A scalar of every start, (m,)."""
+    return np.asarray(dataset[name].sel(intrinsic_friction=intrinsic_friction).values, dtype=float).ravel()
+
+
+def run_of(dataset: xr.Dataset, intrinsic_friction: float = 0.5, member: int = 0) -> xr.Dataset:
+    """The trajectory and the macroscopic slips of one start."""
+    return trajectory(dataset, intrinsic_friction=intrinsic_friction, member=member)
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class ClosedForm:
+    """Eq. 16-19 with given coefficients, in SI: time (s), position (m), velocity (m/s), spring force over W; each (n,)."""
+
+    time: Floats
+    position: Floats
+    velocity: Floats
+    spring_force: Floats
+
+
+def closed_form(
+    dataset: xr.Dataset, kinetic: float, static: float, later_static: float, samples: int = 4000
+) -> ClosedForm:
+    """The motion that Eq. 16-19 give for the dataset's drive with these coefficients."""
+    scales = Scales(**{name: dataset.attrs[name] for name in ("slab_width", "slab_depth", "shear_modulus")})
+    given = {name: float(dataset[name]) for name in ("spring_stiffness", "damping_ratio", "stage_velocity", "duration")}
+    drive = Drive.from_si(scales, float(dataset["pin_mass"]), **given)
+    load, unit = float(dataset["normal_load"]), scales.time(float(dataset["pin_mass"]))
+    time = np.linspace(0.0, drive.duration, samples + 1)
+    motion = stick_slip(time, drive, kinetic * load, static * load, later_static * load)
+    velocity = scales.slab_width / unit
+    return ClosedForm(
+        unit * time, scales.slab_width * motion.position, velocity * motion.velocity, motion.spring_force / load
+    )
+
+
+def fitted(dataset: xr.Dataset, intrinsic_friction: float = 0.5, member: int = 0) -> ClosedForm:
+    """Eq. 16-19 with the coefficients that fit the spring force of one start best."""
+    here = dataset.sel(intrinsic_friction=intrinsic_friction, member=member)
+    kinetic, static, later = (float(here[f"fitted_{name}"].squeeze()) for name in _COEFFICIENTS)
+    return closed_form(dataset, kinetic, static, static if np.isnan(later) else later)
+
+
+_COEFFICIENTS = ("kinetic_friction", "static_friction", "later_static_friction")
+
+
+def draw(dataset: xr.Dataset) -> Figure:
+    """The spring force of one start for both intrinsic frictions, with the fitted closed form on it."""
+    with column() as figure:
+        axes = figure.add_subplot()
+        for color, friction in zip(COLORS, (0.5, 0.25), strict=False):
+            run, model = run_of(dataset, friction), fitted(dataset, friction)
+            label = f"$\\mu_i$ = {friction:g}"
+            axes.plot(1e3 * run["sample_time"], run["sample_spring_force"], color=color, label=label)
+            label = "Eq. 16-19, fitted" if friction == 0.5 else ""
+            axes.plot(1e3 * model.time, model.spring_force, "--", color="black", linewidth=0.6, label=label or None)
+        stated = closed_form(dataset, paper.KINETIC.value, paper.STATIC.value, paper.LATER_STATIC.value)
+        axes.plot(1e3 * stated.time, stated.spring_force, ":", color="0.5", label="Eq. 16-19, the paper's coefficients")
+        axes.set(xlabel="time (ms)", ylabel="spring force over $W$", ylim=(0.0, None))
+        axes.legend(loc="lower right")
+    return figure
+
+
+def claims(dataset: xr.Dataset) -> Iterator[Claim]:
+    """The coefficients of §3.3, measured and fitted, over starts."""
+    for stated, name, meaning, why in (
+        (paper.STATIC, "static_friction", "μ_s, measured", _STATIC),
+        (paper.STATIC, "fitted_static_friction", "μ_s of the first slip, fitted", _STATIC),
+        (paper.LATER_STATIC, "fitted_later_static_friction", "μ_s of later slips, fitted", _LATER),
+        (paper.KINETIC, "kinetic_friction", "μ_k, measured", _KINETIC),
+        (paper.KINETIC, "fitted_kinetic_friction", "μ_k, fitted", _KINETIC),
+    ):
+        yield compared(stated, over_members(dataset, name), why, meaning)
+    missed = over_starts(over_members(dataset, "fit_residual"), 2)
+    yield Claim("misfit of Eq. 16-19, rms, over W", "agrees remarkably well (§3.3)", missed)
+    first, second = slip_times(dataset)
+    yield compared(paper.FIRST_SLIP, first, digits=3, scale=1e3)
+    yield compared(paper.LATER_SLIP, second, _SECOND, digits=3, scale=1e3)
+    for stated, friction in ((paper.STICK_PHASES, 0.5), (paper.STICK_PHASES_QUARTER, 0.25)):
+        yield compared(stated, over_members(dataset, "macroscopic_slips", friction), "each ends in a macroscopic slip")
+    yield compared(paper.DAMPER, np.array([_damper(dataset)]), "c·V_o", digits=3)
+
+
+_STATIC = "one peak of one record: the paper's is one draw of this distribution"
+_LATER = "the peak that the pin meets after it has stuck again; lower than the first, as in the paper"
+_KINETIC = "the mean of the plateau"
+_SECOND = "follows from μ_s of both slips"
+
+
+def _damper(dataset: xr.Dataset) -> float:
+    """c·V_o in N."""
+    mass, stiffness = float(dataset["pin_mass"]), float(dataset["spring_stiffness"])
+    damping = 2.0 * float(dataset["damping_ratio"]) * float(np.sqrt(mass * stiffness))
+    return damping * float(dataset["stage_velocity"])
+
+
+def slip_times(dataset: xr.Dataset, intrinsic_friction: float = 0.5) -> tuple[Floats, Floats]:
+    """Start of the first and of the second macroscopic slip of every start, in s, (m,) each; NaN where there is none."""
+    times = np.full((2, dataset.sizes["member"]), np.nan)
+    for place, member in enumerate(dataset["member"].values):
+        starts = run_of(dataset, intrinsic_friction, int(member))["slip_phase_start"].values[:2]
+        times[: len(starts), place] = starts
+    return times[0], times[1]
+
+
+register(
+    CampaignFigure(
+        "fig9",
+        "figures/drive",
+        "Figure 9: spring force against time",
+        "Spring force of the driven pin, both intrinsic frictions; dashed: Eq. 16-19 with the coefficients that fit it best; "
+        "dotted: with those of the paper.",
+        draw,
+        lambda dataset: tuple(claims(dataset)),
+    )
+)
