@@ -7,10 +7,10 @@ import click
 from study import api, shipped
 from study.commands.shared.exits import Refusal
 from study.commands.shared.refusals import refusals
-from study.figures.canvas import FORMATS
 from study.figures.catalogue import FIGURES
-from study.figures.claims import as_row
 from study.figures.gallery import campaigns_of, write, write_index
+from study.figures.shared.canvas import FORMATS
+from study.figures.shared.claims import as_row
 from study.report.console import Table, print_table
 
 

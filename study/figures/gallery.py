@@ -6,9 +6,9 @@ from pathlib import Path
 import xarray as xr
 
 from study.dataset.store import StoreError, written_whole
-from study.figures.canvas import image
-from study.figures.claims import table
-from study.figures.figure import FIGURES, CampaignFigure
+from study.figures.shared.canvas import image
+from study.figures.shared.claims import table
+from study.figures.shared.figure import FIGURES, CampaignFigure
 
 INDEX = "README.md"
 """The page of all figures."""

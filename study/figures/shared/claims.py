@@ -6,7 +6,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from study.figures.paper import Stated
+from study.figures.shared.paper import Stated
 
 
 @dataclass(frozen=True, slots=True)

@@ -11,10 +11,10 @@ from numpy.typing import NDArray
 from solver.drive import Drive, Scales
 from solver.dynamics.stick_slip import stick_slip
 from study.dataset.ragged import trajectory
-from study.figures import paper
-from study.figures.canvas import COLORS, column
-from study.figures.claims import Claim, compared, over_starts
-from study.figures.figure import CampaignFigure, register
+from study.figures.shared import paper
+from study.figures.shared.canvas import COLORS, column
+from study.figures.shared.claims import Claim, compared, over_starts
+from study.figures.shared.figure import CampaignFigure, register
 
 Floats = NDArray[np.float64]
 
@@ -99,7 +99,7 @@ def claims(dataset: xr.Dataset) -> Iterator[Claim]:
     yield compared(paper.LATER_SLIP, second, _SECOND, digits=3, scale=1e3)
     for stated, friction in ((paper.STICK_PHASES, 0.5), (paper.STICK_PHASES_QUARTER, 0.25)):
         yield compared(stated, over_members(dataset, "macroscopic_slips", friction), "each ends in a macroscopic slip")
-    yield compared(paper.DAMPER, np.array([_damper(dataset)]), "c·V_o", digits=3)
+    yield compared(paper.DAMPER, np.array([damper_force(dataset) * load_of(dataset)]), "c·V_o", digits=3)
 
 
 _STATIC = "one peak of one record: the paper's is one draw of this distribution"
@@ -108,11 +108,17 @@ _KINETIC = "the mean of the plateau"
 _SECOND = "follows from μ_s of both slips"
 
 
-def _damper(dataset: xr.Dataset) -> float:
-    """c·V_o in N."""
+def damper_force(dataset: xr.Dataset) -> float:
+    """c·V_o over W: what the damper exerts on a pin at rest."""
     mass, stiffness = float(dataset["pin_mass"]), float(dataset["spring_stiffness"])
     damping = 2.0 * float(dataset["damping_ratio"]) * float(np.sqrt(mass * stiffness))
-    return damping * float(dataset["stage_velocity"])
+    return damping * float(dataset["stage_velocity"]) / load_of(dataset)
+
+
+def load_of(dataset: xr.Dataset) -> float:
+    """W in N."""
+    scales = Scales(**{name: dataset.attrs[name] for name in ("slab_width", "slab_depth", "shear_modulus")})
+    return float(dataset["normal_load"]) * scales.force
 
 
 def slip_times(dataset: xr.Dataset, intrinsic_friction: float = 0.5) -> tuple[Floats, Floats]:

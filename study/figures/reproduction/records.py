@@ -8,10 +8,10 @@ from matplotlib.figure import Figure
 from numpy.typing import NDArray
 
 from study.dataset.ragged import record
-from study.figures import paper
-from study.figures.canvas import COLORS, column
-from study.figures.claims import Claim, compared, over_starts
-from study.figures.figure import CampaignFigure, register
+from study.figures.shared import paper
+from study.figures.shared.canvas import COLORS, column
+from study.figures.shared.claims import Claim, compared, over_starts
+from study.figures.shared.figure import CampaignFigure, register
 
 Floats = NDArray[np.float64]
 _FRICTIONS = (0.25, 0.5)

@@ -7,12 +7,12 @@ import numpy as np
 import xarray as xr
 from matplotlib.figure import Figure
 
-from study.figures import paper
-from study.figures.canvas import COLORS, column
-from study.figures.claims import Claim, compared, over_starts
-from study.figures.drive import fitted, over_members, run_of, slip_times
-from study.figures.figure import CampaignFigure, register
-from study.figures.stick import LEAST_DROP, Stick, stick_of
+from study.figures.reproduction.drive import fitted, over_members, run_of, slip_times
+from study.figures.reproduction.stick import LEAST_DROP, Stick, stick_of
+from study.figures.shared import paper
+from study.figures.shared.canvas import COLORS, column
+from study.figures.shared.claims import Claim, compared, over_starts
+from study.figures.shared.figure import CampaignFigure, register
 
 
 def draw_motion(dataset: xr.Dataset) -> Figure:

@@ -11,6 +11,7 @@ import xarray as xr
 from numpy.typing import NDArray
 
 from study.dataset.ragged import trajectory
+from study.figures.reproduction.drive import load_of
 
 Floats = NDArray[np.float64]
 LEAST_DROP = 1e-4
@@ -38,9 +39,7 @@ def stick_of(dataset: xr.Dataset, member: int, intrinsic_friction: float = 0.5) 
     run = trajectory(dataset, intrinsic_friction=intrinsic_friction, member=member)
     time, force = run["sample_time"].values, run["sample_friction"].values
     case = dataset.sel(intrinsic_friction=intrinsic_friction, member=member)
-    scales = dataset.attrs
-    load = float(dataset["normal_load"]) * scales["shear_modulus"] * scales["slab_width"] * scales["slab_depth"]
-    stretch = force * load / float(case["surface_stiffness_si"].squeeze())
+    stretch = force * load_of(dataset) / float(case["surface_stiffness_si"].squeeze())
     drops = np.diff(run["sample_position"].values - stretch) / stretch.max() * force.max()
     starts = run["slip_phase_start"].values
     end = float(starts[0]) if len(starts) else float(time[-1])

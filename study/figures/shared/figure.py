@@ -7,7 +7,7 @@ from typing import Final
 import xarray as xr
 from matplotlib.figure import Figure
 
-from study.figures.claims import Claim
+from study.figures.shared.claims import Claim
 
 
 @dataclass(frozen=True, slots=True)

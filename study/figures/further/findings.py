@@ -1,0 +1,173 @@
+"""The paper's conclusions on data (§4): static friction belongs to a major peak of the record, kinetic friction is its mean."""
+
+from collections.abc import Iterator
+from dataclasses import dataclass
+
+import numpy as np
+import xarray as xr
+from matplotlib.figure import Figure
+from numpy.typing import NDArray
+from scipy import stats
+
+from study.dataset.ragged import record, trajectory
+from study.figures.reproduction.drive import damper_force
+from study.figures.shared.canvas import COLORS, column
+from study.figures.shared.claims import Claim
+from study.figures.shared.figure import CampaignFigure, register
+
+Floats = NDArray[np.float64]
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Starts:
+    """What each start of one intrinsic friction coefficient yields, over W; (m,) each, without starts that have no μ_s."""
+
+    intrinsic_friction: float
+    static: Floats
+    kinetic: Floats
+    plateau: Floats
+    peak: Floats
+    """Largest F/W of the whole record."""
+    peak_met: Floats
+    """Largest F/W of the record up to where the pin first runs off."""
+    share_above: Floats
+    """Share of the record's teeth that are as high as μ_s or higher."""
+    micro_slips: Floats
+
+
+def starts_of(dataset: xr.Dataset, intrinsic_friction: float) -> Starts:
+    """Gather the starts of one intrinsic friction coefficient."""
+    here = dataset.sel(intrinsic_friction=intrinsic_friction).squeeze()
+    measured = np.isfinite(here["static_friction"].values) & np.isfinite(here["kinetic_friction"].values)
+    members = here["member"].values[measured]
+    static = here["static_friction"].values[measured]
+    met, above = [], []
+    for member, peak in zip(members, static, strict=True):
+        run = record(dataset, intrinsic_friction=intrinsic_friction, member=int(member))
+        motion = trajectory(dataset, intrinsic_friction=intrinsic_friction, member=int(member))
+        stuck_at = float(motion["slip_phase_position"].values[0]) / dataset.attrs["slab_width"]
+        height = run["event_friction_before"].values
+        count = max(int(np.searchsorted(run["event_displacement"].values, stuck_at, side="right")), 1)
+        met.append(height[:count].max())
+        above.append(float(np.mean(height >= peak)))
+    others = (here[name].values[measured] for name in ("kinetic_friction", "plateau_mean", "peak_friction"))
+    kinetic, plateau, peaks = others
+    micro = here["micro_slips"].values[measured]
+    return Starts(intrinsic_friction, static, kinetic, plateau, peaks, np.array(met), np.array(above), micro)
+
+
+def all_starts(dataset: xr.Dataset) -> tuple[Starts, ...]:
+    """The starts of every intrinsic friction coefficient."""
+    return tuple(starts_of(dataset, float(friction)) for friction in dataset["intrinsic_friction"].values)
+
+
+def slope_of_kinetic(groups: tuple[Starts, ...]) -> tuple[float, float]:
+    """Slope of μ_k over plateau F/W, all starts together, and half of its 95 % confidence interval."""
+    kinetic = np.concatenate([group.kinetic for group in groups])
+    plateau = np.concatenate([group.plateau for group in groups])
+    fit = stats.linregress(plateau, kinetic)
+    return float(fit.slope), float(stats.t.ppf(0.975, len(kinetic) - 2) * fit.stderr)
+
+
+def draw_findings(dataset: xr.Dataset) -> Figure:
+    """μ_s against the highest peak that the pin has met, above their plateau; μ_k against the mean of the plateau."""
+    groups = all_starts(dataset)
+    with column(4.6) as figure:
+        upper, lower = figure.subplots(2, 1)
+        for group in groups:
+            label = f"$\\mu_i$ = {group.intrinsic_friction:g}"
+            scale = 100.0 / group.intrinsic_friction
+            excess = scale * (group.peak_met - group.plateau), scale * (group.static - group.plateau)
+            upper.plot(*excess, "o", markersize=2, label=label)
+            lower.plot(group.plateau, group.kinetic, "o", markersize=2)
+        low, high = upper.get_xlim()
+        upper.plot([low, high], [low, high], ":", color="0.5")
+        upper.set(xlabel="highest peak met − plateau (% of $\\mu_i$)", ylabel="$\\mu_s$ − plateau (% of $\\mu_i$)")
+        upper.legend(ncols=2, fontsize=6)
+        lower.axline((0.0, 0.0), slope=1.0, linestyle=":", color="0.5")
+        lower.set(xlabel="plateau $F/W$", ylabel="$\\mu_k$")
+    return figure
+
+
+def claims_of_findings(dataset: xr.Dataset) -> Iterator[Claim]:
+    """Each of the five findings of §4 with the number that tests it."""
+    groups = all_starts(dataset)
+    micro = ", ".join(f"{group.micro_slips.min():.0f}" for group in groups)
+    frictions = ", ".join(f"{group.intrinsic_friction:g}" for group in groups)
+    where = f"at μ_i = {frictions}"
+    yield Claim("1. slips during stick: fewest micro slips of a start", "many", micro, where)
+    rough = ", ".join(f"{float(np.nanmean(_roughness(dataset, group))):.2g}" for group in groups)
+    yield Claim("2. fluctuation of F/W on the plateau, over its mean", "high-frequency", rough, where)
+    highest = ", ".join(f"{float((group.static / group.intrinsic_friction).max()):.3g}" for group in groups)
+    yield Claim("3. largest μ_s/μ_i of all starts", "much less than 1", highest, where)
+    met = ", ".join(f"{np.corrcoef(group.static, group.peak_met)[0, 1]:.2f}" for group in groups)
+    yield Claim("4. correlation of μ_s with the highest peak met until it runs off", "a major peak", met, where)
+    whole = ", ".join(f"{np.corrcoef(group.static, group.peak)[0, 1]:.2f}" for group in groups)
+    yield Claim(
+        "   with the highest peak of the whole record", "", whole, "a higher one may lie beyond where the pin runs off"
+    )
+    beyond = ", ".join(f"{1e3 * float((group.static - group.peak_met).mean()):.2g}" for group in groups)
+    remark = f"{where}; the damper adds {1e3 * damper_force(dataset):.2g}, the pin's inertia more"
+    yield Claim("   μ_s less that peak, mean, 1e-3 W", "", beyond, remark)
+    above = ", ".join(f"{100 * float(group.share_above.mean()):.2g}" for group in groups)
+    yield Claim("   percentage of peaks as high as μ_s", "", above, where)
+    slope, interval = slope_of_kinetic(groups)
+    yield Claim("5. slope of μ_k over the plateau's mean", "1", f"{slope:.5f} ± {interval:.1g}", "95 % interval")
+
+
+def _roughness(dataset: xr.Dataset, group: Starts) -> Floats:
+    here = dataset.sel(intrinsic_friction=group.intrinsic_friction).squeeze()
+    return np.asarray((here["plateau_std"] / here["plateau_mean"]).values)
+
+
+def draw_static(dataset: xr.Dataset) -> Figure:
+    """How μ_s and μ_k are distributed over starts, as shares of μ_i."""
+    groups = all_starts(dataset)
+    with column() as figure:
+        axes = figure.add_subplot()
+        places = np.arange(len(groups))
+        for name, color, label in (("static", COLORS[1], "$\\mu_s$"), ("kinetic", COLORS[0], "$\\mu_k$")):
+            shares = [getattr(group, name) / group.intrinsic_friction for group in groups]
+            for place, share in zip(places, shares, strict=True):
+                beside = place + np.linspace(-0.25, 0.25, len(share))
+                axes.plot(beside, np.sort(share), ".", markersize=2, color=color)
+            axes.plot(places, [share.mean() for share in shares], "_", color="black", markersize=14)
+            axes.plot([], [], ".", color=color, label=label)
+        axes.set(xlabel="intrinsic friction $\\mu_i$", ylabel="share of $\\mu_i$")
+        axes.set_xticks(places, [f"{group.intrinsic_friction:g}" for group in groups])
+        axes.legend()
+    return figure
+
+
+def claims_of_static(dataset: xr.Dataset) -> Iterator[Claim]:
+    """Mean, scatter and shape of μ_s/μ_i for each intrinsic friction coefficient."""
+    for group in all_starts(dataset):
+        share = group.static / group.intrinsic_friction
+        found = f"{share.mean():.4g} ± {share.std(ddof=1):.2g} ({share.min():.4g} to {share.max():.4g})"
+        remark = (
+            f"μ_s/μ_k = {float(np.mean(group.static / group.kinetic)):.4g}, skewness {float(stats.skew(share)):.2g}"
+        )
+        yield Claim(f"μ_s/μ_i at μ_i = {group.intrinsic_friction:g}", "", found, f"{remark}, {len(share)} starts")
+
+
+register(
+    CampaignFigure(
+        "findings",
+        "figures/findings",
+        "The paper's five findings",
+        "Above: static friction of a start against the highest peak that the pin has met when it runs off, both less the "
+        "plateau. Below: kinetic friction against the plateau's mean. Dotted: equal. 32 starts for each μ_i.",
+        draw_findings,
+        lambda dataset: tuple(claims_of_findings(dataset)),
+    )
+)
+register(
+    CampaignFigure(
+        "static",
+        "figures/findings",
+        "How static friction is distributed over starts",
+        "Static and kinetic friction over μ_i, sorted within each group of 32 starts; bars: means.",
+        draw_static,
+        lambda dataset: tuple(claims_of_static(dataset)),
+    )
+)

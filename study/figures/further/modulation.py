@@ -1,0 +1,99 @@
+"""How the plateau goes up and down within one node spacing: what one record knows depends on which part of it the pin meets."""
+
+from collections.abc import Iterator
+from dataclasses import dataclass
+
+import numpy as np
+import xarray as xr
+from matplotlib.figure import Figure
+from numpy.typing import NDArray
+
+from solver.sliding.plateau import Teeth
+from study.dataset.ragged import record
+from study.figures.shared.canvas import column
+from study.figures.shared.claims import Claim
+from study.figures.shared.figure import CampaignFigure, register
+
+Floats = NDArray[np.float64]
+BINS = 32
+"""Parts of a node spacing."""
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Modulation:
+    """Mean friction force in parts of a node spacing, over its mean, for every whole spacing of every start."""
+
+    phase: Floats
+    """(b,) middle of each part, in node spacings from where the middle of the pin is over a node."""
+    share: Floats
+    """(s, b) force over its mean along the spacing, less 1."""
+    nodes: float
+    """Mean number of nodes in contact."""
+
+    @property
+    def amplitude(self) -> float:
+        """Half of the difference between the highest and the lowest part, of the mean over all spacings."""
+        return 0.5 * float(np.ptp(self.share.mean(axis=0)))
+
+    @property
+    def repeats(self) -> float:
+        """Share of the variance within a spacing that is the same in every spacing."""
+        return float(self.share.mean(axis=0).var() / self.share.var())
+
+
+def modulation(dataset: xr.Dataset, normal_load: float) -> Modulation:
+    """Cut the steady part of each start's record into whole spacings."""
+    rows, nodes = [], []
+    spacing = 1.0 / (int(dataset["n_x"].squeeze()) - 1)
+    for member in dataset["member"].values:
+        run = record(dataset, normal_load=normal_load, member=int(member))
+        start = float(dataset["start"].sel(normal_load=normal_load, member=member).squeeze())
+        displacement = run["event_displacement"].values
+        teeth = Teeth(displacement, run["event_friction_after"].values[:-1], run["event_friction_before"].values[1:])
+        begins = float(dataset["plateau_start"].sel(normal_load=normal_load, member=member).squeeze())
+        first = (np.ceil(begins / spacing + start) - start) * spacing
+        for turn in range(int((displacement[-1] - first) / spacing)):
+            means = teeth.block_means(first + turn * spacing, first + (turn + 1) * spacing, BINS)
+            rows.append(means / means.mean() - 1.0)
+        nodes.append(float(run["event_contact_size"].values.mean()))
+    return Modulation((np.arange(BINS) + 0.5) / BINS, np.array(rows), float(np.mean(nodes)))
+
+
+def draw(dataset: xr.Dataset) -> Figure:
+    """One line for each load: the mean over all spacings; band: the standard deviation between them."""
+    with column() as figure:
+        axes = figure.add_subplot()
+        for load in dataset["normal_load"].values:
+            found = modulation(dataset, float(load))
+            mean, spread = 100.0 * found.share.mean(axis=0), 100.0 * found.share.std(axis=0)
+            line = axes.plot(found.phase, mean, label=f"{found.nodes:.0f} nodes in contact")
+            axes.fill_between(
+                found.phase, mean - spread, mean + spread, color=line[0].get_color(), alpha=0.2, linewidth=0
+            )
+        axes.set(xlabel="pin over the nodes, in node spacings", ylabel="force over its mean (%)", xlim=(0, 1))
+        axes.legend()
+    return figure
+
+
+def claims(dataset: xr.Dataset) -> Iterator[Claim]:
+    """Amplitude for each load, and how it falls with the number of nodes."""
+    for load in dataset["normal_load"].values:
+        found = modulation(dataset, float(load))
+        text = f"{100 * found.amplitude:.2g} % of the plateau; times nodes: {found.nodes * found.amplitude:.2g}"
+        remark = (
+            f"{100 * found.repeats:.0f} % of the variance within a spacing is the same in each of {len(found.share)}"
+        )
+        yield Claim(f"amplitude with {found.nodes:.0f} nodes in contact", "", text, remark)
+
+
+register(
+    CampaignFigure(
+        "modulation",
+        "figures/modulation",
+        "Modulation of the plateau over a node spacing",
+        "Friction force in 32 parts of a node spacing over its mean along it, for three loads at 129 nodes. Lines: mean over all "
+        "spacings of four starts; bands: standard deviation between spacings.",
+        draw,
+        lambda dataset: tuple(claims(dataset)),
+    )
+)

@@ -1,0 +1,156 @@
+"""Which choices the paper made that it does not state: every combination scored against the numbers that it does state."""
+
+import itertools
+from collections.abc import Iterator
+from dataclasses import dataclass
+from typing import Any, Final
+
+import numpy as np
+import xarray as xr
+from matplotlib.figure import Figure
+from numpy.typing import NDArray
+
+from study.figures.shared import paper
+from study.figures.shared.canvas import COLORS, column
+from study.figures.shared.claims import Claim
+from study.figures.shared.figure import CampaignFigure, register
+from study.figures.shared.paper import Stated
+
+Floats = NDArray[np.float64]
+NEAR: Final = 2.0
+"""Standard deviations up to which a number counts as reproduced."""
+CAP: Final = 10.0
+"""Standard deviations beyond which a miss counts no more: one number alone does not decide."""
+MOST: Final = 12
+"""Rows of the ranking."""
+_NUMBERS: Final[tuple[tuple[Stated, str, float, float], ...]] = (
+    (paper.PLATEAU_SHARE, "plateau_mean", 0.5, 2.0),
+    (paper.PLATEAU_SHARE, "plateau_mean", 0.25, 4.0),
+    (paper.SLIPS, "slips", 0.5, 1.0),
+    (paper.RELEASES, "releases", 0.5, 1.0),
+    (paper.TOUCHES, "touches", 0.5, 1.0),
+    (paper.DISPLACEMENT_HALF, "final_displacement", 0.5, 1.0),
+    (paper.DISPLACEMENT_QUARTER, "final_displacement", 0.25, 1.0),
+    (paper.STATIC, "fitted_static_friction", 0.5, 1.0),
+    (paper.LATER_STATIC, "fitted_later_static_friction", 0.5, 1.0),
+    (paper.KINETIC, "fitted_kinetic_friction", 0.5, 1.0),
+    (paper.STICK_PHASES, "macroscopic_slips", 0.5, 1.0),
+    (paper.STICK_PHASES_QUARTER, "macroscopic_slips", 0.25, 1.0),
+    (paper.RESTICKS, "resticks", 0.5, 1.0),
+)
+"""Number of the paper, the variable that holds it, the intrinsic friction it is of, and what the variable is multiplied by."""
+
+
+@dataclass(frozen=True, slots=True)
+class Scored:
+    """One combination of choices."""
+
+    choices: dict[str, Any]
+    misses: tuple[float, ...]
+    """Distance of each of the paper's numbers from the mean over starts, in standard deviations."""
+
+    @property
+    def reproduced(self) -> int:
+        """How many numbers lie within `NEAR`."""
+        return sum(miss <= NEAR for miss in self.misses)
+
+    @property
+    def score(self) -> float:
+        """Root mean square of the misses, none counted beyond `CAP`."""
+        return float(np.sqrt(np.mean(np.minimum(self.misses, CAP) ** 2)))
+
+
+def axes_of(dataset: xr.Dataset) -> tuple[str, ...]:
+    """The choices that the campaign varies."""
+    cases = dataset["plateau_mean"]
+    return tuple(str(dim) for dim in cases.dims if cases.sizes[dim] > 1 and dim not in ("intrinsic_friction", "member"))
+
+
+def ranking(dataset: xr.Dataset) -> list[Scored]:
+    """Every combination that has results, the best first."""
+    axes = axes_of(dataset)
+    misses = np.stack([_misses(dataset, *number) for number in _NUMBERS], axis=-1)
+    found = []
+    for place in itertools.product(*(range(dataset.sizes[axis]) for axis in axes)):
+        if np.isfinite(misses[place]).any():
+            choices = {axis: dataset[axis].values[index] for axis, index in zip(axes, place, strict=True)}
+            here = np.where(np.isfinite(misses[place]), misses[place], CAP)
+            found.append(Scored(choices, tuple(float(miss) for miss in here)))
+    return sorted(found, key=lambda each: (each.score, str(each.choices)))
+
+
+def _misses(dataset: xr.Dataset, stated: Stated, name: str, friction: float, scale: float) -> Floats:
+    """|paper - mean over starts| over the scatter between starts and the doubt of the paper's number, over the choices."""
+    here = scale * dataset[name].sel(intrinsic_friction=friction)
+    values = here.transpose(..., "member").values
+    values = values.reshape(*(dataset.sizes[axis] for axis in axes_of(dataset)), values.shape[-1])
+    count = np.isfinite(values).sum(axis=-1)
+    total = np.where(np.isfinite(values), values, 0.0).sum(axis=-1)
+    mean = np.divide(total, count, out=np.full(count.shape, np.nan), where=count > 0)
+    squares = np.where(np.isfinite(values), (values - mean[..., None]) ** 2, 0.0).sum(axis=-1)
+    variance = np.divide(squares, count - 1, out=np.zeros(count.shape), where=count > 1)
+    scatter = np.sqrt(variance + stated.doubt**2)
+    return np.asarray(np.abs(stated.value - mean) / np.maximum(scatter, 1e-9))
+
+
+def draw(dataset: xr.Dataset) -> Figure:
+    """The scores of all combinations, for each value of each choice."""
+    found = ranking(dataset)
+    values = [(axis, value) for axis in axes_of(dataset) for value in dataset[axis].values]
+    with column(0.17 * len(values) + 0.9) as figure:
+        axes = figure.add_subplot()
+        for place, (axis, value) in enumerate(values):
+            scores = np.array([each.score for each in found if each.choices[axis] == value])
+            color = COLORS[list(axes_of(dataset)).index(axis) % len(COLORS)]
+            axes.plot(scores, np.full(len(scores), place), "|", color=color, alpha=0.25, markersize=6)
+            axes.plot(scores.min(), place, "o", color=color, markersize=3)
+        axes.set_yticks(range(len(values)), [f"{axis} = {value}" for axis, value in values], fontsize=6)
+        axes.invert_yaxis()
+        axes.set(xlabel="rms miss (standard deviations)")
+    return figure
+
+
+def claims(dataset: xr.Dataset) -> Iterator[Claim]:
+    """The ranking; then, number by number, how near the best combination of all comes."""
+    found = ranking(dataset)
+    default = next((place for place, each in enumerate(found, 1) if _is_default(each.choices)), 0)
+    for place, each in enumerate(found[:MOST], 1):
+        words = ", ".join(f"{axis} = {value}" for axis, value in each.choices.items())
+        yield Claim(str(place), words, f"{each.score:.3g}", f"{each.reproduced} of {len(each.misses)} reproduced")
+    if default > MOST:
+        score = f"{found[default - 1].score:.3g}"
+        yield Claim(str(default), "the defaults", score, f"of {len(found)} combinations")
+    for number, (stated, name, friction, _) in enumerate(_NUMBERS):
+        nearest = min(each.misses[number] for each in found)
+        best = f"{found[0].misses[number]:.2g} standard deviations off in the best combination"
+        yield Claim(f"{stated.meaning} ({name}, μ_i = {friction:g})", str(stated), f"{nearest:.2g}", best)
+
+
+_DEFAULTS: Final = {
+    "radius": 200.0,
+    "support": "bonded",
+    "first_spacing": "equal",
+    "initial_contact": "stick",
+    "slip_order": "worst_first",
+    "residual_shear": 0.0,
+    "event_floor": 1e-6,
+}
+
+
+def _is_default(choices: dict[str, Any]) -> bool:
+    return all(choices[name] == value for name, value in _DEFAULTS.items() if name in choices)
+
+
+register(
+    CampaignFigure(
+        "choices",
+        "figures/choices",
+        "Which choices did the paper make?",
+        "Every combination of the choices that the paper leaves open, scored against 13 numbers that it states: root mean square of "
+        "the distance from the mean over starts, in standard deviations, at most 10 each. A combination that scatters widely is "
+        "forgiven more. Points: the best with each value.",
+        draw,
+        lambda dataset: tuple(claims(dataset)),
+        ("rank, or number", "choices, or the paper", "score, or nearest of all", "remark"),
+    )
+)

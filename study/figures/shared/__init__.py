@@ -1,0 +1,1 @@
+"""What all figures share: a drawing surface, tables of claims, the paper's numbers, and the registry of figures."""
