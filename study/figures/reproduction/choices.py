@@ -146,7 +146,7 @@ register(
         "choices",
         "figures/choices",
         "Which choices did the paper make?",
-        "Every combination of the choices that the paper leaves open, scored against 13 numbers that it states: root mean square of "
+        "Every combination of the choices that the paper leaves open, scored against 13 of its numbers: root mean square of "
         "the distance from the mean over starts, in standard deviations, at most 10 each. A combination that scatters widely is "
         "forgiven more. Points: the best with each value.",
         draw,

@@ -44,11 +44,14 @@ def stick_of(dataset: xr.Dataset, member: int, intrinsic_friction: float = 0.5) 
     starts = run["slip_phase_start"].values
     end = float(starts[0]) if len(starts) else float(time[-1])
     bursts = time[1:][(drops >= LEAST_DROP) & (time[1:] < end)]
-    return Stick(end, bursts, _decay_time(time, force))
+    return Stick(end, bursts, decay_time(time, force))
 
 
-def _decay_time(time: Floats, force: Floats) -> float:
-    """1/e time of the vibration about the rising force at the drive's start: a line through the logarithms of its strength."""
+def decay_time(time: Floats, force: Floats) -> float:
+    """1/e time of the vibration of a force about its rise at a drive's start: a line through the logarithms of its strength.
+
+    time, force: (n,) from the start on, at least `RINGING` long.
+    """
     count = int(np.searchsorted(time, WINDOW))
     windows = [slice(begin, begin + count) for begin in range(0, int(np.searchsorted(time, RINGING)), count)]
     strength = [_strength(time[window], force[window]) for window in windows]

@@ -1,0 +1,52 @@
+"""Shipped campaigns of figures made small: the same question on a coarser surface, from fewer starts."""
+
+import tomllib
+from collections.abc import Mapping
+from functools import cache
+from typing import Any
+
+import xarray as xr
+
+import nanoslip
+from study import shipped
+
+SMALLER: Mapping[str, Mapping[str, Mapping[str, Any]]] = {
+    "figures/records": {"numerics": {"n_x": 33}, "limits": {"events": 400}, "ensemble": {"members": 3}},
+    "figures/resolution": {"axes": {"n_x": [17, 33, 65]}, "ensemble": {"members": 2}},
+    "figures/drive": {"numerics": {"n_x": 65}, "limits": {"events": 800}, "ensemble": {"members": 3}},
+    "figures/findings": {
+        "axes": {"intrinsic_friction": [0.2, 0.5]},
+        "numerics": {"n_x": 65},
+        "limits": {"events": 1000},
+        "ensemble": {"members": 8},
+    },
+    "figures/modulation": {
+        "axes": {"normal_load": [2.5e-4, 1e-3]},
+        "numerics": {"n_x": 33},
+        "ensemble": {"members": 2},
+    },
+    "figures/continuum": {"axes": {"n_x": [17, 33, 65]}},
+    "figures/choices": {
+        "axes": {
+            "radius": [200.0],
+            "support": ["bonded", "right_side"],
+            "first_spacing": ["equal"],
+            "initial_contact": ["stick"],
+            "slip_order": ["worst_first", "simultaneous"],
+            "event_floor": [1e-6],
+        },
+        "numerics": {"n_x": 33},
+        "limits": {"events": 300},
+        "ensemble": {"members": 2},
+    },
+}
+"""Campaign -> keys of its tables that are given other values."""
+
+
+@cache
+def small(campaign: str) -> xr.Dataset:
+    """The dataset of a shipped campaign with the values of `SMALLER`."""
+    content = tomllib.loads(shipped.campaigns()[campaign].read_text("utf-8"))
+    for table, changes in SMALLER.get(campaign, {}).items():
+        content[table] = {**content.get(table, {}), **changes}
+    return nanoslip.run(content)

@@ -1,0 +1,35 @@
+"""Every figure belongs to a shipped campaign, can be drawn of it, and says something in every row of its table."""
+
+import numpy as np
+import pytest
+
+from study import shipped
+from study.figures.catalogue import FIGURES
+from study.figures.shared.canvas import COLUMN
+from tests.study.figures.shipped_small import SMALLER, small
+
+
+def test_every_campaign_of_figures_has_a_figure_and_the_other_way_round() -> None:
+    campaigns = {name for name in shipped.campaigns() if name.startswith("figures/")}
+    assert {figure.campaign for figure in FIGURES.values()} == campaigns
+    assert set(SMALLER) <= campaigns
+
+
+@pytest.mark.parametrize("name", FIGURES)
+def test_a_figure_has_a_column_s_width_and_data_in_all_axes(name: str) -> None:
+    figure = FIGURES[name].draw(small(FIGURES[name].campaign))
+    assert figure.get_figwidth() == COLUMN
+    for axes in figure.axes:
+        assert axes.has_data()
+        assert axes.get_xlabel() or len(figure.axes) > 1
+        lines = [np.asarray(line.get_ydata(), dtype=float) for line in axes.lines]
+        assert any(np.isfinite(line).any() for line in lines)
+
+
+@pytest.mark.parametrize("name", FIGURES)
+def test_a_table_has_no_empty_row_and_no_number_that_is_none(name: str) -> None:
+    claims = FIGURES[name].claims(small(FIGURES[name].campaign))
+    assert claims
+    for claim in claims:
+        assert claim.meaning
+        assert claim.found not in ("", "none", "nan"), claim
