@@ -50,8 +50,7 @@ def _print_plan(plan: Plan, remaining: tuple[Task, ...]) -> None:
     for line in expected_lines(plan):
         click.echo(f"expected: {line}")
     for case in refused:
-        point = ", ".join(f"{name} = {value}" for name, value in case.parameters.items())
-        click.echo(f"refused: {point}: {case.outcome.message}")
+        click.echo(f"refused: {case.point}: {case.outcome.message}")
 
 
 def _print_effects(plan: Plan) -> None:
