@@ -4,7 +4,7 @@ from pathlib import Path
 
 import click
 
-from study.commands.shared.arguments import CAMPAIGN, OUT, folder
+from study.commands.shared.arguments import folder
 from study.commands.shared.plans import planned, print_counts, print_foreign
 from study.commands.shared.refusals import refusals
 from study.dataset.store import Store
@@ -18,11 +18,8 @@ from study.plan.tasks import Task
 from study.report.console import Table, print_table
 
 
-@click.command("plan")
-@CAMPAIGN
-@OUT
-def command(campaign: Path, out: Path | None) -> None:
-    """Show what CAMPAIGN would compute, less what is finished."""
+def work(campaign: Path, out: Path | None) -> None:
+    """Print the plan of a campaign, what is left of it, and which tasks do not fit the memory here."""
     with refusals():
         plan = planned(campaign)
         found = Store(folder(campaign, out)).inventory()

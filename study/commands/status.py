@@ -4,17 +4,14 @@ from pathlib import Path
 
 import click
 
-from study.commands.shared.arguments import CAMPAIGN, OUT, folder
+from study.commands.shared.arguments import folder
 from study.commands.shared.plans import planned, print_counts, print_foreign
 from study.commands.shared.refusals import refusals
 from study.dataset.store import Store
 
 
-@click.command("status")
-@CAMPAIGN
-@OUT
-def command(campaign: Path, out: Path | None) -> None:
-    """Show how much of CAMPAIGN is finished."""
+def work(campaign: Path, out: Path | None) -> None:
+    """Print how many of a campaign's tasks are finished."""
     with refusals():
         plan = planned(campaign)
         found = Store(folder(campaign, out)).inventory()
