@@ -1,7 +1,7 @@
 """An error instead of a grid: `accuracy = 0.01` -> the cheapest measured discretization that keeps it in every case."""
 
 import math
-from collections.abc import Iterable, Iterator
+from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import replace
 from typing import Final
 
@@ -40,7 +40,7 @@ def settled(manifest: Manifest) -> Manifest:
 
 def choice(manifest: Manifest) -> str:
     """The discretization of a settled manifest, in words."""
-    return ", ".join(f"{name} = {value}" for name, value in chosen(manifest).items())
+    return _in_words(chosen(manifest))
 
 
 def chosen(manifest: Manifest) -> dict[str, Value]:
@@ -70,8 +70,8 @@ def cheapest(front: Front, cases: Iterable[Case], accuracy: float) -> Slab:
     good = [(seconds, error, slab) for error, seconds, slab in known if error <= accuracy]
     if not good:
         error, _, slab = min(known, key=lambda found: found[0])
-        words = ", ".join(f"{name} = {value}" for name, value in _given(slab).items())
-        raise UnreachableError(f"needs {_above(error)} or more, the best that {front.name} has: {words}")
+        best = _in_words(_given(slab))
+        raise UnreachableError(f"needs {_above(error)} or more, the best that {front.name} has: {best}")
     return min(good, key=lambda found: found[:2])[2]
 
 
@@ -87,6 +87,10 @@ def _expected(front: Front, cases: list[Case]) -> Iterator[tuple[float, float, S
 def _given(slab: Slab) -> dict[str, Value]:
     """The settings that the slab's scheme has."""
     return {name: value for name, value in settings(slab).items() if value is not None}
+
+
+def _in_words(settings: Mapping[str, Value]) -> str:
+    return parameters.in_words(", ".join(f"{name} = {value}" for name, value in settings.items()))
 
 
 def _above(error: float) -> float:
