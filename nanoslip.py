@@ -137,10 +137,6 @@ __all__ = [
 ]
 
 _NAMES = {
-    "solver": "RK4 Biquadratic Case ContactState Drive DriveResult DynamicsResult Effects Ending Exact FrictionCoefficients "
-    "FrictionRecord Galerkin HalfPlane Heterogeneity InvalidInput Outcome Plateau Scales SingularOperator Slab SlipRule "
-    "SolverError SurfaceCompliance contact_state drive_result event_statistics friction_record mirrored plateau_of "
-    "surface_compliance",
     "solver.contact.closed_forms": "cattaneo_mindlin flat_punch_pressure hertz sliding_parabola sliding_punch",
     "solver.dynamics.friction_limit": "NoPlateauError",
     "solver.dynamics.stick_slip": "Oscillator stick_slip",
@@ -150,7 +146,7 @@ _NAMES = {
     "study.dataset.store": "StoreError",
     "study.manifest.problems": "ManifestError",
 }
-"""Module -> its names that are public here; `theirs:ours` where the name differs."""
+"""Module -> its names that are public here; `theirs:ours` where the name differs. All others are the solver's."""
 
 _PLACES = {
     name.rpartition(":")[2]: (module, name.partition(":")[0])
@@ -162,9 +158,9 @@ _PLACES = {
 def __getattr__(name: str) -> Any:
     if name == "__version__":
         return importlib.import_module("study.provenance").version()
-    if name not in _PLACES:
+    if name not in __all__:
         raise AttributeError(f"module 'nanoslip' has no attribute {name!r}")
-    module, theirs = _PLACES[name]
+    module, theirs = _PLACES.get(name, ("solver", name))
     found = getattr(importlib.import_module(module), theirs)
     globals()[name] = found
     return found

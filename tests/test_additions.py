@@ -3,6 +3,7 @@
 Each toy is declared here as its real fellows are, and nowhere else. What nobody declared is refused by name.
 """
 
+import re
 from collections.abc import Callable
 from dataclasses import dataclass
 from pathlib import Path
@@ -16,7 +17,7 @@ from solver.drive import INTEGRATORS, Drive
 from solver.dynamics.kernels.state import Motion, Run, Teeth
 from solver.dynamics.method import Method
 from solver.dynamics.rk4 import integrate_rk4
-from solver.outcome import Outcome
+from solver.outcome import InvalidInput, Outcome
 from solver.parameter import check, parameter
 from solver.slab import SCHEMES, Scheme, Slab
 from study.dataset.collect import collect
@@ -27,6 +28,7 @@ from study.manifest.reader import load_manifest
 from study.plan.plan import Plan, make_plan
 from study.plan.tasks import run_task
 from study.report.summary import scalar_table
+from tests.conftest import Main
 
 Campaign = Callable[[str], tuple[Plan, xr.Dataset]]
 
@@ -151,6 +153,11 @@ class Tired(SlipRule):
 
     tiredness: float = parameter(0.0, table="slip", word="tired", meaning="how tired a node is", least=0.0, most=1.0)
 
+    def __post_init__(self) -> None:
+        check(self)
+        if self.tiredness and self.residual_shear:
+            raise InvalidInput(f"tiredness = {self.tiredness} with residual_shear = {self.residual_shear}: needs 0")
+
 
 def test_a_parameter(campaign: Campaign, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setitem(PARTS, "slip_rule", Tired)
@@ -163,7 +170,43 @@ def test_a_parameter(campaign: Campaign, monkeypatch: pytest.MonkeyPatch) -> Non
     assert found.tiredness.attrs["long_name"] == "how tired a node is"
     assert "tiredness" in scalar_table(found).header
     assert described("tiredness").meaning == "how tired a node is"
-    with pytest.raises(ManifestError, match=r"axes\.tired\[1\] = 2: needs 0 ≤ tiredness ≤ 1"):
+    with pytest.raises(ManifestError, match=r"axes\.tired\[1\] = 2: needs 0 ≤ tired ≤ 1"):
         campaign(lines.replace("1]", "2]"))
     with pytest.raises(ManifestError, match=r"numerics\.tired = 1: belongs in \[slip\] or \[axes\]"):
         campaign("numerics.tired = 1")
+
+
+def test_what_is_said_of_a_campaign_is_said_in_its_words(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, main: Main
+) -> None:
+    """A parameter's word in a manifest need not be its name in the solver: nobody who wrote `tired` reads `tiredness`."""
+    monkeypatch.setitem(PARTS, "slip_rule", Tired)
+    path = tmp_path / "toy.toml"
+    path.write_text('title = "A toy"\n[axes]\nresidual_shear = [0.0, 0.5]\ntired = [0.5, 1]\nradius = [200.0, 1e-6]\n')
+    plan = make_plan(load_manifest(path))
+    assert plan.cases[-1].outcome.message == "tired = 1.0 with residual_shear = 0.5: needs 0"
+    assert {"tired=0.5", "tired=1"} <= {word for task in plan.tasks for word in task.label.split()}
+    code, out, _ = main("plan", path)
+    assert code == 0
+    assert ", tired = 1.0: tired = 1.0 with residual_shear = 0.5: needs 0" in out
+    assert re.search("expected: .*, first .*tired = 0.5", out)
+    assert "tiredness" not in out
+
+
+@dataclass(frozen=True, slots=True)
+class NamedBed(Winkler):
+    """The springs, with a setting whose word is not its name."""
+
+    name = "named"
+    named_modulus: float = parameter(
+        1.0, table="numerics", word="bed", meaning="what the springs are made of", above=0.0
+    )
+
+
+def test_a_scheme_s_setting_beside_an_accuracy_is_refused_by_its_word(
+    campaign: Campaign, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setitem(SCHEMES, "named", NamedBed)
+    lines = 'accuracy = 0.1\nnumerics = {scheme = "named", bed = 2.0}\n'
+    with pytest.raises(ManifestError, match=r"numerics\.bed: needs to be left out beside accuracy"):
+        campaign(lines)

@@ -7,26 +7,14 @@ import click
 from study.accuracy.measurement import measure, write
 from study.accuracy.setup import FULL, QUICK, default_setup, setup_of
 from study.accuracy.table import as_table
-from study.commands.shared.arguments import OUT, CampaignPath, folder
+from study.commands.shared.arguments import folder
 from study.commands.shared.refusals import refusals
 from study.manifest.reader import load_manifest
 from study.report.console import print_table
 
 
-@click.command("accuracy")
-@click.argument("campaign", type=CampaignPath(path_type=Path), required=False)
-@OUT
-@click.option("--quick", is_flag=True, help="A few settings of every setting, in seconds, to see that it works.")
-@click.option(
-    "--save",
-    type=click.Path(path_type=Path),
-    help="Write the front there too: campaigns choose from it by front = FILE.",
-)
-def command(campaign: Path | None, out: Path | None, quick: bool, save: Path | None) -> None:
-    """Measure error against time for every numerical setting.
-
-    On CAMPAIGN's first case [default: the paper's case].
-    """
+def work(campaign: Path | None, out: Path | None, quick: bool, save: Path | None) -> None:
+    """Measure every numerical setting on a campaign's first case, print the diagrams and write them."""
     with refusals():
         setup = setup_of(load_manifest(campaign)) if campaign else default_setup()
         click.echo(f"{setup.title}: measuring, {len(setup.slabs)} slabs, a minute or two each unless --quick", err=True)

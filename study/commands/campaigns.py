@@ -7,9 +7,8 @@ import click
 from study import shipped
 
 
-@click.command("campaigns")
-def command() -> None:
-    """List the campaigns that come with nanoslip, to run by name or to copy."""
+def work() -> None:
+    """Print name and title of each campaign that comes with nanoslip."""
     found = shipped.campaigns()
     width = max(map(len, found))
     for name, path in found.items():

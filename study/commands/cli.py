@@ -1,40 +1,173 @@
-"""The command line: its table of commands. Files of commands are imported one at a time (see `LazyGroup`)."""
+"""The command line: every command with its arguments and its help. What a command does is in the file of its name."""
 
 import atexit
 import gc
 import sys
+from pathlib import Path
 from typing import Final
 
 import click
 
+from study.commands.shared.arguments import CAMPAIGN, OUT, CampaignPath
 from study.commands.shared.exits import ABORTED, show
-from study.commands.shared.lazy import LazyGroup
+from study.commands.shared.lazy import work
+from study.execution.interruption import GRACE
 
-COMMANDS: Final = {
-    "campaigns": "List the campaigns that come with nanoslip, to run by name or to copy.",
-    "plan": "Show what CAMPAIGN would compute, less what is finished.",
-    "run": "Compute what is not finished of CAMPAIGN, then collect it.",
-    "status": "Show how much of CAMPAIGN is finished.",
-    "collect": "Write the dataset of CAMPAIGN from the results that are there.",
-    "report": "Draw figures and write the HTML page of a collected CAMPAIGN.",
-    "figure": "Draw figures of shipped campaigns, with what the paper says beside them.",
-    "verify": "Compute DATASET again from itself alone, and compare.",
-    "describe": "Explain the variables of a dataset (results.nc), or one of them.",
-    "accuracy": "Measure error against time for every numerical setting.",
-    "submit": "Write the batch script that runs CAMPAIGN as one MPI job.",
-}
-"""Command -> its one-line help, in the order of a campaign's life. The file `study/commands/<command>.py` has the rest."""
+FORMATS: Final = ("pdf", "svg", "png")
+"""Of pictures; study.figures.shared.canvas knows how to write them."""
+FIGURES: Final = Path("results/figures")
 
 
-@click.group(
-    cls=LazyGroup,
-    package=__package__,
-    summaries=COMMANDS,
-    context_settings={"help_option_names": ["-h", "--help"]},
-)
+class Group(click.Group):
+    """A group that lists its commands as they are declared: in the order of a campaign's life."""
+
+    def list_commands(self, ctx: click.Context) -> list[str]:
+        """The names of all commands."""
+        return list(self.commands)
+
+
+@click.group(cls=Group, context_settings={"help_option_names": ["-h", "--help"]})
 @click.version_option(package_name="nanoslip")
 def cli() -> None:
     """A friction laboratory: from campaign files (TOML) to one labelled dataset each."""
+
+
+@cli.command()
+def campaigns() -> None:
+    """List the campaigns that come with nanoslip.
+
+    They are there to run by name or to copy.
+    """
+    work("campaigns")
+
+
+@cli.command()
+@CAMPAIGN
+@OUT
+def plan(campaign: Path, out: Path | None) -> None:
+    """Show what CAMPAIGN would compute, less what is finished."""
+    work("plan", campaign, out)
+
+
+@cli.command()
+@CAMPAIGN
+@OUT
+@click.option("--serial", is_flag=True, help="Compute in this process alone, without MPI.")
+@click.option(
+    "--grace", default=GRACE, show_default=True, help="Seconds that running tasks get to finish after a signal."
+)
+@click.option(
+    "--recompute-foreign", is_flag=True, help="Compute again what other software computed (`nanoslip status` names it)."
+)
+def run(campaign: Path, out: Path | None, serial: bool, grace: float, recompute_foreign: bool) -> None:
+    """Compute what is not finished of CAMPAIGN, then collect it.
+
+    Under mpiexec or srun: with all ranks.
+    """
+    work("run", campaign, out, serial, grace, recompute_foreign)
+
+
+@cli.command()
+@CAMPAIGN
+@OUT
+def status(campaign: Path, out: Path | None) -> None:
+    """Show how much of CAMPAIGN is finished."""
+    work("status", campaign, out)
+
+
+@cli.command()
+@CAMPAIGN
+@OUT
+def collect(campaign: Path, out: Path | None) -> None:
+    """Write the dataset of CAMPAIGN from the results that are there."""
+    work("collect", campaign, out)
+
+
+@cli.command()
+@CAMPAIGN
+@OUT
+def report(campaign: Path, out: Path | None) -> None:
+    """Draw figures and write the HTML page of a collected CAMPAIGN."""
+    work("report", campaign, out)
+
+
+@cli.command()
+@click.argument("names", nargs=-1, metavar="[NAME]...")
+@click.option("--all", "everything", is_flag=True, help="Every figure, and a page of them.")
+@click.option(
+    "--format", "formats", multiple=True, type=click.Choice(FORMATS), help="Formats of the pictures [default: all]"
+)
+@click.option("--into", type=click.Path(path_type=Path), default=FIGURES, show_default=True, help="Folder of figures.")
+@click.option(
+    "--out",
+    type=click.Path(path_type=Path),
+    default=FIGURES,
+    show_default=True,
+    help="Folder with a folder of results for each campaign.",
+)
+def figure(names: tuple[str, ...], everything: bool, formats: tuple[str, ...], into: Path, out: Path) -> None:
+    """Draw figures of shipped campaigns, with tables.
+
+    A table says what the paper says and what is found. What is not computed yet is computed in this process. Without NAME the
+    figures are listed.
+    """
+    work("figure", names, everything, formats or FORMATS, into, out)
+
+
+@cli.command()
+@click.argument("dataset", type=click.Path(path_type=Path))
+@click.option(
+    "--sample", type=click.IntRange(min=1), help="So many cases only, evenly spread, the same each time [default: all]"
+)
+def verify(dataset: Path, sample: int | None) -> None:
+    """Compute DATASET again from itself alone, and compare.
+
+    DATASET is a file results.nc. Each case is bit-identical, within tolerance, or different.
+
+    Exit codes: 0 identical or within tolerance, 1 something is different, 2 nothing that can be computed again.
+    """
+    work("verify", dataset, sample)
+
+
+@cli.command()
+@click.argument("name", required=False)
+def describe(name: str | None) -> None:
+    """Explain the variables of a dataset, or one of them.
+
+    NAME is a variable of a file results.nc; without it a table of all is printed.
+    """
+    work("describe", name)
+
+
+@cli.command()
+@click.argument("campaign", type=CampaignPath(path_type=Path), required=False)
+@OUT
+@click.option("--quick", is_flag=True, help="A few settings of every setting, in seconds, to see that it works.")
+@click.option(
+    "--save",
+    type=click.Path(path_type=Path),
+    help="Write the front there too: campaigns choose from it by front = FILE.",
+)
+def accuracy(campaign: Path | None, out: Path | None, quick: bool, save: Path | None) -> None:
+    """Measure error against time for every numerical setting.
+
+    On CAMPAIGN's first case [default: the paper's case].
+    """
+    work("accuracy", campaign, out, quick, save)
+
+
+@cli.command()
+@CAMPAIGN
+@OUT
+@click.option(
+    "--site",
+    type=click.Path(path_type=Path),
+    help="Settings of the cluster: a changed copy of site.toml [default: the one that comes with nanoslip]",
+)
+@click.option("--submit", is_flag=True, help="Hand the script to sbatch.")
+def submit(campaign: Path, out: Path | None, site: Path | None, submit: bool) -> None:
+    """Write the batch script that runs CAMPAIGN as one MPI job."""
+    work("submit", campaign, out, site, submit)
 
 
 def main() -> None:

@@ -7,13 +7,8 @@ from study.dataset.description import described, rows, text_of
 from study.report.console import Table, print_table
 
 
-@click.command("describe")
-@click.argument("name", required=False)
-def command(name: str | None) -> None:
-    """Explain the variables of a dataset (results.nc), or one of them.
-
-    NAME is a variable; without it a table of all is printed.
-    """
+def work(name: str | None) -> None:
+    """Print what one variable of a dataset is, or a table of all."""
     if name is None:
         print_table(Table(("variable", "unit", "meaning"), tuple((one.name, one.units, one.meaning) for one in rows())))
         return

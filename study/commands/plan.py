@@ -4,10 +4,7 @@ from pathlib import Path
 
 import click
 
-from study.commands.shared.arguments import CAMPAIGN, OUT, folder
-from study.commands.shared.plans import planned, print_counts, print_foreign
-from study.commands.shared.refusals import refusals
-from study.dataset.store import Store
+from study.commands.shared.plans import print_counts, show
 from study.discretization.targets import choice
 from study.manifest.effects import effects
 from study.plan.flags import expected_lines
@@ -18,19 +15,9 @@ from study.plan.tasks import Task
 from study.report.console import Table, print_table
 
 
-@click.command("plan")
-@CAMPAIGN
-@OUT
-def command(campaign: Path, out: Path | None) -> None:
-    """Show what CAMPAIGN would compute, less what is finished."""
-    with refusals():
-        plan = planned(campaign)
-        found = Store(folder(campaign, out)).inventory()
-        remaining = plan.remaining(found)
-        _print_plan(plan, remaining)
-        for line in shortages(plan, remaining):
-            click.echo(f"does not fit here: {line}")
-        print_foreign(plan.foreign(found), campaign)
+def work(campaign: Path, out: Path | None) -> None:
+    """Print the plan of a campaign, what is left of it, and which tasks do not fit the memory here."""
+    show(campaign, out, _print_plan)
 
 
 def _print_plan(plan: Plan, remaining: tuple[Task, ...]) -> None:
@@ -50,8 +37,9 @@ def _print_plan(plan: Plan, remaining: tuple[Task, ...]) -> None:
     for line in expected_lines(plan):
         click.echo(f"expected: {line}")
     for case in refused:
-        point = ", ".join(f"{name} = {value}" for name, value in case.parameters.items())
-        click.echo(f"refused: {point}: {case.outcome.message}")
+        click.echo(f"refused: {case.point}: {case.outcome.message}")
+    for line in shortages(plan, remaining):
+        click.echo(f"does not fit here: {line}")
 
 
 def _print_effects(plan: Plan) -> None:

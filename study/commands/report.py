@@ -4,18 +4,15 @@ from pathlib import Path
 
 import click
 
-from study.commands.shared.arguments import CAMPAIGN, OUT, folder
+from study.commands.shared.arguments import folder
 from study.commands.shared.datasets import print_summary
 from study.commands.shared.refusals import refusals
 from study.dataset import file
 from study.report import page
 
 
-@click.command("report")
-@CAMPAIGN
-@OUT
-def command(campaign: Path, out: Path | None) -> None:
-    """Draw figures and write the HTML page of a collected CAMPAIGN."""
+def work(campaign: Path, out: Path | None) -> None:
+    """Print the summary of a campaign's dataset, draw its figures and write its page."""
     into = folder(campaign, out)
     with refusals(), file.read(into / file.FILE) as opened:
         print_summary(opened)

@@ -4,20 +4,16 @@ from pathlib import Path
 
 import click
 
-from study.commands.shared.arguments import CAMPAIGN, OUT, folder
-from study.commands.shared.plans import planned, print_counts, print_foreign
-from study.commands.shared.refusals import refusals
-from study.dataset.store import Store
+from study.commands.shared.plans import print_counts, show
+from study.plan.plan import Plan
+from study.plan.tasks import Task
 
 
-@click.command("status")
-@CAMPAIGN
-@OUT
-def command(campaign: Path, out: Path | None) -> None:
-    """Show how much of CAMPAIGN is finished."""
-    with refusals():
-        plan = planned(campaign)
-        found = Store(folder(campaign, out)).inventory()
-        click.echo(plan.manifest.title)
-        print_counts(plan.tasks, plan.remaining(found))
-        print_foreign(plan.foreign(found), campaign)
+def work(campaign: Path, out: Path | None) -> None:
+    """Print how many of a campaign's tasks are finished."""
+    show(campaign, out, _print_status)
+
+
+def _print_status(plan: Plan, remaining: tuple[Task, ...]) -> None:
+    click.echo(plan.manifest.title)
+    print_counts(plan.tasks, remaining)

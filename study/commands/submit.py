@@ -7,7 +7,7 @@ from pathlib import Path
 import click
 
 from study import shipped
-from study.commands.shared.arguments import CAMPAIGN, OUT, folder
+from study.commands.shared.arguments import folder
 from study.commands.shared.exits import Refusal
 from study.commands.shared.plans import planned
 from study.commands.shared.refusals import refusals
@@ -16,17 +16,8 @@ from study.execution import submission
 from study.execution.submission import SiteError
 
 
-@click.command("submit")
-@CAMPAIGN
-@OUT
-@click.option(
-    "--site",
-    type=click.Path(path_type=Path),
-    help="Settings of the cluster: a changed copy of site.toml [default: the one that comes with nanoslip]",
-)
-@click.option("--submit", is_flag=True, help="Hand the script to sbatch.")
-def command(campaign: Path, out: Path | None, site: Path | None, submit: bool) -> None:
-    """Write the batch script that runs CAMPAIGN as one MPI job."""
+def work(campaign: Path, out: Path | None, site: Path | None, submit: bool) -> None:
+    """Write the batch script of a campaign; with `submit` hand it to sbatch and end the process."""
     used = site or shipped.folder("slurm") / "site.toml"
     with refusals(SiteError):
         planned(campaign)  # what is wrong with it is better known before the queue than after

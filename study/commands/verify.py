@@ -22,18 +22,8 @@ from study.report.console import Table, console, print_table
 from study.report.summary import MOST_ROWS
 
 
-@click.command("verify")
-@click.argument("dataset", type=click.Path(path_type=Path))
-@click.option(
-    "--sample", type=click.IntRange(min=1), help="So many cases only, evenly spread, the same each time [default: all]"
-)
-def command(dataset: Path, sample: int | None) -> None:
-    """Compute DATASET again from itself alone, and compare.
-
-    DATASET is a file results.nc. Each case is bit-identical, within tolerance, or different.
-
-    Exit codes: 0 identical or within tolerance, 1 something is different, 2 nothing that can be computed again.
-    """
+def work(dataset: Path, sample: int | None) -> None:
+    """Compute a dataset's cases again, print how each compares, and end the process with the exit code for the worst."""
     with refusals(), TemporaryDirectory() as folder, verification.opened(dataset) as found:
         plan = verification.rebuilt(found, dataset)
         cases = verification.computed(plan, found)

@@ -80,6 +80,7 @@ class Shared:
         return lying and identical(self._found["case_id"].values, self._again["case_id"].values)
 
     def differences(self) -> list[Difference]:
+        """How each attribute and each variable without a case of its own compares: one entry for each, identical ones too."""
         found, again = self._found, self._again
         names = {str(name) for name in (*found.variables, *again.variables)}
         missing = [_odd(name, "is missing") for name in sorted(names) if name not in found.variables]

@@ -1,1 +1,1 @@
-"""What each grid costs and how wrong it is, and the choice of one."""
+"""Time and error of each discretization of the slab, and the choice of one for a campaign."""

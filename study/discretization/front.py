@@ -1,10 +1,10 @@
-"""What each discretization of the slab costs, and how wrong it is: measured by `nanoslip accuracy`, kept as data.
+"""Processor time and error of each discretization of the slab, as `nanoslip accuracy` measured them and a file keeps them.
 
 The error of a discretization on a slab under a contact is the largest relative error of the case's deterministic
 observables: the compliance energies of elliptic normal and tangential loads, the lateral stiffness K, the approach, and
 the half-width and largest pressure of frictionless contact. Linear elasticity makes all of them functions of the contact's
-half-width alone, whatever load and radius gave it. Plateaus and friction coefficients are chaotic: their uncertainty is
-that of block means, and stands beside them in the dataset.
+half-width alone, whatever load and radius gave it. Plateaus and friction coefficients are left out, as they are chaotic.
+Their uncertainty is estimated from block means, and is a variable of the dataset.
 """
 
 import hashlib
@@ -31,44 +31,44 @@ ALIKE = math.log(1.25)
 SHIPPED = "front.json"
 """The front that comes with this package, measured on the developers' machine."""
 LONGEST_REASON = 150
-"""Characters of why a file is no front."""
+"""The most characters that a message shows of the reason why a file is no front."""
 
 
 @dataclass(frozen=True, slots=True)
 class Measured:
-    """One discretization of one slab."""
+    """One discretization of one slab, with its measured time and errors."""
 
     slab: Slab
     seconds: float
-    """Of processor time: the slab's compliance and a record of the reference displacement."""
+    """Processor time in s of the slab's compliance and of a record up to the reference displacement."""
     errors: tuple[float, ...]
-    """The error with each of the front's contacts."""
+    """Relative error with each of the front's contacts, in their order."""
 
 
 @dataclass(frozen=True, slots=True)
 class Front:
-    """All that was measured on one machine."""
+    """Time and error of all discretizations that were measured on one machine."""
 
     name: str
-    """The file."""
+    """Name of its file, for messages."""
     machine: Mapping[str, str]
-    """What it was measured with."""
+    """Processor and software of the measurement."""
     contacts: tuple[float, ...]
-    """Half-widths of the contacts, a/L_x, increasing: Hertz's on a half-plane."""
+    """Half-widths a/L_x of the contacts that errors were measured with, by Hertz's formula for a half-plane; increasing."""
     rows: tuple[Measured, ...]
     sha256: str = ""
-    """Of the file."""
+    """SHA-256 of its file."""
     _row_of: dict[Slab, Measured] = field(init=False, repr=False, compare=False, default_factory=dict)
 
     def __post_init__(self) -> None:
         self._row_of.update((row.slab, row) for row in self.rows)
 
     def expected_error(self, case: Case) -> float:
-        """The error measured for a case's slab: the largest of all contacts about as wide as its own.
+        """Relative error to expect of a case: the largest that was measured on its slab with contacts about as wide as its own.
 
-        A contact is made of whole nodes, so errors jump with its width; those of its neighbours say how far. NaN for a flat
-        punch (its pressure is singular) and a rough pin, for a discretization or a slab that was not measured, and for a
-        contact narrower or wider than all that were, or like none of them.
+        A contact is made of whole nodes, so the error jumps as its width grows; contacts of similar width show how far.
+        NaN where nothing comparable was measured: for a flat punch (its pressure is singular) and a rough pin, for
+        another discretization or slab, and for a contact whose width is unlike all that were measured.
         """
         row, half_width = self._row_of.get(case.slab), hertz_half_width(case)
         measured = case.pin == "parabola" and not case.heterogeneity.roughness
@@ -78,12 +78,12 @@ class Front:
         return max((error for contact, error in errors if alike(contact, half_width)), default=math.nan)
 
     def like(self, slab: Slab) -> tuple[Measured, ...]:
-        """All discretizations of a slab like this one."""
+        """The measured discretizations of slabs with the same height, Poisson's ratio and support."""
         return tuple(row for row in self.rows if physics(row.slab) == physics(slab))
 
 
 def alike(one: float, other: float) -> bool:
-    """Whether two contacts are about as wide: within a quarter."""
+    """Whether the half-widths of two contacts differ by at most a quarter."""
     return abs(math.log(one / other)) <= ALIKE
 
 
@@ -93,24 +93,24 @@ def hertz_half_width(case: Case) -> float:
 
 
 def physics(slab: Slab) -> dict[str, Any]:
-    """What a slab is, by field name."""
+    """The physical parameters of a slab by field name: height, Poisson's ratio, support."""
     return {name: getattr(slab, name) for name in PHYSICS}
 
 
 def discretized(slab: Slab, discretization: Mapping[str, Any]) -> Slab:
-    """The slab on another grid, the scheme's own values for what is not given. Raises InvalidInput."""
+    """The same physical slab with another discretization; the scheme's defaults for what is not given. Raises InvalidInput."""
     return Slab.of({**physics(slab), **discretization})
 
 
 def settings(slab: Slab) -> dict[str, Any]:
-    """How a slab is discretized, by field name."""
+    """The parameters of a slab's discretization by field name; None for the settings of other schemes."""
     return {name: slab.flat[name] for name in parameters.settings()}
 
 
 def pareto_front(time: ArrayLike, error: ArrayLike) -> NDArray[np.bool_]:
-    """Mask of the points that no other point beats: nothing as fast is more accurate, nothing as accurate is faster.
+    """Mask of the Pareto-optimal points: no other point is at least as fast and at least as accurate, and better in one.
 
-    Of points that are equal in both the first counts; a point without time or error (NaN) never does.
+    time, error: shape (points,). Of equal points only the first is marked. A point without time or error (NaN) is not.
     """
     times, errors = np.asarray(time, float), np.asarray(error, float)
     on_front = np.zeros(times.shape, dtype=np.bool_)
@@ -123,9 +123,9 @@ def pareto_front(time: ArrayLike, error: ArrayLike) -> NDArray[np.bool_]:
 
 
 def load_front(path: Path | None = None, given: str | None = None) -> Front:
-    """The front of a file that `nanoslip accuracy --save` wrote; without one, that of this package.
+    """Read the front in a file that `nanoslip accuracy --save` wrote; without a path, the one that comes with this package.
 
-    given: the file's text, where it was read before. Raises ManifestError.
+    given: the text of the file, where it has been read already. Raises ManifestError.
     """
     where = Path(SHIPPED) if path is None else path
     try:
@@ -142,7 +142,7 @@ def load_front(path: Path | None = None, given: str | None = None) -> Front:
 
 
 def _front(name: str, text: str) -> Front:
-    """The front that a text says. Raises ValueError, LookupError, TypeError, RecursionError or SolverError."""
+    """The front written in a text. Raises ValueError, LookupError, TypeError, RecursionError or SolverError."""
     found = json.loads(text)
     contacts = tuple(_measured("contacts", value) for value in found["contacts"])
     if not contacts or any(before >= after for before, after in itertools.pairwise((0.0, *contacts))):
@@ -157,7 +157,7 @@ def _front(name: str, text: str) -> Front:
 
 
 def _row(values: dict[str, Any]) -> Measured:
-    """A row by column; what is neither its time nor its errors is the slab."""
+    """One row from its columns: time, errors, and the parameters of its slab."""
     seconds = _measured("seconds", values.pop("seconds"))
     return Measured(
         errors=tuple(_measured("errors", e) for e in values.pop("errors")), seconds=seconds, slab=Slab.of(values)
@@ -165,7 +165,7 @@ def _row(values: dict[str, Any]) -> Measured:
 
 
 def _measured(name: str, value: Any) -> float:
-    """A number that can have been measured, or a length. Raises InvalidInput."""
+    """A finite number of at least 0, as times, errors and lengths are. Raises InvalidInput."""
     number = as_float(name, value)
     if not 0.0 <= number < math.inf:
         raise InvalidInput(f"{name} = {number!r}: needs finite numbers from 0 on")
@@ -173,7 +173,7 @@ def _measured(name: str, value: Any) -> float:
 
 
 def as_text(machine: Mapping[str, str], contacts: Iterable[float], rows: Iterable[Measured]) -> str:
-    """A front as JSON, one row a line, times and errors with three digits."""
+    """The front as JSON text, one row a line, times and errors with three digits."""
     names = list(Slab().flat)
     lines = [
         json.dumps([*(row.slab.flat[name] for name in names), _short(row.seconds), [_short(e) for e in row.errors]])

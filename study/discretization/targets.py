@@ -1,7 +1,7 @@
-"""An error instead of a grid: `accuracy = 0.01` -> the cheapest measured discretization that keeps it in every case."""
+"""The choice of a discretization for `accuracy = 0.01`: the fastest measured one whose error is at most that in every case."""
 
 import math
-from collections.abc import Iterable, Iterator
+from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import replace
 from typing import Final
 
@@ -15,14 +15,14 @@ from study.manifest.parameters import Value
 from study.manifest.problems import ManifestError
 
 SCHEME: Final = "galerkin"
-"""The scheme that converges: only its discretizations are chosen from."""
+"""The only scheme chosen from, as its errors converge to zero."""
 
 
 def settled(manifest: Manifest) -> Manifest:
-    """The manifest with the numerics that its accuracy asks for; itself where it asks for none.
+    """The manifest with the discretization chosen for its `accuracy`; unchanged where it has none.
 
-    All cases get the same discretization: a campaign is to compare them. Raises ManifestError where no measured one is
-    good enough, with the best that there is.
+    All cases get the same discretization, so that their differences are physical. Raises ManifestError where no measured one
+    is accurate enough; its message names the best.
     """
     if manifest.accuracy is None and manifest.front is None:
         return manifest
@@ -39,23 +39,23 @@ def settled(manifest: Manifest) -> Manifest:
 
 
 def choice(manifest: Manifest) -> str:
-    """The discretization of a settled manifest, in words."""
-    return ", ".join(f"{name} = {value}" for name, value in chosen(manifest).items())
+    """The chosen discretization as text: `n_x = 129, rows_per_level = 2, ...`, in the words of a manifest."""
+    return _in_words(chosen(manifest))
 
 
 def chosen(manifest: Manifest) -> dict[str, Value]:
-    """The discretization of a settled manifest."""
+    """The chosen discretization of a manifest from `settled`, by field name."""
     return {name: manifest.numerics[name] for name in parameters.settings() if name in manifest.numerics}
 
 
 class UnreachableError(Exception):
-    """No measured discretization is good enough; the message says what is needed instead."""
+    """No measured discretization is accurate enough. The message says what is needed instead."""
 
 
 def cheapest(front: Front, cases: Iterable[Case], accuracy: float) -> Slab:
-    """The fastest discretization whose error is expected to be at most `accuracy` in every case, as the first one's slab.
+    """The fastest discretization whose expected error is at most `accuracy` in every case.
 
-    Raises UnreachableError.
+    Returns the slab of the front's row. Raises UnreachableError where there is none.
     """
     alike = {
         (case.pin, case.heterogeneity.roughness, hertz_half_width(case), *physics(case.slab).values()): case
@@ -70,8 +70,8 @@ def cheapest(front: Front, cases: Iterable[Case], accuracy: float) -> Slab:
     good = [(seconds, error, slab) for error, seconds, slab in known if error <= accuracy]
     if not good:
         error, _, slab = min(known, key=lambda found: found[0])
-        words = ", ".join(f"{name} = {value}" for name, value in _given(slab).items())
-        raise UnreachableError(f"needs {_above(error)} or more, the best that {front.name} has: {words}")
+        best = _in_words(_given(slab))
+        raise UnreachableError(f"needs {_above(error)} or more, the best that {front.name} has: {best}")
     return min(good, key=lambda found: found[:2])[2]
 
 
@@ -85,11 +85,15 @@ def _expected(front: Front, cases: list[Case]) -> Iterator[tuple[float, float, S
 
 
 def _given(slab: Slab) -> dict[str, Value]:
-    """The settings that the slab's scheme has."""
+    """The parameters of a slab's discretization, without the settings of other schemes."""
     return {name: value for name, value in settings(slab).items() if value is not None}
 
 
+def _in_words(settings: Mapping[str, Value]) -> str:
+    return parameters.in_words(", ".join(f"{name} = {value}" for name, value in settings.items()))
+
+
 def _above(error: float) -> float:
-    """The error with two digits, rounded up: what can be asked for."""
+    """An error rounded up to two digits, so that asking for it succeeds."""
     scale = 10.0 ** (math.floor(math.log10(error)) - 1)
     return float(f"{math.ceil(error / scale) * scale:.1e}")

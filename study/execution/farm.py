@@ -21,13 +21,11 @@ from types import TracebackType
 from typing import Any, NoReturn, Protocol, Self, TypeVar
 
 from study.execution.dispatch import Dispatcher
-from study.execution.interruption import LAST_WORDS, Interruption
+from study.execution.interruption import GRACE, LAST_WORDS, Interruption
 from study.execution.launch import processes_started
 from study.execution.ledger import UNDONE, Done, Execute, Ledger, Report, Tally, attempt
 from study.execution.queue import Work
 
-GRACE = 20.0
-"""Seconds that a running task has to finish after a signal."""
 SHORTEST_PAUSE, LONGEST_PAUSE = 1e-4, 2e-3
 """Seconds between polls for messages: waiting inside MPI would spin and take a core from the ranks that compute."""
 

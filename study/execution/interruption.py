@@ -13,6 +13,8 @@ from typing import Self
 SIGNALS = (signal.SIGTERM, signal.SIGINT)
 EXIT_CODE = 99
 """Exit code of an interrupted run: a batch script can tell it from an error and run it again."""
+GRACE = 20.0
+"""Seconds that a running task has to finish after a signal."""
 ECHO = 2.0
 """Seconds in which a further signal is the same one again: a terminal signals the ranks, and so does their launcher."""
 LAST_WORDS = 0.5

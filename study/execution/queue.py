@@ -10,15 +10,29 @@ class Work(Protocol):
     """The attributes of a task that scheduling uses; `study.plan.tasks.Task` has them."""
 
     @property
-    def key(self) -> str: ...
+    def key(self) -> str:
+        """Name of the task, different for each."""
+        ...
+
     @property
-    def kind(self) -> str: ...
+    def kind(self) -> str:
+        """One of study.plan.tasks.KINDS."""
+        ...
+
     @property
-    def needs(self) -> tuple[str, ...]: ...
+    def needs(self) -> tuple[str, ...]:
+        """Keys of the tasks that have to be finished before it."""
+        ...
+
     @property
-    def cost(self) -> float: ...
+    def cost(self) -> float:
+        """Estimated seconds on one core."""
+        ...
+
     @property
-    def label(self) -> str: ...
+    def label(self) -> str:
+        """Text that messages and progress name the task by."""
+        ...
 
 
 W = TypeVar("W", bound=Work)

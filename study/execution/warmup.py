@@ -6,8 +6,7 @@ from dataclasses import replace
 from pathlib import Path
 from tempfile import TemporaryDirectory
 
-from solver.case import Case, Heterogeneity
-from solver.slab import Slab
+from solver.case import Case
 from study.dataset.store import Store
 from study.plan.tasks import Task, compliance_task, contact_task, drive_task, record_task, run_task
 
@@ -38,24 +37,19 @@ def miniatures(tasks: Sequence[Task]) -> list[Task]:
     return list(found.values())
 
 
-_STEADY = Case(slab=Slab(n_x=17), radius=50.0, max_events=60)
-"""A small case whose record becomes steady, as a drive needs it."""
+_NUMBERS = {"n_x": 17, "radius": 50.0, "max_events": 60}
+"""Numbers of a small case whose record becomes steady, as a drive needs it."""
+_STEADY = Case.of(_NUMBERS)
 _COMPLIANCE = compliance_task(_STEADY.slab)
+_ROUGH = ((-0.1, 0.0), (0.1, 0.0))
+"""A rough pin has kernels of its own, whatever its profile."""
 
 
 def _tiny(case: Case) -> Case:
-    """A small case with the same switches: they decide which kernels run, the numbers do not."""
-    rule = replace(_STEADY.slip_rule, slip_order=case.slip_rule.slip_order)
-    return replace(
-        _STEADY,
-        pin=case.pin,
-        initial_contact=case.initial_contact,
-        slip_rule=rule,
-        effects=case.effects,
-        heterogeneity=_rough_or_not(case),
-    )
+    """A small case with the same words and switches: they decide which kernels run, the numbers do not.
 
-
-def _rough_or_not(case: Case) -> Heterogeneity:
-    """A rough pin has kernels of its own."""
-    return Heterogeneity(roughness=((-0.1, 0.0), (0.1, 0.0)) if case.heterogeneity.roughness else ())
+    The slab's are left out: nothing of a compliance is compiled.
+    """
+    flat = case.flat
+    chosen = {name: flat[name] for name in flat.keys() - case.slab.flat.keys() if isinstance(flat[name], str | bool)}
+    return Case.of({**_NUMBERS, **chosen, "roughness": _ROUGH if case.heterogeneity.roughness else ()})

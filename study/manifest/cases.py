@@ -8,7 +8,7 @@ from solver.case import Case
 from solver.outcome import COMPLETED, InvalidInput, Outcome
 from study.manifest.effects import refusal
 from study.manifest.manifest import Manifest
-from study.manifest.parameters import STANDARD, Value, make_case
+from study.manifest.parameters import STANDARD, Value, in_words, make_case
 from study.manifest.problems import ManifestError
 from study.provenance import content_hash
 
@@ -29,6 +29,11 @@ class CampaignCase:
     outcome: Outcome
     """COMPLETED, or why there is no case."""
 
+    @property
+    def point(self) -> str:
+        """Its parameters in the words of a manifest, for messages."""
+        return in_words(", ".join(f"{name} = {value}" for name, value in self.parameters.items()))
+
 
 def expand(manifest: Manifest) -> tuple[CampaignCase, ...]:
     """All cases of a campaign, the last axis fastest. Raises ManifestError naming both where two are the same."""
@@ -39,8 +44,7 @@ def expand(manifest: Manifest) -> tuple[CampaignCase, ...]:
     for number, case in enumerate(cases, 1):
         first = numbers.setdefault(case.case_id, number)
         if first != number:
-            point = ", ".join(f"{name} = {value}" for name, value in case.parameters.items())
-            problems.append(f"{manifest.path}: cases {first} and {number} are the same: {point}")
+            problems.append(f"{manifest.path}: cases {first} and {number} are the same: {case.point}")
     if problems:
         raise ManifestError(problems)
     return cases
@@ -64,7 +68,7 @@ def _campaign_case(manifest: Manifest, point: dict[str, Value], member: int) -> 
             raise InvalidInput(wrong)
     except InvalidInput as error:
         case, outcome = None, error.outcome
-    full = case.flat if case else {**Case().flat, **given, **({MEMBER: member} if several else {})}
+    full = case.flat if case else {**Case.of({}).flat, **given, **({MEMBER: member} if several else {})}
     standard = {name: full[name] for name in STANDARD}
     labels = {name: value for name, value in {**standard, **point}.items() if value is not None}
     if several:

@@ -20,6 +20,7 @@ class Checker:
         self.problems: list[str] = []
 
     def refuse(self, where: str, wrong: str) -> None:
+        """Add a problem: the key and value that are refused, and what is needed instead."""
         self.problems.append(f"{self.path}: {where}: {wrong}")
 
     def words_of_table(self, table: str, content: dict[str, Any]) -> Columns:
@@ -33,6 +34,7 @@ class Checker:
         return good
 
     def one_place(self, axes: Columns, fixed: dict[str, Columns]) -> None:
+        """Refuse each parameter that is an axis and stands in a table, too."""
         for table, part in fixed.items():
             for word in part:
                 if word in axes:

@@ -1,6 +1,7 @@
 """The flat names of a case: every parameter of Case and its parts has one word and one table of a campaign file."""
 
 import math
+import re
 from collections.abc import Mapping
 from typing import Any, Final
 
@@ -37,6 +38,12 @@ def table_of(word: str) -> str:
     return next((table for table in TABLES if word in words_of(table)), "")
 
 
+def in_words(text: str) -> str:
+    """A text about parameters with their words of a manifest in place of their names."""
+    named = {name: word for word, name in words().items() if word != name}
+    return re.sub("|".join(rf"\b{name}\b" for name in named), lambda found: named[found.group()], text)
+
+
 def settings() -> tuple[str, ...]:
     """Parameters that say how a slab is discretized."""
     return (*(name for name in declared(Slab) if name not in PHYSICS), *SCHEMES.settings())
@@ -52,7 +59,7 @@ def make_case(parameters: Mapping[str, Any]) -> Case:
     """The case with these fields, defaults for the rest.
 
     A limit of displacement or spacings without one of events stands alone; without any limit there are LIMITS.
-    Raises InvalidInput with the field, value and range.
+    Raises InvalidInput with the word of a manifest, value and range.
     """
     for name, value in parameters.items():
         if isinstance(value, float) and math.isinf(value) and name != "intrinsic_friction":
@@ -62,4 +69,7 @@ def make_case(parameters: Mapping[str, Any]) -> Case:
         limits = LIMITS
     elif "max_events" not in parameters:
         limits = {"max_events": None}
-    return Case.of({**limits, **parameters})
+    try:
+        return Case.of({**limits, **parameters})
+    except InvalidInput as error:
+        raise InvalidInput(in_words(str(error))) from None

@@ -16,7 +16,7 @@ from study.manifest.columns import Columns, Given, read_text
 from study.manifest.drives import NamedDrive, drive_parameters
 from study.manifest.manifest import STAGES, Design, Ensemble, Manifest, Outputs, Stage, field_names
 from study.manifest.named_files import NamedFiles
-from study.manifest.parameters import TABLES, Value, axes, make_case, settings
+from study.manifest.parameters import TABLES, Value, axes, make_case, settings, words
 from study.manifest.problems import ManifestError, key_shown, need, shown, unknown
 
 
@@ -167,7 +167,7 @@ class _Reader(NamedFiles):
         if isinstance(accuracy, bool) or not 0.0 < accuracy < 1.0:
             self.refuse(f"accuracy = {shown(accuracy)}", f"needs {_TOP['accuracy'][1]}")
             return None
-        for column in (given[word] for word in settings() if word in given):
+        for column in (column for word, column in given.items() if words()[word] in settings()):
             self.problems.append(f"{column[0].where}: needs to be left out beside accuracy = {shown(accuracy)}")
         return float(accuracy)
 

@@ -3,7 +3,7 @@
 from collections.abc import Callable, Sequence
 
 from solver.sliding.validity import FLAGS, expected_flags, mask_of
-from study.manifest.parameters import Value
+from study.manifest.parameters import Value, in_words
 from study.plan.cost import expected_displacement
 from study.plan.plan import Plan
 
@@ -30,7 +30,7 @@ def expected_lines(plan: Plan) -> list[str]:
 
     def words(number: int) -> str:
         point = plan.cases[number].parameters
-        return ", ".join(f"{name} = {_short(point[name])}" for name in varying if name in point)
+        return in_words(", ".join(f"{name} = {_short(point[name])}" for name in varying if name in point))
 
     cases = [each.case for each in plan.cases]
     masks = [

@@ -6,7 +6,7 @@ from dataclasses import dataclass, field, replace
 from study.discretization.targets import settled
 from study.manifest.cases import MEMBER, CampaignCase, expand
 from study.manifest.manifest import Manifest
-from study.manifest.parameters import Value
+from study.manifest.parameters import Value, in_words
 from study.origin import Origins, foreign, here
 from study.plan.condensation import condensation_seconds
 from study.plan.cost import memory_of, seconds_of
@@ -132,7 +132,7 @@ def _longest_chain_first(tasks: Collection[Task]) -> tuple[Task, ...]:
 def _estimated(task: Task, label: Mapping[str, Value], free: bool) -> Task:
     words = (f"{name}={value:g}" if isinstance(value, float) else f"{name}={value}" for name, value in label.items())
     cost = 0.0 if free else min(_seconds(task), _LONGEST)
-    return replace(task, cost=cost, label=" ".join((task.kind, *words)))
+    return replace(task, cost=cost, label=in_words(" ".join((task.kind, *words))))
 
 
 # Rough seconds on one core of an ordinary machine: they order the work and warn of days, no more. See study.plan.cost.

@@ -1,1 +1,1 @@
-"""What people look at: tables in the terminal, figures, the page."""
+"""Results for people: tables on the terminal, figures, the HTML page."""

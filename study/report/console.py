@@ -1,4 +1,4 @@
-"""What is shown on the terminal, and on whatever stands in for one."""
+"""Print tables and progress on a terminal, a pipe or a file."""
 
 from dataclasses import dataclass
 
@@ -7,19 +7,19 @@ import rich.console
 import rich.table
 
 WIDE = 200
-"""Columns of output that no terminal limits."""
+"""Width in characters of output that goes to a pipe or a file."""
 
 
 @dataclass(frozen=True, slots=True)
 class Table:
-    """Rows of text under a header; the last column is prose."""
+    """A header and rows of text; the last column holds sentences."""
 
     header: tuple[str, ...]
     rows: tuple[tuple[str, ...], ...]
 
 
 def console(stderr: bool = False) -> rich.console.Console:
-    """Standard output or error as rich sees it: as wide as the terminal, or `WIDE` where there is none."""
+    """Standard output or error as a console of rich: as wide as the terminal, or `WIDE` without one."""
     found = rich.console.Console(stderr=stderr, highlight=False, markup=False)
     return (
         found if found.is_terminal else rich.console.Console(stderr=stderr, width=WIDE, highlight=False, markup=False)

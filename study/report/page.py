@@ -1,4 +1,4 @@
-"""Dataset -> figures and one HTML page that needs no other file."""
+"""Draw a dataset's figures and write one HTML page with all of them inside."""
 
 import base64
 import io
@@ -22,12 +22,12 @@ from study.report.summary import Point, flag_summary, points, scalar_table, word
 FILE: Final = "report.html"
 FOLDER: Final = "figures"
 MOST_FIGURES: Final = 40
-"""Figures of each sort that a report draws; a larger campaign is a matter for its dataset."""
+"""The most figures of each sort (records, drives) that a report draws."""
 
 
 @dataclass(frozen=True, slots=True)
 class Picture:
-    """A figure as it is kept and shown."""
+    """One figure: stem of its file name, caption, and image as PNG."""
 
     name: str
     caption: str
@@ -35,12 +35,14 @@ class Picture:
 
     @property
     def base64(self) -> str:
-        """The image as text, for embedding."""
+        """The image in base64, to stand inside the page."""
         return base64.b64encode(self.png).decode()
 
 
 def pictures(dataset: xr.Dataset) -> Iterator[Picture]:
-    """F/W against δ_p of each record, then the spring force of each drive; all of a sort together come first."""
+    """The figures of a dataset: F/W against δ_p of each record, then the spring force of each drive over time.
+
+    Where there are 2 to 8 of a sort, a figure with all of them comes first."""
     for instance, sample, draw, caption in (
         ("record", "event", _draw_record, "Friction force over load against pin displacement"),
         ("trajectory", "sample", _draw_trajectory, "Spring force over load against time"),
@@ -56,7 +58,7 @@ def pictures(dataset: xr.Dataset) -> Iterator[Picture]:
 
 
 def write(dataset: xr.Dataset, out: Path) -> list[Path]:
-    """Write the page and the figures beside it; returns the files, the page first. Raises StoreError."""
+    """Write the page and its figures into a folder. Returns their paths, the page first. Raises StoreError."""
     found = list(pictures(dataset))
     page = out / FILE
     figures = [out / FOLDER / f"{picture.name}.png" for picture in found]

@@ -1,4 +1,4 @@
-"""What a reader asks first of a dataset: its cases one by one, labelled by what tells them apart, and a table of them."""
+"""The cases of a dataset as a table: one row each, labelled by the parameters in which they differ."""
 
 import itertools
 import math
@@ -17,7 +17,7 @@ from study.plan.flags import flag_lines
 from study.report.console import Table
 
 MOST_ROWS: Final = 500
-"""Rows of a table; more are a matter for the dataset."""
+"""The most rows of a table on the terminal or the page."""
 SYMBOLS: Final = {"intrinsic_friction": "μ_i", "radius": "R/L_x", "aspect_ratio": "L_z/L_x", "poisson": "ν"}
 
 
@@ -26,15 +26,15 @@ class Point:
     """One case of a dataset, with its drive where there are drives."""
 
     label: dict[str, Value]
-    """The parameters that tell it from the others."""
+    """The parameters in which it differs from the other cases."""
     values: xr.Dataset
     """The scalars of this case."""
     selection: dict[str, Value]
-    """What singles it out for `record` and `trajectory` of study.dataset.ragged."""
+    """The arguments with which `record` and `trajectory` of study.dataset.ragged find it."""
 
 
 def points(dataset: xr.Dataset, variable: str) -> Iterator[Point]:
-    """Every place of a variable over the cases (and drives), in its order."""
+    """The cases that a variable has, with their drives where it has them, in the variable's order."""
     dims = dataset[variable].dims
     varying = [str(name) for name in _varying(dataset, dims)]
     scalars = dataset[[name for name in dataset.data_vars if set(dataset[name].dims) <= set(dims)]].load()
@@ -67,7 +67,7 @@ def scalar_table(dataset: xr.Dataset) -> Table:
 
 
 def flag_summary(dataset: xr.Dataset) -> list[str]:
-    """One line for each flag that a case of the dataset has: how many have it, the first of them, and the advice."""
+    """One line for each validity flag: how many cases have it, the first of them, and the advice."""
     if VALIDITY.name not in dataset:
         return []
     dataset = over_members(dataset)
@@ -82,7 +82,7 @@ def flag_summary(dataset: xr.Dataset) -> list[str]:
 
 
 def words(label: dict[str, Value]) -> str:
-    """A label in one line."""
+    """A label as text: `R/L_x = 200, normal_load = 0.001`."""
     return ", ".join(f"{SYMBOLS.get(name, name)} = {_number(value)}" for name, value in label.items())
 
 
@@ -99,7 +99,7 @@ _COLUMNS: Final = (
 
 
 def _varying(dataset: xr.Dataset, dims: tuple[Any, ...]) -> list[Any]:
-    """Coordinates of several values: the dimensions, or the parameters along `case`."""
+    """Coordinates with more than one value: dimensions, or the parameters along the dimension `case`."""
     if "case" not in dims:
         return [dim for dim in dims if dataset.sizes[dim] > 1]
     along = [name for name in dataset.coords if "case" in dataset[name].dims and name not in ("case", "case_id")]
@@ -121,7 +121,7 @@ def _cell(values: xr.Dataset, names: tuple[str, ...]) -> str:
 
 
 def _ending(values: xr.Dataset) -> str:
-    """The first trouble of a case and its drive with the advice, and in brackets the case's flags."""
+    """How a case and its drive ended: the first bad outcome with its advice, and the case's flags in brackets."""
     ending, message = "completed", ""
     for found, why in (("outcome", "message"), ("drive_outcome", "drive_message")):
         if found in values and (values[found] != "completed" or values[why] != ""):

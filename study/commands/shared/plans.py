@@ -1,11 +1,14 @@
 """A campaign's plan, and what `plan`, `status` and `run` print of it."""
 
 from collections import Counter
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from pathlib import Path
 
 import click
 
+from study.commands.shared.arguments import folder
+from study.commands.shared.refusals import refusals
+from study.dataset.store import Store
 from study.manifest.reader import load_manifest
 from study.origin import Origins, census, here
 from study.plan.plan import Plan, make_plan, memory_of
@@ -16,6 +19,18 @@ from study.report.console import Table, print_table
 def planned(campaign: Path) -> Plan:
     """The plan of a campaign file. Raises ManifestError."""
     return make_plan(load_manifest(campaign))
+
+
+def show(campaign: Path, out: Path | None, print_plan: Callable[[Plan, tuple[Task, ...]], None]) -> None:
+    """Print a campaign's plan and what is left of it, then which finished results are by other software.
+
+    out: folder of the results, None for the campaign's own. Raises Refusal.
+    """
+    with refusals():
+        plan = planned(campaign)
+        found = Store(folder(campaign, out)).inventory()
+        print_plan(plan, plan.remaining(found))
+        print_foreign(plan.foreign(found), campaign)
 
 
 def print_counts(tasks: tuple[Task, ...], remaining: tuple[Task, ...]) -> None:

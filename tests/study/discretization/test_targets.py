@@ -8,6 +8,7 @@ from solver.case import Case
 from solver.slab import Slab
 from study.discretization.front import Front, Measured, as_text
 from study.discretization.targets import UnreachableError, cheapest
+from study.manifest import parameters
 from study.manifest.problems import ManifestError
 from study.manifest.reader import load_manifest
 from study.plan.plan import make_plan
@@ -45,6 +46,12 @@ def test_it_is_good_enough_for_the_most_demanding_case():
 
 def test_what_is_out_of_reach_is_refused_with_the_best_there_is():
     with pytest.raises(UnreachableError, match=r"needs 0\.04 or more.*n_x = 129, scheme = galerkin"):
+        cheapest(FRONT, [NARROW, WIDE], 0.03)
+
+
+def test_the_best_there_is_is_said_in_the_words_of_a_manifest(monkeypatch):
+    monkeypatch.setattr(parameters, "words", lambda: {"nodes": "n_x"})
+    with pytest.raises(UnreachableError, match=r"here\.json has: nodes = 129, "):
         cheapest(FRONT, [NARROW, WIDE], 0.03)
 
 

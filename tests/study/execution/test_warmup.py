@@ -1,11 +1,16 @@
 """The warm-up runs every kernel that a campaign needs: each miniature of its tasks comes to its end."""
 
+from dataclasses import dataclass
+from typing import Any, Literal
+
 import pytest
 
+from solver.case import PARTS, Case, SlipRule
+from solver.parameter import check, choices_of, declared, parameter
 from study.execution.warmup import miniatures
 from study.manifest.reader import load_manifest
 from study.plan.plan import make_plan
-from study.plan.tasks import run_task
+from study.plan.tasks import record_task, run_task
 from tests.conftest import ROOT, SMALL
 
 
@@ -26,3 +31,43 @@ def test_the_switches_of_each_case_are_kept(tmp_path):
     path.write_text(SMALL.replace("[axes]", axes))
     cases = [small.case for small in miniatures(make_plan(load_manifest(path)).tasks) if small.kind == "record"]
     assert len({(case.pin, case.initial_contact, case.slip_rule.slip_order) for case in cases}) == 8
+
+
+@dataclass(frozen=True, slots=True)
+class TwoWays(SlipRule):
+    """A slip rule with a choice and a switch more."""
+
+    way: Literal["left", "right"] = parameter("left", table="slip", meaning="which way a node slips")
+    eager: bool = parameter(False, table="slip", meaning="whether nodes slip early")
+
+    def __post_init__(self) -> None:
+        check(self)
+
+
+def other_choices() -> list[tuple[str, Any]]:
+    """Every word and every switch that a case can be given beside its defaults, those of its slab apart."""
+    found = []
+    for kind in (Case, *PARTS.values()):
+        types = {item.name: item.type for item in kind.__dataclass_fields__.values()}
+        for name in declared(kind):
+            words = choices_of(types[name]) or ((True, False) if types[name] is bool else ())
+            default = kind.__dataclass_fields__[name].default
+            found += [(name, word) for word in words if word != default]
+    return found
+
+
+def test_every_choice_that_is_declared_is_kept(monkeypatch):
+    """The choices decide which kernels run; one that somebody adds is kept without a word in the warm-up."""
+    monkeypatch.setitem(PARTS, "slip_rule", TwoWays)
+    choices = other_choices()
+    assert {"pin", "initial_contact", "slip_order", "friction", "distribution", "way", "eager"} <= dict(choices).keys()
+    for name, word in choices:
+        (small,) = [task.case for task in miniatures([record_task(Case.of({name: word}))]) if task.kind == "record"]
+        assert small.flat == Case.of({"n_x": 17, "radius": 50.0, "max_events": 60, name: word}).flat
+
+
+def test_a_rough_pin_stays_rough_and_a_large_case_becomes_small():
+    case = Case.of({"n_x": 1025, "normal_load": 0.1, "roughness": ((0.0, 0.0), (0.01, 1e-6), (0.02, 0.0))})
+    (small,) = [task.case for task in miniatures([record_task(case)]) if task.kind == "record"]
+    assert len(small.heterogeneity.roughness) == 2
+    assert (small.slab.n_x, small.normal_load) == (17, 1e-3)

@@ -47,6 +47,12 @@ def test_a_table_gives_a_case_per_line(tmp_path: Path) -> None:
     assert [case.case for case in cases] == [Case(normal_load=2e-3, slip_rule=rule, **LIMITS) for rule in rules]
 
 
+def test_cases_that_are_the_same_are_named_by_the_words_of_the_manifest(tmp_path: Path) -> None:
+    manifest = campaign(tmp_path, "axes.events = [5, 5]\naxes.radius = [50]")
+    with pytest.raises(ManifestError, match=r"cases 1 and 2 are the same: .*radius = 50\.0, .*, events = 5$"):
+        expand(manifest)
+
+
 def test_no_axes_is_one_case(tmp_path: Path) -> None:
     (case,) = expand(campaign(tmp_path, "numerics.n_x = 33"))
     assert case.case == Case(slab=Slab(33), **LIMITS)

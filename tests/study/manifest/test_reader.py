@@ -174,6 +174,7 @@ WRONG = {
     ),
     "parameter in another table": ("constants.n_x = 33", "constants.n_x = 33: belongs in [numerics] or [axes]"),
     "field name for a limit": ("limits.max_events = 1", "limits.max_events = 1: unknown; did you mean events?"),
+    "limit of nothing": ("limits.displacement = 0", "limits.displacement = 0: needs displacement > 0"),
     "negative radius": ("axes.radius = [50, -5]", "axes.radius[1] = -5: needs 1e-12 ≤ radius ≤ 1e24"),
     "infinite radius": ("constants.radius = inf", "constants.radius = inf: needs a finite number"),
     "infinite aspect ratio": ("constants.aspect_ratio = inf", "constants.aspect_ratio = inf: needs a finite number"),
@@ -239,6 +240,7 @@ WRONG = {
         "constants.radius: is an axis too: needs one place",
     ),
     "value out of range in a table": ('table = "negative.csv"', "negative.csv: line 4: radius = -5: needs 1e-12 ≤ radius ≤ 1e24"),
+    "limit of nothing in a table": ('table = "still.csv"', "still.csv: line 3: spacings = 0: needs spacings > 0"),
     "empty cell": ('table = "hole.csv"', 'hole.csv: line 2: radius = "": needs a number'),
     "unknown column": ('table = "column.csv"', 'column.csv: column "radus": unknown; did you mean radius?'),
     "column twice": ('table = "twice.csv"', "twice.csv: column radius: needs to appear once"),
@@ -251,6 +253,7 @@ WRONG = {
 TABLE_FILES = {
     "good.csv": b"radius\n50\n",
     "negative.csv": b"radius,normal_load\n50,1e-3\n\n-5,1e-3\n",
+    "still.csv": b"radius,spacings\n50,1\n50,0\n",
     "hole.csv": b"radius,normal_load\n,1e-3\n",
     "column.csv": b"radus\n50\n",
     "twice.csv": b"radius,radius\n50,50\n",
