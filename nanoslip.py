@@ -18,8 +18,8 @@ A campaign, that is many cases, from a file or a dict to one labelled dataset:
 ... })
 >>> data.plateau_mean.squeeze().dims
 ('normal_load',)
->>> print(nanoslip.describe("plateau_mean").meaning)
-mean friction force over load on the steady part of the record, F/W
+>>> print(nanoslip.describe("plateau_mean").comment)
+mean friction force over load on the steady part of the record, over displacement
 >>> nanoslip.record(data, normal_load=1e-3).event_displacement.dims
 ('event',)
 

@@ -44,12 +44,13 @@ class SlipRule:
 
     slip_order: SlipOrder = parameter("worst_first", table="slip", meaning="which offenders slip first")
     residual_shear: float = parameter(
-        0.0, table="slip", meaning="shear left after a slip, as a fraction of μ_i·pressure", least=0.0, most=1.0
+        0.0, table="slip", meaning="shear left by a slip, over μ_i·pressure", least=0.0, most=1.0
     )
     event_floor: float = parameter(
         1e-6,
         table="slip",
-        meaning="smallest displacement step, in surface node spacings or 24 elastic stretches",
+        meaning="smallest displacement step",
+        comment="in surface node spacings, or in 24 elastic stretches of the contact where that is less",
         least=1e-14,
         most=1.0,
         note=" (node spacings)",
@@ -80,12 +81,18 @@ class Effects:
         With coupling it counts at initial contact, then no longer; without either, the normal problem is solved just once.
     """
 
-    friction: bool = parameter(True, table="effects", meaning="whether the pin drags the surface")
+    friction: bool = parameter(True, table="effects", meaning="the pin drags the surface")
     coupling: bool = parameter(
-        True, table="effects", meaning="whether tangential forces lift the surface and normal ones move it sideways"
+        True,
+        table="effects",
+        meaning="normal and tangential are coupled",
+        comment="tangential forces lift the surface, and normal ones move it sideways",
     )
     pin_translation: bool = parameter(
-        True, table="effects", meaning="whether the pin's profile is carried along, pressures following"
+        True,
+        table="effects",
+        meaning="the pin's profile is carried along",
+        comment="pressures follow the pin as it moves",
     )
 
     def __post_init__(self) -> None:
@@ -109,7 +116,7 @@ class Heterogeneity:
         "lognormal", table="heterogeneity", meaning="distribution of μ_i over the nodes"
     )
     spread: float = parameter(
-        0.0, table="heterogeneity", meaning="standard deviation of μ_i over the nodes, over its mean"
+        0.0, table="heterogeneity", meaning="spread of μ_i over the nodes", comment="standard deviation over mean"
     )
     seed: int = parameter(1, table="heterogeneity", meaning="seed of the nodes' μ_i", least=0, most=MOST_WHOLE)
     roughness: Roughness = parameter(
@@ -149,17 +156,21 @@ class Case:
     intrinsic_friction: float = parameter(
         0.5,
         table="constants",
-        meaning="intrinsic friction coefficient μ_i",
+        meaning="intrinsic friction coefficient",
+        symbol="μ_i",
         least=1e-8,
         most=LARGEST_FRICTION,
         also=(0.0, math.inf),
         need="0, or 1e-8 ≤ intrinsic_friction ≤ 1e12, or inf",
     )
-    radius: float = parameter(200.0, table="constants", meaning="radius of the pin, R/L_x", least=1e-12, most=1e24)
+    radius: float = parameter(
+        200.0, table="constants", meaning="radius of the pin, in L_x", symbol="R/L_x", least=1e-12, most=1e24
+    )
     normal_load: float = parameter(
         1e-3,
         table="constants",
-        meaning="normal force W, in G·L_x·L_y",
+        meaning="normal force, in G·L_x·L_y",
+        symbol="W/(G·L_x·L_y)",
         least=1e-30,
         most=1.0,
         note=" (at 1 the mean stress is G)",
@@ -167,13 +178,14 @@ class Case:
     slab: Slab = field(default_factory=Slab)
     pin: PinShape = parameter("parabola", table="constants", meaning="shape of the pin")
     half_width: float = parameter(
-        0.25, table="constants", meaning="half-width of a flat punch, a/L_x", above=0.0, most=0.5
+        0.25, table="constants", meaning="half-width of a flat punch, in L_x", symbol="a/L_x", above=0.0, most=0.5
     )
     initial_contact: InitialContact = parameter("stick", table="numerics", meaning="how the pin comes down")
     start: float = parameter(
         0.0,
         table="numerics",
-        meaning="where the pin comes down, in node spacings right of the slab's middle",
+        meaning="start of the pin, in node spacings",
+        comment="where the pin comes down, right of the slab's middle node",
         least=0.0,
         most=1.0,
         note=" (node spacings)",
@@ -188,14 +200,14 @@ class Case:
         None,
         table="limits",
         word="displacement",
-        meaning="pin displacement after which a record ends, in L_x",
+        meaning="longest displacement of a record, in L_x",
         above=0.0,
     )
     max_spacings: float | None = parameter(
         None,
         table="limits",
         word="spacings",
-        meaning="node spacings that the pin moves before a record ends",
+        meaning="longest record, in node spacings",
         above=0.0,
     )
 

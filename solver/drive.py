@@ -88,11 +88,17 @@ class Drive:
     """
 
     spring_stiffness: float = parameter(
-        meaning="stiffness k of the coupling spring", unit="N m-1", scale="stiffness", si=2e5, least=1e-30, most=1e30
+        meaning="stiffness of the coupling spring",
+        symbol="k",
+        unit="N m-1",
+        scale="stiffness",
+        si=2e5,
+        least=1e-30,
+        most=1e30,
     )
-    damping_ratio: float = parameter(meaning="damping ratio ζ", si=0.1, least=0.0, most=1e30)
+    damping_ratio: float = parameter(meaning="damping ratio", symbol="ζ", si=0.1, least=0.0, most=1e30)
     stage_velocity: float = parameter(
-        meaning="velocity of the stage", unit="m s-1", scale="velocity", si=2e-3, least=0.0, most=1e30
+        meaning="velocity of the stage", symbol="V_o", unit="m s-1", scale="velocity", si=2e-3, least=0.0, most=1e30
     )
     duration: float = parameter(
         meaning="time for which the stage moves", unit="s", scale="time", si=0.2, least=1e-30, most=1e30
@@ -100,10 +106,16 @@ class Drive:
     integrator: Any = parameter("exact", meaning="integrator of the dynamic stage")
     profile: ProfileShape = parameter("sawtooth", meaning="friction profile between events")
     samples: int = parameter(2000, meaning="output times after the start", least=1, most=MOST_SAMPLES)
-    surface_compliance: bool = parameter(True, meaning="whether the contact yields before it slips")
-    reverse_motion: bool = parameter(True, meaning="whether the pin may slip back")
+    surface_compliance: bool = parameter(
+        True, meaning="the contact is compliant", comment="it yields with its stiffness K before it slips"
+    )
+    reverse_motion: bool = parameter(True, meaning="the pin may slip back")
     step_limit: int = parameter(
-        20_000_000, meaning="segments or time steps after which a drive is given up", least=1, most=MOST_WHOLE
+        20_000_000,
+        meaning="most segments or time steps",
+        comment="after which a drive is given up",
+        least=1,
+        most=MOST_WHOLE,
     )
 
     def __post_init__(self) -> None:

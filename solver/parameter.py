@@ -28,11 +28,16 @@ class Parameter:
     """What is declared of a field. Bounds hold for numbers; None is allowed where the field's type has it."""
 
     meaning: str
+    """What it is, short enough for the label of an axis."""
     table: str = ""
     """Table of a campaign file that takes it; empty where none does."""
     word: str = ""
     """Its key there, where that is not the field's name."""
     unit: str = "1"
+    comment: str = ""
+    """All there is to say of it, in sentences."""
+    symbol: str = ""
+    """What it is called in equations."""
     least: float = -math.inf
     most: float = math.inf
     above: float = -math.inf

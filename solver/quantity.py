@@ -24,13 +24,16 @@ class Quantity:
 
     name: str
     long_name: str
-    """Its meaning, and its unit where that has no SI symbol."""
+    """What it is, short enough for the label of an axis, and its unit where that has no SI symbol."""
     units: str = "1"
     per: str = ""
     """One of SCALED."""
     uncertainty: str = ""
     """The variable that says how uncertain this one is."""
     comment: str = ""
+    """All there is to say of it, in sentences."""
+    symbol: str = ""
+    """What it is called in equations."""
     flags: tuple[str, ...] = ()
     """Names of its bits 1, 2, 4, …: a whole number, 0 where there is none, not NaN."""
     codes: tuple[str, ...] = ()
@@ -57,9 +60,9 @@ def quantity(meaning: str, name: str = "", units: str = "1", **more: Any) -> dic
     return {_KEY: Quantity(name, meaning, units, **more)}
 
 
-def companion(meaning: str, units: str, per: str) -> Quantity:
-    """The SI twin of a quantity; it is called after it, with `_si`."""
-    return Quantity("", meaning, units, per)
+def companion(meaning: str, units: str, per: str, **more: Any) -> Quantity:
+    """The SI twin of a quantity; it is called after it, with `_si`. more: further fields of `Quantity`."""
+    return Quantity("", meaning, units, per, **more)
 
 
 @lru_cache(maxsize=64)

@@ -55,9 +55,11 @@ class Slab:
 
     n_x: int = parameter(129, table="numerics", meaning="surface nodes", need="2^N + 1 with N from 2 to 20")
     aspect_ratio: float = parameter(
-        1.0, table="constants", meaning="height of the slab over its width, L_z/L_x", least=1e-4, most=1e4
+        1.0, table="constants", meaning="height of the slab over its width", symbol="L_z/L_x", least=1e-4, most=1e4
     )
-    poisson: float = parameter(1.0 / 3.0, table="constants", meaning="Poisson's ratio ν", above=-1.0, below=0.5)
+    poisson: float = parameter(
+        1.0 / 3.0, table="constants", meaning="Poisson's ratio", symbol="ν", above=-1.0, below=0.5
+    )
     support: Support = parameter("bonded", table="numerics", meaning="how the slab is held")
     scheme: Any = parameter("galerkin", table="numerics", meaning="discretization of the slab")
 

@@ -28,32 +28,32 @@ class ContactState:
     contact: NDArray[np.bool_]
     pressure: Vector = field(
         metadata=quantity(
-            "contact pressure at initial contact over W/(L_x·L_y)",
+            "pressure, in W/(L_x·L_y)",
             "surface_pressure",
+            symbol="p",
             per="normal_load",
             along="surface_node",
         )
     )
     shear: Vector = field(
         metadata=quantity(
-            "shear traction at initial contact over W/(L_x·L_y)",
+            "shear traction, in W/(L_x·L_y)",
             "surface_shear",
+            symbol="q",
             per="normal_load",
             along="surface_node",
         )
     )
-    slip: Vector = field(
-        metadata=quantity("slip of the node at initial contact, in L_x", "surface_slip", along="surface_node")
-    )
-    gap: Vector = field(
-        metadata=quantity("gap between slab and pin at initial contact, in L_x", "surface_gap", along="surface_node")
-    )
+    slip: Vector = field(metadata=quantity("slip of the node, in L_x", "surface_slip", along="surface_node"))
+    gap: Vector = field(metadata=quantity("gap between slab and pin, in L_x", "surface_gap", along="surface_node"))
     u: Vector
     w: Vector
     nodal_force: NDArray[np.float64]
     approach: float = field(
         metadata=quantity(
-            "approach of the pin below the undeformed surface at initial contact, in L_x", uncertainty=GRID_ERROR
+            "approach of the pin, in L_x",
+            uncertainty=GRID_ERROR,
+            comment="depth of its lowest point below the undeformed surface at initial contact",
         )
     )
     displacement: float
@@ -78,11 +78,21 @@ class ContactSummary:
     contact_size: int = field(metadata=quantity("nodes in contact after initial contact", "initial_contact_size"))
     maximum_pressure: float = field(
         metadata=quantity(
-            "largest pressure after initial contact, over W/(L_x·L_y)", per="normal_load", uncertainty=GRID_ERROR
+            "largest pressure, in W/(L_x·L_y)",
+            symbol="p",
+            per="normal_load",
+            uncertainty=GRID_ERROR,
+            comment="after initial contact",
         )
     )
     friction_force: float = field(
-        metadata=quantity("friction force over load after initial contact, F/W", "initial_friction", per="normal_load")
+        metadata=quantity(
+            "F/W after initial contact",
+            "initial_friction",
+            per="normal_load",
+            symbol="F/W",
+            comment="friction force over load",
+        )
     )
 
 

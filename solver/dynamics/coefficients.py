@@ -39,21 +39,28 @@ class FrictionCoefficients:
 
     static_friction: float = field(
         metadata=quantity(
-            "static friction coefficient μ_s, from the first macroscopic slip",
+            "static friction coefficient",
+            symbol="μ_s",
+            comment="from the first macroscopic slip",
             uncertainty="static_friction_uncertainty",
         )
     )
     static_friction_uncertainty: float = field(
-        metadata=quantity("standard deviation of static_friction between starts")
+        metadata=quantity("uncertainty of static_friction", comment="standard deviation between starts")
     )
     every_static_friction: NDArray[np.float64]
     kinetic_friction: float = field(
         metadata=quantity(
-            "kinetic friction coefficient μ_k, from steady sliding", uncertainty="kinetic_friction_uncertainty"
+            "kinetic friction coefficient",
+            symbol="μ_k",
+            comment="from steady sliding",
+            uncertainty="kinetic_friction_uncertainty",
         )
     )
     kinetic_friction_uncertainty: float = field(
-        metadata=quantity("standard error of kinetic_friction as the mean over all starts")
+        metadata=quantity(
+            "uncertainty of kinetic_friction", comment="standard error of an estimate of the mean over all starts"
+        )
     )
     outcome: Outcome
 

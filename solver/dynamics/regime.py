@@ -28,11 +28,15 @@ class StickSlipCount:
     """
 
     macroscopic_slips: int = field(metadata=quantity("slips longer than the presliding length"))
-    resticks: int = field(metadata=quantity("macroscopic slips that ended: the pin came down to stick_velocity"))
-    time_stuck: float = field(metadata=quantity("share of the duration in which the pin was in no macroscopic slip"))
+    resticks: int = field(
+        metadata=quantity("macroscopic slips that ended", comment="the pin came down to stick_velocity")
+    )
+    time_stuck: float = field(
+        metadata=quantity("share of the duration that it stuck", comment="in which the pin was in no macroscopic slip")
+    )
     regime: Regime | None = field(
         metadata=quantity(
-            "what the pin does: sticks, stick_slip or slides",
+            "what the pin does",
             comment="sticks: no macroscopic slip; slides: the last one did not end, and lasted longer than any cycle "
             "before it, from one slip's start to the next one's; stick_slip: all else; empty where the drive ended early",
             words=REGIMES,

@@ -32,30 +32,40 @@ class DynamicsResult:
     `presliding_length`. What a run that ended badly did not reach is NaN.
     """
 
-    time: NDArray[np.float64] = field(metadata=sample("time since the stage started", "time", "s", per="time"))
+    time: NDArray[np.float64] = field(
+        metadata=sample("time since the stage started", "time", "s", per="time", symbol="t")
+    )
     """(n + 1,) evenly spaced times from 0 to the drive's duration."""
-    position: NDArray[np.float64] = field(metadata=sample("position of the pin", "position", "m", per="length"))
+    position: NDArray[np.float64] = field(
+        metadata=sample("position of the pin", "position", "m", per="length", symbol="x")
+    )
     """(n + 1,) x."""
     velocity: NDArray[np.float64] = field(metadata=sample("velocity of the pin", "velocity", "m s-1", per="velocity"))
     """(n + 1,) dx/dt."""
     spring_force: NDArray[np.float64] = field(
-        metadata=sample("spring force over load", "spring_force", per="normal_load")
+        metadata=sample("spring force over load", "spring_force", per="normal_load", symbol="k(Vt - x)/W")
     )
     """(n + 1,) k(Vt - x)."""
     friction_force: NDArray[np.float64] = field(
-        metadata=sample("friction force on the pin over load", "friction", per="normal_load")
+        metadata=sample(
+            "friction force over load", "friction", per="normal_load", symbol="F/W", comment="on the pin, Eq. 13"
+        )
     )
     """(n + 1,) F of Eq. 13."""
-    slip_time: NDArray[np.float64] = field(
-        metadata=slip_phase("time at which macroscopic slip starts", "start", "s", per="time")
-    )
+    slip_time: NDArray[np.float64] = field(metadata=slip_phase("start of macroscopic slip", "start", "s", per="time"))
     """(s,) t_slip."""
     slip_position: NDArray[np.float64] = field(
-        metadata=slip_phase("position of the pin where it starts", "position", "m", per="length")
+        metadata=slip_phase("position where the slip starts", "position", "m", per="length")
     )
     """(s,) x_stick."""
     slip_force: NDArray[np.float64] = field(
-        metadata=slip_phase("its static friction: spring and damper over load", "force", per="normal_load")
+        metadata=slip_phase(
+            "static friction of the slip",
+            "force",
+            per="normal_load",
+            symbol="μ_s",
+            comment="force of spring and damper over load",
+        )
     )
     """(s,) the largest force of spring and damper until the pin is as fast as the stage."""
     restick_time: NDArray[np.float64] = field(
@@ -63,21 +73,29 @@ class DynamicsResult:
     )
     """(s,) NaN if the slip lasts to the end of the run."""
     restick_position: NDArray[np.float64] = field(
-        metadata=slip_phase("where the pin sticks again", "end_position", "m", per="length")
+        metadata=slip_phase("position where the pin sticks again", "end_position", "m", per="length")
     )
     """(s,) NaN likewise."""
-    micro_slips: int = field(metadata=quantity("slips that ended before the presliding length"))
+    micro_slips: int = field(metadata=quantity("slips shorter than presliding_length"))
     micro_travel: float = field(metadata=quantity("total length of the micro slips", "", "m", per="length"))
     binned_force: NDArray[np.float64]
     """(256,) mean driving force in equal stretches of time."""
     friction_work: float = field(metadata=quantity("work against friction, in W·L_x", per="normal_load"))
     """∫F dx: what friction took, the energy still stored in the elastic contact included."""
     stick_velocity: float = field(
-        metadata=quantity("velocity at which the stage drags a stuck pin", "", "m s-1", per="velocity")
+        metadata=quantity(
+            "velocity of a stuck pin", "", "m s-1", per="velocity", comment="with which the stage drags it along"
+        )
     )
     """kV/(k + K)."""
     settling_time: float = field(
-        metadata=quantity("natural period of the pin on its spring, or c/k where that is longer", "", "s", per="time")
+        metadata=quantity(
+            "time in which the motion settles",
+            "",
+            "s",
+            per="time",
+            comment="natural period of the pin on its spring, or c/k where that is longer",
+        )
     )
     presliding_length: float = field(
         metadata=quantity("stretch of the contact before it slides", "", "m", per="length")

@@ -160,19 +160,35 @@ class StickSlipFit:
     """
 
     static_friction: float = field(
-        metadata=quantity("μ_s for which Eq. 16-19 fit the spring force best", uncertainty="fit_residual")
+        metadata=quantity(
+            "fitted static friction coefficient",
+            uncertainty="fit_residual",
+            symbol="μ_s",
+            comment="for which Eq. 16-19 fit the spring force best",
+        )
     )
     later_static_friction: float = field(
-        metadata=quantity("the same, of every slip but the first", uncertainty="fit_residual")
+        metadata=quantity(
+            "fitted static friction of later slips",
+            uncertainty="fit_residual",
+            symbol="μ_s",
+            comment="for which Eq. 16-19 fit the spring force best, of every slip but the first",
+        )
     )
     kinetic_friction: float = field(
-        metadata=quantity("μ_k for which Eq. 16-19 fit the spring force best", uncertainty="fit_residual")
+        metadata=quantity(
+            "fitted kinetic friction coefficient",
+            uncertainty="fit_residual",
+            symbol="μ_k",
+            comment="for which Eq. 16-19 fit the spring force best",
+        )
     )
     residual: float = field(
         metadata=quantity(
-            "root mean square by which that fit misses the spring force, over load",
+            "residual of the fit, over load",
             "fit_residual",
-            comment=f"at up to {MOST_SAMPLES} of the samples; NaN, as what was fitted, without a macroscopic slip and where "
+            comment="root mean square by which Eq. 16-19 miss the spring force, "
+            f"at up to {MOST_SAMPLES} of the samples; NaN, as what was fitted, without a macroscopic slip and where "
             f"the drive or Eq. 16-19 slip {MOST_SLIPS} times or more",
         )
     )

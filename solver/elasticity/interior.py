@@ -38,13 +38,19 @@ class InteriorFields:
     x from the slab's middle, z ≤ 0 from the undeformed surface; u, w in L_x; stresses in G, tension positive.
     """
 
-    x: Vector = field(metadata=inside("position from the slab's middle, in L_x"))
-    z: Vector = field(metadata=inside("height above the undeformed surface, in L_x"))
-    u: Vector = field(metadata=inside("displacement to the right, in L_x"))
-    w: Vector = field(metadata=inside("displacement upwards, in L_x"))
-    stress_xx: Vector = field(metadata=inside("normal stress along x over W/(L_x·L_y)", per="normal_load"))
-    stress_zz: Vector = field(metadata=inside("normal stress along z over W/(L_x·L_y)", per="normal_load"))
-    stress_xz: Vector = field(metadata=inside("shear stress over W/(L_x·L_y)", per="normal_load"))
+    x: Vector = field(metadata=inside("x from the slab's middle, in L_x", symbol="x/L_x"))
+    z: Vector = field(
+        metadata=inside("z above the surface, in L_x", symbol="z/L_x", comment="from the undeformed surface: 0 or less")
+    )
+    u: Vector = field(metadata=inside("displacement to the right, in L_x", symbol="u/L_x"))
+    w: Vector = field(metadata=inside("displacement upwards, in L_x", symbol="w/L_x"))
+    stress_xx: Vector = field(
+        metadata=inside("normal stress along x, in W/(L_x·L_y)", symbol="σ_xx", per="normal_load")
+    )
+    stress_zz: Vector = field(
+        metadata=inside("normal stress along z, in W/(L_x·L_y)", symbol="σ_zz", per="normal_load")
+    )
+    stress_xz: Vector = field(metadata=inside("shear stress, in W/(L_x·L_y)", symbol="σ_xz", per="normal_load"))
 
 
 _NAMES = [item.name for item in fields(InteriorFields)]

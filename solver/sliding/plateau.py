@@ -52,14 +52,31 @@ class Plateau:
 
     mean: float = field(
         metadata=quantity(
-            "mean friction force over load on the steady part of the record, F/W", uncertainty="plateau_uncertainty"
+            "F/W on the plateau",
+            uncertainty="plateau_uncertainty",
+            symbol="F/W",
+            comment="mean friction force over load on the steady part of the record, over displacement",
         )
     )
-    spacings: float = field(metadata=quantity("length of the steady part, in node spacings"))
-    std: float = field(metadata=quantity("standard deviation of F/W on the steady part, over displacement"))
-    uncertainty: float = field(metadata=quantity("standard error of plateau_mean as the mean over all starts, F/W"))
-    start: float = field(metadata=quantity("pin displacement where the steady part starts, in L_x"))
-    end: float = field(metadata=quantity("pin displacement where the steady part ends, in L_x"))
+    spacings: float = field(
+        metadata=quantity("length of the plateau, in node spacings", comment="of the steady part of the record")
+    )
+    std: float = field(
+        metadata=quantity(
+            "standard deviation on the plateau", comment="of F/W over displacement, on the steady part of the record"
+        )
+    )
+    uncertainty: float = field(
+        metadata=quantity(
+            "standard error of plateau_mean", comment="of an estimate of the mean over all starts, as F/W"
+        )
+    )
+    start: float = field(
+        metadata=quantity("start of the plateau, in L_x", comment="pin displacement where the steady part starts")
+    )
+    end: float = field(
+        metadata=quantity("end of the plateau, in L_x", comment="pin displacement where the steady part ends")
+    )
     first_event: int
     last_event: int
     peak: float

@@ -28,26 +28,40 @@ class FrictionRecord:
     """
 
     displacement: NDArray[np.float64] = field(
-        metadata=event("pin displacement δ_p at the event, in L_x", "displacement")
+        metadata=event("pin displacement, in L_x", "displacement", symbol="δ_p/L_x")
     )
     """Increasing."""
     force_before: NDArray[np.float64] = field(
-        metadata=event("F/W when the event is triggered", "friction_before", per="normal_load")
+        metadata=event(
+            "F/W before the event",
+            "friction_before",
+            per="normal_load",
+            symbol="F/W",
+            comment="friction force over load when the event is triggered",
+        )
     )
     force_after: NDArray[np.float64] = field(
-        metadata=event("F/W when its cascade is over", "friction_after", per="normal_load")
+        metadata=event(
+            "F/W after the event",
+            "friction_after",
+            per="normal_load",
+            symbol="F/W",
+            comment="friction force over load when the cascade is over",
+        )
     )
-    stiffness: NDArray[np.float64] = field(metadata=event("dF/dδ_p from this event to the next, in G·L_y", "stiffness"))
+    stiffness: NDArray[np.float64] = field(
+        metadata=event(
+            "stiffness after the event, in G·L_y", "stiffness", symbol="dF/dδ_p", comment="from this event to the next"
+        )
+    )
     kind: NDArray[np.int8] = field(metadata=event("what triggered the event", "kind", codes=EVENT_KINDS, dtype=np.int8))
     """Position in `EVENT_KINDS`."""
     node: NDArray[np.int32] = field(
-        metadata=event("surface node that triggered the event, from 0 at the left", "node", dtype=np.int32)
+        metadata=event("surface node that triggered the event", "node", dtype=np.int32, comment="from 0 at the left")
     )
     slips: NDArray[np.int64] = field(metadata=event("node slips in the cascade", "slips", dtype=np.int64))
     releases: NDArray[np.int32] = field(metadata=event("nodes released in the cascade", "releases", dtype=np.int32))
-    touches: NDArray[np.int32] = field(
-        metadata=event("nodes brought into contact in the cascade", "touches", dtype=np.int32)
-    )
+    touches: NDArray[np.int32] = field(metadata=event("nodes that touch in the cascade", "touches", dtype=np.int32))
     contact_size: NDArray[np.int32] = field(
         metadata=event("nodes in contact after the event", "contact_size", dtype=np.int32)
     )
@@ -64,22 +78,38 @@ class FrictionRecord:
     spread: float
     """Standard deviation of μ_i over the nodes, over its mean."""
     initial_force: float = field(
-        metadata=quantity("friction force over load after initial contact, F/W", "initial_friction", per="normal_load")
+        metadata=quantity(
+            "F/W after initial contact",
+            "initial_friction",
+            per="normal_load",
+            symbol="F/W",
+            comment="friction force over load",
+        )
     )
     initial_stiffness: float = field(
-        metadata=quantity("stiffness before the first event, in G·L_y", uncertainty=GRID_ERROR)
+        metadata=quantity(
+            "stiffness at first, in G·L_y", uncertainty=GRID_ERROR, comment="dF/dδ_p before the first event"
+        )
     )
     initial_slips: int = field(metadata=quantity("node slips of initial contact"))
     initial_contact_size: int = field(metadata=quantity("nodes in contact after initial contact"))
     final_displacement: float = field(
         metadata=quantity(
-            "pin displacement where the record ends, in L_x",
-            si=companion("displacement where the record ends", "m", "length"),
+            "displacement at the end, in L_x",
+            symbol="δ_p/L_x",
+            comment="pin displacement where the record ends",
+            si=companion("displacement at the end", "m", "length"),
         )
     )
     """The last event, or the displacement limit."""
     final_force: float = field(
-        metadata=quantity("friction force over load where the record ends, F/W", "final_friction", per="normal_load")
+        metadata=quantity(
+            "F/W at the end of the record",
+            "final_friction",
+            per="normal_load",
+            symbol="F/W",
+            comment="friction force over load",
+        )
     )
     outcome: Outcome
     """How the run ended."""

@@ -26,47 +26,62 @@ LONGEST_CYCLE: Final = 6000
 class EventStatistics:
     """Counts and means over the events of one friction record. What has no event to be taken over is NaN."""
 
-    peak_friction: float = field(metadata=quantity("largest friction force over load of the whole record, F/W"))
+    peak_friction: float = field(
+        metadata=quantity(
+            "largest F/W of the record", symbol="F/W", comment="friction force over load, of the whole record"
+        )
+    )
     surface_stiffness: float = field(
         metadata=quantity(
-            "lateral stiffness K of the contact (Eq. 15), in G·L_y",
+            "lateral stiffness, in G·L_y",
             uncertainty=GRID_ERROR,
-            si=companion("lateral stiffness K of the contact", "N m-1", "stiffness"),
+            symbol="K",
+            comment="of the contact before it slides (Eq. 15)",
+            si=companion("lateral stiffness", "N m-1", "stiffness", symbol="K"),
         )
     )
     events: int = field(metadata=quantity("events of the record"))
     spacings: float = field(
         metadata=quantity(
-            "node spacings that the record spans: what the pin meets repeats with them", "record_spacings"
+            "length of the record, in node spacings", "record_spacings", comment="what the pin meets repeats with them"
         )
     )
-    cycle_events: int = field(metadata=quantity("events after which the record's end repeats itself, 0: it does not"))
-    cycle_spacings: float = field(metadata=quantity("how far the pin moves in such a cycle, in node spacings"))
+    cycle_events: int = field(
+        metadata=quantity(
+            "events of the cycle at the end", comment="after which the end of the record repeats itself; 0: it does not"
+        )
+    )
+    cycle_spacings: float = field(
+        metadata=quantity(
+            "length of that cycle, in node spacings", comment="how far the pin moves in a cycle of cycle_events"
+        )
+    )
     """0 without one."""
     slips: int = field(metadata=quantity("events triggered by a slip"))
     releases: int = field(metadata=quantity("events triggered by a release"))
     touches: int = field(metadata=quantity("events triggered by a new contact"))
-    cascade_slips: int = field(metadata=quantity("node slips of the record, all cascades together"))
+    cascade_slips: int = field(metadata=quantity("node slips of all cascades together"))
     cascade_releases: int = field(metadata=quantity("nodes that left contact in the record"))
-    cascade_touches: int = field(metadata=quantity("nodes that came into contact in the record"))
+    cascade_touches: int = field(metadata=quantity("nodes that touched in the record"))
     mean_step: float = field(
         metadata=quantity(
-            "mean pin displacement per event, in L_x",
+            "mean step per event, in L_x",
             uncertainty="mean_step_uncertainty",
-            si=companion("mean pin displacement per event", "m", "length"),
+            comment="pin displacement from one event to the next",
+            si=companion("mean step per event", "m", "length"),
         )
     )
     mean_step_uncertainty: float = field(
-        metadata=quantity("standard error of mean_step as the mean over all starts, in L_x")
+        metadata=quantity("standard error of mean_step, in L_x", comment="of an estimate of the mean over all starts")
     )
     """See solver.sliding.sampling."""
     mean_slips: float = field(metadata=quantity("mean number of node slips per event"))
-    mean_drop: float = field(metadata=quantity("mean fall of F/W in an event", uncertainty="mean_drop_uncertainty"))
+    mean_drop: float = field(metadata=quantity("mean drop of F/W per event", uncertainty="mean_drop_uncertainty"))
     mean_drop_uncertainty: float = field(
-        metadata=quantity("standard error of mean_drop as the mean over all starts, F/W")
+        metadata=quantity("standard error of mean_drop", comment="of an estimate of the mean over all starts, as F/W")
     )
     dissipated: float = field(
-        metadata=quantity("energy lost in all events together, in W·L_x", "dissipated_energy", per="normal_load")
+        metadata=quantity("energy lost in all events, in W·L_x", "dissipated_energy", per="normal_load")
     )
     """In G·L_x²·L_y here."""
 

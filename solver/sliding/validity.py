@@ -90,16 +90,19 @@ class Validity:
 
     validity_flags: int = field(
         metadata=quantity(
-            "ways in which the contact, at any time of the record, means little",
-            comment="bits by flag_masks; 0: none, or not computed (see outcome); what each means and asks for is in advice",
+            "ways in which the contact means little",
+            comment="at any time of the record; "
+            "bits by flag_masks; 0: none, or not computed (see outcome); what each means and asks for is in advice",
             flags=tuple(flag.name for flag in FLAGS),
         )
     )
     contact_half_width: float = field(
         metadata=quantity(
-            "half-width of the contact after initial contact, in L_x",
+            "half-width of the contact, in L_x",
+            symbol="a/L_x",
             uncertainty=GRID_ERROR,
-            comment="half of nodes in contact times spacing, at most half the slab: right to within a spacing, of a contact of "
+            comment="after initial contact: "
+            "half of nodes in contact times spacing, at most half the slab: right to within a spacing, of a contact of "
             "k nodes 2/k of it",
         )
     )

@@ -41,6 +41,9 @@ class Described:
     """What it lies along; `cases` are the dimensions of the cases."""
     units: str
     meaning: str
+    """Short enough for the label of an axis."""
+    symbol: str
+    """What it is called in equations; empty where it has no name there."""
     uncertainty: str
     """The variable that says how uncertain this one is; empty where none does."""
     comment: str
@@ -69,6 +72,7 @@ def text_of(variable: Described) -> str:
     """All that is known of a variable, line by line."""
     facts = {
         "meaning": variable.meaning,
+        "symbol": variable.symbol,
         "along": variable.dims,
         "unit": variable.units,
         "uncertainty": variable.uncertainty,
@@ -99,14 +103,14 @@ forces over the load W, stiffness in G·L_y, where no SI unit is given. `cases` 
 several drives. This page is written by `python -m study.dataset.description`."""
 
 
-_COLUMNS = ("| variable | along | unit | meaning | uncertainty | remark |", "|---|---|---|---|---|---|")
+_COLUMNS = ("| variable | along | unit | meaning | symbol | uncertainty | remark |", "|---|---|---|---|---|---|---|")
 
 
 def _line(variable: Described) -> str:
     values = ", ".join(f"`{value}`" for value in variable.values)
     remark = "; ".join(part for part in (values, variable.comment) if part)
     error = f"`{variable.uncertainty}`" if variable.uncertainty else ""
-    cells = (f"`{variable.name}`", variable.dims, variable.units, variable.meaning, error, remark)
+    cells = (f"`{variable.name}`", variable.dims, variable.units, variable.meaning, variable.symbol, error, remark)
     return "| " + " | ".join(cell.replace("|", "\\|") for cell in cells) + " |"
 
 
@@ -142,7 +146,8 @@ _GROUPS = {
 def _of(group: str, dims: str, quantities: Iterable[Quantity]) -> Iterator[Described]:
     for each in quantities:
         values = each.flags or each.codes or each.words
-        yield Described(each.name, group, dims, each.units, each.long_name, each.uncertainty, each.comment, values)
+        facts = (each.units, each.long_name, each.symbol, each.uncertainty, each.comment, values)
+        yield Described(each.name, group, dims, *facts)
 
 
 if __name__ == "__main__":

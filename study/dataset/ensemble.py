@@ -17,8 +17,8 @@ from study.manifest.cases import MEMBER
 OBSERVABLES: Final = {
     "plateau_mean": "plateau F/W",
     "peak_friction": "largest F/W",
-    "mean_step": "mean step per event, in L_x",
-    "mean_drop": "mean fall of F/W in an event",
+    "mean_step": "mean step, in L_x",
+    "mean_drop": "mean drop of F/W",
     "static_friction": "μ_s",
     "kinetic_friction": "μ_k",
 }
@@ -50,9 +50,13 @@ def ensemble_quantities(name: str, units: str = "1") -> dict[str, Quantity]:
     mean, error, std = (ensemble_name(name, part) for part in ("mean", "uncertainty", "std"))
     words = OBSERVABLES[name]
     return {
-        "mean": Quantity(mean, f"mean over members of {words}", units, uncertainty=error),
-        "uncertainty": Quantity(error, f"standard error of the mean over members of {words}", units),
-        "std": Quantity(std, f"standard deviation between members of {words}", units),
+        "mean": Quantity(
+            mean, f"mean of {words}", units, uncertainty=error, comment="over the members of the ensemble"
+        ),
+        "uncertainty": Quantity(
+            error, f"error of the mean of {words}", units, comment="standard error of the mean over members"
+        ),
+        "std": Quantity(std, f"scatter of {words}", units, comment="standard deviation between members"),
     }
 
 

@@ -25,7 +25,11 @@ from study.plan.tasks import KINDS
 
 def attributes(quantity: Quantity) -> dict[str, Any]:
     """What every variable of the dataset says of itself."""
-    more: dict[str, Any] = {"ancillary_variables": quantity.uncertainty, "comment": quantity.comment}
+    more: dict[str, Any] = {
+        "symbol": quantity.symbol,
+        "ancillary_variables": quantity.uncertainty,
+        "comment": quantity.comment,
+    }
     if quantity.flags:
         more["flag_masks"] = [np.int32(1 << bit) for bit in range(len(quantity.flags))]
         more["flag_meanings"] = " ".join(quantity.flags)
@@ -67,13 +71,12 @@ class Series:
     @property
     def count(self) -> Quantity:
         """Over the instances: the length of each run."""
-        return Quantity(self.ragged.count, f"number of {self.sample} values of each {self.instance}")
+        return Quantity(self.ragged.count, f"values of each {self.instance}")
 
     @property
     def index(self) -> Quantity:
         """Over the cases: which run is theirs."""
-        meaning = f"number of the case's {self.instance}, {ABSENT} where it has none"
-        return Quantity(f"{self.instance}_index", meaning)
+        return Quantity(f"{self.instance}_index", f"number of its {self.instance}", comment=f"{ABSENT}: has none")
 
     @property
     def owners(self) -> tuple[Quantity, ...]:
@@ -103,35 +106,40 @@ def all_series() -> tuple[Series, ...]:
 
 DISCRETIZATION_ERROR = Quantity(
     GRID_ERROR,
-    "relative error expected of stiffness, approach, contact half-width and pressure: what the slab's grid costs",
-    comment="measured by nanoslip accuracy on the front that the attribute discretization_front names; NaN where that has "
+    "relative error of the grid",
+    comment="expected of stiffness, approach, contact half-width and pressure: what the slab's grid costs; "
+    "measured by nanoslip accuracy on the front that the attribute discretization_front names; NaN where that has "
     "no such discretization of such a slab, no contact as narrow or as wide, where the pin is rough or a flat punch (its "
     "pressure is singular), and with a half_plane or the support frictionless (a point's, which gives way without limit)",
 )
 """Of a case, from the measured front."""
 VALIDITY = quantities(Validity)["validity_flags"]
-ADVICE = Quantity("advice", "what to do about validity_flags, empty where there is none")
+ADVICE = Quantity("advice", "what to do about validity_flags", comment="empty where there is none")
 CASE_ID: Final = Quantity("case_id", "content hash of the case's parameters")
 DRIVE_NAME: Final = Quantity("drive", "name of the drive")
 
 OUTCOMES = {
-    "": (Quantity("outcome", "how the case ended"), Quantity("message", "why, and what to do about it")),
+    "": (
+        Quantity("outcome", "how the case ended"),
+        Quantity("message", "why the case ended so", comment="and what to do about it"),
+    ),
     DRIVE: (
         Quantity("drive_outcome", "how the dynamic stage ended"),
-        Quantity("drive_message", "why, and what to do about it, in the dynamic stage"),
+        Quantity("drive_message", "why the dynamic stage ended so", comment="and what to do about it"),
     ),
 }
 """Kind of task ("": all before the drives) -> the variables that say how it ended."""
 
+_BY_NAME: Final = "by its name along software; empty while pending"
 COMPUTED_BY = {
-    "": Quantity("computed_by", "software that computed the case, by its name along software; empty while pending"),
-    DRIVE: Quantity("drive_computed_by", "software that computed the dynamic stage, by its name along software"),
+    "": Quantity("computed_by", "software that computed the case", comment=_BY_NAME),
+    DRIVE: Quantity("drive_computed_by", "software of the dynamic stage", comment=_BY_NAME),
 }
 """As `OUTCOMES`: the variables that say which software a result stems from, its inputs' included."""
 
 SOFTWARE: Final = (
-    Quantity("software", "name of the software: a hash of what is known of it"),
-    Quantity("software_results", "results that stem from the software, those of a case and of its drives"),
+    Quantity("software", "name of the software", comment="a hash of what is known of it"),
+    Quantity("software_results", "results that stem from the software", comment="those of a case and of its drives"),
     *(Quantity(f"software_{item.name}", f"{item.name} of the software") for item in fields(Origin)),
 )
 """The software that computed the results: its name, how many results, and every fact of it."""
@@ -140,10 +148,16 @@ SOFTWARE: Final = (
 def parameters() -> dict[str, Quantity]:
     """The coordinates of a dataset by name: every parameter of cases and drives but files, and the number of a member."""
     stated = {**parameters_of_a_case(), MEMBER: _MEMBER, **drive_parameters()}
-    return {name: Quantity(name, each.meaning, each.unit) for name, each in stated.items() if each.axis}
+    return {
+        name: Quantity(name, each.meaning, each.unit, symbol=each.symbol, comment=each.comment)
+        for name, each in stated.items()
+        if each.axis
+    }
 
 
-_MEMBER = Parameter("number of the ensemble's member: starts of the pin spread over a node spacing, own seeds")
+_MEMBER = Parameter(
+    "number of the ensemble's member", comment="starts of the pin spread over a node spacing, own seeds"
+)
 
 
 def factors(case: Case, scales: Scales, drive: NamedDrive | None) -> dict[str, float]:

@@ -14,7 +14,7 @@ class NamedDrive:
     """One way to pull the pin: its name, the pin's mass, and a drive in SI (N/m, m/s, s); the paper's by default."""
 
     name: str
-    pin_mass: float = parameter(0.5, meaning="mass of the pin", unit="kg", least=1e-30, most=1e30)
+    pin_mass: float = parameter(0.5, meaning="mass of the pin", symbol="m", unit="kg", least=1e-30, most=1e30)
     in_si: Drive = field(default_factory=lambda: Drive.of(si_defaults()))
     """Its values are in SI; the ranges of a drive hold in any units."""
 

@@ -11,14 +11,15 @@ import xarray as xr
 
 from solver.sliding.validity import flags_in
 from study.dataset.ensemble import over_members
-from study.dataset.variables import VALIDITY
+from study.dataset.variables import VALIDITY, parameters
 from study.manifest.parameters import Value
 from study.plan.flags import flag_lines
 from study.report.console import Table
 
 MOST_ROWS: Final = 500
 """The most rows of a table on the terminal or the page."""
-SYMBOLS: Final = {"intrinsic_friction": "μ_i", "radius": "R/L_x", "aspect_ratio": "L_z/L_x", "poisson": "ν"}
+SYMBOLS: Final = {name: each.symbol for name, each in parameters().items() if each.symbol}
+"""Parameter -> what tables and figures call it."""
 
 
 @dataclass(frozen=True, slots=True)

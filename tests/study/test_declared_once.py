@@ -96,7 +96,7 @@ def test_a_new_scalar_is_in_results_dataset_and_descriptions(tmp_path: Path, mon
     assert found["longest_step_si"].item() == longest * plan.manifest.scales.slab_width
     assert found["longest_step_si"].attrs["units"] == "m"
     assert described("longest_step").uncertainty == "mean_step_uncertainty"
-    assert "| `longest_step_si` | cases | m | longest way between two events |" in page()
+    assert "| `longest_step_si` | cases | m | longest way between two events |  |" in page()
     assert "completed" in found["drive_outcome"].values
 
 

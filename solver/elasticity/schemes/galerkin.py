@@ -56,7 +56,8 @@ class Galerkin(GridScheme):
     rows_per_level: int | None = parameter(
         None,
         table="numerics",
-        meaning="node rows until the next has half the intervals",
+        meaning="node rows of each level",
+        comment="until the next row has half the intervals",
         least=1,
         most=MOST_ROWS_PER_LEVEL,
     )

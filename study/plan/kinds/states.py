@@ -31,15 +31,13 @@ class SurfaceStates:
     """Every surface node after each event, one event behind the other; units as in ContactState."""
 
     event: NDArray[np.int64] = field(
-        metadata=_at_node("event of the record after which the contact is seen, 0: initial contact", "event")
+        metadata=_at_node("event that it is seen after", "event", comment="of the record; 0: initial contact")
     )
-    x: NDArray[np.float64] = field(
-        metadata=_at_node("position of the surface node from the slab's middle, in L_x", "x")
+    x: NDArray[np.float64] = field(metadata=_at_node("x from the slab's middle, in L_x", "x", symbol="x/L_x"))
+    pressure: NDArray[np.float64] = field(metadata=_at_node("pressure, in W/(L_x·L_y)", "pressure", per="normal_load"))
+    shear: NDArray[np.float64] = field(
+        metadata=_at_node("shear traction, in W/(L_x·L_y)", "shear", symbol="q", per="normal_load")
     )
-    pressure: NDArray[np.float64] = field(
-        metadata=_at_node("contact pressure over W/(L_x·L_y)", "pressure", per="normal_load")
-    )
-    shear: NDArray[np.float64] = field(metadata=_at_node("shear traction over W/(L_x·L_y)", "shear", per="normal_load"))
     slip: NDArray[np.float64] = field(metadata=_at_node("slip of the node, in L_x", "slip"))
     gap: NDArray[np.float64] = field(metadata=_at_node("gap between slab and pin, in L_x", "gap"))
 
@@ -49,7 +47,9 @@ class InteriorEvents:
     """What each node inside the slab belongs to."""
 
     event: NDArray[np.int64] = field(
-        metadata=quantity("event of the record after which the slab is seen, 0: initial contact", along="interior_node")
+        metadata=quantity(
+            "event that it is seen after", along="interior_node", comment="of the record; 0: initial contact"
+        )
     )
 
 
