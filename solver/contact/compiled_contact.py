@@ -95,6 +95,7 @@ def _state(
         node_friction=friction_of_nodes,
         sticks=np.full(len(nodes), sticks),
         active_friction=np.where(contact & (not sticks), friction_of_nodes, np.nan),
+        node_slips=np.zeros(len(nodes), np.int64),
         scalars=new_scalars(displacement),
     )
 

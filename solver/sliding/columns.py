@@ -3,6 +3,7 @@
 import math
 
 import numpy as np
+from numpy.typing import NDArray
 
 from solver.case import Case
 from solver.contact.state import ContactState
@@ -38,10 +39,17 @@ def grown(events: Events) -> Events:
 
 
 def friction_record(
-    case: Case, start: ContactState, initial_stiffness: float, events: Events, held: int, end: ContactState
+    case: Case,
+    start: ContactState,
+    initial_stiffness: float,
+    events: Events,
+    node_slips: NDArray[np.int64],
+    held: int,
+    end: ContactState,
 ) -> FrictionRecord:
-    """The record of a run of `held` events from `start` to `end`, read-only."""
+    """The record of a run of `held` events from `start` to `end`, read-only. node_slips: of each surface node, (n_x,)."""
     columns = {name: column[:held].copy() for name, column in events._asdict().items()}
+    columns |= {"node_x": np.linspace(-0.5, 0.5, case.slab.n_x), "node_slips": node_slips}
     for column in columns.values():
         column.setflags(write=False)
     final = (end.displacement, end.friction_force)

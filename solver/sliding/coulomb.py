@@ -4,6 +4,7 @@ import math
 from dataclasses import dataclass, field
 
 import numpy as np
+from numpy.typing import NDArray
 
 from solver.case import Case
 from solver.contact.coulomb.contact import CoulombContact, CoulombError
@@ -43,7 +44,8 @@ def slide_with_coulomb_friction(
     except CoulombError as error:
         outcome = OUTCOME_OF_ENDING[error.ending]
     end = coulomb_state(run.solved, outcome)
-    return friction_record(case, start, run.initial_stiffness, run.events(), len(run.rows), end), end
+    record = friction_record(case, start, run.initial_stiffness, run.events(), run.node_slips, len(run.rows), end)
+    return record, end
 
 
 def _contact_at(case: Case, start: ContactState, compliance: SurfaceCompliance) -> CoulombContact:
@@ -64,6 +66,13 @@ class _Run:
     initial_stiffness: float = math.nan
     dissipated: float = 0.0
     """Energy lost since the last event."""
+    node_slips: NDArray[np.int64] = field(init=False)
+    """(n,) how often each node began to slide in an event of the record, and in its last row."""
+    last_slips: NDArray[np.int64] = field(init=False)
+
+    def __post_init__(self) -> None:
+        self.node_slips = np.zeros(self.case.slab.n_x, np.int64)
+        self.last_slips = self.node_slips.copy()
 
     def slide_to_limits(self) -> None:
         """Step from change of roles to change of roles. Raises CoulombError where the contact has no solution."""
@@ -75,22 +84,26 @@ class _Run:
             step, kind, node = next_change(solved, rates, 1.0)
             longest = min(LONGEST_STEP * case.slab.spacing, farthest - solved.displacement)
             self.dissipated += advance(solved, min(step, longest), rates, 1.0)
-            before, touching, slips = float(solved.force[0].sum()), solved.contact.copy(), solved.slips
+            before, touching, slips = float(solved.force[0].sum()), solved.contact.copy(), solved.node_slips.copy()
             change(solved, kind if step <= longest else EventKind.NOTHING, node)
             rates = stick_and_slide_in_motion(solved, 1.0)
             if step <= longest:
                 _refuse_flanks(solved, self.dissipated)
-                changes = (solved.slips - slips, (touching & ~solved.contact).sum(), (solved.contact & ~touching).sum())
-                self._add(kind, node, before, float(rates[0][0].sum()), changes)
+                changes = ((touching & ~solved.contact).sum(), (solved.contact & ~touching).sum())
+                self._add((kind, node, before, float(rates[0][0].sum())), solved.node_slips - slips, changes)
 
-    def _add(self, kind: EventKind, node: int, before: float, stiffness: float, changes: tuple[int, int, int]) -> None:
-        """The row of an event; `changes`: slips, releases, touches."""
-        solved = self.solved
+    def _add(
+        self, event: tuple[EventKind, int, float, float], slips: NDArray[np.int64], changes: tuple[int, int]
+    ) -> None:
+        """The row of an event: its kind, node, force before and stiffness after; slips of each node (n,); releases, touches."""
+        solved, (kind, node, before, stiffness) = self.solved, event
+        self.node_slips += slips
         forces = (solved.displacement, before, float(solved.force[0].sum()), stiffness)
-        row: tuple[float, ...] = (*forces, self.dissipated, kind, node, *changes, int(solved.contact.sum()))
-        if self.rows and self.rows[-1][0] == solved.displacement:
-            row = _as_one(self.rows.pop(), row)
-        self.rows.append(row)
+        again = bool(self.rows) and self.rows[-1][0] == solved.displacement
+        self.last_slips = self.last_slips + slips if again else slips
+        sizes = (int(solved.contact.sum()), int(np.count_nonzero(self.last_slips)))
+        row: tuple[float, ...] = (*forces, self.dissipated, kind, node, int(slips.sum()), *changes, *sizes)
+        self.rows.append(_as_one(self.rows.pop(), row) if again else row)
         self.dissipated = 0.0
 
     def events(self) -> Events:
@@ -112,7 +125,18 @@ def _refuse_flanks(solved: CoulombContact, dissipated: float) -> None:
 
 def _as_one(first: tuple[float, ...], then: tuple[float, ...]) -> tuple[float, ...]:
     """Two events at one displacement as one: the first one's trigger and force before, the sums of what happened."""
-    displacement, before, _, _, dissipated, kind, node, slips, releases, touches, _ = first
-    _, _, after, stiffness, more_dissipated, _, _, *more, contact_size = then
+    displacement, before, _, _, dissipated, kind, node, slips, releases, touches, _, _ = first
+    _, _, after, stiffness, more_dissipated, _, _, *more, contact_size, extent = then
     counts = (old + new for old, new in zip((slips, releases, touches), more, strict=True))
-    return (displacement, before, after, stiffness, dissipated + more_dissipated, kind, node, *counts, contact_size)
+    return (
+        displacement,
+        before,
+        after,
+        stiffness,
+        dissipated + more_dissipated,
+        kind,
+        node,
+        *counts,
+        contact_size,
+        extent,
+    )

@@ -4,6 +4,8 @@ import math
 from collections.abc import Callable, Sequence
 from dataclasses import replace
 
+import numpy as np
+
 from solver.case import Case
 from solver.contact.initial import checked, initial_contact
 from solver.contact.state import ContactState
@@ -39,16 +41,21 @@ def slide_to_state(
         raise InvalidInput("friction = false: needs the stage contact alone, there is nothing to slide against")
     start = initial_contact(case, compliance) if start is None else start
     if not start.outcome.ok:
-        return friction_record(case, start, math.nan, empty_events(0), 0, start), start
+        return _no_record(case, start, start), start
     try:
         record, end = way_to_slide(case)(case, start, compliance)
     except (SingularOperator, TooFarApart) as error:
         end = replace(start, outcome=error.outcome)
-        record = friction_record(case, start, math.nan, empty_events(0), 0, end)
+        record = _no_record(case, start, end)
     end = checked(case, compliance, end)
     if end.outcome.ok and not (found := in_hindsight(case, record, end)).ok:
         end = checked(case, compliance, replace(end, outcome=found))
     return replace(record, outcome=end.outcome), end
+
+
+def _no_record(case: Case, start: ContactState, end: ContactState) -> FrictionRecord:
+    """The record of a run without events."""
+    return friction_record(case, start, math.nan, empty_events(0), np.zeros(case.slab.n_x, np.int64), 0, end)
 
 
 def way_to_slide(case: Case) -> WayToSlide:

@@ -44,10 +44,11 @@ def _slide(
     compiled = compiled_at(case, compliance, start, whole)
     initial_stiffness = total_shear(compiled.state, compiled.state.rate)
     most = case.max_events or MOST_EVENTS
-    events, held = first_room(most), 0
+    events, node_slips, held = first_room(most), np.zeros(case.slab.n_x, np.int64), 0
     while True:
         stop = min(len(events.displacement), most, (held // RESUMABLE + 1) * RESUMABLE)
-        status, held = slide_events(compiled.state, compiled.constants, first_of(events, stop), held, case.farthest)
+        room = first_of(events, stop)
+        status, held = slide_events(compiled.state, compiled.constants, room, node_slips, held, case.farthest)
         if status not in GOING_ON or (status == Stop.FULL and held == most):
             break
         if held == len(events.displacement):
@@ -61,7 +62,7 @@ def _slide(
     end = contact_state(compiled, OUTCOME_OF_STOP[corrected_for_rounding(compiled, status)])
     if beyond_window(compiled, end):
         return None
-    return friction_record(case, start, initial_stiffness, events, held, end), end
+    return friction_record(case, start, initial_stiffness, events, node_slips, held, end), end
 
 
 def _continued(compiled: CompiledContact, status: Stop, whole: bool, anew: bool) -> tuple[CompiledContact | None, Stop]:

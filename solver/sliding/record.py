@@ -19,9 +19,14 @@ def event(meaning: str, name: str, **more: Any) -> dict[str, Any]:
     return quantity(meaning, f"event_{name}", along="event", **more)
 
 
+def at_node(meaning: str, name: str, **more: Any) -> dict[str, Any]:
+    """Metadata of a column over the surface nodes, of a record as a whole. name: behind `record_node_`."""
+    return quantity(meaning, f"record_node_{name}", along="record_node", **more)
+
+
 @dataclass(frozen=True, slots=True, eq=False)
 class FrictionRecord:
-    """The nanoscale friction record of one case: e events, arrays of shape (e,), read-only.
+    """The nanoscale friction record of one case: e events, arrays of shape (e,), read-only; two over the surface nodes.
 
     Between events the friction force rises linearly with the pin's displacement, at each event it changes at once. Lengths in
     L_x, forces in G·L_x·L_y, stiffness in G·L_y, energy in G·L_x²·L_y.
@@ -65,8 +70,18 @@ class FrictionRecord:
     contact_size: NDArray[np.int32] = field(
         metadata=event("nodes in contact after the event", "contact_size", dtype=np.int32)
     )
+    extent: NDArray[np.int32] = field(metadata=event("nodes that slip in the cascade", "extent", dtype=np.int32))
+    """Each counted once. Shear reaches far through the slab, so nodes that slip need not be neighbours: the distance from the
+    first to the last of them says how wide the contact is, their number how much of it gave way."""
     dissipated: NDArray[np.float64] = field(
         metadata=event("energy lost in the event, in W·L_x", "dissipated", per="normal_load")
+    )
+    node_x: NDArray[np.float64] = field(
+        metadata=at_node("position of the surface node from the slab's middle, in L_x", "x")
+    )
+    """(n_x,), as is the next."""
+    node_slips: NDArray[np.int64] = field(
+        metadata=at_node("slips of the surface node in all events", "slips", dtype=np.int64)
     )
     normal_load: float
     """W."""

@@ -38,7 +38,7 @@ def slide_with_constant_pressures(
         events = grown(events)
         outcome, held = contact.slide(first_of(events, most), held, case.farthest)
     end = contact.state(outcome or COMPLETED)
-    return friction_record(case, start, contact.stiffness, events, held, end), end
+    return friction_record(case, start, contact.stiffness, events, contact.node_slips(), held, end), end
 
 
 class TangentialContact:
@@ -50,16 +50,23 @@ class TangentialContact:
         self._nodes = np.flatnonzero(start.contact)
         self._state = _tangential_state(case, compliance, start, self._nodes)
         self._constants = slip_constants(case)
+        self._node_slips = np.zeros(len(self._nodes), np.int64)
 
     @property
     def stiffness(self) -> float:
         """dF/dδ_p while all nodes stick, in G·L_y."""
         return float(self._state.rate.sum())
 
+    def node_slips(self) -> NDArray[np.int64]:
+        """Slips of each surface node in the record so far, (n_x,)."""
+        slips = np.zeros(self._case.slab.n_x, np.int64)
+        slips[self._nodes] = self._node_slips
+        return slips
+
     def slide(self, events: Events, held: int, farthest: float) -> tuple[Outcome | None, int]:
         """Fill `events` from number `held` on, up to δ_p = farthest: how it ended, None where they are full; and how many
         there are now."""
-        status, held = slide_tangentially(self._state, self._constants, events, held, farthest)
+        status, held = slide_tangentially(self._state, self._constants, events, self._node_slips, held, farthest)
         if not np.isfinite(self._state.shear).all():
             # No comparison in the kernel sees a NaN, and none ever leaves the shear again.
             return NOT_FINITE, held
@@ -103,6 +110,7 @@ def _tangential_state(
         shear_limit=limits,
         weights=1.0 / np.maximum(limits, 1e-12 * case.normal_load),
         nodes=nodes.astype(np.int32),
+        node_slips=np.zeros(len(nodes), np.int64),
         scalars=new_scalars(start.displacement),
     )
     refresh(state)

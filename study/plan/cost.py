@@ -190,7 +190,7 @@ _TABLEAUS = 4.2  # copies of its tableau that a contact holds at once
 _GROWING = 6.5  # the same while the contact has outgrown one
 _ROUNDS = 3.9  # copies of its system while the contact is looked for
 _SYSTEMS = 6.0  # copies of its system that a contact without shear, or with Coulomb friction, holds at once
-_EVENT = 61.0  # bytes of an event in a record
+_EVENT = 65.0  # bytes of an event in a record
 _INNER = 4500.0  # numbers for each surface node when the inside of the slab is solved for
 
 

@@ -93,7 +93,7 @@ def far_field_row(case: Case, compliance: SurfaceCompliance, start: ContactState
             step, kind, node = next_event(state, constants, 1.0)
             floor = smallest_step(constants.slip, stretching(state), state.scalars.displacement)
             advance(state, max(step, floor))
-            start_event(state.scalars)
+            start_event(state.scalars, state.node_slips)
             if kind == EventKind.SLIP:
                 _cascade(state, constants, node, size, counts, jumps)
                 kind, node = EventKind.NOTHING, -1

@@ -52,8 +52,8 @@ class CoulombContact:
     force: NDArray[np.float64] = field(init=False)
     """(2, n): f_x and f_z."""
     approach: float = field(init=False)
-    slips: int = 0
-    """Nodes that began to slide."""
+    node_slips: NDArray[np.int64] = field(init=False)
+    """How often each node began to slide."""
     stalled: int = 0
     """Steps since displacement and load last made `motion.PROGRESS`."""
     mark: float = 0.0
@@ -61,7 +61,13 @@ class CoulombContact:
 
     def __post_init__(self) -> None:
         self.x, self.node_friction = surface_from_pin(self.case), node_friction(self.case)
+        self.node_slips = np.zeros(len(self.x), np.int64)
         self.solve()
+
+    @property
+    def slips(self) -> int:
+        """Nodes that began to slide."""
+        return int(self.node_slips.sum())
 
     @property
     def pin(self) -> Pin:
@@ -156,4 +162,4 @@ class CoulombContact:
     def let_slide(self, node: int) -> None:
         """Let a sticking node slide, the way its shear pushes."""
         self.sliding[node] = 1.0 if self.force[0, node] >= 0.0 else -1.0
-        self.slips += 1
+        self.node_slips[node] += 1

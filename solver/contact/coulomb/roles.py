@@ -44,7 +44,7 @@ def stick_and_slide_in_motion(solved: CoulombContact, pin_rate: float) -> Rates:
         if growth.max() > least:
             node = int(np.argmax(growth))
             solved.sliding[node] = sign[node]
-            solved.slips += 1
+            solved.node_slips[node] += 1
         elif solved.case.intrinsic_friction > 0.0 and dragged.max() > 1e-9:
             solved.sliding[int(np.argmax(dragged))] = 0.0
         else:

@@ -32,7 +32,7 @@ def _slip_in_turn(state: KernelState, constants: KernelConstants, first: int) ->
     )
     y, tableau, inputs, x, scalars = state.response, state.tableau, state.inputs, state.x, state.scalars
     shear, normal, contact = y[:n], y[n : 2 * n], state.contact
-    node_friction, active_friction = state.node_friction, state.active_friction
+    node_friction, active_friction, node_slips = state.node_friction, state.active_friction, state.node_slips
     displacement = scalars.displacement
     node = first
     while True:
@@ -49,6 +49,7 @@ def _slip_in_turn(state: KernelState, constants: KernelConstants, first: int) ->
         if not abs(along) < np.inf:
             return Stop.SLIP_UNBOUNDED, EventKind.NOTHING, -1
         scalars.dissipated -= displace(y, tableau, inputs, node, along, down)
+        node_slips[node] += 1
         scalars.slips += 1
         scalars.slips_since_refresh += 1
         if abs(xi + along) > constants.half_width:
@@ -84,6 +85,7 @@ def _slip_together(state: KernelState, constants: KernelConstants, first: int) -
         for i in range(n):
             if along[i] != 0.0:
                 state.scalars.dissipated -= displace(y, state.tableau, state.inputs, i, along[i], down[i])
+                state.node_slips[i] += 1
                 state.scalars.slips += 1
                 state.scalars.slips_since_refresh += 1
                 if abs(state.x[i] + state.inputs[i] - displacement) > constants.half_width:

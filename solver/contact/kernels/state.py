@@ -67,6 +67,8 @@ class KernelState(NamedTuple):
     """(n,) infinite μ_i: the node never slips."""
     active_friction: Floats
     """(n,) μ_i where a node is in contact and may slip; NaN elsewhere."""
+    node_slips: NDArray[np.int64]
+    """(n,) slips of each node in the current event."""
     scalars: Scalars
 
 
@@ -120,8 +122,9 @@ def new_scalars(displacement: float) -> Scalars:
 
 
 @compiled()
-def start_event(scalars: Scalars) -> None:
+def start_event(scalars: Scalars, node_slips: NDArray[np.int64]) -> None:
     """Set what is counted per event to 0."""
+    node_slips[:] = 0
     scalars.slips = 0
     scalars.releases = 0
     scalars.touches = 0

@@ -5,6 +5,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from solver.compiled import compiled
 from solver.contact.kernels.state import Floats
 
 
@@ -22,3 +23,14 @@ class Events(NamedTuple):
     releases: NDArray[np.int32]
     touches: NDArray[np.int32]
     contact_size: NDArray[np.int32]
+    extent: NDArray[np.int32]
+
+
+@compiled()
+def add_slips(total: NDArray[np.int64], node_slips: NDArray[np.int64]) -> int:
+    """Add the slips of each node (n,) in one event to those of the record; returns how many nodes slipped."""
+    extent = 0
+    for i in range(len(node_slips)):
+        total[i] += node_slips[i]
+        extent += node_slips[i] > 0
+    return extent

@@ -1,6 +1,7 @@
 """Slide the pin from event to event with the whole contact: the loop around `next_event` and the cascade."""
 
 import numpy as np
+from numpy.typing import NDArray
 
 from solver.compiled import compiled
 from solver.contact.kernels.cascade import resolve
@@ -10,7 +11,7 @@ from solver.contact.kernels.equilibrium import RESIDUAL_LIMIT, equilibrium_resid
 from solver.contact.kernels.next_event import next_event
 from solver.contact.kernels.state import KernelConstants, KernelState, start_event
 from solver.contact.kernels.violations import on_steep_flank
-from solver.sliding.kernels.events import Events
+from solver.sliding.kernels.events import Events, add_slips
 from solver.sliding.kernels.step import overshot, smallest_step
 
 CHECK_EVENTS = 64
@@ -52,10 +53,19 @@ def overshoot(state: KernelState) -> float:
 
 @compiled()
 def slide_events(
-    state: KernelState, constants: KernelConstants, events: Events, first: int, farthest: float
+    state: KernelState,
+    constants: KernelConstants,
+    events: Events,
+    node_slips: NDArray[np.int64],
+    first: int,
+    farthest: float,
 ) -> tuple[Stop, int]:
-    """Slide from event to event; returns why it stopped and how many events the record now holds."""
+    """Slide from event to event; returns why it stopped and how many events the record now holds.
+
+    node_slips: (n_x,) slips of each surface node in the record, added to.
+    """
     scalars = state.scalars
+    of_window = node_slips[constants.first_node : constants.first_node + len(state.x)]
     for e in range(first, len(events.displacement)):
         step, kind, node = next_event(state, constants, 1.0)
         if node < 0 and farthest == np.inf:
@@ -76,6 +86,7 @@ def slide_events(
         if status != Stop.DONE:
             return status, e
         _record(state, events, e)
+        events.extent[e] = add_slips(of_window, state.node_slips)
         if scalars.touches_near_end:
             return Stop.WINDOW_TOO_NARROW, e + 1
         if scalars.releases + scalars.touches > 0 or e % CHECK_EVENTS == 0:
@@ -89,7 +100,7 @@ def slide_events(
 @compiled()
 def _answer(state: KernelState, constants: KernelConstants, kind: EventKind, node: int) -> Stop:
     """The cascade of one event; DONE, or why the event means nothing."""
-    start_event(state.scalars)
+    start_event(state.scalars, state.node_slips)
     if overshot(constants.slip, overshoot(state), len(state.x)):
         return Stop.OVERSHOT
     status = resolve(state, constants, kind, node, 1.0)

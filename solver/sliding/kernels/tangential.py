@@ -18,7 +18,7 @@ from solver.contact.kernels.enumerations import EventKind, Stop
 from solver.contact.kernels.state import Floats, Scalars, SlipConstants, start_event
 from solver.contact.kernels.vectors import add
 from solver.contact.kernels.violations import HALF_PLACE, bits, highest_ranked, ranked
-from solver.sliding.kernels.events import Events
+from solver.sliding.kernels.events import Events, add_slips
 from solver.sliding.kernels.step import overshot, smallest_step
 
 
@@ -41,6 +41,8 @@ class TangentialState(NamedTuple):
     """(m,) 1/shear_limit, with the tolerance as smallest limit."""
     nodes: NDArray[np.int32]
     """(m,) surface node that each is."""
+    node_slips: NDArray[np.int64]
+    """(m,) slips of each node in the current event."""
     scalars: Scalars
 
 
@@ -90,7 +92,7 @@ def _slip_in_turn(state: TangentialState, constants: SlipConstants, first: int) 
     The arrays are taken out of the state once: passing the whole of it to another compiled function costs more than a slip.
     """
     shear, tableau, u, scalars = state.shear, state.tableau, state.u, state.scalars
-    shear_limit, weights = state.shear_limit, state.weights
+    shear_limit, weights, node_slips = state.shear_limit, state.weights, state.node_slips
     node, residual_shear, tolerance = first, constants.residual_shear, constants.tolerance
     while node >= 0:
         if scalars.slips >= constants.cascade_limit:
@@ -99,6 +101,7 @@ def _slip_in_turn(state: TangentialState, constants: SlipConstants, first: int) 
             return Stop.SLIP_UNBOUNDED
         along = _distance(shear, tableau, shear_limit, residual_shear, node)
         scalars.dissipated -= _displace(shear, tableau, u, node, along)
+        node_slips[node] += 1
         scalars.slips += 1
         scalars.slips_since_refresh += 1
         if scalars.slips_since_refresh >= REFRESH_SLIPS:
@@ -128,6 +131,7 @@ def _slip_together(state: TangentialState, constants: SlipConstants, first: int)
         for i in range(m):
             if along[i] != 0.0:
                 scalars.dissipated -= _displace(shear, tableau, u, i, along[i])
+                state.node_slips[i] += 1
                 scalars.slips += 1
                 scalars.slips_since_refresh += 1
         if scalars.slips_since_refresh >= REFRESH_SLIPS:
@@ -166,9 +170,17 @@ def _overshoot(state: TangentialState) -> float:
 
 @compiled()
 def slide_tangentially(
-    state: TangentialState, constants: SlipConstants, events: Events, first: int, farthest: float
+    state: TangentialState,
+    constants: SlipConstants,
+    events: Events,
+    node_slips: NDArray[np.int64],
+    first: int,
+    farthest: float,
 ) -> tuple[Stop, int]:
-    """Slide from event to event; returns why it stopped and how many events the record now holds."""
+    """Slide from event to event; returns why it stopped and how many events the record now holds.
+
+    node_slips: (m,) slips of each node in the record, added to.
+    """
     stiffness, scalars = state.rate.sum(), state.scalars
     for e in range(first, len(events.displacement)):
         step, node = _next_slip(state)
@@ -194,13 +206,14 @@ def slide_tangentially(
         events.releases[e] = 0
         events.touches[e] = 0
         events.contact_size[e] = len(state.u)
+        events.extent[e] = add_slips(node_slips, state.node_slips)
     return Stop.FULL, len(events.displacement)
 
 
 @compiled()
 def _answer(state: TangentialState, constants: SlipConstants, node: int) -> Stop:
     """The slips of one event; DONE, or why the event means nothing."""
-    start_event(state.scalars)
+    start_event(state.scalars, state.node_slips)
     if overshot(constants, _overshoot(state), len(state.u)):
         return Stop.OVERSHOT
     if constants.simultaneous:

@@ -65,5 +65,5 @@ RECORD = Kind(
     _tasks,
     _run,
     (Part(Validity), Part(Plateau, "plateau_"), Part(EventStatistics), Part(FrictionRecord, whole=True)),
-    (Ragged("record", "event", "row_size", _kept),),
+    (Ragged("record", "event", "row_size", _kept), Ragged("record", "record_node", "record_node_row_size", _kept)),
 )

@@ -58,7 +58,7 @@ def test_what_does_not_fit_is_named_with_size_need_and_advice(tmp_path, machine)
 
 
 def test_a_record_of_too_many_events_is_told_from_a_slab_that_is_too_fine(tmp_path, machine):
-    """Nothing ends a record with frozen pressures but its limits: 1e9 events of 61 bytes, and the record made of them."""
+    """Nothing ends a record with frozen pressures but its limits: 1e9 events of 65 bytes, and the record made of them."""
     machine(24e9)
     text = "effects.pin_translation = false\nlimits.events = 1000000000\nnumerics.n_x = 33"
     plan = planned(tmp_path, text)
