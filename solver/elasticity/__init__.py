@@ -1,1 +1,1 @@
-"""The elastic slab, from its grid to its surface (§2.1.2-2.1.4). Knows nothing of pins and friction."""
+"""The elastic slab: grid, stiffness, surface compliance and interior fields (§2.1.2-2.1.4), without pin and friction."""

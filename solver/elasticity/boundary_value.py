@@ -1,4 +1,4 @@
-"""The mixed problem of §2.1.4: at each node either f_x or u and either f_z or w is given; Eq. 11 yields the rest."""
+"""Mixed boundary value problem of §2.1.4. At each node f_x or u is given, and f_z or w; Eq. 11 is solved for the others."""
 
 from dataclasses import dataclass
 
@@ -14,7 +14,7 @@ Vector = NDArray[np.float64]
 
 @dataclass(frozen=True, slots=True, eq=False)
 class NodalFields:
-    """Displacements and external forces of every node, each of shape (nodes,); in a question, NaN marks an unknown.
+    """Displacements and external forces of every node, each of shape (nodes,). NaN marks an unknown of the problem.
 
     u, w in L_x; f_x, f_z in G·L_x per unit depth.
     """
@@ -26,7 +26,7 @@ class NodalFields:
 
 
 def blank(stiffness: Stiffness) -> NodalFields:
-    """A question in which the support's displacements are zero and every other node is free of forces."""
+    """The problem without load: displacements of the support are zero, forces of all other nodes are zero."""
 
     def pair(fixed: NDArray[np.bool_]) -> tuple[Vector, Vector]:
         return np.where(fixed, 0.0, np.nan), np.where(fixed, np.nan, 0.0)
@@ -37,10 +37,10 @@ def blank(stiffness: Stiffness) -> NodalFields:
 
 
 def solve_mixed(stiffness: Stiffness, given: NodalFields) -> NodalFields:
-    """All displacements and forces that agree with `given` and with Eq. 11.
+    """Solve Eq. 11 for the unknown displacements and forces, which are NaN in `given`; returns all of them.
 
-    `given` decides alone which displacements are prescribed: start from `blank` to keep the support. Raises InvalidInput
-    where a node has both or neither of a pair (naming node and pair), SingularOperator where the body can move freely.
+    The support is not added here: start from `blank` to keep it. Raises InvalidInput where both or neither of a pair is given at
+    a node (naming node and pair), SingularOperator where the body can move as a rigid one.
     """
     nodes = stiffness.grid.nodes
     for name, displacement, force in (("u and f_x", given.u, given.f_x), ("w and f_z", given.w, given.f_z)):

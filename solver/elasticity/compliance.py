@@ -12,7 +12,7 @@ Dense = NDArray[np.float64]
 
 @dataclass(frozen=True, slots=True, eq=False)
 class SurfaceCompliance:
-    """Displacements of the surface nodes per nodal force: all that contact needs to know of the slab.
+    """Surface compliance of a slab: displacements of the surface nodes per nodal force.
 
     matrix: shape (2n, 2n), in 1/G per unit depth, read-only; [u; w] = matrix @ [f_x; f_z], nodes left to right,
     x to the right, z upwards (out of the slab).
@@ -35,8 +35,8 @@ class SurfaceCompliance:
     def widths(self) -> NDArray[np.float64]:
         """Length of surface that belongs to each node, in L_x, shape (n,): nodal force = traction × width.
 
-        The scheme's own weights: the width of a control volume, or the integral of a node's hat, which is the same. The
-        half-plane goes on beyond its end nodes, whose hats are whole.
+        It is the width of a node's control volume, which equals the integral of its hat function. The end nodes have half
+        of it, except on a half-plane, whose surface continues beyond them.
         """
         widths = np.full(self.slab.n_x, self.slab.spacing)
         if not self.slab.scheme.endless:
@@ -45,7 +45,10 @@ class SurfaceCompliance:
 
 
 def uncoupled(compliance: SurfaceCompliance) -> SurfaceCompliance:
-    """The same without the response of u to normal and of w to tangential forces (Goodman's approximation)."""
+    """The same compliance with zero coupling blocks (Goodman's approximation).
+
+    Normal forces then cause no u, and tangential forces no w.
+    """
     n = compliance.slab.n_x
     matrix = np.zeros_like(compliance.matrix, subok=False)
     matrix[:n, :n], matrix[n:, n:] = compliance.matrix[:n, :n], compliance.matrix[n:, n:]
@@ -56,7 +59,7 @@ def uncoupled(compliance: SurfaceCompliance) -> SurfaceCompliance:
 def surface_compliance(slab: Slab) -> SurfaceCompliance:
     """The surface compliance of `slab`, exactly symmetric where its scheme is reciprocal.
 
-    Raises SingularOperator where a block cannot be inverted, InvalidInput where a half-plane's datum is too near.
+    Raises SingularOperator where a block cannot be inverted, InvalidInput where the scheme does not fit the slab.
     """
     matrix = slab.scheme.matrix(slab)
     matrix.setflags(write=False)

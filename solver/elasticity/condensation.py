@@ -1,7 +1,7 @@
 """Condense a stiffness to the surface (§2.1.4, Eq. 11): [u; w] = C [f_x; f_z] for nodal forces on the top row.
 
-A group of rows, as the scheme names them, couples to its neighbours only: the stiffness is block tridiagonal and the
-interior is eliminated group by group, from the bottom up, with dense blocks, even and odd fields apart (parity.py).
+The scheme collects rows in groups that couple to neighbouring groups only, so the stiffness is block tridiagonal. The interior
+is eliminated group by group from the bottom up, with dense blocks. Even and odd fields are condensed separately (parity.py).
 """
 
 from collections.abc import Callable
@@ -20,7 +20,7 @@ Solve = Callable[[Dense, Dense], Dense]
 
 
 def condensed(k: Stiffness) -> Dense:
-    """The compliance of the surface row, (2n, 2n): the sum of what the families of fields contribute."""
+    """The compliance of the surface row, shape (2n, 2n), in 1/G: the sum over even and odd fields. Raises SingularOperator."""
     n = int(k.grid.counts[0])
     surface = np.concatenate((np.arange(n), k.grid.nodes + np.arange(n)))
     full, total = k.matrix, np.zeros((2 * n, 2 * n))
@@ -33,9 +33,9 @@ def condensed(k: Stiffness) -> Dense:
 
 
 def _surface_inverse(full: Sparse, groups: list[Sparse], surface: int, solve: Solve) -> Dense:
-    """Eliminate every group but the first, from the bottom up, S_b ← A_bb - A_b,b+1 S_(b+1)⁻¹ A_b+1,b; invert what is left.
+    """Compliance of the surface's fields by block elimination from the bottom up: S_b = A_bb - A_b,b+1 S_(b+1)⁻¹ A_b+1,b.
 
-    The surface's are the first so many fields of the first group.
+    The surface's fields stand first in the first group.
     """
     below, *above = [group for group in reversed(groups) if group.shape[1]]  # a bonded row has nothing to eliminate
     schur = (below.T @ full @ below).toarray()
@@ -54,7 +54,7 @@ def _joined(*rows: Sparse) -> Sparse:
 
 
 def _solve(matrix: Dense, right: Dense) -> Dense:
-    """matrix⁻¹ right, refused where the reciprocal condition number is below machine precision."""
+    """matrix⁻¹ right. Raises SingularOperator where the reciprocal condition number is below machine precision."""
     norm = np.abs(matrix).sum(axis=0).max(initial=0.0)
     factors, pivots, info = la.lapack.dgetrf(matrix)
     _check(0.0 if info else float(la.lapack.dgecon(factors, norm)[0]))

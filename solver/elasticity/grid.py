@@ -1,6 +1,6 @@
-"""Rows of nodes, and the paper's binary hierarchy of them (§2.1.2).
+"""Rows of nodes, and the paper's binary hierarchy of rows (§2.1.2).
 
-That has two fine rows on top and half the intervals in each further row.
+In the paper's hierarchy the two uppermost rows have equal node spacing. Each row below has half the intervals of the one above.
 
 Coordinates are in L_x: x from 0 to 1 along the surface, z upwards from the surface (z = 0) to the bottom
 (z = -L_z/L_x). Nodes are numbered row by row from the surface down, left to right.
@@ -27,20 +27,20 @@ class Grid:
 
     @property
     def rows(self) -> int:
-        """Number of rows."""
+        """Number of rows of nodes."""
         return len(self.counts)
 
     @property
     def nodes(self) -> int:
-        """Number of nodes."""
+        """Number of nodes in all rows."""
         return int(self.counts.sum())
 
     def row_x(self, row: int) -> NDArray[np.float64]:
-        """x of the nodes of `row`, shape (counts[row],)."""
+        """x of the nodes of `row` in L_x, from 0 to 1, shape (counts[row],)."""
         return np.linspace(0.0, 1.0, int(self.counts[row]))
 
     def spacing(self, row: int) -> float:
-        """Distance between neighbours in `row`."""
+        """Distance between neighbouring nodes of `row`, in L_x."""
         return 1.0 / (int(self.counts[row]) - 1)
 
     def row_nodes(self, row: int) -> NDArray[np.int64]:
@@ -49,14 +49,14 @@ class Grid:
         return np.arange(first, first + int(self.counts[row]))
 
     def volume_z(self, row: int) -> tuple[float, float]:
-        """Lower and upper z of the row's control volumes: half-way to the neighbouring rows, or the slab's boundary."""
+        """Lower and upper z of the row's control volumes, in L_x: half-way to the neighbouring rows, or the slab's boundary."""
         z = self.depths
         upper = z[0] if row == 0 else (z[row - 1] + z[row]) / 2
         lower = z[-1] if row == self.rows - 1 else (z[row] + z[row + 1]) / 2
         return float(lower), float(upper)
 
     def coordinates(self) -> NDArray[np.float64]:
-        """(x, z) of every node, shape (nodes, 2)."""
+        """(x, z) of every node in L_x, shape (nodes, 2)."""
         columns = [
             np.column_stack((self.row_x(row), np.full(self.counts[row], self.depths[row]))) for row in range(self.rows)
         ]

@@ -1,4 +1,4 @@
-"""A scheme that has a grid: its stiffness, condensed to the surface."""
+"""Schemes with a grid: their stiffness is condensed to the surface compliance."""
 
 from abc import abstractmethod
 from typing import ClassVar
@@ -14,14 +14,14 @@ from solver.slab import SCHEMES, Scheme, Slab
 
 
 class GridScheme(Scheme):
-    """A discretization of the whole slab by nodes in rows."""
+    """A scheme that discretizes the whole slab by rows of nodes."""
 
     columns: ClassVar[bool] = False
     """Whether a slab taller than a few widths is condensed as a column (see schemes.column)."""
 
     @abstractmethod
     def grid(self, slab: Slab) -> Grid:
-        """The slab's nodes."""
+        """The grid of nodes of a slab."""
 
     @abstractmethod
     def stiffness(self, slab: Slab) -> Stiffness:
@@ -40,5 +40,5 @@ def grid_scheme(slab: Slab) -> GridScheme:
 
 
 def stiffness(slab: Slab) -> Stiffness:
-    """The matrices of Eq. 11 for `slab`. Raises InvalidInput where its scheme has no grid."""
+    """The matrices of Eq. 11 for a slab, by its scheme. Raises InvalidInput where its scheme has no grid."""
     return grid_scheme(slab).stiffness(slab)

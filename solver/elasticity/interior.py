@@ -1,11 +1,11 @@
-"""Inside the slab: displacements and stresses of every node, by back-substitution from the surface's nodal forces (Eq. 11).
+"""Displacements and stresses inside the slab, at every node of its grid, under given nodal forces on the surface (Eq. 11).
 
-Derivatives at a node are those of the parabola through it and its neighbours, along its own row and across the three
-nearest rows; values of a neighbouring row above or below the node come from a cubic spline along that row. Linear fields
-are met exactly.
+A derivative at a node is that of a parabola: along x through neighbouring nodes of its row, along z through the three nearest
+rows. Where a row has no node above or below this one, its value comes from a cubic spline along that row. Linear fields
+have exact derivatives.
 
-A slab that is a column (column.py) has nodes in its ends only, each half of its trunk: the lower one bears a bar's stresses
-with the moment that has grown on the way down.
+A tall slab (schemes/column.py) has a grid in its upper and lower end only. The lower end bears the stresses of a bar, with the
+bending moment that the shear force adds on the way down.
 """
 
 from dataclasses import dataclass, field, fields, replace
@@ -27,13 +27,13 @@ Vector = NDArray[np.float64]
 
 
 def inside(meaning: str, **more: Any) -> dict[str, Any]:
-    """Metadata of a column over the nodes inside the slab."""
+    """Declaration of a result's column that has one value for each node inside the slab."""
     return quantity(meaning, along="interior_node", **more)
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class InteriorFields:
-    """Every node of the slab's grid, row by row from the surface down: arrays of shape (nodes,).
+    """Displacements and stresses at every node of the slab's grid, row by row from the surface down; arrays (nodes,).
 
     x from the slab's middle, z ≤ 0 from the undeformed surface; u, w in L_x; stresses in G, tension positive.
     """
@@ -57,9 +57,9 @@ _NAMES = [item.name for item in fields(InteriorFields)]
 
 
 def interior_fields(slab: Slab, nodal_force: NDArray[np.float64]) -> InteriorFields:
-    """The fields under forces (2, n) on the surface nodes, f_x and f_z in G·L_x per unit depth.
+    """The fields under nodal forces (f_x, f_z) on the surface, shape (2, n), in G·L_x per unit depth.
 
-    Raises SingularOperator where the slab can move freely.
+    Raises SingularOperator where the slab can move as a rigid body.
     """
     whole = stiffness(trunk(slab))
     found = _solved(whole, slab.poisson, nodal_force)
@@ -67,7 +67,7 @@ def interior_fields(slab: Slab, nodal_force: NDArray[np.float64]) -> InteriorFie
 
 
 def _solved(whole: Stiffness, poisson: float, nodal_force: NDArray[np.float64]) -> InteriorFields:
-    """The fields of a slab that has a grid from top to bottom."""
+    """The fields of a slab whose grid reaches from its surface to its bottom."""
     question, nodes = blank(whole), int(whole.grid.counts[0])
     question.f_x[:nodes], question.f_z[:nodes] = nodal_force
     found = solve_mixed(whole, question)
@@ -88,7 +88,7 @@ def _solved(whole: Stiffness, poisson: float, nodal_force: NDArray[np.float64]) 
 
 
 def _lengthened(slab: Slab, whole: Stiffness, found: InteriorFields, force: Vector) -> InteriorFields:
-    """The fields of a column: the trunk's upper half moved with the surface, its lower half further down."""
+    """The fields of a tall slab: the trunk's upper half moved along with the surface, its lower half under a bar's forces."""
     acting = resultants(slab.n_x) @ force
     w, u, rotation = lengthening(slab) @ acting
     upper = replace(found, u=found.u + u - rotation * found.z, w=found.w + w + rotation * found.x)
@@ -101,7 +101,7 @@ def _lengthened(slab: Slab, whole: Stiffness, found: InteriorFields, force: Vect
 
 
 def gradient(grid: Grid, values: Vector) -> tuple[Vector, Vector]:
-    """∂/∂x and ∂/∂z at every node of a field given by its nodal values, each of shape (nodes,)."""
+    """∂/∂x and ∂/∂z of a field at every node, from its nodal values; all of shape (nodes,)."""
     rows = [values[grid.row_nodes(row)] for row in range(grid.rows)]
     along = [np.gradient(rows[row], grid.spacing(row), edge_order=2) for row in range(grid.rows)]
     across = []
@@ -114,7 +114,7 @@ def gradient(grid: Grid, values: Vector) -> tuple[Vector, Vector]:
 
 
 def _seen_from(grid: Grid, values: Vector, row: int, here: int) -> Vector:
-    """Values of one row at the x of another row's nodes."""
+    """Values of the field of one row, interpolated to the x of the nodes of another row."""
     if grid.counts[row] == grid.counts[here]:
         return values
     from scipy.interpolate import CubicSpline  # noqa: PLC0415  slow to load, and nothing else needs splines

@@ -1,6 +1,6 @@
 """Lagrange polynomials of the bi-quadratic interpolation (Eq. 8-10), built from the positions of the nodes used.
 
-A set of m polynomials is an array (m, m): row k holds the ascending coefficients of the one that is 1 at point k.
+A set of m polynomials is an array (m, m). Row k holds the ascending coefficients of the polynomial that is 1 at point k.
 """
 
 from collections.abc import Sequence

@@ -1,6 +1,7 @@
-"""Even and odd displacement fields: a slab that is its own mirror image never mixes them, so each can be solved alone.
+"""Even and odd displacement fields. A slab that is symmetric about its middle does not couple them: each is solved alone.
 
-Even: u changes sign in the mirror and w does not; odd: the other way round. Two problems of half the size cost a quarter.
+Reflection x → -x leaves w of an even field as it is and changes the sign of u; for an odd field it is the other way round.
+Two problems of half the size cost a quarter.
 """
 
 import numpy as np
@@ -12,10 +13,10 @@ from solver.elasticity.stiffness import Sparse, Stiffness
 
 
 def row_bases(k: Stiffness) -> list[list[Sparse]]:
-    """Families of displacement fields that the stiffness does not mix, each as one orthonormal basis per grid row.
+    """Families of displacement fields that the stiffness does not couple, each as one orthonormal basis per grid row.
 
-    A basis is sparse, (2·nodes, fields of that row), without the restrained displacements. Two families, even and odd,
-    where the restraints are their own mirror image; else one, all displacements.
+    A basis is sparse, shape (2·nodes, fields of that row), without the restrained displacements. There are two families, even
+    and odd, where the support is symmetric; otherwise one family of all displacements.
     """
     rows = range(k.grid.rows)
     if not _mirrored(k):
@@ -29,7 +30,7 @@ def _mirrored(k: Stiffness) -> bool:
 
 
 def _mirror(grid: Grid) -> NDArray[np.int64]:
-    """The node that each node is the mirror image of, shape (nodes,)."""
+    """Number of the node that is each node's mirror image about the slab's middle, shape (nodes,)."""
     return np.concatenate([grid.row_nodes(row)[::-1] for row in range(grid.rows)])
 
 
@@ -40,7 +41,7 @@ def _basis(k: Stiffness, entries: NDArray[np.int64]) -> Sparse:
 
 
 def _parity_basis(k: Stiffness, row: int, sign: float) -> Sparse:
-    """Fields of one row in which w has the given sign in the mirror, and u the opposite one."""
+    """Orthonormal basis of one row's fields of a parity: reflection multiplies w by `sign` and u by -`sign`."""
     nodes = k.grid.row_nodes(row)
     half = len(nodes) // 2
     left, right, middle = nodes[:half], nodes[:half:-1], nodes[half : half + 1]

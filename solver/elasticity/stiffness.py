@@ -1,4 +1,4 @@
-"""What every discretization returns: the four matrices of Eq. 11 and the restrained displacements."""
+"""The stiffness of a discretized slab: the four matrices of Eq. 11, and the restrained displacements."""
 
 from dataclasses import dataclass
 from typing import Any
@@ -38,7 +38,7 @@ class Stiffness:
 
     @property
     def matrix(self) -> Sparse:
-        """All of Eq. 11 in one sparse matrix (2·nodes, 2·nodes): [f_x; f_z] = matrix @ [u; w]."""
+        """Eq. 11 as one sparse matrix, shape (2·nodes, 2·nodes): [f_x; f_z] = matrix @ [u; w]."""
         return sp.csr_array(sp.block_array([[self.k_u, self.c_uw], [self.c_wu, self.k_w]]))
 
     @property

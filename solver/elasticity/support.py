@@ -1,6 +1,6 @@
-"""How the slab is held (Figure 1): which nodal displacements are zero under each named support.
+"""Supports of the slab (Figure 1): the nodal displacements that are zero under each.
 
-The bottom row rests on a flat rigid plane (w = 0) under all of them; they differ in the lateral restraint.
+Under all of them the bottom row rests on a flat rigid plane (w = 0). They differ in the nodes with u = 0.
 """
 
 from collections.abc import Callable
@@ -35,4 +35,4 @@ HELD: dict[Support, Callable[[Grid], NDArray[np.int64]]] = {
     "frictionless": lambda grid: _bottom(grid)[[len(_bottom(grid)) // 2]],
     "right_side": lambda grid: np.array([grid.row_nodes(row)[-1] for row in range(1, grid.rows)]),
 }
-"""Support -> the nodes whose u it holds."""
+"""Support -> numbers of the nodes with u = 0."""

@@ -1,1 +1,1 @@
-"""A campaign file: read, checked, expanded into cases."""
+"""Campaign files: reading, checking, and expanding them into cases."""

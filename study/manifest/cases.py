@@ -1,4 +1,4 @@
-"""Axes -> cases: one per combination (product), per position (zip) or per line of the table; named by content."""
+"""Expand a campaign into cases: one for each combination of its axes (product), each position (zip) or each line of its table."""
 
 import itertools
 from collections.abc import Iterator
@@ -13,30 +13,30 @@ from study.manifest.problems import ManifestError
 from study.provenance import content_hash
 
 MEMBER = "member"
-"""What a case of an ensemble has beside its parameters: its number in the ensemble, from 0."""
+"""Label of a case of an ensemble, beside its parameters: its number among the members, from 0."""
 
 
 @dataclass(frozen=True, slots=True)
 class CampaignCase:
-    """One point of a campaign."""
+    """One point of a campaign: its parameters, and the case that they make."""
 
     case_id: str
-    """Hash of all its parameters (12 hexadecimal digits): the same point has the same name in every campaign."""
+    """Hash of all parameters, 12 hexadecimal digits. The same point has the same hash in every campaign."""
     parameters: dict[str, Value]
-    """The four standard parameters, then every axis, by field name; then the number of its member, where there are several."""
+    """Labels by field name: the four standard parameters, every axis, and the member's number where there are several."""
     case: Case | None
-    """None where the parameters exclude each other."""
+    """None where the case is refused, as its parameters exclude each other."""
     outcome: Outcome
-    """COMPLETED, or why there is no case."""
+    """COMPLETED, or the reason why the case is refused, with advice."""
 
     @property
     def point(self) -> str:
-        """Its parameters in the words of a manifest, for messages."""
+        """Its labels as text in the words of a manifest: `radius = 200.0, events = 5`."""
         return in_words(", ".join(f"{name} = {value}" for name, value in self.parameters.items()))
 
 
 def expand(manifest: Manifest) -> tuple[CampaignCase, ...]:
-    """All cases of a campaign, the last axis fastest. Raises ManifestError naming both where two are the same."""
+    """All cases of a campaign, the last axis varying fastest. Raises ManifestError where two cases are the same."""
     members = range(manifest.ensemble.members)
     cases = tuple(_campaign_case(manifest, point, member) for point in _points(manifest) for member in members)
     numbers: dict[str, int] = {}

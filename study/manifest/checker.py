@@ -1,4 +1,4 @@
-"""The tables of a campaign file against the parameters that there are: known words, values in their declared type."""
+"""Check the tables of a campaign file: known words only, values in range and converted to their declared type."""
 
 from collections.abc import Callable, Collection, Mapping
 from functools import partial
@@ -12,7 +12,10 @@ from study.manifest.problems import key_shown, need, shown, unknown
 
 
 class Checker:
-    """Checks the tables of one campaign file, gathering its problems."""
+    """Checks the tables of one campaign file and collects its problems, one line each.
+
+    beside: texts of the files that the campaign names, by their keys; None where they are read from disk.
+    """
 
     def __init__(self, path: Path, beside: Mapping[str, str] | None = None) -> None:
         self.path = path
@@ -24,7 +27,7 @@ class Checker:
         self.problems.append(f"{self.path}: {where}: {wrong}")
 
     def words_of_table(self, table: str, content: dict[str, Any]) -> Columns:
-        """The known words of a table of parameters, each a column of one."""
+        """The entries of a table of parameters, each as a column with one value. Unknown words are refused."""
         good: Columns = {}
         for word, value in content.items():
             if word in words_of(table):
@@ -34,14 +37,17 @@ class Checker:
         return good
 
     def one_place(self, axes: Columns, fixed: dict[str, Columns]) -> None:
-        """Refuse each parameter that is an axis and stands in a table, too."""
+        """Refuse every parameter that is given twice: as an axis and in a table."""
         for table, part in fixed.items():
             for word in part:
                 if word in axes:
                     self.refuse(f"{table}.{word}", "is an axis too: needs one place")
 
     def values(self, columns: Columns, slabs: list[dict[str, Value]]) -> dict[str, tuple[Value, ...]]:
-        """Values in their declared type by field name; those that fit none of the slabs are refused and left out."""
+        """Values in their declared type, by field name. Values out of range are refused and left out.
+
+        slabs: parameters of the campaign's slabs. A setting of a scheme is refused only if it fits none of them.
+        """
         values: dict[str, tuple[Value, ...]] = {}
         for word, given in columns.items():
             name = words()[word]
@@ -60,7 +66,10 @@ class Checker:
     def checked(
         self, where: str, content: dict[str, Any], make: Callable[..., object], names: Collection[str], **others: object
     ) -> dict[str, Any]:
-        """The keys of a table that are among `names` and whose value `make` takes, beside `others`."""
+        """The entries of a table that pass: the key is among `names`, and `make` takes the value together with `others`.
+
+        All other entries are refused.
+        """
         good = {}
         for key, value in content.items():
             if key not in names:

@@ -1,4 +1,4 @@
-"""Values of parameters as they were written: columns of a campaign's axes or of its table of cases, not yet checked."""
+"""Read the CSV files of a campaign: the table of cases and the pin's roughness. Values are not yet checked here."""
 
 import csv
 import io
@@ -11,14 +11,14 @@ from study.manifest.problems import ManifestError, path_shown, shown, unknown
 
 
 class Given(NamedTuple):
-    """A value and where it was written."""
+    """A value of a campaign, and the file and key (or line) where it stands."""
 
     where: str
     value: Any
 
 
 Columns = dict[str, list[Given]]
-"""Word of a parameter -> its values."""
+"""Word of a parameter -> its values: those of an axis, of a column of the table, or the one of a constant."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -31,7 +31,7 @@ class Table:
 
 
 def read_text(path: Path) -> tuple[bytes, str]:
-    """A file's bytes and its UTF-8 text. Raises ManifestError."""
+    """The bytes of a file, and their UTF-8 text. Raises ManifestError where it cannot be read."""
     try:
         if path.exists() and not path.is_file():
             raise ValueError("not a regular file")  # a device may never end
@@ -45,7 +45,7 @@ def read_text(path: Path) -> tuple[bytes, str]:
 
 
 def read_table(path: Path, given: str | None = None) -> Table:
-    """Read a table of cases, or take the text that is given for it. Raises ManifestError with one line per problem."""
+    """Read a table of cases from its file, or from `given`, the file's text. Raises ManifestError with one line per problem."""
     raw, text = read_text(path) if given is None else (given.encode(), given)
     lines = _lines(path, text)
     if len(lines) < 2:
@@ -75,7 +75,7 @@ class PinProfile:
 
 
 def read_profile(path: Path, given: str | None = None) -> PinProfile:
-    """Read a pin's roughness, or take the text that is given for it. Raises ManifestError with one line per problem."""
+    """Read a pin's roughness from its file, or from `given`, the file's text. Raises ManifestError with one line per problem."""
     raw, text = read_text(path) if given is None else (given.encode(), given)
     lines = _lines(path, text)
     if not lines or [word.strip() for word in lines[0][1]] != ["xi", "height"]:
@@ -93,7 +93,7 @@ def read_profile(path: Path, given: str | None = None) -> PinProfile:
 
 
 def _lines(path: Path, text: str) -> list[tuple[int, list[str]]]:
-    """The lines of a CSV file that are not empty, with their numbers."""
+    """The non-empty lines of a CSV file as lists of cells, each with its line number."""
     reader = csv.reader(io.StringIO(text, newline=""), skipinitialspace=True, strict=True)
     try:
         return [(reader.line_num, row) for row in reader if any(cell.strip() for cell in row)]

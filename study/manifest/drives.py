@@ -1,4 +1,4 @@
-"""How a campaign pulls the pin: SI at this edge, the solver's units beyond it."""
+"""The drives of a campaign, which are given in SI, and their conversion to the solver's units."""
 
 from collections.abc import Mapping
 from dataclasses import dataclass, field
@@ -16,7 +16,7 @@ class NamedDrive:
     name: str
     pin_mass: float = parameter(0.5, meaning="mass of the pin", symbol="m", unit="kg", least=1e-30, most=1e30)
     in_si: Drive = field(default_factory=lambda: Drive.of(si_defaults()))
-    """Its values are in SI; the ranges of a drive hold in any units."""
+    """The drive with its values in SI. The ranges of its parameters are the same as in the solver's units."""
 
     def __post_init__(self) -> None:
         if not isinstance(self.name, str) or not self.name.strip():
@@ -25,20 +25,20 @@ class NamedDrive:
 
     @classmethod
     def of(cls, name: str, **entries: Any) -> Self:
-        """The drive with these entries of a table [[drives]]. Raises InvalidInput."""
+        """The drive from the entries of a table [[drives]]; the paper's values for the rest. Raises InvalidInput."""
         own = {key: entries.pop(key) for key in declared(cls) if key in entries}
         return cls(name, **own, in_si=Drive.of({**si_defaults(), **entries}))
 
     @property
     def flat(self) -> dict[str, Any]:
-        """Every entry of its table but the name; None for the settings of integrators that it does not use."""
+        """Every parameter but the name, in SI, by name; None for the settings of integrators that it does not use."""
         return {"pin_mass": self.pin_mass, **self.in_si.flat}
 
     def dimensionless(self, scales: Scales) -> Drive:
-        """The same drive in the solver's units."""
+        """The same drive in the solver's units. Raises InvalidInput where a value is out of range in them."""
         return self.in_si.scaled(scales, self.pin_mass)
 
 
 def drive_parameters() -> Mapping[str, Parameter]:
-    """Every entry of a table [[drives]] but the name."""
+    """Every parameter that a table [[drives]] takes beside the name, with its declaration."""
     return {**declared(NamedDrive), **parameters_of_a_drive()}

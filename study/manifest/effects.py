@@ -1,4 +1,4 @@
-"""Which effects a manifest switches, what is left out where they are off, and what means nothing together."""
+"""The effects that a manifest switches on and off: what is left out where one is off, and combinations that are refused."""
 
 from collections.abc import Sequence
 from typing import NamedTuple
@@ -10,7 +10,7 @@ from study.manifest.manifest import Manifest
 
 
 def refusal(manifest: Manifest, case: Case) -> str:
-    """Why these stages and outputs mean nothing for this case; empty where they do."""
+    """The reason why a case is refused with the stages and outputs of its manifest; empty where it is not."""
     if "slip" in manifest.stages and not case.effects.friction:
         return 'friction = false: needs stages = ["contact"], as without friction there is nothing to slide against (F = 0)'
     if manifest.outputs.subsurface and case.slab.scheme.endless:
@@ -19,7 +19,7 @@ def refusal(manifest: Manifest, case: Case) -> str:
 
 
 class Effect(NamedTuple):
-    """One effect in a manifest: what it is called, whether it is on, and what is left out where it is off."""
+    """One effect in a manifest: its name, its setting, and what is left out where it is off."""
 
     name: str
     setting: str
@@ -28,7 +28,7 @@ class Effect(NamedTuple):
 
 
 def effects(manifest: Manifest) -> tuple[Effect, ...]:
-    """Every effect that a manifest can switch, as this one does."""
+    """Every effect that a manifest can switch, with the setting that this one has."""
     stages, outputs = manifest.stages, manifest.outputs
     found = [
         Effect("slip", _word("slip" in stages), "no friction record: nothing slides"),

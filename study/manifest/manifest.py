@@ -1,4 +1,4 @@
-"""A campaign as its author wrote it: what a manifest says, as frozen values."""
+"""The content of a campaign file as frozen values."""
 
 import itertools
 from collections.abc import Mapping
@@ -18,9 +18,9 @@ Design = Literal["product", "zip", "table"]
 STAGES: tuple[Stage, ...] = get_args(Stage)
 MOST_MEMBERS = 10_000
 VARIED = ("start", "seed")
-"""Parameters in which members of an ensemble differ."""
+"""The parameters in which the members of an ensemble differ."""
 SEEDS = 2**32
-"""Distance between the seeds of members: nobody's axis of seeds meets another member's."""
+"""Difference between the seeds of two successive members; large, so that seeds of an axis do not coincide with them."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -32,13 +32,13 @@ class Outputs:
     trajectory: bool = True
     """Position, velocity and forces of each drive over time."""
     phases: bool = True
-    """Start and end of each macroscopic slip of a drive; like `trajectory` where it is not given."""
+    """Start and end of each macroscopic slip of a drive; as `trajectory` is where it is not given."""
     tractions: bool = False
-    """Pressure and shear of the slab's surface after initial contact; on by itself where nothing follows."""
+    """Pressure and shear of the slab's surface after initial contact; on by default where `contact` is the only stage."""
     tractions_at: tuple[int, ...] = ()
     """Events after which pressure, shear, slip and gap are kept too; 0 is initial contact."""
     subsurface: bool = False
-    """Displacements and stresses inside the slab, after initial contact or after those events."""
+    """Displacements and stresses inside the slab, after initial contact or after the events of `tractions_at`."""
 
     def __post_init__(self) -> None:
         for name in field_names(Outputs):
@@ -55,10 +55,10 @@ class Outputs:
 
 @dataclass(frozen=True, slots=True)
 class Ensemble:
-    """Members of every case: the same physics with the pin started elsewhere, and other nodes where their μ_i are drawn.
+    """An ensemble of every case: its members differ in the pin's start, and in the seed where the nodes' μ_i are drawn.
 
-    members: how many, 1 to MOST_MEMBERS. Their starts are spread evenly over a node spacing from the case's own on; with a
-    `spread` every member has a seed of its own. 1 is no ensemble.
+    members: their number, 1 to MOST_MEMBERS; 1 is no ensemble. The starts are spread evenly over one node spacing, from the
+    case's own start on. Where `spread` is not 0, every member has a seed of its own.
     """
 
     members: int = 1
@@ -69,7 +69,7 @@ class Ensemble:
             raise InvalidInput(f"members = {shown(count)}: needs a whole number from 1 to {MOST_MEMBERS}")
 
     def varied(self, case: Case, member: int) -> dict[str, Value]:
-        """The parameters in which a member differs from the case."""
+        """The parameters in which a member differs from the case, by field name. member: its number, from 0."""
         start = (case.start + member / self.members) % 1.0 if member else case.start
         drawn = case.heterogeneity
         changes: dict[str, Value] = {"start": start}
@@ -78,17 +78,17 @@ class Ensemble:
 
 @dataclass(frozen=True, slots=True)
 class Manifest:
-    """A campaign as its author wrote it, checked. Parameters go by field name and have their declared type."""
+    """A checked campaign. Parameters are listed by field name, their values have the declared type."""
 
     path: Path
     text: str
-    """The campaign file."""
+    """Text of the campaign file."""
     table_text: str | None
-    """The table of cases, with design `table`."""
+    """Text of the table of cases; None unless the design is `table`."""
     profile_text: str | None
-    """The pin's roughness, where there is one."""
+    """Text of the file of the pin's roughness; None where the pin is smooth."""
     sha256: str
-    """Of the campaign file's bytes followed by the table's and the roughness's."""
+    """SHA-256 of the bytes of the campaign file, the table and the roughness, one after the other."""
     title: str
     stages: tuple[Stage, ...]
     design: Design
@@ -105,13 +105,13 @@ class Manifest:
     outputs: Outputs
     ensemble: Ensemble = Ensemble()
     accuracy: float | None = None
-    """The error asked for instead of a discretization (see study.discretization.front)."""
+    """Relative error asked for instead of a discretization (see study.discretization.front)."""
     front: Path | None = None
-    """The measured front to choose from; None for this package's."""
+    """File of the measured front to choose the discretization from; None for the one that comes with this package."""
     front_text: str | None = None
-    """That front's file."""
+    """Text of that file."""
     drives_left_out: tuple[str, ...] = ()
-    """Names of the drives that the file has and the stages leave out; `drives` is empty then."""
+    """Names of the file's drives where the stages leave out `dynamics`; `drives` is empty then."""
 
     @property
     def name(self) -> str:
@@ -120,7 +120,7 @@ class Manifest:
 
     @property
     def fixed(self) -> dict[str, Value]:
-        """The parameters that were given and are the same in all cases."""
+        """The parameters that the tables give, by field name: the same for all cases."""
         tables = (self.constants, self.numerics, self.slip_rule, self.effects, self.heterogeneity, self.limits)
         return {name: value for table in tables for name, value in table.items()}
 
@@ -133,5 +133,5 @@ def _increasing(value: Any) -> bool:
 
 
 def field_names(kind: type) -> tuple[str, ...]:
-    """The names of a dataclass\'s fields."""
+    """The names of a dataclass's fields, in their order."""
     return tuple(item.name for item in fields(kind))

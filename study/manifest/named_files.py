@@ -1,4 +1,4 @@
-"""The files that a campaign names: its table of cases, the pin's roughness, a measured front; read, or given as texts."""
+"""Read the files that a campaign names: its table of cases, the pin's roughness, a measured front."""
 
 from typing import Any
 
@@ -8,10 +8,10 @@ from study.manifest.problems import ManifestError, shown
 
 
 class NamedFiles(Checker):
-    """Reads the files that one campaign file names, gathering problems."""
+    """Reads the files that one campaign file names, or takes their texts from `beside`; collects problems."""
 
     def table(self, top: dict[str, Any]) -> Table | None:
-        """The table of cases, where the campaign names one."""
+        """The table of cases; None where the campaign names none or it is refused."""
         if "table" not in top:
             return None
         for other in ("axes", "design"):
@@ -24,7 +24,7 @@ class NamedFiles(Checker):
             return None
 
     def profile(self, content: dict[str, Any]) -> PinProfile | None:
-        """The pin's roughness, where the table [heterogeneity] names it."""
+        """The pin's roughness; None where the table [heterogeneity] names none or it is refused."""
         name = content.get("roughness")
         if name is None:
             return None
@@ -38,7 +38,7 @@ class NamedFiles(Checker):
             return None
 
     def front(self, top: dict[str, Any]) -> str | None:
-        """The text of a measured front, where the campaign names one."""
+        """The text of the measured front; None where the campaign names none or it is refused."""
         if "front" not in top:
             return None
         try:
@@ -49,7 +49,7 @@ class NamedFiles(Checker):
             return None
 
     def _given(self, key: str) -> str | None:
-        """The text that stands for the file of a key; None where files are read. Raises ManifestError where it is missing."""
+        """The text of the file that a key names; None where files are read. Raises ManifestError where it is missing."""
         if self.beside is None:
             return None
         if key not in self.beside:

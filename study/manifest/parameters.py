@@ -1,4 +1,4 @@
-"""The flat names of a case: every parameter of Case and its parts has one word and one table of a campaign file."""
+"""The parameters of a case in a campaign file: each has one word and one table there."""
 
 import math
 import re
@@ -15,51 +15,54 @@ Value = float | int | str
 TABLES: Final = ("constants", "numerics", "slip", "effects", "heterogeneity", "limits")
 """Tables of a manifest that take parameters of a case."""
 STANDARD: Final = ("intrinsic_friction", "radius", "aspect_ratio", "n_x")
-"""Parameters that every case is labelled with, in the order of a dataset's dimensions."""
+"""The parameters that label every case, in the order of a dataset's dimensions."""
 
 
 def words() -> dict[str, str]:
-    """Word of a manifest -> the parameter that it sets (`events` sets `max_events`; most are spelled alike)."""
+    """Word of a manifest -> name of the parameter that it sets: `events` sets `max_events`; most are the same."""
     return {stated.word or name: name for name, stated in parameters_of_a_case().items()}
 
 
 def words_of(table: str) -> tuple[str, ...]:
-    """The words that a table of a manifest takes."""
+    """The words that a table of a manifest takes, in the order of declaration."""
     return tuple(stated.word or name for name, stated in parameters_of_a_case().items() if stated.table == table)
 
 
 def axes() -> tuple[str, ...]:
-    """The words that can be an axis; a pin's profile is a file."""
+    """The words that can be an axis: all but those declared with `axis=False`."""
     return tuple(stated.word or name for name, stated in parameters_of_a_case().items() if stated.axis)
 
 
 def table_of(word: str) -> str:
-    """The table that takes a word; empty where none does."""
+    """The name of the table that takes a word; empty where none does."""
     return next((table for table in TABLES if word in words_of(table)), "")
 
 
 def in_words(text: str) -> str:
-    """A text about parameters with their words of a manifest in place of their names."""
+    """A text in which every parameter's name is replaced by its word in a manifest."""
     named = {name: word for word, name in words().items() if word != name}
     return re.sub("|".join(rf"\b{name}\b" for name in named), lambda found: named[found.group()], text)
 
 
 def settings() -> tuple[str, ...]:
-    """Parameters that say how a slab is discretized."""
+    """Names of the parameters of a slab's discretization, those of all schemes included."""
     return (*(name for name in declared(Slab) if name not in PHYSICS), *SCHEMES.settings())
 
 
 LIMITS: dict[str, int | float] = {"max_events": 100_000, "max_spacings": 2.0}
-"""Limits of a record where a campaign has none. What the pin meets repeats with the node spacing: from one spacing after first
-touch on, the mean over whole spacings is known ten times better than from 2000 events, for four times their cost. Two leave
-room for initial contact to be forgotten. The events bound what slippery or light contacts cost: millions a spacing."""
+"""Limits of a record where a campaign gives none.
+
+The conditions under the pin repeat with every node spacing that it moves. So the mean over whole spacings, from one spacing
+after initial contact on, is ten times more certain than the mean over 2000 events, at four times the cost. The first of the two
+spacings lets the effect of initial contact fade. The limit of events bounds the cost of slippery or light contacts, which have
+millions of events in a spacing."""
 
 
 def make_case(parameters: Mapping[str, Any]) -> Case:
-    """The case with these fields, defaults for the rest.
+    """The case with these parameters by field name, defaults for the rest.
 
-    A limit of displacement or spacings without one of events stands alone; without any limit there are LIMITS.
-    Raises InvalidInput with the word of a manifest, value and range.
+    Where no limit is given, LIMITS hold. Where only displacement or spacings are limited, events are not.
+    Raises InvalidInput; its message has the word of a manifest, the value and the range.
     """
     for name, value in parameters.items():
         if isinstance(value, float) and math.isinf(value) and name != "intrinsic_friction":

@@ -1,4 +1,4 @@
-"""What is wrong with a campaign, in words: one line per problem, saying where, the value and what is allowed."""
+"""Messages about a wrong campaign: one line per problem, with its place, the value and what is allowed."""
 
 import difflib
 import json
@@ -10,11 +10,11 @@ from solver.outcome import SHOWN, InvalidInput, quoted
 from study.manifest.parameters import axes, table_of
 
 LONGEST_PATH = 200
-"""Characters of a path that a message shows."""
+"""The most characters of a path that a message shows."""
 
 
 class ManifestError(Exception):
-    """All that is wrong with a campaign file: `lines`, one per problem."""
+    """A campaign file is wrong. `lines` has one line for each of its problems."""
 
     def __init__(self, lines: Iterable[str]) -> None:
         self.lines = tuple(lines)
@@ -25,7 +25,7 @@ class ManifestError(Exception):
 
 
 def shown(value: object) -> str:
-    """A value much as its author wrote it, cut to fit a line."""
+    """A value in the notation of TOML or nearly so, at most SHOWN characters."""
     try:
         text = repr(value) if isinstance(value, float) else json.dumps(value, ensure_ascii=False, default=str)
     except (ValueError, RecursionError):  # Python writes no number of more than 4300 digits, and nothing nested deeply
@@ -34,18 +34,18 @@ def shown(value: object) -> str:
 
 
 def key_shown(key: str) -> str:
-    """A key of a file as its author wrote it, cut to fit a line; in quotes where it is no single word."""
+    """A key of a campaign file, at most SHOWN characters; in quotes where it is not a single word."""
     return key if re.fullmatch(r"[A-Za-z0-9_-]+", key) and len(key) <= SHOWN else shown(key)
 
 
 def path_shown(path: Path) -> str:
-    """A path as one line that is not too long, whatever a file said it was."""
+    """A path as one line of at most LONGEST_PATH characters, without control characters."""
     text = "".join(letter if letter.isprintable() else repr(letter)[1:-1] for letter in str(path))
     return text if len(text) <= LONGEST_PATH else text[: LONGEST_PATH - 3] + "..."
 
 
 def need(make: Callable[..., object], *arguments: object) -> str:
-    """What `make` says is needed when it refuses its arguments; empty when it takes them."""
+    """Call `make`; return what is needed (`needs ...`) where it raises InvalidInput, an empty text where it does not."""
     try:
         make(*arguments)
     except InvalidInput as error:
@@ -54,7 +54,7 @@ def need(make: Callable[..., object], *arguments: object) -> str:
 
 
 def unknown(word: str, allowed: Collection[str]) -> str:
-    """Advice on a word that is not allowed here: where it belongs, what it resembles, or what there is."""
+    """Advice on a word that is not allowed here: the table that takes it, a similar word, or all that are allowed."""
     if table := table_of(word):
         return f"belongs in [{table}]" + (" or [axes]" if word in axes() else "")
     near = difflib.get_close_matches(word[:SHOWN], allowed, 1)

@@ -1,7 +1,7 @@
-"""Read and check a campaign file: every problem at once, one line each, saying file, key, value and what is allowed.
+"""Read and check a campaign file. All problems are reported at once: file, key, value and what is allowed, one line each.
 
-Ranges are those of the solver's own values (`Case`, `Slab`, `SlipRule`, `Drive`, `Scales`): each number is tried there.
-Scales and drives are in SI, the physics of a case is dimensionless.
+Ranges are not repeated here: each value is tried in the solver's own types (`Case`, `Slab`, `SlipRule`, `Drive`, `Scales`).
+Scales and drives are in SI, the parameters of a case are dimensionless.
 """
 
 import hashlib
@@ -27,9 +27,9 @@ def load_manifest(path: Path) -> Manifest:
 
 
 def parse_manifest(path: Path, text: str, beside: Mapping[str, str]) -> Manifest:
-    """As `load_manifest`, from texts alone: no file is read. Raises ManifestError with one line per problem.
+    """The same from texts, without reading any file. Raises ManifestError with one line per problem.
 
-    path: what problems are said of. beside: the texts of the files that it names, by the keys that name them (`table`,
+    path: name of the campaign file for messages. beside: texts of the files that it names, by the keys that name them (`table`,
     `roughness`, `front`).
     """
     return _Reader(path, beside).manifest(text.encode(), text, _document(path, text))
@@ -106,7 +106,7 @@ class _Reader(NamedFiles):
         return result
 
     def _top(self, document: dict[str, Any]) -> dict[str, Any]:
-        """The document's keys that are known and of the right kind."""
+        """The top-level entries of the file that are known and of the right type; the others are refused."""
         good = {}
         for key, value in document.items():
             kind, wanted = _TOP.get(key, (object, ""))
@@ -160,7 +160,7 @@ class _Reader(NamedFiles):
         return found
 
     def _accuracy(self, top: dict[str, Any], given: Columns) -> float | None:
-        """The error asked for; what it decides may not be given beside it."""
+        """The relative error asked for. The parameters of a discretization are refused beside it, as it decides them."""
         accuracy = top.get("accuracy")
         if accuracy is None:
             return None
@@ -206,7 +206,10 @@ class _Reader(NamedFiles):
 
 
 def _slabs(numerics: Columns) -> list[dict[str, Value]]:
-    """The campaign's schemes on its largest n_x, as parameters: a scheme's own values that fit none of them fit no case."""
+    """Parameters of one slab for each scheme of the campaign, with the largest n_x.
+
+    A setting of a scheme that fits none of these slabs fits no case.
+    """
     good = {
         word: [given.value for given in numerics.get(word, []) if not need(make_case, {word: given.value})]
         for word in ("n_x", "scheme")

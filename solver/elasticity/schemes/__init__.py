@@ -1,4 +1,4 @@
-"""Discretizations of the elastic slab, one per file: settings, and the stiffness or compliance that they lead to.
+"""Discretizations of the elastic slab, one per file: their settings, and the stiffness or compliance that follows.
 
 A file that defines a scheme registers it; importing this folder makes all of them known.
 """

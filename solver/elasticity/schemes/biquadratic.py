@@ -25,7 +25,7 @@ from solver.slab import SCHEMES, Slab, Support, levels_of
 @SCHEMES.register()
 @dataclass(frozen=True, slots=True)
 class Biquadratic(GridScheme):
-    """The paper's stencil. None is filled in: `equal` first spacings, and N + 1 rows, as the paper has."""
+    """Settings of the paper's stencil. In place of None stand the paper's: `equal` first spacings, N + 1 rows."""
 
     name = "biquadratic"
     reciprocal = False
@@ -74,9 +74,10 @@ def biquadratic(grid: Grid, poisson: float, support: Support) -> Stiffness:
 
 
 def _row_groups(rows: int, *, bottom_free: bool) -> tuple[tuple[int, ...], ...]:
-    """Rows couple to their neighbours, but boundary rows reach one further: the two top and the two bottom rows go together.
+    """Groups of rows that couple to neighbouring groups only.
 
-    A bottom row without free displacements does not count; it goes with the two above it.
+    A boundary row couples to the two rows next to it, so the two top rows are one group, and the two bottom rows another.
+    A bottom row without free displacements joins the group of the two rows above it.
     """
     last = max(2, rows - 2 if bottom_free else rows - 3)
     return ((0, 1), *((row,) for row in range(2, last)), tuple(range(last, rows)))
@@ -84,7 +85,10 @@ def _row_groups(rows: int, *, bottom_free: bool) -> tuple[tuple[int, ...], ...]:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class _FaceIntegrals:
-    """Outward integrals of ∂φ/∂x and ∂φ/∂z over a volume's sides (x faces) and ends (z faces), one weight per entry."""
+    """Weights of the nodal values in the integrals of ∂φ/∂x and ∂φ/∂z over a control volume's faces, normals outward.
+
+    Sides are its faces at constant x, ends those at constant z.
+    """
 
     rows: NDArray[np.int64]
     columns: NDArray[np.int64]
@@ -95,7 +99,7 @@ class _FaceIntegrals:
 
 
 def _column_classes(grid: Grid, row: int) -> Iterator[NDArray[np.int64]]:
-    """The columns of a row in groups that share one stencil: left end, right end, and the inner ones by parity."""
+    """The columns of a row in classes with the same stencil: left end, right end, inner even and inner odd columns."""
     last = int(grid.counts[row]) - 1
     yield from (np.array([0]), np.array([last]), np.arange(1, last, 2))
     if last > 2:
@@ -103,7 +107,7 @@ def _column_classes(grid: Grid, row: int) -> Iterator[NDArray[np.int64]]:
 
 
 def _face_integrals(grid: Grid, row: int, columns: NDArray[np.int64]) -> _FaceIntegrals:
-    """The stencil of one class of columns, computed for its first column and repeated for all."""
+    """The stencil of a class of columns. It is computed for the first column and repeated for the others."""
     column = int(columns[0])
     used_rows = np.clip(row, 1, grid.rows - 2) + np.array([-1, 0, 1])
     gamma = lagrange([float(grid.depths[q] - grid.depths[row]) for q in used_rows])
@@ -141,7 +145,7 @@ def _face_integrals(grid: Grid, row: int, columns: NDArray[np.int64]) -> _FaceIn
 
 
 def _nearest(grid: Grid, row: int, column: int, other: int) -> tuple[NDArray[np.int64], list[float]]:
-    """Nodes of row `other` that the stencil of node (column, row) uses, and their x relative to the node."""
+    """Nodes of row `other` in the stencil of node (column, row), and their x relative to that node."""
     last, last_other = int(grid.counts[row]) - 1, int(grid.counts[other]) - 1
     scaled, remainder = divmod(column * last_other, last)
     middle = int(np.clip(scaled, 1, last_other - 1))

@@ -1,11 +1,13 @@
-"""Tall slabs: deeper than a few widths a slab of scheme `galerkin` is a column, and only its two ends need a grid.
+"""Tall slabs with scheme `galerkin`: only the upper and lower end have a grid, as the stresses between are those of a bar.
 
-What a load on the surface has beside its resultants dies out with depth as exp(-4.2 z/L_x), or, where the right side is
-held, exp(-2.1 z/L_x): the roots of sin 2γ = ±2γ (Saint-Venant; Fadle, Papkovich). So a slab taller than TALL is its `trunk`
-of that height with a piece let in half-way, whose stresses are exactly a bar's: axial force N and moment M linear in x, shear
-force Q a parabola. Its energy per height is (N²/E' + M²/(E'I) + 6/5 Q²)/2 with E' = 2/(1 - ν), I = 1/12 in the solver's units.
-What grows with the height beside it is what the held end, its foot, gives way under a bending moment: that is read from
-the trunk's own field. A held right side takes shear force and moment, which leaves N alone.
+Stresses of a surface load beyond those of its resultants decay with depth as exp(-4.2 z/L_x); where the right side is held, as
+exp(-2.1 z/L_x). These rates are roots of sin 2γ = ±2γ (Saint-Venant; Fadle, Papkovich). So a slab taller than TALL is computed
+as a slab of height TALL, the `trunk`, with a bar inserted half-way. Stresses of the bar are linear in x for its axial force N
+and moment M, and a parabola for its shear force Q. Its energy per height is (N²/E' + M²/(E'I) + 6/5 Q²)/2 with E' = 2/(1 - ν)
+and I = 1/12 in the solver's units.
+
+The compliance of the held end, the foot, under a bending moment adds a part that grows with the height too: it is read from
+the trunk's own field. A held right side bears shear force and moment, so that only N is left.
 """
 
 from collections.abc import Callable
@@ -21,27 +23,27 @@ from solver.slab import Slab
 Dense = NDArray[np.float64]
 
 TALL = 10.0
-"""Height in L_x up to which a slab has a grid from top to bottom: half-way down, 1e-9 is left of what is not a bar's (of what
-a held right side does not take, 3e-5), and 1e-18 (1e-9) of that comes back from the bottom."""
+"""Height in L_x up to which a slab has a grid from top to bottom. Half-way down a taller one, stresses that are not a bar's have
+decayed to 1e-9 (right side held: 3e-5). The part of them that the bottom reflects is 1e-18 (1e-9) at the surface."""
 
 
 def trunk(slab: Slab) -> Slab:
-    """The slab whose grid serves `slab`: itself, or where that is taller than TALL the same of that height."""
+    """The slab whose grid is used for `slab`: the slab itself, or the same slab with height TALL where it is taller."""
     columns = isinstance(slab.scheme, GridScheme) and slab.scheme.columns
     return replace(slab, aspect_ratio=TALL) if columns and slab.aspect_ratio > TALL else slab
 
 
 def resultants(n_x: int) -> Dense:
-    """What [N; Q; M] at the surface's middle are of nodal forces [f_x; f_z], shape (3, 2·n_x).
+    """Matrix from nodal forces [f_x; f_z] to their resultants [N; Q; M] at the surface's middle, shape (3, 2·n_x).
 
-    Its transpose takes the motions that do work on them, [w; u; rotation], to the surface's nodes.
+    Its transpose leads from rigid motions [w; u; rotation] to displacements of the surface nodes.
     """
     none, one, x = np.zeros(n_x), np.ones(n_x), np.linspace(-0.5, 0.5, n_x)
     return np.stack([np.concatenate(pair) for pair in ((none, one), (one, none), (none, x))])
 
 
 def bar_forces(n_x: int) -> Dense:
-    """Nodal forces [f_x; f_z] of a bar's stresses per unit N, Q and M on the surface, shape (2·n_x, 3)."""
+    """Nodal forces [f_x; f_z] on the surface with a bar's stresses, per unit N, Q and M, shape (2·n_x, 3)."""
     uniform = _nodal(n_x, np.ones_like)
     parabola = _nodal(n_x, lambda x: 1.5 - 6.0 * x**2)
     linear = _nodal(n_x, lambda x: 12.0 * x)
@@ -51,9 +53,9 @@ def bar_forces(n_x: int) -> Dense:
 
 
 def lengthening(slab: Slab) -> Dense:
-    """By how much [w; u; rotation] of the surface per [N; Q; M] is more than the trunk's, shape (3, 3), symmetric.
+    """Compliance that the inserted bar adds: [w; u; rotation] of the surface per [N; Q; M], less the trunk's; (3, 3), symmetric.
 
-    Raises SingularOperator where the trunk can move freely.
+    Raises SingularOperator where the trunk can move as a rigid body.
     """
     long, short = slab.aspect_ratio, trunk(slab).aspect_ratio
     if slab.support == "right_side":
@@ -64,14 +66,14 @@ def lengthening(slab: Slab) -> Dense:
 
 
 def passed_down(slab: Slab, height: float) -> Dense:
-    """[N; Q; M] of a section so far down per those at the surface, shape (3, 3): the height is the shear force's lever."""
+    """[N; Q; M] of a section at a depth, per those at the surface, shape (3, 3). The shear force adds Q times the depth to M."""
     if slab.support == "right_side":
         return np.diag([1.0, 0.0, 0.0])
     return np.array([[1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, -height, 1.0]])
 
 
 def _bar(slab: Slab, height: float) -> Dense:
-    """[w; u; rotation] of the upper end of a clamped bar per [N; Q; M] there, shape (3, 3)."""
+    """Compliance of a bar clamped at its lower end: [w; u; rotation] of the upper end per [N; Q; M] there, shape (3, 3)."""
     modulus = _modulus(slab)
     bent, cross = 12.0 / modulus * height, -6.0 / modulus * height**2
     moved = 4.0 / modulus * height**3 + 1.2 * height
@@ -79,7 +81,7 @@ def _bar(slab: Slab, height: float) -> Dense:
 
 
 def _foot(slab: Slab) -> Dense:
-    """[w; u; rotation] of the held end per [N; Q; M] there, (3, 3); zero what does not grow with the height.
+    """Compliance of the held end: its [w; u; rotation] per [N; Q; M], shape (3, 3). Parts that do not grow with height are 0.
 
     From the field of M = 1 in the middle, bending of curvature κ: at the height h above the foot w = x·θ, θ = κh + foot's,
     and u = foot's - ∫θ dh - ν/(1-ν)·κ/2·(x² - 1/20), of which the last term does no work on the parabola of a shear force.
@@ -98,12 +100,12 @@ def _foot(slab: Slab) -> Dense:
 
 
 def _modulus(slab: Slab) -> float:
-    """E' = E/(1 - ν²) in G."""
+    """Plane-strain modulus E' = E/(1 - ν²), in G."""
     return 2.0 / (1.0 - slab.poisson)
 
 
 def _nodal(n_x: int, traction: Callable[[Dense], Dense]) -> Dense:
-    """∫traction·hat of every surface node, shape (n_x,); by two Gauss points an interval, exact for parabolas."""
+    """Nodal forces ∫traction·hat on the surface nodes, shape (n_x,), by two Gauss points an interval: exact for parabolas."""
     x, spacing, force = np.linspace(-0.5, 0.5, n_x), 1.0 / (n_x - 1), np.zeros(n_x)
     for place in ((1 - 3**-0.5) / 2, (1 + 3**-0.5) / 2):
         part = traction(x[:-1] + place * spacing) * spacing / 2

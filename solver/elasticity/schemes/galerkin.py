@@ -46,7 +46,7 @@ MOST_ROWS_PER_LEVEL = 1024
 @SCHEMES.register()
 @dataclass(frozen=True, slots=True)
 class Galerkin(GridScheme):
-    """Finite elements that converge. None is filled in.
+    """Settings of the finite elements. Values in place of None:
 
     rows_per_level: 2; coarsest_row: 2^q + 1 nodes, a spacing of at most min(1, aspect_ratio)/16; bottom_row: an eighth of that.
     """
@@ -124,7 +124,7 @@ def galerkin(grid: Grid, poisson: float, support: Support) -> Stiffness:
 
 
 def _cells(grid: Grid, strip: int) -> int:
-    """Elements of the strip below row `strip`: as fine as its finest row, the surface's hats needing two per quadratic."""
+    """Number of elements in the strip below row `strip`: one for each quadratic of its finest row, for the surface's two."""
     quadratic = (int(grid.counts[strip : strip + 3].max()) - 1) // 2
     return 2 * quadratic if strip == 0 else quadratic
 
@@ -166,7 +166,7 @@ def _gauss_mass(points: tuple[float, ...], lower: float, upper: float) -> Dense:
 
 
 def _assembled(cells: list[int], blocks: Iterable[Dense]) -> Sparse:
-    """Element matrices summed over the cells of every strip; strips have their own three rows of mesh nodes each."""
+    """Stiffness of all strips, summed over their elements. Each strip has three rows of mesh nodes of its own."""
     rows, columns, values, first = [], [], [], 0
     for count, block in zip(cells, blocks, strict=True):
         across = 2 * count + 1
@@ -182,7 +182,7 @@ def _assembled(cells: list[int], blocks: Iterable[Dense]) -> Sparse:
 
 
 def _prolongation(grid: Grid, cells: list[int]) -> Sparse:
-    """Values of the rows' fields at the mesh nodes of all strips, (mesh nodes, nodes)."""
+    """Sparse matrix from values at the grid's nodes to values at the mesh nodes of all strips, shape (mesh nodes, nodes)."""
     rows, columns, values, first = [], [], [], 0
     for strip, count in enumerate(cells):
         for row in range(2 * strip, 2 * strip + 3):
@@ -198,9 +198,9 @@ def _prolongation(grid: Grid, cells: list[int]) -> Sparse:
 
 
 def _row_fields(count: int, intervals: int, *, linear: bool) -> tuple[NDArray[np.int64], Dense]:
-    """Nodes of a row of `count` and their weights at each end of `intervals` equal intervals, shapes (intervals + 1, m).
+    """Interpolation of a row with `count` nodes at the ends of `intervals` equal intervals: nodes, weights, (intervals + 1, m).
 
-    All numbers are small multiples of powers of two, so weights at the row's own nodes are exactly 0 and 1.
+    All positions are small multiples of powers of two, so that weights at the row's own nodes are exactly 0 and 1.
     """
     order = 1 if linear else 2
     elements = (count - 1) // order

@@ -19,15 +19,18 @@ from numpy.typing import NDArray
 from solver.elasticity.grid import Grid
 
 _THICKNESS = 1.5
-"""Of a row of head or tail, in its node spacings."""
+"""Thickness of a row of head or tail, in its node spacings."""
 _MIDDLE_THICKNESS = 2.0
-"""Of a row of the middle, in its node spacings, at most, within L_x (sixteen spacings if they are more) of both ends."""
+"""Largest thickness of a row of the middle, in its node spacings, nearer than L_x to surface or bottom.
+
+Where sixteen of the coarsest node spacings are more than L_x, they take its place.
+"""
 _THICKEST = 8.0
-"""How often that, at most, further away."""
+"""Largest thickness of a row further away, over that near the ends."""
 
 
 def graded_hierarchy(n_x: int, aspect_ratio: float, rows_per_level: int, coarsest_row: int, bottom_row: int) -> Grid:
-    """A grid with an odd number of rows, at least three, any pair of neighbours nested.
+    """The graded grid of a slab: an odd number of rows, at least three. The nodes of two neighbouring rows are nested.
 
     rows_per_level: rows until the next has half the intervals; coarsest_row, bottom_row: nodes of these rows. Where the slab is
     too thin for all levels, the coarsest are left out.
@@ -50,7 +53,7 @@ def graded_hierarchy(n_x: int, aspect_ratio: float, rows_per_level: int, coarses
 
 @dataclass(frozen=True, slots=True)
 class _Ends:
-    """Head and tail of a hierarchy: levels of their rows, 0 for the surface's spacing, down to the `coarsest` level."""
+    """Head and tail of a hierarchy, as levels of their rows. The node spacing of level k is 2^k times the surface's."""
 
     n_x: int
     rows_per_level: int
@@ -73,16 +76,16 @@ class _Ends:
         return 2.0**self.coarsest / (self.n_x - 1)
 
     def thickness(self, levels: NDArray[np.int64]) -> NDArray[np.float64]:
-        """Of rows of the given levels."""
+        """Thickness of rows of these levels, in L_x."""
         return _THICKNESS * 2.0**levels / (self.n_x - 1)
 
     def left_of(self, height: float) -> float:
-        """What head and tail leave for the middle."""
+        """Height that head and tail of a slab leave for the middle, in L_x."""
         return height - float(self.thickness(self.head).sum() + self.thickness(self.tail).sum())
 
 
 def _middle_depths(ends: _Ends, height: float) -> NDArray[np.float64]:
-    """Depths of the middle's rows, its two borders included; their number makes that of all rows odd."""
+    """Depths of the middle's rows in L_x, its two borders included. Their number makes that of all rows odd."""
     near = max(1.0, 16.0 * ends.spacing)
     upper = float(ends.thickness(ends.head).sum()) / near
     whole = height / near
@@ -96,7 +99,7 @@ def _middle_depths(ends: _Ends, height: float) -> NDArray[np.float64]:
 
 
 def _rows_above(depth: float, height: float) -> float:
-    """Rows above a depth if their thickness is the distance from surface or bottom, at least 1 and at most _THICKEST."""
+    """Number of rows above a depth, a real number. Rows are as thick as they are far from surface or bottom, 1 to _THICKEST."""
     if depth > height / 2:
         return 2 * _rows_above(height / 2, height) - _rows_above(height - depth, height)
     if depth <= 1.0:

@@ -33,7 +33,7 @@ Dense = NDArray[np.float64]
 @SCHEMES.register()
 @dataclass(frozen=True, slots=True)
 class HalfPlane(Scheme):
-    """Closed form. Nothing holds it, so it takes no support; aspect_ratio is the depth that displacements are seen from."""
+    """The half-plane in closed form, without settings. It takes no support; aspect_ratio is the depth D of the datum."""
 
     name = "half_plane"
     endless = True
@@ -49,8 +49,8 @@ class HalfPlane(Scheme):
 def half_plane(slab: Slab) -> Dense:
     """The surface compliance of the half-plane, (2n, 2n), exactly symmetric.
 
-    Raises InvalidInput where the aspect ratio is too small: then smooth forces would do negative work, as displacements
-    far from the load, relative to a point so near to it, point the other way.
+    In 1/G per unit depth. Raises InvalidInput where the aspect ratio, the depth of the datum, is too small: displacements far
+    from the load then have the opposite sign, so that smooth forces would do negative work.
     """
     nu, nodes = slab.poisson, np.arange(slab.n_x)
     log_distance = math.log(slab.spacing) + _mean_under_hat(_log_primitive, nodes)
@@ -66,11 +66,11 @@ def half_plane(slab: Slab) -> Dense:
 
 
 def _mean_under_hat(primitive: Callable[[Dense], Dense], nodes: NDArray[np.int64]) -> Dense:
-    """The mean of a function under the hat at distance `nodes`, from the primitive of its primitive; unit spacing."""
+    """Mean of a function weighted by the hat function at node distances `nodes`, from its second antiderivative; unit spacing."""
     x = nodes.astype(np.float64)
     return primitive(x + 1) - 2 * primitive(x) + primitive(x - 1)
 
 
 def _log_primitive(x: Dense) -> Dense:
-    """The primitive of the primitive of ln|x|."""
+    """Second antiderivative of ln|x|."""
     return x**2 * (np.log(np.where(x == 0.0, 1.0, np.abs(x))) / 2 - 0.75)
