@@ -17,6 +17,7 @@ from solver.slab import SCHEMES, Slab
 PinShape = Literal["parabola", "flat_punch"]
 InitialContact = Literal["stick", "frictionless", "gradual"]
 SlipOrder = Literal["worst_first", "simultaneous"]
+LimitedShear = Literal["both_ways", "forward"]
 Distribution = Literal["lognormal", "uniform", "normal"]
 
 LEAST_APART, FARTHEST_POINT = 1e-12, 1e6
@@ -37,6 +38,8 @@ class SlipRule:
         slips every offender by the distance it would slip alone.
     residual_shear: shear left after a slip, as a fraction of μ_i·pressure, in [0, 1]; 0 is a full stress drop, 1 is classical
         Coulomb sliding, which has no slips one at a time (slip_order, event_floor and cascade_limit do not matter then).
+    limited_shear: `both_ways` lets no |shear| exceed μ_i·pressure; `forward` only shear along the drag, as §2.1.1 prints it: a
+        node that the slab pushes back keeps any shear until its pressure is gone.
     event_floor: smallest displacement step, in surface node spacings (the paper's is 1e-6), or in 24 times what μ_i·W stretches
         the contact by where that is less, which it is not in the paper's case: it is to outlive rounding, not to move the pin.
     cascade_limit: slips after which one event is given up.
@@ -46,6 +49,7 @@ class SlipRule:
     residual_shear: float = parameter(
         0.0, table="slip", meaning="shear left by a slip, over μ_i·pressure", least=0.0, most=1.0
     )
+    limited_shear: LimitedShear = parameter("both_ways", table="slip", meaning="which shear friction limits")
     event_floor: float = parameter(
         1e-6,
         table="slip",
@@ -220,6 +224,11 @@ class Case:
         if self.slip_rule.residual_shear == 1.0 and math.isinf(self.intrinsic_friction):
             raise InvalidInput(
                 "residual_shear = 1.0 with intrinsic_friction = inf: sliding at μ_i·pressure needs a finite μ_i"
+            )
+        if self.slip_rule.residual_shear == 1.0 and self.slip_rule.limited_shear == "forward":
+            raise InvalidInput(
+                "residual_shear = 1.0 with limited_shear = forward: classical sliding limits shear both ways; "
+                "use residual_shear = 0.999"
             )
         if self.slip_rule.residual_shear == 1.0 and not self.effects.pin_translation:
             raise InvalidInput(

@@ -4,6 +4,7 @@ import math
 
 import numpy as np
 import scipy.linalg as la
+from numpy.typing import NDArray
 
 from solver.case import Case
 from solver.contact.node_friction import node_friction
@@ -33,7 +34,7 @@ def law_errors(state: ContactState, case: Case, compliance: SurfaceCompliance) -
     """How far the state is from every law, as a share of the load (forces) or of what the load displaces (lengths).
 
     equilibrium: displacements are those the compliance gives for the forces; load: ΣN = W; tension: pressure ≥ 0;
-    shear: |shear| ≤ μ_i·pressure; penetration: gap ≥ 0; pin: nodes in contact lie on it; complementarity: gap·pressure = 0.
+    shear: limited shear ≤ μ_i·pressure; penetration: gap ≥ 0; pin: nodes in contact lie on it; complementarity: gap·pressure = 0.
     Infinite where a value is not finite.
     """
     values = (state.nodal_force, state.u, state.w, state.pressure, state.shear, state.slip, state.gap[state.contact])
@@ -41,7 +42,7 @@ def law_errors(state: ContactState, case: Case, compliance: SurfaceCompliance) -
         return dict.fromkeys(LIMITS, math.inf)
     normal_load, force, inside = case.normal_load, state.nodal_force.ravel(), state.contact
     displacement = np.concatenate((state.u, state.w))
-    normal, shear = -state.nodal_force[1], np.abs(state.nodal_force[0])
+    normal, shear = -state.nodal_force[1], limited_shear(state.nodal_force[0], case)
     # Rounding of heights cannot be told from gaps; where a node is far out on a sharp pin that is more than the load moves.
     height = pin_of(case).height(surface_from_pin(case) + state.u - state.displacement)
     blur = np.where(np.isfinite(height), ROUNDING * np.abs(height), 0.0)
@@ -68,6 +69,11 @@ def law_errors(state: ContactState, case: Case, compliance: SurfaceCompliance) -
     }
 
 
+def limited_shear(shear: NDArray[np.float64], case: Case) -> NDArray[np.float64]:
+    """What the case's friction law limits of shear (any shape): its size, or what of it is along the drag."""
+    return np.abs(shear) if case.slip_rule.limited_shear == "both_ways" else shear
+
+
 def assert_contact_laws(state: ContactState, case: Case, compliance: SurfaceCompliance) -> None:
     """Equilibrium, ΣN = W, constraints I-III and complementarity, within LIMITS."""
     errors = law_errors(state, case, compliance)
@@ -76,8 +82,10 @@ def assert_contact_laws(state: ContactState, case: Case, compliance: SurfaceComp
 
 
 def assert_friction_law(case: Case, record: FrictionRecord, compliance: SurfaceCompliance) -> None:
-    """|F| ≤ μ_i·W at the record's start, before and after every event, but for the share of it that a smallest step may push
-    nodes beyond their limit (1e-4), and rounding; of nodes with different μ_i, the largest.
+    """What is limited of F is at most μ_i·W at the record's start and before and after every event.
+
+    But for the share of it that a smallest step may push nodes beyond their limit (1e-4), and rounding; of nodes with different
+    μ_i, the largest.
 
     Forces carry the rounding of the heights that nodes in contact have on the pin, stiffened by the slab.
     """
@@ -88,7 +96,7 @@ def assert_friction_law(case: Case, record: FrictionRecord, compliance: SurfaceC
     pin, reach = pin_of(case), case.slab.spacing * max(record.contact_size.max(initial=1), record.initial_contact_size)
     highest = pin.curvature * reach**2 / 2 + (0.0 if pin.rises is None else float(np.abs(pin.rises).max()))
     rounding = ROUNDING * highest / float(np.abs(np.diag(compliance.matrix)).max())
-    assert np.abs(forces).max(initial=0.0) <= most * (1.0 + 1e-4) + 1e-10 * case.normal_load + rounding
+    assert limited_shear(forces, case).max(initial=0.0) <= most * (1.0 + 1e-4) + 1e-10 * case.normal_load + rounding
 
 
 def half_plane(slab: Slab, depth: float = math.e**2) -> SurfaceCompliance:

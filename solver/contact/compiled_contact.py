@@ -147,6 +147,7 @@ def slip_constants(case: Case) -> SlipConstants:
     return SlipConstants(
         residual_shear=rule.residual_shear,
         simultaneous=rule.slip_order == "simultaneous",
+        opposite=-1.0 if rule.limited_shear == "both_ways" else 0.0,
         event_floor=rule.event_floor,
         spacing=case.slab.spacing,
         friction_bound=case.intrinsic_friction * case.normal_load,

@@ -73,7 +73,7 @@ def _cascade(
                 missed[block], used[block], margins[block] = False, 0.0, _margin(state, block, size)
         last = node
         node, tension = worst_violation(
-            y[:n], y[n : 2 * n], state.active_friction, state.contact, constants.slip.tolerance
+            y[:n], y[n : 2 * n], state.active_friction, state.contact, constants.slip.tolerance, constants.slip.opposite
         )
         if tension > constants.slip.tolerance:
             break

@@ -80,6 +80,7 @@ NUMERICS = {
 }
 SLIP = {
     "slip_order": st.sampled_from(["worst_first", "simultaneous"]),
+    "limited_shear": st.sampled_from(["both_ways", "both_ways", "forward"]),
     "residual_shear": or_nonsense(st.one_of(st.floats(0.0, 1.0), st.sampled_from([0.0, 0.5, 0.999, 1.0]))),
     "event_floor": or_nonsense(powers(-12, 0)),
 }

@@ -8,7 +8,13 @@ from solver.contact.kernels.enumerations import EventKind, Stop
 from solver.contact.kernels.equilibrium import refresh
 from solver.contact.kernels.slip_distance import slip_move
 from solver.contact.kernels.state import KernelConstants, KernelState
-from solver.contact.kernels.violations import deepest_penetration, lowest_pressure, on_steep_flank, worst_violation
+from solver.contact.kernels.violations import (
+    deepest_penetration,
+    limited,
+    lowest_pressure,
+    on_steep_flank,
+    worst_violation,
+)
 
 REFRESH_SLIPS = 65536
 """Slips after which the response is summed afresh: rounding of a vector sum stays below 1e-12."""
@@ -33,11 +39,11 @@ def _slip_in_turn(state: KernelState, constants: KernelConstants, first: int) ->
     y, tableau, inputs, x, scalars = state.response, state.tableau, state.inputs, state.x, state.scalars
     shear, normal, contact = y[:n], y[n : 2 * n], state.contact
     node_friction, active_friction, node_slips = state.node_friction, state.active_friction, state.node_slips
-    displacement = scalars.displacement
+    displacement, opposite = scalars.displacement, constants.slip.opposite
     node = first
     while True:
         if node < 0:
-            node, tension = worst_violation(shear, normal, active_friction, contact, tolerance)
+            node, tension = worst_violation(shear, normal, active_friction, contact, tolerance, opposite)
             if tension > tolerance:
                 return Stop.DONE, EventKind.RELEASE, lowest_pressure(state)
             if node < 0:
@@ -63,9 +69,10 @@ def _slip_in_turn(state: KernelState, constants: KernelConstants, first: int) ->
 def _slip_together(state: KernelState, constants: KernelConstants, first: int) -> tuple[Stop, EventKind, int]:
     """The same by rounds: every offender of a round slips by the distance it would slip alone."""
     n, tolerance, y, displacement = len(state.x), constants.slip.tolerance, state.response, state.scalars.displacement
+    opposite = constants.slip.opposite
     along, down = np.zeros(n), np.zeros(n)
     while True:
-        worst, tension = worst_violation(y[:n], y[n : 2 * n], state.active_friction, state.contact, tolerance)
+        worst, tension = worst_violation(y[:n], y[n : 2 * n], state.active_friction, state.contact, tolerance, opposite)
         if tension > tolerance:
             return Stop.DONE, EventKind.RELEASE, lowest_pressure(state)
         if worst < 0 and first < 0:
@@ -74,7 +81,7 @@ def _slip_together(state: KernelState, constants: KernelConstants, first: int) -
             return Stop.CASCADE_LIMIT, EventKind.NOTHING, -1
         for i in range(n):
             along[i] = 0.0
-            if abs(y[i]) + state.active_friction[i] * y[n + i] > tolerance or i == first:
+            if limited(y[i], opposite) + state.active_friction[i] * y[n + i] > tolerance or i == first:
                 xi = state.x[i] + state.inputs[i] - displacement
                 along[i], down[i] = slip_move(
                     y, state.tableau, state.node_friction, i, xi, constants.pin, constants.slip.residual_shear

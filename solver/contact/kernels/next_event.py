@@ -21,10 +21,10 @@ def next_event(state: KernelState, constants: KernelConstants, pin_rate: float) 
     """
     n = len(state.x)
     nearest, kind, node = np.inf, EventKind.NOTHING, -1
-    horizon = _horizon(constants.pin, state)
+    horizon = _horizon(constants.pin, state, constants.slip.opposite)
     for i in range(n - 1, -1, -1):
         if state.contact[i]:
-            step, what = _step_to_limit(state, i)
+            step, what = _step_to_limit(state, constants.slip.opposite, i)
         else:
             step, what = _step_to_touch(state, constants, i, pin_rate, min(nearest, horizon)), EventKind.TOUCH
         if step < nearest:
@@ -32,41 +32,41 @@ def next_event(state: KernelState, constants: KernelConstants, pin_rate: float) 
     return nearest, kind, node
 
 
-def _horizon(pin: float | RoughPin, state: KernelState) -> float:
+def _horizon(pin: float | RoughPin, state: KernelState, opposite: float) -> float:
     """A step beyond which no touch is looked for: going along a rough pin takes time, a smooth one has no such limit."""
     raise NotImplementedError
 
 
-def _no_horizon(curvature: float, state: KernelState) -> float:
+def _no_horizon(curvature: float, state: KernelState, opposite: float) -> float:
     return np.inf
 
 
-def _next_slip_or_release(pin: RoughPin, state: KernelState) -> float:
+def _next_slip_or_release(pin: RoughPin, state: KernelState, opposite: float) -> float:
     nearest = np.inf
     for i in range(len(state.x)):
         if state.contact[i]:
-            nearest = min(nearest, _step_to_limit(state, i)[0])
+            nearest = min(nearest, _step_to_limit(state, opposite, i)[0])
     return nearest * (1.0 + 1e-9)  # what comes first by rounding alone is still seen
 
 
 @overload(_horizon, strict=False)
-def _choose_horizon(pin, state):  # type: ignore[no-untyped-def]
+def _choose_horizon(pin, state, opposite):  # type: ignore[no-untyped-def]
     return _next_slip_or_release if isinstance(pin, types.BaseNamedTuple) else _no_horizon
 
 
 @compiled()
-def _step_to_limit(state: KernelState, i: int) -> tuple[float, EventKind]:
-    """Step at which contact node i slips (|shear| = μ_i·pressure) or is released (pressure = 0)."""
+def _step_to_limit(state: KernelState, opposite: float, i: int) -> tuple[float, EventKind]:
+    """Step at which contact node i slips (limited shear = μ_i·pressure) or is released (pressure = 0)."""
     n = len(state.x)
     pressure, pressure_rate = -state.response[n + i], -state.rate[n + i]
     release = max(pressure, 0.0) / -pressure_rate if pressure_rate < 0.0 else np.inf
     mu = state.node_friction[i]
     slip = np.inf
     if not state.sticks[i]:
-        for sign in (1.0, -1.0):
+        for sign in (1.0, opposite):
             excess = sign * state.response[i] - mu * pressure
             excess_rate = sign * state.rate[i] - mu * pressure_rate
-            if excess_rate > 0.0:
+            if excess_rate > 0.0 and sign != 0.0:
                 slip = min(slip, max(-excess, 0.0) / excess_rate)
     if release <= slip * (1.0 + 1e-12):
         return release, EventKind.RELEASE

@@ -87,6 +87,8 @@ class SlipConstants(NamedTuple):
 
     residual_shear: float
     simultaneous: bool
+    opposite: float
+    """Factor of shear against the drag before it is compared with its limit: -1, or 0 where only shear along it is limited."""
     event_floor: float
     """In node spacings."""
     spacing: float

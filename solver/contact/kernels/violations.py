@@ -34,11 +34,22 @@ def highest_ranked(cut: int, shifted: int) -> int:
     return max(cut & PLACE, shifted & PLACE) if cut > 0 else -1
 
 
+@compiled(inline="always")
+def limited(shear: float, opposite: float) -> float:
+    """What the friction law limits of a shear: its size, or what of it is along the drag (see `SlipConstants.opposite`)."""
+    return max(shear, opposite * shear)
+
+
 @compiled(fastmath={"contract"}, error_model="numpy")
 def worst_violation(
-    shear: Floats, normal: Floats, active_friction: Floats, contact: NDArray[np.bool_], tolerance: float
+    shear: Floats,
+    normal: Floats,
+    active_friction: Floats,
+    contact: NDArray[np.bool_],
+    tolerance: float,
+    opposite: float,
 ) -> tuple[int, float]:
-    """The offender with the largest |shear|/(μ_i·pressure), of ties the one further right, or -1; the largest tension.
+    """The offender with the largest limited shear over μ_i·pressure, of ties the one further right, or -1; the largest tension.
 
     All as maxima of integers, which compilers turn into vector instructions (`error_model` drops a branch that forbids it):
     a ratio's lowest bits give way to the node's place. Ratios nearer than half of what is cut off fall together in at least
@@ -46,7 +57,7 @@ def worst_violation(
     """
     cut, shifted, tension = 0, 0, 0
     for i in range(len(active_friction)):
-        size, allowed = abs(shear[i]), -active_friction[i] * normal[i]
+        size, allowed = limited(shear[i], opposite), -active_friction[i] * normal[i]
         ratio = bits(size / max(allowed, tolerance))
         offends = size - allowed > tolerance
         cut = max(cut, ranked(ratio, i) if offends else 0)

@@ -10,7 +10,7 @@ from solver.contact.kernels.enumerations import EventKind, Stop
 from solver.contact.kernels.equilibrium import RESIDUAL_LIMIT, equilibrium_residual, total_shear
 from solver.contact.kernels.next_event import next_event
 from solver.contact.kernels.state import KernelConstants, KernelState, start_event
-from solver.contact.kernels.violations import on_steep_flank
+from solver.contact.kernels.violations import limited, on_steep_flank
 from solver.sliding.kernels.events import Events, add_slips
 from solver.sliding.kernels.step import overshot, smallest_step
 
@@ -42,11 +42,11 @@ def stretching(state: KernelState) -> float:
 
 
 @compiled()
-def overshoot(state: KernelState) -> float:
-    """By how much shear exceeds μ_i·pressure, all nodes together."""
+def overshoot(state: KernelState, opposite: float) -> float:
+    """By how much limited shear exceeds μ_i·pressure, all nodes together."""
     n, total = len(state.x), 0.0
     for i in range(n):
-        excess = abs(state.response[i]) + state.active_friction[i] * state.response[n + i]
+        excess = limited(state.response[i], opposite) + state.active_friction[i] * state.response[n + i]
         total += excess if excess > 0.0 else 0.0
     return total
 
@@ -101,7 +101,7 @@ def slide_events(
 def _answer(state: KernelState, constants: KernelConstants, kind: EventKind, node: int) -> Stop:
     """The cascade of one event; DONE, or why the event means nothing."""
     start_event(state.scalars, state.node_slips)
-    if overshot(constants.slip, overshoot(state), len(state.x)):
+    if overshot(constants.slip, overshoot(state, constants.slip.opposite), len(state.x)):
         return Stop.OVERSHOT
     status = resolve(state, constants, kind, node, 1.0)
     created = state.scalars.dissipated < -CREATED * state.inputs[-1] * state.inputs[-1]

@@ -17,7 +17,7 @@ from solver.contact.kernels.cascade import REFRESH_SLIPS
 from solver.contact.kernels.enumerations import EventKind, Stop
 from solver.contact.kernels.state import Floats, Scalars, SlipConstants, start_event
 from solver.contact.kernels.vectors import add
-from solver.contact.kernels.violations import HALF_PLACE, bits, highest_ranked, ranked
+from solver.contact.kernels.violations import HALF_PLACE, bits, highest_ranked, limited, ranked
 from solver.sliding.kernels.events import Events, add_slips
 from solver.sliding.kernels.step import overshot, smallest_step
 
@@ -56,12 +56,12 @@ def refresh(state: TangentialState) -> None:
 
 
 @compiled(fastmath={"contract"}, error_model="numpy")
-def _worst_violation(shear: Floats, shear_limit: Floats, weights: Floats, tolerance: float) -> int:
-    """The offender with the largest |shear|/(μ_i·N), of ties the one further right, or -1; without a branch, as in
+def _worst_violation(shear: Floats, shear_limit: Floats, weights: Floats, tolerance: float, opposite: float) -> int:
+    """The offender with the largest limited shear over μ_i·N, of ties the one further right, or -1; without a branch, as in
     `solver.contact.kernels.violations.worst_violation`."""
     cut, shifted = 0, 0
     for i in range(len(shear)):
-        size = abs(shear[i])
+        size = limited(shear[i], opposite)
         ratio = bits(size * weights[i])
         offends = size - shear_limit[i] > tolerance
         cut = max(cut, ranked(ratio, i) if offends else 0)
@@ -106,7 +106,7 @@ def _slip_in_turn(state: TangentialState, constants: SlipConstants, first: int) 
         scalars.slips_since_refresh += 1
         if scalars.slips_since_refresh >= REFRESH_SLIPS:
             refresh(state)
-        node = _worst_violation(shear, shear_limit, weights, tolerance)
+        node = _worst_violation(shear, shear_limit, weights, tolerance, constants.opposite)
     return Stop.DONE
 
 
@@ -118,7 +118,7 @@ def _slip_together(state: TangentialState, constants: SlipConstants, first: int)
     while True:
         offenders = 0
         for i in range(m):
-            slips = abs(shear[i]) - state.shear_limit[i] > constants.tolerance or i == first
+            slips = limited(shear[i], constants.opposite) - state.shear_limit[i] > constants.tolerance or i == first
             along[i] = _distance(shear, tableau, state.shear_limit, constants.residual_shear, i) if slips else 0.0
             offenders += slips
             if slips and not tableau[i, i] > 0.0:
@@ -139,11 +139,11 @@ def _slip_together(state: TangentialState, constants: SlipConstants, first: int)
 
 
 @compiled()
-def _next_slip(state: TangentialState) -> tuple[float, int]:
+def _next_slip(state: TangentialState, opposite: float) -> tuple[float, int]:
     """Smallest step of the pin at which a node reaches its limit, and the node; infinite and -1 if none does."""
     nearest, node = np.inf, -1
     for i in range(len(state.u) - 1, -1, -1):
-        sign = 1.0 if state.rate[i] > 0.0 else -1.0
+        sign = 1.0 if state.rate[i] > 0.0 else opposite
         speed = sign * state.rate[i]
         if speed > 0.0:
             step = max(state.shear_limit[i] - sign * state.shear[i], 0.0) / speed
@@ -160,11 +160,11 @@ def _advance(state: TangentialState, step: float) -> None:
 
 
 @compiled()
-def _overshoot(state: TangentialState) -> float:
-    """By how much shear exceeds its limits, all nodes together."""
+def _overshoot(state: TangentialState, opposite: float) -> float:
+    """By how much limited shear exceeds its limits, all nodes together."""
     total = 0.0
     for i in range(len(state.u)):
-        total += max(abs(state.shear[i]) - state.shear_limit[i], 0.0)
+        total += max(limited(state.shear[i], opposite) - state.shear_limit[i], 0.0)
     return total
 
 
@@ -183,7 +183,7 @@ def slide_tangentially(
     """
     stiffness, scalars = state.rate.sum(), state.scalars
     for e in range(first, len(events.displacement)):
-        step, node = _next_slip(state)
+        step, node = _next_slip(state, constants.opposite)
         position = scalars.displacement
         step = max(step, smallest_step(constants, stiffness, position))
         if node < 0 and farthest == np.inf:
@@ -214,7 +214,7 @@ def slide_tangentially(
 def _answer(state: TangentialState, constants: SlipConstants, node: int) -> Stop:
     """The slips of one event; DONE, or why the event means nothing."""
     start_event(state.scalars, state.node_slips)
-    if overshot(constants, _overshoot(state), len(state.u)):
+    if overshot(constants, _overshoot(state, constants.opposite), len(state.u)):
         return Stop.OVERSHOT
     if constants.simultaneous:
         return _slip_together(state, constants, node)

@@ -133,7 +133,7 @@ _DEFAULTS: Final = {
     "initial_contact": "stick",
     "slip_order": "worst_first",
     "residual_shear": 0.0,
-    "event_floor": 1e-6,
+    "limited_shear": "both_ways",
 }
 
 

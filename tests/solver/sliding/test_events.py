@@ -54,6 +54,44 @@ def test_the_contact_laws_hold_after_every_event(
         assert_contact_laws(state, case, COMPLIANCE)
 
 
+@pytest.mark.parametrize("slip_order", ["worst_first", "simultaneous"])
+def test_where_only_forward_shear_is_limited_the_laws_hold_and_nodes_keep_more_shear_backwards(
+    slip_order: SlipOrder,
+) -> None:
+    """A pin that sticks as it comes down pulls both sides inwards: its right half keeps shear beyond μ_i·pressure."""
+    rule = SlipRule(slip_order=slip_order, limited_shear="forward")
+    case = case_with(intrinsic_friction=0.05, slip_rule=rule, max_events=1)
+    state = initial_contact(case, COMPLIANCE)
+    backwards = (-state.nodal_force[0] + 0.05 * state.nodal_force[1])[state.contact].max()
+    assert backwards > 1e-3 * case.normal_load
+    for _ in range(60):
+        record, state = slide_to_state(case, COMPLIANCE, state)
+        assert record.outcome.ok, record.outcome
+        assert_contact_laws(state, case, COMPLIANCE)
+
+
+def test_without_shear_against_the_drag_it_does_not_matter_which_shear_is_limited() -> None:
+    """Without coupling no node is pushed back until all of them slip: the same bits."""
+    operator = half_plane(SLAB)
+    records = [
+        slide(case_with(slip_rule=SlipRule(limited_shear=limited), max_events=40), operator)
+        for limited in ("both_ways", "forward")
+    ]
+    np.testing.assert_array_equal(records[0].displacement, records[1].displacement)
+    np.testing.assert_array_equal(records[0].force_after, records[1].force_after)
+
+
+def test_releases_trigger_events_only_where_shear_against_the_drag_is_free() -> None:
+    """With |shear| limited a node slips before its pressure is gone."""
+    triggers = {}
+    for limited in ("both_ways", "forward"):
+        case = case_with(radius=1000.0, slip_rule=SlipRule(limited_shear=limited), max_events=1000)
+        record = slide(case, COMPLIANCE)
+        triggers[limited] = int(np.sum(record.kind == EVENT_KINDS.index("release")))
+    assert triggers["both_ways"] == 0
+    assert triggers["forward"] > 0
+
+
 @pytest.mark.parametrize("support", ["frictionless", "right_side"])
 def test_other_supports_slide_as_well(support: Support) -> None:
     slab = replace(SLAB, support=support)

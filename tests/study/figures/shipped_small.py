@@ -33,7 +33,7 @@ SMALLER: Mapping[str, Mapping[str, Mapping[str, Any]]] = {
             "first_spacing": ["equal"],
             "initial_contact": ["stick"],
             "slip_order": ["worst_first", "simultaneous"],
-            "event_floor": [1e-6],
+            "limited_shear": ["both_ways"],
         },
         "numerics": {"n_x": 33},
         "limits": {"events": 300},

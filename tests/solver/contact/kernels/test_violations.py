@@ -11,8 +11,15 @@ TOLERANCE = 1e-15
 
 
 def worst(shear: NDArray[np.float64], pressure: NDArray[np.float64], limits: NDArray[np.float64]) -> tuple[int, float]:
-    node, tension = worst_violation(shear, -pressure, limits, np.isfinite(limits), TOLERANCE)
+    node, tension = worst_violation(shear, -pressure, limits, np.isfinite(limits), TOLERANCE, -1.0)
     return int(node), float(tension)
+
+
+def test_shear_against_the_drag_counts_only_where_both_ways_are_limited() -> None:
+    shear, pressure, limits = np.array([-9.0, 1.0, 3.0, -2.0]), np.ones(4), np.full(4, 0.5)
+    assert worst(shear, pressure, limits)[0] == 0
+    assert worst_violation(shear, -pressure, limits, np.isfinite(limits), TOLERANCE, 0.0)[0] == 2
+    assert worst_violation(-np.abs(shear), -pressure, limits, np.isfinite(limits), TOLERANCE, 0.0)[0] == -1
 
 
 @pytest.mark.parametrize("seed", range(20))
