@@ -31,7 +31,7 @@ class Point:
     values: xr.Dataset
     """The scalars of this case."""
     selection: dict[str, Value]
-    """What singles it out for `record` and `trajectory` of study.dataset.ragged."""
+    """What singles it out for the accessor of study.dataset.access."""
 
 
 def points(dataset: xr.Dataset, variable: str) -> Iterator[Point]:
