@@ -231,6 +231,7 @@ def _attributes(manifest: Manifest, front: Front, counts: Mapping[Origin, int]) 
         FORMAT: VERSION,
         "title": manifest.title,
         "Conventions": "CF-1.11",
+        "history": "computed and collected by nanoslip",  # without a date: the same results give the same bytes
         "manifest": manifest.text,
         **{name: text for name, text in texts.items() if text is not None},
         "manifest_sha256": manifest.sha256,
