@@ -20,10 +20,11 @@ A campaign, that is many cases, from a file or a dict to one labelled dataset:
 ('normal_load',)
 >>> print(nanoslip.describe("plateau_mean").comment)
 mean friction force over load on the steady part of the record, over displacement
->>> nanoslip.record(data, normal_load=1e-3).event_displacement.dims
+>>> data.nanoslip.record(normal_load=1e-3).displacement.dims
 ('event',)
 
-`run`, `open`, `describe`, `record` and `trajectory` are of campaigns and datasets; everything else is of single cases. A name
+`run`, `open`, `concat` and `describe` are of campaigns and datasets, whose accessor `.nanoslip` finds records, trajectories and
+contacts; everything else is of single cases. A name
 is imported when it is first used. The command `nanoslip --help` does the same from a shell.
 """
 
@@ -76,11 +77,10 @@ if TYPE_CHECKING:
     )
     from solver.dynamics.friction_limit import NoPlateauError
     from solver.dynamics.stick_slip import Oscillator, stick_slip
+    from study.api import concat, run
     from study.api import open_dataset as open
-    from study.api import run
     from study.dataset.description import Described
     from study.dataset.description import described as describe
-    from study.dataset.ragged import record, trajectory
     from study.dataset.store import StoreError
     from study.manifest.problems import ManifestError
 
@@ -117,6 +117,7 @@ __all__ = [
     "StoreError",
     "SurfaceCompliance",
     "cattaneo_mindlin",
+    "concat",
     "contact_state",
     "describe",
     "drive_result",
@@ -127,22 +128,19 @@ __all__ = [
     "mirrored",
     "open",
     "plateau_of",
-    "record",
     "run",
     "sliding_parabola",
     "sliding_punch",
     "stick_slip",
     "surface_compliance",
-    "trajectory",
 ]
 
 _NAMES = {
     "solver.contact.closed_forms": "cattaneo_mindlin flat_punch_pressure hertz sliding_parabola sliding_punch",
     "solver.dynamics.friction_limit": "NoPlateauError",
     "solver.dynamics.stick_slip": "Oscillator stick_slip",
-    "study.api": "open_dataset:open run",
+    "study.api": "concat open_dataset:open run",
     "study.dataset.description": "Described described:describe",
-    "study.dataset.ragged": "record trajectory",
     "study.dataset.store": "StoreError",
     "study.manifest.problems": "ManifestError",
 }

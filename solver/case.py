@@ -45,7 +45,7 @@ class SlipRule:
     cascade_limit: slips after which one event is given up.
     """
 
-    slip_order: SlipOrder = parameter("worst_first", table="slip", meaning="which offenders slip first")
+    slip_order: SlipOrder = parameter("worst_first", table="slip", meaning="which offenders slip first", unit="")
     residual_shear: float = parameter(
         0.0, table="slip", meaning="shear left by a slip, over μ_i·pressure", least=0.0, most=1.0
     )
@@ -85,17 +85,19 @@ class Effects:
         With coupling it counts at initial contact, then no longer; without either, the normal problem is solved just once.
     """
 
-    friction: bool = parameter(True, table="effects", meaning="the pin drags the surface")
+    friction: bool = parameter(True, table="effects", meaning="the pin drags the surface", unit="")
     coupling: bool = parameter(
         True,
         table="effects",
         meaning="normal and tangential are coupled",
+        unit="",
         comment="tangential forces lift the surface, and normal ones move it sideways",
     )
     pin_translation: bool = parameter(
         True,
         table="effects",
         meaning="the pin's profile is carried along",
+        unit="",
         comment="pressures follow the pin as it moves",
     )
 
@@ -117,7 +119,7 @@ class Heterogeneity:
     """
 
     distribution: Distribution = parameter(
-        "lognormal", table="heterogeneity", meaning="distribution of μ_i over the nodes"
+        "lognormal", table="heterogeneity", meaning="distribution of μ_i over the nodes", unit=""
     )
     spread: float = parameter(
         0.0, table="heterogeneity", meaning="spread of μ_i over the nodes", comment="standard deviation over mean"
@@ -180,11 +182,11 @@ class Case:
         note=" (at 1 the mean stress is G)",
     )
     slab: Slab = field(default_factory=Slab)
-    pin: PinShape = parameter("parabola", table="constants", meaning="shape of the pin")
+    pin: PinShape = parameter("parabola", table="constants", meaning="shape of the pin", unit="")
     half_width: float = parameter(
         0.25, table="constants", meaning="half-width of a flat punch, in L_x", symbol="a/L_x", above=0.0, most=0.5
     )
-    initial_contact: InitialContact = parameter("stick", table="numerics", meaning="how the pin comes down")
+    initial_contact: InitialContact = parameter("stick", table="numerics", meaning="how the pin comes down", unit="")
     start: float = parameter(
         0.0,
         table="numerics",

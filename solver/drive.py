@@ -103,13 +103,13 @@ class Drive:
     duration: float = parameter(
         meaning="time for which the stage moves", unit="s", scale="time", si=0.2, least=1e-30, most=1e30
     )
-    integrator: Any = parameter("exact", meaning="integrator of the dynamic stage")
-    profile: ProfileShape = parameter("sawtooth", meaning="friction profile between events")
+    integrator: Any = parameter("exact", meaning="integrator of the dynamic stage", unit="")
+    profile: ProfileShape = parameter("sawtooth", meaning="friction profile between events", unit="")
     samples: int = parameter(2000, meaning="output times after the start", least=1, most=MOST_SAMPLES)
     surface_compliance: bool = parameter(
-        True, meaning="the contact is compliant", comment="it yields with its stiffness K before it slips"
+        True, meaning="the contact is compliant", unit="", comment="it yields with its stiffness K before it slips"
     )
-    reverse_motion: bool = parameter(True, meaning="the pin may slip back")
+    reverse_motion: bool = parameter(True, meaning="the pin may slip back", unit="")
     step_limit: int = parameter(
         20_000_000,
         meaning="most segments or time steps",

@@ -42,6 +42,8 @@ class Quantity:
     """Texts that the variable can hold: it is a text, empty where there is none; a result holds its position here, or NaN."""
     along: str = ""
     """Sample dimension of a column of values; empty for one number of a case."""
+    coordinate: bool = False
+    """Whether a column says where the others are: at which displacement, time or place."""
     dtype: DTypeLike = np.float64
     """Type of a column's values while they are gathered."""
     si: "Quantity | None" = None

@@ -60,8 +60,8 @@ class Slab:
     poisson: float = parameter(
         1.0 / 3.0, table="constants", meaning="Poisson's ratio", symbol="ν", above=-1.0, below=0.5
     )
-    support: Support = parameter("bonded", table="numerics", meaning="how the slab is held")
-    scheme: Any = parameter("galerkin", table="numerics", meaning="discretization of the slab")
+    support: Support = parameter("bonded", table="numerics", meaning="how the slab is held", unit="")
+    scheme: Any = parameter("galerkin", table="numerics", meaning="discretization of the slab", unit="")
 
     def __post_init__(self) -> None:
         check(self)

@@ -2,7 +2,7 @@
 
 import os
 import warnings
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from contextlib import ExitStack
 from pathlib import Path
 from tempfile import TemporaryDirectory
@@ -14,7 +14,10 @@ import xarray as xr
 from solver.outcome import Outcome
 from study import shipped
 from study.dataset import file
+from study.dataset.access import accessor
+from study.dataset.access.concatenation import joined
 from study.dataset.collect import collect
+from study.dataset.groups import loaded
 from study.dataset.store import Store
 from study.execution.executor import drop_intermediates, executor
 from study.execution.farm import SerialFarm
@@ -32,6 +35,11 @@ from study.toml_text import as_toml
 Place = str | os.PathLike[str]
 Campaign = Place | Mapping[str, Any]
 """A campaign file, the name of one that comes with nanoslip, or the content of one."""
+
+Source = Place | xr.Dataset
+"""A dataset, its path, or the folder it is in."""
+Accessor = accessor.Accessor
+"""What `.nanoslip` of a dataset is; importing it makes xarray know it."""
 
 _DICT = Path("campaign")
 """What messages call a campaign that is no file. Files that it names are looked for in the working folder."""
@@ -71,13 +79,33 @@ def run(
         if out is not None:
             return file.read(path)
         with file.read(path) as opened:
-            return opened.load()
+            return loaded(opened)
 
 
 def open_dataset(path: Place) -> xr.Dataset:
-    """Open a dataset: results.nc, or the folder it is in. Values are read when they are used. Raises StoreError."""
+    """Open a dataset: results.nc, or the folder it is in. Values are read when they are used. Raises StoreError.
+
+    What is returned has the scalars of the cases. Records, trajectories and contacts are asked for by its accessor `.nanoslip`
+    (`study.dataset.access.accessor`); `xr.open_datatree` of the file has everything.
+    """
     given = Path(path)
     return file.read(given / file.FILE if given.is_dir() else given)
+
+
+def concat(sources: Iterable[Source]) -> xr.Dataset:
+    """One dataset, in memory, of the cases of several: scalars, records, trajectories, contacts, whatever they have.
+
+    sources: datasets of `open` or `run`, paths of results.nc, or folders with one. Their cases make up a full product of
+    their axes and of parameters that each has one value of; or all are lists of cases, which are numbered on. Attributes that
+    differ are left out, so `nanoslip verify` has to be asked about the parts.
+
+    Raises StoreError where a path is no dataset, ValueError with what differs where they do not fit together.
+    """
+    given = list(sources)
+    names = [f"dataset {number}" if isinstance(each, xr.Dataset) else str(each) for number, each in enumerate(given, 1)]
+    with ExitStack() as stack:
+        roots = [each if isinstance(each, xr.Dataset) else stack.enter_context(open_dataset(each)) for each in given]
+        return joined(roots, names)
 
 
 def _manifest(campaign: Campaign) -> Manifest:

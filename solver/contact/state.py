@@ -1,6 +1,7 @@
 """The contact at one position of the pin: `ContactState`, and how the solvers' own states become one."""
 
 from dataclasses import dataclass, field, replace
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -16,6 +17,11 @@ from solver.quantity import GRID_ERROR, quantity
 Vector = NDArray[np.float64]
 
 
+def at_node(meaning: str, name: str, **more: Any) -> dict[str, Any]:
+    """Metadata of a column over the surface nodes of a contact."""
+    return quantity(meaning, name, along="contact_node", **more)
+
+
 @dataclass(frozen=True, slots=True, eq=False)
 class ContactState:
     """The contact at one pin position: arrays of shape (n,) over the surface nodes, read-only.
@@ -26,26 +32,10 @@ class ContactState:
     """
 
     contact: NDArray[np.bool_]
-    pressure: Vector = field(
-        metadata=quantity(
-            "pressure, in W/(L_x·L_y)",
-            "surface_pressure",
-            symbol="p",
-            per="normal_load",
-            along="surface_node",
-        )
-    )
-    shear: Vector = field(
-        metadata=quantity(
-            "shear traction, in W/(L_x·L_y)",
-            "surface_shear",
-            symbol="q",
-            per="normal_load",
-            along="surface_node",
-        )
-    )
-    slip: Vector = field(metadata=quantity("slip of the node, in L_x", "surface_slip", along="surface_node"))
-    gap: Vector = field(metadata=quantity("gap between slab and pin, in L_x", "surface_gap", along="surface_node"))
+    pressure: Vector = field(metadata=at_node("pressure, in W/(L_x·L_y)", "pressure", symbol="p", per="normal_load"))
+    shear: Vector = field(metadata=at_node("shear traction, in W/(L_x·L_y)", "shear", symbol="q", per="normal_load"))
+    slip: Vector = field(metadata=at_node("slip of the node, in L_x", "slip", symbol="s/L_x"))
+    gap: Vector = field(metadata=at_node("gap between slab and pin, in L_x", "gap"))
     u: Vector
     w: Vector
     nodal_force: NDArray[np.float64]

@@ -33,7 +33,9 @@ class DynamicsResult:
     """
 
     time: NDArray[np.float64] = field(
-        metadata=sample("time since the stage started", "time", "s", per="time", symbol="t")
+        metadata=quantity(
+            "time since the stage started", "", "s", per="time", along="sample", coordinate=True, symbol="t"
+        )
     )
     """(n + 1,) evenly spaced times from 0 to the drive's duration."""
     position: NDArray[np.float64] = field(

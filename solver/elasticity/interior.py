@@ -26,9 +26,9 @@ from solver.slab import Slab
 Vector = NDArray[np.float64]
 
 
-def inside(meaning: str, **more: Any) -> dict[str, Any]:
+def inside(meaning: str, name: str, **more: Any) -> dict[str, Any]:
     """Declaration of a result's column that has one value for each node inside the slab."""
-    return quantity(meaning, along="interior_node", **more)
+    return quantity(meaning, name, along="interior_node", **more)
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -38,19 +38,27 @@ class InteriorFields:
     x from the slab's middle, z ≤ 0 from the undeformed surface; u, w in L_x; stresses in G, tension positive.
     """
 
-    x: Vector = field(metadata=inside("x from the slab's middle, in L_x", symbol="x/L_x"))
+    x: Vector = field(metadata=inside("x from the slab's middle, in L_x", "x", coordinate=True, symbol="x/L_x"))
     z: Vector = field(
-        metadata=inside("z above the surface, in L_x", symbol="z/L_x", comment="from the undeformed surface: 0 or less")
+        metadata=inside(
+            "z above the surface, in L_x",
+            "z",
+            coordinate=True,
+            symbol="z/L_x",
+            comment="from the undeformed surface: 0 or less",
+        )
     )
-    u: Vector = field(metadata=inside("displacement to the right, in L_x", symbol="u/L_x"))
-    w: Vector = field(metadata=inside("displacement upwards, in L_x", symbol="w/L_x"))
+    u: Vector = field(metadata=inside("displacement to the right, in L_x", "u", symbol="u/L_x"))
+    w: Vector = field(metadata=inside("displacement upwards, in L_x", "w", symbol="w/L_x"))
     stress_xx: Vector = field(
-        metadata=inside("normal stress along x, in W/(L_x·L_y)", symbol="σ_xx", per="normal_load")
+        metadata=inside("normal stress along x, in W/(L_x·L_y)", "stress_xx", symbol="σ_xx", per="normal_load")
     )
     stress_zz: Vector = field(
-        metadata=inside("normal stress along z, in W/(L_x·L_y)", symbol="σ_zz", per="normal_load")
+        metadata=inside("normal stress along z, in W/(L_x·L_y)", "stress_zz", symbol="σ_zz", per="normal_load")
     )
-    stress_xz: Vector = field(metadata=inside("shear stress, in W/(L_x·L_y)", symbol="σ_xz", per="normal_load"))
+    stress_xz: Vector = field(
+        metadata=inside("shear stress, in W/(L_x·L_y)", "stress_xz", symbol="σ_xz", per="normal_load")
+    )
 
 
 _NAMES = [item.name for item in fields(InteriorFields)]

@@ -33,7 +33,7 @@ class FrictionRecord:
     """
 
     displacement: NDArray[np.float64] = field(
-        metadata=event("pin displacement, in L_x", "displacement", symbol="δ_p/L_x")
+        metadata=quantity("pin displacement, in L_x", along="event", coordinate=True, symbol="δ_p/L_x")
     )
     """Increasing."""
     force_before: NDArray[np.float64] = field(

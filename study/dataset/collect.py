@@ -1,8 +1,9 @@
 """Results -> one labelled dataset. The same results give the same bytes, whatever computed them, when, in what order.
 
-Scalars lie over the cases: over `intrinsic_friction`, `radius`, `aspect_ratio`, `n_x` and every further axis of several
-values where the design is a full product, over `case` otherwise; over `drive` too where there are several. Records
-and trajectories differ in length: they are contiguous ragged arrays, which `record` and `trajectory` cut apart.
+The root has scalars over the cases: over `intrinsic_friction`, `radius`, `aspect_ratio`, `n_x` and every further axis of
+several values where the design is a full product, over `case` otherwise; over `drive` too where there are several. Records,
+trajectories, contacts and the inside of slabs differ in length: each sort is a group of contiguous ragged arrays, which
+`study.dataset.access` cuts apart. Who computed them is in the group `software`.
 """
 
 import json
@@ -20,18 +21,19 @@ from solver.quantity import Quantity
 from solver.sliding.validity import advice_on, flags_in
 from study.dataset.ensemble import ensemble_variables
 from study.dataset.file import CHOSEN, FORMAT, MIXED, PENDING, VERSION
+from study.dataset.groups import carrying
 from study.dataset.layout import Layout, coordinates, layout_of
 from study.dataset.ragged import Runs, texts
 from study.dataset.store import Store
 from study.dataset.variables import (
-    ABSENT,
     ADVICE,
     COMPUTED_BY,
     DISCRETIZATION_ERROR,
     OUTCOMES,
     SOFTWARE,
     VALIDITY,
-    all_series,
+    Group,
+    all_groups,
     attributes,
     companions,
     factors,
@@ -48,7 +50,7 @@ from study.plan.tasks import KINDS, needed_kinds
 
 
 def collect(plan: Plan, store: Store) -> xr.Dataset:
-    """The dataset of a campaign, finished or not: what is not computed is NaN, with the outcome `pending`."""
+    """The dataset of a campaign with its groups, finished or not: what is not computed is NaN, with the outcome `pending`."""
     manifest = plan.manifest
     layout = layout_of(plan)
     runs = _runs(manifest)
@@ -72,16 +74,16 @@ def collect(plan: Plan, store: Store) -> xr.Dataset:
                 makers[result.key] = result.origins
             by = factors(case.case, manifest.scales, drives.get(name))
             table.enter(case, name, result, by)
-            for each in runs:
-                if each.series.kind == kind:
-                    table.put(each.series.index.name, case, name, each.add(result, by, case.case_id, name))
-    variables = table.variables
-    variables |= ensemble_variables(variables)
-    for each in runs:
-        variables |= each.variables()
+        for each in runs:
+            for name in drives if each.group.driven else ("",):
+                parts = [found for kind in each.group.kinds if (found := results.get((kind, name)))]
+                if parts and case.case is not None:
+                    by = factors(case.case, manifest.scales, drives.get(name))
+                    table.put(each.group.id.name, case, name, each.add(parts, by, case.case_id, name))
     counts = census(makers.values())
-    variables |= _software(counts)
-    return xr.Dataset(variables, coordinates(plan, layout), _attributes(manifest, front, counts))
+    variables = table.variables | ensemble_variables(table.variables)
+    root = xr.Dataset(variables, coordinates(plan, layout), _attributes(manifest, front, counts))
+    return carrying(root, {each.group.name: each.dataset() for each in runs} | {SOFTWARE[0].name: _software(counts)})
 
 
 Results = dict[tuple[str, str], TaskResult | None]
@@ -126,7 +128,7 @@ class _Table:
                 for quantity in (*scalars(kind).values(), *companions(kind).values()):
                     self._declare(kind, quantity, _nothing(quantity))
         for each in runs:
-            self._declare(each.series.kind, each.series.index, ABSENT)
+            self._declare("drive" if each.group.driven else "", each.group.id, "")
 
     def _declare(self, kind: str, quantity: Quantity, fill: object) -> None:
         dims = {name: len(values) for name, values in self._layout.axes.items()}
@@ -184,10 +186,15 @@ def _value(quantity: Quantity, number: float | int, by: dict[str, float]) -> flo
 
 def _runs(manifest: Manifest) -> list[Runs]:
     kinds = needed_kinds(manifest)
-    return [Runs(series) for series in all_series() if series.kind in kinds and series.ragged.wanted(manifest)]
+    found = []
+    for group in all_groups().values():
+        series = tuple(each for each in group.series if each.kind in kinds and each.ragged.wanted(manifest))
+        if series:
+            found.append(Runs(Group(group.name, series)))
+    return found
 
 
-def _software(counts: Mapping[Origin, int]) -> dict[str, Any]:
+def _software(counts: Mapping[Origin, int]) -> xr.Dataset:
     """The software that computed the results, one origin each."""
     origins = sorted(counts)
     name, count, *facts = SOFTWARE
@@ -197,7 +204,7 @@ def _software(counts: Mapping[Origin, int]) -> dict[str, Any]:
     }
     for item, quantity in zip(fields(Origin), facts, strict=True):
         found[quantity.name] = (name.name, texts(getattr(each, item.name) for each in origins), attributes(quantity))
-    return found
+    return xr.Dataset(found)
 
 
 def _makers(counts: Mapping[Origin, int]) -> dict[str, str]:
@@ -224,6 +231,7 @@ def _attributes(manifest: Manifest, front: Front, counts: Mapping[Origin, int]) 
         FORMAT: VERSION,
         "title": manifest.title,
         "Conventions": "CF-1.11",
+        "history": "computed and collected by nanoslip",  # without a date: the same results give the same bytes
         "manifest": manifest.text,
         **{name: text for name, text in texts.items() if text is not None},
         "manifest_sha256": manifest.sha256,

@@ -19,7 +19,7 @@ from study.dataset.variables import (
     DRIVE_NAME,
     OUTCOMES,
     SOFTWARE,
-    all_series,
+    all_groups,
     companions,
     parameters,
     scalars,
@@ -52,16 +52,16 @@ class Described:
 
 
 def rows() -> list[Described]:
-    """All variables, group by group, each name once."""
-    found: dict[str, Described] = {}
-    for each in _all():
-        found.setdefault(each.name, each)
+    """All variables, group by group, each name once in the root and once in each group."""
+    found: dict[tuple[str, str], Described] = {}
+    for each in _all():  # the root is one group
+        found.setdefault((each.group if each.group.startswith(_GROUP) else "", each.name), each)
     return list(found.values())
 
 
 def described(name: str) -> Described:
     """One variable. Raises KeyError that names the nearest ones where there is none of this name."""
-    known = {each.name: each for each in rows()}
+    known = {each.name: each for each in reversed(rows())}
     if name not in known:
         near = difflib.get_close_matches(name, known, n=3, cutoff=0.5)
         raise KeyError(f"{name}: no variable of a dataset" + (f"; nearest: {', '.join(near)}" if near else ""))
@@ -100,7 +100,8 @@ _HEAD = """# Variables of a dataset
 What `results.nc` can hold; which of it a campaign has follows from its stages and outputs. Lengths are in slab widths L_x,
 forces over the load W, stiffness in G·L_y, where no SI unit is given. `cases` stands for the dimensions of the cases:
 `intrinsic_friction`, `radius`, `aspect_ratio`, `n_x` and every further axis, or `case`; `drive` is a dimension where there are
-several drives. This page is written by `python -m study.dataset.description`."""
+several drives. The root of the file has scalars and parameters; records, trajectories, contacts, the inside of slabs and the
+software are groups of their own. This page is written by `python -m study.dataset.description`."""
 
 
 _COLUMNS = ("| variable | along | unit | meaning | symbol | uncertainty | remark |", "|---|---|---|---|---|---|---|")
@@ -122,31 +123,31 @@ def _all() -> Iterator[Described]:
         head = (*OUTCOMES[DRIVE], COMPUTED_BY[DRIVE]) if kind == DRIVE else ()
         dims = f"{CASES}, drive" if kind == DRIVE else CASES
         yield from _of(_GROUPS.get(kind, kind), dims, (*head, *scalars(kind).values(), *companions(kind).values()))
-    for series in all_series():
-        group = f"{_GROUPS.get(series.kind, series.kind)}: {series.sample}"
-        yield from _of(group, f"{CASES}, drive" if series.kind == DRIVE else CASES, (series.index,))
-        yield from _of(group, series.instance, (series.count, *series.owners))
-        yield from _of(group, series.sample, series.columns.values())
+    for group in all_groups().values():
+        yield from _of("the runs of a case", f"{CASES}, drive" if group.driven else CASES, (group.id,))
     units = {each.name: each.units for kind in KINDS for each in scalars(kind).values()}
     for name in OBSERVABLES:
         yield from _of("the ensemble", f"{CASES} without member", ensemble_quantities(name, units[name]).values())
-    yield from _of("the software", SOFTWARE[0].name, SOFTWARE)
     yield from _of("parameters", "where they vary", (DRIVE_NAME, *parameters().values()))
+    for group in all_groups().values():
+        counts = [series[0].count for series in group.samples.values()]
+        yield from _of(f"{_GROUP}{group.name}", group.name, (group.label, *group.owners, *counts))
+        for sample in group.samples:
+            columns = [each for each in group.columns.values() if each.along == sample]
+            yield from _of(f"{_GROUP}{group.name}", sample, columns)
+    yield from _of(f"{_GROUP}{SOFTWARE[0].name}", SOFTWARE[0].name, SOFTWARE)
 
 
-_GROUPS = {
-    "contact": "initial contact",
-    "record": "the friction record",
-    "states": "states of the contact",
-    DRIVE: "the drive",
-}
+_GROUPS = {"contact": "initial contact", "record": "the friction record", DRIVE: "the drive"}
 """Kind of task -> what its variables are about."""
+_GROUP = "group "
+"""What the titles of groups beside the root begin with."""
 
 
 def _of(group: str, dims: str, quantities: Iterable[Quantity]) -> Iterator[Described]:
     for each in quantities:
         values = each.flags or each.codes or each.words
-        facts = (each.units, each.long_name, each.symbol, each.uncertainty, each.comment, values)
+        facts = ("" if each.words else each.units, each.long_name, each.symbol, each.uncertainty, each.comment, values)
         yield Described(each.name, group, dims, *facts)
 
 

@@ -1,15 +1,16 @@
 """The dataset as a file: its name, the attributes that say what it is, reading and writing it whole."""
 
 from pathlib import Path
-from typing import Final
+from typing import Any, Final
 
 import xarray as xr
 
+from study.dataset.groups import carrying, opened, tree_of
 from study.dataset.store import StoreError, written_whole
 
 FILE: Final = "results.nc"
 FORMAT: Final = "nanoslip_format"
-VERSION: Final = 2
+VERSION: Final = 3
 """Attribute of a dataset, and its value: to be raised whenever a variable is added, renamed or given another meaning."""
 CHOSEN: Final = "numerics_chosen"
 """Attribute of a dataset of a campaign that asks for an error: the numerics that it got, as JSON."""
@@ -20,18 +21,51 @@ PENDING: Final = "pending"
 
 
 def write(dataset: xr.Dataset, path: Path) -> None:
-    """Write the dataset as netCDF-4, whole or not at all. Raises StoreError."""
+    """Write the dataset and its groups as netCDF-4, whole or not at all. Raises StoreError, LostGroupsError."""
+    tree = tree_of(dataset)
     try:
         path.parent.mkdir(parents=True, exist_ok=True)
         with written_whole(path) as scratch:
-            dataset.to_netcdf(scratch, engine="netcdf4", format="NETCDF4")
+            tree.to_netcdf(scratch, engine="netcdf4", format="NETCDF4", encoding=_encodings(tree))
     except OSError as error:
         raise StoreError(f"{path}: cannot be written: {error.strerror or error}") from None
 
 
 def read(path: Path) -> xr.Dataset:
-    """Open a dataset; values are read when they are used, so close it (or use `with`). Raises StoreError."""
+    """Open a dataset with its groups; values are read when they are used, so close it (or use `with`). Raises StoreError."""
     try:
-        return xr.open_dataset(path, engine="netcdf4")
+        root, groups = opened(path)
     except OSError as error:
         raise StoreError(f"{path}: no dataset ({error.strerror or error}); run or collect the campaign first") from None
+    if root.attrs.get(FORMAT) != VERSION:
+        root.close()
+        has = (
+            f"has format {root.attrs[FORMAT]}"
+            if FORMAT in root.attrs
+            else "has no format: older, or no dataset of nanoslip"
+        )
+        raise StoreError(
+            f"{path}: {has}; this nanoslip reads format {VERSION}: collect the campaign again with it (nanoslip collect)"
+        )
+    return carrying(root, groups)
+
+
+def _encodings(tree: xr.DataTree) -> dict[str, dict[str, dict[str, Any]]]:
+    """Group -> variable -> how it is written."""
+    return {
+        node.path: {
+            str(name): _encoding(each, coordinate=name in node.coords)
+            for name, each in node.to_dataset(inherit=False).variables.items()
+        }
+        for node in tree.subtree
+    }
+
+
+def _encoding(variable: xr.Variable, coordinate: bool) -> dict[str, Any]:
+    """Texts as characters: netCDF 4.10 breaks down where a file with strings in groups is open twice and closed once.
+
+    Coordinates have no missing values (CF 2.5.1).
+    """
+    if variable.dtype.kind in "OUT":
+        return {"dtype": "S1"}
+    return {"_FillValue": None} if coordinate and variable.dtype.kind == "f" else {}

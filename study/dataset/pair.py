@@ -21,14 +21,14 @@ from study.dataset.comparison import (
     within_uncertainty,
     worst,
 )
+from study.dataset.groups import flattened, groups_of
+from study.dataset.ragged import windows
 from study.dataset.variables import (
-    ABSENT,
     COMPUTED_BY,
     DISCRETIZATION_ERROR,
     OUTCOMES,
-    SOFTWARE,
-    Series,
-    all_series,
+    Group,
+    all_groups,
     companions,
     scalars,
 )
@@ -81,13 +81,11 @@ class Shared:
 
     def differences(self) -> list[Difference]:
         """How each attribute and each variable without a case of its own compares: one entry for each, identical ones too."""
-        found, again = self._found, self._again
-        names = {str(name) for name in (*found.variables, *again.variables)}
-        missing = [_odd(name, "is missing") for name in sorted(names) if name not in found.variables]
-        strange = [
-            _odd(name, "is in no dataset of this manifest") for name in sorted(names) if name not in again.variables
-        ]
-        common = [name for name in sorted(names) if name in found.variables and name in again.variables]
+        found, again = flattened(self._found), flattened(self._again)
+        names = sorted({*found, *again})
+        missing = [_odd(name, "is missing") for name in names if name not in found]
+        strange = [_odd(name, "is in no dataset of this manifest") for name in names if name not in again]
+        common = [name for name in names if name in found and name in again]
         words = [
             compared(f"{kind} of {name}", np.array(one), np.array(other))
             for name in common
@@ -97,11 +95,9 @@ class Shared:
         return [*missing, *strange, *words, *self._attributes(), *values]
 
     def _for_all(self, name: str) -> bool:
-        """Whether a variable belongs to no case, no run and no software alone."""
-        dims = {str(dim) for dim in self._again[name].dims}
-        apart = {SOFTWARE[0].name} | {part for series in all_series() for part in (series.instance, series.sample)}
-        along = {str(dim) for dim in self._again["case_id"].dims}
-        return not dims & apart and (name in self._again.coords or not dims & along)
+        """Whether a variable belongs to no case, and is not in a group: runs are compared with their case."""
+        along = set(self._again["case_id"].dims)
+        return "/" not in name and (name in self._again.coords or not set(self._again[name].dims) & along)
 
     def _attributes(self) -> list[Difference]:
         apart = {item.name for item in fields(Origin)} | {file.MIXED} | ({_FRONT} if self.left_out else set())
@@ -124,9 +120,13 @@ class Pair:
     def __init__(self, found: xr.Dataset, again: xr.Dataset, left_out: set[str], missing: NDArray[np.bool_]) -> None:
         """missing: over the cases, those that the dataset has and that were not recomputed."""
         self._found, self._again, self._missing = found, again, missing
-        self._series = all_series()
+        self._groups = [
+            _Runs(group, groups_of(found)[name], groups_of(again)[name])
+            for name, group in all_groups().items()
+            if name in groups_of(found) and name in groups_of(again)
+        ]
         self._along = tuple(map(str, again["case_id"].dims))
-        apart = {series.index.name for series in self._series} | left_out | _SOFTWARE
+        apart = {group.id.name for group in all_groups().values()} | left_out | _SOFTWARE
         self._names = [
             str(name)
             for name, values in again.data_vars.items()
@@ -135,11 +135,6 @@ class Pair:
         self._scales = {name: _scale(again[name]) for name in self._names}
         self._before_sliding, self._of_records = before_sliding(), of_records()
         self._parted, self._moved = (np.zeros(missing.shape, np.bool_) for _ in range(2))
-        self._starts = {
-            series.count.name: tuple(_starts(each[series.count.name].values) for each in (found, again))
-            for series in self._series
-            if series.count.name in found and series.count.name in again
-        }
 
     def look(self, case: CampaignCase) -> None:
         """See whether a case's last digits moved, and whether its record took another path; for all of them first."""
@@ -169,9 +164,9 @@ class Pair:
             self._scalar(name, kept, now, moved, bool(self._parted[self._together(name, place)].any()))
             for name in names
         ]
-        for series in self._series:
-            if series.count.name in self._starts and not (parted and series.kind != "contact"):
-                differences += self._run(series, place, moved)
+        for runs in self._groups:
+            if not (parted and runs.group.kinds != ("contact",)):
+                differences += self._run(runs, place, moved)
         turned = "its record takes" if parted else "a drive takes"
         elsewhere = parted or any(each.words == _NOT_COMPARED for each in differences)
         remark = f"{turned} another path: compared within uncertainties" if elsewhere else ""
@@ -209,44 +204,57 @@ class Pair:
         close = within_uncertainty(kept[name].values, now[name].values, errors)
         return replace(found, verdict=Verdict.WITHIN) if close else found
 
-    def _run(self, series: Series, place: "Place", moved: bool) -> list[Difference]:
-        """The runs of one series that belong to a case, a run for each of its drives."""
-        index = series.index.name
-        pairs = zip(
-            *(each.variables[index].isel(place).values.ravel() for each in (self._found, self._again)), strict=True
-        )
+    def _run(self, runs: "_Runs", place: "Place", moved: bool) -> list[Difference]:
+        """The runs of one group that belong to a case, a run for each of its drives."""
+        name = runs.group.id.name
+        ids = (each.variables[name].isel(place).values.ravel() for each in (self._found, self._again))
         found = []
-        for kept, now in pairs:
-            if (kept == ABSENT) != (now == ABSENT):
-                found.append(_odd(index, "none kept" if kept == ABSENT else "none recomputed"))
-            elif kept != ABSENT:
-                found += self._columns(series, int(kept), int(now), moved)
+        for kept, now in zip(*ids, strict=True):
+            if bool(kept) != bool(now):
+                found.append(_odd(name, "recomputed, but none kept" if now else "kept, but none recomputed"))
+            elif kept:
+                found += runs.differences(kept, now, moved)
         return found
 
-    def _columns(self, series: Series, kept: int, now: int, moved: bool) -> list[Difference]:
-        """One run beside the other: whose it is, and column by column."""
-        owner = [
+
+class _Runs:
+    """The runs of one group, as kept and as recomputed."""
+
+    def __init__(self, group: Group, found: xr.Dataset, again: xr.Dataset) -> None:
+        self.group = group
+        self._both = (found, again)
+        self._numbers = tuple(
+            {name: number for number, name in enumerate(each[group.name].values)} for each in self._both
+        )
+        self._windows = tuple(windows(each, group) for each in self._both)
+
+    def differences(self, kept: str, now: str, moved: bool) -> list[Difference]:
+        """One run beside the other, by their names: whose it is, and column by column."""
+        places = [numbers.get(name, -1) for numbers, name in zip(self._numbers, (kept, now), strict=True)]
+        if places[0] < 0:
+            return [_odd(self.group.id.name, f"{kept} is not in the group {self.group.name}")]
+        owner = self._compared(
+            [each.name for each in self.group.owners], self.group.name, [slice(at, at + 1) for at in places]
+        )
+        found = []
+        for sample in self._windows[1]:
+            names = [name for name, quantity in self.group.columns.items() if quantity.along == sample]
+            slices = [_window(each, sample, at) for each, at in zip(self._windows, places, strict=True)]
+            found += self._compared(names, sample, slices)
+        if moved and self.group.driven and worst(found) is Verdict.DIFFERENT:
+            found = [Difference(each.name, Verdict.WITHIN, 0.0, _NOT_COMPARED) for each in found]
+        return owner + found
+
+    def _compared(self, names: Sequence[str], dim: str, slices: Sequence[slice]) -> list[Difference]:
+        """The variables of these names that both have, where the slices say."""
+        (found, again), (here, there) = self._both, slices
+        return [
             compared(
-                name,
-                self._found.variables[name][kept : kept + 1].values,
-                self._again.variables[name][now : now + 1].values,
+                name, found.variables[name].isel({dim: here}).values, again.variables[name].isel({dim: there}).values
             )
-            for name in (owner.name for owner in series.owners)
-            if name in self._again.variables and name in self._found.variables
-        ]
-        here, there = (
-            _window(starts, at) for starts, at in zip(self._starts[series.count.name], (kept, now), strict=True)
-        )
-        names = [quantity.name for quantity in series.columns.values() if quantity.name in self._again.variables]
-        found = [
-            compared(name, self._found.variables[name][here].values, self._again.variables[name][there].values)
             for name in names
-            if name in self._found.variables
+            if name in found.variables and name in again.variables
         ]
-        elsewhere = moved and series.kind == "drive" and worst(found) is Verdict.DIFFERENT
-        return owner + (
-            [Difference(name, Verdict.WITHIN, 0.0, _NOT_COMPARED) for name in names] if elsewhere else found
-        )
 
 
 def _half(votes: Iterable[bool]) -> bool:
@@ -291,13 +299,12 @@ def _scale(values: xr.DataArray) -> float:
     return magnitude(values.values) if np.issubdtype(values.dtype, np.floating) else 1.0
 
 
-def _starts(counts: NDArray[Any]) -> NDArray[np.int64]:
-    return np.concatenate(([0], np.cumsum(counts, dtype=np.int64)))
-
-
-def _window(starts: NDArray[np.int64], number: int) -> slice:
-    """Where a run lies; empty where there is no such run."""
-    return slice(int(starts[number]), int(starts[number + 1])) if 0 <= number < len(starts) - 1 else slice(0, 0)
+def _window(found: Mapping[str, tuple[str, NDArray[np.int64]]], sample: str, number: int) -> slice:
+    """Where a run lies along a sample dimension; empty where there is no such dimension."""
+    if sample not in found:
+        return slice(0, 0)
+    first = found[sample][1]
+    return slice(int(first[number]), int(first[number + 1]))
 
 
 def place_of(found: xr.Dataset, case_id: str) -> "Place | None":

@@ -1,56 +1,85 @@
-"""Runs of different length, one behind the other: CF contiguous ragged arrays, and the way back to one run."""
+"""Runs of different length, one behind the other: CF contiguous ragged arrays with the labels of what they belong to."""
 
-from collections.abc import Iterable
-from typing import Any
+from collections.abc import Iterable, Mapping, Sequence
+from typing import Any, Final
 
 import numpy as np
 import xarray as xr
 from numpy.typing import NDArray
 
-from study.dataset.variables import ABSENT, Series, all_series, attributes
-from study.manifest.parameters import Value
+from study.dataset.variables import Group, Series, attributes
 from study.plan.task import TaskResult
+from study.provenance import content_hash
+
+NAME_LENGTH: Final = 12
+"""Hexadecimal digits of a run's name."""
 
 
 class Runs:
-    """The runs of one series. Results that several cases share are kept once."""
+    """The runs of one group. Results that several cases share are kept once."""
 
-    def __init__(self, series: Series) -> None:
-        self.series = series
-        self._number: dict[str, int] = {}
+    def __init__(self, group: Group) -> None:
+        self.group = group
+        self._names: dict[tuple[str, ...], str] = {}
         self._owners: list[tuple[str, str]] = []
-        self._counts: list[int] = []
-        self._columns: dict[str, list[NDArray[Any]]] = {name: [] for name in series.columns}
+        self._counts: dict[str, list[int]] = {name: [] for name in group.samples}
+        self._columns: dict[str, list[NDArray[Any]]] = {name: [] for name in group.columns}
 
-    def add(self, result: TaskResult, factors: dict[str, float], case_id: str, drive: str) -> int:
-        """Append the run of a result and return its number. factors: by `Quantity.per`."""
-        if result.key in self._number:
-            return self._number[result.key]
-        runs = {name: result.arrays[name] for name in self._columns if name in result.arrays}
-        if not runs:
-            return ABSENT
-        self._counts.append(next(iter(runs.values())).size)
+    def add(self, results: Sequence[TaskResult], factors: Mapping[str, float], case_id: str, drive: str) -> str:
+        """Append the run of a case's results of the group's kinds; returns its name, empty where there is nothing.
+
+        factors: by `Quantity.per`.
+        """
+        parts = _once([result for result in results if self._held(result)])
+        keys = tuple(result.key for result in parts)
+        if not keys or keys in self._names:
+            return self._names.get(keys, "")
+        for sample, series in self.group.samples.items():
+            pairs = [(each, result) for result in parts for each in series if each.kind == result.kind]
+            self._counts[sample].append(sum(_length(each, result) for each, result in pairs))
+            for each, result in pairs:
+                for name, quantity in each.columns.items():
+                    run = result.arrays[name]
+                    self._columns[quantity.name].append(run * factors[quantity.per] if quantity.per else run)
         self._owners.append((case_id, drive))
-        for name, run in runs.items():
-            per = self.series.columns[name].per
-            self._columns[name].append(run * factors[per] if per else run)
-        return self._number.setdefault(result.key, len(self._number))
+        name = keys[0][:NAME_LENGTH] if len(keys) == 1 else content_hash(keys, length=NAME_LENGTH)
+        return self._names.setdefault(keys, name)
 
-    def variables(self) -> dict[str, Any]:
-        """The columns over the samples; over the instances the count of samples and what each belongs to."""
-        instance, sample = self.series.instance, self.series.sample
-        count = self.series.count
-        counts = np.array(self._counts, np.int64)
-        found: dict[str, Any] = {
-            count.name: (instance, counts, {**attributes(count), "sample_dimension": sample}),
-        }
-        for number, owner in enumerate(self.series.owners):
-            found[owner.name] = (instance, texts(names[number] for names in self._owners), attributes(owner))
-        for name, quantity in self.series.columns.items():
+    def _held(self, result: TaskResult) -> bool:
+        """Whether a result has the columns of the group, and not its scalars alone."""
+        return any(each.kind == result.kind and set(each.columns) <= set(result.arrays) for each in self.group.series)
+
+    def dataset(self) -> xr.Dataset:
+        """The columns over the samples; over the instances their names, owners and the count of samples."""
+        found: dict[str, Any] = {}
+        for sample, series in self.group.samples.items():
+            count = series[0].count
+            counts = np.array(self._counts[sample], np.int64)
+            found[count.name] = (self.group.name, counts, {**attributes(count), "sample_dimension": sample})
+        for name, quantity in self.group.columns.items():
             runs = self._columns[name]
-            values = np.concatenate(runs) if runs else np.full(sum(self._counts), np.nan)
-            found[quantity.name] = (sample, values, attributes(quantity))
-        return found
+            values = np.concatenate(runs) if runs else np.empty(0, quantity.dtype)
+            found[name] = (quantity.along, values, attributes(quantity))
+        places = [name for name, quantity in self.group.columns.items() if quantity.coordinate]
+        return xr.Dataset(found).set_coords(places).assign_coords(self._labels())
+
+    def _labels(self) -> dict[str, Any]:
+        instance = self.group.name
+        labels: dict[str, Any] = {instance: (instance, texts(self._names.values()), attributes(self.group.label))}
+        for number, owner in enumerate(self.group.owners):
+            labels[owner.name] = (instance, texts(names[number] for names in self._owners), attributes(owner))
+        return labels
+
+
+def _once(results: list[TaskResult]) -> list[TaskResult]:
+    """Without initial contact where states of the contact begin with it."""
+    if len(results) > 1 and 0 in results[-1].arrays["surface_event"]:
+        return results[-1:]
+    return results
+
+
+def _length(series: Series, result: TaskResult) -> int:
+    return int(result.arrays[next(iter(series.columns))].size)
 
 
 def texts(values: Iterable[str]) -> NDArray[Any]:
@@ -58,41 +87,16 @@ def texts(values: Iterable[str]) -> NDArray[Any]:
     return np.array(list(values), dtype=object)
 
 
-def record(dataset: xr.Dataset, **selection: Value) -> xr.Dataset:
-    """The friction record of one case, over `event`; nothing is read before it is used.
-
-    selection: what singles out the case, by names of coordinates (`intrinsic_friction=0.5, radius=50.0`).
-    Raises KeyError where no case is like that, ValueError where several are or the one has no record.
-    """
-    return _cut(dataset, "record", selection)
+def starts(counts: NDArray[Any]) -> NDArray[np.int64]:
+    """Where each run of so many values begins, and where the last one ends."""
+    return np.concatenate(([0], np.cumsum(counts, dtype=np.int64)))
 
 
-def trajectory(dataset: xr.Dataset, **selection: Value) -> xr.Dataset:
-    """The motion of the pin for one case and drive over `sample`, and its macroscopic slips over `slip_phase`.
-
-    As `record`, with `drive="name"` in the selection where there are several.
-    """
-    return _cut(dataset, "trajectory", selection)
-
-
-def _cut(dataset: xr.Dataset, instance: str, selection: dict[str, Value]) -> xr.Dataset:
-    numbers = dataset[f"{instance}_index"]
-    for name, value in selection.items():
-        if name in numbers.indexes:
-            numbers = numbers.sel({name: value})
-        else:  # a parameter along `case`
-            numbers = numbers.isel({numbers[name].dims[0]: np.flatnonzero(numbers[name] == value)})
-    if numbers.size != 1:
-        several = ", ".join(f"{name} has {size} values" for name, size in numbers.sizes.items() if size != 1)
-        raise ValueError(f"{selection}: needs to single out one case, but {several}")
-    number = int(numbers.item())
-    if number == ABSENT:
-        raise ValueError(f"{selection}: this case has no {instance}")
-    runs = [series for series in all_series() if series.instance == instance and series.count.name in dataset]
-    window = {}
-    for series in runs:
-        counts = dataset[series.count.name].values
-        start = int(counts[:number].sum())
-        window[series.sample] = slice(start, start + int(counts[number]))
-    names = [name for name in dataset.data_vars if set(dataset[name].dims) & set(window)]
-    return dataset[names].isel(window).assign_coords(numbers.squeeze().coords)
+def windows(group: xr.Dataset, declared: Group) -> dict[str, tuple[str, NDArray[np.int64]]]:
+    """Sample dimension that a group has -> the variable of its counts, and where each run begins."""
+    counts = {name: series[0].count.name for name, series in declared.samples.items()}
+    return {
+        name: (count, starts(group.variables[count].values))
+        for name, count in counts.items()
+        if count in group.variables
+    }

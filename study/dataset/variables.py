@@ -24,7 +24,7 @@ from study.plan.tasks import KINDS
 
 
 def attributes(quantity: Quantity) -> dict[str, Any]:
-    """What every variable of the dataset says of itself."""
+    """What every variable of the dataset says of itself; words have no unit."""
     more: dict[str, Any] = {
         "symbol": quantity.symbol,
         "ancillary_variables": quantity.uncertainty,
@@ -37,7 +37,8 @@ def attributes(quantity: Quantity) -> dict[str, Any]:
         more["flag_values"] = np.arange(len(quantity.codes), dtype=np.int8)
         more["flag_meanings"] = " ".join(quantity.codes)
     given = {name: value for name, value in more.items() if len(value)}
-    return {"long_name": quantity.long_name, "units": quantity.units} | given
+    units = {} if quantity.words or not quantity.units else {"units": quantity.units}
+    return {"long_name": quantity.long_name} | units | given
 
 
 def scalars(kind: str) -> Mapping[str, Quantity]:
@@ -52,16 +53,11 @@ def companions(kind: str) -> Mapping[str, Quantity]:
 
 @dataclass(frozen=True, slots=True)
 class Series:
-    """Columns of one kind's results: CF contiguous ragged arrays over `sample`, a run of it for each `instance`."""
+    """Columns of one kind's results: CF contiguous ragged arrays over `sample`, a run of it for each instance of a group."""
 
     kind: str
     ragged: Ragged
     columns: Mapping[str, Quantity]
-
-    @property
-    def instance(self) -> str:
-        """The dimension of the runs."""
-        return self.ragged.instance
 
     @property
     def sample(self) -> str:
@@ -71,37 +67,70 @@ class Series:
     @property
     def count(self) -> Quantity:
         """Over the instances: the length of each run."""
-        return Quantity(self.ragged.count, f"values of each {self.instance}")
+        return Quantity(self.ragged.count, f"values of each {self.ragged.instance}")
+
+
+@dataclass(frozen=True, slots=True)
+class Group:
+    """A group of a dataset: runs of one or several series. Its name is that of the dimension of its instances."""
+
+    name: str
+    series: tuple[Series, ...]
 
     @property
-    def index(self) -> Quantity:
-        """Over the cases: which run is theirs."""
-        return Quantity(f"{self.instance}_index", f"number of its {self.instance}", comment=f"{ABSENT}: has none")
+    def kinds(self) -> tuple[str, ...]:
+        """The kinds of task whose results it holds, in the order of their stages."""
+        return tuple(dict.fromkeys(each.kind for each in self.series))
+
+    @property
+    def driven(self) -> bool:
+        """Whether its instances belong to cases and drives."""
+        return DRIVE in self.kinds
+
+    @property
+    def samples(self) -> dict[str, tuple[Series, ...]]:
+        """Sample dimension -> the series over it."""
+        names = dict.fromkeys(each.sample for each in self.series)
+        return {name: tuple(each for each in self.series if each.sample == name) for name in names}
+
+    @property
+    def columns(self) -> dict[str, Quantity]:
+        """Every variable over a sample dimension, once, by name."""
+        return {quantity.name: quantity for each in self.series for quantity in each.columns.values()}
+
+    @property
+    def id(self) -> Quantity:
+        """Over the cases: which instance is theirs."""
+        comment = f"along {self.name} in the group {self.name}; empty where the case has none"
+        return Quantity(f"{self.name}_id", f"name of its {self.name}", "", comment=comment)
+
+    @property
+    def label(self) -> Quantity:
+        """Over the instances: their names."""
+        return Quantity(self.name, f"name of the {self.name}", "", comment="content hash of what decides it")
 
     @property
     def owners(self) -> tuple[Quantity, ...]:
-        """Over the instances: the case of each, and of drives the drive."""
-        names = ("case_id", "drive") if self.kind == DRIVE else ("case_id",)
-        words = {"case_id": "case", "drive": "drive"}
-        return tuple(
-            Quantity(f"{self.instance}_{name}", f"{words[name]} that each {self.instance} belongs to") for name in names
-        )
+        """Over the instances: the case of each, and of drives the drive; the first one of those that share it."""
+        return (CASE_ID, DRIVE_NAME) if self.driven else (CASE_ID,)
 
 
 DRIVE: Final = "drive"
 """The kind of task whose results lie over the drives too."""
-ABSENT: Final = -1
-"""Number of the run of a case that has none."""
-_BEHIND: Final = ("contact", "states")
-"""Kinds whose columns come behind those of records and trajectories."""
+CASE_ID: Final = Quantity("case_id", "content hash of the case's parameters", "")
+DRIVE_NAME: Final = Quantity("drive", "name of the drive", "")
 
 
-def all_series() -> tuple[Series, ...]:
-    """Every series that a dataset can have, in its order."""
+def all_groups() -> dict[str, Group]:
+    """Every group of runs that a dataset can have, by name."""
     found = [
         Series(kind.name, ragged, declared(kind, ragged.sample)) for kind in KINDS.values() for ragged in kind.ragged
     ]
-    return tuple(sorted(found, key=lambda each: each.kind in _BEHIND))
+    names = sorted({each.ragged.instance for each in found}, key=_ORDER.index)
+    return {name: Group(name, tuple(each for each in found if each.ragged.instance == name)) for name in names}
+
+
+_ORDER: Final = ("record", "trajectory", "contact", "interior")
 
 
 DISCRETIZATION_ERROR = Quantity(
@@ -114,33 +143,30 @@ DISCRETIZATION_ERROR = Quantity(
 )
 """Of a case, from the measured front."""
 VALIDITY = quantities(Validity)["validity_flags"]
-ADVICE = Quantity("advice", "what to do about validity_flags", comment="empty where there is none")
-CASE_ID: Final = Quantity("case_id", "content hash of the case's parameters")
-DRIVE_NAME: Final = Quantity("drive", "name of the drive")
-
+ADVICE = Quantity("advice", "what to do about validity_flags", "", comment="empty where there is none")
 OUTCOMES = {
     "": (
-        Quantity("outcome", "how the case ended"),
-        Quantity("message", "why the case ended so", comment="and what to do about it"),
+        Quantity("outcome", "how the case ended", ""),
+        Quantity("message", "why the case ended so", "", comment="and what to do about it"),
     ),
     DRIVE: (
-        Quantity("drive_outcome", "how the dynamic stage ended"),
-        Quantity("drive_message", "why the dynamic stage ended so", comment="and what to do about it"),
+        Quantity("drive_outcome", "how the dynamic stage ended", ""),
+        Quantity("drive_message", "why the dynamic stage ended so", "", comment="and what to do about it"),
     ),
 }
 """Kind of task ("": all before the drives) -> the variables that say how it ended."""
 
 _BY_NAME: Final = "by its name along software; empty while pending"
 COMPUTED_BY = {
-    "": Quantity("computed_by", "software that computed the case", comment=_BY_NAME),
-    DRIVE: Quantity("drive_computed_by", "software of the dynamic stage", comment=_BY_NAME),
+    "": Quantity("computed_by", "software that computed the case", "", comment=_BY_NAME),
+    DRIVE: Quantity("drive_computed_by", "software of the dynamic stage", "", comment=_BY_NAME),
 }
 """As `OUTCOMES`: the variables that say which software a result stems from, its inputs' included."""
 
 SOFTWARE: Final = (
-    Quantity("software", "name of the software", comment="a hash of what is known of it"),
+    Quantity("software", "name of the software", "", comment="a hash of what is known of it"),
     Quantity("software_results", "results that stem from the software", comment="those of a case and of its drives"),
-    *(Quantity(f"software_{item.name}", f"{item.name} of the software") for item in fields(Origin)),
+    *(Quantity(f"software_{item.name}", f"{item.name} of the software", "") for item in fields(Origin)),
 )
 """The software that computed the results: its name, how many results, and every fact of it."""
 

@@ -28,6 +28,7 @@ from numpy.typing import NDArray
 
 from study.dataset import file
 from study.dataset.collect import collect
+from study.dataset.groups import loaded
 from study.dataset.pair import Finding, Pair, Shared, finding_of, place_of
 from study.dataset.store import Store, StoreError
 from study.dataset.variables import OUTCOMES
@@ -63,11 +64,6 @@ def rebuilt(found: xr.Dataset, path: Path) -> Plan:
     facts = found.attrs
     if "manifest" not in facts or not {"case_id", OUTCOMES[""][0].name} <= set(found.variables):
         raise NotVerifiableError(f"{path}: no dataset of nanoslip: needs a manifest and cases")
-    if facts.get(file.FORMAT) != file.VERSION:
-        has = f"format {facts[file.FORMAT]}" if file.FORMAT in facts else "no format, being older"
-        raise NotVerifiableError(
-            f"{path}: has {has}: this nanoslip verifies format {file.VERSION}; collect the campaign again with this one"
-        )
     beside = {key: str(facts[f"manifest_{key}"]) for key in _BESIDE if f"manifest_{key}" in facts}
     _untouched(path, facts, beside)
     # A byte order mark is no part of the text, but it was hashed.
@@ -143,10 +139,10 @@ def compare(found: xr.Dataset, plan: Plan, cases: Sequence[CampaignCase], store:
     """The dataset beside what `store` says now: first what all cases share, then case by case."""
     path = store.folder / file.FILE
     file.write(collect(plan, store), path)  # what is read has the types that a file gives it
-    with file.read(path) as again:
-        again.load()
+    with file.read(path) as opened_again:
+        again = loaded(opened_again)
         if len(cases) == len(computed(plan, found)):
-            found.load()  # a run at a time would take longer
+            found = loaded(found)  # a run at a time would take longer
         shared = Shared(found, again)
         differences = shared.differences()
         yield finding_of("what all cases share", differences)

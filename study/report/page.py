@@ -8,14 +8,13 @@ from pathlib import Path
 from typing import Any, Final
 
 import jinja2
-import numpy as np
 import xarray as xr
 from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.figure import Figure
 
-from study.dataset.ragged import record, trajectory
+from study.dataset.access.accessor import Accessor
+from study.dataset.groups import groups_of
 from study.dataset.store import StoreError, written_whole
-from study.dataset.variables import ABSENT
 from study.manifest.parameters import Value
 from study.report.summary import Point, flag_summary, points, scalar_table, words
 
@@ -47,9 +46,9 @@ def pictures(dataset: xr.Dataset) -> Iterator[Picture]:
         ("record", "event", _draw_record, "Friction force over load against pin displacement"),
         ("trajectory", "sample", _draw_trajectory, "Spring force over load against time"),
     ):
-        if f"{instance}_index" not in dataset or sample not in dataset.dims:
+        if f"{instance}_id" not in dataset or sample not in groups_of(dataset).get(instance, xr.Dataset()).dims:
             continue
-        found = [point for point in points(dataset, f"{instance}_index") if point.values[f"{instance}_index"] != ABSENT]
+        found = [point for point in points(dataset, f"{instance}_id") if point.values[f"{instance}_id"] != ""]
         if 2 <= len(found) <= 8:
             yield _picture(dataset, found, draw, f"{instance}_all", f"{caption}, all cases")
         for point in found[:MOST_FIGURES]:
@@ -89,19 +88,14 @@ def _picture(dataset: xr.Dataset, shown: list[Point], draw: Any, name: str, capt
 
 
 def _draw_record(axes: Any, dataset: xr.Dataset, point: Point) -> None:
-    run = record(dataset, **point.selection)
-    displacement = np.repeat(run["event_displacement"].values, 2)
-    force = np.column_stack([run["event_friction_before"].values, run["event_friction_after"].values]).ravel()
-    start = point.values["initial_friction"].item()
-    axes.plot(np.append(0.0, displacement), np.append(start, force), linewidth=0.7, label=words(point.label))
+    line = Accessor(dataset).teeth(**point.selection)
+    axes.plot(line["displacement"], line["friction_force"], linewidth=0.7, label=words(point.label))
     axes.set(xlabel="pin displacement δ_p/L_x", ylabel="friction force F/W")
 
 
 def _draw_trajectory(axes: Any, dataset: xr.Dataset, point: Point) -> None:
-    run = trajectory(dataset, **point.selection)
-    axes.plot(
-        1e3 * run["sample_time"].values, run["sample_spring_force"].values, linewidth=1.0, label=words(point.label)
-    )
+    run = Accessor(dataset).trajectory(**point.selection)
+    axes.plot(1e3 * run["time"].values, run["sample_spring_force"].values, linewidth=1.0, label=words(point.label))
     axes.set(xlabel="time (ms)", ylabel="spring force over load")
 
 
@@ -117,7 +111,7 @@ def _page(dataset: xr.Dataset, found: list[Picture]) -> str:
     attributes = {name: value for name, value in dataset.attrs.items() if name not in elsewhere}
     return environment.get_template("report.html.j2").render(
         title=dataset.attrs["title"],
-        manifest=dataset.attrs["manifest"],
+        manifest=dataset.attrs.get("manifest", ""),
         attributes=attributes,
         table=scalar_table(dataset),
         flags=flag_summary(dataset),

@@ -31,7 +31,7 @@ class Point:
     values: xr.Dataset
     """The scalars of this case."""
     selection: dict[str, Value]
-    """The arguments with which `record` and `trajectory` of study.dataset.ragged find it."""
+    """What singles it out for the accessor of study.dataset.access."""
 
 
 def points(dataset: xr.Dataset, variable: str) -> Iterator[Point]:

@@ -14,9 +14,10 @@ from solver.sliding.events import slide_to_state
 from solver.sliding.record import FrictionRecord, event
 from solver.sliding.statistics import EventStatistics, event_statistics
 from study.dataset import file
+from study.dataset.access.accessor import Accessor
 from study.dataset.collect import collect
 from study.dataset.description import described, page
-from study.dataset.ragged import record as record_of
+from study.dataset.groups import loaded
 from study.dataset.store import Store
 from study.manifest.reader import load_manifest
 from study.plan.kinds import record as record_kind
@@ -76,7 +77,7 @@ def computed(folder: Path) -> tuple[Plan, Store, xr.Dataset]:
         store.write(run_task(task, {key: store.read(key) for key in task.needs}))
     file.write(collect(plan, store), folder / file.FILE)
     with file.read(folder / file.FILE) as found:
-        return plan, store, found.load()
+        return plan, store, loaded(found)
 
 
 def test_a_new_scalar_is_in_results_dataset_and_descriptions(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
@@ -108,7 +109,7 @@ def test_a_new_column_of_events_is_in_results_dataset_and_descriptions(
     plan, store, found = computed(tmp_path)
     result = store.read(str(plan.case_tasks[plan.cases[0].case_id].record))
     np.testing.assert_array_equal(result.arrays["fall"], result.arrays["force_before"] - result.arrays["force_after"])
-    run = record_of(found, intrinsic_friction=0.5)
+    run = Accessor(found).record(intrinsic_friction=0.5)
     assert run["event_fall"].dims == ("event",)
     np.testing.assert_array_equal(run["event_fall"], result.arrays["fall"] * (1.0 / result.scalars["normal_load"]))
     assert run["event_fall"].attrs["long_name"] == "fall of F/W in the event"

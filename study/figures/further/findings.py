@@ -9,7 +9,7 @@ from matplotlib.figure import Figure
 from numpy.typing import NDArray
 from scipy import stats
 
-from study.dataset.ragged import record, trajectory
+from study.dataset.access.accessor import Accessor
 from study.figures.reproduction.drive import damper_force
 from study.figures.shared.canvas import COLORS, column
 from study.figures.shared.claims import Claim
@@ -43,11 +43,11 @@ def starts_of(dataset: xr.Dataset, intrinsic_friction: float) -> Starts:
     static = here["static_friction"].values[measured]
     met, above = [], []
     for member, peak in zip(members, static, strict=True):
-        run = record(dataset, intrinsic_friction=intrinsic_friction, member=int(member))
-        motion = trajectory(dataset, intrinsic_friction=intrinsic_friction, member=int(member))
+        run = Accessor(dataset).record(intrinsic_friction=intrinsic_friction, member=int(member))
+        motion = Accessor(dataset).trajectory(intrinsic_friction=intrinsic_friction, member=int(member))
         stuck_at = float(motion["slip_phase_position"].values[0]) / dataset.attrs["slab_width"]
         height = run["event_friction_before"].values
-        count = max(int(np.searchsorted(run["event_displacement"].values, stuck_at, side="right")), 1)
+        count = max(int(np.searchsorted(run["displacement"].values, stuck_at, side="right")), 1)
         met.append(height[:count].max())
         above.append(float(np.mean(height >= peak)))
     others = (here[name].values[measured] for name in ("kinetic_friction", "plateau_mean", "peak_friction"))

@@ -9,7 +9,7 @@ from matplotlib.figure import Figure
 from numpy.typing import NDArray
 
 from solver.sliding.plateau import Teeth
-from study.dataset.ragged import record
+from study.dataset.access.accessor import Accessor
 from study.figures.shared.canvas import column
 from study.figures.shared.claims import Claim
 from study.figures.shared.figure import CampaignFigure, register
@@ -46,9 +46,9 @@ def modulation(dataset: xr.Dataset, normal_load: float) -> Modulation:
     rows, nodes = [], []
     spacing = 1.0 / (int(dataset["n_x"].squeeze()) - 1)
     for member in dataset["member"].values:
-        run = record(dataset, normal_load=normal_load, member=int(member))
+        run = Accessor(dataset).record(normal_load=normal_load, member=int(member))
         start = float(dataset["start"].sel(normal_load=normal_load, member=member).squeeze())
-        displacement = run["event_displacement"].values
+        displacement = run["displacement"].values
         teeth = Teeth(displacement, run["event_friction_after"].values[:-1], run["event_friction_before"].values[1:])
         begins = float(dataset["plateau_start"].sel(normal_load=normal_load, member=member).squeeze())
         first = (np.ceil(begins / spacing + start) - start) * spacing

@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 
 from solver.drive import Drive, Scales
 from solver.dynamics.stick_slip import stick_slip
-from study.dataset.ragged import trajectory
+from study.dataset.access.accessor import Accessor
 from study.figures.shared import paper
 from study.figures.shared.canvas import COLORS, column
 from study.figures.shared.claims import Claim, compared, over_starts
@@ -26,7 +26,7 @@ def over_members(dataset: xr.Dataset, name: str, intrinsic_friction: float = 0.5
 
 def run_of(dataset: xr.Dataset, intrinsic_friction: float = 0.5, member: int = 0) -> xr.Dataset:
     """The trajectory and the macroscopic slips of one start."""
-    return trajectory(dataset, intrinsic_friction=intrinsic_friction, member=member)
+    return Accessor(dataset).trajectory(intrinsic_friction=intrinsic_friction, member=member)
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -72,7 +72,7 @@ def draw(dataset: xr.Dataset) -> Figure:
         for color, friction in zip(COLORS, (0.5, 0.25), strict=False):
             run, model = run_of(dataset, friction), fitted(dataset, friction)
             label = f"$\\mu_i$ = {friction:g}"
-            axes.plot(1e3 * run["sample_time"], run["sample_spring_force"], color=color, label=label)
+            axes.plot(1e3 * run["time"], run["sample_spring_force"], color=color, label=label)
             label = "Eq. 16-19, fitted" if friction == 0.5 else ""
             axes.plot(1e3 * model.time, model.spring_force, "--", color="black", linewidth=0.6, label=label or None)
         stated = closed_form(dataset, paper.KINETIC.value, paper.STATIC.value, paper.LATER_STATIC.value)

@@ -18,7 +18,7 @@ from study.figures.shared.figure import CampaignFigure, register
 def draw_motion(dataset: xr.Dataset) -> Figure:
     """Position and velocity of the pin at μ_i = 0.5 with the fitted closed form, and the velocity of the stuck pin alone."""
     run, model, stick = run_of(dataset), fitted(dataset), stick_of(dataset, 0)
-    time = 1e3 * run["sample_time"].values
+    time = 1e3 * run["time"].values
     with column(4.4) as figure:
         position, velocity, stuck = figure.subplots(3, 1)
         for axes, name, closed, scale in (
@@ -40,7 +40,7 @@ def draw_motion(dataset: xr.Dataset) -> Figure:
 def draw_friction(dataset: xr.Dataset) -> Figure:
     """Friction force on the pin at μ_i = 0.5, and what it has beyond the spring force while the pin is stuck."""
     run, stick = run_of(dataset), stick_of(dataset, 0)
-    time, force = 1e3 * run["sample_time"].values, run["sample_friction"].values
+    time, force = 1e3 * run["time"].values, run["sample_friction"].values
     beyond = force - run["sample_spring_force"].values
     before = time < 1e3 * stick.end
     with column(3.4) as figure:

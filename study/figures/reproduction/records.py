@@ -7,7 +7,7 @@ import xarray as xr
 from matplotlib.figure import Figure
 from numpy.typing import NDArray
 
-from study.dataset.ragged import record
+from study.dataset.access.accessor import Accessor
 from study.figures.shared import paper
 from study.figures.shared.canvas import COLORS, column
 from study.figures.shared.claims import Claim, compared, over_starts
@@ -24,10 +24,8 @@ def _of(dataset: xr.Dataset, name: str, intrinsic_friction: float) -> Floats:
 
 def sawtooth(dataset: xr.Dataset, intrinsic_friction: float, member: int) -> tuple[Floats, Floats]:
     """δ_p/L_x and F/W of one record as a line: both sides of every drop."""
-    run = record(dataset, intrinsic_friction=intrinsic_friction, member=member)
-    displacement = np.repeat(run["event_displacement"].values, 2)
-    force = np.column_stack([run["event_friction_before"].values, run["event_friction_after"].values]).ravel()
-    return np.append(0.0, displacement), np.append(0.0, force)
+    line = Accessor(dataset).teeth(intrinsic_friction=intrinsic_friction, member=member)
+    return line["displacement"].values, line["friction_force"].values
 
 
 def draw_records(dataset: xr.Dataset) -> Figure:
@@ -76,8 +74,8 @@ _SPANS = "what the pin meets repeats with one: a record of 2000 events is one dr
 
 def draw_steps(dataset: xr.Dataset) -> Figure:
     """δ_p of every event, and their sum; the steps on a logarithmic axis."""
-    run = record(dataset, intrinsic_friction=0.5, member=0)
-    displacement = run["event_displacement"].values
+    run = Accessor(dataset).record(intrinsic_friction=0.5, member=0)
+    displacement = run["displacement"].values
     steps = np.diff(displacement, prepend=0.0)
     with column() as figure:
         axes = figure.add_subplot()
@@ -100,8 +98,8 @@ def claims_of_steps(dataset: xr.Dataset) -> Iterator[Claim]:
 
 
 def _share_below_a_nanometre(dataset: xr.Dataset, member: int) -> float:
-    run = record(dataset, intrinsic_friction=0.5, member=member)
-    steps = np.diff(run["event_displacement"].values, prepend=0.0) * dataset.attrs["slab_width"]
+    run = Accessor(dataset).record(intrinsic_friction=0.5, member=member)
+    steps = np.diff(run["displacement"].values, prepend=0.0) * dataset.attrs["slab_width"]
     return float(np.mean(steps < 1e-9))
 
 

@@ -4,9 +4,16 @@ Sliding starts from its own initial contact, so a task of contact alone exists o
 tractions are wanted.
 """
 
+from dataclasses import dataclass, field
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
 from solver.case import Case
 from solver.contact.initial import initial_contact
-from solver.contact.state import ContactState, ContactSummary, contact_summary
+from solver.contact.state import ContactState, ContactSummary, at_node, contact_summary
+from solver.quantity import quantity
 from solver.sliding.validity import Validity, contact_validity
 from study.manifest.manifest import Manifest
 from study.plan.keys import of_contact, task_key
@@ -15,6 +22,24 @@ from study.plan.kinds.kind import Computed, Kind, Part, Ragged, Wanted, case_of,
 from study.plan.task import Inputs, Task
 
 NAME = "contact"
+
+
+def seen_after(along: str) -> dict[str, Any]:
+    """Metadata of a column that says which event of its record a node is seen after."""
+    return quantity("event that it is seen after", "event", along=along, dtype=np.int64, comment=_OF_THE_RECORD)
+
+
+_OF_THE_RECORD = "of the record; 0: initial contact"
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class SurfaceNodes:
+    """When and where each surface node of a contact is seen."""
+
+    event: NDArray[np.int64] = field(metadata=seen_after(along="contact_node"))
+    x: NDArray[np.float64] = field(
+        metadata=at_node("x from the slab's middle, in L_x", "x", coordinate=True, symbol="x/L_x")
+    )
 
 
 def contact_task(case: Case, *, scalars_only: bool = False) -> Task:
@@ -39,8 +64,8 @@ def _tasks(case: Case, manifest: Manifest) -> tuple[Wanted, ...]:
 def _run(task: Task, inputs: Inputs) -> Computed:
     case, compliance = case_of(task), compliance_of(task, inputs)
     state = initial_contact(case, compliance)
-    values = (contact_validity(case, state), state, contact_summary(state))
-    return Computed(values, state.outcome, {"x": compliance.x})
+    nodes = SurfaceNodes(np.zeros(len(compliance.x), np.int64), compliance.x)
+    return Computed((contact_validity(case, state), state, contact_summary(state), nodes), state.outcome)
 
 
 CONTACT = Kind(
@@ -48,6 +73,6 @@ CONTACT = Kind(
     _needed,
     _tasks,
     _run,
-    (Part(Validity), Part(ContactState, whole=True), Part(ContactSummary)),
-    (Ragged("contact_state", "surface_node", "node_row_size", _tractions),),
+    (Part(Validity), Part(ContactState, whole=True), Part(ContactSummary), Part(SurfaceNodes)),
+    (Ragged("contact", "contact_node", "contact_row_size", _tractions),),
 )

@@ -38,6 +38,7 @@ class Ragged:
     """Columns of a kind's results in a dataset: one behind the other over `sample`, a run of it for each `instance`."""
 
     instance: str
+    """The group that they are in, too. Several kinds may add to one group, where they have the same columns."""
     sample: str
     count: str
     """Variable over the instances: the length of each run."""

@@ -2,7 +2,6 @@
 
 from collections.abc import Sequence
 from dataclasses import dataclass, field, fields
-from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -11,46 +10,35 @@ from solver.case import Case
 from solver.contact.state import ContactState
 from solver.elasticity.compliance import SurfaceCompliance
 from solver.elasticity.interior import InteriorFields, interior_fields
-from solver.quantity import quantity
 from solver.sliding.events import states_at
 from study.manifest.manifest import Manifest
 from study.plan.keys import of_contact, of_record, task_key
 from study.plan.kinds.compliance import compliance_task
+from study.plan.kinds.contact import SurfaceNodes, seen_after
 from study.plan.kinds.kind import Computed, Kind, Part, Ragged, Wanted, case_of, compliance_of
 from study.plan.task import Inputs, Task
 
 NAME = "states"
 
 
-def _at_node(meaning: str, name: str, **more: Any) -> dict[str, Any]:
-    return quantity(meaning, f"state_{name}", along="state_node", **more)
+_AS_IN_A_CONTACT = {item.name: item.metadata for item in fields(ContactState)}
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class SurfaceStates:
+class SurfaceStates(SurfaceNodes):
     """Every surface node after each event, one event behind the other; units as in ContactState."""
 
-    event: NDArray[np.int64] = field(
-        metadata=_at_node("event that it is seen after", "event", comment="of the record; 0: initial contact")
-    )
-    x: NDArray[np.float64] = field(metadata=_at_node("x from the slab's middle, in L_x", "x", symbol="x/L_x"))
-    pressure: NDArray[np.float64] = field(metadata=_at_node("pressure, in W/(L_x·L_y)", "pressure", per="normal_load"))
-    shear: NDArray[np.float64] = field(
-        metadata=_at_node("shear traction, in W/(L_x·L_y)", "shear", symbol="q", per="normal_load")
-    )
-    slip: NDArray[np.float64] = field(metadata=_at_node("slip of the node, in L_x", "slip"))
-    gap: NDArray[np.float64] = field(metadata=_at_node("gap between slab and pin, in L_x", "gap"))
+    pressure: NDArray[np.float64] = field(metadata=_AS_IN_A_CONTACT["pressure"])
+    shear: NDArray[np.float64] = field(metadata=_AS_IN_A_CONTACT["shear"])
+    slip: NDArray[np.float64] = field(metadata=_AS_IN_A_CONTACT["slip"])
+    gap: NDArray[np.float64] = field(metadata=_AS_IN_A_CONTACT["gap"])
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class InteriorEvents:
     """What each node inside the slab belongs to."""
 
-    event: NDArray[np.int64] = field(
-        metadata=quantity(
-            "event that it is seen after", along="interior_node", comment="of the record; 0: initial contact"
-        )
-    )
+    event: NDArray[np.int64] = field(metadata=seen_after(along="interior_node"))
 
 
 def states_task(case: Case, events: tuple[int, ...], subsurface: bool) -> Task:
@@ -112,7 +100,7 @@ STATES = Kind(
     _run,
     (Part(SurfaceStates, "surface_"), Part(InteriorEvents, "interior_"), Part(InteriorFields, "interior_")),
     (
-        Ragged("state", "state_node", "state_row_size", _on_the_surface),
-        Ragged("state", "interior_node", "interior_row_size", _inside),
+        Ragged("contact", "contact_node", "contact_row_size", _on_the_surface),
+        Ragged("interior", "interior_node", "interior_row_size", _inside),
     ),
 )

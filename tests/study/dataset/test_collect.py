@@ -10,8 +10,9 @@ import pytest
 
 from solver.outcome import Ending, Outcome
 from study.dataset import file
+from study.dataset.access.accessor import Accessor
 from study.dataset.collect import collect
-from study.dataset.ragged import record as record_of
+from study.dataset.groups import groups_of
 from study.dataset.store import Store, StoreError
 from study.discretization.front import load_front
 from study.origin import Origin, here
@@ -41,9 +42,9 @@ def test_what_is_not_computed_is_pending_and_what_is_refused_says_why(build, tmp
     assert found["outcome"].values.ravel().tolist() == ["completed", "pending"]
     assert set(found["drive_outcome"].values.ravel()) == {"pending"}
     assert np.isnan(found["static_friction"]).all()
-    assert found["record_index"].values.ravel().tolist() == [0, -1]
+    assert [bool(name) for name in found["record_id"].values.ravel()] == [True, False]
     with pytest.raises(ValueError, match="has no record"):
-        record_of(found, intrinsic_friction=0.5)
+        Accessor(found).record(intrinsic_friction=0.5)
 
 
 def test_a_point_that_physics_refuses_is_a_row_with_the_reason(build):
@@ -77,7 +78,7 @@ def test_what_a_case_and_a_drive_lack_can_be_filtered(build):
     assert set(found["outcome"].values.ravel()) == set(found["drive_outcome"].values.ravel()) == {"no_plateau"}
     assert set(found["regime"].values.ravel()) == {""}
     assert found["events"].values.ravel().tolist() == [8.0, 8.0]
-    assert found["record_index"].values.ravel().tolist() == [0, 1]
+    assert found["record_id"].values.ravel().tolist() == groups_of(found)["record"]["record"].values.tolist()
     plan, store = build(SMALL.replace("stage_velocity = 1e-3", "stage_velocity = 1e-4"))
     found = collect(plan, store)
     assert set(found["outcome"].values.ravel()) == {"completed"}
@@ -153,12 +154,14 @@ def copied(plan: Plan, store: Store, folder: Path, by: Callable[[TaskResult], Or
 def test_the_software_named_is_that_which_computed_not_that_which_collects(small, tmp_path):
     plan, store, found = small
     assert found.attrs["source_hash"] == here().source_hash
-    assert found["software_results"].values.tolist() == [12]  # four records and their eight drives
+    assert groups_of(found)["software"]["software_results"].values.tolist() == [
+        12
+    ]  # four records and their eight drives
     assert set(found["computed_by"].values.ravel()) == {here().name} == set(found["drive_computed_by"].values.ravel())
     found = collect(plan, copied(plan, store, tmp_path, lambda _: OLD))
     for item in fields(Origin):
         assert found.attrs[item.name] == getattr(OLD, item.name)
-        assert found[f"software_{item.name}"].values.tolist() == [getattr(OLD, item.name)]
+        assert groups_of(found)["software"][f"software_{item.name}"].values.tolist() == [getattr(OLD, item.name)]
     assert set(found["computed_by"].values.ravel()) == {OLD.name}
     assert file.MIXED not in found.attrs
 
@@ -173,7 +176,9 @@ def test_results_of_different_software_are_named_with_counts_and_case_by_case(sm
     assert found.attrs["python_version"] == here().python_version
     assert f"9 of {OLD}; 3 of {here()}" in found.attrs[file.MIXED]
     assert found["computed_by"].values.ravel().tolist() == [here().name] + 3 * [OLD.name]
-    counts = dict(zip(found["software"].values, found["software_results"].values, strict=True))
+    counts = dict(
+        zip(*(groups_of(found)["software"][name].values for name in ("software", "software_results")), strict=True)
+    )
     assert counts == {here().name: 3, OLD.name: 9}
 
 
@@ -190,4 +195,4 @@ def test_a_result_that_does_not_say_is_of_unknown_software_and_no_result_of_none
     assert set(found["computed_by"].values.ravel()) == {""}
     file.write(found, tmp_path / "empty.nc")
     with file.read(tmp_path / "empty.nc") as again:
-        assert again.sizes["software"] == 0
+        assert groups_of(again)["software"].sizes["software"] == 0

@@ -8,7 +8,8 @@ import xarray as xr
 from solver.sliding.record import EVENT_KINDS, FrictionRecord
 from solver.sliding.validity import FLAGS
 from study.dataset.collect import collect
-from study.dataset.description import described, page, rows, text_of
+from study.dataset.description import Described, described, page, rows, text_of
+from study.dataset.groups import flattened, groups_of
 from study.dataset.store import Store
 from study.manifest.reader import load_manifest
 from study.plan.plan import make_plan
@@ -45,11 +46,20 @@ def dataset(tmp_path_factory: pytest.TempPathFactory) -> xr.Dataset:
     return collect(plan, store)
 
 
+def row_of(path: str) -> Described:
+    """The description of a variable that is in a group, or in the root."""
+    group, _, name = path.rpartition("/")
+    if not group:
+        return described(name)
+    return next(row for row in rows() if row.group == f"group {group}" and row.name == name)
+
+
 def test_every_variable_of_a_dataset_is_described_as_it_describes_itself(dataset: xr.Dataset) -> None:
-    for name, variable in dataset.variables.items():
-        row = described(str(name))
+    for name, variable in flattened(dataset).items():
+        row = row_of(name)
         assert row.meaning == variable.attrs["long_name"], name
-        assert row.units == variable.attrs["units"], name
+        assert row.units == variable.attrs.get("units", ""), name
+        assert row.symbol == variable.attrs.get("symbol", ""), name
         assert row.uncertainty == variable.attrs.get("ancillary_variables", ""), name
         assert row.comment == variable.attrs.get("comment", ""), name
 
@@ -59,15 +69,18 @@ def test_variables_lie_along_what_is_described(dataset: xr.Dataset) -> None:
     drives = set(dataset["static_friction"].dims)
     known = {"cases": cases, "cases, drive": drives, "cases without member": cases - {"member"}}
     for row in rows():
-        if row.name in dataset and row.group not in ("parameters", "the ensemble"):
-            assert set(dataset[row.name].dims) == known.get(row.dims, {row.dims}), row.name
+        if row.name in dataset and not row.group.startswith(("parameters", "the ensemble", "group ")):
+            assert set(dataset[row.name].dims) == known[row.dims], row.name
+    for name, group in groups_of(dataset).items():
+        for variable in group.variables:
+            assert group[variable].dims == (row_of(f"{name}/{variable}").dims,), variable
 
 
 def test_each_is_described_once_and_what_it_refers_to_is_described_too() -> None:
-    names = [row.name for row in rows()]
+    names = [(row.group if row.group.startswith("group ") else "", row.name) for row in rows()]
     assert len(names) == len(set(names)) > 150
-    assert {row.uncertainty for row in rows() if row.uncertainty} <= set(names)
-    assert all(row.meaning and row.units and row.dims for row in rows())
+    assert {row.uncertainty for row in rows() if row.uncertainty} <= {name for _, name in names}
+    assert all(row.meaning and row.dims for row in rows())
 
 
 def test_what_is_said_of_it_in_short_fits_the_label_of_an_axis() -> None:

@@ -3,8 +3,8 @@
 import numpy as np
 import pytest
 
+from study.dataset.access.accessor import Accessor
 from study.dataset.collect import collect
-from study.dataset.ragged import record as record_of
 from tests.conftest import SMALL
 from tests.study.dataset.campaigns import CASE_DIMS, changed
 
@@ -44,6 +44,6 @@ def test_a_list_of_cases_lies_along_one_dimension(build, design):
     assert found["intrinsic_friction"].dims == ("case",)
     assert found["n_x"].dims == ("case",)
     assert found["radius"].values.tolist() == ([50.0, 100.0] if design == "zip" else [50.0, 50.0, 100.0])
-    one = record_of(found, intrinsic_friction=0.5, radius=100.0)
+    one = Accessor(found).record(intrinsic_friction=0.5, radius=100.0)
     last = store.read(plan.case_tasks[plan.cases[-1].case_id].record)
-    np.testing.assert_array_equal(one["event_displacement"], last.arrays["displacement"])
+    np.testing.assert_array_equal(one["displacement"], last.arrays["displacement"])

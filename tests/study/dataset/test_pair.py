@@ -20,11 +20,10 @@ from tests.study.dataset.verifying import DRIVEN, STEADY, Run, computed, once, v
 CHANGES: dict[str, tuple[str, Any, float, list[int]]] = {
     "a scalar": ("surface_stiffness", (0, 1, 0, 0), 1e-6, [2]),
     "a count": ("events", (1, 1, 0, 0), 1, [4]),
-    "an event's force": ("event_friction_after", 70, 1e-7, [2]),
-    "the last event's force": ("event_friction_after", -1, 1e-7, [4]),
-    "an event's node": ("event_node", 130, 1, [3]),
-    "a trajectory's position": ("sample_position", 41 * 7 + 3, 1e-9, [4]),
-    "where a record is": ("record_index", (0, 0, 0, 0), 1, [1]),
+    "an event's force": ("record/event_friction_after", 70, 1e-7, [2]),
+    "the last event's force": ("record/event_friction_after", -1, 1e-7, [4]),
+    "an event's node": ("record/event_node", 130, 1, [3]),
+    "a trajectory's position": ("trajectory/sample_position", 41 * 7 + 3, 1e-9, [4]),
     "an axis": ("radius", 0, 1.0, [0]),
     "a constant": ("normal_load", (), 1e-6, [0]),
     "a drive's setting": ("stage_velocity", 0, 1e-6, [0]),
@@ -38,14 +37,13 @@ def test_a_changed_value_is_different_and_named_with_its_case(altered, tmp_path,
 
     findings = verified(altered(alter), tmp_path)
     assert [number for number, each in enumerate(findings) if each.verdict is Verdict.DIFFERENT] == rows
-    named = "record_case_id" if name == "record_index" else name
-    assert named in findings[rows[0]].remark
+    assert name.rpartition("/")[2] in findings[rows[0]].remark
 
 
 def test_changed_words_are_different_but_advice_is_within_tolerance(altered, tmp_path):
     def alter(opened: netCDF4.Dataset) -> None:
-        opened["outcome"][0, 0, 0, 0] = "no_plateau"
-        opened["record_case_id"][1] = "ffffffffffff"
+        opened["outcome"][0, 0, 0, 0] = "no_slip"
+        opened["record/case_id"][1] = "ffffffffffff"
         opened["message"][1, 0, 0, 0] = "do it otherwise"
         opened["mean_step"].units = "m"
         opened.slab_width = 2e-3
@@ -54,9 +52,28 @@ def test_changed_words_are_different_but_advice_is_within_tolerance(altered, tmp
     assert verdicts(findings) == [2, 2, 2, 1, 0]
     assert "units of mean_step" in findings[0].remark
     assert "attribute slab_width" in findings[0].remark
-    assert "outcome: 'no_plateau' kept, 'completed' recomputed" in findings[1].remark
-    assert "record_case_id" in findings[2].remark
+    assert "outcome: 'no_slip' kept, 'completed' recomputed" in findings[1].remark
+    assert "case_id: 'ffffffffffff' kept" in findings[2].remark
     assert "message" in findings[3].remark
+
+
+@pytest.mark.parametrize(
+    ("name", "said"),
+    [
+        ("", "record_id: recomputed, but none kept"),
+        ("ffffffffffff", "record_id: ffffffffffff is not in the group record"),
+        (1, "case_id: "),
+    ],
+)
+def test_a_record_that_is_not_the_cases_is_different(altered, tmp_path, name, said):
+    """It is lost, in no group, or another case's."""
+
+    def alter(opened: netCDF4.Dataset) -> None:
+        opened["record_id"][0, 0, 0, 0] = opened["record/record"][name] if isinstance(name, int) else name
+
+    findings = verified(altered(alter), tmp_path)
+    assert verdicts(findings) == [0, 2, 0, 0, 0]
+    assert said in findings[1].remark
 
 
 def test_a_last_digit_is_within_tolerance_and_named(altered, tmp_path):

@@ -11,7 +11,6 @@ from solver.slab import Slab
 from study.dataset import verification
 from study.dataset.comparison import Verdict
 from study.dataset.store import Store, StoreError
-from study.dataset.verification import NotVerifiableError
 from study.discretization.front import Measured, as_text
 from study.manifest.problems import ManifestError
 from study.origin import here
@@ -35,13 +34,13 @@ def test_a_fresh_run_is_bit_identical_case_by_case(kept, tmp_path):
         (lambda opened: opened.delncattr("manifest"), "no dataset of nanoslip"),
         (lambda opened: opened.renameVariable("case_id", "other"), "no dataset of nanoslip"),
         (lambda opened: opened.renameVariable("drive_outcome", "other"), "drive_outcome: missing"),
-        (lambda opened: opened.delncattr("nanoslip_format"), "has no format, being older"),
-        (lambda opened: opened.setncattr("nanoslip_format", 99), "has format 99: this nanoslip verifies format 2"),
+        (lambda opened: opened.delncattr("nanoslip_format"), "has no format: older, or no dataset of nanoslip"),
+        (lambda opened: opened.setncattr("nanoslip_format", 99), "has format 99; this nanoslip reads format 3"),
     ],
 )
 def test_what_cannot_be_computed_again_is_one_clear_message(altered, tmp_path, change, said):
     path = altered(change)
-    with pytest.raises(NotVerifiableError, match=said) as refused:
+    with pytest.raises(StoreError, match=said) as refused:
         verified(path, tmp_path)
     assert str(refused.value).startswith(f"{path}: ")
 

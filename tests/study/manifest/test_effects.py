@@ -17,6 +17,7 @@ from solver.outcome import Ending
 from solver.slab import Slab
 from solver.sliding.events import slide_to_state
 from study.dataset.collect import collect
+from study.dataset.groups import groups_of
 from study.dataset.store import Store
 from study.manifest.drives import NamedDrive
 from study.manifest.effects import effects
@@ -236,7 +237,7 @@ def test_scalars_only_take_a_few_kilobytes(tmp_path: Path) -> None:
         print(f"{task.kind}: {kept} bytes")
         assert kept <= 10_000
         collected = collect(plan, store)
-        assert not {"event", "sample", "surface_node"} & set(collected.dims)
+        assert set(groups_of(collected)) == {"software"}
 
 
 def test_a_record_that_only_its_drives_want_goes_with_them(tmp_path: Path) -> None:
@@ -312,8 +313,9 @@ def test_states_and_phases_reach_the_dataset(tmp_path: Path) -> None:
     )
     plan = planned(tmp_path, text + DRIVES)
     collected = collect(plan, computed(plan, tmp_path))
-    assert "sample" not in collected.dims
-    assert collected.sizes["state_node"] == 17
-    assert set(collected["state_event"].values) == {4}
-    assert collected["interior_stress_zz"].min() < 0.0
-    assert collected.sizes["slip_phase"] >= 1
+    groups = groups_of(collected)
+    assert "sample" not in groups["trajectory"].dims
+    assert groups["contact"].sizes["contact_node"] == 17
+    assert set(groups["contact"]["event"].values) == {4}
+    assert groups["interior"]["stress_zz"].min() < 0.0
+    assert groups["trajectory"].sizes["slip_phase"] >= 1

@@ -103,7 +103,7 @@ def test_the_table_names_a_cases_flags_and_lines_say_what_to_do(collected: Colle
         word = ending.partition(":")[0]
         assert word.partition(" [")[0] in ("completed", "no_plateau")
         assert word.partition(" [")[2] == (f"{flags.replace(' ', ', ')}]" if flags else "")
-    whole = "whole_slab: 3 of 6 cases, first R/L_x = 20, normal_load = 0.3: all surface nodes in contact"
+    whole = "whole_slab: 3 of 6 cases, first R/L_x = 20, W/(G·L_x·L_y) = 0.3: all surface nodes in contact"
     assert [line.split(":")[0] for line in flag_summary(found)] == ["few_nodes", "whole_slab", "large_strain"]
     assert flag_summary(found)[1].startswith(whole)
     assert flag_summary(found)[1].endswith(f"; {WHOLE_SLAB.advice}")
@@ -112,9 +112,9 @@ def test_the_table_names_a_cases_flags_and_lines_say_what_to_do(collected: Colle
 def test_a_list_of_cases_names_its_first(collected: Collected) -> None:
     lines = flag_summary(collected('design = "zip"\n' + MAP.replace("[20.0, 200.0]", "[20.0, 20.0, 200.0]")))
     assert [line.split(": ")[1] for line in lines] == [
-        "1 of 3 cases, first R/L_x = 20, normal_load = 0.0001",
-        "1 of 3 cases, first R/L_x = 200, normal_load = 0.3",
-        "1 of 3 cases, first R/L_x = 200, normal_load = 0.3",
+        "1 of 3 cases, first R/L_x = 20, W/(G·L_x·L_y) = 0.0001",
+        "1 of 3 cases, first R/L_x = 200, W/(G·L_x·L_y) = 0.3",
+        "1 of 3 cases, first R/L_x = 200, W/(G·L_x·L_y) = 0.3",
     ]
 
 

@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 import xarray as xr
 
+from study.dataset.groups import carrying
 from study.dataset.store import StoreError
 from study.report import page as report_page
 from study.report import summary
@@ -47,29 +48,38 @@ def made_up(design: str = "product", outcome: str = "completed", drives: int = 1
         "kinetic_friction": over_drives([0.14, np.nan]),
         "drive_outcome": over_drives(["completed", outcome]),
         "drive_message": over_drives(["", ""]),
-        "record_index": over_cases([0, -1]),
-        "row_size": ("record", [2]),
-        "event_displacement": ("event", [0.1, 0.3]),
-        "event_friction_before": ("event", [0.10, 0.12]),
-        "event_friction_after": ("event", [0.05, 0.06]),
-        "trajectory_index": over_drives([0, -1]),
-        "trajectory_row_size": ("trajectory", [2]),
-        "sample_time": ("sample", [0.0, 0.1]),
-        "sample_spring_force": ("sample", [0.0, 0.2]),
+        "record_id": over_cases(["r", ""]),
+        "trajectory_id": over_drives(["t", ""]),
+        "final_displacement": over_cases([0.4, np.nan]),
+        "final_friction": over_cases([0.1, np.nan]),
+    }
+    groups = {
+        "record": xr.Dataset(
+            {
+                "row_size": ("record", [2]),
+                "event_friction_before": ("event", [0.10, 0.12]),
+                "event_friction_after": ("event", [0.05, 0.06]),
+            },
+            {"record": ["r"], "displacement": ("event", [0.1, 0.3])},
+        ),
+        "trajectory": xr.Dataset(
+            {"trajectory_row_size": ("trajectory", [2]), "sample_spring_force": ("sample", [0.0, 0.2])},
+            {"trajectory": ["t"], "time": ("sample", [0.0, 0.1])},
+        ),
     }
     attributes = {"title": "Made <up>", "manifest": 'title = "Made <up>"', "source_commit": "abc"}
-    return xr.Dataset(variables, coordinates, attributes)
+    return carrying(xr.Dataset(variables, coordinates, attributes), groups)
 
 
 def test_the_table_has_a_row_for_each_case_labelled_by_what_varies():
     table = summary.scalar_table(made_up())
-    assert table.header == ("μ_i", "plateau F/W", "peak F/W", "μ_s", "μ_k", "events", "outcome")
-    assert table.rows[0] == ("0.25", "0.1432 ± 0.0004", "0.2", "0.15", "0.14", "2", "completed")
+    assert table.header == ("μ_i", "plateau F/W", "peak F/W", "μ_s", "μ_k", "events", "δ_p/L_x", "outcome")
+    assert table.rows[0] == ("0.25", "0.1432 ± 0.0004", "0.2", "0.15", "0.14", "2", "0.4", "completed")
 
 
 def test_a_case_without_numbers_shows_dashes_and_its_advice():
     row = summary.scalar_table(made_up(outcome="invalid")).rows[1]
-    assert row == ("0.5", "–", "–", "–", "–", "–", "invalid: do < this > instead")
+    assert row == ("0.5", "–", "–", "–", "–", "–", "–", "invalid: do < this > instead")
 
 
 @pytest.mark.parametrize("design", ["product", "case"])
@@ -90,15 +100,15 @@ def test_a_record_is_drawn_as_its_sawtooth(monkeypatch):
 
     class Axes:
         def plot(self, x, y, **_):
-            drawn.append((x.tolist(), y.tolist()))
+            drawn.append((x.values.tolist(), y.values.tolist()))
 
         def set(self, **_):
             pass
 
     dataset = made_up()
-    point = next(summary.points(dataset, "record_index"))
+    point = next(summary.points(dataset, "record_id"))
     report_page._draw_record(Axes(), dataset, point)
-    assert drawn == [([0.0, 0.1, 0.1, 0.3, 0.3], [0.0, 0.10, 0.05, 0.12, 0.06])]
+    assert drawn == [([0.0, 0.1, 0.1, 0.3, 0.3, 0.4], [0.0, 0.10, 0.05, 0.12, 0.06, 0.1])]
 
 
 def test_the_page_holds_all_of_it_and_needs_no_other_file(tmp_path):

@@ -21,8 +21,8 @@ def test_constant_friction_moves_the_pin_as_the_closed_form_says() -> None:
     data = nanoslip.run(CONSTANT)
     plateau = float(data["plateau_mean"].squeeze())
     model = closed_form(data, plateau, plateau, plateau, samples=400)
-    run = nanoslip.trajectory(data, intrinsic_friction=0.5)
-    assert model.time == pytest.approx(run["sample_time"].values, rel=1e-12)
+    run = data.nanoslip.trajectory(intrinsic_friction=0.5)
+    assert model.time == pytest.approx(run["time"].values, rel=1e-12)
     assert model.position == pytest.approx(run["sample_position"].values, abs=1e-12)
     assert model.spring_force == pytest.approx(run["sample_spring_force"].values, abs=1e-9)
 

@@ -21,7 +21,7 @@ def test_no_two_numbers_of_a_kind_have_one_name(kind: Kind) -> None:
     for along in ("", *(ragged.sample for ragged in kind.ragged)):
         keys = [key for key, quantity in found if quantity.along == along]
         assert len(keys) == len(set(keys)) == len(declared(kind, along)), along
-    names = [quantity.name for _, quantity in found]
+    names = [(quantity.along, quantity.name) for _, quantity in found]
     assert len(names) == len(set(names))
 
 

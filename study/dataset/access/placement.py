@@ -1,0 +1,129 @@
+"""Where the cases of several datasets lie in one: their axes together, and each variable over them."""
+
+from collections.abc import Iterable, Sequence
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+import xarray as xr
+from numpy.typing import NDArray
+
+from study.dataset.variables import parameters
+
+Variables = dict[str, tuple[tuple[str, ...], NDArray[Any], dict[Any, Any]]]
+"""Name -> dimensions, values and attributes."""
+
+
+class NotJoinableError(ValueError):
+    """Datasets that are not parts of one; the message says what differs."""
+
+
+@dataclass(frozen=True, slots=True)
+class Axes:
+    """The dimensions of several datasets together: name -> its labels."""
+
+    labels: dict[str, list[Any]]
+    added: tuple[str, ...]
+    """Parameters that each dataset has one value of, and that become an axis."""
+
+    def dims(self, name: str, roots: Sequence[xr.Dataset]) -> tuple[str, ...]:
+        """What a variable lies along: the most that it does anywhere, and the axes that are added."""
+        own = max((tuple(map(str, root[name].dims)) for root in roots if name in root.variables), key=len)
+        if (
+            not own and name not in self.added and len(_values(name, roots)) > 1
+        ):  # of all cases of a dataset, but not of all
+            return self.dims("case_id", roots)
+        return (*(each for each in self.added if each not in own), *own)
+
+    def place(self, root: xr.Dataset, dims: Iterable[str]) -> tuple[list[int], ...]:
+        """Along each dimension, where the labels of one of the datasets are."""
+        return tuple([self.labels[dim].index(label) for label in _labels(root, dim)] for dim in dims)
+
+    def shape(self, dims: Iterable[str]) -> tuple[int, ...]:
+        """Sizes of these dimensions."""
+        return tuple(len(self.labels[dim]) for dim in dims)
+
+
+def axes_of(roots: Sequence[xr.Dataset]) -> Axes:
+    """The axes that tell the cases of all datasets apart: their dimensions, and as few further parameters as that takes."""
+    added: list[str] = []
+    dims = list(dict.fromkeys(str(dim) for root in roots for dim in root.dims))
+    candidates = [name for name in parameters() if name not in dims and _differs(name, roots)]
+    while True:
+        axes = Axes({name: _union(name, roots) for name in (*added, *dims)}, tuple(added))
+        if not candidates or not _two_in_one_place(axes, roots):
+            return axes
+        added.append(candidates.pop(0))
+
+
+def placed(name: str, axes: Axes, roots: Sequence[xr.Dataset], sources: Sequence[str]) -> xr.Variable:
+    """One variable of all datasets. Raises NotJoinableError where two say different things of one place, or none does."""
+    dims = axes.dims(name, roots)
+    having = [(root, source) for root, source in zip(roots, sources, strict=True) if name in root.variables]
+    kind = np.result_type(*(root[name].dtype for root, _ in having))
+    values: NDArray[Any] = np.empty(axes.shape(dims), kind)
+    held = np.zeros(values.shape, np.bool_)
+    for root, source in having:
+        place: Any = np.ix_(*axes.place(root, dims)) if dims else ...
+        block = _block(root[name], dims)
+        before = held[place]
+        if not _same(values[place][before], np.broadcast_to(block, before.shape)[before]):
+            raise NotJoinableError(f"{source}: says something else of {name} than {sources[0]} does of the same cases")
+        values[place] = block
+        held[place] = True
+    if not held.all():
+        if name not in roots[0].coords:
+            along = " x ".join(f"{dim} ({len(axes.labels[dim])})" for dim in dims)
+            raise NotJoinableError(
+                f"{', '.join(sources)}: {name} is known at {int(held.sum())} of {held.size} places of {along}: "
+                'needs cases that make up a full product, or lists of cases (design = "zip" or a table)'
+            )
+        values = np.where(held, values, "" if kind.kind == "O" else np.nan)
+    return xr.Variable(dims, values, having[0][0][name].attrs)
+
+
+def _labels(root: xr.Dataset, dim: str) -> list[Any]:
+    found: list[Any] = np.atleast_1d(root[dim].values).tolist()
+    return found
+
+
+def _union(name: str, roots: Sequence[xr.Dataset]) -> list[Any]:
+    """All labels of a dimension, in their order where each dataset has them in order."""
+    each = [_labels(root, name) for root in roots]
+    found = list(dict.fromkeys(label for labels in each for label in labels))
+    return sorted(found) if all(labels == sorted(labels) for labels in each) else found
+
+
+def _differs(name: str, roots: Sequence[xr.Dataset]) -> bool:
+    """Whether each dataset has one value of a parameter, not all the same."""
+    return all(name in root.coords and not root[name].dims for root in roots) and len(_values(name, roots)) > 1
+
+
+def _values(name: str, roots: Sequence[xr.Dataset]) -> set[Any]:
+    """The different values of a variable that each dataset has one of; None stands for none."""
+    return {root[name].item() if name in root.variables else None for root in roots}
+
+
+def _two_in_one_place(axes: Axes, roots: Sequence[xr.Dataset]) -> bool:
+    """Whether two cases, which are not the same, have the same labels."""
+    dims = axes.dims("case_id", roots)
+    ids = np.full(axes.shape(dims), "", dtype=object)
+    for root in roots:
+        place = np.ix_(*axes.place(root, dims))
+        before, block = ids[place], _block(root["case_id"], dims)
+        if np.any((before != "") & (before != block)):
+            return True
+        ids[place] = block
+    return False
+
+
+def _block(values: xr.DataArray, dims: tuple[str, ...]) -> NDArray[Any]:
+    """The values of one dataset with all dimensions in this order; those that it lacks have one place."""
+    own = values.transpose(*(dim for dim in dims if dim in values.dims)).values
+    return np.asarray(own).reshape([values.sizes.get(dim, 1) for dim in dims])
+
+
+def _same(one: NDArray[Any], other: NDArray[Any]) -> bool:
+    if one.dtype.kind == "f":
+        return bool(np.array_equal(one, other, equal_nan=True))
+    return bool(np.array_equal(one, other))
