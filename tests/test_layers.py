@@ -39,7 +39,7 @@ ORDER = {
     "study.report": "console summary page",
     "study.figures": "shared reproduction further catalogue gallery",
     "study.figures.shared": "paper claims canvas figure power_law",
-    "study.figures.reproduction": "records resolution drive stick motion choices",
+    "study.figures.reproduction": "punch records resolution drive stick motion choices",
     "study.figures.further": "findings modulation continuum",
     "study.accuracy": "timing setup diagram elastic_operator slip_numerics integrators picture table measurement",
     "study.commands": "shared campaigns plan run status collect report figure verify describe accuracy submit cli",

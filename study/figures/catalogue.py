@@ -1,7 +1,18 @@
 """All figures: importing this file registers them, in the order of the imports."""
 
-from study.figures.reproduction import records, resolution, drive, motion, choices  # noqa: I001  the paper's order
+from study.figures.reproduction import punch, records, resolution, drive, motion, choices  # noqa: I001  the paper's order
 from study.figures.further import findings, modulation, continuum
 from study.figures.shared.figure import FIGURES
 
-__all__ = ["FIGURES", "choices", "continuum", "drive", "findings", "modulation", "motion", "records", "resolution"]
+__all__ = [
+    "FIGURES",
+    "choices",
+    "continuum",
+    "drive",
+    "findings",
+    "modulation",
+    "motion",
+    "punch",
+    "records",
+    "resolution",
+]

@@ -11,6 +11,7 @@ import nanoslip
 from study import shipped
 
 SMALLER: Mapping[str, Mapping[str, Mapping[str, Any]]] = {
+    "figures/punch": {"axes": {"n_x": [129, 257]}},
     "figures/records": {"numerics": {"n_x": 33}, "limits": {"events": 400}, "ensemble": {"members": 3}},
     "figures/resolution": {"axes": {"n_x": [17, 33, 65]}, "ensemble": {"members": 2}},
     "figures/drive": {"numerics": {"n_x": 65}, "limits": {"events": 800}, "ensemble": {"members": 3}},
