@@ -47,7 +47,8 @@ def test_the_combination_that_gives_the_paper_s_numbers_comes_first() -> None:
 def test_every_combination_is_ranked_once() -> None:
     found = ranking(small("figures/choices"))
     assert len({str(each.choices) for each in found}) == len(found) == 2 * 2 * 2
-    assert [each.score for each in found] == sorted(each.score for each in found)
+    keys = [(-each.reproduced, each.score) for each in found]
+    assert keys == sorted(keys)
 
 
 def test_one_wild_miss_does_not_decide() -> None:
