@@ -13,8 +13,8 @@ from numpy.typing import DTypeLike
 
 GRID_ERROR: Final = "discretization_error"
 """Name of the variable that says how uncertain a number is for the slab's grid."""
-SCALED: Final = ("", "normal_load", "length", "stiffness", "time", "velocity")
-"""What a number may be scaled with: nothing, the load W (it becomes a share of W), or the case's unit (it becomes SI)."""
+SCALED: Final = ("", "normal_load", "intrinsic_friction", "length", "stiffness", "time", "velocity")
+"""What a number may be scaled with: nothing, the load W or μ_i (it becomes a share of it), or the case's unit (it becomes SI)."""
 _KEY: Final = "quantity"
 
 
@@ -47,7 +47,7 @@ class Quantity:
     dtype: DTypeLike = np.float64
     """Type of a column's values while they are gathered."""
     si: "Quantity | None" = None
-    """A second variable that gives the number in SI."""
+    """A second variable that gives the number in SI, or as a share of μ_i."""
 
     def __post_init__(self) -> None:
         if self.per not in SCALED:
@@ -62,9 +62,12 @@ def quantity(meaning: str, name: str = "", units: str = "1", **more: Any) -> dic
     return {_KEY: Quantity(name, meaning, units, **more)}
 
 
-def companion(meaning: str, units: str, per: str, **more: Any) -> Quantity:
-    """The SI twin of a quantity; it is called after it, with `_si`. more: further fields of `Quantity`."""
-    return Quantity("", meaning, units, per, **more)
+def companion(meaning: str, units: str, per: str, name: str = "", **more: Any) -> Quantity:
+    """The twin of a quantity in other units; it is called after it, with `_si`, where it has no name of its own.
+
+    more: further fields of `Quantity`.
+    """
+    return Quantity(name, meaning, units, per, **more)
 
 
 @lru_cache(maxsize=64)

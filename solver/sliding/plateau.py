@@ -19,7 +19,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from solver.outcome import COMPLETED, Ending, Outcome
-from solver.quantity import quantity
+from solver.quantity import companion, quantity
 from solver.sliding.record import FrictionRecord
 from solver.sliding.sampling import Sampling
 
@@ -56,6 +56,15 @@ class Plateau:
             uncertainty="plateau_uncertainty",
             symbol="F/W",
             comment="mean friction force over load on the steady part of the record, over displacement",
+            si=companion(
+                "plateau over μ_i",
+                "1",
+                "intrinsic_friction",
+                "plateau_ratio",
+                symbol="F/(μ_i·W)",
+                uncertainty="plateau_ratio_uncertainty",
+                comment="plateau_mean over intrinsic_friction; NaN where that is 0 or infinite",
+            ),
         )
     )
     spacings: float = field(
@@ -68,7 +77,9 @@ class Plateau:
     )
     uncertainty: float = field(
         metadata=quantity(
-            "standard error of plateau_mean", comment="of an estimate of the mean over all starts, as F/W"
+            "standard error of plateau_mean",
+            comment="of an estimate of the mean over all starts, as F/W",
+            si=companion("standard error of plateau_ratio", "1", "intrinsic_friction", "plateau_ratio_uncertainty"),
         )
     )
     start: float = field(

@@ -1,7 +1,7 @@
 """The nanoscale friction record (§3.2): what the pin met, event by event."""
 
 from dataclasses import dataclass, field
-from typing import Any
+from typing import Any, Final
 
 import numpy as np
 from numpy.typing import NDArray
@@ -130,3 +130,12 @@ class FrictionRecord:
 
 EVENT_TYPES = {name: column.dtype for name, column in quantities(FrictionRecord).items() if column.along == "event"}
 """Column of events -> type of its values."""
+
+FORCE_ROUNDING: Final = 1e-12
+"""Share of the load to which friction forces are known."""
+
+
+def drops(before: NDArray[np.float64], after: NDArray[np.float64]) -> NDArray[np.float64]:
+    """Fall of F/W in each event, (e,), from F/W before and after. 0 where it is within rounding, as when a node is released."""
+    fall = before - after
+    return np.where(np.abs(fall) > FORCE_ROUNDING, fall, 0.0)

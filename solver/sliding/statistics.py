@@ -15,7 +15,7 @@ from solver.sliding.plateau import (
     mean_uncertainty,
     sampling_of,
 )
-from solver.sliding.record import EVENT_KINDS, FrictionRecord
+from solver.sliding.record import EVENT_KINDS, FrictionRecord, drops
 from solver.sliding.sampling import Sampling
 
 LONGEST_CYCLE: Final = 6000
@@ -94,7 +94,7 @@ def event_statistics(record: FrictionRecord) -> EventStatistics:
     forces = (record.force_before, record.force_after, [record.initial_force, record.final_force])
     sampling = sampling_of(record, 0, record.final_displacement)
     cycle = cycle_of(record)
-    drops = (record.force_before - record.force_after) / record.normal_load
+    fallen = drops(record.force_before / record.normal_load, record.force_after / record.normal_load)
     return EventStatistics(
         surface_stiffness=record.initial_stiffness,
         events=events,
@@ -107,8 +107,8 @@ def event_statistics(record: FrictionRecord) -> EventStatistics:
         mean_step=float(record.displacement[-1]) * per_event if events else float("nan"),
         mean_step_uncertainty=_uncertainty_of_mean(np.diff(record.displacement, prepend=0.0), sampling),
         mean_slips=float(record.slips.sum()) * per_event,
-        mean_drop=float(drops.sum()) * per_event,
-        mean_drop_uncertainty=_uncertainty_of_mean(drops, sampling),
+        mean_drop=float(fallen.sum()) * per_event,
+        mean_drop_uncertainty=_uncertainty_of_mean(fallen, sampling),
         peak_friction=float(np.concatenate(forces).max()) / record.normal_load,
         dissipated=float(record.dissipated.sum()),
         spacings=sampling.spacings,
@@ -127,13 +127,13 @@ def cycle_of(record: FrictionRecord) -> int:
     node, after = record.node[-LONGEST_CYCLE:], record.force_after[-LONGEST_CYCLE:]
     if not len(node):
         return 0
-    drops = np.abs(record.force_before[-LONGEST_CYCLE:] - after)
-    near = 1e-3 * float(drops.max())
+    fallen = np.abs(record.force_before[-LONGEST_CYCLE:] - after)
+    near = 1e-3 * float(fallen.max())
     again = len(node) - 1 - np.flatnonzero((node[:-1] == node[-1]) & (np.abs(after[:-1] - after[-1]) <= near))[::-1]
     for period in again[3 * again <= len(node)]:
         end = slice(-2 * int(period), None)
         before = slice(-3 * int(period), -int(period))
-        near = 1e-3 * float(drops[-int(period) :].max())
+        near = 1e-3 * float(fallen[-int(period) :].max())
         if np.array_equal(node[end], node[before]) and np.all(np.abs(after[end] - after[before]) <= near):
             return int(period)
     return 0

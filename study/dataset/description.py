@@ -17,6 +17,7 @@ from study.dataset.variables import (
     DISCRETIZATION_ERROR,
     DRIVE,
     DRIVE_NAME,
+    EVENT_DROP,
     OUTCOMES,
     SOFTWARE,
     all_groups,
@@ -134,7 +135,8 @@ def _all() -> Iterator[Described]:
         yield from _of(f"{_GROUP}{group.name}", group.name, (group.label, *group.owners, *counts))
         for sample in group.samples:
             columns = [each for each in group.columns.values() if each.along == sample]
-            yield from _of(f"{_GROUP}{group.name}", sample, columns)
+            made = [EVENT_DROP] if sample == EVENT_DROP.along else []
+            yield from _of(f"{_GROUP}{group.name}", sample, [*columns, *made])
     yield from _of(f"{_GROUP}{SOFTWARE[0].name}", SOFTWARE[0].name, SOFTWARE)
 
 

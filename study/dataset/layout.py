@@ -9,10 +9,12 @@ import numpy as np
 from solver.quantity import Quantity
 from study.dataset.ragged import texts
 from study.dataset.variables import CASE_ID, DRIVE_NAME, attributes, parameters
-from study.manifest.cases import MEMBER
+from study.manifest.cases import MEMBER, CampaignCase
 from study.manifest.manifest import VARIED, Manifest
 from study.manifest.parameters import STANDARD, Value
+from study.plan.keys import OF_ALL, OF_CONTACT, Exclusion, without_effect
 from study.plan.plan import Plan
+from study.plan.tasks import needed_kinds
 
 
 @dataclass(frozen=True, slots=True)
@@ -41,7 +43,7 @@ def layout_of(plan: Plan) -> Layout:
 
 
 def coordinates(plan: Plan, layout: Layout) -> dict[str, Any]:
-    """Every parameter: along its dimension, over the cases where it varies, else once; and the drives'."""
+    """Every parameter that matters: along its dimension, over the cases where it varies, else once; and the drives'."""
     shape = tuple(len(values) for values in layout.axes.values())
     along = set(plan.manifest.axes) | set(STANDARD) if "case" in layout.axes else set()
     ids = np.full(shape, "", dtype=object)
@@ -52,12 +54,14 @@ def coordinates(plan: Plan, layout: Layout) -> dict[str, Any]:
     }
     found["case_id"] = (tuple(layout.axes), ids, attributes(CASE_ID))
     # Of what varies between members, an axis says where the first of them is: the case itself knows better.
-    points = {case.case_id: {**case.parameters, **(case.case.flat if case.case else {})} for case in plan.cases}
+    exclusions = OF_ALL if "record" in needed_kinds(plan.manifest) else OF_CONTACT
+    points = {case.case_id: _mattering(case, exclusions) for case in plan.cases}
+    able = sum(case.case is not None for case in plan.cases)
     for name in parameters():
         values = {case_id: point[name] for case_id, point in points.items() if point.get(name) is not None}
         if name in layout.axes or not values:
             continue
-        if len(set(values.values())) == 1 and name not in along:
+        if len(set(values.values())) == 1 and len(values) >= able and name not in along:
             found[name] = ((), next(iter(values.values())), attributes(_parameter(name)))
             continue
         sample = next(iter(values.values()))
@@ -72,6 +76,14 @@ def coordinates(plan: Plan, layout: Layout) -> dict[str, Any]:
             spread, dims = spread[..., 0], dims[:-1]
         found[name] = (dims, spread, attributes(_parameter(name)))
     return found | _drive_coordinates(plan.manifest)
+
+
+def _mattering(case: CampaignCase, exclusions: tuple[Exclusion, ...]) -> dict[str, Any]:
+    """Every parameter of a case that changes a result."""
+    if case.case is None:
+        return dict(case.parameters)
+    idle = without_effect(case.case, exclusions)
+    return {name: value for name, value in {**case.parameters, **case.case.flat}.items() if name not in idle}
 
 
 def _drive_coordinates(manifest: Manifest) -> dict[str, Any]:

@@ -47,7 +47,7 @@ def scalars(kind: str) -> Mapping[str, Quantity]:
 
 
 def companions(kind: str) -> Mapping[str, Quantity]:
-    """Scalar of a kind's results -> a second variable that gives it in SI, where there is one."""
+    """Scalar of a kind's results -> a second variable that gives it in SI or over μ_i, where there is one."""
     return {key: each.si for key, each in scalars(kind).items() if each.si}
 
 
@@ -142,6 +142,14 @@ DISCRETIZATION_ERROR = Quantity(
     "pressure is singular), and with a half_plane or the support frictionless (a point's, which gives way without limit)",
 )
 """Of a case, from the measured front."""
+EVENT_DROP: Final = Quantity(
+    "event_drop",
+    "drop of F/W in the event",
+    symbol="ΔF/W",
+    comment="made of event_friction_before and event_friction_after when asked for; 0 where it is within rounding",
+    along="event",
+)
+"""What `.record` and `.events` have beside the columns of the file."""
 VALIDITY = quantities(Validity)["validity_flags"]
 ADVICE = Quantity("advice", "what to do about validity_flags", "", comment="empty where there is none")
 OUTCOMES = {
@@ -187,11 +195,13 @@ _MEMBER = Parameter(
 
 
 def factors(case: Case, scales: Scales, drive: NamedDrive | None) -> dict[str, float]:
-    """`Quantity.per` -> what a value in the solver's units is multiplied with: "normal_load" gives shares of W, the others SI."""
+    """`Quantity.per` -> what a value in the solver's units is multiplied with: shares of W or μ_i, or SI."""
+    friction = case.intrinsic_friction
     time = scales.time(drive.pin_mass) if drive else 1.0
     return {
         "": 1.0,
         "normal_load": 1.0 / case.normal_load,
+        "intrinsic_friction": 1.0 / friction if 0.0 < friction < np.inf else np.nan,
         "length": scales.slab_width,
         "stiffness": scales.stiffness,
         "time": time,

@@ -3,12 +3,14 @@
 What is new in a case therefore tells its results apart at once; a field is left out only by a line here that says why.
 """
 
+import itertools
 from collections.abc import Callable, Iterator
 from dataclasses import fields, is_dataclass
 from typing import Any, NamedTuple
 
-from solver.case import Case
+from solver.case import PARTS, Case
 from solver.drive import Integrator
+from solver.parameter import declared
 from solver.slab import Scheme
 from study.provenance import content_hash
 
@@ -62,6 +64,17 @@ OF_RECORD = (
     Exclusion(("max_displacement", "max_spacings"), "both are in the key as the nearer of them, `farthest`"),
 )
 """What a friction record does not depend on."""
+
+
+def without_effect(case: Case, exclusions: tuple[Exclusion, ...] = OF_ALL) -> frozenset[str]:
+    """Names of the parameters of a case that change no result."""
+    names = {name for each in exclusions if each.where(case) for name in each.names}
+    return frozenset(itertools.chain.from_iterable(_parameters(name) for name in names))
+
+
+def _parameters(name: str) -> tuple[str, ...]:
+    """The parameters that a field of a case stands for: all of a part, or the one."""
+    return tuple(declared(PARTS[name])) if name in PARTS else (name.rpartition(".")[2],)
 
 
 def task_key(kind: str, *content: object) -> str:

@@ -6,9 +6,10 @@ import numpy as np
 import xarray as xr
 from numpy.typing import NDArray
 
+from solver.sliding.record import drops
 from study.dataset.access.selection import Selection, cut, id_of, places, run_of
 from study.dataset.groups import groups_of, tree_of
-from study.dataset.variables import all_groups, parameters
+from study.dataset.variables import EVENT_DROP, all_groups, attributes, parameters
 
 FRICTION = ("event_friction_before", "event_friction_after")
 """Either side of the drop of an event."""
@@ -33,12 +34,12 @@ class Accessor:
         return tree_of(self._dataset)
 
     def record(self, **selection: Any) -> xr.Dataset:
-        """The friction record of one case over `event`, numbered from 1, with the coordinate `displacement`.
+        """The friction record of one case over `event`, numbered from 1, with the coordinate `displacement`, and `event_drop`.
 
         >>> data.nanoslip.record(radius=200).event_friction_after.plot(x="displacement")  # doctest: +SKIP
         """
         run, case = run_of(self._dataset, "record", selection)
-        return _with(run, case).assign_coords(event=_numbers(run.sizes["event"]))
+        return _dropping(_with(run, case)).assign_coords(event=_numbers(run.sizes["event"]))
 
     def teeth(self, **selection: Any) -> xr.Dataset:
         """F/W of one case as a line over `point`: start, both sides of each drop, end; with the coordinate `displacement`."""
@@ -75,7 +76,7 @@ class Accessor:
         columns = {name: np.repeat(found.values(name)[here], counts) for name in self._varying(found.dims)}
         numbered = {"event_number": _joined([_numbers(count) for count in counts])}
         labels = {name: ("event", values, self._attributes(name)) for name, values in {**columns, **numbered}.items()}
-        return table.assign_coords(labels)
+        return _dropping(table.assign_coords(labels))
 
     def trajectory(self, **selection: Any) -> xr.Dataset:
         """The motion of the pin of one case and drive over `sample` with the coordinate `time`; its slips over `slip_phase`."""
@@ -119,6 +120,12 @@ class Accessor:
 
     def _attributes(self, name: str) -> dict[Any, Any]:
         return self._dataset[name].attrs if name in self._dataset.coords else {"long_name": "number of the event"}
+
+
+def _dropping(run: xr.Dataset) -> xr.Dataset:
+    """Events with what the friction force drops in each."""
+    before, after = (run[name].values for name in FRICTION)
+    return run.assign({EVENT_DROP.name: ("event", drops(before, after), attributes(EVENT_DROP))})
 
 
 _register: Any = xr.register_dataset_accessor

@@ -162,8 +162,8 @@ register(
         "figures/choices",
         "Which choices did the paper make?",
         "Every combination of the choices that the paper leaves open, against 13 of its numbers: root mean square of the "
-        "distance from the mean over starts, in standard deviations, at most 10 each. Points: the best with each value. The table "
-        "ranks by how many numbers lie within 2, then by that distance. A combination that scatters widely is forgiven more.",
+        "distance from the mean over starts, in standard deviations, at most 10 each. Points: the best with each value. It "
+        "is ranked by how many numbers lie within 2, then by that distance. A combination that scatters widely is forgiven more.",
         draw,
         lambda dataset: tuple(claims(dataset)),
         ("rank, or number", "choices, or the paper", "score, or nearest of all", "remark"),

@@ -10,7 +10,7 @@ from solver.contact.initial import initial_contact
 from solver.elasticity.compliance import surface_compliance
 from solver.slab import Slab
 from solver.sliding.events import slide, slide_to_state
-from solver.sliding.record import EVENT_TYPES, FrictionRecord
+from solver.sliding.record import EVENT_TYPES, FrictionRecord, drops
 
 SMALL = Case(radius=50.0, slab=Slab(33))
 TOGETHER = SlipRule(slip_order="simultaneous")
@@ -80,3 +80,20 @@ def test_nodes_that_begin_to_slide_at_once_are_one_event() -> None:
     np.testing.assert_array_equal(record.extent, [2, 2])
     slid = np.flatnonzero(record.node_slips)
     np.testing.assert_array_equal(slid, 32 - slid[::-1])
+
+
+def test_a_force_that_falls_by_rounding_alone_falls_by_nothing() -> None:
+    before = np.array([0.3, 0.3, 0.3, 0.3])
+    found = drops(before, before - np.array([1e-3, 2e-12, 5e-17, -1e-13]))
+    np.testing.assert_allclose(found, [1e-3, 2e-12, 0.0, 0.0], rtol=1e-4)  # 2e-12 of 0.3: to 1e-17/2e-12
+    assert not np.any(found[2:])
+
+
+def test_classical_sliding_drops_nothing_but_what_it_is_solved_to() -> None:
+    """Classical sliding goes on at μ_i·p: what is left is how well its roles are solved, and rounding."""
+    case = Case(radius=50.0, slab=Slab(17), slip_rule=SlipRule(residual_shear=1.0), max_events=10)
+    record = slide(case, surface_compliance(case.slab))
+    found = drops(record.force_before / case.normal_load, record.force_after / case.normal_load)
+    raw = (record.force_before - record.force_after) / case.normal_load
+    assert np.all((found == 0.0) | (np.abs(found) > 1e-12))
+    assert np.any((found == 0.0) & (raw != 0.0))

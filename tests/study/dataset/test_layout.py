@@ -47,3 +47,16 @@ def test_a_list_of_cases_lies_along_one_dimension(build, design):
     one = Accessor(found).record(intrinsic_friction=0.5, radius=100.0)
     last = store.read(plan.case_tasks[plan.cases[-1].case_id].record)
     np.testing.assert_array_equal(one["displacement"], last.arrays["displacement"])
+
+
+def test_parameters_that_do_not_matter_are_no_coordinates(build):
+    text = SMALL.split("[[drives]]")[0].replace(', "dynamics"', "")
+    smooth = collect(*build(text))
+    assert not {"half_width", "distribution", "seed", "rows", "first_spacing"} & set(smooth.coords)
+    assert {"spread", "max_events", "slip_order"} <= set(smooth.coords)
+    contact = collect(*build(text.replace('"contact", "slip"', '"contact"')))
+    assert not {"max_events", "pin_translation"} & set(contact.coords)
+    two = 'design = "zip"\n' + text.replace("[50.0, 100.0]", '[50.0, 100.0]\npin = ["parabola", "flat_punch"]')
+    mixed = collect(*build(two))
+    np.testing.assert_array_equal(mixed["half_width"], [np.nan, 0.25])
+    np.testing.assert_array_equal(mixed["radius"], [50.0, np.nan])

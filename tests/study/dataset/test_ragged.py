@@ -35,7 +35,7 @@ def test_one_cases_record_is_its_result_and_opens_lazily(small):
     case = plan.cases[2]
     record = Accessor(found).record(**{name: case.parameters[name] for name in CASE_DIMS})
     columns = [variable for variable in record.variables.values() if variable.dims == ("event",)]
-    assert sum(not variable._in_memory for variable in columns) == len(columns) - 1  # but the number of the event
+    assert sum(not variable._in_memory for variable in columns) == len(columns) - 4  # number and drop, made of forces
     result = store.read(plan.case_tasks[case.case_id].record)
     for name, quantity in all_groups()["record"].series[0].columns.items():
         by = 1.0 / result.scalars["normal_load"] if quantity.per else 1

@@ -17,6 +17,7 @@ def test_each_scalar_is_its_tasks_in_the_units_it_names(small):
         assert here["case_id"].item() == case.case_id
         assert here["plateau_mean"].item() == record["plateau_mean"]
         assert here["events"].item() == 60
+        assert here["plateau_ratio"].item() == record["plateau_mean"] * (1.0 / case.parameters["intrinsic_friction"])
         assert here["initial_friction"].item() == record["initial_force"] * (1.0 / record["normal_load"])
         assert here["surface_stiffness_si"].item() == record["surface_stiffness"] * stiffness
         assert here["mean_step_si"].item() == record["mean_step"] * length

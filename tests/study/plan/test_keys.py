@@ -18,7 +18,7 @@ from solver.elasticity.schemes import Galerkin
 from solver.outcome import InvalidInput
 from solver.slab import SCHEMES, Scheme, Slab
 from study.manifest.drives import NamedDrive
-from study.plan.keys import OF_CONTACT, OF_RECORD, Exclusion, deciding, flattened
+from study.plan.keys import OF_CONTACT, OF_RECORD, Exclusion, deciding, flattened, without_effect
 from study.plan.tasks import (
     compliance_task,
     contact_task,
@@ -207,3 +207,11 @@ def test_scales_matter_to_a_drive_by_its_dimensionless_numbers_only() -> None:
     """Four times the modulus, spring and mass: the same numbers (all factors are powers of two, exact in binary)."""
     stiff = NamedDrive.of("stiff", pin_mass=2.0, spring_stiffness=8e5, samples=50)
     assert drive_task(CASE, stiff.dimensionless(Scales(shear_modulus=4e10))).key == drive_task(CASE, DRIVE).key
+
+
+def test_parameters_without_effect_are_named_as_a_campaign_names_them() -> None:
+    assert without_effect(Case()) == {"half_width", "distribution", "seed"}
+    assert without_effect(Case(pin="flat_punch", heterogeneity=Heterogeneity(spread=0.1))) == {"radius"}
+    uncoupled = without_effect(Case(effects=Effects(coupling=False)), OF_CONTACT)
+    assert {"intrinsic_friction", "slip_order", "residual_shear", "event_floor", "max_events"} <= uncoupled
+    assert uncoupled <= set(Case().flat)

@@ -19,6 +19,7 @@ def test_a_record_has_displacement_events_and_the_scalars_of_its_case(full):
     assert one["event"].values.tolist() == list(range(1, 61))
     assert one["plateau_mean"].item() == full["plateau_mean"].sel(ONE).item()
     assert one["radius"].item() == 50.0
+    assert float(one["event_drop"].mean()) == pytest.approx(one["mean_drop"].item(), rel=1e-12)
     assert one["displacement"][-1].item() / 60 == pytest.approx(one["mean_step"].item(), rel=1e-14)
 
 
