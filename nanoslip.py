@@ -38,6 +38,7 @@ if TYPE_CHECKING:
         RK4,
         Biquadratic,
         Case,
+        Chain,
         ContactState,
         Drive,
         DriveResult,
@@ -90,6 +91,7 @@ __all__ = [
     "RK4",
     "Biquadratic",
     "Case",
+    "Chain",
     "ContactState",
     "Described",
     "Drive",
@@ -137,10 +139,10 @@ __all__ = [
 ]
 
 _NAMES = {
-    "solver": "RK4 Biquadratic Case ContactState Drive DriveResult DynamicsResult Effects Ending Exact FrictionCoefficients "
-    "FrictionRecord Galerkin HalfPlane Heterogeneity InvalidInput Outcome Plateau Scales SingularOperator Slab SlipRule "
-    "SolverError SurfaceCompliance contact_state drive_result event_statistics friction_record mirrored plateau_of "
-    "surface_compliance",
+    "solver": "RK4 Biquadratic Case Chain ContactState Drive DriveResult DynamicsResult Effects Ending Exact "
+    "FrictionCoefficients FrictionRecord Galerkin HalfPlane Heterogeneity InvalidInput Outcome Plateau Scales "
+    "SingularOperator Slab SlipRule SolverError SurfaceCompliance contact_state drive_result event_statistics "
+    "friction_record mirrored plateau_of surface_compliance",
     "solver.contact.closed_forms": "cattaneo_mindlin flat_punch_pressure hertz sliding_parabola sliding_punch",
     "solver.dynamics.friction_limit": "NoPlateauError",
     "solver.dynamics.stick_slip": "Oscillator stick_slip",

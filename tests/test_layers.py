@@ -15,7 +15,7 @@ ORDER = {
     "solver": "compiled outcome quantity parameter family slab case drive elasticity contact sliding dynamics simulate",
     "solver.elasticity": "grid lagrange support stiffness parity condensation grid_scheme boundary_value schemes interior "
     "compliance conditioning",
-    "solver.elasticity.schemes": "grading column biquadratic galerkin half_plane",
+    "solver.elasticity.schemes": "grading column biquadratic galerkin half_plane chain",
     "solver.contact": "kernels outcomes closed_forms pin node_friction soundness normal tableau compiled_contact coulomb state "
     "initial",
     "solver.contact.kernels": "enumerations state vectors pin_height slip_distance equilibrium contact_change violations cascade "

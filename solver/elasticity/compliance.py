@@ -36,10 +36,10 @@ class SurfaceCompliance:
         """Length of surface that belongs to each node, in L_x, shape (n,): nodal force = traction × width.
 
         The scheme's own weights: the width of a control volume, or the integral of a node's hat, which is the same. The
-        half-plane goes on beyond its end nodes, whose hats are whole.
+        half-plane goes on beyond its end nodes, whose hats are whole, and the blocks of a chain are all alike.
         """
         widths = np.full(self.slab.n_x, self.slab.spacing)
-        if not self.slab.scheme.endless:
+        if not self.slab.scheme.equal_widths:
             widths[[0, -1]] /= 2
         return widths
 

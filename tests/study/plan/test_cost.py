@@ -18,6 +18,7 @@ import pytest
 
 from solver.case import Case, Effects, Heterogeneity, SlipRule
 from solver.drive import Scales
+from solver.elasticity.schemes.chain import Chain
 from solver.slab import Slab
 from study.manifest.drives import NamedDrive
 from study.plan.plan import _START, _seconds, memory_of
@@ -59,7 +60,7 @@ def driven(**drive: object) -> Task:
 TASKS: dict[str, Task] = {
     **{
         f"compliance, {scheme}, n_x = {n_x}": compliance(n_x=n_x, scheme=scheme)
-        for scheme in ("galerkin", "biquadratic", "half_plane")
+        for scheme in ("galerkin", "biquadratic", "half_plane", "chain")
         for n_x in (33, 65, 129, 257, 513)
     },
     "compliance of a thin slab": compliance(n_x=513, aspect_ratio=0.01),
@@ -75,6 +76,10 @@ TASKS: dict[str, Task] = {
     **{f"record, n_x = {n_x}": record(n_x) for n_x in (33, 65, 129, 257, 513)},
     "record, biquadratic": record(slab={"scheme": "biquadratic"}),
     "record on a half-plane": record(slab={"scheme": "half_plane"}),
+    **{
+        f"record on a chain of coupling {coupling}": record(slab={"scheme": Chain(coupling_stiffness=coupling)})
+        for coupling in (1.0, 30.0, 300.0)
+    },
     "record, held at the side": record(slab={"support": "right_side"}),
     **{f"record, μ_i = {friction}": record(intrinsic_friction=friction) for friction in (0.05, 0.25, 3.0)},
     **{
