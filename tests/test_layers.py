@@ -22,7 +22,8 @@ ORDER = {
     "next_event loading",
     "solver.contact.coulomb": "contact roles motion",
     "solver.sliding": "kernels record columns full_contact tangential coulomb hindsight events sampling plateau statistics "
-    "validity",
+    "distributions validity",
+    "solver.sliding.distributions": "power_law goodness rivals comparison histogram size_distribution events record",
     "solver.sliding.kernels": "events step full_contact tangential",
     "solver.dynamics": "friction_limit kernels result precision method rigid exact rk4 integrate coefficients stick_slip regime",
     "solver.dynamics.kernels": "state teeth slips oscillator roots segment_end friction_law recording cruise event_driven rigid "
@@ -32,7 +33,7 @@ ORDER = {
     "study.manifest": "parameters problems columns drives manifest checker named_files reader effects cases",
     "study.discretization": "front targets",
     "study.plan": "task keys kinds tasks condensation cost drive_cost plan flags spans memory",
-    "study.plan.kinds": "kind compliance contact record states drive",
+    "study.plan.kinds": "kind compliance contact record statistics states drive",
     "study.dataset": "store file variables ensemble description ragged layout collect comparison pair verification",
     "study.execution": "launch interruption queue progress ledger dispatch farm executor warmup submission",
     "study.report": "console summary page",

@@ -66,6 +66,7 @@ _OF_DRIVES = {
 }
 _OF_OUTPUTS = {
     "records": "friction records are not kept once their drives are done",
+    "statistics": "sizes of events are not fitted",
     "trajectory": "no motion over time",
     "phases": "no start and end of macroscopic slips",
     "tractions": "no tractions after initial contact",

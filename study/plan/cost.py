@@ -135,14 +135,17 @@ _COULOMB_TOUCH = (
 )
 _COULOMB_STEP = (3.5e-4, 2e-9)  # by powers 0, 3 of the nodes in contact: a few dense solves
 _SOLVES = 3.0  # steps that an event of it is worth: roles change one at a time until all are right
+_DISTRIBUTIONS = (0.2, 6e-5)  # of event sizes, and of each event: fits of a hundred drawn samples
 _INSIDE = (8e-3, 6e-6)  # inside of the slab, by powers 0, 1.5 of n_x: one sparse factorization
 
 
 def seconds_of(task: Task, case: Case) -> float:
-    """Seconds that a contact, a friction record or the states of one take to compute, on one core."""
+    """Seconds that a contact, a friction record, its statistics or states take to compute, on one core."""
     touch = _touch_seconds(case)
     if task.kind == "contact":
         return touch
+    if task.kind == "statistics":
+        return _polynomial(_DISTRIBUTIONS, events_of(case), (0.0, 1.0))
     if task.kind == "states":
         events = min(float(max(task.events, default=0)), events_of(case))
         inside = len(task.events) * _polynomial(_INSIDE, task.slab.n_x, (0.0, 1.5)) if task.subsurface else 0.0
@@ -206,6 +209,7 @@ _TABLEAUS = 4.2  # copies of its tableau that a contact holds at once
 _GROWING = 6.5  # the same while the contact has outgrown one
 _ROUNDS = 3.9  # copies of its system while the contact is looked for
 _SYSTEMS = 6.0  # copies of its system that a contact without shear, or with Coulomb friction, holds at once
+_OF_A_SIZE = 25.0  # numbers for each event while its sizes are fitted
 _EVENT = 65.0  # bytes of an event in a record
 _INNER = 4500.0  # numbers for each surface node when the inside of the slab is solved for
 
@@ -217,6 +221,8 @@ def memory_of(task: Task) -> float:
     case = task.case
     if task.drive is not None:
         return _FLOAT * (5.0 * task.drive.samples + 16.0 * events_of(case))
+    if task.kind == "statistics":
+        return _FLOAT * _OF_A_SIZE * events_of(case)
     found = _touch_numbers(case)
     if task.kind != "contact":
         found = max(found, _slide_numbers(case))

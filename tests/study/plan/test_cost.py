@@ -31,6 +31,7 @@ from study.plan.tasks import (
     record_task,
     run_task,
     states_task,
+    statistics_task,
 )
 
 FACTOR = 3.0
@@ -110,6 +111,8 @@ TASKS: dict[str, Task] = {
     "record over a spacing": record(max_events=None, max_displacement=0.0078),
     "record over little": record(513, max_events=None, max_displacement=3e-4),
     "record over a spacing, μ_i = 0.1": record(max_events=None, max_displacement=0.0078, intrinsic_friction=0.1),
+    "statistics": statistics_task(Case()),
+    "statistics of 20000 events": statistics_task(Case(max_events=20_000)),
     "states": states_task(Case(), (0, 500, 1000), False),
     "states, with the inside": states_task(Case(), (0, 500, 1000), True),
     "drive, exact": driven(),
@@ -137,7 +140,7 @@ def needs(task: Task) -> dict[str, TaskResult]:
     if not task.needs:
         return {}
     slab = compliance_task(task.slab)
-    if task.drive is None:
+    if task.drive is None and task.kind != "statistics":
         return {slab.key: result(slab)}
     assert task.case is not None
     sliding = record_task(task.case)
