@@ -18,6 +18,9 @@ LEAST_TAIL = 50
 """Sizes above a cut-off at least: below, an exponent is not known to better than a sixth of what it is above 1."""
 CANDIDATES = 40
 """Cut-offs that are tried: evenly spaced in the logarithm of how many sizes lie above."""
+PLACES = (4096, 512)
+"""Places at most where two distributions are compared: of continuous sizes evenly spaced in their number, so that a distance is
+known to 1/4096; of whole ones evenly spaced in the logarithm of their number."""
 EXPONENTS = (1.0 + 1e-6, 30.0)
 """Exponents that are looked for; outside there is no power law to speak of."""
 
@@ -119,10 +122,11 @@ def _distances(sizes: Sizes, firsts: NDArray[np.int64], exponents: Vector) -> Ve
         return _discrete_distances(sizes.values, firsts, exponents)
     logs, found = np.log(sizes.values), np.empty(len(firsts))
     for place, (first, exponent) in enumerate(zip(firsts, exponents, strict=True)):
-        tail = logs[first:] - logs[first]
-        model = -np.expm1((1.0 - exponent) * tail)
-        steps = np.arange(len(tail) + 1) / len(tail)
-        found[place] = max((steps[1:] - model).max(), (model - steps[:-1]).max())
+        count = len(logs) - first
+        every = -(-count // PLACES[0])
+        model = -np.expm1((1.0 - exponent) * (logs[first::every] - logs[first]))
+        below = np.arange(0, count, every) / count
+        found[place] = max((below + 1.0 / count - model).max(), (model - below).max())
     return found
 
 
@@ -134,7 +138,16 @@ def _discrete_distances(values: Vector, firsts: NDArray[np.int64], exponents: Ve
     for row, (place, first, exponent) in enumerate(zip(places, firsts, exponents, strict=True)):
         seen = (len(values) - starts[place:]) / (len(values) - first)
         beyond = np.append(seen[1:], 0.0)
-        here = numbers[place:]
-        at_least = survival(np.concatenate((here, here + 1.0)), exponent, here[0], True)
-        found[row] = max(np.abs(seen - at_least[: len(here)]).max(), np.abs(beyond - at_least[len(here) :]).max())
+        chosen = _places(len(seen))
+        here = numbers[place + chosen]
+        at_least = survival(here, exponent, here[0], True)
+        above = at_least - here**-exponent / zeta(exponent, here[0])
+        found[row] = max(np.abs(seen[chosen] - at_least).max(), np.abs(beyond[chosen] - above).max())
     return found
+
+
+def _places(count: int) -> NDArray[np.int64]:
+    """Places among so many distinct numbers: all of few, else denser among the smaller ones, which are the more frequent."""
+    if count <= PLACES[1]:
+        return np.arange(count)
+    return np.asarray(np.unique(np.geomspace(1.0, count, PLACES[1]).astype(np.int64)) - 1)
