@@ -39,6 +39,7 @@ if TYPE_CHECKING:
         RK4,
         Biquadratic,
         Case,
+        Chain,
         ContactState,
         Drive,
         DriveResult,
@@ -77,6 +78,9 @@ if TYPE_CHECKING:
     )
     from solver.dynamics.friction_limit import NoPlateauError
     from solver.dynamics.stick_slip import Oscillator, stick_slip
+    from solver.sliding.distributions.events import EventSizes, event_sizes, pooled
+    from solver.sliding.distributions.histogram import Histogram, logarithmic_histogram
+    from solver.sliding.distributions.size_distribution import SizeDistribution, size_distribution
     from study.api import concat, run
     from study.api import open_dataset as open
     from study.dataset.description import Described
@@ -90,6 +94,7 @@ __all__ = [
     "RK4",
     "Biquadratic",
     "Case",
+    "Chain",
     "ContactState",
     "Described",
     "Drive",
@@ -97,12 +102,14 @@ __all__ = [
     "DynamicsResult",
     "Effects",
     "Ending",
+    "EventSizes",
     "Exact",
     "FrictionCoefficients",
     "FrictionRecord",
     "Galerkin",
     "HalfPlane",
     "Heterogeneity",
+    "Histogram",
     "InvalidInput",
     "ManifestError",
     "NoPlateauError",
@@ -111,6 +118,7 @@ __all__ = [
     "Plateau",
     "Scales",
     "SingularOperator",
+    "SizeDistribution",
     "Slab",
     "SlipRule",
     "SolverError",
@@ -121,14 +129,18 @@ __all__ = [
     "contact_state",
     "describe",
     "drive_result",
+    "event_sizes",
     "event_statistics",
     "flat_punch_pressure",
     "friction_record",
     "hertz",
+    "logarithmic_histogram",
     "mirrored",
     "open",
     "plateau_of",
+    "pooled",
     "run",
+    "size_distribution",
     "sliding_parabola",
     "sliding_punch",
     "stick_slip",
@@ -139,6 +151,9 @@ _NAMES = {
     "solver.contact.closed_forms": "cattaneo_mindlin flat_punch_pressure hertz sliding_parabola sliding_punch",
     "solver.dynamics.friction_limit": "NoPlateauError",
     "solver.dynamics.stick_slip": "Oscillator stick_slip",
+    "solver.sliding.distributions.events": "EventSizes event_sizes pooled",
+    "solver.sliding.distributions.histogram": "Histogram logarithmic_histogram",
+    "solver.sliding.distributions.size_distribution": "SizeDistribution size_distribution",
     "study.api": "concat open_dataset:open run",
     "study.dataset.description": "Described described:describe",
     "study.dataset.store": "StoreError",

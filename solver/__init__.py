@@ -16,7 +16,7 @@ paper             module
 ----------------  ------------------------------------------------------------
 §2.1.2            elasticity.grid (the binary hierarchy), elasticity.support (Figure 1)
 Eq. 8-10          elasticity.lagrange
-Eq. 1-7, 11       elasticity.schemes (biquadratic: the paper's stencil; galerkin: finite elements; half_plane)
+Eq. 1-7, 11       elasticity.schemes (biquadratic: the paper's stencil; galerkin: finite elements; half_plane; chain)
 §2.1.4            elasticity.boundary_value (the mixed problem), elasticity.compliance (condensation)
 §2.1.1            contact.pin, contact.initial (initial contact), contact.coulomb (residual_shear 1)
 §3.1              contact.closed_forms (flat punch, Hertz, Cattaneo-Mindlin, sliding with coupling)
@@ -35,7 +35,7 @@ from solver.dynamics.integrate import RK4, DynamicsResult, Exact
 from solver.elasticity.boundary_value import NodalFields, blank, solve_mixed
 from solver.elasticity.compliance import SurfaceCompliance, surface_compliance
 from solver.elasticity.grid_scheme import stiffness
-from solver.elasticity.schemes import Biquadratic, Galerkin, HalfPlane
+from solver.elasticity.schemes import Biquadratic, Chain, Galerkin, HalfPlane
 from solver.elasticity.stiffness import Stiffness
 from solver.outcome import Ending, InvalidInput, Outcome, SingularOperator, SolverError
 from solver.simulate import DriveResult, contact_state, drive_result, friction_record
@@ -48,6 +48,7 @@ __all__ = [
     "RK4",
     "Biquadratic",
     "Case",
+    "Chain",
     "ContactState",
     "Drive",
     "DriveResult",

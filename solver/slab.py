@@ -29,6 +29,10 @@ class Scheme(ABC):
     """Whether its operator is an elastic body's: symmetric, positive definite."""
     endless: ClassVar[bool] = False
     """Whether the surface goes on beyond its end nodes: no sides, no bottom."""
+    equal_widths: ClassVar[bool] = False
+    """Whether the end nodes have as much surface as all others."""
+    continuum: ClassVar[bool] = True
+    """Whether it is an elastic body, of which G and ν say all."""
 
     @abstractmethod
     def completed(self, slab: "Slab") -> Self:
@@ -37,6 +41,11 @@ class Scheme(ABC):
     @abstractmethod
     def matrix(self, slab: "Slab") -> NDArray[np.float64]:
         """The surface compliance, (2n, 2n), in 1/G per unit depth. Raises SingularOperator or InvalidInput."""
+
+    @property
+    def bed_stiffness(self) -> float | None:
+        """Stiffness per length of springs that are pressed down each for itself, in G/L_x; None of a continuum."""
+        return None
 
     def __str__(self) -> str:
         return self.name

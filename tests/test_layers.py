@@ -15,14 +15,15 @@ ORDER = {
     "solver": "compiled outcome quantity parameter family slab case drive elasticity contact sliding dynamics simulate",
     "solver.elasticity": "grid lagrange support stiffness parity condensation grid_scheme boundary_value schemes interior "
     "compliance conditioning",
-    "solver.elasticity.schemes": "grading column biquadratic galerkin half_plane",
+    "solver.elasticity.schemes": "grading column biquadratic galerkin half_plane chain",
     "solver.contact": "kernels outcomes closed_forms pin node_friction soundness normal tableau compiled_contact coulomb state "
     "initial",
     "solver.contact.kernels": "enumerations state vectors pin_height slip_distance equilibrium contact_change violations cascade "
     "next_event loading",
     "solver.contact.coulomb": "contact roles motion",
     "solver.sliding": "kernels record columns full_contact tangential coulomb hindsight events sampling plateau statistics "
-    "validity",
+    "distributions validity",
+    "solver.sliding.distributions": "power_law goodness rivals comparison histogram size_distribution events record",
     "solver.sliding.kernels": "events step full_contact tangential",
     "solver.dynamics": "friction_limit kernels result precision method rigid exact rk4 integrate coefficients stick_slip regime",
     "solver.dynamics.kernels": "state teeth slips oscillator roots segment_end friction_law recording cruise event_driven rigid "
@@ -32,7 +33,7 @@ ORDER = {
     "study.manifest": "parameters problems columns drives manifest checker named_files reader effects cases",
     "study.discretization": "front targets",
     "study.plan": "task keys kinds tasks condensation cost drive_cost plan flags spans memory",
-    "study.plan.kinds": "kind compliance contact record states drive",
+    "study.plan.kinds": "kind compliance contact record statistics states drive",
     "study.dataset": "store groups file variables ensemble description ragged layout collect access comparison pair verification",
     "study.dataset.access": "selection accessor placement concatenation",
     "study.execution": "launch interruption queue progress ledger dispatch farm executor warmup submission",

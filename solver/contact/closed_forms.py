@@ -22,6 +22,11 @@ class HertzContact:
         return self.peak_pressure * np.sqrt(np.clip(1 - (x / self.half_width) ** 2, 0.0, None))
 
 
+def winkler_half_width(normal_load: float, radius: float, bed_stiffness: float) -> float:
+    """Half-width of a parabola's contact on springs of so much stiffness per length, in L_x: W = 2 k a³/(3 R)."""
+    return math.cbrt(1.5 * normal_load * radius / bed_stiffness)
+
+
 def hertz(normal_load: float, radius: float, poisson: float) -> HertzContact:
     """Line contact of a rigid parabola of `radius` under `normal_load` on a half-plane without friction."""
     half_width = math.sqrt(2 * normal_load * radius * (1 - poisson) / math.pi)

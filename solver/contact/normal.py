@@ -11,7 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from solver.case import Case
-from solver.contact.closed_forms import hertz
+from solver.contact.closed_forms import hertz, winkler_half_width
 from solver.contact.pin import pin_of, surface_from_pin
 from solver.elasticity.compliance import SurfaceCompliance
 from solver.outcome import SingularOperator, TooFarApart
@@ -86,9 +86,12 @@ def _wrong(case: Case, found: NormalContact) -> NDArray[np.bool_]:
 
 
 def expected_half_width(case: Case) -> float:
-    """Hertz's contact half-width on a half-plane, or that of the punch: a first guess."""
+    """Hertz's contact half-width on a half-plane, that on a bed of springs, or the punch's own: a first guess."""
     if case.pin == "flat_punch":
         return case.half_width
+    bed = case.slab.scheme.bed_stiffness
+    if bed is not None:
+        return winkler_half_width(case.normal_load, case.radius, bed)
     return hertz(case.normal_load, case.radius, case.slab.poisson).half_width
 
 

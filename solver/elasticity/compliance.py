@@ -36,10 +36,10 @@ class SurfaceCompliance:
         """Length of surface that belongs to each node, in L_x, shape (n,): nodal force = traction × width.
 
         It is the width of a node's control volume, which equals the integral of its hat function. The end nodes have half
-        of it, except on a half-plane, whose surface continues beyond them.
+        of it, except on a half-plane, whose surface continues beyond them, and on a chain, whose blocks are all alike.
         """
         widths = np.full(self.slab.n_x, self.slab.spacing)
-        if not self.slab.scheme.endless:
+        if not self.slab.scheme.equal_widths:
             widths[[0, -1]] /= 2
         return widths
 

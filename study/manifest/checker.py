@@ -43,16 +43,20 @@ class Checker:
                 if word in axes:
                     self.refuse(f"{table}.{word}", "is an axis too: needs one place")
 
-    def values(self, columns: Columns, slabs: list[dict[str, Value]]) -> dict[str, tuple[Value, ...]]:
+    def values(self, columns: Columns, slabs: list[dict[str, Value]]) -> dict[str, tuple[Any, ...]]:
         """Values in their declared type, by field name. Values out of range are refused and left out.
 
-        slabs: parameters of the campaign's slabs. A setting of a scheme is refused only if it fits none of them.
+        slabs: parameters of the campaign's slabs. A setting of a scheme is refused only if it fits none of them. None stands
+            for a setting that a line of a table does not give.
         """
-        values: dict[str, tuple[Value, ...]] = {}
+        values: dict[str, tuple[Any, ...]] = {}
         for word, given in columns.items():
             name = words()[word]
-            taken = []
+            taken: list[Any] = []
             for where, value in given:
+                if value is None:
+                    taken.append(None)
+                    continue
                 points = [{**slab, name: value} for slab in slabs] if name in SCHEMES.settings() else [{name: value}]
                 wrong = {index: need(make_case, point) for index, point in enumerate(points)}
                 fitting = [point for index, point in enumerate(points) if not wrong[index]]
@@ -60,7 +64,7 @@ class Checker:
                     taken.append(make_case(fitting[0]).flat[name])
                 else:
                     self.problems.append(f"{where} = {shown(value)}: {list(wrong.values())[-1]}")
-            values[name] = tuple(value for value in taken if value is not None)
+            values[name] = tuple(taken)
         return values
 
     def checked(

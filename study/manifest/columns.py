@@ -6,6 +6,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any, NamedTuple
 
+from solver.slab import SCHEMES
 from study.manifest.parameters import Value, axes
 from study.manifest.problems import ManifestError, path_shown, shown, unknown
 
@@ -59,7 +60,7 @@ def read_table(path: Path, given: str | None = None) -> Table:
     if problems:
         raise ManifestError(f"{path}: {problem}" for problem in problems)
     columns: Columns = {
-        word: [Given(f"{path}: line {line}: {word}", _number_or_text(row[position].strip())) for line, row in lines[1:]]
+        word: [Given(f"{path}: line {line}: {word}", _of_cell(word, row[position].strip())) for line, row in lines[1:]]
         for position, word in enumerate(header)
     }
     return Table(raw, text, columns)
@@ -99,6 +100,11 @@ def _lines(path: Path, text: str) -> list[tuple[int, list[str]]]:
         return [(reader.line_num, row) for row in reader if any(cell.strip() for cell in row)]
     except csv.Error as error:
         raise ManifestError([f"{path}: line {reader.line_num}: not CSV: {error}"]) from None
+
+
+def _of_cell(word: str, cell: str) -> Value | None:
+    """The value of a cell; None of an empty one where a setting of a scheme is not given."""
+    return _number_or_text(cell) if cell or word not in SCHEMES.settings() else None
 
 
 def _number_or_text(cell: str) -> Value:

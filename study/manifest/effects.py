@@ -4,6 +4,7 @@ from collections.abc import Sequence
 from typing import NamedTuple
 
 from solver.case import Case, Effects
+from solver.elasticity.grid_scheme import GridScheme
 from solver.slab import SCHEMES, Slab
 from study.manifest.drives import NamedDrive
 from study.manifest.manifest import Manifest
@@ -13,8 +14,8 @@ def refusal(manifest: Manifest, case: Case) -> str:
     """The reason why a case is refused with the stages and outputs of its manifest; empty where it is not."""
     if "slip" in manifest.stages and not case.effects.friction:
         return 'friction = false: needs stages = ["contact"], as without friction there is nothing to slide against (F = 0)'
-    if manifest.outputs.subsurface and case.slab.scheme.endless:
-        return "subsurface = true with scheme = half_plane: needs a scheme that has a grid, a half-plane is its surface only"
+    if manifest.outputs.subsurface and not isinstance(case.slab.scheme, GridScheme):
+        return f"subsurface = true with scheme = {case.slab.scheme}: needs a scheme that has a grid, others are a surface only"
     return ""
 
 
@@ -36,10 +37,10 @@ def effects(manifest: Manifest) -> tuple[Effect, ...]:
         *(Effect(name, _setting(manifest, name), without) for name, without in _OF_CASES.items()),
     ]
     schemes = manifest.axes.get("scheme", (manifest.fixed.get("scheme", Slab().scheme.name),))
-    finite = [_word(not SCHEMES[str(scheme)].endless) for scheme in schemes]
-    found.append(
-        Effect("finite slab (scheme)", _joint(finite), "half_plane: closed form, no grid, no sides, no bottom")
-    )
+    kinds = [SCHEMES[str(scheme)] for scheme in schemes]
+    finite = [_word(kind.continuum and not kind.endless) for kind in kinds]
+    without = "half_plane: closed form, no grid, no sides, no bottom; chain: blocks on springs, no slab at all"
+    found.append(Effect("finite slab (scheme)", _joint(finite), without))
     found.append(Effect("spread of μ_i", _spread(manifest), "one μ_i for all nodes, nothing is drawn"))
     rough = bool(manifest.fixed.get("roughness"))
     found.append(Effect("roughness of the pin", _word(rough), "a smooth pin, whose height a slip takes in closed form"))
@@ -65,6 +66,7 @@ _OF_DRIVES = {
 }
 _OF_OUTPUTS = {
     "records": "friction records are not kept once their drives are done",
+    "statistics": "sizes of events are not fitted",
     "trajectory": "no motion over time",
     "phases": "no start and end of macroscopic slips",
     "tractions": "no tractions after initial contact",

@@ -29,6 +29,8 @@ class Outputs:
 
     records: bool = True
     """Friction records, event by event."""
+    statistics: bool = False
+    """Distributions of the sizes of events: exponents, cut-offs, goodness of fit, correlations."""
     trajectory: bool = True
     """Position, velocity and forces of each drive over time."""
     phases: bool = True

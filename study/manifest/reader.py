@@ -132,6 +132,8 @@ class _Reader(NamedFiles):
     def _outputs(self, content: dict[str, Any], stages: tuple[Stage, ...]) -> Outputs:
         good = self.checked("outputs", content, Outputs, field_names(Outputs))
         outputs = Outputs(**{"tractions": "slip" not in stages, "phases": good.get("trajectory", True), **good})
+        if "slip" not in stages and outputs.statistics:
+            self.refuse("outputs.statistics = true", 'needs stage "slip": without it there are no events')
         if "slip" not in stages and any(outputs.tractions_at):
             wrong = 'needs stage "slip" for the events after 0'
             self.refuse(f"outputs.tractions_at = {shown(list(outputs.tractions_at))}", wrong)

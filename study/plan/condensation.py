@@ -15,6 +15,7 @@ _PER_CUBE = 1.2e-10  # times the cubes of the nodes in each group of rows: dense
 _GENERAL = 2.0  # LU over Cholesky, and no symmetry to save a product
 _WHOLE = 4.0  # dense solves of all fields at once over even and odd ones apart; all else is then done once, not twice
 _PER_HALF_PLANE = 1e-10  # closed form, times n_x³: one look whether it is positive definite
+_PER_CHAIN = 1.7e-8  # of blocks on springs, times n_x²: a band is solved for every block
 # Bytes.
 _NODE = 5500.0  # of the sparse stiffness, its copies and products
 _SQUARE = 100.0  # times n_x²: a few dense blocks of the surface's size, and the compliance
@@ -31,6 +32,8 @@ class _Layout(NamedTuple):
 
 def condensation_seconds(slab: Slab) -> float:
     """Seconds of `surface_compliance`, to a factor of two on a machine like that of the constants."""
+    if not slab.scheme.continuum:
+        return _PER_CHAIN * slab.n_x**2
     if not isinstance(slab.scheme, GridScheme):
         return _PER_HALF_PLANE * slab.n_x**3
     layout = _layout(slab)

@@ -4,7 +4,8 @@ Nodes in contact are Hertz's, or those of a thin layer. A node slips when its sh
 loses 1 - residual_shear of it, and gets it back as the pin moves on against the node's own stiffness, about 3.5 G whatever the
 slab: that many slips a displacement takes. How many come in one event depends on what else gives way: the softer the slab
 under the pin, the more other nodes a slip loads (a third of the nodes in contact, over the lateral stiffness K in G). All
-was measured on one core; a test holds it to a factor of three, which is what chaos leaves.
+was measured on one core; a test holds it to a factor of three, which is what chaos leaves. Blocks of a chain have the stiffness
+of their springs, and the root of their coupling says how many slip together.
 """
 
 import math
@@ -12,6 +13,8 @@ import math
 from solver.case import MOST_EVENTS, Case
 from solver.contact.compiled_contact import margin
 from solver.contact.coulomb.motion import LONGEST_STEP
+from solver.contact.normal import expected_half_width
+from solver.elasticity.schemes.chain import Chain, spring_stiffness
 from solver.sliding.columns import FIRST_CAPACITY
 from solver.sliding.coulomb import OFF_THE_SLAB
 from solver.sliding.kernels.step import STRETCHES
@@ -24,6 +27,8 @@ TOGETHER = 0.35
 """Slips in an event of steady sliding, times K, over nodes in contact."""
 LEAST_STEP = 1e-13
 """The least step of the pin, over what the load moves it (W/K): without friction every event takes it."""
+OF_A_CHAIN = 0.9
+"""Slips in an event of a chain, over the root of its coupling: measured for couplings from 1 to 300."""
 TRAVEL = 1.5
 """Displacement at which the pin has left the slab, in L_x."""
 CHANGES_PER_SPACING = 0.75
@@ -33,7 +38,7 @@ CHANGES_PER_SPACING = 0.75
 def contact_nodes(case: Case) -> float:
     """Surface nodes under the pin, about: Hertz's, or fewer on a bonded layer that is thinner than the contact."""
     slab, hertz = case.slab, _hertz_nodes(case)
-    if case.pin == "flat_punch" or slab.scheme.endless:
+    if case.pin == "flat_punch" or slab.scheme.endless or not slab.scheme.continuum:
         return hertz
     modulus = 2.0 * (1.0 - slab.poisson) / (1.0 - 2.0 * slab.poisson)  # of a layer that cannot give way sideways
     half_width = math.cbrt(1.5 * case.normal_load * case.radius * slab.aspect_ratio / modulus)
@@ -41,9 +46,8 @@ def contact_nodes(case: Case) -> float:
 
 
 def _hertz_nodes(case: Case) -> float:
-    """The same on a half-plane: what pressing the pin down begins with."""
-    hertz = math.sqrt(2.0 * case.normal_load * case.radius * (1.0 - case.slab.poisson) / math.pi)
-    return _nodes_across(case, case.half_width if case.pin == "flat_punch" else hertz)
+    """The same on a half-plane, or on the springs of a chain: what pressing the pin down begins with."""
+    return _nodes_across(case, expected_half_width(case))
 
 
 def _nodes_across(case: Case, half_width: float) -> float:
@@ -52,7 +56,9 @@ def _nodes_across(case: Case, half_width: float) -> float:
 
 def lateral_stiffness(case: Case) -> float:
     """dF/dδ_p with all nodes stuck, in G·L_y, about: shear and bending of the slab, less what a wide pin holds, in series."""
-    height = case.slab.aspect_ratio
+    height, scheme = case.slab.aspect_ratio, case.slab.scheme
+    if isinstance(scheme, Chain):
+        return scheme.lateral_stiffness(case.slab, contact_nodes(case))
     if case.slab.scheme.endless:
         return 1.0 / max(0.56 + 0.21 * math.log(height), 0.05)
     width = contact_nodes(case) * case.slab.spacing
@@ -71,6 +77,8 @@ def mean_step(case: Case) -> float:
 
 def slips_per_event(case: Case) -> float:
     """Slips in an event of steady sliding."""
+    if isinstance(case.slab.scheme, Chain):
+        return max(OF_A_CHAIN * math.sqrt(case.slab.scheme.coupling_stiffness), 1.0)
     return max(TOGETHER * contact_nodes(case) / lateral_stiffness(case), 1.0)
 
 
@@ -78,7 +86,15 @@ def _slips_per_displacement(case: Case) -> float:
     """Each node in contact has to keep up with the pin, at so much a slip."""
     nodes = contact_nodes(case)
     drop = _finite(case.intrinsic_friction) * case.normal_load * max(1.0 - case.slip_rule.residual_shear, 1e-6)
-    return NODE_STIFFNESS * nodes**2 / max(drop, 1e-300)
+    return _node_stiffness(case) * nodes**2 / max(drop, 1e-300)
+
+
+def _node_stiffness(case: Case) -> float:
+    scheme = case.slab.scheme
+    if not isinstance(scheme, Chain):
+        return NODE_STIFFNESS
+    leaf, coupling = spring_stiffness(scheme, case.slab)
+    return leaf + 2.0 * coupling
 
 
 def events_of(case: Case) -> float:
@@ -119,14 +135,17 @@ _COULOMB_TOUCH = (
 )
 _COULOMB_STEP = (3.5e-4, 2e-9)  # by powers 0, 3 of the nodes in contact: a few dense solves
 _SOLVES = 3.0  # steps that an event of it is worth: roles change one at a time until all are right
+_DISTRIBUTIONS = (0.2, 6e-5)  # of event sizes, and of each event: fits of a hundred drawn samples
 _INSIDE = (8e-3, 6e-6)  # inside of the slab, by powers 0, 1.5 of n_x: one sparse factorization
 
 
 def seconds_of(task: Task, case: Case) -> float:
-    """Seconds that a contact, a friction record or the states of one take to compute, on one core."""
+    """Seconds that a contact, a friction record, its statistics or states take to compute, on one core."""
     touch = _touch_seconds(case)
     if task.kind == "contact":
         return touch
+    if task.kind == "statistics":
+        return _polynomial(_DISTRIBUTIONS, events_of(case), (0.0, 1.0))
     if task.kind == "states":
         events = min(float(max(task.events, default=0)), events_of(case))
         inside = len(task.events) * _polynomial(_INSIDE, task.slab.n_x, (0.0, 1.5)) if task.subsurface else 0.0
@@ -190,6 +209,7 @@ _TABLEAUS = 4.2  # copies of its tableau that a contact holds at once
 _GROWING = 6.5  # the same while the contact has outgrown one
 _ROUNDS = 3.9  # copies of its system while the contact is looked for
 _SYSTEMS = 6.0  # copies of its system that a contact without shear, or with Coulomb friction, holds at once
+_OF_A_SIZE = 25.0  # numbers for each event while its sizes are fitted
 _EVENT = 65.0  # bytes of an event in a record
 _INNER = 4500.0  # numbers for each surface node when the inside of the slab is solved for
 
@@ -201,6 +221,8 @@ def memory_of(task: Task) -> float:
     case = task.case
     if task.drive is not None:
         return _FLOAT * (5.0 * task.drive.samples + 16.0 * events_of(case))
+    if task.kind == "statistics":
+        return _FLOAT * _OF_A_SIZE * events_of(case)
     found = _touch_numbers(case)
     if task.kind != "contact":
         found = max(found, _slide_numbers(case))

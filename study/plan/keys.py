@@ -35,6 +35,11 @@ OF_ALL = (
     Exclusion(("radius",), "only a parabola has a radius", lambda case: case.pin != "parabola"),
     Exclusion(("half_width",), "only a punch has a half-width", lambda case: case.pin != "flat_punch"),
     Exclusion(
+        ("slab.aspect_ratio", "slab.poisson"),
+        "a chain has neither height nor Poisson's ratio",
+        lambda case: not case.slab.scheme.continuum,
+    ),
+    Exclusion(
         ("heterogeneity.distribution", "heterogeneity.seed"),
         "without a spread nothing is drawn",
         lambda case: case.heterogeneity.spread == 0.0,

@@ -13,6 +13,7 @@ from study.plan.kinds.drive import DRIVE, drive_task
 from study.plan.kinds.kind import Kind, numbers
 from study.plan.kinds.record import RECORD, record_scalars_task, record_task
 from study.plan.kinds.states import STATES, states_task
+from study.plan.kinds.statistics import STATISTICS, statistics_task
 from study.plan.task import Task, TaskResult
 
 __all__ = [
@@ -28,9 +29,10 @@ __all__ = [
     "run_task",
     "stage_of",
     "states_task",
+    "statistics_task",
 ]
 
-KINDS: Final[dict[str, Kind]] = {kind.name: kind for kind in (COMPLIANCE, CONTACT, RECORD, STATES, DRIVE)}
+KINDS: Final[dict[str, Kind]] = {kind.name: kind for kind in (COMPLIANCE, CONTACT, RECORD, STATISTICS, STATES, DRIVE)}
 """Name -> kind of task: a stage each, none of which needs a later one."""
 
 

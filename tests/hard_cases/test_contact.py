@@ -130,6 +130,10 @@ def test_a_punch_stands_on_the_nodes_whose_greater_part_it_covers(half_width: fl
 def test_the_laws_hold_far_from_the_centre(name: str, scheme: str) -> None:
     seen = _dragged(scheme, name)
     assert not seen.broken
+    if (scheme, name) == ("chain", "to the corner"):
+        # On springs the pin sinks in until its flanks are half as steep as μ_i.
+        assert Ending.STEEP_PIN in seen.endings
+        return
     assert seen.record is not None
     assert seen.end is not None
     assert seen.record.outcome.ok, seen.messages

@@ -33,6 +33,8 @@ NAMED = {
     Ending.CONTACT_NOT_CONVERGED,
 }
 N = 33
+SIDEWAYS = tuple(name for name, kind in SCHEMES.items() if kind.continuum)
+"""Schemes whose surface is moved sideways by pressure, so that nodes slip as the pin comes down."""
 RECIPROCAL: tuple[Callable[[Slab], SurfaceCompliance], ...] = (half_plane, coupled_half_plane)
 FLOORS = (1e-12, 1e-10, 1e-8, 1e-7, 1e-6, 1e-5, 1e-4)
 
@@ -109,7 +111,7 @@ def test_energy_is_balanced_and_never_created(
     assert created < 1e-12
 
 
-@pytest.mark.parametrize("scheme", SCHEMES)
+@pytest.mark.parametrize("scheme", SIDEWAYS)
 @pytest.mark.parametrize("seed", range(3))
 def test_rounding_does_not_decide_ties_of_mirror_nodes(seed: int, scheme: str) -> None:
     """A symmetric initial contact is all ties: the node further right goes first, so that a compliance wrong by a few
@@ -355,7 +357,7 @@ def test_chatter_cannot_stop_the_pin(friction: float, floor: float) -> None:
     assert steps.min() > 0.0
 
 
-@pytest.mark.parametrize("scheme", SCHEMES)
+@pytest.mark.parametrize("scheme", SIDEWAYS)
 def test_a_cascade_of_a_million_slips_obeys_the_laws(scheme: str) -> None:
     """Without friction every shear is slipped away one node at a time: more than a million slips at n_x = 129."""
     slab = Slab(129, scheme=scheme)

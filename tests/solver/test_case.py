@@ -33,7 +33,7 @@ def test_each_scheme_takes_its_own_numbers_only() -> None:
         Slab.of({"n_x": 33, "scheme": "biquadratic", "rows_per_level": 2})
     with pytest.raises(InvalidInput, match='coarsest_row = 5: needs scheme = "galerkin"'):
         Slab.of({"n_x": 33, "scheme": "half_plane", "coarsest_row": 5})
-    with pytest.raises(InvalidInput, match="scheme = 'toy': needs one of biquadratic, galerkin, half_plane"):
+    with pytest.raises(InvalidInput, match="scheme = 'toy': needs one of biquadratic, chain, galerkin, half_plane"):
         Slab(33, scheme="toy")
     with pytest.raises(InvalidInput, match="support = 'right_side': needs scheme"):
         Slab(33, scheme="half_plane", support="right_side")

@@ -4,7 +4,8 @@ A file that defines a scheme registers it; importing this folder makes all of th
 """
 
 from solver.elasticity.schemes.biquadratic import Biquadratic
+from solver.elasticity.schemes.chain import Chain
 from solver.elasticity.schemes.galerkin import Galerkin
 from solver.elasticity.schemes.half_plane import HalfPlane
 
-__all__ = ["Biquadratic", "Galerkin", "HalfPlane"]
+__all__ = ["Biquadratic", "Chain", "Galerkin", "HalfPlane"]

@@ -37,6 +37,7 @@ class HalfPlane(Scheme):
 
     name = "half_plane"
     endless = True
+    equal_widths = True
 
     def completed(self, slab: Slab) -> "HalfPlane":
         require("support", slab.support, slab.support == "bonded", 'scheme = "galerkin" or "biquadratic"')

@@ -1,6 +1,7 @@
 """The friction record of a case, with its plateau and statistics.
 
-Where drives need a record that the campaign does not keep, it is intermediate, and another task reads off its scalars.
+Where drives or statistics need a record that the campaign does not keep, it is intermediate, and another task reads off its
+scalars.
 """
 
 from dataclasses import replace
@@ -44,7 +45,7 @@ def _kept(manifest: Manifest) -> bool:
 
 
 def _tasks(case: Case, manifest: Manifest) -> tuple[Wanted, ...]:
-    if _kept(manifest) or "dynamics" not in manifest.stages:
+    if _kept(manifest) or not ("dynamics" in manifest.stages or manifest.outputs.statistics):
         return (Wanted(record_task(case, scalars_only=not _kept(manifest))),)
     record = replace(record_task(case), intermediate=True)
     return Wanted(record), Wanted(record_scalars_task(record), free=True)

@@ -69,6 +69,7 @@ def computed(plan: Plan, folder: Path) -> Store:
         ('stages = ["contact"]', {"compliance", "contact"}),
         ("", {"compliance", "record"}),
         ("outputs.tractions = true", {"compliance", "contact", "record"}),
+        ("outputs.statistics = true", {"compliance", "record", "statistics"}),
         ("outputs.tractions_at = [3]", {"compliance", "record", "states"}),
         ('stages = ["contact"]\noutputs.subsurface = true', {"compliance", "contact", "states"}),
         (DRIVES, {"compliance", "record", "drive"}),

@@ -7,6 +7,7 @@ from pathlib import Path
 import pytest
 
 from solver.drive import Scales
+from study.manifest.cases import expand
 from study.manifest.drives import NamedDrive
 from study.manifest.manifest import Manifest
 from study.manifest.parameters import TABLES, words_of
@@ -65,6 +66,16 @@ def test_the_hash_covers_the_file_and_its_table(tmp_path: Path) -> None:
     assert (first.text, first.table_text) == (path.read_text("utf-8"), "radius\n50\n")
     table.write_text("radius\n51\n")
     assert load_manifest(path).sha256 != first.sha256
+
+
+def test_an_empty_cell_leaves_a_schemes_setting_out(tmp_path: Path) -> None:
+    written(tmp_path, "scheme,coupling_stiffness\ngalerkin,\nchain,3\nchain,\n", "cases.csv")
+    slab, given, own = expand(read(tmp_path, 'title = "x"\ntable = "cases.csv"'))
+    assert [each.case.flat["coupling_stiffness"] for each in (slab, given, own) if each.case] == [None, 3.0, 30.0]
+    assert "coupling_stiffness" not in slab.parameters
+    written(tmp_path, "radius,n_x\n,17\n", "cases.csv")
+    with pytest.raises(ManifestError, match='line 2: radius = "": needs a number'):
+        read(tmp_path, 'title = "x"\ntable = "cases.csv"')
 
 
 def test_a_table_of_cases_becomes_axes_read_together(tmp_path: Path) -> None:

@@ -18,6 +18,7 @@ import pytest
 
 from solver.case import Case, Effects, Heterogeneity, SlipRule
 from solver.drive import Scales
+from solver.elasticity.schemes.chain import Chain
 from solver.slab import Slab
 from study.manifest.drives import NamedDrive
 from study.plan.plan import _START, _seconds, memory_of
@@ -30,6 +31,7 @@ from study.plan.tasks import (
     record_task,
     run_task,
     states_task,
+    statistics_task,
 )
 
 FACTOR = 3.0
@@ -59,7 +61,7 @@ def driven(**drive: object) -> Task:
 TASKS: dict[str, Task] = {
     **{
         f"compliance, {scheme}, n_x = {n_x}": compliance(n_x=n_x, scheme=scheme)
-        for scheme in ("galerkin", "biquadratic", "half_plane")
+        for scheme in ("galerkin", "biquadratic", "half_plane", "chain")
         for n_x in (33, 65, 129, 257, 513)
     },
     "compliance of a thin slab": compliance(n_x=513, aspect_ratio=0.01),
@@ -75,6 +77,10 @@ TASKS: dict[str, Task] = {
     **{f"record, n_x = {n_x}": record(n_x) for n_x in (33, 65, 129, 257, 513)},
     "record, biquadratic": record(slab={"scheme": "biquadratic"}),
     "record on a half-plane": record(slab={"scheme": "half_plane"}),
+    **{
+        f"record on a chain of coupling {coupling}": record(slab={"scheme": Chain(coupling_stiffness=coupling)})
+        for coupling in (1.0, 30.0, 300.0)
+    },
     "record, held at the side": record(slab={"support": "right_side"}),
     **{f"record, μ_i = {friction}": record(intrinsic_friction=friction) for friction in (0.05, 0.25, 3.0)},
     **{
@@ -105,6 +111,8 @@ TASKS: dict[str, Task] = {
     "record over a spacing": record(max_events=None, max_displacement=0.0078),
     "record over little": record(513, max_events=None, max_displacement=3e-4),
     "record over a spacing, μ_i = 0.1": record(max_events=None, max_displacement=0.0078, intrinsic_friction=0.1),
+    "statistics": statistics_task(Case()),
+    "statistics of 20000 events": statistics_task(Case(max_events=20_000)),
     "states": states_task(Case(), (0, 500, 1000), False),
     "states, with the inside": states_task(Case(), (0, 500, 1000), True),
     "drive, exact": driven(),
@@ -132,7 +140,7 @@ def needs(task: Task) -> dict[str, TaskResult]:
     if not task.needs:
         return {}
     slab = compliance_task(task.slab)
-    if task.drive is None:
+    if task.drive is None and task.kind != "statistics":
         return {slab.key: result(slab)}
     assert task.case is not None
     sliding = record_task(task.case)

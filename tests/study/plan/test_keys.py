@@ -34,6 +34,7 @@ BASES = {
     "punch": Case(pin="flat_punch"),
     "paper's scheme": Case(slab=Slab(scheme="biquadratic")),
     "half-plane": Case(slab=Slab(scheme="half_plane")),
+    "chain": Case(slab=Slab(scheme="chain")),
     "without coupling": Case(effects=Effects(coupling=False)),
     "without limits of events": Case(max_events=None, max_spacings=2.0),
 }

@@ -1,0 +1,107 @@
+"""A chain of blocks in place of the slab: Burridge and Knopoff's model, Olami, Feder and Christensen's automaton.
+
+Every surface node is a block of its own. A leaf spring k_l holds it to the rigid plane sideways and a spring k_v under it
+upwards; a spring k_c couples it to either neighbour:
+
+    f_x,i = k_l u_i + k_c (2 u_i - u_(i-1) - u_(i+1)),    f_z,i = k_v w_i.
+
+So shear spreads from neighbour to neighbour alone, and pressure not at all. A push on one block of a long chain moves that
+at distance j by
+
+    C_ij = exp(-κ|j|) / (2 k_c sinh κ),    2 sinh(κ/2) = sqrt(k_l/k_c):
+
+it decays over 1/κ spacings, about sqrt(k_c/k_l), where the push on an elastic body decays as a power. The end blocks have no
+neighbour beyond them and are free there, as the slab's sides are.
+
+A block that slips until its force f is gone, all others held, hands α f to each neighbour, and the rest to its own leaf spring:
+
+    α = k_c / (k_l + 2 k_c),    at the ends k_c / (k_l + k_c).
+
+With full stress drop (residual_shear 0) and constant pressures that is the automaton, in one dimension and with α < 1/2;
+thresholds are μ_i times pressure. Simultaneous slips are its own order, the worst first is that of the nodes of a slab.
+"""
+
+from dataclasses import dataclass
+
+import numpy as np
+import scipy.linalg as la
+from numpy.typing import NDArray
+
+from solver.parameter import check, parameter, require
+from solver.slab import SCHEMES, Scheme, Slab
+
+Dense = NDArray[np.float64]
+
+
+@SCHEMES.register()
+@dataclass(frozen=True, slots=True)
+class Chain(Scheme):
+    """Blocks on springs. It has no height, no Poisson's ratio and no other support: aspect_ratio and poisson do not matter.
+
+    leaf_stiffness: per length of surface, in G/L_x; 1 is a layer of height L_x in simple shear. coupling_stiffness: k_c/k_l,
+    0 for blocks that do not know of each other. foundation_stiffness: of the springs under the blocks, per length of
+    surface, in G/L_x. The defaults make K, and under the paper's pin the width of the contact, about those of its slab.
+    """
+
+    name = "chain"
+    continuum = False
+    equal_widths = True
+    leaf_stiffness: float = parameter(
+        0.8, table="numerics", meaning="stiffness of a chain's leaf springs per length, in G/L_x", least=1e-6, most=1e6
+    )
+    coupling_stiffness: float = parameter(
+        30.0,
+        table="numerics",
+        meaning="stiffness of the spring between two blocks of a chain, over that of a leaf spring",
+        least=0.0,
+        most=1e6,
+    )
+    foundation_stiffness: float = parameter(
+        12.0,
+        table="numerics",
+        meaning="stiffness of the springs under a chain's blocks per length, in G/L_x",
+        least=1e-6,
+        most=1e6,
+    )
+
+    def __post_init__(self) -> None:
+        check(self)
+
+    @property
+    def bed_stiffness(self) -> float:
+        return self.foundation_stiffness
+
+    @property
+    def handed_on(self) -> float:
+        """α: share of a block's force that each neighbour gets when it slips."""
+        return self.coupling_stiffness / (1.0 + 2.0 * self.coupling_stiffness)
+
+    def completed(self, slab: Slab) -> "Chain":
+        require("support", slab.support, slab.support == "bonded", 'scheme = "galerkin" or "biquadratic"')
+        return self
+
+    def matrix(self, slab: Slab) -> Dense:
+        n, none = slab.n_x, np.zeros((slab.n_x, slab.n_x))
+        upright = np.eye(n) / (self.foundation_stiffness * slab.spacing)
+        return np.block([[lateral_compliance(self, slab), none], [none, upright]])
+
+    def lateral_stiffness(self, slab: Slab, nodes: float) -> float:
+        """K of so many neighbouring blocks that move together, far from the ends, in G: theirs and what they drag along."""
+        leaf, coupling = spring_stiffness(self, slab)
+        return leaf * nodes + float(np.sqrt(leaf**2 + 4.0 * leaf * coupling)) - leaf
+
+
+def spring_stiffness(chain: Chain, slab: Slab) -> tuple[float, float]:
+    """(k_l, k_c) of every block, in G per unit depth."""
+    leaf = chain.leaf_stiffness * slab.spacing
+    return leaf, leaf * chain.coupling_stiffness
+
+
+def lateral_compliance(chain: Chain, slab: Slab) -> Dense:
+    """u per f_x, (n, n), in 1/G, exactly symmetric: the inverse of a tridiagonal stiffness."""
+    leaf, coupling = spring_stiffness(chain, slab)
+    bands = np.full((2, slab.n_x), -coupling)
+    bands[1] = leaf + 2.0 * coupling
+    bands[1, [0, -1]] -= coupling
+    found = la.solveh_banded(bands, np.eye(slab.n_x))
+    return np.asarray((found + found.T) / 2)

@@ -1,0 +1,1 @@
+"""How event sizes are distributed: histograms, power laws and their rivals, correlations of successive events."""

@@ -1,0 +1,75 @@
+"""Sizes of the events of a friction record, and how successive events depend on each other."""
+
+import math
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from solver.sliding.record import FrictionRecord
+
+Vector = NDArray[np.float64]
+
+ROUNDING = 1e-10
+"""Force over the load, and energy over the square of the load, below which a difference is rounding: 1e-12 of the load is what
+one node's force is known to."""
+FEWEST = 10
+"""Events below which no correlation is computed."""
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class EventSizes:
+    """What each event of a record was, arrays (e,); a size of 0 is none. Lengths in L_x, forces over W, energies in W·L_x."""
+
+    slips: NDArray[np.int64]
+    extent: NDArray[np.int32]
+    drop: Vector
+    """Fall of F/W; rises are 0."""
+    energy: Vector
+    """Energy lost."""
+    step: Vector
+    """Displacement to the next event; NaN of the last."""
+
+
+DISCRETE = {"slips": True, "extent": True, "drop": False, "energy": False, "step": False}
+"""Size -> whether it is a whole number."""
+
+
+def event_sizes(record: FrictionRecord, beyond: float = -math.inf) -> EventSizes:
+    """The sizes of a record's events whose displacement is at least `beyond`."""
+    chosen = record.displacement >= beyond
+    drop = (record.force_before - record.force_after) / record.normal_load
+    energy = record.dissipated / record.normal_load
+    step = np.append(np.diff(record.displacement), math.nan)[-len(drop) :] if len(drop) else np.empty(0)
+    return EventSizes(
+        slips=record.slips[chosen],
+        extent=record.extent[chosen],
+        drop=np.where(drop > ROUNDING, drop, 0.0)[chosen],
+        energy=np.where(energy > ROUNDING * record.normal_load, energy, 0.0)[chosen],
+        step=step[chosen],
+    )
+
+
+def pooled(parts: list[EventSizes]) -> EventSizes:
+    """The events of several records, such as the members of an ensemble, one record behind the other."""
+    return EventSizes(**{name: np.concatenate([getattr(part, name) for part in parts]) for name in DISCRETE})
+
+
+def rank_correlation(first: Vector, second: Vector) -> float:
+    """Spearman's coefficient of two columns, -1 to 1; NaN of fewer than FEWEST pairs, or where one does not vary.
+
+    Of m independent pairs it is 0 with a standard error of 1/√(m - 1).
+    """
+    known = np.isfinite(first) & np.isfinite(second)
+    if known.sum() < FEWEST:
+        return math.nan
+    ranks = [_ranks(column[known]) for column in (first, second)]
+    ranks = [rank - rank.mean() for rank in ranks]
+    scale = math.sqrt(float(ranks[0] @ ranks[0]) * float(ranks[1] @ ranks[1]))
+    return float(ranks[0] @ ranks[1]) / scale if scale > 0.0 else math.nan
+
+
+def _ranks(values: Vector) -> Vector:
+    """Place of each value among all, from 1 on; equal ones share the mean of theirs."""
+    _, place, counts = np.unique(values, return_inverse=True, return_counts=True)
+    return np.asarray((np.cumsum(counts) - (counts - 1) / 2.0)[place])

@@ -1,0 +1,66 @@
+"""The distribution of event sizes in one value: exponent, cut-off, goodness of fit, and the law to prefer."""
+
+import math
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from solver.sliding.distributions.comparison import Comparison, comparisons, preferred
+from solver.sliding.distributions.goodness import DRAWS, goodness_of_fit
+from solver.sliding.distributions.power_law import fitted_power_law, sorted_sizes
+
+MEAN_FIELD = 1.5
+"""Exponent of avalanche sizes where every node loads all others alike (mean field, a critical branching process)."""
+GUTENBERG_RICHTER = 5.0 / 3.0
+"""Exponent of the released moment, or energy, where magnitudes follow Gutenberg and Richter's law with b = 1: 1 + 2b/3."""
+
+
+@dataclass(frozen=True, slots=True)
+class SizeDistribution:
+    """How sizes are distributed; what too few sizes cannot say is NaN, and `preferred` None.
+
+    Reference lines: MEAN_FIELD for slips, GUTENBERG_RICHTER for energies.
+    """
+
+    count: int
+    """Sizes above 0."""
+    mean: float
+    largest: float
+    exponent: float
+    """τ of the density x^-τ from the cut-off on."""
+    exponent_uncertainty: float
+    """Standard error of τ with the cut-off given, of independent sizes."""
+    cutoff: float
+    """Size from which on the power law is nearest to the sizes."""
+    tail: int
+    """Sizes from the cut-off on."""
+    distance: float
+    """Of Kolmogorov and Smirnov, between sizes and power law from the cut-off on."""
+    goodness: float
+    """Share of samples of the power law that are further from their fit: below 0.1 it is no power law."""
+    preferred: str | None
+    """One of comparison.LAWS."""
+    preferred_chance: float
+    """Probability that chance decides that preference; see comparison.preferred."""
+    comparisons: tuple[Comparison, ...]
+    """Every rival against the power law."""
+
+
+def size_distribution(
+    sizes: NDArray[np.float64] | NDArray[np.int64], *, discrete: bool, draws: int = DRAWS
+) -> SizeDistribution:
+    """The distribution of sizes, of one record or of many put together, in any order; those not above 0 are left out.
+
+    discrete: whole numbers, such as slips. draws: samples for the goodness of fit, 0 for none.
+    """
+    sample = sorted_sizes(sizes, discrete)
+    count, law = len(sample.values), fitted_power_law(sample)
+    mean = float(sample.values.mean()) if count else math.nan
+    largest = float(sample.values[-1]) if count else math.nan
+    if law is None:
+        nothing = (math.nan, math.nan, math.nan, 0, math.nan, math.nan, None, math.nan, ())
+        return SizeDistribution(count, mean, largest, *nothing)
+    rivals = comparisons(sample, law)
+    goodness = goodness_of_fit(sample, law, draws)
+    return SizeDistribution(count, mean, largest, *law, goodness, *preferred(rivals), rivals)

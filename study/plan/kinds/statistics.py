@@ -1,0 +1,38 @@
+"""How the sizes of a record's events are distributed: read off the record, where a campaign asks for it.
+
+It takes longer than a small record itself, so no record has it by itself.
+"""
+
+from solver.case import Case
+from solver.sliding.distributions.record import EventDistributions, event_distributions
+from solver.sliding.plateau import plateau_of
+from solver.sliding.record import FrictionRecord
+from study.manifest.manifest import Manifest
+from study.plan.keys import task_key
+from study.plan.kinds.kind import Computed, Kind, Part, Wanted, whole_again
+from study.plan.kinds.record import record_task
+from study.plan.task import Inputs, Task
+
+NAME = "statistics"
+
+
+def statistics_task(case: Case) -> Task:
+    """The distributions of the sizes of a case's events."""
+    record = record_task(case)
+    return Task(task_key(NAME, record.key), NAME, case.slab, case, needs=(record.key,), scalars_only=True)
+
+
+def _needed(manifest: Manifest) -> bool:
+    return manifest.outputs.statistics
+
+
+def _tasks(case: Case, manifest: Manifest) -> tuple[Wanted, ...]:
+    return (Wanted(statistics_task(case)),)
+
+
+def _run(task: Task, inputs: Inputs) -> Computed:
+    record = whole_again(FrictionRecord, inputs[task.needs[0]])
+    return Computed((event_distributions(record, plateau_of(record)),))
+
+
+STATISTICS = Kind(NAME, _needed, _tasks, _run, (Part(EventDistributions),))

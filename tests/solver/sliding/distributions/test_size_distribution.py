@@ -1,0 +1,71 @@
+"""One value for a sample: what it says follows from its parts, and what cannot be known is NaN."""
+
+import math
+import time
+
+import numpy as np
+import pytest
+
+from solver.sliding.distributions.goodness import power_law_sizes
+from solver.sliding.distributions.size_distribution import GUTENBERG_RICHTER, MEAN_FIELD, size_distribution
+
+
+def branching(rng: np.random.Generator, offspring: float, most: int = 10**8) -> int:
+    """Nodes of a family tree in which each node has a Poisson number of children: a mean-field avalanche."""
+    size, alive = 0, 1
+    while alive and size < most:
+        size += alive
+        alive = int(rng.poisson(offspring * alive))
+    return size
+
+
+def test_mean_field_avalanches_have_the_exponent_three_halves() -> None:
+    """Critical branching: P(s) falls as s^-3/2; its first sizes lie off the power law, so the cut-off is above 1."""
+    rng = np.random.default_rng(12)
+    found = size_distribution(np.array([branching(rng, 1.0) for _ in range(5000)]), discrete=True)
+    assert abs(found.exponent - MEAN_FIELD) < 3.0 * found.exponent_uncertainty
+    assert found.exponent_uncertainty < 0.05
+    assert found.goodness > 0.05
+    assert found.preferred == "power_law"
+
+
+def test_avalanches_below_criticality_have_an_upper_cutoff() -> None:
+    """Their number falls as s^-3/2 exp(-s/s_0) with 1/s_0 = R - 1 - ln R, 43 at R = 0.8."""
+    rng = np.random.default_rng(13)
+    found = size_distribution(np.array([branching(rng, 0.8) for _ in range(5000)]), discrete=True, draws=0)
+    assert found.preferred != "power_law" or found.cutoff > 20.0
+    assert math.isnan(found.goodness)
+
+
+def test_order_and_missing_sizes_do_not_matter() -> None:
+    sizes = power_law_sizes(np.random.default_rng(3), 400, 1.7, 1e-6, False)
+    one = size_distribution(sizes, discrete=False, draws=20)
+    other = size_distribution(np.concatenate((sizes[::-1], [0.0, -1.0, math.nan])), discrete=False, draws=20)
+    assert one == other
+    assert (one.count, one.largest, one.mean) == (400, sizes.max(), pytest.approx(sizes.mean()))
+    assert one.tail <= 400
+    assert {rival.name for rival in one.comparisons} == {"exponential", "lognormal", "truncated_power_law"}
+
+
+@pytest.mark.parametrize("sizes", [[], [1.0] * 100, list(range(1, 40))], ids=["none", "equal", "few"])
+def test_what_cannot_be_known_is_nan(sizes: list[float]) -> None:
+    found = size_distribution(np.array(sizes), discrete=True)
+    assert found.count == len(sizes)
+    assert math.isnan(found.exponent)
+    assert math.isnan(found.goodness)
+    assert found.preferred is None
+    assert found.tail == 0
+
+
+def test_reference_lines_are_those_of_the_literature() -> None:
+    assert MEAN_FIELD == 1.5
+    assert pytest.approx(1.0 + 2.0 / 3.0) == GUTENBERG_RICHTER
+
+
+def test_a_record_takes_well_under_a_second() -> None:
+    """0.1 s seen; a second leaves room for slow machines."""
+    sizes = power_law_sizes(np.random.default_rng(5), 2000, 1.5, 1.0, True)
+    size_distribution(sizes, discrete=True, draws=1)
+    start = time.process_time()
+    size_distribution(sizes, discrete=True)
+    assert time.process_time() - start < 1.0

@@ -1,0 +1,62 @@
+"""Statistics are read off a record that is there already, and only where a campaign asks for them."""
+
+import math
+from dataclasses import replace
+from pathlib import Path
+
+import pytest
+
+from solver.outcome import Ending
+from solver.sliding.distributions.record import event_distributions
+from solver.sliding.plateau import plateau_of
+from solver.sliding.record import FrictionRecord
+from study.manifest.problems import ManifestError
+from study.manifest.reader import load_manifest
+from study.plan.kinds.kind import whole_again
+from study.plan.plan import Plan, make_plan
+from study.plan.tasks import compliance_task, record_task, run_task, statistics_task
+from tests.study.plan.running import CASE, run, slid
+
+
+def planned(folder: Path, lines: str) -> Plan:
+    path = folder / "campaign.toml"
+    path.write_text(f'title = "x"\n{lines}\nnumerics.n_x = 17\nlimits.events = 50\n')
+    return make_plan(load_manifest(path))
+
+
+def test_the_numbers_are_those_of_the_record() -> None:
+    record = whole_again(FrictionRecord, slid(CASE))
+    expected = event_distributions(record, plateau_of(record))
+    result = run(compliance_task(CASE.slab), record_task(CASE), statistics_task(CASE))
+    assert result.outcome.ok
+    assert not result.arrays
+    assert result.scalars["slips_exponent"] == expected.slips_exponent
+    assert result.scalars["drop_step_correlation"] == expected.drop_step_correlation
+    assert result.scalars["sized_events"] == expected.sized_events > 50
+
+
+def test_a_short_record_has_none_and_a_failed_one_says_why() -> None:
+    short = replace(CASE, max_events=5)
+    result = run(compliance_task(short.slab), record_task(short), statistics_task(short))
+    assert result.outcome.ok
+    assert math.isnan(result.scalars["slips_exponent"])
+    assert math.isnan(result.scalars["slips_preferred"])
+    failed = replace(slid(short), outcome=replace(result.outcome, ending=Ending.CONTACT_LOST))
+    task = statistics_task(short)
+    assert run_task(task, {task.needs[0]: failed}).outcome.ending is Ending.NEEDS_FAILED
+
+
+@pytest.mark.parametrize("kept", ["true", "false"])
+def test_they_need_the_whole_record_whether_it_is_kept_or_not(tmp_path: Path, kept: str) -> None:
+    plan = planned(tmp_path, f"outputs.statistics = true\noutputs.records = {kept}")
+    tasks = {task.key: task for task in plan.tasks}
+    (mine,) = (task for task in plan.tasks if task.kind == "statistics")
+    record = tasks[mine.needs[0]]
+    assert not record.scalars_only
+    assert record.intermediate == (kept == "false")
+    assert all(task.kind != "statistics" for task in planned(tmp_path, "").tasks)
+
+
+def test_without_events_there_is_nothing_to_count(tmp_path: Path) -> None:
+    with pytest.raises(ManifestError, match=r'outputs.statistics = true: needs stage "slip"'):
+        planned(tmp_path, 'stages = ["contact"]\noutputs.statistics = true')
