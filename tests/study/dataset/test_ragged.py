@@ -36,7 +36,7 @@ def test_one_drives_trajectory_is_its_result_in_si(small):
     moved = trajectory_of(found, **{name: case.parameters[name] for name in CASE_DIMS}, drive="fast")
     result = store.read(plan.case_tasks[case.case_id].drives["fast"])
     assert moved["sample_time"][-1].item() == pytest.approx(
-        drive.in_si.duration, rel=1e-14
+        drive.drive.in_si.duration, rel=1e-14
     )  # there and back: two roundings
     scales = plan.manifest.scales
     np.testing.assert_array_equal(moved["sample_position"], result.arrays["position"] * scales.slab_width)
