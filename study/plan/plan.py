@@ -144,5 +144,5 @@ def _seconds(task: Task) -> float:
     if task.kind == "compliance" or task.case is None:
         return _START + condensation_seconds(task.slab)
     if task.drive is not None:
-        return _START + drive_seconds(task.drive, task.case)
+        return _START + drive_seconds(task.drive, task.case, task.fitted)
     return _START + seconds_of(task, task.case)
