@@ -11,8 +11,8 @@ from dataclasses import dataclass
 from typing import Any, ClassVar, Final, Literal, Self
 
 from solver.family import Family
-from solver.outcome import InvalidInput
-from solver.parameter import MOST_WHOLE, Parameter, check, declared, parameter
+from solver.outcome import InvalidInput, quoted
+from solver.parameter import MOST_WHOLE, Parameter, as_float, check, declared, parameter
 
 ProfileShape = Literal["sawtooth", "linear", "mean"]
 
@@ -77,6 +77,7 @@ class Drive:
     In these units the pin's mass is 1. damping_ratio is ζ = c/(2√(m·k)); 0 is no damper.
     integrator: settings of one of the integrators, or the name of one, with its own values.
     samples: number of evenly spaced output times after t = 0; a choice of storage, never a change of the result.
+    max_slips: the drive ends, completed, where the last of so many macroscopic slips ends, at the latest after `duration`.
     step_limit: segments (exact) or time steps (rk4) after which the drive is given up.
 
     surface_compliance: the contact yields with K before it slips (Eq. 13-14). Without, K → ∞: the pin is at rest while
@@ -117,6 +118,9 @@ class Drive:
         least=1,
         most=MOST_WHOLE,
     )
+    max_slips: int | None = parameter(
+        None, meaning="macroscopic slips after which a drive ends", least=1, most=MOST_WHOLE
+    )
 
     def __post_init__(self) -> None:
         check(self)
@@ -141,11 +145,12 @@ class Drive:
     def from_si(cls, scales: Scales | None = None, pin_mass: float = 0.5, **parameters: Any) -> Self:
         """The drive of a pin of this mass (kg), from values in SI: N/m, m/s, s; the paper's for what is not given.
 
+        `duration_periods` instead of `duration` is that time in periods of the pin on its spring.
         Raises InvalidInput for values out of range, TypeError for names that no drive has.
         """
-        if strangers := parameters.keys() - parameters_of_a_drive().keys():
+        if strangers := parameters.keys() - {*parameters_of_a_drive(), PERIODS}:
             raise TypeError(f"Drive.from_si() got unexpected keyword arguments {sorted(strangers)}")
-        return cls.of({**si_defaults(), **parameters}).scaled(scales or Scales(), pin_mass)
+        return cls.of({**si_defaults(), **in_seconds(parameters, pin_mass)}).scaled(scales or Scales(), pin_mass)
 
     @property
     def flat(self) -> dict[str, Any]:
@@ -169,6 +174,33 @@ _FROM_SI: Final[dict[str, Callable[[float, Scales, float], float]]] = {
     "time": lambda value, scales, time: value / time,
 }
 """Scale of a parameter -> its value in the solver's units, from SI; time: their unit of time, in s."""
+
+
+PERIODS: Final = "duration_periods"
+"""The other way to say how long a drive lasts."""
+
+
+def natural_period(spring_stiffness: float, pin_mass: float) -> float:
+    """2π√(m/k): the period of the pin on its spring, without friction and damper."""
+    return 2.0 * math.pi * math.sqrt(pin_mass / spring_stiffness)
+
+
+def in_seconds(parameters: Mapping[str, Any], pin_mass: float) -> dict[str, Any]:
+    """Parameters of a drive in SI with `duration` in s, also where they give it as `duration_periods`.
+
+    pin_mass: in kg. Raises InvalidInput where both are given, or the stiffness is out of range.
+    """
+    found = dict(parameters)
+    periods = found.pop(PERIODS, None)
+    if periods is None:
+        return found
+    if "duration" in found:
+        raise InvalidInput(
+            f"{PERIODS} = {quoted(periods)}: needs to be left out beside duration = {quoted(found['duration'])}"
+        )
+    stiffness = {name: found[name] for name in ("spring_stiffness",) if name in found}
+    period = natural_period(Drive.of({**si_defaults(), **stiffness}).spring_stiffness, as_float("pin_mass", pin_mass))
+    return {**found, "duration": as_float(PERIODS, periods) * period}
 
 
 def parameters_of_a_drive() -> dict[str, Parameter]:

@@ -30,7 +30,7 @@ ORDER = {
     "runge_kutta",
     "study": "shipped toml_text provenance origin manifest discretization plan dataset execution report figures accuracy api "
     "commands __main__",
-    "study.manifest": "parameters problems columns drives manifest checker named_files reader effects cases",
+    "study.manifest": "parameters problems columns drives manifest checker named_files drive_tables reader effects cases",
     "study.discretization": "front targets",
     "study.plan": "task keys kinds tasks condensation cost drive_cost plan flags spans memory",
     "study.plan.kinds": "kind compliance contact record statistics states drive",

@@ -17,6 +17,7 @@ from solver.dynamics.precision import nothing, resolved
 from solver.dynamics.result import BINS, DynamicsResult
 from solver.dynamics.rk4 import RK4
 from solver.outcome import InvalidInput, Outcome
+from solver.parameter import MOST_WHOLE
 
 __all__ = ["RK4", "DynamicsResult", "Exact", "integrate"]
 
@@ -44,11 +45,17 @@ def integrate(friction_limit: FrictionLimit, drive: Drive, surface_stiffness: fl
         presliding=friction_limit.steady_force / surface_stiffness,
         duration=drive.duration,
         instant=1e-8 / (math.sqrt(k + stiffest) + damping),
+        most_slips=drive.max_slips or MOST_WHOLE,
+        recorded=drive.duration,
     )
     run, outcome = _run(friction_limit, motion, drive)
-    time = drive.duration * (np.arange(drive.samples + 1) / drive.samples)
+    if outcome.ok and run.reached < motion.duration:  # by its slips: the same once more, spread over the time it took
+        motion = motion._replace(recorded=run.reached)
+        run, outcome = _run(friction_limit, motion, drive)
+    time = motion.recorded * (np.arange(drive.samples + 1) / drive.samples)
     position, velocity, friction_force = run.samples.T.copy()
     slip_time, slip_position, slip_force, restick_time, restick_position = run.slips.T.copy()
+    spring_range = run.largest_spring_force - run.least_spring_force
     return DynamicsResult(
         time=time,
         position=position,
@@ -62,12 +69,14 @@ def integrate(friction_limit: FrictionLimit, drive: Drive, surface_stiffness: fl
         restick_position=restick_position,
         micro_slips=run.micro_slips,
         micro_travel=run.micro_travel,
-        binned_force=np.diff(run.impulse) * (BINS / drive.duration),
+        binned_force=np.diff(run.impulse) * (BINS / motion.recorded),
         friction_work=run.friction_work,
         stick_velocity=motion.stick_velocity,
         presliding_length=motion.presliding,
         settling_time=max(2.0 * math.pi / math.sqrt(k), damping / k),
         steps=run.steps,
+        end_time=float(time[-1]),
+        spring_force_range=spring_range if math.isfinite(spring_range) else math.nan,
         outcome=outcome,
     )
 

@@ -2,6 +2,8 @@
 
 from abc import abstractmethod
 
+import numpy as np
+
 from solver.drive import Drive, Integrator
 from solver.dynamics.kernels.state import Motion, Run, Teeth
 from solver.outcome import COMPLETED, Ending, Outcome
@@ -12,12 +14,12 @@ class Method(Integrator):
 
     @abstractmethod
     def run(self, teeth: Teeth, motion: Motion, drive: Drive) -> tuple[Run, Outcome]:
-        """Integrate to the drive's end, to its `step_limit`, or to where F would follow -F̃ unless it may."""
+        """Integrate to the drive's end or its last slip, to its `step_limit`, or to where F would follow -F̃ unless it may."""
 
 
 def outcome_of(run: Run, motion: Motion, step_limit: int) -> Outcome:
     """How a run of segments ended: `COMPLETED`, `STEP_LIMIT` or `REVERSED`."""
-    if run.reached >= motion.duration:
+    if run.reached >= motion.duration or slipped_enough(run, motion):
         return COMPLETED
     if run.steps < step_limit:
         return reversed_at(run)
@@ -26,6 +28,11 @@ def outcome_of(run: Run, motion: Motion, step_limit: int) -> Outcome:
         "raise step_limit, shorten the drive, or look for chatter in the friction profile"
     )
     return Outcome(Ending.STEP_LIMIT, message)
+
+
+def slipped_enough(run: Run, motion: Motion) -> bool:
+    """Whether as many macroscopic slips have ended as the drive was to last."""
+    return int(np.count_nonzero(np.isfinite(run.slips[:, 3]))) >= motion.most_slips
 
 
 def reversed_at(run: Run) -> Outcome:

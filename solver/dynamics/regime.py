@@ -3,12 +3,17 @@
 What the pin does at last counts: many a drive re-sticks once or twice while its first slip rings out, then slides for
 good (§3.3). A slip that has not ended is called sliding once it has lasted longer than every cycle before it, from one
 slip's start to the next one's. A motion that repeats itself never gets there: its slips are shorter than its cycles.
+
+Amplitude and period are those of the second half of the time, when the start has rung out, and are left out where that half
+shows no whole cycle.
 """
 
+import math
 from dataclasses import dataclass, field
 from typing import Final, Literal, get_args
 
 import numpy as np
+from numpy.typing import NDArray
 
 from solver.dynamics.integrate import DynamicsResult
 from solver.quantity import quantity
@@ -24,7 +29,10 @@ class StickSlipCount:
 
     resticks: macroscopic slips that ended, each where the pin came down to `stick_velocity`, or to rest.
     time_stuck: share of the drive's duration outside macroscopic slips; the micro slips of a stuck pin count as stuck.
-    NaN, and regime None, of a run that ended early.
+    spring_force_amplitude: in G·L_x·L_y, largest less least spring force in the second half of the time; NaN unless two
+        macroscopic slips begin in it or one lasts all through it. stick_slip_period: mean time from one slip's start to the
+        next one's there; NaN of a pin that slides or sticks.
+    All but the counts are NaN, and regime None, of a run that ended early.
     """
 
     macroscopic_slips: int = field(metadata=quantity("slips longer than the presliding length"))
@@ -42,17 +50,53 @@ class StickSlipCount:
             words=REGIMES,
         )
     )
+    spring_force_amplitude: float = field(
+        metadata=quantity(
+            "peak-to-peak spring force over load",
+            comment="in the second half of the drive's time; NaN unless two macroscopic slips begin in it or one lasts all "
+            "through it",
+            per="normal_load",
+        )
+    )
+    stick_slip_period: float = field(
+        metadata=quantity(
+            "period of stick-slip",
+            "",
+            "s",
+            per="time",
+            uncertainty="stick_slip_period_uncertainty",
+            comment="mean time from the start of one macroscopic slip to the next, of those that begin in the second half of the "
+            "drive's time; NaN unless the regime is stick_slip and two begin there",
+        )
+    )
+    stick_slip_period_uncertainty: float = field(
+        metadata=quantity("standard error of the period of stick-slip", "", "s", per="time")
+    )
 
 
 def count_sticks(result: DynamicsResult) -> StickSlipCount:
-    """Count the re-sticks of a drive, the time it was stuck, and name its regime."""
+    """Count the re-sticks of a drive, the time it was stuck, name its regime, and measure what repeats itself."""
     slips, resticks = len(result.slip_time), int(np.count_nonzero(~np.isnan(result.restick_time)))
+    nan = float("nan")
     if not result.outcome.ok:
-        return StickSlipCount(slips, resticks, float("nan"), None)
+        return StickSlipCount(slips, resticks, nan, None, nan, nan, nan)
     duration = float(result.time[-1])
     ends = np.where(np.isnan(result.restick_time), duration, result.restick_time)
-    slipping = float(np.sum(ends - result.slip_time))
-    return StickSlipCount(slips, resticks, 1.0 - slipping / duration, _regime(result, resticks, duration))
+    stuck = 1.0 - float(np.sum(ends - result.slip_time)) / duration
+    regime = _regime(result, resticks, duration)
+    late = result.slip_time[result.slip_time >= 0.5 * duration]
+    sliding = bool(slips) and not len(late) and resticks < slips
+    amplitude = result.spring_force_range if sliding or len(late) > 1 else nan
+    period, error = _mean_cycle(np.diff(late)) if regime == "stick_slip" else (nan, nan)
+    return StickSlipCount(slips, resticks, stuck, regime, amplitude, period, error)
+
+
+def _mean_cycle(cycles: NDArray[np.float64]) -> tuple[float, float]:
+    """Mean of the cycles and its standard error, NaN for what so few do not tell."""
+    if not len(cycles):
+        return math.nan, math.nan
+    error = float(np.std(cycles, ddof=1)) / math.sqrt(len(cycles)) if len(cycles) > 1 else math.nan
+    return float(cycles.mean()), error
 
 
 def _regime(result: DynamicsResult, resticks: int, duration: float) -> Regime:

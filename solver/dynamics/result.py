@@ -37,7 +37,7 @@ class DynamicsResult:
             "time since the stage started", "", "s", per="time", along="sample", coordinate=True, symbol="t"
         )
     )
-    """(n + 1,) evenly spaced times from 0 to the drive's duration."""
+    """(n + 1,) evenly spaced times from 0 to the end of the drive."""
     position: NDArray[np.float64] = field(
         metadata=sample("position of the pin", "position", "m", per="length", symbol="x")
     )
@@ -82,6 +82,8 @@ class DynamicsResult:
     micro_travel: float = field(metadata=quantity("total length of the micro slips", "", "m", per="length"))
     binned_force: NDArray[np.float64]
     """(256,) mean driving force in equal stretches of time."""
+    spring_force_range: float
+    """Largest less least spring force in the second half of the time, in G·L_x·L_y."""
     friction_work: float = field(metadata=quantity("work against friction, in W·L_x", per="normal_load"))
     """∫F dx: what friction took, the energy still stored in the elastic contact included."""
     stick_velocity: float = field(
@@ -103,6 +105,8 @@ class DynamicsResult:
         metadata=quantity("stretch of the contact before it slides", "", "m", per="length")
     )
     """Mean steady friction over K."""
+    end_time: float = field(metadata=quantity("time at which the drive ended", "", "s", per="time"))
+    """Its duration, or where its last slip ended."""
     steps: int = field(metadata=quantity("segments or time steps of the integrator"))
     outcome: Outcome
     """How the run ended."""

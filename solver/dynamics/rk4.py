@@ -12,7 +12,7 @@ import numpy as np
 from solver.drive import INTEGRATORS, Drive
 from solver.dynamics.kernels.runge_kutta import integrate_by_steps
 from solver.dynamics.kernels.state import Motion, Run, Teeth
-from solver.dynamics.method import Method, reversed_at
+from solver.dynamics.method import Method, reversed_at, slipped_enough
 from solver.dynamics.precision import nothing
 from solver.dynamics.result import BINS
 from solver.outcome import COMPLETED, Ending, Outcome
@@ -62,7 +62,7 @@ def integrate_rk4(
     if math.isnan(run.friction_work):
         message = f"time_step = {time_step:.6g}: the motion ran away at t = {run.reached:.6g}; needs a shorter step"
         return run, Outcome(Ending.UNSTABLE_STEP, message)
-    return run, COMPLETED if run.steps == steps else reversed_at(run)
+    return run, COMPLETED if run.steps == steps or slipped_enough(run, motion) else reversed_at(run)
 
 
 def is_stable(time_step: float, motion: Motion) -> bool:

@@ -91,7 +91,7 @@ def setup_of(manifest: Manifest) -> Setup:
         raise ManifestError([f"{manifest.path}: support = {shown(POINT)}: {POINTLESS}"])
     every = dict.fromkeys(discretized(each.case.slab, {}) for each in cases if each.case)
     slabs = (slab for slab in every if slab.support != POINT)
-    drive = manifest.drives[0] if manifest.drives else NamedDrive("paper")
+    drive = next((each.drive for each in manifest.drives if each.drive), NamedDrive("paper"))
     return Setup(manifest.title, first.case, tuple(slabs), drive, manifest.scales)
 
 

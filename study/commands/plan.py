@@ -29,6 +29,11 @@ def _print_plan(plan: Plan, remaining: tuple[Task, ...]) -> None:
     if manifest.accuracy is not None:
         click.echo(f"accuracy = {manifest.accuracy:g}: {choice(manifest)}")
     _print_effects(plan)
+    if manifest.drive_axes and manifest.drives:
+        impossible = [drive for drive in manifest.drives if drive.drive is None]
+        click.echo(f"{len(manifest.drives)} drives of each case, {len(impossible)} of them refused")
+        for drive in impossible:
+            click.echo(f"refused: drive {drive.label}: {drive.outcome.message}")
     if left_out := manifest.drives_left_out:
         click.echo(f'drives left out, as stages leave out "dynamics": {", ".join(left_out)}')
     print_counts(plan.tasks, remaining)

@@ -1,9 +1,10 @@
 """Results -> one labelled dataset. The same results give the same bytes, whatever computed them, when, in what order.
 
 The root has scalars over the cases: over `intrinsic_friction`, `radius`, `aspect_ratio`, `n_x` and every further axis of
-several values where the design is a full product, over `case` otherwise; over `drive` too where there are several. Records,
-trajectories, contacts and the inside of slabs differ in length: each sort is a group of contiguous ragged arrays, which
-`study.dataset.access` cuts apart. Who computed them is in the group `software`.
+several values where the design is a full product, over `case` otherwise. Those of drives lie over `drive` too where there are
+several tables of them, and over every drive axis of several values. Records, trajectories, contacts and the inside of slabs
+differ in length: each sort is a group of contiguous ragged arrays, which `study.dataset.access` cuts apart. Who computed them
+is in the group `software`.
 """
 
 import json
@@ -42,8 +43,10 @@ from study.dataset.variables import (
 from study.discretization.front import Front, load_front
 from study.discretization.targets import chosen
 from study.manifest.cases import CampaignCase
+from study.manifest.drives import CampaignDrive
 from study.manifest.manifest import Manifest
 from study.origin import NOBODY, Origin, Origins, census, mixture, stemming
+from study.plan.kinds.kind import left_out
 from study.plan.plan import CaseTasks, Plan
 from study.plan.task import TaskResult
 from study.plan.tasks import KINDS, needed_kinds
@@ -55,7 +58,7 @@ def collect(plan: Plan, store: Store) -> xr.Dataset:
     layout = layout_of(plan)
     runs = _runs(manifest)
     table = _Table(manifest, layout, runs)
-    drives = {drive.name: drive for drive in manifest.drives}
+    drives = {drive.label: drive for drive in manifest.drives}
     front = load_front(manifest.front, manifest.front_text)
     makers: dict[str, Origins] = {}
     for case in plan.cases:
@@ -63,22 +66,21 @@ def collect(plan: Plan, store: Store) -> xr.Dataset:
             table.put(DISCRETIZATION_ERROR.name, case, "", front.expected_error(case.case))
         results = _results(plan.case_tasks[case.case_id], store)
         table.say_outcome(case, _outcome(case, results))
-        for name in drives:
-            driven = results.get(("drive", name))
-            table.say_outcome(case, driven.outcome if driven else None if case.case else case.outcome, name)
+        for name, drive in drives.items():
+            table.say_outcome(case, _drive_outcome(case, drive, results.get(("drive", name))), name)
         table.say_makers(case, results)
         for (kind, name), result in results.items():
             if result is None or case.case is None:
                 continue
             if kind != "compliance":  # what is made of it says whose it was
                 makers[result.key] = result.origins
-            by = factors(case.case, manifest.scales, drives.get(name))
+            by = factors(case.case, manifest.scales, drives[name].drive if name else None)
             table.enter(case, name, result, by)
         for each in runs:
             for name in drives if each.group.driven else ("",):
                 parts = [found for kind in each.group.kinds if (found := results.get((kind, name)))]
                 if parts and case.case is not None:
-                    by = factors(case.case, manifest.scales, drives.get(name))
+                    by = factors(case.case, manifest.scales, drives[name].drive if name else None)
                     table.put(each.group.id.name, case, name, each.add(parts, by, case.case_id, name))
     counts = census(makers.values())
     variables = table.variables | ensemble_variables(table.variables)
@@ -87,7 +89,7 @@ def collect(plan: Plan, store: Store) -> xr.Dataset:
 
 
 Results = dict[tuple[str, str], TaskResult | None]
-"""Kind of task and name of its drive ("" without one) -> its result, None where it is not finished."""
+"""Kind of task and label of its drive ("" without one) -> its result, None where it is not finished."""
 
 
 def _results(keys: CaseTasks, store: Store) -> Results:
@@ -107,12 +109,18 @@ def _outcome(case: CampaignCase, results: Results) -> Outcome | None:
     return outcome
 
 
+def _drive_outcome(case: CampaignCase, drive: CampaignDrive, result: TaskResult | None) -> Outcome | None:
+    """How a drive ended: refused with its case or by itself, or as its result says; None while unfinished."""
+    if case.case is None or drive.drive is None:
+        return case.outcome if case.case is None else drive.outcome
+    return result.outcome if result else None
+
+
 class _Table:
-    """The variables over the cases, and over the drives where there are several: the same ones whatever the results."""
+    """The variables over the cases, and over the drives where they vary: the same ones whatever the results."""
 
     def __init__(self, manifest: Manifest, layout: Layout, runs: list[Runs]) -> None:
         self._layout = layout
-        self._drives = [drive.name for drive in manifest.drives]
         self.variables: dict[str, Any] = {}
         kinds = needed_kinds(manifest)
         for kind in ("", "drive"):
@@ -125,15 +133,16 @@ class _Table:
         self._declare("", ADVICE, "")
         for kind in KINDS:
             if kind in kinds:
-                for quantity in (*scalars(kind).values(), *companions(kind).values()):
-                    self._declare(kind, quantity, _nothing(quantity))
+                apart = left_out(KINDS[kind], manifest)
+                for name, quantity in (*scalars(kind).items(), *companions(kind).items()):
+                    if name not in apart:
+                        self._declare(kind, quantity, _nothing(quantity))
         for each in runs:
             self._declare("drive" if each.group.driven else "", each.group.id, "")
 
     def _declare(self, kind: str, quantity: Quantity, fill: object) -> None:
-        dims = {name: len(values) for name, values in self._layout.axes.items()}
-        if kind == "drive" and len(self._drives) > 1:
-            dims["drive"] = len(self._drives)
+        axes = self._layout.axes | (self._layout.drive_axes if kind == "drive" else {})
+        dims = {name: len(values) for name, values in axes.items()}
         values = np.full(tuple(dims.values()), fill, dtype=object if isinstance(fill, str) else None)
         self.variables[quantity.name] = xr.Variable(tuple(dims), values, attributes(quantity))
 
@@ -141,7 +150,9 @@ class _Table:
         """Set one value."""
         variable = self.variables[name]
         position = self._layout.position[case.case_id]
-        variable.values[(*position, self._drives.index(drive)) if "drive" in variable.dims else position] = value
+        if len(variable.dims) > len(position):
+            position += self._layout.drive_position[drive]
+        variable.values[position] = value
 
     def say_outcome(self, case: CampaignCase, outcome: Outcome | None, drive: str = "") -> None:
         """Set how a case, or its drive, ended; None leaves it pending."""

@@ -72,7 +72,8 @@ def _reduced(name: str, variables: Mapping[str, xr.Variable]) -> dict[str, xr.Va
     stated = _by_member(variables.get(_uncertainty_of(name, variable), 0.0 * variable))
     spans = _by_member(variables["record_spacings"])
     if spans.ndim < values.ndim:  # a record serves all drives
-        spans = np.broadcast_to(spans[..., None, :], values.shape)
+        between = (1,) * (values.ndim - spans.ndim)
+        spans = np.broadcast_to(spans.reshape(*spans.shape[:-1], *between, spans.shape[-1]), values.shape)
     weights = _by_member(variables["events"]) if name in PER_EVENT else np.ones_like(values)
     parts: dict[str, Any] = {
         "mean": lambda place: _mean(values[place], weights[place]),
@@ -132,7 +133,7 @@ def over_members(dataset: xr.Dataset) -> xr.Dataset:
 
 
 def _dims_of_cases(dataset: xr.Dataset) -> set[Any]:
-    return set(dataset["outcome"].dims) | {"drive"}
+    return {dim for name in ("outcome", "drive_outcome") if name in dataset for dim in dataset[name].dims}
 
 
 def _joined(array: xr.DataArray) -> xr.DataArray:

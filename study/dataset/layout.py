@@ -1,6 +1,6 @@
-"""Where each case of a campaign lies in its dataset: the dimensions, and every parameter along them."""
+"""Where each case and drive of a campaign lies in its dataset: the dimensions, and every parameter along them."""
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any
 
@@ -19,27 +19,50 @@ from study.plan.tasks import needed_kinds
 
 @dataclass(frozen=True, slots=True)
 class Layout:
-    """Where each case lies: the axes that are dimensions, and case_id -> position."""
+    """Where each case and each drive lies: the axes that are dimensions, and a position along them."""
 
     axes: dict[str, tuple[Value, ...]]
+    """Of the cases."""
     position: Mapping[str, tuple[int, ...]]
+    """case_id -> position."""
+    drive_axes: dict[str, tuple[Value, ...]]
+    """Of the drives, which follow those of the cases."""
+    drive_position: Mapping[str, tuple[int, ...]]
+    """Label of a drive -> position."""
 
 
 def layout_of(plan: Plan) -> Layout:
-    """The axes where the design is a full product, else the list of cases; members of an ensemble come last."""
+    """The axes where the design is a full product, else the list of cases; members of an ensemble come last.
+
+    Drives lie along `drive`, where there are several tables of them, and along the drive axes of several values.
+    """
+    drive_axes = _drive_axes(plan.manifest)
+    return Layout(*_of_cases(plan), drive_axes, _drive_positions(plan.manifest, drive_axes))
+
+
+def _drive_axes(manifest: Manifest) -> dict[str, tuple[Value, ...]]:
+    names = tuple(dict.fromkeys(drive.name for drive in manifest.drives))
+    found = {"drive": names, **manifest.drive_axes}
+    return {name: values for name, values in found.items() if len(values) > 1}
+
+
+def _drive_positions(manifest: Manifest, axes: dict[str, tuple[Value, ...]]) -> dict[str, tuple[int, ...]]:
+    numbers = {name: {value: number for number, value in enumerate(values)} for name, values in axes.items()}
+    points = {drive.label: {"drive": drive.name, **drive.point} for drive in manifest.drives}
+    return {label: tuple(numbers[name][point[name]] for name in axes) for label, point in points.items()}
+
+
+def _of_cases(plan: Plan) -> tuple[dict[str, tuple[Value, ...]], dict[str, tuple[int, ...]]]:
     members = plan.manifest.ensemble.members
     ensemble: dict[str, tuple[Value, ...]] = {MEMBER: tuple(range(members))} if members > 1 else {}
     if plan.manifest.design != "product":
         axes: dict[str, tuple[Value, ...]] = {"case": tuple(range(len(plan.cases) // members)), **ensemble}
         places = (divmod(number, members) if ensemble else (number,) for number in range(len(plan.cases)))
-        return Layout(axes, {case.case_id: place for case, place in zip(plan.cases, places, strict=True)})
+        return axes, {case.case_id: place for case, place in zip(plan.cases, places, strict=True)}
     given = plan.manifest.axes
     names = (*STANDARD, *(name for name, values in given.items() if name not in STANDARD and len(values) > 1))
     axes = {name: tuple(given.get(name, (plan.cases[0].parameters[name],))) for name in names} | ensemble
-    return Layout(
-        axes,
-        {case.case_id: tuple(axes[name].index(case.parameters[name]) for name in axes) for case in plan.cases},
-    )
+    return axes, {case.case_id: tuple(axes[name].index(case.parameters[name]) for name in axes) for case in plan.cases}
 
 
 def coordinates(plan: Plan, layout: Layout) -> dict[str, Any]:
@@ -75,7 +98,7 @@ def coordinates(plan: Plan, layout: Layout) -> dict[str, Any]:
         if dims[-1] == MEMBER and name not in VARIED:
             spread, dims = spread[..., 0], dims[:-1]
         found[name] = (dims, spread, attributes(_parameter(name)))
-    return found | _drive_coordinates(plan.manifest)
+    return found | _drive_coordinates(plan.manifest, layout)
 
 
 def _mattering(case: CampaignCase, exclusions: tuple[Exclusion, ...]) -> dict[str, Any]:
@@ -86,18 +109,34 @@ def _mattering(case: CampaignCase, exclusions: tuple[Exclusion, ...]) -> dict[st
     return {name: value for name, value in {**case.parameters, **case.case.flat}.items() if name not in idle}
 
 
-def _drive_coordinates(manifest: Manifest) -> dict[str, Any]:
-    """The drives' names and settings, along `drive` where there are several, else once."""
-    drives = manifest.drives
+def _drive_coordinates(manifest: Manifest, layout: Layout) -> dict[str, Any]:
+    """The drives' names and settings: along their own dimension, along `drive`, and along those with which they vary."""
     found: dict[str, Any] = {}
-    for name in ("name", *parameters()) if drives else ():
-        values = [{"name": drive.name, **drive.flat}.get(name) for drive in drives]
-        if any(value is not None for value in values):
-            label = DRIVE_NAME if name == "name" else parameters()[name]
-            array = array_of([np.nan if value is None else value for value in values])
-            dims = "drive" if len(drives) > 1 else ()
-            found[label.name] = (dims, array if dims else array[0], attributes(label))
+    points = {layout.drive_position[each.label]: {"drive": each.name, **each.settings} for each in manifest.drives}
+    for name in ("drive", *parameters()) if points else ():
+        label = DRIVE_NAME if name == "drive" else parameters()[name]
+        if name in layout.drive_axes:
+            found[name] = (name, array_of(layout.drive_axes[name]), attributes(label))
+            continue
+        given = {position: point.get(name) for position, point in points.items()}
+        if any(value is not None for value in given.values()):
+            found[name] = (*_spread(given, layout.drive_axes), attributes(label))
     return found
+
+
+def _spread(given: Mapping[tuple[int, ...], Any], axes: Mapping[str, Sequence[Value]]) -> tuple[tuple[str, ...], Any]:
+    """Dimensions and values of a setting of the drives, without the axes along which it is the same; `drive` stays."""
+    values = np.full(tuple(len(each) for each in axes.values()), None, dtype=object)
+    for position, value in given.items():
+        values[position] = value
+    dims = tuple(axes)
+    for axis in axes:
+        first = values.take([0], dims.index(axis))
+        if axis != "drive" and np.all(values == first):
+            values, dims = first.squeeze(dims.index(axis)), tuple(dim for dim in dims if dim != axis)
+    missing: Any = "" if any(isinstance(value, str) for value in given.values()) else np.nan
+    flat = [missing if value is None else value for value in values.ravel().tolist()]
+    return dims, array_of(flat).reshape(values.shape)[()]
 
 
 def array_of(values: Any) -> Any:

@@ -29,6 +29,7 @@ from numpy.typing import NDArray
 from study.dataset import file
 from study.dataset.collect import collect
 from study.dataset.groups import loaded
+from study.dataset.layout import Layout, layout_of
 from study.dataset.pair import Finding, Pair, Shared, finding_of, place_of
 from study.dataset.store import Store, StoreError
 from study.dataset.variables import OUTCOMES
@@ -119,20 +120,24 @@ def sample(cases: Sequence[CampaignCase], count: int | None) -> tuple[CampaignCa
 def tasks_of(plan: Plan, cases: Sequence[CampaignCase], found: xr.Dataset) -> tuple[Task, ...]:
     """The tasks that these cases' part of the dataset is made of, and what they need, needs first."""
     wanted: set[str] = set()
+    layout = layout_of(plan)
     for case in cases:
         keys = plan.case_tasks[case.case_id]
-        wanted |= {key for (_, drive), key in keys.keys.items() if not (drive and _drive_pending(found, case, drive))}
+        pending = _pending_drives(layout, found, case) if keys.drives else set()
+        wanted |= {key for (_, drive), key in keys.keys.items() if drive not in pending}
     for task in reversed(plan.tasks):
         if task.key in wanted:
             wanted |= set(task.needs)
     return tuple(task for task in plan.tasks if task.key in wanted)
 
 
-def _drive_pending(found: xr.Dataset, case: CampaignCase, drive: str) -> bool:
-    ending = found[OUTCOMES["drive"][0].name].isel(place_of(found, case.case_id) or {})
-    if "drive" in ending.dims:
-        ending = ending.isel(drive=found["drive"].values.tolist().index(drive))
-    return bool(np.any(ending.values == file.PENDING))
+def _pending_drives(layout: Layout, found: xr.Dataset, case: CampaignCase) -> set[str]:
+    """Labels of the drives of a case that the dataset has no result of."""
+    place = place_of(found, case.case_id)
+    endings = found[OUTCOMES["drive"][0].name].isel(place or {}).values
+    if place is None or endings.shape != tuple(len(values) for values in layout.drive_axes.values()):
+        return set()  # another manifest's dataset, as comparing it will tell
+    return {label for label, position in layout.drive_position.items() if endings[position] == file.PENDING}
 
 
 def compare(found: xr.Dataset, plan: Plan, cases: Sequence[CampaignCase], store: Store) -> Iterator[Finding]:

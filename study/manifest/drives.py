@@ -4,9 +4,10 @@ from collections.abc import Mapping
 from dataclasses import dataclass, field
 from typing import Any, Self
 
-from solver.drive import Drive, Scales, parameters_of_a_drive, si_defaults
-from solver.outcome import InvalidInput, quoted
+from solver.drive import PERIODS, Drive, Scales, in_seconds, parameters_of_a_drive, si_defaults
+from solver.outcome import InvalidInput, Outcome, quoted
 from solver.parameter import Parameter, check, declared, parameter
+from study.manifest.parameters import Value
 
 
 @dataclass(frozen=True, slots=True)
@@ -15,6 +16,10 @@ class NamedDrive:
 
     name: str
     pin_mass: float = parameter(0.5, meaning="mass of the pin", symbol="m", unit="kg", least=1e-30, most=1e30)
+    duration_periods: float | None = parameter(
+        None, meaning="duration in periods of the pin on its spring", least=1e-30, most=1e30
+    )
+    """In units of 2π√(m/k), where it was given so; `in_si` has it in s."""
     in_si: Drive = field(default_factory=lambda: Drive.of(si_defaults()))
     """The drive with its values in SI. The ranges of its parameters are the same as in the solver's units."""
 
@@ -27,16 +32,41 @@ class NamedDrive:
     def of(cls, name: str, **entries: Any) -> Self:
         """The drive from the entries of a table [[drives]]; the paper's values for the rest. Raises InvalidInput."""
         own = {key: entries.pop(key) for key in declared(cls) if key in entries}
+        checked = cls(name, **own)
+        if checked.duration_periods is not None:
+            entries = in_seconds({**entries, PERIODS: checked.duration_periods}, checked.pin_mass)
         return cls(name, **own, in_si=Drive.of({**si_defaults(), **entries}))
 
     @property
     def flat(self) -> dict[str, Any]:
-        """Every parameter but the name, in SI, by name; None for the settings of integrators that it does not use."""
-        return {"pin_mass": self.pin_mass, **self.in_si.flat}
+        """Every parameter but the name, in SI, by name; None for what it does not use."""
+        own = {name: getattr(self, name) for name in declared(type(self))}
+        return own | self.in_si.flat
 
     def dimensionless(self, scales: Scales) -> Drive:
         """The same drive in the solver's units. Raises InvalidInput where a value is out of range in them."""
         return self.in_si.scaled(scales, self.pin_mass)
+
+
+@dataclass(frozen=True, slots=True)
+class CampaignDrive:
+    """A drive of a campaign: a table [[drives]] at one point of the drive axes."""
+
+    name: str
+    """Of its table."""
+    point: Mapping[str, Value]
+    """Its value on each drive axis; empty without axes."""
+    settings: Mapping[str, Value | None]
+    """Every entry of its table but the name, as given where there is no drive; None for what it does not use."""
+    drive: NamedDrive | None
+    """None where its values exclude each other."""
+    outcome: Outcome
+    """COMPLETED, or why there is no drive."""
+
+    @property
+    def label(self) -> str:
+        """What tells it from the campaign's other drives, in one line."""
+        return " ".join([self.name, *(f"{name}={value}" for name, value in self.point.items())])
 
 
 def drive_parameters() -> Mapping[str, Parameter]:

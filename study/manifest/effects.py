@@ -45,10 +45,10 @@ def effects(manifest: Manifest) -> tuple[Effect, ...]:
     rough = bool(manifest.fixed.get("roughness"))
     found.append(Effect("roughness of the pin", _word(rough), "a smooth pin, whose height a slip takes in closed form"))
     for name, without in _OF_DRIVES.items() if manifest.drives else ():
-        values = [_drive_setting(drive, name) for drive in manifest.drives]
+        values = [_drive_setting(each.drive, name) for each in manifest.drives if each.drive]
         found.append(Effect(name, _joint(values), without))
     for name, without in _OF_OUTPUTS.items():
-        if name not in ("trajectory", "phases") or manifest.drives:
+        if name not in ("trajectory", "phases", "fit") or manifest.drives:
             found.append(Effect(f"outputs.{name}", _word(bool(getattr(outputs, name))), without))
     return tuple(found)
 
@@ -69,6 +69,7 @@ _OF_OUTPUTS = {
     "statistics": "sizes of events are not fitted",
     "trajectory": "no motion over time",
     "phases": "no start and end of macroscopic slips",
+    "fit": "Eq. 16-19 are not fitted to the spring force",
     "tractions": "no tractions after initial contact",
     "tractions_at": "no tractions after chosen events",
     "subsurface": "nothing is solved for inside the slab",

@@ -2,14 +2,14 @@
 
 import itertools
 from collections.abc import Mapping
-from dataclasses import dataclass, fields
+from dataclasses import dataclass, field, fields
 from pathlib import Path
 from typing import Any, Literal, get_args
 
 from solver.case import MOST_EVENTS, Case
 from solver.drive import Scales
 from solver.outcome import InvalidInput, quoted
-from study.manifest.drives import NamedDrive
+from study.manifest.drives import CampaignDrive
 from study.manifest.parameters import Value
 from study.manifest.problems import shown
 
@@ -35,6 +35,8 @@ class Outputs:
     """Position, velocity and forces of each drive over time."""
     phases: bool = True
     """Start and end of each macroscopic slip of a drive; as `trajectory` is where it is not given."""
+    fit: bool = True
+    """Eq. 16-19 fitted to the spring force of each drive."""
     tractions: bool = False
     """Pressure and shear of the slab's surface after initial contact; on by default where `contact` is the only stage."""
     tractions_at: tuple[int, ...] = ()
@@ -103,7 +105,8 @@ class Manifest:
     heterogeneity: Mapping[str, Value]
     limits: Mapping[str, Value]
     scales: Scales
-    drives: tuple[NamedDrive, ...]
+    drives: tuple[CampaignDrive, ...]
+    """Table by table, each at every point of the drive axes, the last axis fastest."""
     outputs: Outputs
     ensemble: Ensemble = Ensemble()
     accuracy: float | None = None
@@ -112,6 +115,8 @@ class Manifest:
     """File of the measured front to choose the discretization from; None for the one that comes with this package."""
     front_text: str | None = None
     """Text of that file."""
+    drive_axes: Mapping[str, tuple[Value, ...]] = field(default_factory=dict)
+    """Parameter of a drive -> its values."""
     drives_left_out: tuple[str, ...] = ()
     """Names of the file's drives where the stages leave out `dynamics`; `drives` is empty then."""
 

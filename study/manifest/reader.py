@@ -10,10 +10,9 @@ from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
 
-from solver.drive import INTEGRATORS, Scales
-from solver.outcome import InvalidInput
+from solver.drive import Scales
 from study.manifest.columns import Columns, Given, read_text
-from study.manifest.drives import NamedDrive, drive_parameters
+from study.manifest.drive_tables import AXES, Drives, read_drives
 from study.manifest.manifest import STAGES, Design, Ensemble, Manifest, Outputs, Stage, field_names
 from study.manifest.named_files import NamedFiles
 from study.manifest.parameters import TABLES, Value, axes, make_case, settings, words
@@ -52,6 +51,7 @@ _TOP: dict[str, tuple[type | tuple[type, ...], str]] = {
     "axes": (dict, "a table [axes]"),
     **{name: (dict, f"a table [{name}]") for name in (*TABLES, "scales", "outputs", "ensemble")},
     "drives": (list, "tables [[drives]]"),
+    AXES: (dict, f"a table [{AXES}]"),
 }
 
 
@@ -75,7 +75,8 @@ class _Reader(NamedFiles):
         scales = Scales(**self.checked("scales", top.get("scales", {}), Scales, field_names(Scales)))
         stages = self._stages(top)
         outputs = self._outputs(top.get("outputs", {}), stages)
-        drives, driven = self._drives(top, scales), "dynamics" in stages
+        driven = read_drives(self, top, scales)
+        pulled = driven if "dynamics" in stages else Drives()
         result = Manifest(
             path=self.path,
             text=text,
@@ -93,8 +94,9 @@ class _Reader(NamedFiles):
             heterogeneity=constants["heterogeneity"],
             limits=constants["limits"],
             scales=scales,
-            drives=drives if driven else (),
-            drives_left_out=() if driven else tuple(drive.name for drive in drives),
+            drives=pulled.drives,
+            drive_axes=pulled.axes,
+            drives_left_out=() if pulled.drives else tuple(dict.fromkeys(drive.name for drive in driven.drives)),
             outputs=outputs,
             ensemble=Ensemble(**self.checked("ensemble", top.get("ensemble", {}), Ensemble, field_names(Ensemble))),
             accuracy=accuracy,
@@ -121,12 +123,12 @@ class _Reader(NamedFiles):
         return good
 
     def _stages(self, top: dict[str, Any]) -> tuple[Stage, ...]:
-        given = top.get("stages", list(STAGES if "drives" in top else STAGES[:2]))
+        given = top.get("stages", list(STAGES if "drives" in top or AXES in top else STAGES[:2]))
         if not given or given != list(STAGES[: len(given)]):
             allowed = " or ".join(shown(list(STAGES[:count])) for count in (1, 2, 3))
             self.refuse(f"stages = {shown(given)}", f"needs {allowed}: each stage needs the ones before it")
-        elif "dynamics" in given and not top.get("drives"):
-            self.refuse("drives", 'missing: stage "dynamics" needs at least one [[drives]]')
+        elif "dynamics" in given and not (top.get("drives") or top.get(AXES)):
+            self.refuse("drives", f'missing: stage "dynamics" needs at least one [[drives]] or [{AXES}]')
         return STAGES[: len(given)]
 
     def _outputs(self, content: dict[str, Any], stages: tuple[Stage, ...]) -> Outputs:
@@ -172,39 +174,6 @@ class _Reader(NamedFiles):
         for column in (column for word, column in given.items() if words()[word] in settings()):
             self.problems.append(f"{column[0].where}: needs to be left out beside accuracy = {shown(accuracy)}")
         return float(accuracy)
-
-    def _drives(self, top: dict[str, Any], scales: Scales) -> tuple[NamedDrive, ...]:
-        drives: dict[str, NamedDrive] = {}
-        for index, content in enumerate(top.get("drives", [])):
-            where = f"drives[{index}]"
-            if not isinstance(content, dict):
-                self.refuse(f"{where} = {shown(content)}", "needs a table [[drives]]")
-            elif drive := self._drive(where, content, scales):
-                if drive.name in drives:
-                    self.refuse(f"{where}.name = {shown(drive.name)}", "is another drive's name too: needs its own")
-                drives[drive.name] = drive
-        return tuple(drives.values())
-
-    def _drive(self, where: str, content: dict[str, Any], scales: Scales) -> NamedDrive | None:
-        # Whether a time step is right depends on the rest: these two are tried last, with all that is right by itself.
-        last = {key: content[key] for key in ("integrator", *INTEGRATORS.settings()) if key in content}
-        alone = {key: value for key, value in content.items() if key not in last}
-        names = ("name", *drive_parameters())
-        good: dict[str, Any] = {"name": "-", **self.checked(where, alone, NamedDrive.of, names, name="-")}
-        if "name" not in content:
-            self.refuse(f"{where}.name", "missing: needs a name")
-        try:
-            drive = NamedDrive.of(**(good | last))
-        except InvalidInput as error:
-            key, _, wrong = str(error).replace(" = None", ": missing").partition(": ")
-            self.refuse(f"{where}.{key}", wrong)
-            return None
-        try:
-            drive.dimensionless(scales)
-        except InvalidInput as error:
-            self.refuse(where, f"in units of pin_mass and [scales], {error}")
-            return None
-        return drive
 
 
 def _slabs(numerics: Columns) -> list[dict[str, Value]]:

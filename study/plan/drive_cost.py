@@ -19,15 +19,21 @@ _FIT_TRIALS = 90.0  # of Eq. 16-19, from both starts together
 _PER_TRIAL = (4e-4, 1.2e-7, 1.2e-4)  # once, for each time looked at, for each slip
 
 
-def drive_seconds(drive: Drive, case: Case) -> float:
-    """Seconds of motion and fit; the pin sticks until the spring's force reaches the plateau's, or so the estimate goes."""
+def drive_seconds(drive: Drive, case: Case, fitted: bool = True) -> float:
+    """Seconds of motion and fit; the pin sticks until the spring's force reaches the plateau's, or so the estimate goes.
+
+    A drive that is to end after some slips is followed twice: up to there, and once more to spread its samples over that.
+    """
     residual_shear = case.slip_rule.residual_shear
     force = (1.0 - (1.0 - _PLATEAU) * (1.0 - residual_shear)) * case.intrinsic_friction * case.normal_load
     way = drive.stage_velocity * drive.duration - force / drive.spring_stiffness
     if not way > 0.0:
         return _motion_seconds(drive, 0.0)
+    slips, passes = _slips(drive, force, way), 1.0
+    if drive.max_slips is not None and 1.0 < slips >= drive.max_slips:
+        way, slips, passes = way * drive.max_slips / slips, float(drive.max_slips), 2.0
     teeth = 0.0 if drive.profile == "mean" else way / mean_step(case)
-    return _motion_seconds(drive, teeth) + _fit_seconds(drive, _slips(drive, force, way))
+    return passes * _motion_seconds(drive, teeth) + (_fit_seconds(drive, slips) if fitted else 0.0)
 
 
 def _motion_seconds(drive: Drive, teeth: float) -> float:

@@ -22,7 +22,7 @@ class CaseTasks:
     """Keys of the tasks of one case; none of a case that the physics refuses."""
 
     keys: Mapping[tuple[str, str], str] = field(default_factory=dict)
-    """Kind of task and name of its drive ("" without one) -> key, in the order of stages."""
+    """Kind of task and label of its drive ("" without one) -> key, in the order of stages."""
 
     def key(self, kind: str, drive: str = "") -> str | None:
         """Key of the case's task of this kind; None where there is none."""
@@ -40,7 +40,7 @@ class CaseTasks:
 
     @property
     def drives(self) -> dict[str, str]:
-        """Name of the drive -> key."""
+        """Label of the drive -> key."""
         return {drive: key for (_, drive), key in self.keys.items() if drive}
 
 
@@ -144,5 +144,5 @@ def _seconds(task: Task) -> float:
     if task.kind == "compliance" or task.case is None:
         return _START + condensation_seconds(task.slab)
     if task.drive is not None:
-        return _START + drive_seconds(task.drive, task.case)
+        return _START + drive_seconds(task.drive, task.case, task.fitted)
     return _START + seconds_of(task, task.case)

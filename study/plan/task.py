@@ -32,6 +32,8 @@ class Task:
     """Whether the inside of the slab is looked at too; states tasks only."""
     scalars_only: bool = False
     """Whether the result's arrays are left out."""
+    fitted: bool = True
+    """Whether the closed form is fitted to the motion; drive tasks only."""
     intermediate: bool = False
     """Whether the result is wanted by other tasks only, not by the campaign."""
     needs: tuple[str, ...] = ()

@@ -2,6 +2,7 @@
 
 import itertools
 import math
+from collections import Counter
 from collections.abc import Iterator
 from dataclasses import dataclass
 from typing import Any, Final
@@ -82,6 +83,17 @@ def flag_summary(dataset: xr.Dataset) -> list[str]:
     return flag_lines(masks.values.ravel().tolist(), first if masks.size > 1 else lambda _: "")
 
 
+def drive_summary(dataset: xr.Dataset) -> list[str]:
+    """How many drives ended how, and what their pins did; nothing of a single one."""
+    endings = [name for name in ("drive_outcome", "regime") if name in dataset and dataset[name].size > 1]
+    lines = []
+    for name in endings:
+        counts = Counter(dataset[name].values.ravel().tolist())
+        said = ", ".join(f"{count} {word}" for word, count in counts.most_common() if word)
+        lines.append(f"{name} of {dataset[name].size} drives: {said}")
+    return lines
+
+
 def words(label: dict[str, Value]) -> str:
     """A label as text: `R/L_x = 200, normal_load = 0.001`."""
     return ", ".join(f"{SYMBOLS.get(name, name)} = {_number(value)}" for name, value in label.items())
@@ -93,6 +105,7 @@ _COLUMNS: Final = (
     ("K/(G·L_y)", ("surface_stiffness",)),
     ("μ_s", ("static_friction", "static_friction_uncertainty")),
     ("μ_k", ("kinetic_friction", "kinetic_friction_uncertainty")),
+    ("regime", ("regime",)),
     ("events", ("events",)),
     ("spacings", ("record_spacings",)),
     ("δ_p/L_x", ("final_displacement",)),
@@ -113,6 +126,8 @@ def _number(value: Value) -> str:
 
 
 def _cell(values: xr.Dataset, names: tuple[str, ...]) -> str:
+    if values[names[0]].dtype.kind in "OUT":
+        return str(values[names[0]].item()) or "–"
     value, *uncertainty = (float(values[name]) for name in names if name in values)
     if math.isnan(value):
         return "–"

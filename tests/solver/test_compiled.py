@@ -33,7 +33,7 @@ CHANGES = {
         """
 from solver.dynamics.kernels.oscillator import segment_from as kernel
 from solver.dynamics.kernels.state import Motion, Pin
-value = kernel(Motion(1.0, 0.5, 2.0, 3.0, 0.1, 0.1, 9.0, 1e-8), Pin(1.0, 0.5, 0.1, 0.2), 0.3).q
+value = kernel(Motion(1.0, 0.5, 2.0, 3.0, 0.1, 0.1, 9.0, 1e-8, 1, 9.0), Pin(1.0, 0.5, 0.1, 0.2), 0.3).q
 """,
         "dynamics/kernels/slips.py",
         "motion.spring * stretch",

@@ -4,7 +4,7 @@ from typing import NamedTuple
 
 from solver.compiled import compiled
 from solver.dynamics.kernels.oscillator import Segment, brief_responses, segment_from
-from solver.dynamics.kernels.recording import next_due, write_samples
+from solver.dynamics.kernels.recording import next_due, note_brief, write_samples
 from solver.dynamics.kernels.state import Motion, Pin, Record, Slip, Tally, Teeth
 from solver.dynamics.kernels.teeth import repeated_tooth
 
@@ -86,7 +86,7 @@ def cruise(
     laps = (index - j) // (count - first)
     (t, x, v, friction_force), climbing, peak = pin, slip.climbing, slip.peak
     steps, resisted, work, row, edge = tally
-    due = next_due(record, row, edge)
+    due, half = next_due(record, row, edge), record.half
     forecast = Forecast(t, v, 1.0 / v)
     while steps < step_limit:
         right, base, rise = edges[j + 1] + shift, force[j], slope[j]
@@ -107,6 +107,8 @@ def cruise(
             segment = segment_from(motion, Pin(t, x, v, friction_force), rate)
             row, edge = write_samples(record, row, edge, segment, resisted, end)
             due = next_due(record, row, edge)
+        if end >= half and (t < half or (v < V) != (v_end < V)):
+            note_brief(record, motion, Pin(t, x, v, friction_force), tau, v_end)
         resisted += friction_force * tau + rate * area
         work += 0.5 * width * (friction_force + after)
         t, x, v, friction_force = end, right, v_end, after

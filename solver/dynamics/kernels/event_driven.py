@@ -1,15 +1,13 @@
 """The event-driven method with an elastic contact."""
 
-import numpy as np
-
 from solver.compiled import compiled
 from solver.dynamics.kernels.cruise import cruise
 from solver.dynamics.kernels.friction_law import limit_followed, moves_forward, stuck_reach
 from solver.dynamics.kernels.oscillator import segment_from
-from solver.dynamics.kernels.recording import pass_segment
+from solver.dynamics.kernels.recording import empty_record, finished_run, pass_segment
 from solver.dynamics.kernels.segment_end import highest_driving_force, segment_end
 from solver.dynamics.kernels.slips import driving_force, follow_slip, no_slips, slip_table
-from solver.dynamics.kernels.state import Motion, Pin, Record, Run, Slip, Tally, Teeth
+from solver.dynamics.kernels.state import Motion, Pin, Run, Slip, Tally, Teeth
 from solver.dynamics.kernels.teeth import tooth_at
 
 
@@ -30,10 +28,10 @@ def integrate_exactly(
     the short way where that is exact.
     """
     K, duration = motion.surface_stiffness, motion.duration
-    record = Record(np.full((sample_count + 1, 3), np.nan), np.full(bin_count + 1, np.nan), duration)
+    record = empty_record(motion, sample_count, bin_count)
     slip, finished = Slip(False, False, 0.0, 0.0, 0.0, 0, 0.0), no_slips()
     pin, tally, index = Pin(0.0, 0.0, 0.0, 0.0), Tally(0, 0.0, 0.0, 0, 0), 0
-    while pin.time < duration and tally.steps < step_limit:
+    while pin.time < duration and tally.steps < step_limit and len(finished) < motion.most_slips:
         left, right, base, slope = tooth_at(teeth, index)
         if (
             cruising
@@ -68,7 +66,7 @@ def integrate_exactly(
         watched = v >= motion.stick_velocity and (slip.climbing or not slip.sliding)
         tau, met, y, v, area = segment_end(segment, motion, watched, distance, forward)
         t = duration if tau >= duration - t else t + tau
-        tally = pass_segment(record, segment, tally, t, tau, y, area)
+        tally = pass_segment(record, motion, segment, tally, t, tau, y, area)
 
         x += y
         friction_force += segment.slope * y
@@ -83,6 +81,4 @@ def integrate_exactly(
         peak = highest_driving_force(segment, motion, tau, pin) if watched else driving_force(motion, pin)
         slip = follow_slip(slip, finished, motion, segment.pin, pin, peak)
     table = slip_table(slip, finished, motion, pin)
-    return Run(
-        pin.time, tally.steps, record.samples, record.impulse, table, slip.micro_slips, slip.micro_travel, tally.work
-    )
+    return finished_run(record, tally, slip, table, pin.time)

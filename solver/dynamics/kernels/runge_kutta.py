@@ -2,12 +2,11 @@
 
 import math
 
-import numpy as np
-
 from solver.compiled import compiled
 from solver.dynamics.kernels.friction_law import limited_friction
+from solver.dynamics.kernels.recording import empty_record, finished_run, note_brief, note_spring_force
 from solver.dynamics.kernels.slips import driving_force, follow_slip, no_slips, slip_table
-from solver.dynamics.kernels.state import Motion, Pin, Run, Slip, Teeth
+from solver.dynamics.kernels.state import Motion, Pin, Record, Run, Slip, Tally, Teeth
 from solver.dynamics.kernels.teeth import tooth_at, tooth_holding
 
 
@@ -15,6 +14,29 @@ from solver.dynamics.kernels.teeth import tooth_at, tooth_holding
 def _cubic(s: float, old: float, new: float, old_rate: float, new_rate: float) -> float:
     """Cubic interpolation a fraction s into a step, from values and rates per step at both ends."""
     return old + s * s * (3.0 - 2.0 * s) * (new - old) + s * (1.0 - s) * ((1.0 - s) * old_rate - s * new_rate)
+
+
+@compiled(error_model="numpy")
+def _write_step(
+    record: Record, motion: Motion, old: Pin, new: Pin, row: int, edge: int, pushed: float
+) -> tuple[int, int]:
+    """Write what falls into a step; the first row and entry left. pushed: impulse up to the step's start."""
+    samples, impulse, recorded = record.samples, record.impulse, record.duration
+    last, bins = samples.shape[0] - 1, impulse.size - 1
+    t, dt = old.time, new.time - old.time
+    driving, new_driving = driving_force(motion, old), driving_force(motion, new)
+    a, new_a = driving - old.friction_force, new_driving - new.friction_force
+    while row <= last and recorded * (row / last) <= new.time:
+        s = (recorded * (row / last) - t) / dt
+        samples[row, 0] = _cubic(s, old.position, new.position, dt * old.velocity, dt * new.velocity)
+        samples[row, 1] = _cubic(s, old.velocity, new.velocity, dt * a, dt * new_a)
+        samples[row, 2] = old.friction_force + s * (new.friction_force - old.friction_force)
+        row += 1
+    while edge <= bins and recorded * (edge / bins) <= new.time:
+        s = recorded * (edge / bins) - t
+        impulse[edge] = pushed + s * (driving + 0.5 * (new_driving - driving) * s / dt)
+        edge += 1
+    return row, edge
 
 
 @compiled(error_model="numpy")
@@ -26,17 +48,16 @@ def integrate_by_steps(
 
     one_way: see `integrate_exactly`. A motion that runs away ends there, its `friction_work` NaN.
     """
-    k, c, V, K, duration = motion.spring, motion.damping, motion.stage, motion.surface_stiffness, motion.duration
-    samples = np.full((sample_count + 1, 3), np.nan)
-    impulse = np.full(bin_count + 1, np.nan)
+    k, c, V, K = motion.spring, motion.damping, motion.stage, motion.surface_stiffness
+    record = empty_record(motion, sample_count, bin_count)
     slip, finished = Slip(False, False, 0.0, 0.0, 0.0, 0, 0.0), no_slips()
     pin = Pin(0.0, 0.0, 0.0, 0.0)
     driving = driving_force(motion, pin)
     relaxed = pushed = work = 0.0
-    index = next_sample = next_edge = computed = 0
+    index = row = edge = computed = 0
     left, right, base, slope = tooth_at(teeth, 0)
     for step in range(steps):
-        t, end = pin.time, duration * ((step + 1) / steps)
+        t, end = pin.time, motion.duration * ((step + 1) / steps)
         dt = end - t
         a = driving - pin.friction_force
         x, v, acceleration = pin.position, pin.velocity, a
@@ -62,21 +83,16 @@ def integrate_by_steps(
         new = Pin(end, x, v, limited_friction(x, relaxed, K, base + slope * (x - left)))
         new_driving = driving_force(motion, new)
 
-        while next_sample <= sample_count and duration * (next_sample / sample_count) <= end:
-            s = (duration * (next_sample / sample_count) - t) / dt
-            samples[next_sample, 0] = _cubic(s, pin.position, x, dt * pin.velocity, dt * v)
-            samples[next_sample, 1] = _cubic(s, pin.velocity, v, dt * a, dt * (new_driving - new.friction_force))
-            samples[next_sample, 2] = pin.friction_force + s * (new.friction_force - pin.friction_force)
-            next_sample += 1
-        while next_edge <= bin_count and duration * (next_edge / bin_count) <= end:
-            s = duration * (next_edge / bin_count) - t
-            impulse[next_edge] = pushed + s * (driving + 0.5 * (new_driving - driving) * s / dt)
-            next_edge += 1
-
+        row, edge = _write_step(record, motion, pin, new, row, edge, pushed)
         slip = follow_slip(slip, finished, motion, pin, new, max(driving, new_driving))
         pushed += 0.5 * dt * (driving + new_driving)
         work += 0.5 * (pin.friction_force + new.friction_force) * (x - pin.position)
         relaxed = x - new.friction_force / K
+        if end >= record.half:
+            note_brief(record, motion, pin, dt, v)
+            note_spring_force(record, motion, end, x)
         pin, driving, computed = new, new_driving, computed + 1
+        if len(finished) >= motion.most_slips:
+            break
     table = slip_table(slip, finished, motion, pin)
-    return Run(pin.time, computed, samples, impulse, table, slip.micro_slips, slip.micro_travel, work)
+    return finished_run(record, Tally(computed, pushed, work, 0, 0), slip, table, pin.time)

@@ -32,6 +32,10 @@ class Motion(NamedTuple):
     instant: float
     """Time after a segment's start within which an extremum of the velocity is ignored: a phase of 1e-8 of the fastest
     motion, which changes the velocity by the square of that. It is rounding."""
+    most_slips: int
+    """The run ends where the last of so many macroscopic slips ends."""
+    recorded: float
+    """Time over which samples and impulse are spread; the spring force's range is that of its second half."""
 
 
 class Teeth(NamedTuple):
@@ -80,6 +84,9 @@ class Run(NamedTuple):
     micro_slips: int
     micro_travel: float
     friction_work: float
+    least_spring_force: float
+    largest_spring_force: float
+    """In the second half of the time recorded."""
 
 
 class Record(NamedTuple):
@@ -88,6 +95,9 @@ class Record(NamedTuple):
     samples: Floats
     impulse: Floats
     duration: float
+    spring_range: Floats
+    """(2,): least and largest spring force since `half`; infinite, the wrong way round, before."""
+    half: float
 
 
 class Tally(NamedTuple):

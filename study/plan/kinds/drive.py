@@ -18,11 +18,12 @@ from study.plan.task import Inputs, Task
 NAME = "drive"
 
 
-def drive_task(case: Case, drive: Drive, *, scalars_only: bool = False) -> Task:
-    """The motion of the pin over a case's friction record."""
+def drive_task(case: Case, drive: Drive, *, scalars_only: bool = False, fitted: bool = True) -> Task:
+    """The motion of the pin over a case's friction record. fitted: whether Eq. 16-19 are fitted to its spring force."""
     record = record_task(case)
-    key = task_key(NAME, record.key, drive, *scalars_only_mark(scalars_only))
-    return Task(key, NAME, case.slab, case, drive, needs=(record.key,), scalars_only=scalars_only)
+    marks = (*scalars_only_mark(scalars_only), *(() if fitted else ("unfitted",)))
+    key = task_key(NAME, record.key, drive, *marks)
+    return Task(key, NAME, case.slab, case, drive, needs=(record.key,), scalars_only=scalars_only, fitted=fitted)
 
 
 def _needed(manifest: Manifest) -> bool:
@@ -37,10 +38,17 @@ def _phases(manifest: Manifest) -> bool:
     return manifest.outputs.phases
 
 
+def _fitted(manifest: Manifest) -> bool:
+    return manifest.outputs.fit
+
+
 def _tasks(case: Case, manifest: Manifest) -> tuple[Wanted, ...]:
     bare = not (_trajectory(manifest) or _phases(manifest))
-    dimensionless = {drive.name: drive.dimensionless(manifest.scales) for drive in manifest.drives}
-    return tuple(Wanted(drive_task(case, drive, scalars_only=bare), name) for name, drive in dimensionless.items())
+    dimensionless = ((each.label, each.drive.dimensionless(manifest.scales)) for each in manifest.drives if each.drive)
+    fitted = _fitted(manifest)
+    return tuple(
+        Wanted(drive_task(case, drive, scalars_only=bare, fitted=fitted), label) for label, drive in dimensionless
+    )
 
 
 def _run(task: Task, inputs: Inputs) -> Computed:
@@ -48,7 +56,7 @@ def _run(task: Task, inputs: Inputs) -> Computed:
     plateau = plateau_of(record)
     motion = integrate(friction_limit_of(record, plateau, drive.profile), drive, record.initial_stiffness)
     coefficients = friction_coefficients(motion, record, plateau)
-    fit = fit_stick_slip(motion, drive, record.normal_load)
+    fit = fit_stick_slip(motion, drive, record.normal_load) if task.fitted else None
     return Computed((coefficients, fit, count_sticks(motion), motion), coefficients.outcome)
 
 
@@ -59,7 +67,7 @@ DRIVE = Kind(
     _run,
     (
         Part(FrictionCoefficients),
-        Part(StickSlipFit, "fitted_"),
+        Part(StickSlipFit, "fitted_", wanted=_fitted),
         Part(StickSlipCount),
         Part(DynamicsResult, whole=True),
     ),

@@ -31,6 +31,8 @@ class Part(NamedTuple):
     """What its fields' names get in front in results and, where they have no name of their own, in datasets."""
     whole: bool = False
     """Whether numbers that are no quantities are held too, as another task reads them."""
+    wanted: Callable[[Manifest], bool] = lambda _: True
+    """Whether a campaign asks for it; the value of a part that it does not ask for is None."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -50,7 +52,7 @@ class Wanted(NamedTuple):
 
     task: Task
     drive: str = ""
-    """Name of its drive, where it has one."""
+    """Label of its drive, where it has one."""
     free: bool = False
     """Whether it only reads off another task's result."""
 
@@ -88,6 +90,12 @@ def declared(kind: Kind, along: str = "") -> Mapping[str, Quantity]:
     return {key: quantity for key, quantity in found if quantity.along == along}
 
 
+def left_out(kind: Kind, manifest: Manifest) -> frozenset[str]:
+    """Names of the scalars and arrays of those parts of a kind that a campaign does not ask for."""
+    parts = (part for part in kind.parts if not part.wanted(manifest))
+    return frozenset(name for part in parts for name in quantities(part.type, part.prefix))
+
+
 def numbers(kind: Kind, values: tuple[object, ...]) -> tuple[dict[str, float | int], dict[str, NDArray[Any]]]:
     """Scalars and arrays of the values of a kind's parts."""
     scalars: dict[str, float | int] = {}
@@ -96,7 +104,7 @@ def numbers(kind: Kind, values: tuple[object, ...]) -> tuple[dict[str, float | i
         kind.parts, values, strict=False
     ):  # a result that was not asked for all lacks the last parts
         known = quantities(part.type, part.prefix)
-        for item in fields(part.type):
+        for item in fields(part.type) if value is not None else ():
             key, number = f"{part.prefix}{item.name}", getattr(value, item.name)
             if isinstance(number, Outcome) or not (part.whole or key in known):
                 continue

@@ -12,6 +12,7 @@ from solver.dynamics.integrate import DynamicsResult, integrate
 from solver.dynamics.regime import count_sticks
 from solver.dynamics.stick_slip import stick_slip
 from solver.outcome import Ending, Outcome
+from tests.solver.dynamics.drives import PROBLEMS
 from tests.synthetic import constant_profile, profile_through
 
 DRIVE = Drive(1.0, 0.05, 0.1, duration=100.0, samples=10)
@@ -97,3 +98,46 @@ def test_a_drive_that_ended_early_has_no_regime():
     found = count_sticks(result)
     assert (found.resticks, found.regime) == (1, None)
     assert math.isnan(found.time_stuck)
+
+
+def test_amplitude_and_period_are_those_of_the_motion_in_the_second_half():
+    """Samples so dense that they miss a peak by a phase of 1e-3, and its height by the square of that, give the same range."""
+    profile = profile_through([0.0, 0.1, 1.1], [0.0, 0.5], [1.0, 0.5], periodic_from=0)
+    for compliance in (True, False):
+        drive = Drive(1.0, 0.3, 0.02, duration=300.0, samples=300_000, surface_compliance=compliance)
+        result = integrate(profile, drive, 20.0)
+        found = count_sticks(result)
+        force, late = result.spring_force[result.time >= 150.0], result.slip_time[result.slip_time >= 150.0]
+        assert found.spring_force_amplitude == pytest.approx(np.ptp(force), rel=1e-5)
+        assert found.spring_force_amplitude > 0.5
+        assert found.stick_slip_period == pytest.approx((late[-1] - late[0]) / (len(late) - 1), rel=1e-12)
+        assert found.stick_slip_period_uncertainty < 0.2 * found.stick_slip_period
+
+
+@pytest.mark.parametrize("damping_ratio", [0.02, 0.3])
+def test_the_amplitude_of_a_sliding_pin_is_what_still_rings(damping_ratio):
+    """After a first peak of 3: the ringing of the second half, e^(-ζ ω t) of what it was."""
+    drive = Drive(1.0, damping_ratio, 0.5, duration=60.0, samples=60_000)
+    result = integrate(PROBLEMS["stick-slip with reversal onto the negative branch"].profile, drive, 5.0)
+    found = count_sticks(result)
+    force = result.spring_force[result.time >= 30.0]
+    assert found.regime == "slides"
+    assert found.spring_force_amplitude == pytest.approx(np.ptp(force), abs=1e-5)
+    assert math.isnan(found.stick_slip_period)
+
+
+def test_what_repeats_is_not_told_without_a_whole_cycle_in_the_second_half():
+    for slips, ends in (([], []), ([10.0], [30.0]), ([10.0, 60.0], [30.0, 70.0]), ([60.0], [math.nan])):
+        found = count_sticks(driven(slips, ends))
+        assert math.isnan(found.spring_force_amplitude)
+        assert math.isnan(found.stick_slip_period)
+    found = count_sticks(driven([10.0, 60.0, 80.0], [30.0, 70.0, 90.0]))
+    assert found.stick_slip_period == 20.0
+    assert math.isnan(found.stick_slip_period_uncertainty)
+    assert math.isfinite(found.spring_force_amplitude)
+
+
+def test_the_samples_do_not_decide_the_amplitude():
+    profile = PROBLEMS["stick-slip with reversal onto the negative branch"].profile
+    few, many = (integrate(profile, replace(DRIVE, samples=samples), 5.0) for samples in (1, 5000))
+    assert few.spring_force_range == many.spring_force_range > 0.0

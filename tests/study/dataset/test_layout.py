@@ -1,10 +1,13 @@
 """Cases lie along the axes of a full product, or along one dimension of their own."""
 
+from collections import Counter
+
 import numpy as np
 import pytest
 
 from study.dataset.access.accessor import Accessor
 from study.dataset.collect import collect
+from study.report.summary import scalar_table
 from tests.conftest import SMALL
 from tests.study.dataset.campaigns import CASE_DIMS, changed
 
@@ -60,3 +63,65 @@ def test_parameters_that_do_not_matter_are_no_coordinates(build):
     mixed = collect(*build(two))
     np.testing.assert_array_equal(mixed["half_width"], [np.nan, 0.25])
     np.testing.assert_array_equal(mixed["radius"], [50.0, np.nan])
+
+
+AXES = "[drive_axes]\nspring_stiffness = [1e5, 2e5]\npin_mass = [0.5, 0.2, 1.0]\n"
+
+
+HEAD = (
+    SMALL[: SMALL.index("[[drives]]")].replace("radius = [50.0, 100.0]", "radius = [50.0]") + "[outputs]\nfit = false\n"
+)
+DRIVES = SMALL[SMALL.index("[[drives]]") :]
+
+
+def test_axes_of_drives_are_dimensions_and_one_record_serves_all(build):
+    """Beside `drive`, as there are several tables; every drive's value stands where its own task says."""
+    plan, store = build(HEAD + AXES + DRIVES)
+    found = collect(plan, store)
+    assert Counter(task.kind for task in plan.tasks) == {"compliance": 1, "record": 2, "drive": 2 * 2 * 2 * 3}
+    assert found["regime"].dims == (*CASE_DIMS, "drive", "spring_stiffness", "pin_mass")
+    assert found["plateau_mean"].dims == CASE_DIMS
+    assert found["spring_stiffness"].values.tolist() == [1e5, 2e5]
+    assert found["stage_velocity"].dims == ("drive",)
+    for case in plan.cases:
+        for drive in plan.manifest.drives:
+            here = found.sel(intrinsic_friction=case.parameters["intrinsic_friction"], drive=drive.name, **drive.point)
+            result = store.read(plan.case_tasks[case.case_id].drives[drive.label])
+            assert here["steps"].item() == result.scalars["steps"]
+            assert here["drive_outcome"].item() == result.outcome.ending
+
+
+def test_what_follows_from_an_axis_varies_along_it_alone(build):
+    axes = "[drive_axes]\nspring_stiffness = [1e5, 2e5]\npin_mass = [0.5, 0.05]\nprofile = ['mean']\n"
+    found = collect(*build(HEAD + axes + '[[drives]]\nname = "one"\nsamples = 5\nduration_periods = 2\n'))
+    assert found["duration"].dims == ("spring_stiffness", "pin_mass")
+    np.testing.assert_allclose(
+        found["duration"], 4.0 * np.pi * np.sqrt(found["pin_mass"] / found["spring_stiffness"]).T, rtol=1e-15
+    )
+    assert (found["duration_periods"].item(), found["drive"].item(), found["profile"].item()) == (2.0, "one", "mean")
+    assert found["steps"].dims == (*CASE_DIMS, "spring_stiffness", "pin_mass")
+
+
+def test_a_point_that_excludes_itself_is_invalid_with_its_case_and_the_others_done(build):
+    drive = (
+        '[drive_axes]\ntime_step = [1e-6, 1e-3]\nduration = [1e-4, 2e-3]\n[[drives]]\nname = "a"\nintegrator = "rk4"\n'
+    )
+    found = collect(*build(HEAD + drive))
+    endings = found["drive_outcome"].isel(intrinsic_friction=0).squeeze()
+    assert endings.dims == ("time_step", "duration")
+    assert (endings == "invalid").values.tolist() == [[False, False], [True, False]]
+    assert "needs 0 < time_step" in found["drive_message"].sel(time_step=1e-3, duration=1e-4)[0].item()
+    assert set(found["outcome"].values.ravel()) == {"completed"}
+
+
+def test_members_and_a_list_of_cases_lie_before_the_axes_of_drives(build):
+    plan, store = build(HEAD + AXES + DRIVES + "[ensemble]\nmembers = 2\n")
+    found = collect(plan, store)
+    dims = ("drive", "spring_stiffness", "pin_mass")
+    assert found["static_friction"].dims == (*CASE_DIMS, "member", *dims)
+    assert found["static_friction_ensemble_mean"].dims == (*CASE_DIMS, *dims)
+    np.testing.assert_allclose(found["static_friction_ensemble_mean"], found["static_friction"].mean("member"))
+    assert np.isfinite(found["static_friction_ensemble_mean"]).any()
+    assert "member" not in scalar_table(found).header
+    zipped = collect(*build('design = "zip"\n' + HEAD.replace("[50.0]", "[50.0, 100.0]") + AXES + DRIVES))
+    assert zipped["static_friction"].dims == ("case", *dims)

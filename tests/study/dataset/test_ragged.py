@@ -47,7 +47,9 @@ def test_one_drives_trajectory_is_its_result_in_si(small):
     case, drive = plan.cases[1], plan.manifest.drives[1]
     moved = Accessor(found).trajectory(**{name: case.parameters[name] for name in CASE_DIMS}, drive="fast")
     result = store.read(plan.case_tasks[case.case_id].drives["fast"])
-    assert moved["time"][-1].item() == pytest.approx(drive.in_si.duration, rel=1e-14)  # there and back: two roundings
+    assert moved["time"][-1].item() == pytest.approx(
+        drive.drive.in_si.duration, rel=1e-14
+    )  # there and back: two roundings
     scales = plan.manifest.scales
     np.testing.assert_array_equal(moved["sample_position"], result.arrays["position"] * scales.slab_width)
     assert moved.sizes["slip_phase"] == result.arrays["slip_time"].size

@@ -75,6 +75,7 @@ PLACES: dict[str, list[str]] = {
         "front",
         "axes",
         "drives",
+        "drive_axes",
         *TABLES,
         "scales",
         "ensemble",
@@ -85,6 +86,7 @@ PLACES: dict[str, list[str]] = {
     "outputs": [item.name for item in fields(Outputs)],
     "ensemble": [item.name for item in fields(Ensemble)],
     "drives": ["name", *drive_parameters()],
+    "drive_axes": ["name", *drive_parameters()],
     "unknown": ["nonsense", '"two words"', '"a\\nb"', "x" * 5000, ".".join("x" * 2000), '""'],
 }
 KEYS = [(place, key) for place, keys in PLACES.items() for key in keys]
@@ -102,8 +104,8 @@ def campaign(place: str, key: str, value: str) -> str:
     if place == "drives":
         own = drive.replace('name = "a"\n', "") if key == "name" else drive
         return f"{title}{own}{key} = {value}\n"
-    if place == "axes":
-        return f"{title}axes.{key} = [{value}]\n"
+    if place in ("axes", "drive_axes"):
+        return f"{title}{place}.{key} = [{value}]\n"
     return f"{title}[{place}]\n{key} = {value}\n{drive if place == 'scales' else ''}"
 
 
@@ -114,7 +116,7 @@ def taken_or_refused(path: Path) -> tuple[str, ...]:
     except ManifestError as error:
         return error.lines
     for case in planned.cases:
-        for drive in (None, *planned.manifest.drives):
+        for drive in (None, *(each.drive for each in planned.manifest.drives)):
             if case.case is not None:
                 factors(case.case, planned.manifest.scales, drive)
     written = path.with_suffix(".nc")

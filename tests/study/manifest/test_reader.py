@@ -89,7 +89,7 @@ def test_drives_and_scales_are_read_in_si(tmp_path: Path) -> None:
     text = 'title = "x"\nscales.slab_width = 2e-3\n[[drives]]\nname = "slow"\nstage_velocity = 1e-4\n'
     manifest = read(tmp_path, text)
     assert manifest.stages == ("contact", "slip", "dynamics")
-    assert manifest.drives == (NamedDrive.of("slow", stage_velocity=1e-4),)
+    assert [each.drive for each in manifest.drives] == [NamedDrive.of("slow", stage_velocity=1e-4)]
     assert manifest.scales == Scales(slab_width=2e-3)
 
 
@@ -136,7 +136,7 @@ WRONG = {
     "stage of another type": ("stages = [1]", re.compile(r"stages = \[1\]: needs ")),
     "dynamics without drives": (
         'stages = ["contact", "slip", "dynamics"]',
-        'drives: missing: stage "dynamics" needs at least one [[drives]]',
+        'drives: missing: stage "dynamics" needs at least one [[drives]] or [drive_axes]',
     ),
     "drive of another type": ("drives = [1]", "drives[0] = 1: needs a table [[drives]]"),
     "drive without a name": ("[[drives]]", "drives[0].name: missing: needs a name"),

@@ -11,11 +11,13 @@ from solver.dynamics.integrate import integrate
 from solver.dynamics.kernels.cruise import cruise as cruise_over_teeth
 from solver.dynamics.kernels.event_driven import integrate_exactly
 from solver.dynamics.kernels.oscillator import brief_responses, segment_from, series
+from solver.dynamics.kernels.recording import empty_record
 from solver.dynamics.kernels.roots import POSITION, VELOCITY, offset_from_level, root
 from solver.dynamics.kernels.segment_end import monotone_end
 from solver.dynamics.kernels.slips import driving_force
-from solver.dynamics.kernels.state import Motion, Pin, Record, Slip, Tally, Teeth
+from solver.dynamics.kernels.state import Motion, Pin, Slip, Tally, Teeth
 from solver.outcome import Ending
+from solver.parameter import MOST_WHOLE
 from tests.solver.dynamics.drives import SMALL_TEETH, K, reference
 from tests.synthetic import profile_through
 
@@ -24,13 +26,13 @@ SPRING, STAGE = 1.0, 0.3
 
 def motion(damping=0.2, contact=K, duration=100.0):
     stick_velocity = SPRING * STAGE / (SPRING + contact)
-    return Motion(SPRING, damping, STAGE, contact, stick_velocity, 0.1, duration, 1e-8)
+    return Motion(SPRING, damping, STAGE, contact, stick_velocity, 0.1, duration, 1e-8, MOST_WHOLE, duration)
 
 
 def cruise(profile, motion, pin, climbing=False, limit=1000):
     """A cruise from the start of tooth 0."""
     teeth = Teeth(profile.edges, profile.force, profile.slope, profile.periodic_from)
-    record = Record(np.full((2, 3), np.nan), np.full(2, np.nan), motion.duration)
+    record = empty_record(motion, 1, 1)
     slip = Slip(True, climbing, 0.0, 0.0, 0.0, 0, 0.0)
     return cruise_over_teeth(teeth, motion, record, 0, pin, slip, Tally(0, 0.0, 0.0, 0, 0), limit, None)
 

@@ -1,0 +1,164 @@
+"""Axes of drives make one drive of each table at each point; what is wrong with them is told like all else."""
+
+import math
+import re
+from pathlib import Path
+
+import pytest
+
+from solver.drive import Drive, Scales
+from solver.outcome import Ending, InvalidInput
+from study.manifest.drives import NamedDrive
+from study.manifest.manifest import Manifest
+from study.manifest.problems import ManifestError
+from study.manifest.reader import load_manifest
+
+TABLE = '[[drives]]\nname = "a"\n'
+AXES = "[drive_axes]\nspring_stiffness = [1e5, 200_000]\nstage_velocity = [1e-3, 2e-3, 3e-3]\n"
+
+
+def read(folder: Path, text: str) -> Manifest:
+    path = folder / "mine.toml"
+    path.write_text(f'title = "x"\n{text}')
+    return load_manifest(path)
+
+
+def test_a_table_is_driven_at_every_point_of_the_axes(tmp_path: Path) -> None:
+    found = read(tmp_path, AXES + TABLE + "damping_ratio = 0.2\n")
+    assert found.stages == ("contact", "slip", "dynamics")
+    assert found.drive_axes == {"spring_stiffness": (1e5, 2e5), "stage_velocity": (1e-3, 2e-3, 3e-3)}
+    assert [(each.point["spring_stiffness"], each.point["stage_velocity"]) for each in found.drives] == [
+        (k, v) for k in (1e5, 2e5) for v in (1e-3, 2e-3, 3e-3)
+    ]
+    assert found.drives[5].drive == NamedDrive.of("a", spring_stiffness=2e5, stage_velocity=3e-3, damping_ratio=0.2)
+    assert found.drives[5].label == "a spring_stiffness=200000.0 stage_velocity=0.003"
+    assert len({each.label for each in found.drives}) == 6
+
+
+def test_axes_alone_are_of_the_default_drive_and_of_several_tables_of_each(tmp_path: Path) -> None:
+    found = read(tmp_path, AXES)
+    assert {each.name for each in found.drives} == {"default"}
+    assert found.drives[1].drive == NamedDrive.of("default", spring_stiffness=1e5, stage_velocity=2e-3)
+    found = read(tmp_path, AXES + TABLE + TABLE.replace('"a"', '"b"'))
+    assert [each.name for each in found.drives] == 6 * ["a"] + 6 * ["b"]
+    assert read(tmp_path, TABLE).drives[0].label == "a"
+
+
+def test_every_parameter_of_a_drive_can_be_an_axis(tmp_path: Path) -> None:
+    text = '[drive_axes]\npin_mass = [0.1, 1]\nprofile = ["mean", "linear"]\nreverse_motion = [true, false]\nsamples = [10, 20]\n'
+    found = read(tmp_path, text).drives
+    assert len(found) == 16
+    assert found[-1].settings["pin_mass"] == 1.0
+    assert found[-1].settings["samples"] == 20
+    assert found[-1].drive == NamedDrive.of("default", pin_mass=1.0, profile="linear", reverse_motion=False, samples=20)
+
+
+def test_a_combination_that_excludes_itself_is_an_outcome_of_that_point(tmp_path: Path) -> None:
+    """A time step longer than the drive; a stiffness that is out of range for one of the scales' units."""
+    found = read(
+        tmp_path,
+        '[drive_axes]\ntime_step = [1e-6, 1e-3]\nduration = [1e-4, 1e-2]\n[[drives]]\nname = "a"\nintegrator = "rk4"\n',
+    )
+    (bad,) = [each for each in found.drives if each.drive is None]
+    assert bad.point == {"time_step": 1e-3, "duration": 1e-4}
+    assert bad.outcome.ending is Ending.INVALID
+    assert "needs 0 < time_step ≤ duration" in bad.outcome.message
+    assert bad.settings["duration"] == 1e-4
+
+
+WRONG = {
+    "a key that is in a table too": (
+        AXES + TABLE + "stage_velocity = 1\n",
+        "drives[0].stage_velocity: is in [drive_axes] too: needs one place",
+    ),
+    "an unknown axis": (
+        "[drive_axes]\nstifness = [1]",
+        "drive_axes.stifness = [1]: unknown; did you mean spring_stiffness?",
+    ),
+    "a parameter of a case": ("[drive_axes]\nradius = [1]", "drive_axes.radius = [1]: belongs in [constants] or [axes]"),
+    "a name": ('[drive_axes]\nname = ["a"]', re.compile(r'drive_axes\.name = \["a"\]: unknown')),
+    "no list": ("[drive_axes]\npin_mass = 1", "drive_axes.pin_mass = 1: needs a list of at least one value"),
+    "an empty list": ("[drive_axes]\npin_mass = []", "drive_axes.pin_mass = []: needs a list of at least one value"),
+    "a value that no drive can have": (
+        "[drive_axes]\npin_mass = [1, 0]",
+        "drive_axes.pin_mass[1] = 0: needs 1e-30 ≤ pin_mass ≤ 1e30",
+    ),
+    "a value twice": (
+        "[drive_axes]\npin_mass = [1, 1.0]",
+        "drive_axes.pin_mass[1] = 1.0: is there twice: needs each value once",
+    ),
+    "a step that no integrator takes": (
+        "[drive_axes]\ntime_step = [1e-6, -1]\n" + TABLE + 'integrator = "rk4"',
+        "drive_axes.time_step[1] = -1: needs 0 < time_step ≤ duration with rk4",
+    ),
+    "an integrator that nobody registered": (
+        '[drive_axes]\nintegrator = ["exact", "euler"]',
+        'drive_axes.integrator[1] = "euler": needs one of exact, rk4',
+    ),
+    "a value that no other one suits": (
+        "scales.shear_modulus = 1e-30\n[drive_axes]\nspring_stiffness = [1e-20, 1e30]",
+        re.compile(r"drive_axes\.spring_stiffness\[1\] = 1e\+30: in units of pin_mass and \[scales\], spring_stiffness = "),
+    ),
+    "no point that suits": (
+        "[drive_axes]\npin_mass = [1, 2]\n" + TABLE + 'integrator = "rk4"',
+        "drives[0].time_step: missing: needs 0 < time_step ≤ duration with rk4",
+    ),
+    "an axis that no point suits": (
+        "[drive_axes]\ntime_step = [1e-6]\npin_mass = [1, 2]",
+        'drive_axes.time_step = 1e-06: needs integrator = "rk4"',
+    ),
+    "two durations": (
+        TABLE + "duration = 1\nduration_periods = 10",
+        "drives[0].duration_periods = 10.0: needs to be left out beside duration = 1",
+    ),
+    "two durations on axes": (
+        "[drive_axes]\nduration_periods = [10, 20]\nduration = [1.0]",
+        "drive_axes.duration_periods = 10.0: needs to be left out beside duration = 1.0",
+    ),
+    "no time": (TABLE + "duration_periods = 0", "drives[0].duration_periods = 0: needs 1e-30 ≤ duration_periods ≤ 1e30"),
+    "no slip": (TABLE + "max_slips = 0", "drives[0].max_slips = 0: needs 1 to 9223372036854775807"),
+}  # fmt: skip
+
+
+@pytest.mark.parametrize(("text", "line"), WRONG.values(), ids=WRONG)
+def test_a_wrong_axis_is_refused_in_one_line(tmp_path: Path, text: str, line: str | re.Pattern[str]) -> None:
+    with pytest.raises(ManifestError) as error:
+        read(tmp_path, text)
+    (found,) = (said.removeprefix(f"{tmp_path}/mine.toml: ") for said in error.value.lines)
+    assert line.fullmatch(found) or line.match(found) if isinstance(line, re.Pattern) else found == line
+
+
+def test_every_problem_of_axes_is_told_at_once(tmp_path: Path) -> None:
+    text = "[drive_axes]\npin_mass = [0, 1, -1]\nspring_stiffness = 3\n" + TABLE + "pin_mass = 1\nsamples = 0\n"
+    with pytest.raises(ManifestError) as error:
+        read(tmp_path, text)
+    keys = sorted(
+        line.removeprefix(f"{tmp_path}/mine.toml: ").split(":")[0].split(" = ")[0] for line in error.value.lines
+    )
+    assert keys == sorted(
+        [
+            "drive_axes.pin_mass[0]",
+            "drive_axes.pin_mass[2]",
+            "drive_axes.spring_stiffness",
+            "drives[0].pin_mass",
+            "drives[0].samples",
+        ]
+    )
+
+
+def test_a_duration_in_periods_is_that_many_of_the_pin_on_its_spring(tmp_path: Path) -> None:
+    """2π√(m/k), also where mass and stiffness are axes; in the solver's units, where m = 1, 2π/√k."""
+    found = read(
+        tmp_path, "[drive_axes]\npin_mass = [0.5, 2]\nspring_stiffness = [1e4]\n" + TABLE + "duration_periods = 30\n"
+    )
+    for each in found.drives:
+        assert each.drive is not None
+        seconds = 30.0 * 2.0 * math.pi * math.sqrt(each.settings["pin_mass"] / 1e4)  # type: ignore[operator]
+        assert each.drive.in_si.duration == pytest.approx(seconds, rel=1e-15)
+        assert each.settings["duration"] == each.drive.in_si.duration
+        assert each.settings["duration_periods"] == 30.0
+        driven = each.drive.dimensionless(Scales())
+        assert driven.duration == pytest.approx(30.0 * 2.0 * math.pi / math.sqrt(driven.spring_stiffness), rel=1e-14)
+    assert NamedDrive.of("a", duration_periods=3).dimensionless(Scales()) == Drive.from_si(duration_periods=3)
+    with pytest.raises(InvalidInput, match="duration_periods = 3: needs to be left out beside duration = 1"):
+        Drive.from_si(duration_periods=3, duration=1)
