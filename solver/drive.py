@@ -119,7 +119,7 @@ class Drive:
         most=MOST_WHOLE,
     )
     max_slips: int | None = parameter(
-        None, meaning="macroscopic slips after which a drive ends", least=1, most=MOST_WHOLE
+        None, meaning="slips after which a drive ends", comment="macroscopic ones", least=1, most=MOST_WHOLE
     )
 
     def __post_init__(self) -> None:

@@ -70,7 +70,7 @@ class StickSlipCount:
         )
     )
     stick_slip_period_uncertainty: float = field(
-        metadata=quantity("standard error of the period of stick-slip", "", "s", per="time")
+        metadata=quantity("error of the period of stick-slip", "", "s", per="time")
     )
 
 

@@ -17,7 +17,7 @@ class NamedDrive:
     name: str
     pin_mass: float = parameter(0.5, meaning="mass of the pin", symbol="m", unit="kg", least=1e-30, most=1e30)
     duration_periods: float | None = parameter(
-        None, meaning="duration in periods of the pin on its spring", least=1e-30, most=1e30
+        None, meaning="duration in periods of the pin", comment="on its spring, 2π√(m/k)", least=1e-30, most=1e30
     )
     """In units of 2π√(m/k), where it was given so; `in_si` has it in s."""
     in_si: Drive = field(default_factory=lambda: Drive.of(si_defaults()))

@@ -47,19 +47,27 @@ class Chain(Scheme):
     continuum = False
     equal_widths = True
     leaf_stiffness: float = parameter(
-        0.8, table="numerics", meaning="stiffness of a chain's leaf springs per length, in G/L_x", least=1e-6, most=1e6
+        0.8,
+        table="numerics",
+        meaning="leaf springs of a chain, in G/L_x",
+        comment="stiffness per length of surface",
+        least=1e-6,
+        most=1e6,
     )
     coupling_stiffness: float = parameter(
         30.0,
         table="numerics",
-        meaning="stiffness of the spring between two blocks of a chain, over that of a leaf spring",
+        meaning="coupling springs of a chain",
+        symbol="k_c/k_l",
+        comment="stiffness of the spring between two blocks over that of a leaf spring",
         least=0.0,
         most=1e6,
     )
     foundation_stiffness: float = parameter(
         12.0,
         table="numerics",
-        meaning="stiffness of the springs under a chain's blocks per length, in G/L_x",
+        meaning="foundation springs of a chain, in G/L_x",
+        comment="stiffness per length of surface of the springs under the blocks",
         least=1e-6,
         most=1e6,
     )

@@ -31,28 +31,42 @@ _REFERENCE: Final = {
 def _of_size(size: str, meaning: str) -> list[tuple[str, Any, Field[Any]]]:
     """The fields of one size: name, type, declaration."""
     error = f"{size}_exponent_uncertainty"
-    largest = "; of independent sizes, the cut-off given"
+    of = f"of {meaning}"
     declared: dict[str, tuple[str, dict[str, Any]]] = {
         "exponent": (
-            f"exponent τ of the power law of {meaning}",
-            {"uncertainty": error, "comment": _REFERENCE.get(size, "")},
+            f"power-law exponent of {size}",
+            {"symbol": "τ", "uncertainty": error, "comment": _joined(of, _REFERENCE.get(size, ""))},
         ),
-        "exponent_uncertainty": (f"standard error of {size}_exponent{largest}", {}),
-        "cutoff": (f"lower cut-off of the power law of {meaning}", {}),
+        "exponent_uncertainty": (
+            "error of that exponent",
+            {"comment": "standard error; of independent sizes, the cut-off given"},
+        ),
+        "cutoff": (f"lower cut-off of {size}", {"comment": f"{of}; the power law begins there"}),
         "tail": (f"events from {size}_cutoff on", {}),
         "goodness": (
-            f"share of drawn samples of a power law that are further from it than {meaning}",
-            {"comment": "below 0.1 they are no power law"},
+            f"goodness of fit of {size}",
+            {
+                "comment": f"{of}; share of samples drawn from the power law that are further from it; below 0.1 it is none"
+            },
         ),
-        "preferred": (f"law that describes {meaning} best from the cut-off on", {"words": LAWS}),
+        "preferred": (
+            f"preferred law of {size}",
+            {"words": LAWS, "comment": f"{of}; describes them best from the cut-off on"},
+        ),
         "preferred_chance": (
-            f"probability that chance decides {size}_preferred",
-            {"comment": "of a rival that its better fit is chance, of the power law that its nearest rival's is"},
+            f"chance that decides {size}_preferred",
+            {
+                "comment": "a probability: of a rival that its better fit is chance, of the power law that its nearest rival's is"
+            },
         ),
     }
     return [
         (f"{size}_{name}", Any, field(metadata=quantity(words, **more))) for name, (words, more) in declared.items()
     ]
+
+
+def _joined(*parts: str) -> str:
+    return "; ".join(part for part in parts if part)
 
 
 def _alone(name: str, meaning: str, comment: str = "") -> tuple[str, Any, Field[Any]]:
@@ -69,15 +83,15 @@ EventDistributions: Any = make_dataclass(
         *(each for size, meaning in SIZES.items() for each in _of_size(size, meaning)),
         _alone(
             "step_variation",
-            "standard deviation over mean of the displacement to the next event",
-            "1 of events at random",
+            "variation of the step between events",
+            "standard deviation over mean; 1 of events at random",
         ),
-        _alone("slips_correlation", "rank correlation of successive events' slips", _INDEPENDENT),
-        _alone("drop_correlation", "rank correlation of successive falls of F/W", _INDEPENDENT),
-        _alone("step_correlation", "rank correlation of successive displacements to the next event", _INDEPENDENT),
+        _alone("slips_correlation", "rank correlation of successive slips", _INDEPENDENT),
+        _alone("drop_correlation", "rank correlation of successive drops", _INDEPENDENT),
+        _alone("step_correlation", "rank correlation of successive steps", _INDEPENDENT),
         _alone(
             "drop_step_correlation",
-            "rank correlation of an event's fall of F/W and the displacement to the next",
+            "rank correlation of drop and next step",
             _INDEPENDENT,
         ),
     ],
