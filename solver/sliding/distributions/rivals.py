@@ -94,7 +94,7 @@ def _lognormal(tail: Tail) -> Likelihood:
         # Where both are one number the share between them is its density.
         apart = high < low
         found[np.flatnonzero(whole)[apart]] = (low + np.log(-np.expm1(np.where(apart, high - low, -1.0))))[apart]
-        return found - above
+        return np.asarray(found - above)
 
     return likelihood
 
