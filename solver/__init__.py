@@ -21,6 +21,7 @@ Eq. 1-7, 11       elasticity.schemes (biquadratic: the paper's stencil; galerkin
 §2.1.1            contact.pin, contact.initial (initial contact), contact.coulomb (residual_shear 1)
 §3.1              contact.closed_forms (flat punch, Hertz, Cattaneo-Mindlin, sliding with coupling)
 §3.2              sliding.events (from event to event), sliding.plateau, sliding.statistics
+-                 sliding.distributions (sizes of events: power laws, their rivals, correlations)
 §2.2.2, Eq. 13-15 dynamics.friction_limit (sawtooth, periodic extension, relaxation point)
 Eq. 12, §2.2.3    dynamics.integrate (rk4: the paper's; exact: from crossing to crossing; rigid: the same as K → ∞)
 §3.3              dynamics.coefficients (μ_s, μ_k), dynamics.regime (stick, slip or both in turn)

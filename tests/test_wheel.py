@@ -89,6 +89,7 @@ def test_the_wheel_holds_every_file_of_the_packages_and_no_test(wheel):
     }
     assert there <= names
     copies = {f"study/shipped/campaigns/{name}.toml" for name in campaigns()}
+    copies |= {f"study/shipped/{path.relative_to(ROOT)}" for path in (ROOT / "campaigns").rglob("*.csv")}
     copies |= {f"study/shipped/slurm/{name}" for name in ("job.sh.j2", "site.toml")}
     assert {name for name in names - there if not name.startswith(("solver/", "study/"))} == {
         "nanoslip.py",

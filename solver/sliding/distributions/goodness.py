@@ -43,7 +43,9 @@ def power_law_sizes(rng: np.random.Generator, count: int, exponent: float, cutof
     """So many sizes of a power law, by inversion of its cumulative distribution."""
     uniform = 1.0 - rng.random(count)  # above 0
     if not discrete:
-        return np.asarray(cutoff * uniform ** (-1.0 / (exponent - 1.0)))
+        # A law as flat as 1/x has sizes beyond all numbers.
+        with np.errstate(over="ignore"):
+            return np.minimum(cutoff * uniform ** (-1.0 / (exponent - 1.0)), np.finfo(float).max)
     return _whole_sizes(uniform, exponent, cutoff)
 
 
@@ -59,6 +61,7 @@ def _whole_sizes(uniform: Vector, exponent: float, cutoff: float) -> Vector:
     beyond = uniform <= shares[-1]
     last = numbers[-1]
     # ζ(τ, k) is k^(1-τ) about half a number lower, to 1e-6 out there; beyond 1e15 numbers are not whole any more.
-    ratio = np.minimum((uniform[beyond] / shares[-1]) ** (-1.0 / (exponent - 1.0)), 1e15)
+    with np.errstate(over="ignore"):
+        ratio = np.minimum((uniform[beyond] / shares[-1]) ** (-1.0 / (exponent - 1.0)), 1e15)
     found[beyond] = np.floor((last - 0.5) * ratio + 0.5)
     return np.asarray(found)

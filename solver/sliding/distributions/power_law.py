@@ -75,14 +75,14 @@ def fitted_power_law(sizes: Sizes) -> PowerLaw | None:
 
 def discrete_exponents(means: Vector, cutoffs: Vector) -> Vector:
     """τ at which ln ζ(τ, k_min) falls as fast as the mean of ln(k/k_min) says; Newton's method on its convex logarithm."""
-    exponents = 1.0 + 1.0 / (means + np.log(cutoffs / (cutoffs - 0.5)))
+    exponents = np.minimum(1.0 + 1.0 / (means + np.log(cutoffs / (cutoffs - 0.5))), EXPONENTS[1])
     for _ in range(20):
         slope, curvature = _log_zeta_slopes(exponents, cutoffs)
         step = (slope + means + np.log(cutoffs)) / curvature
-        exponents = np.clip(exponents - step, (exponents + 1.0) / 2.0, 2.0 * exponents)
+        exponents = np.clip(exponents - step, (exponents + 1.0) / 2.0, np.minimum(2.0 * exponents, EXPONENTS[1]))
         if np.abs(step).max() < 1e-9:
             break
-    return np.minimum(exponents, EXPONENTS[1])
+    return exponents
 
 
 def _log_zeta_slopes(exponents: Vector, cutoffs: Vector) -> tuple[Vector, Vector]:

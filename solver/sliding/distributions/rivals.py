@@ -81,18 +81,20 @@ def _start_of_lognormal(tail: Tail) -> Vector:
 
 def _lognormal(tail: Tail) -> Likelihood:
     """Of ln x: mean, and logarithm of the standard deviation; a whole number k stands for k - 1/2 to k + 1/2."""
-    edges = np.log(np.stack((tail.values - 0.5, tail.values + 0.5))) if tail.discrete else None
+    whole = tail.values < DENSE if tail.discrete else np.zeros(len(tail.values), np.bool_)
+    edges = np.log(tail.values[whole] + np.array([[-0.5], [0.5]]))
     lowest = np.log(tail.cutoff - 0.5) if tail.discrete else 0.0
 
     def likelihood(parameters: Vector) -> Vector:
         mean, width = parameters[0], np.exp(np.clip(parameters[1], -20.0, 20.0))
         above = log_ndtr((mean - lowest) / width)
-        if edges is None:
-            z = (tail.logs - mean) / width
-            return np.asarray(-0.5 * z**2 - 0.5 * np.log(2.0 * np.pi) - np.log(width) - tail.logs - above)
-        low, high = (log_ndtr((mean - edge) / width) for edge in edges)  # of the shares above
-        with np.errstate(divide="ignore"):
-            return np.asarray(low + np.log(-np.expm1(np.minimum(high - low, 0.0))) - above)
+        z = (tail.logs - mean) / width
+        found = np.asarray(-0.5 * z**2 - 0.5 * np.log(2.0 * np.pi) - np.log(width) - tail.logs)
+        low, high = log_ndtr((mean - edges) / width)  # of the shares above
+        # Where both are one number the share between them is its density.
+        apart = high < low
+        found[np.flatnonzero(whole)[apart]] = (low + np.log(-np.expm1(np.where(apart, high - low, -1.0))))[apart]
+        return np.asarray(found - above)
 
     return likelihood
 
@@ -108,6 +110,8 @@ def _truncated(tail: Tail) -> Likelihood:
     return likelihood
 
 
+DENSE = 1e5
+"""Whole numbers from which on a share between k - 1/2 and k + 1/2 is the density at k."""
 _NODES, _WEIGHTS = np.polynomial.legendre.leggauss(96)
 SUMMED = 64
 """Whole numbers that are summed one by one; the rest is an integral with the first terms of Euler and Maclaurin."""

@@ -7,8 +7,10 @@ import pytest
 from numpy.typing import NDArray
 
 from solver.case import Case, Effects, Heterogeneity, SlipRule
+from solver.contact.closed_forms import winkler_half_width
 from solver.contact.initial import initial_contact
 from solver.contact.node_friction import node_friction
+from solver.contact.normal import expected_half_width
 from solver.elasticity.compliance import surface_compliance
 from solver.elasticity.conditioning import conditioning
 from solver.elasticity.grid_scheme import stiffness
@@ -16,6 +18,9 @@ from solver.elasticity.schemes.chain import Chain, spring_stiffness
 from solver.outcome import InvalidInput
 from solver.slab import Slab
 from solver.sliding.events import slide_to_state
+from study.accuracy.elastic_operator import discretizations
+from study.discretization.front import load_front
+from tests.physics import stored_energy
 
 Vector = NDArray[np.float64]
 
@@ -136,3 +141,41 @@ def test_with_full_stress_drop_it_is_the_automaton(coupling: float, together: bo
     assert (coupling == 0.0) == (max(slips) == 1)
     _, end = slide_to_state(replace(case, max_events=250), compliance, start)
     np.testing.assert_allclose(end.nodal_force[0], forces[249], rtol=0.0, atol=1e-11 * case.normal_load)
+
+
+@pytest.mark.parametrize("start", [0.0, 0.4])
+def test_a_parabola_presses_springs_by_its_own_height(start: float) -> None:
+    """p = k (approach - x²/2R) under the pin, W = 2 k a³/(3 R): to a spacing, which is what nodes know of an edge."""
+    chain = Chain(foundation_stiffness=20.0)
+    case = Case(radius=50.0, slab=Slab(257, scheme=chain), start=start)
+    state = initial_contact(case, surface_compliance(case.slab))
+    x = np.linspace(-0.5, 0.5, 257) - start * case.slab.spacing
+    expected = np.maximum(20.0 * (state.approach - x**2 / (2.0 * case.radius)), 0.0)
+    np.testing.assert_allclose(state.pressure, expected, atol=1e-12)
+    a = winkler_half_width(case.normal_load, case.radius, 20.0)
+    assert a == expected_half_width(case)
+    assert state.approach == pytest.approx(a**2 / (2.0 * case.radius), rel=1e-3)  # the sum over nodes for the integral
+    assert 0.5 * case.slab.spacing * state.contact.sum() == pytest.approx(a, abs=case.slab.spacing)
+    assert not state.shear.any()
+
+
+@pytest.mark.parametrize("residual_shear", [0.0, 0.5])
+def test_the_work_of_pin_and_load_is_stored_or_lost(residual_shear: float) -> None:
+    rule = SlipRule(residual_shear=residual_shear)
+    case = Case(radius=50.0, slab=Slab(65, scheme="chain"), slip_rule=rule, max_events=400)
+    compliance = surface_compliance(case.slab)
+    start = initial_contact(case, compliance)
+    record, end = slide_to_state(case, compliance, start)
+    edges = np.concatenate(([0.0], record.displacement, [record.final_displacement]))
+    before = np.append(record.force_before, record.final_force)
+    after = np.insert(record.force_after, 0, record.initial_force)
+    # Between events all nodes stick to the pin, and forces are straight: the mean of both ends is exact.
+    work = float((before + after) / 2.0 @ np.diff(edges)) + case.normal_load * (end.approach - start.approach)
+    stored = stored_energy(end) - stored_energy(start)
+    assert work - stored == pytest.approx(float(record.dissipated.sum()), rel=1e-9)
+    assert record.dissipated.min() > -1e-12 * case.normal_load**2
+
+
+def test_no_error_of_a_grid_is_known_of_it() -> None:
+    assert np.isnan(load_front().expected_error(Case(slab=Slab(129, scheme="chain"))))
+    assert all(each["scheme"] != "chain" for each in discretizations(33))

@@ -69,3 +69,29 @@ def test_a_record_takes_well_under_a_second() -> None:
     start = time.process_time()
     size_distribution(sizes, discrete=True)
     assert time.process_time() - start < 1.0
+
+
+NASTY = {
+    "two numbers": (True, lambda rng: 1.0 + (rng.random(300) < 0.02)),
+    "one giant": (True, lambda rng: np.append(np.ones(299), 1e7)),
+    "large and alike": (True, lambda rng: 1e6 + rng.integers(0, 3, 300)),
+    "beyond whole numbers": (True, lambda rng: np.floor(rng.pareto(0.05, 300) + 1.0)),
+    "alike to rounding": (False, lambda rng: 1.0 + 1e-12 * rng.random(300)),
+    "at the least of numbers": (False, lambda rng: 1e-300 * rng.random(300)),
+    "at the most of numbers": (False, lambda rng: 1e300 * rng.random(300)),
+    "flatter than any power law": (False, lambda rng: rng.pareto(0.01, 300) + 1.0),
+    "many ties": (False, lambda rng: np.repeat(rng.random(60), 5)),
+}
+
+
+@pytest.mark.parametrize("name", NASTY)
+def test_what_is_no_power_law_leaves_numbers_or_none(name: str) -> None:
+    discrete, draw = NASTY[name]
+    found = size_distribution(draw(np.random.default_rng(6)), discrete=discrete, draws=5)
+    if found.tail:
+        assert found.exponent_uncertainty > 0.0
+        assert found.preferred is not None
+        assert 0.0 <= found.preferred_chance <= 1.0
+        assert np.isfinite([rival.ratio for rival in found.comparisons]).all()
+    else:
+        assert math.isnan(found.exponent)
