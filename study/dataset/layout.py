@@ -50,7 +50,7 @@ def coordinates(plan: Plan, layout: Layout) -> dict[str, Any]:
     for case in plan.cases:
         ids[layout.position[case.case_id]] = case.case_id
     found: dict[str, Any] = {
-        name: (name, array_of(values), attributes(_parameter(name))) for name, values in layout.axes.items()
+        name: (name, _array(values), attributes(_parameter(name))) for name, values in layout.axes.items()
     }
     found["case_id"] = (tuple(layout.axes), ids, attributes(CASE_ID))
     # Of what varies between members, an axis says where the first of them is: the case itself knows better.
@@ -94,14 +94,13 @@ def _drive_coordinates(manifest: Manifest) -> dict[str, Any]:
         values = [{"name": drive.name, **drive.flat}.get(name) for drive in drives]
         if any(value is not None for value in values):
             label = DRIVE_NAME if name == "name" else parameters()[name]
-            array = array_of([np.nan if value is None else value for value in values])
+            array = _array([np.nan if value is None else value for value in values])
             dims = "drive" if len(drives) > 1 else ()
             found[label.name] = (dims, array if dims else array[0], attributes(label))
     return found
 
 
-def array_of(values: Any) -> Any:
-    """Labels as an array: texts as netCDF keeps them."""
+def _array(values: Any) -> Any:
     return texts(values) if any(isinstance(value, str) for value in values) else np.array(values)
 
 
