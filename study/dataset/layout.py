@@ -73,7 +73,7 @@ def coordinates(plan: Plan, layout: Layout) -> dict[str, Any]:
     for case in plan.cases:
         ids[layout.position[case.case_id]] = case.case_id
     found: dict[str, Any] = {
-        name: (name, array_of(values), attributes(_parameter(name))) for name, values in layout.axes.items()
+        name: (name, _array(values), attributes(_parameter(name))) for name, values in layout.axes.items()
     }
     found["case_id"] = (tuple(layout.axes), ids, attributes(CASE_ID))
     # Of what varies between members, an axis says where the first of them is: the case itself knows better.
@@ -116,7 +116,7 @@ def _drive_coordinates(manifest: Manifest, layout: Layout) -> dict[str, Any]:
     for name in ("drive", *parameters()) if points else ():
         label = DRIVE_NAME if name == "drive" else parameters()[name]
         if name in layout.drive_axes:
-            found[name] = (name, array_of(layout.drive_axes[name]), attributes(label))
+            found[name] = (name, _array(layout.drive_axes[name]), attributes(label))
             continue
         given = {position: point.get(name) for position, point in points.items()}
         if any(value is not None for value in given.values()):
@@ -136,11 +136,10 @@ def _spread(given: Mapping[tuple[int, ...], Any], axes: Mapping[str, Sequence[Va
             values, dims = first.squeeze(dims.index(axis)), tuple(dim for dim in dims if dim != axis)
     missing: Any = "" if any(isinstance(value, str) for value in given.values()) else np.nan
     flat = [missing if value is None else value for value in values.ravel().tolist()]
-    return dims, array_of(flat).reshape(values.shape)[()]
+    return dims, _array(flat).reshape(values.shape)[()]
 
 
-def array_of(values: Any) -> Any:
-    """Labels as an array: texts as netCDF keeps them."""
+def _array(values: Any) -> Any:
     return texts(values) if any(isinstance(value, str) for value in values) else np.array(values)
 
 

@@ -44,7 +44,7 @@ class Accessor:
     def teeth(self, **selection: Any) -> xr.Dataset:
         """F/W of one case as a line over `point`: start, both sides of each drop, end; with the coordinate `displacement`."""
         run, case = run_of(self._dataset, "record", selection)
-        ends = {name: float(case[name]) for name in ("initial_friction", "final_displacement", "final_friction")}
+        ends = {name: case[name].values.item() for name in ("initial_friction", "final_displacement", "final_friction")}
         moved = np.repeat(run["displacement"].values, 2)
         force = np.column_stack([run[name].values for name in FRICTION]).ravel()
         line = {

@@ -10,7 +10,6 @@ from numpy.typing import NDArray
 from study.dataset.access.placement import NotJoinableError, axes_of, placed
 from study.dataset.file import FORMAT, VERSION
 from study.dataset.groups import carrying, groups_of
-from study.dataset.layout import array_of
 from study.dataset.ragged import windows
 from study.dataset.variables import SOFTWARE, Group, all_groups
 
@@ -30,7 +29,7 @@ def joined(roots: Sequence[xr.Dataset], sources: Sequence[str]) -> xr.Dataset:
     names = list(dict.fromkeys(str(name) for root in roots for name in root.variables if name not in axes.labels))
     found = {name: placed(name, axes, roots, sources) for name in names}
     coordinates = {str(name) for root in roots for name in root.coords}
-    labels = {name: xr.Variable(name, array_of(values), roots[0][name].attrs) for name, values in axes.labels.items()}
+    labels = {name: xr.Variable(name, np.asarray(values), roots[0][name].attrs) for name, values in axes.labels.items()}
     root = xr.Dataset(
         {name: each for name, each in found.items() if name not in coordinates},
         labels | {name: each for name, each in found.items() if name in coordinates},

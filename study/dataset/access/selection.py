@@ -75,7 +75,7 @@ def run_of(root: xr.Dataset, name: str, selection: Selection) -> tuple[xr.Datase
         ]
         raise ValueError(f"{_said(selection)}: needs to single out one case, but {', '.join(several)}")
     case = next(iter(found))
-    slices = cut(root, name, [case[id_of(root, name)].item()])
+    slices = cut(root, name, [case[id_of(root, name)].values.item()])
     if slices is None:
         raise ValueError(f"{_said(selection)}: this case has no {name}")
     group = groups_of(root)[name]

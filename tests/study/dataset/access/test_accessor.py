@@ -1,5 +1,8 @@
 """`.nanoslip` of a dataset and of its selections: runs with their case's scalars, ready to be drawn."""
 
+import re
+from typing import Any
+
 import matplotlib as mpl
 import numpy as np
 import pytest
@@ -7,6 +10,7 @@ import xarray as xr
 
 from study.api import open_dataset, run
 from study.dataset.groups import LostGroupsError, groups_of
+from tests.conftest import ROOT
 from tests.study.dataset.access.conftest import FULL
 
 ONE = {"radius": 50.0, "intrinsic_friction": 0.5}
@@ -157,3 +161,18 @@ def test_a_dataset_without_records_says_so():
     found = run({"title": "contact", "stages": ["contact"], "numerics": {"n_x": 17}})
     with pytest.raises(ValueError, match="no group record: its campaign leaves that out"):
         found.nanoslip.teeth()
+
+
+def test_the_examples_of_the_readme_run(tmp_path, monkeypatch):
+    mpl.use("Agg")
+    monkeypatch.chdir(tmp_path)
+    axes = {"intrinsic_friction": [0.25, 0.5], "normal_load": [1e-3, 2e-3]}
+    run({"title": "mine", "stages": ["contact", "slip"], "axes": axes, "numerics": {"n_x": 17}}, "results/mine").close()
+    text = (ROOT / "study" / "dataset" / "README.md").read_text("utf-8")
+    blocks = re.findall(r"```python\n(.*?)```", text, re.DOTALL)
+    names: dict[str, Any] = {}
+    for block in blocks:
+        exec(block, names)
+    assert len(blocks) == 2
+    assert len(names["table"]) == 4
+    assert set(names["events"]["normal_load"]) == {1e-3, 2e-3}
