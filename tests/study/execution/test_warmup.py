@@ -26,3 +26,12 @@ def test_the_switches_of_each_case_are_kept(tmp_path):
     path.write_text(SMALL.replace("[axes]", axes))
     cases = [small.case for small in miniatures(make_plan(load_manifest(path)).tasks) if small.kind == "record"]
     assert len({(case.pin, case.initial_contact, case.slip_rule.slip_order) for case in cases}) == 8
+
+
+def test_drives_that_differ_in_numbers_alone_are_one_miniature(tmp_path):
+    """Thousands of them would take longer than the run."""
+    path = tmp_path / "axes.toml"
+    numbers = "[drive_axes]\nspring_stiffness = [1e4, 1e5, 1e6]\npin_mass = [0.1, 1.0]\n"
+    path.write_text(SMALL.replace("[[drives]]", f"{numbers}surface_compliance = [true, false]\n[[drives]]", 1))
+    small = [task.drive for task in miniatures(make_plan(load_manifest(path)).tasks) if task.drive]
+    assert sorted(drive.surface_compliance for drive in small) == [False, True]
