@@ -12,7 +12,7 @@ from typing import Any, ClassVar, Final, Literal, Self
 
 from solver.family import Family
 from solver.outcome import InvalidInput, quoted
-from solver.parameter import MOST_WHOLE, Parameter, as_float, check, declared, parameter
+from solver.parameter import MOST_WHOLE, Parameter, as_float, check, declared, parameter, require
 
 ProfileShape = Literal["sawtooth", "linear", "mean"]
 
@@ -145,10 +145,11 @@ class Drive:
     def from_si(cls, scales: Scales | None = None, pin_mass: float = 0.5, **parameters: Any) -> Self:
         """The drive of a pin of this mass (kg), from values in SI: N/m, m/s, s; the paper's for what is not given.
 
-        `duration_periods` instead of `duration` is that time in periods of the pin on its spring.
+        `duration_periods` instead of `duration` is that time in periods of the pin on its spring, `stage_travel` how far the
+        stage moves in it (m).
         Raises InvalidInput for values out of range, TypeError for names that no drive has.
         """
-        if strangers := parameters.keys() - {*parameters_of_a_drive(), PERIODS}:
+        if strangers := parameters.keys() - {*parameters_of_a_drive(), PERIODS, TRAVEL}:
             raise TypeError(f"Drive.from_si() got unexpected keyword arguments {sorted(strangers)}")
         return cls.of({**si_defaults(), **in_seconds(parameters, pin_mass)}).scaled(scales or Scales(), pin_mass)
 
@@ -177,7 +178,9 @@ _FROM_SI: Final[dict[str, Callable[[float, Scales, float], float]]] = {
 
 
 PERIODS: Final = "duration_periods"
-"""The other way to say how long a drive lasts."""
+TRAVEL: Final = "stage_travel"
+DURATIONS: Final = ("duration", PERIODS, TRAVEL)
+"""The ways to say how long a drive lasts."""
 
 
 def natural_period(spring_stiffness: float, pin_mass: float) -> float:
@@ -186,21 +189,25 @@ def natural_period(spring_stiffness: float, pin_mass: float) -> float:
 
 
 def in_seconds(parameters: Mapping[str, Any], pin_mass: float) -> dict[str, Any]:
-    """Parameters of a drive in SI with `duration` in s, also where they give it as `duration_periods`.
+    """Parameters of a drive in SI with `duration` in s, also where they give it by one of the other `DURATIONS`.
 
-    pin_mass: in kg. Raises InvalidInput where both are given, or the stiffness is out of range.
+    pin_mass: in kg. Raises InvalidInput where two are given, for a stage that never gets as far, and for values out of range.
     """
-    found = dict(parameters)
-    periods = found.pop(PERIODS, None)
-    if periods is None:
+    given = [name for name in DURATIONS if parameters.get(name) is not None]
+    found = {name: value for name, value in parameters.items() if name not in (PERIODS, TRAVEL)}
+    if len(given) > 1:
+        one, other = given[:2]
+        shown = f"{other} = {quoted(parameters[other])}"
+        raise InvalidInput(f"{shown}: needs to be left out beside {one} = {quoted(parameters[one])}")
+    if not given or given == ["duration"]:
         return found
-    if "duration" in found:
-        raise InvalidInput(
-            f"{PERIODS} = {quoted(periods)}: needs to be left out beside duration = {quoted(found['duration'])}"
-        )
-    stiffness = {name: found[name] for name in ("spring_stiffness",) if name in found}
-    period = natural_period(Drive.of({**si_defaults(), **stiffness}).spring_stiffness, as_float("pin_mass", pin_mass))
-    return {**found, "duration": as_float(PERIODS, periods) * period}
+    value = as_float(given[0], parameters[given[0]])
+    known: dict[str, Any] = {name: found[name] for name in ("spring_stiffness", "stage_velocity") if name in found}
+    drive = Drive.of({**si_defaults(), **known})
+    if given == [PERIODS]:
+        return {**found, "duration": value * natural_period(drive.spring_stiffness, as_float("pin_mass", pin_mass))}
+    require("stage_velocity", drive.stage_velocity, drive.stage_velocity > 0.0, f"stage_velocity > 0 with {TRAVEL}")
+    return {**found, "duration": value / drive.stage_velocity}
 
 
 def parameters_of_a_drive() -> dict[str, Parameter]:

@@ -70,7 +70,8 @@ def friction_coefficients(result: DynamicsResult, record: FrictionRecord, platea
     nan = float("nan")
     if not len(result.slip_force):
         message = (
-            f"no slip longer than {result.presliding_length:.3g} L_x: raise the drive's duration or stage_velocity"
+            f"no slip longer than {result.presliding_length:.3g} L_x: raise the drive's duration or stage_velocity, or "
+            "soften the spring"
         )
         failed = result.outcome if not result.outcome.ok else Outcome(Ending.NO_SLIP, message)
         return FrictionCoefficients(nan, nan, result.slip_force, nan, nan, failed)

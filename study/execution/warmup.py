@@ -7,6 +7,7 @@ from pathlib import Path
 from tempfile import TemporaryDirectory
 
 from solver.case import Case
+from solver.drive import Drive
 from study.dataset.store import Store
 from study.plan.tasks import Task, compliance_task, contact_task, drive_task, record_task, run_task
 
@@ -24,10 +25,13 @@ def warm_up(tasks: Sequence[Task]) -> None:
 def miniatures(tasks: Sequence[Task]) -> list[Task]:
     """Small tasks that run every kernel of these tasks, needs first."""
     found = {_COMPLIANCE.key: _COMPLIANCE}
+    drives: dict[tuple[object, ...], Task] = {}
     for task in tasks:
         if task.drive is not None:
-            drive = replace(task.drive, duration=task.drive.duration / 100, samples=2)
-            small = [record_task(_STEADY), drive_task(_STEADY, drive)]
+            choices = _choices(task.drive)
+            if choices not in drives:
+                drives[choices] = _short(task.drive)
+            small = [record_task(_STEADY), drives[choices]]
         elif task.case is not None:
             make = contact_task if task.kind == "contact" else record_task
             small = [make(_tiny(task.case))]
@@ -35,6 +39,15 @@ def miniatures(tasks: Sequence[Task]) -> list[Task]:
             small = []
         found |= {each.key: each for each in small}
     return list(found.values())
+
+
+def _choices(drive: Drive) -> tuple[object, ...]:
+    """Words and switches of a drive: they decide which kernels run, the numbers do not."""
+    return tuple((name, value) for name, value in drive.flat.items() if isinstance(value, str | bool))
+
+
+def _short(drive: Drive) -> Task:
+    return drive_task(_STEADY, replace(drive, duration=drive.duration / 100, samples=2))
 
 
 _NUMBERS = {"n_x": 17, "radius": 50.0, "max_events": 60}

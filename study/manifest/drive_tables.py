@@ -4,7 +4,7 @@ import itertools
 from collections.abc import Iterator, Mapping, Sequence
 from typing import Any, Final, NamedTuple
 
-from solver.drive import INTEGRATORS, PERIODS, Scales
+from solver.drive import INTEGRATORS, PERIODS, TRAVEL, Scales
 from solver.outcome import COMPLETED, InvalidInput
 from study.manifest.checker import Checker
 from study.manifest.drives import CampaignDrive, NamedDrive, drive_parameters
@@ -126,7 +126,7 @@ def _driven(table: _Table, point: dict[str, Value], scales: Scales) -> CampaignD
     try:
         drive = NamedDrive.of(table.name, **given)
     except InvalidInput as error:
-        settings = {**_DEFAULTS.flat, **({"duration": None} if PERIODS in given else {}), **given}
+        settings = {**_DEFAULTS.flat, **({"duration": None} if {PERIODS, TRAVEL} & given.keys() else {}), **given}
         return CampaignDrive(table.name, point, settings, None, error.outcome)
     try:
         drive.dimensionless(scales)

@@ -4,7 +4,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass, field
 from typing import Any, Self
 
-from solver.drive import PERIODS, Drive, Scales, in_seconds, parameters_of_a_drive, si_defaults
+from solver.drive import PERIODS, TRAVEL, Drive, Scales, in_seconds, parameters_of_a_drive, si_defaults
 from solver.outcome import InvalidInput, Outcome, quoted
 from solver.parameter import Parameter, check, declared, parameter
 from study.manifest.parameters import Value
@@ -20,6 +20,10 @@ class NamedDrive:
         None, meaning="duration in periods of the pin", comment="on its spring, 2π√(m/k)", least=1e-30, most=1e30
     )
     """In units of 2π√(m/k), where it was given so; `in_si` has it in s."""
+    stage_travel: float | None = parameter(
+        None, meaning="distance that the stage moves", unit="m", least=1e-30, most=1e30
+    )
+    """Where the duration was given so; `in_si` has that in s."""
     in_si: Drive = field(default_factory=lambda: Drive.of(si_defaults()))
     """The drive with its values in SI. The ranges of its parameters are the same as in the solver's units."""
 
@@ -33,8 +37,8 @@ class NamedDrive:
         """The drive from the entries of a table [[drives]]; the paper's values for the rest. Raises InvalidInput."""
         own = {key: entries.pop(key) for key in declared(cls) if key in entries}
         checked = cls(name, **own)
-        if checked.duration_periods is not None:
-            entries = in_seconds({**entries, PERIODS: checked.duration_periods}, checked.pin_mass)
+        lasting = {PERIODS: checked.duration_periods, TRAVEL: checked.stage_travel}
+        entries = in_seconds({**entries, **lasting}, checked.pin_mass)
         return cls(name, **own, in_si=Drive.of({**si_defaults(), **entries}))
 
     @property

@@ -57,7 +57,7 @@ def _run(task: Task, inputs: Inputs) -> Computed:
     motion = integrate(friction_limit_of(record, plateau, drive.profile), drive, record.initial_stiffness)
     coefficients = friction_coefficients(motion, record, plateau)
     fit = fit_stick_slip(motion, drive, record.normal_load) if task.fitted else None
-    return Computed((coefficients, fit, count_sticks(motion), motion), coefficients.outcome)
+    return Computed((coefficients, fit, count_sticks(motion, drive), motion), coefficients.outcome)
 
 
 DRIVE = Kind(

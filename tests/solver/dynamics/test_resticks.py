@@ -54,8 +54,9 @@ def random_drive(number: int) -> Drive:
 
 @pytest.mark.parametrize("number", range(DRIVES))
 def test_slips_and_resticks_are_those_that_the_trajectory_shows(number: int) -> None:
-    motion = integrate(LIMIT, random_drive(number), STIFFNESS)
-    found, seen = count_sticks(motion), read(motion)
+    drive = random_drive(number)
+    motion = integrate(LIMIT, drive, STIFFNESS)
+    found, seen = count_sticks(motion, drive), read(motion)
     assert motion.outcome.ok
     assert (found.macroscopic_slips, found.resticks) == (seen.slips, seen.resticks)
     # Samples know each slip to 1e-5 of the time. A well damped pin waits at the stick velocity itself, which rounding passes
@@ -68,7 +69,9 @@ def test_slips_and_resticks_are_those_that_the_trajectory_shows(number: int) -> 
 
 def test_the_random_drives_stick_and_slip_and_slide_and_a_stuck_pin_moves() -> None:
     """So that the test above sees all of it. A stuck pin's micro slips are why a threshold of velocity counts too many."""
-    motions = [integrate(LIMIT, random_drive(number), STIFFNESS) for number in range(DRIVES)]
-    regimes = [count_sticks(motion).regime for motion in motions]
+    drives = [random_drive(number) for number in range(DRIVES)]
+    motions = [integrate(LIMIT, drive, STIFFNESS) for drive in drives]
+    counts = [count_sticks(motion, drive) for motion, drive in zip(motions, drives, strict=True)]
+    regimes = [count.regime for count in counts]
     assert min(regimes.count("stick_slip"), regimes.count("slides")) >= 5
-    assert sum(motion.micro_slips > count_sticks(motion).resticks for motion in motions) > DRIVES / 3
+    assert sum(motion.micro_slips > count.resticks for motion, count in zip(motions, counts, strict=True)) > DRIVES / 3

@@ -92,7 +92,7 @@ def test_words_bits_and_codes_are_named() -> None:
     assert described("event_kind").values == EVENT_KINDS
     assert described("validity_flags").values == tuple(flag.name for flag in FLAGS)
     assert [flag.mask for flag in FLAGS] == [1 << bit for bit in range(len(FLAGS))]  # as the attribute flag_masks says
-    assert described("regime").values == ("sticks", "stick_slip", "slides")
+    assert described("regime").values == ("sticks", "stick_slip", "slides", "micro_slip")
 
 
 def test_one_variable_in_full_says_all_of_it() -> None:

@@ -83,6 +83,7 @@ def test_axes_of_drives_are_dimensions_and_one_record_serves_all(build):
     assert found["plateau_mean"].dims == CASE_DIMS
     assert found["spring_stiffness"].values.tolist() == [1e5, 2e5]
     assert found["stage_velocity"].dims == ("drive",)
+    assert not [name for name in found.data_vars if str(name).startswith(("fitted_", "fit_"))]  # outputs.fit = false
     for case in plan.cases:
         for drive in plan.manifest.drives:
             here = found.sel(intrinsic_friction=case.parameters["intrinsic_friction"], drive=drive.name, **drive.point)

@@ -168,3 +168,35 @@ def test_other_software_is_named(altered):
         said = verification.other_software(found)
     assert "numpy 1.0" in said
     assert said.endswith(f"recomputed by {here()}")
+
+
+AXES = "[drive_axes]\nspring_stiffness = [1e5, 2e5]\ndamping_ratio = [0.1, 0.3]\n[outputs]\nfit = false\n"
+
+
+def test_drives_on_axes_are_recomputed_one_by_one_but_for_those_that_are_pending(tmp_path):
+    text = SMALL.replace("[0.25, 0.5]", "[0.5]").replace("[50.0, 100.0]", "[50.0]") + AXES
+
+    def stiff(task: Task) -> bool:
+        return task.drive is not None and task.drive.spring_stiffness > 1.5e-3
+
+    for name, leave_out in (("whole", lambda _: False), ("part", stiff)):
+        path = computed(tmp_path / name, text, leave_out)
+        ran = []
+
+        def run(task, inputs, ran=ran):
+            ran.append(task)
+            return run_task(task, inputs)
+
+        assert verdicts(verified(path, tmp_path / f"{name} again", run=run)) == 2 * [Verdict.IDENTICAL]
+        assert sum(task.drive is not None for task in ran) == (8 if name == "whole" else 4)
+
+
+def test_another_drive_of_the_axes_is_told(tmp_path):
+    """One number of one drive is changed: its case is different, and says in what."""
+    text = SMALL.replace("[0.25, 0.5]", "[0.5]").replace("[50.0, 100.0]", "[50.0]") + AXES
+    path = computed(tmp_path / "kept", text)
+    with netCDF4.Dataset(path, "a") as opened:
+        opened["micro_slips"][..., 1, 0, 1] += 1
+    findings = verified(path, tmp_path / "again")
+    assert verdicts(findings) == [Verdict.IDENTICAL, Verdict.DIFFERENT]
+    assert "micro_slips" in findings[1].remark

@@ -71,3 +71,12 @@ def test_a_rough_pin_stays_rough_and_a_large_case_becomes_small():
     (small,) = [task.case for task in miniatures([record_task(case)]) if task.kind == "record"]
     assert len(small.heterogeneity.roughness) == 2
     assert (small.slab.n_x, small.normal_load) == (17, 1e-3)
+
+
+def test_drives_that_differ_in_numbers_alone_are_one_miniature(tmp_path):
+    """Thousands of them would take longer than the run."""
+    path = tmp_path / "axes.toml"
+    numbers = "[drive_axes]\nspring_stiffness = [1e4, 1e5, 1e6]\npin_mass = [0.1, 1.0]\n"
+    path.write_text(SMALL.replace("[[drives]]", f"{numbers}surface_compliance = [true, false]\n[[drives]]", 1))
+    small = [task.drive for task in miniatures(make_plan(load_manifest(path)).tasks) if task.drive]
+    assert sorted(drive.surface_compliance for drive in small) == [False, True]

@@ -8,8 +8,8 @@ import pytest
 
 from solver.drive import Scales
 from study.manifest.cases import expand
-from study.manifest.drives import NamedDrive
-from study.manifest.manifest import Manifest
+from study.manifest.drives import NamedDrive, drive_parameters
+from study.manifest.manifest import Manifest, Outputs, field_names
 from study.manifest.parameters import TABLES, words_of
 from study.manifest.problems import ManifestError
 from study.manifest.reader import load_manifest, parse_manifest
@@ -338,7 +338,12 @@ def test_the_reference_names_every_parameter() -> None:
     assert sorted(rows) == sorted(word for table in TABLES for word in words_of(table))
 
 
-@pytest.mark.parametrize("path", sorted(CAMPAIGNS.glob("*.toml")), ids=lambda path: path.stem)
+def test_the_reference_names_every_key_of_drives_and_outputs() -> None:
+    rows = re.findall(r"^\| `(\w+)` \|", (CAMPAIGNS / "README.md").read_text("utf-8"), re.MULTILINE)
+    assert {"name", *drive_parameters(), *field_names(Outputs)} <= set(rows)
+
+
+@pytest.mark.parametrize("path", sorted(CAMPAIGNS.rglob("*.toml")), ids=lambda path: path.stem)
 def test_the_campaigns_of_the_repository_are_good(path: Path) -> None:
     assert load_manifest(path).title
 
