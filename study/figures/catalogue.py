@@ -1,7 +1,7 @@
 """All figures: importing this file registers them, in the order of the imports."""
 
 from study.figures.reproduction import punch, records, resolution, drive, motion, choices  # noqa: I001  the paper's order
-from study.figures.further import findings, modulation, continuum
+from study.figures.further import findings, modulation, continuum, sizes
 from study.figures.shared.figure import FIGURES
 
 __all__ = [
@@ -15,4 +15,5 @@ __all__ = [
     "punch",
     "records",
     "resolution",
+    "sizes",
 ]

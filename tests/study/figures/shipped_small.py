@@ -27,6 +27,7 @@ SMALLER: Mapping[str, Mapping[str, Mapping[str, Any]]] = {
         "ensemble": {"members": 2},
     },
     "figures/continuum": {"axes": {"n_x": [17, 33, 65]}},
+    "figures/chain": {"numerics": {"n_x": 33}, "limits": {"events": 1500}},
     "figures/choices": {
         "axes": {
             "radius": [200.0],
