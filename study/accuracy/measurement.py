@@ -19,6 +19,7 @@ from study.accuracy.slip_numerics import measure_slip_numerics
 from study.accuracy.table import as_markdown
 from study.accuracy.timing import machine
 from study.dataset.file import write as write_dataset
+from study.dataset.groups import carrying
 from study.dataset.store import StoreError, written_whole
 from study.discretization.front import Measured, as_text
 
@@ -74,7 +75,7 @@ def as_dataset(measurement: Measurement) -> xr.Dataset:
 def write(measurement: Measurement, out: Path, front: Path | None = None) -> list[Path]:
     """Write dataset, table and picture to `out`, and the front where it is wanted; returns the files. Raises StoreError."""
     dataset = out / f"{STEM}.nc"
-    write_dataset(as_dataset(measurement), dataset)
+    write_dataset(carrying(as_dataset(measurement), {}), dataset)
     contents = {
         out / f"{STEM}.md": as_markdown(
             measurement.diagrams, f"What accuracy costs in time: {measurement.setup.title}"
