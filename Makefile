@@ -16,7 +16,7 @@ reproduce:  ## the paper's campaign
 	$(MAKE) run CAMPAIGN=campaigns/streator2022.toml
 
 figures: .venv/installed  ## the paper's figures and further ones, with tables: results/figures
-	@for campaign in campaigns/figures/*.toml; do \
+	@for campaign in campaigns/figures/*.toml campaigns/maps/*.toml; do \
 		$(BIN)/mpiexec -n $(RANKS) $(BIN)/nanoslip run $$campaign --out results/figures/$$(basename $$campaign .toml) || exit; \
 	done
 	$(BIN)/nanoslip figure --all --into $(FIGURES)

@@ -41,7 +41,7 @@ ORDER = {
     "study.figures": "shared reproduction further catalogue gallery",
     "study.figures.shared": "paper claims canvas figure power_law",
     "study.figures.reproduction": "punch records resolution drive stick motion choices",
-    "study.figures.further": "findings modulation continuum sizes",
+    "study.figures.further": "findings modulation continuum sizes maps",
     "study.accuracy": "timing setup diagram elastic_operator slip_numerics integrators picture table measurement",
     "study.commands": "shared campaigns plan run status collect report figure verify describe accuracy submit cli",
     "study.commands.shared": "exits refusals lazy arguments plans datasets conduct",

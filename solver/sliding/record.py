@@ -76,7 +76,9 @@ class FrictionRecord:
     dissipated: NDArray[np.float64] = field(
         metadata=event("energy lost in the event, in W·L_x", "dissipated", per="normal_load")
     )
-    node_x: NDArray[np.float64] = field(metadata=at_node("position of the surface node, in L_x", "x", symbol="x/L_x"))
+    node_x: NDArray[np.float64] = field(
+        metadata=at_node("position of the surface node, in L_x", "x", symbol="x/L_x", coordinate=True)
+    )
     """(n_x,), as is the next."""
     node_slips: NDArray[np.int64] = field(
         metadata=at_node("slips of the surface node in all events", "slips", dtype=np.int64)

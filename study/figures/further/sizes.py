@@ -128,7 +128,7 @@ register(
         "figures/chain",
         "Sizes of events: slab against chain of blocks",
         "Densities of the sizes of events on the plateau, in bins of equal ratio, of an elastic slab and of blocks on springs "
-        "that hand on more and more of their force. Dotted: exponents of mean-field avalanches and of Gutenberg and Richter's law.",
+        "that hand on more and more of their force. Dotted: mean-field avalanches, and Gutenberg and Richter's law.",
         draw,
         lambda dataset: tuple(claims(dataset)),
         ("", "reference", "exponent", "remark"),

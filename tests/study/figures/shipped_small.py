@@ -28,6 +28,24 @@ SMALLER: Mapping[str, Mapping[str, Mapping[str, Any]]] = {
     },
     "figures/continuum": {"axes": {"n_x": [17, 33, 65]}},
     "figures/chain": {"numerics": {"n_x": 33}, "limits": {"events": 1500}},
+    "maps/stick_slip": {
+        "numerics": {"n_x": 17},
+        "drive_axes": {
+            "spring_stiffness": [1e5, 1e6],
+            "stage_velocity": [1e-4, 1e-2],
+            "damping_ratio": [0.01, 0.3],
+            "pin_mass": [0.5],
+        },
+    },
+    "maps/friction": {
+        "axes": {
+            "intrinsic_friction": [0.2, 0.5],
+            "radius": [50.0, 200.0],
+            "aspect_ratio": [1.0, 2.0],
+            "normal_load": [5e-4, 1e-3],
+        },
+        "numerics": {"n_x": 33},
+    },
     "figures/choices": {
         "axes": {
             "radius": [200.0],

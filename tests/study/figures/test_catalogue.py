@@ -10,7 +10,7 @@ from tests.study.figures.shipped_small import SMALLER, small
 
 
 def test_every_campaign_of_figures_has_a_figure_and_the_other_way_round() -> None:
-    campaigns = {name for name in shipped.campaigns() if name.startswith("figures/")}
+    campaigns = {name for name in shipped.campaigns() if name.startswith(("figures/", "maps/"))}
     assert {figure.campaign for figure in FIGURES.values()} == campaigns
     assert set(SMALLER) <= campaigns
 
