@@ -19,6 +19,8 @@ from study.report.console import Table
 
 MOST_ROWS: Final = 500
 """The most rows of a table on the terminal or the page."""
+FEW: Final = 50
+"""Drives whose endings are not counted."""
 SYMBOLS: Final = {name: each.symbol for name, each in parameters().items() if each.symbol}
 """Parameter -> what tables and figures call it."""
 
@@ -84,13 +86,14 @@ def flag_summary(dataset: xr.Dataset) -> list[str]:
 
 
 def drive_summary(dataset: xr.Dataset) -> list[str]:
-    """How many drives ended how, and what their pins did; nothing of a single one."""
-    endings = [name for name in ("drive_outcome", "regime") if name in dataset and dataset[name].size > 1]
+    """How many drives ended how, and what their pins did; nothing of so few that a look at the table tells."""
+    endings = [name for name in ("drive_outcome", "regime") if name in dataset and dataset[name].size > FEW]
     lines = []
     for name in endings:
         counts = Counter(dataset[name].values.ravel().tolist())
         said = ", ".join(f"{count} {word}" for word, count in counts.most_common() if word)
-        lines.append(f"{name} of {dataset[name].size} drives: {said}")
+        if said:
+            lines.append(f"{name} of {dataset[name].size} drives: {said}")
     return lines
 
 
@@ -105,7 +108,6 @@ _COLUMNS: Final = (
     ("K/(G·L_y)", ("surface_stiffness",)),
     ("μ_s", ("static_friction", "static_friction_uncertainty")),
     ("μ_k", ("kinetic_friction", "kinetic_friction_uncertainty")),
-    ("regime", ("regime",)),
     ("events", ("events",)),
     ("spacings", ("record_spacings",)),
     ("δ_p/L_x", ("final_displacement",)),
@@ -126,8 +128,6 @@ def _number(value: Value) -> str:
 
 
 def _cell(values: xr.Dataset, names: tuple[str, ...]) -> str:
-    if values[names[0]].dtype.kind in "OUT":
-        return str(values[names[0]].item()) or "–"
     value, *uncertainty = (float(values[name]) for name in names if name in values)
     if math.isnan(value):
         return "–"

@@ -1,5 +1,6 @@
 """Maps: where a driven pin sticks, slips and slides, and how friction depends on what is pressed on what."""
 
+import math
 from collections.abc import Iterator
 from typing import Any, Final
 
@@ -30,19 +31,19 @@ def critical_velocity(dataset: xr.Dataset) -> xr.DataArray:
     excess = float((dataset["static_friction"] - dataset["kinetic_friction"]).median())
     stiffness, mass, damping = dataset["spring_stiffness"], dataset["pin_mass"], dataset["damping_ratio"]
     force = excess * float(dataset["normal_load"]) * scales.force
-    return force / np.sqrt((np.exp(4.0 * np.pi * damping) - 1.0) * stiffness * mass)
+    return force / ((math.e ** (4.0 * math.pi * damping) - 1.0) * stiffness * mass) ** 0.5
 
 
 def codes(regime: xr.DataArray) -> Floats:
     """Numbers of the regimes in REGIMES, NaN where there is none."""
-    numbers = {name: float(number) for number, name in enumerate(REGIMES)}
-    return np.vectorize(lambda word: numbers.get(str(word), np.nan), otypes=[float])(regime.values)
+    numbers: dict[str, float] = {name: float(number) for number, name in enumerate(REGIMES)}
+    return np.array([numbers.get(str(word), np.nan) for word in regime.values.ravel()]).reshape(regime.shape)
 
 
 def draw_regimes(dataset: xr.Dataset) -> Figure:
     """Regime over stiffness and velocity, a panel for each damping ratio, at the largest mass; line: V_c."""
-    here = dataset.squeeze().isel(pin_mass=-1)
-    critical = critical_velocity(dataset).isel(pin_mass=-1)
+    heaviest = {"pin_mass": -1} if "pin_mass" in dataset.dims else {}
+    here, critical = dataset.isel(heaviest).squeeze(), critical_velocity(dataset).isel(heaviest)
     with column(4.0) as figure:
         panels = figure.subplots(2, 2, sharex=True, sharey=True)
         for axes, damping in zip(panels.flat, dataset["damping_ratio"].values, strict=False):
@@ -52,6 +53,8 @@ def draw_regimes(dataset: xr.Dataset) -> Figure:
             axes.plot(line["spring_stiffness"], 1e3 * line, "--", color="black", label="$V_c$")
             velocities = 1e3 * regime["stage_velocity"].values
             axes.set(xscale="log", yscale="log", title=f"$\\zeta$ = {damping:g}", ylim=(velocities[0], velocities[-1]))
+        for axes in panels.flat[dataset["damping_ratio"].size :]:
+            axes.set_visible(False)
         figure.supxlabel("spring stiffness $k$ (N/m)", fontsize=8)
         figure.supylabel("stage velocity $V_o$ (mm/s)", fontsize=8)
         _legend(figure)
@@ -139,8 +142,8 @@ register(
         "regimes",
         "maps/stick_slip",
         "Map of stick-slip over stiffness, velocity and damping",
-        "What a pin of the largest mass does over one friction record. Dashed: the velocity above which a pin with constant μ_s and "
-        "μ_k would slide on after its first slip.",
+        "What a pin of the largest mass does over one friction record. Dashed: the velocity above which a pin with constant "
+        "μ_s and μ_k would slide on after its first slip.",
         draw_regimes,
         lambda dataset: tuple(claims_of_regimes(dataset)),
         ("", "", "found", "remark"),

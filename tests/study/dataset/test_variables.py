@@ -49,7 +49,7 @@ def test_no_number_of_a_result_is_lost(small):
             "spread",
             "displacement",
             "spring_force_range",
-        }  # of parameters; zero at initial contact
+        }  # of parameters; zero at initial contact; spring_force_amplitude where it means something
         assert set(result.scalars) - known_apart <= set(scalars(task.kind))
         if task.kind in ("record", "drive"):
             assert set(result.arrays) - {"binned_force"} <= columns  # what uncertainties are made of

@@ -66,7 +66,10 @@ SMALLER: Mapping[str, Mapping[str, Mapping[str, Any]]] = {
 @cache
 def small(campaign: str) -> xr.Dataset:
     """The dataset of a shipped campaign with the values of `SMALLER`."""
-    content = tomllib.loads(shipped.campaigns()[campaign].read_text("utf-8"))
+    path = shipped.campaigns()[campaign]
+    content = tomllib.loads(path.read_text("utf-8"))
+    if "table" in content:
+        content["table"] = str(path.parent / content["table"])
     for table, changes in SMALLER.get(campaign, {}).items():
         content[table] = {**content.get(table, {}), **changes}
     return nanoslip.run(content)
