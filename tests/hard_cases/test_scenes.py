@@ -30,6 +30,8 @@ OPEN = ("gap", "restick_time", "restick_position")
 """What may be infinite or missing: nodes beyond a punch's edges have no pin above them, a last slip may not have ended."""
 
 
+REPEATED = ("stick_slip_period", "spring_force_amplitude", "spring_force_range")
+"""What a drive has only where its second half is long enough to show it."""
 LACKS = {
     Ending.NO_PLATEAU: (
         "plateau_mean",
@@ -171,9 +173,8 @@ def _assert_finite(result: TaskResult) -> None:
         assert name in OPEN or np.all(np.isfinite(array)), (result.kind, name)
     for name, number in result.scalars.items():
         # A fit needs slips, an uncertainty enough events.
-        missing = (
-            name.startswith("fit") or name.endswith("_uncertainty") or name in LACKS.get(result.outcome.ending, ())
-        )
+        lacking = (*REPEATED, *LACKS.get(result.outcome.ending, ()))
+        missing = name.startswith("fit") or name.endswith("_uncertainty") or name in lacking
         assert missing or not math.isnan(number), (result.kind, name)
 
 

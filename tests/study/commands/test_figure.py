@@ -39,5 +39,5 @@ def test_named_figures_are_drawn_and_their_tables_shown(
 
 
 def test_an_unknown_figure_is_refused_with_those_there_are(tmp_path: Path) -> None:
-    with pytest.raises(Exception, match="fig12: no figure; there are fig6, "):
+    with pytest.raises(Exception, match="fig12: no figure; there are fig5, "):
         command.work(("fig12",), False, ("png",), tmp_path, tmp_path)

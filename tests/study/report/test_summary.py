@@ -39,6 +39,6 @@ def test_a_few_drives_need_no_count() -> None:
 
 def test_every_drive_of_the_axes_is_a_row_that_names_its_place() -> None:
     table = scalar_table(over_axes())
-    assert table.header == ("spring_stiffness", "stage_velocity", "μ_s", "outcome")
+    assert table.header == ("k", "V_o", "μ_s", "outcome")
     assert table.rows[1] == ("10000", "0.002", "0.3", "completed")
     assert table.rows[4] == ("100000", "0.002", "0.3", "invalid: needs another value")
