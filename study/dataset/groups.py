@@ -68,8 +68,12 @@ def groups_of(root: xr.Dataset) -> Groups:
 
 
 def opened(path: Path) -> tuple[xr.Dataset, dict[str, xr.Dataset]]:
-    """Root and groups of a file; values are read when they are used. Raises OSError."""
+    """Root and groups of a file; numbers are read when they are used, texts at once. Raises OSError."""
     found = xr.open_groups(path, engine="netcdf4")
+    for each in found.values():
+        for variable in each.variables.values():
+            if variable.dtype.kind in "OSU":
+                variable.load()  # xarray cannot transpose characters that it has not read
     root = found.pop(ROOT)
     groups = {name.strip("/"): group for name, group in found.items()}
 

@@ -94,43 +94,42 @@ def claims_of_regimes(dataset: xr.Dataset) -> Iterator[Claim]:
 
 
 def draw_friction(dataset: xr.Dataset) -> Figure:
-    """Plateau, μ_s, μ_k as shares of μ_i, and the regime, over load and μ_i, at the middle radius and height."""
-    here = dataset.sel(radius=_middle(dataset, "radius"), aspect_ratio=_middle(dataset, "aspect_ratio")).squeeze()
+    """Plateau, μ_s, μ_k as shares of μ_i, and the regime, over load and μ_i, at the smallest radius and the middle height."""
+    here = dataset.isel(radius=0, aspect_ratio=dataset.sizes["aspect_ratio"] // 2).squeeze()
     with column(4.0) as figure:
         panels = figure.subplots(2, 2, sharex=True, sharey=True)
         load, friction = here["normal_load"], here["intrinsic_friction"]
         for axes, (name, symbol) in zip(panels.flat, SHARES.items(), strict=False):
-            share = (here[name] / friction).transpose("intrinsic_friction", "normal_load")
+            share = (here[name] / friction).where(here["validity_flags"] == 0)
+            share = share.transpose("intrinsic_friction", "normal_load")
             axes.grid(visible=False)
             mesh = axes.pcolormesh(load, friction, share.values, shading="nearest")
             figure.colorbar(mesh, ax=axes)
             axes.set(xscale="log", title=f"{symbol}$/\\mu_i$")
+            ends = load.values[[0, len(load) // 2, -1]]
+            axes.set_xticks(ends, [f"{1e3 * end:g}" for end in ends])
+            axes.minorticks_off()
         last = panels.flat[-1]
         _tiles(last, load, friction, codes(here["regime"].transpose("intrinsic_friction", "normal_load")), len(REGIMES))
         last.set_title("regime")
-        figure.supxlabel("normal load, in $G L_x L_y$", fontsize=8)
+        figure.supxlabel("normal load ($10^{-3} G L_x L_y$)", fontsize=8)
         figure.supylabel("intrinsic friction $\\mu_i$", fontsize=8)
         _legend(figure)
     return figure
-
-
-def _middle(dataset: xr.Dataset, name: str) -> float:
-    values = dataset[name].values
-    return float(values[len(values) // 2])
 
 
 def claims_of_friction(dataset: xr.Dataset) -> Iterator[Claim]:
     """Each share of μ_i over all cases, and how much of its variance the mean along one axis explains."""
     axes = ("intrinsic_friction", "radius", "aspect_ratio", "normal_load")
     for name, symbol in SHARES.items():
-        share = (dataset[name] / dataset["intrinsic_friction"]).squeeze()
+        share = (dataset[name] / dataset["intrinsic_friction"]).where(dataset["validity_flags"] == 0).squeeze()
         found = f"{float(share.mean()):.3g} ± {float(share.std()):.2g} ({float(share.min()):.3g} to {float(share.max()):.3g})"
         total = float(share.var())
         parts = ", ".join(
             f"{axis}: {100 * float(share.mean([other for other in axes if other != axis]).var()) / total:.2g} %"
             for axis in axes
         )
-        counted = f"of {int(np.isfinite(share).sum())} cases; variance along {parts}"
+        counted = f"of {int(np.isfinite(share).sum())} cases without a flag; variance along {parts}"
         yield Claim(f"{symbol.replace('$', '').replace(chr(92) + 'mu', 'μ')}/μ_i", "", found, counted)
     regime = dataset["regime"]
     counts = ", ".join(f"{int((regime == name).sum())} {name.replace('_', '-')}" for name in REGIMES)
@@ -154,7 +153,8 @@ register(
         "friction",
         "maps/friction",
         "Map of friction over load and intrinsic friction",
-        "Plateau, μ_s and μ_k as shares of μ_i, and what the paper's drive does, at the middle radius and height of the slab.",
+        "Plateau, μ_s and μ_k as shares of μ_i, and what the paper's drive does, at the smallest radius and the middle height. "
+        "White: not measured, or a contact that says little (validity_flags).",
         draw_friction,
         lambda dataset: tuple(claims_of_friction(dataset)),
         ("", "", "found", "remark"),

@@ -68,3 +68,14 @@ def test_a_file_may_be_open_several_times_and_closed_in_any_order(tmp_path):
             assert groups_of(again)["record"]["record"].values.tolist() == ["r"]
             assert again["case_id"].values.tolist() == ["x", "y"]
     np.testing.assert_array_equal(kept["a"], [1.0, 2.0])
+
+
+def test_texts_of_a_file_can_be_turned_about(tmp_path):
+    """As a map of words over two axes needs it."""
+    root = xr.Dataset(
+        {"word": (("a", "b"), np.array([["x", "yy", ""]] * 2, dtype=object))}, {"case_id": ("a", ["p", "q"])}
+    )
+    root.attrs[file.FORMAT] = file.VERSION
+    file.write(carrying(root, {}), tmp_path / "one.nc")
+    with file.read(tmp_path / "one.nc") as again:
+        assert again["word"].transpose("b", "a").values.tolist() == [["x", "x"], ["yy", "yy"], ["", ""]]
