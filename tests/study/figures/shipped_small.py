@@ -44,7 +44,7 @@ SMALLER: Mapping[str, Mapping[str, Mapping[str, Any]]] = {
             "aspect_ratio": [1.0, 2.0],
             "normal_load": [5e-4, 1e-3],
         },
-        "numerics": {"n_x": 33},
+        "numerics": {"n_x": 65},
     },
     "figures/choices": {
         "axes": {
