@@ -36,7 +36,7 @@ def write_index(folder: Path) -> Path:
 
 _HEAD = """# Figures
 
-Written by `make figures`, each from a campaign of its own: `nanoslip figure NAME` draws one of them, as PDF, SVG and PNG. Numbers
+Written by `make figures FIGURES=campaigns/figures`. `nanoslip figure NAME` draws one of them, as PDF, SVG and PNG. Numbers
 are means ± standard deviations over starts of the pin within a node spacing, with their ranges in brackets.
 """
 

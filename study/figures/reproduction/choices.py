@@ -149,6 +149,7 @@ _DEFAULTS: Final = {
     "slip_order": "worst_first",
     "residual_shear": 0.0,
     "limited_shear": "both_ways",
+    "event_floor": 1e-6,
 }
 
 

@@ -54,6 +54,7 @@ SMALLER: Mapping[str, Mapping[str, Mapping[str, Any]]] = {
             "initial_contact": ["stick"],
             "slip_order": ["worst_first", "simultaneous"],
             "limited_shear": ["both_ways"],
+            "event_floor": [1e-6],
         },
         "numerics": {"n_x": 33},
         "limits": {"events": 300},
