@@ -120,11 +120,22 @@ def claims(dataset: xr.Dataset) -> Iterator[Claim]:
     if default > MOST:
         score = f"{found[default - 1].score:.3g}"
         yield Claim(str(default), "the defaults", score, f"of {len(found)} combinations")
+    yield from _by_value(dataset, found)
     yield from _exact(dataset)
     for number, (stated, name, friction, _) in enumerate(_NUMBERS):
         nearest = min(each.misses[number] for each in found)
         best = f"{found[0].misses[number]:.2g} standard deviations off in the best combination"
         yield Claim(f"{stated.meaning} ({name}, μ_i = {friction:g})", str(stated), f"{nearest:.2g}", best)
+
+
+def _by_value(dataset: xr.Dataset, found: list[Scored]) -> Iterator[Claim]:
+    """For each value of each choice, what the best combination that has it reproduces."""
+    for axis in axes_of(dataset):
+        for value in dataset[axis].values:
+            best = next(each for each in found if each.choices[axis] == value)
+            near = sum(each.reproduced == found[0].reproduced for each in found if each.choices[axis] == value)
+            remark = f"{best.reproduced} of {len(best.misses)} reproduced; {near} combinations reproduce as many as the first"
+            yield Claim("best with", f"{axis} = {value}", f"{best.score:.3g}", remark)
 
 
 def _exact(dataset: xr.Dataset) -> Iterator[Claim]:
