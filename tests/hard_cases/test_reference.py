@@ -31,9 +31,9 @@ WALKING = "walking"
 
 
 def _case(scheme: str, name: str) -> Case:
-    """Pressing a chain moves nothing sideways: until the pin has walked, mirror nodes would tie, and rounding decide."""
+    """Pressing a chain moves nothing sideways: near a node or its middle, mirror nodes would tie, and rounding decide."""
     slab = Slab(n_x=33 if name == WALKING else 17, scheme=scheme)
-    start = 0.0 if slab.scheme.continuum or name == WALKING else 0.1
+    start = 0.0 if slab.scheme.continuum else 0.29
     return Case(**{"slab": slab, "max_events": EVENTS, "start": start, **SAMPLE[name]})  # type: ignore[arg-type]
 
 
