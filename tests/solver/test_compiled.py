@@ -44,7 +44,7 @@ value = kernel(Motion(1.0, 0.5, 2.0, 3.0, 0.1, 0.1, 9.0, 1e-8, 1, 9.0), Pin(1.0,
         """
 import numpy as np
 from solver.sliding.kernels.tangential import _worst_violation as kernel
-value = kernel(np.array([1.0 + 1e-9, 1.0]), np.full(2, 0.5), np.ones(2), 1e-12)
+value = kernel(np.array([1.0 + 1e-9, 1.0]), np.full(2, 0.5), np.ones(2), 1e-12, -1.0)
 """,
         "contact/kernels/violations.py",
         "PLACE = 0xFFFF\n",
