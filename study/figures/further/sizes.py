@@ -23,6 +23,10 @@ SIZES: Final = {
 """Size -> its label, and the exponent and name of its reference line."""
 
 
+NO_POWER_LAW: Final = 0.1
+"""Goodness of fit below which sizes are no power law, whatever exponent fits them best."""
+
+
 def name_of(case: xr.Dataset) -> str:
     """What a case is called: its scheme, of a chain with the ratio of its springs."""
     scheme = str(case["scheme"].item())
@@ -78,7 +82,9 @@ def claims(dataset: xr.Dataset) -> Iterator[Claim]:
         for size in SIZES:
             exponent, error = float(here[f"{size}_exponent"]), float(here[f"{size}_exponent_uncertainty"])
             found = f"{exponent:.3g} ± {error:.1g} from {float(here[f'{size}_cutoff']):.2g} on"
-            law = f"goodness {float(here[f'{size}_goodness']):.2g}; best: {here[f'{size}_preferred'].item()}"
+            goodness = float(here[f"{size}_goodness"])
+            verdict = "no power law: " if goodness < NO_POWER_LAW else ""
+            law = f"{verdict}goodness {goodness:.2g}; nearest law: {here[f'{size}_preferred'].item()}"
             _, reference, who = SIZES[size]
             yield Claim(f"{name}: {size}", f"{reference:.3g} ({who})", found, law)
         waits = f"{float(here['step_variation']):.3g} (1: at random)"
@@ -128,7 +134,8 @@ register(
         "figures/chain",
         "Sizes of events: slab against chain of blocks",
         "Densities of the sizes of events on the plateau, in bins of equal ratio, of an elastic slab and of blocks on springs "
-        "that hand on more and more of their force. Dotted: mean-field avalanches, and Gutenberg and Richter's law.",
+        "that hand on more and more of their force. Dotted: mean-field avalanches, and Gutenberg and Richter's law. ± is "
+        "the standard error of a tail's exponent as if events were independent, which they are not.",
         draw,
         lambda dataset: tuple(claims(dataset)),
         ("", "reference", "exponent", "remark"),
