@@ -104,7 +104,8 @@ def _tasks_of(manifest: Manifest, campaign_case: CampaignCase) -> tuple[list[Tas
     if case is None:
         return [], CaseTasks()
     label = {name: campaign_case.parameters[name] for name in manifest.axes if name in campaign_case.parameters}
-    slab = {"n_x": case.slab.n_x, **{name: value for name, value in label.items() if hasattr(case.slab, name)}}
+    of_slab = case.slab.flat
+    slab = {"n_x": case.slab.n_x, **{name: value for name, value in label.items() if of_slab.get(name) is not None}}
     if MEMBER in campaign_case.parameters:
         label[MEMBER] = campaign_case.parameters[MEMBER]
     found: list[Task] = []

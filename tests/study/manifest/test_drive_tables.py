@@ -8,7 +8,7 @@ import pytest
 
 from solver.drive import Drive, Scales
 from solver.outcome import Ending, InvalidInput
-from study.manifest.drives import NamedDrive
+from study.manifest.drives import NamedDrive, drive_parameters
 from study.manifest.manifest import Manifest
 from study.manifest.problems import ManifestError
 from study.manifest.reader import load_manifest
@@ -42,6 +42,10 @@ def test_axes_alone_are_of_the_default_drive_and_of_several_tables_of_each(tmp_p
     found = read(tmp_path, AXES + TABLE + TABLE.replace('"a"', '"b"'))
     assert [each.name for each in found.drives] == 6 * ["a"] + 6 * ["b"]
     assert read(tmp_path, TABLE).drives[0].label == "a"
+
+
+def test_parameters_of_a_drive_have_no_other_word_in_a_file_which_tables_of_drives_would_not_know() -> None:
+    assert not [name for name, stated in drive_parameters().items() if stated.word]
 
 
 def test_every_parameter_of_a_drive_can_be_an_axis(tmp_path: Path) -> None:

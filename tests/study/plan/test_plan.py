@@ -53,6 +53,14 @@ def test_the_longest_chain_starts_first(tmp_path: Path) -> None:
     assert planned.tasks[1].label == "record n_x=257"
 
 
+def test_a_compliance_is_labelled_by_what_decides_it_its_schemes_settings_included(tmp_path: Path) -> None:
+    planned = plan(
+        tmp_path, 'numerics = {n_x = 17, scheme = "chain"}\naxes.coupling_stiffness = [1, 10]\naxes.radius = [50, 200]'
+    )
+    labels = {task.label for task in planned.tasks if task.kind == "compliance"}
+    assert labels == {"compliance n_x=17 coupling_stiffness=1", "compliance n_x=17 coupling_stiffness=10"}
+
+
 @pytest.mark.parametrize(
     ("cheap", "dear"),
     [
