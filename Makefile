@@ -5,6 +5,8 @@ CAMPAIGN ?= campaigns/smoke.toml
 FIGURES ?= results/figures
 OUT ?= results/$(basename $(notdir $(CAMPAIGN)))
 BIN := .venv/bin
+# Tests on all cores, each file's in one process.
+SIDE_BY_SIDE := --numprocesses auto --maxprocesses 8 --dist loadfile
 
 .PHONY: run reproduce figures test test-slow test-all benchmarks check format clean
 
@@ -22,10 +24,10 @@ figures: .venv/installed  ## the paper's figures and further ones, with tables: 
 	$(BIN)/nanoslip figure --all --into $(FIGURES)
 
 test: .venv/installed  ## the everyday tests
-	$(BIN)/python -m pytest -m "not slow"
+	$(BIN)/python -m pytest $(SIDE_BY_SIDE) -m "not slow"
 
 test-slow: .venv/installed  ## the heavy ones: real launchers, a real scheduler, long computations
-	$(BIN)/python -m pytest -m slow
+	$(BIN)/python -m pytest $(SIDE_BY_SIDE) -m slow
 
 test-all: test test-slow
 
@@ -43,6 +45,7 @@ format: .venv/installed
 
 .venv/installed: pyproject.toml
 	@$(PYTHON) -c 'import sys; sys.exit(sys.version_info < (3, 11) and "needs Python 3.11 or newer; choose one with: make PYTHON=python3.12")'
+	@echo "installing nanoslip and the packages that it needs into .venv: once, about a minute"
 	$(PYTHON) -m venv .venv
 	$(BIN)/python -m pip install --quiet --upgrade pip
 	PYTHONWARNINGS=ignore $(BIN)/python -m pip install --quiet --editable ".[dev,mpich]"
