@@ -28,8 +28,8 @@ ORDER = {
     "solver.dynamics": "friction_limit kernels result precision method rigid exact rk4 integrate coefficients stick_slip regime",
     "solver.dynamics.kernels": "state teeth slips oscillator roots segment_end friction_law recording cruise event_driven rigid "
     "runge_kutta",
-    "study": "shipped toml_text provenance origin manifest discretization plan dataset execution report figures accuracy api "
-    "commands __main__",
+    "study": "shipped toml_text xarray_accessor provenance origin manifest discretization plan dataset execution report figures "
+    "accuracy api commands __main__",
     "study.manifest": "parameters problems columns drives manifest checker named_files drive_tables reader effects cases",
     "study.discretization": "front targets",
     "study.plan": "task keys kinds tasks condensation cost drive_cost plan flags spans memory",
