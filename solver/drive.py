@@ -69,6 +69,16 @@ class Scales:
         """√(m/(G·L_y)) in s for a pin of mass m (kg)."""
         return math.sqrt(pin_mass / self.stiffness)
 
+    def units(self, pin_mass: float) -> dict[str, float]:
+        """Factors to SI of lengths, stiffness, times and velocities, for a pin of mass m (kg)."""
+        time = self.time(pin_mass)
+        return {
+            "length": self.slab_width,
+            "stiffness": self.stiffness,
+            "time": time,
+            "velocity": self.slab_width / time,
+        }
+
 
 @dataclass(frozen=True, slots=True)
 class Drive:
