@@ -84,7 +84,7 @@ class Scales:
 class Drive:
     """How the pin is pulled (Eq. 12), in units of L_x, G·L_y (stiffness), G·L_x·L_y (force) and √(m/(G·L_y)) (time).
 
-    In these units the pin's mass is 1. damping_ratio is ζ = c/(2√(m·k)); 0 is no damper.
+    In these units the pin's mass is 1; `from_si` takes values in SI. damping_ratio is ζ = c/(2√(m·k)); 0 is no damper.
     integrator: settings of one of the integrators, or the name of one, with its own values.
     samples: number of evenly spaced output times after t = 0; a choice of storage, never a change of the result.
     max_slips: the drive ends, completed, where the last of so many macroscopic slips ends, at the latest after `duration`.

@@ -1,6 +1,7 @@
 """One call each from a case to what it yields: its contact state, its friction record, and what a drive makes of it."""
 
 import math
+import warnings
 from collections.abc import Iterator
 from dataclasses import dataclass
 from itertools import chain
@@ -15,6 +16,7 @@ from solver.drive import Drive, Scales
 from solver.dynamics.coefficients import FrictionCoefficients, friction_coefficients
 from solver.dynamics.friction_limit import friction_limit_of
 from solver.dynamics.integrate import DynamicsResult, integrate
+from solver.dynamics.proportion import disproportion
 from solver.elasticity.compliance import SurfaceCompliance, surface_compliance
 from solver.outcome import Outcome
 from solver.sliding.events import slide
@@ -84,9 +86,13 @@ def friction_record(case: Case, compliance: SurfaceCompliance | None = None) -> 
 def drive_result(case: Case, drive: Drive, record: FrictionRecord | None = None) -> DriveResult:
     """The pin of `case` pulled as `drive` says over its friction record (computed if not at hand).
 
-    Raises NoPlateauError where the record has no steady part that could be continued.
+    Raises NoPlateauError where the record has no steady part that could be continued. Warns where the drive is out of all
+    proportion to the contact, as one is whose values are in SI: `Drive.from_si` takes those.
     """
     record = record or friction_record(case)
     plateau = plateau_of(record)
-    motion = integrate(friction_limit_of(record, plateau, drive.profile), drive, record.initial_stiffness)
+    limit = friction_limit_of(record, plateau, drive.profile)
+    if wrong := disproportion(drive, record.initial_stiffness, plateau.mean * record.normal_load):
+        warnings.warn(wrong, stacklevel=2)
+    motion = integrate(limit, drive, record.initial_stiffness)
     return DriveResult(record, plateau, motion, friction_coefficients(motion, record, plateau))

@@ -25,7 +25,8 @@ ORDER = {
     "distributions validity",
     "solver.sliding.distributions": "power_law goodness rivals comparison histogram size_distribution events record",
     "solver.sliding.kernels": "events step full_contact tangential",
-    "solver.dynamics": "friction_limit kernels result precision method rigid exact rk4 integrate coefficients stick_slip regime",
+    "solver.dynamics": "friction_limit kernels result precision proportion method rigid exact rk4 integrate coefficients "
+    "stick_slip regime",
     "solver.dynamics.kernels": "state teeth slips oscillator roots segment_end friction_law recording cruise event_driven rigid "
     "runge_kutta",
     "study": "shipped toml_text xarray_accessor provenance origin manifest discretization plan dataset execution report figures "
