@@ -217,3 +217,4 @@ def _refuse_others() -> None:
 
 
 _refuse_others()
+importlib.import_module("study.xarray_accessor").register()

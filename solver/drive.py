@@ -69,12 +69,22 @@ class Scales:
         """√(m/(G·L_y)) in s for a pin of mass m (kg)."""
         return math.sqrt(pin_mass / self.stiffness)
 
+    def units(self, pin_mass: float) -> dict[str, float]:
+        """Factors to SI of lengths, stiffness, times and velocities, for a pin of mass m (kg)."""
+        time = self.time(pin_mass)
+        return {
+            "length": self.slab_width,
+            "stiffness": self.stiffness,
+            "time": time,
+            "velocity": self.slab_width / time,
+        }
+
 
 @dataclass(frozen=True, slots=True)
 class Drive:
     """How the pin is pulled (Eq. 12), in units of L_x, G·L_y (stiffness), G·L_x·L_y (force) and √(m/(G·L_y)) (time).
 
-    In these units the pin's mass is 1. damping_ratio is ζ = c/(2√(m·k)); 0 is no damper.
+    In these units the pin's mass is 1; `from_si` takes values in SI. damping_ratio is ζ = c/(2√(m·k)); 0 is no damper.
     integrator: settings of one of the integrators, or the name of one, with its own values.
     samples: number of evenly spaced output times after t = 0; a choice of storage, never a change of the result.
     max_slips: the drive ends, completed, where the last of so many macroscopic slips ends, at the latest after `duration`.

@@ -59,7 +59,12 @@ def quantity(meaning: str, name: str = "", units: str = "1", **more: Any) -> dic
 
     name: of the variable; the field's own (behind the prefix of its part) where empty. more: further fields of `Quantity`.
     """
-    return {_KEY: Quantity(name, meaning, units, **more)}
+    return as_metadata(Quantity(name, meaning, units, **more))
+
+
+def as_metadata(declared: Quantity) -> dict[str, Any]:
+    """Metadata of a field that has the declaration of another one."""
+    return {_KEY: declared}
 
 
 def companion(meaning: str, units: str, per: str, name: str = "", **more: Any) -> Quantity:
@@ -78,6 +83,24 @@ def quantities(kind: type, prefix: str = "") -> Mapping[str, Quantity]:
         for item in fields(kind)
         if _KEY in item.metadata
     }
+
+
+def attributes(quantity: Quantity) -> dict[str, Any]:
+    """What every variable of the dataset says of itself; words have no unit."""
+    more: dict[str, Any] = {
+        "symbol": quantity.symbol,
+        "ancillary_variables": quantity.uncertainty,
+        "comment": quantity.comment,
+    }
+    if quantity.flags:
+        more["flag_masks"] = [np.int32(1 << bit) for bit in range(len(quantity.flags))]
+        more["flag_meanings"] = " ".join(quantity.flags)
+    if quantity.codes:
+        more["flag_values"] = np.arange(len(quantity.codes), dtype=np.int8)
+        more["flag_meanings"] = " ".join(quantity.codes)
+    given = {name: value for name, value in more.items() if len(value)}
+    units = {} if quantity.words or not quantity.units else {"units": quantity.units}
+    return {"long_name": quantity.long_name} | units | given
 
 
 def _named(declared: Quantity, key: str) -> Quantity:

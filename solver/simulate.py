@@ -1,28 +1,76 @@
 """One call each from a case to what it yields: its contact state, its friction record, and what a drive makes of it."""
 
+import math
+import warnings
+from collections.abc import Iterator
 from dataclasses import dataclass
+from itertools import chain
+from typing import TYPE_CHECKING
+
+import numpy as np
 
 from solver.case import Case
 from solver.contact.initial import initial_contact
 from solver.contact.state import ContactState
-from solver.drive import Drive
+from solver.drive import Drive, Scales
 from solver.dynamics.coefficients import FrictionCoefficients, friction_coefficients
 from solver.dynamics.friction_limit import friction_limit_of
 from solver.dynamics.integrate import DynamicsResult, integrate
+from solver.dynamics.proportion import disproportion
 from solver.elasticity.compliance import SurfaceCompliance, surface_compliance
+from solver.outcome import Outcome
 from solver.sliding.events import slide
 from solver.sliding.plateau import Plateau, plateau_of
 from solver.sliding.record import FrictionRecord
+from solver.view import Curve, Labelled, Picture, Viewed, as_dataset, in_words, labelled, with_error
+
+if TYPE_CHECKING:
+    import xarray as xr
 
 
-@dataclass(frozen=True, slots=True)
-class DriveResult:
+@dataclass(frozen=True, slots=True, repr=False)
+class DriveResult(Viewed):
     """A driven pin: the record it slides over and its plateau, the motion, and the friction coefficients read off it."""
 
     record: FrictionRecord
     plateau: Plateau
     motion: DynamicsResult
     coefficients: FrictionCoefficients
+
+    @property
+    def outcome(self) -> Outcome:
+        """How the drive ended, or why it has no coefficients."""
+        return self.coefficients.outcome
+
+    def to_xarray(self, scales: Scales | None = None, pin_mass: float = 0.5) -> "xr.Dataset":
+        """The motion over `sample`, its slips over `slip_phase`, coefficients and plateau, as a campaign's dataset names them.
+
+        scales, pin_mass (kg): lead to m, s and m/s, as in that dataset. Without scales the numbers are in the solver's units,
+        which `long_name` says.
+        """
+        units = scales.units(pin_mass) if scales else {}
+        return as_dataset(self._labelled(), self._factors() | units, self.outcome)
+
+    def _facts(self) -> Iterator[str]:
+        found = self.coefficients
+        yield f"μ_s {with_error(found.static_friction, found.static_friction_uncertainty)}"
+        yield f"μ_k {with_error(found.kinetic_friction, found.kinetic_friction_uncertainty)}"
+        yield f"{len(self.motion.slip_time)} slips"
+        yield in_words(self.outcome)
+
+    def _labelled(self) -> Iterator[Labelled]:
+        return chain(labelled(self.motion), labelled(self.coefficients), labelled(self.plateau, Plateau.PREFIX))
+
+    def _factors(self) -> dict[str, float]:
+        return {"normal_load": 1.0 / self.record.normal_load}
+
+    def _picture(self) -> Picture:
+        """Forces over time, with static and kinetic friction where they are known."""
+        picture, end = self.motion.picture(self.record.normal_load), self.motion.end_time
+        levels = {"μ_s": self.coefficients.static_friction, "μ_k": self.coefficients.kinetic_friction}
+        known = {name: level for name, level in levels.items() if math.isfinite(level)}
+        lines = (Curve(np.array([0.0, end]), np.full(2, level), name, "--") for name, level in known.items())
+        return picture._replace(curves=(*picture.curves, *lines))
 
 
 def contact_state(case: Case, compliance: SurfaceCompliance | None = None) -> ContactState:
@@ -38,9 +86,13 @@ def friction_record(case: Case, compliance: SurfaceCompliance | None = None) -> 
 def drive_result(case: Case, drive: Drive, record: FrictionRecord | None = None) -> DriveResult:
     """The pin of `case` pulled as `drive` says over its friction record (computed if not at hand).
 
-    Raises NoPlateauError where the record has no steady part that could be continued.
+    Raises NoPlateauError where the record has no steady part that could be continued. Warns where the drive is out of all
+    proportion to the contact, as one is whose values are in SI: `Drive.from_si` takes those.
     """
     record = record or friction_record(case)
     plateau = plateau_of(record)
-    motion = integrate(friction_limit_of(record, plateau, drive.profile), drive, record.initial_stiffness)
+    limit = friction_limit_of(record, plateau, drive.profile)
+    if wrong := disproportion(drive, record.initial_stiffness, plateau.mean * record.normal_load):
+        warnings.warn(wrong, stacklevel=2)
+    motion = integrate(limit, drive, record.initial_stiffness)
     return DriveResult(record, plateau, motion, friction_coefficients(motion, record, plateau))

@@ -46,7 +46,7 @@ _DICT = Path("campaign")
 
 
 def run(
-    campaign: Campaign, out: Place | None = None, *, recompute_foreign: bool = False, progress: bool = False
+    campaign: Campaign, out: Place | None = None, *, recompute_foreign: bool = False, progress: bool | None = None
 ) -> xr.Dataset:
     """Compute a campaign in this process and return its dataset.
 
@@ -54,7 +54,7 @@ def run(
     out: folder of the results, as `nanoslip run --out` uses it: finished tasks are not computed again, and the dataset reads
         its values from results.nc there when they are used. None: a temporary folder, and the dataset is in memory.
     recompute_foreign: compute again what other software computed.
-    progress: print progress on standard error.
+    progress: print progress on standard error. None: on a terminal and in a notebook.
 
     Raises ManifestError where the campaign is wrong, StoreError where the folder cannot be used, MemoryError where a task
     needs more memory than this machine has. A task that crashes is a warning; its cases are `pending`.
@@ -126,7 +126,7 @@ def _files_named_in(campaign: Mapping[str, Any]) -> dict[str, str]:
     return {key: read_text(Path(name))[1] for key, name in named.items() if isinstance(name, str | os.PathLike)}
 
 
-def _compute(plan: Plan, folder: Path, recompute_foreign: bool, progress: bool) -> None:
+def _compute(plan: Plan, folder: Path, recompute_foreign: bool, progress: bool | None) -> None:
     store = Store(folder)
     store.prepare()
     finished = store.inventory()
@@ -141,11 +141,13 @@ def _compute(plan: Plan, folder: Path, recompute_foreign: bool, progress: bool) 
         drop_intermediates(plan, tasks, store)
 
 
-def _run_tasks(tasks: Sequence[Task], folder: Path, progress: bool) -> int:
+def _run_tasks(tasks: Sequence[Task], folder: Path, progress: bool | None) -> int:
     """Compute tasks; returns how many crashed. The farm is not entered: Ctrl-C stays Python's, and results are whole files."""
-    if not progress:
+    errors = console(stderr=True)
+    watched = bool(tasks) and (errors.is_terminal or errors.is_jupyter)
+    if not (watched if progress is None else progress):
         return SerialFarm().run(tasks, executor(folder), _silent).crashed
-    with open_progress(tasks, console(stderr=True)) as bar:
+    with open_progress(tasks, errors) as bar:
         return SerialFarm().run(tasks, executor(folder), bar).crashed
 
 

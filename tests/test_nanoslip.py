@@ -76,7 +76,27 @@ def test_importing_it_loads_nothing_else(environment, tmp_path):
     program = "import sys; before = set(sys.modules); import nanoslip; print(*sorted(set(sys.modules) - before))"
     done = python("-c", program, folder=tmp_path, environment=environment)
     loaded = {name.partition(".")[0] for name in done.stdout.split()}
-    assert loaded - set(sys.stdlib_module_names) == {"nanoslip"}
+    assert loaded - set(sys.stdlib_module_names) == {"nanoslip", "study"}
+
+
+ORDERS = ("import nanoslip, xarray", "import xarray, nanoslip", "import nanoslip, study.api, xarray")
+
+
+@pytest.mark.parametrize("imports", ORDERS)
+def test_every_dataset_has_the_accessor_before_a_name_of_nanoslip_is_used(environment, tmp_path, imports):
+    waiting = "any(type(each).__name__ == '_Awaiting' for each in sys.meta_path)"
+    program = f"import sys; {imports}; print(type(xarray.Dataset().nanoslip).__name__, {waiting})"
+    done = python("-W", "error", "-c", program, folder=tmp_path, environment=environment)
+    assert done.stdout.split() == ["Accessor", "False"], done.stderr  # nothing is left in the way of other imports
+
+
+def test_looking_for_xarray_without_importing_it_leaves_the_accessor_waiting(environment, tmp_path):
+    program = (
+        "import importlib.util, nanoslip; importlib.util.find_spec('xarray'); "
+        "import xarray; print(hasattr(xarray.Dataset, 'nanoslip'), 'solver' in __import__('sys').modules)"
+    )
+    done = python("-W", "error", "-c", program, folder=tmp_path, environment=environment)
+    assert done.stdout.split() == ["True", "False"], done.stderr
 
 
 HIDDEN = {

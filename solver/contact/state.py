@@ -1,7 +1,8 @@
 """The contact at one position of the pin: `ContactState`, and how the solvers' own states become one."""
 
+from collections.abc import Iterator
 from dataclasses import dataclass, field, replace
-from typing import Any
+from typing import Any, Final
 
 import numpy as np
 from numpy.typing import NDArray
@@ -13,6 +14,7 @@ from solver.contact.pin import pin_of, surface_from_pin
 from solver.elasticity.compliance import SurfaceCompliance
 from solver.outcome import InvalidInput, Outcome
 from solver.quantity import GRID_ERROR, quantity
+from solver.view import Curve, Labelled, Picture, Viewed, in_words, labelled
 
 Vector = NDArray[np.float64]
 
@@ -22,8 +24,12 @@ def at_node(meaning: str, name: str, **more: Any) -> dict[str, Any]:
     return quantity(meaning, name, along="contact_node", **more)
 
 
-@dataclass(frozen=True, slots=True, eq=False)
-class ContactState:
+NODE_X: Final = at_node("x from the slab's middle, in L_x", "x", coordinate=True, symbol="x/L_x")
+"""Metadata of the places of surface nodes."""
+
+
+@dataclass(frozen=True, slots=True, eq=False, repr=False)
+class ContactState(Viewed):
     """The contact at one pin position: arrays of shape (n,) over the surface nodes, read-only.
 
     pressure ≥ 0 and shear in G (zero where free); slip s_i and gap ≥ 0 in L_x (gap zero in contact); u, w in L_x;
@@ -59,6 +65,36 @@ class ContactState:
     def friction_force(self) -> float:
         """ΣF, in G·L_x·L_y: positive where the pin drags the slab to the right."""
         return float(self.nodal_force[0].sum())
+
+    @property
+    def x(self) -> Vector:
+        """Positions of the surface nodes from the slab's middle, in L_x, (n,)."""
+        return np.linspace(-0.5, 0.5, len(self.contact))
+
+    def _facts(self) -> Iterator[str]:
+        yield f"{self.contact.sum()} of {len(self.contact)} nodes in contact"
+        yield f"δ_p/L_x {self.displacement:.4g}"
+        yield f"F/W {self.friction_force / self.normal_force:.4g}" if self.contact.any() else "no force"
+        yield in_words(self.outcome)
+
+    def _labelled(self) -> Iterator[Labelled]:
+        yield from labelled(self)
+        yield from ((place, self.x) for place in NODE_X.values())
+        yield from labelled(contact_summary(self))
+
+    def _factors(self) -> dict[str, float]:
+        return {"normal_load": 1.0 / self.normal_force if self.contact.any() else float("nan")}
+
+    def _picture(self) -> Picture:
+        """Pressure and shear over the nodes in contact and their neighbours."""
+        touching = np.flatnonzero(self.contact)
+        shown = slice(max(touching[0] - 2, 0), touching[-1] + 3) if len(touching) else slice(None)
+        share = self._factors()["normal_load"]
+        curves = [
+            Curve(self.x[shown], share * values[shown], name, ".-")
+            for name, values in (("pressure p", self.pressure), ("shear q", self.shear))
+        ]
+        return Picture("place x/L_x", "traction, in W/(L_x·L_y)", tuple(curves))
 
 
 @dataclass(frozen=True, slots=True)

@@ -1,6 +1,7 @@
 """Static and kinetic friction of a drive, with uncertainties (§3.3): μ_s from its first slip, μ_k where it slides steadily."""
 
 import math
+from collections.abc import Iterator
 from dataclasses import dataclass, field
 from typing import Final
 
@@ -21,13 +22,14 @@ from solver.sliding.plateau import (
 )
 from solver.sliding.record import FrictionRecord
 from solver.sliding.sampling import MODULATION
+from solver.view import Labels, in_words, with_error
 
 PERIODS: Final = 2.0
 """Of its own motion that a pin has to slide before a mean driving force is friction, not inertia."""
 
 
-@dataclass(frozen=True, slots=True, eq=False)
-class FrictionCoefficients:
+@dataclass(frozen=True, slots=True, eq=False, repr=False)
+class FrictionCoefficients(Labels):
     """Macroscopic friction of one drive, as forces over W; NaN where it could not be measured, for which see `outcome`.
 
     static_friction: largest driving force before the first macroscopic slip ran off (μ_s). every_static_friction: (s,)
@@ -63,6 +65,11 @@ class FrictionCoefficients:
         )
     )
     outcome: Outcome
+
+    def _facts(self) -> Iterator[str]:
+        yield f"μ_s {with_error(self.static_friction, self.static_friction_uncertainty)}"
+        yield f"μ_k {with_error(self.kinetic_friction, self.kinetic_friction_uncertainty)}"
+        yield in_words(self.outcome)
 
 
 def friction_coefficients(result: DynamicsResult, record: FrictionRecord, plateau: Plateau) -> FrictionCoefficients:

@@ -1,5 +1,6 @@
 """What a drive did: the trajectory at evenly spaced times, and the slips that the integrator itself found."""
 
+from collections.abc import Iterator
 from dataclasses import dataclass, field
 from typing import Any, Final
 
@@ -8,6 +9,7 @@ from numpy.typing import NDArray
 
 from solver.outcome import Outcome
 from solver.quantity import quantity
+from solver.view import Curve, OneLine, Picture, in_words
 
 BINS: Final = 256
 """Stretches of time over which the driving force is averaged."""
@@ -23,8 +25,8 @@ def slip_phase(meaning: str, name: str, units: str = "1", **more: Any) -> dict[s
     return quantity(meaning, f"slip_phase_{name}", units, along="slip_phase", **more)
 
 
-@dataclass(frozen=True, slots=True, eq=False)
-class DynamicsResult:
+@dataclass(frozen=True, slots=True, eq=False, repr=False)
+class DynamicsResult(OneLine):
     """The motion of a driven pin. Lengths in L_x, forces in G·L_x·L_y, time in √(m/(G·L_y)), energy in G·L_x²·L_y.
 
     Only the first five arrays depend on the number of samples asked for. A slip is an uninterrupted stretch of motion
@@ -110,3 +112,15 @@ class DynamicsResult:
     steps: int = field(metadata=quantity("segments or time steps of the integrator"))
     outcome: Outcome
     """How the run ended."""
+
+    def _facts(self) -> Iterator[str]:
+        yield f"{len(self.time)} samples to t = {self.end_time:.4g}"
+        yield f"{len(self.slip_time)} slips"
+        yield f"{self.micro_slips} micro slips"
+        yield in_words(self.outcome)
+
+    def picture(self, normal_load: float) -> Picture:
+        """Spring force and friction force over time, as shares of the load, for `solver.view.drawn`."""
+        forces = {"friction": self.friction_force, "spring": self.spring_force}
+        curves = (Curve(self.time, force / normal_load, name) for name, force in forces.items())
+        return Picture("time t, in √(m/(G·L_y))", "force over load", tuple(curves))

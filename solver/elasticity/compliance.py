@@ -1,17 +1,19 @@
 """The surface compliance of a slab (Eq. 11): displacements of the surface nodes per nodal force, by the slab's scheme."""
 
+from collections.abc import Iterator
 from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
 
 from solver.slab import Slab
+from solver.view import OneLine
 
 Dense = NDArray[np.float64]
 
 
-@dataclass(frozen=True, slots=True, eq=False)
-class SurfaceCompliance:
+@dataclass(frozen=True, slots=True, eq=False, repr=False)
+class SurfaceCompliance(OneLine):
     """Surface compliance of a slab: displacements of the surface nodes per nodal force.
 
     matrix: shape (2n, 2n), in 1/G per unit depth, read-only; [u; w] = matrix @ [f_x; f_z], nodes left to right,
@@ -25,6 +27,11 @@ class SurfaceCompliance:
         shape = (2 * self.slab.n_x, 2 * self.slab.n_x)
         if self.matrix.shape != shape:
             raise ValueError(f"matrix.shape = {self.matrix.shape}: a slab of n_x = {self.slab.n_x} needs {shape}")
+
+    def _facts(self) -> Iterator[str]:
+        yield f"{self.slab.n_x} surface nodes"
+        yield f"scheme {self.slab.scheme.name}"
+        yield f"u under a force at the middle {self.matrix[self.slab.n_x // 2, self.slab.n_x // 2]:.4g}"
 
     @property
     def x(self) -> NDArray[np.float64]:

@@ -13,7 +13,7 @@ scatter of the blocks (less than `SIGNIFICANT` standard errors). A truncation as
 import math
 from collections.abc import Iterator
 from dataclasses import dataclass, field
-from typing import Final, NamedTuple
+from typing import ClassVar, Final, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -22,6 +22,7 @@ from solver.outcome import COMPLETED, Ending, Outcome
 from solver.quantity import companion, quantity
 from solver.sliding.record import FrictionRecord
 from solver.sliding.sampling import Sampling
+from solver.view import Curve, Labelled, Picture, Viewed, in_words, labelled, with_error
 
 BINS: Final = 512
 BLOCKS: Final = 32
@@ -40,8 +41,8 @@ SETTLING: Final = 3.0
 """How often the contact is stretched as far as before it slides until nothing is left of initial contact."""
 
 
-@dataclass(frozen=True, slots=True)
-class Plateau:
+@dataclass(frozen=True, slots=True, repr=False)
+class Plateau(Viewed):
     """The steady part of a friction record; forces as F/W, NaN where `outcome` is not ok.
 
     It reaches from event `first_event` at displacement `start` (L_x) to event `last_event` at `end`, just after both.
@@ -92,6 +93,27 @@ class Plateau:
     last_event: int
     peak: float
     outcome: Outcome = COMPLETED
+
+    PREFIX: ClassVar[str] = "plateau_"
+    """What its numbers get in front in a dataset."""
+
+    def _facts(self) -> Iterator[str]:
+        if self.outcome.ok:
+            yield f"F/W {with_error(self.mean, self.uncertainty)}"
+            yield f"δ_p/L_x {self.start:.4g} to {self.end:.4g}"
+            yield f"{self.spacings:.4g} node spacings"
+        yield in_words(self.outcome)
+
+    def _labelled(self) -> Iterator[Labelled]:
+        return labelled(self, self.PREFIX)
+
+    def _picture(self) -> Picture:
+        """The mean over the steady part, dashed one standard deviation of F/W above and below."""
+        ends = np.array([self.start, self.end])
+        both = np.array([self.start, self.end, np.nan, self.start, self.end])
+        around = self.mean + self.std * np.array([1.0, 1.0, np.nan, -1.0, -1.0])
+        curves = Curve(ends, np.full(2, self.mean), "plateau"), Curve(both, around, "± standard deviation", "--")
+        return Picture("pin displacement δ_p/L_x", "friction force F/W", curves)
 
 
 @dataclass(frozen=True, slots=True, eq=False)

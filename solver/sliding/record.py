@@ -1,5 +1,6 @@
 """The nanoscale friction record (§3.2): what the pin met, event by event."""
 
+from collections.abc import Iterator
 from dataclasses import dataclass, field
 from typing import Any, Final
 
@@ -9,6 +10,7 @@ from numpy.typing import NDArray
 from solver.contact.kernels.enumerations import EventKind
 from solver.outcome import Outcome
 from solver.quantity import GRID_ERROR, companion, quantities, quantity
+from solver.view import Curve, Picture, Viewed, in_words
 
 EVENT_KINDS = tuple(kind.name.lower() for kind in EventKind if kind is not EventKind.NOTHING)
 """What can trigger an event: ("slip", "release", "touch"); `FrictionRecord.kind` holds the position in this tuple."""
@@ -24,8 +26,8 @@ def at_node(meaning: str, name: str, **more: Any) -> dict[str, Any]:
     return quantity(meaning, f"record_node_{name}", along="record_node", **more)
 
 
-@dataclass(frozen=True, slots=True, eq=False)
-class FrictionRecord:
+@dataclass(frozen=True, slots=True, eq=False, repr=False)
+class FrictionRecord(Viewed):
     """The nanoscale friction record of one case: e events, arrays of shape (e,), read-only; two over the surface nodes.
 
     Between events the friction force rises linearly with the pin's displacement, at each event it changes at once. Lengths in
@@ -128,6 +130,22 @@ class FrictionRecord:
     )
     outcome: Outcome
     """How the run ended."""
+
+    def _facts(self) -> Iterator[str]:
+        yield f"{len(self.displacement)} events"
+        yield f"δ_p/L_x to {self.final_displacement:.4g}"
+        yield f"F/W {self.final_force / self.normal_load:.4g} there"
+        yield in_words(self.outcome)
+
+    def _factors(self) -> dict[str, float]:
+        return {"normal_load": 1.0 / self.normal_load}
+
+    def _picture(self) -> Picture:
+        """F/W over displacement: a sawtooth from δ_p = 0 to the record's end."""
+        moved = np.concatenate(([0.0], np.repeat(self.displacement, 2), [self.final_displacement]))
+        both = np.column_stack((self.force_before, self.force_after)).ravel()
+        force = np.concatenate(([self.initial_force], both, [self.final_force])) / self.normal_load
+        return Picture("pin displacement δ_p/L_x", "friction force F/W", (Curve(moved, force),))
 
 
 EVENT_TYPES = {name: column.dtype for name, column in quantities(FrictionRecord).items() if column.along == "event"}

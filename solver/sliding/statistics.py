@@ -3,6 +3,7 @@
 The plateau of a friction record is found in solver.sliding.plateau.
 """
 
+from collections.abc import Iterator
 from dataclasses import dataclass, field
 from typing import Final
 
@@ -17,13 +18,14 @@ from solver.sliding.plateau import (
 )
 from solver.sliding.record import EVENT_KINDS, FrictionRecord, drops
 from solver.sliding.sampling import Sampling
+from solver.view import Labels, with_error
 
 LONGEST_CYCLE: Final = 6000
 """Events at the end of a record that are searched for a cycle."""
 
 
-@dataclass(frozen=True, slots=True)
-class EventStatistics:
+@dataclass(frozen=True, slots=True, repr=False)
+class EventStatistics(Labels):
     """Counts and means over the events of one friction record. What has no event to be taken over is NaN."""
 
     peak_friction: float = field(
@@ -84,6 +86,12 @@ class EventStatistics:
         metadata=quantity("energy lost in all events, in W·L_x", "dissipated_energy", per="normal_load")
     )
     """In G·L_x²·L_y here."""
+
+    def _facts(self) -> Iterator[str]:
+        yield f"{self.events} events"
+        yield f"mean step/L_x {with_error(self.mean_step, self.mean_step_uncertainty)}"
+        yield f"mean drop of F/W {with_error(self.mean_drop, self.mean_drop_uncertainty)}"
+        yield f"largest F/W {self.peak_friction:.4g}"
 
 
 def event_statistics(record: FrictionRecord) -> EventStatistics:

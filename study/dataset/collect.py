@@ -18,7 +18,7 @@ import xarray as xr
 
 from solver.drive import Scales
 from solver.outcome import Outcome
-from solver.quantity import Quantity
+from solver.quantity import Quantity, attributes
 from solver.sliding.validity import advice_on, flags_in
 from study.dataset.ensemble import ensemble_variables
 from study.dataset.file import CHOSEN, FORMAT, MIXED, PENDING, VERSION
@@ -35,7 +35,6 @@ from study.dataset.variables import (
     VALIDITY,
     Group,
     all_groups,
-    attributes,
     companions,
     factors,
     scalars,

@@ -9,9 +9,8 @@ import numpy as np
 import xarray as xr
 from numpy.typing import NDArray
 
-from solver.quantity import Quantity
+from solver.quantity import Quantity, attributes
 from solver.sliding.sampling import ensemble_uncertainty
-from study.dataset.variables import attributes
 from study.manifest.cases import MEMBER
 
 OBSERVABLES: Final = {

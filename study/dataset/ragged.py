@@ -7,7 +7,8 @@ import numpy as np
 import xarray as xr
 from numpy.typing import NDArray
 
-from study.dataset.variables import Group, Series, attributes
+from solver.quantity import attributes
+from study.dataset.variables import Group, Series
 from study.plan.task import TaskResult
 from study.provenance import content_hash
 

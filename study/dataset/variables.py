@@ -7,7 +7,7 @@ yields over time is in SI, as the drive is.
 
 from collections.abc import Mapping
 from dataclasses import dataclass, fields
-from typing import Any, Final
+from typing import Final
 
 import numpy as np
 
@@ -15,30 +15,13 @@ from solver.case import Case, parameters_of_a_case
 from solver.drive import Scales
 from solver.parameter import Parameter
 from solver.quantity import GRID_ERROR, Quantity, quantities
+from solver.sliding.distributions.events import EventSizes
 from solver.sliding.validity import Validity
 from study.manifest.cases import MEMBER
 from study.manifest.drives import NamedDrive, drive_parameters
 from study.origin import Origin
 from study.plan.kinds.kind import Ragged, declared
 from study.plan.tasks import KINDS
-
-
-def attributes(quantity: Quantity) -> dict[str, Any]:
-    """What every variable of the dataset says of itself; words have no unit."""
-    more: dict[str, Any] = {
-        "symbol": quantity.symbol,
-        "ancillary_variables": quantity.uncertainty,
-        "comment": quantity.comment,
-    }
-    if quantity.flags:
-        more["flag_masks"] = [np.int32(1 << bit) for bit in range(len(quantity.flags))]
-        more["flag_meanings"] = " ".join(quantity.flags)
-    if quantity.codes:
-        more["flag_values"] = np.arange(len(quantity.codes), dtype=np.int8)
-        more["flag_meanings"] = " ".join(quantity.codes)
-    given = {name: value for name, value in more.items() if len(value)}
-    units = {} if quantity.words or not quantity.units else {"units": quantity.units}
-    return {"long_name": quantity.long_name} | units | given
 
 
 def scalars(kind: str) -> Mapping[str, Quantity]:
@@ -142,13 +125,7 @@ DISCRETIZATION_ERROR = Quantity(
     "pressure is singular), and with a half_plane or the support frictionless (a point's, which gives way without limit)",
 )
 """Of a case, from the measured front."""
-EVENT_DROP: Final = Quantity(
-    "event_drop",
-    "drop of F/W in the event",
-    symbol="ΔF/W",
-    comment="made of event_friction_before and event_friction_after when asked for; 0 where it is within rounding",
-    along="event",
-)
+EVENT_DROP: Final = quantities(EventSizes)["drop"]
 """What `.record` and `.events` have beside the columns of the file."""
 VALIDITY = quantities(Validity)["validity_flags"]
 ADVICE = Quantity("advice", "what to do about validity_flags", "", comment="empty where there is none")
@@ -197,13 +174,9 @@ _MEMBER = Parameter(
 def factors(case: Case, scales: Scales, drive: NamedDrive | None) -> dict[str, float]:
     """`Quantity.per` -> what a value in the solver's units is multiplied with: shares of W or μ_i, or SI."""
     friction = case.intrinsic_friction
-    time = scales.time(drive.pin_mass) if drive else 1.0
     return {
         "": 1.0,
         "normal_load": 1.0 / case.normal_load,
         "intrinsic_friction": 1.0 / friction if 0.0 < friction < np.inf else np.nan,
-        "length": scales.slab_width,
-        "stiffness": scales.stiffness,
-        "time": time,
-        "velocity": scales.slab_width / time,
+        **scales.units(drive.pin_mass if drive else 1.0),
     }

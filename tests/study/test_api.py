@@ -1,10 +1,12 @@
 """A campaign computed from Python is the command's campaign: same dataset, same messages, resumed in the same folder."""
 
+import io
 import tomllib
 from pathlib import Path
 
 import numpy as np
 import pytest
+import rich.console
 import xarray as xr
 
 from study import api
@@ -108,6 +110,21 @@ def test_what_does_not_fit_the_memory_is_refused(monkeypatch):
     monkeypatch.setattr(api, "shortages", lambda *_: ["a task needs about 1e9 GB of memory"])
     with pytest.raises(MemoryError, match="1e9 GB"):
         run(TINY)
+
+
+WATCHED = {"pipe": {}, "terminal": {"force_terminal": True}, "notebook": {"force_jupyter": True}}
+
+
+@pytest.mark.parametrize("place", WATCHED)
+def test_progress_is_shown_where_somebody_watches(monkeypatch, capsys, place):
+    seen = io.StringIO()
+    screen = rich.console.Console(file=seen, **WATCHED[place])
+    monkeypatch.setattr(api, "console", lambda stderr: screen)
+    run(TINY)
+    said = seen.getvalue() + capsys.readouterr().err
+    assert ("tasks" in said) == (place != "pipe")
+    run(TINY, progress=False)
+    assert seen.getvalue() + capsys.readouterr().err in said
 
 
 def test_progress_is_printed_when_asked_for(capsys):

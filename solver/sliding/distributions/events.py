@@ -1,12 +1,15 @@
 """Sizes of the events of a friction record, and how successive events depend on each other."""
 
 import math
-from dataclasses import dataclass
+from collections.abc import Iterator
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 from numpy.typing import NDArray
 
-from solver.sliding.record import FrictionRecord
+from solver.quantity import as_metadata, quantities
+from solver.sliding.record import FrictionRecord, event
+from solver.view import Curve, Picture, Viewed
 
 Vector = NDArray[np.float64]
 
@@ -17,18 +20,46 @@ FEWEST = 10
 """Events below which no correlation is computed."""
 
 
-@dataclass(frozen=True, slots=True, eq=False)
-class EventSizes:
+_OF_RECORD = quantities(FrictionRecord)
+
+
+@dataclass(frozen=True, slots=True, eq=False, repr=False)
+class EventSizes(Viewed):
     """What each event of a record was, arrays (e,); a size of 0 is none. Lengths in L_x, forces over W, energies in W·L_x."""
 
-    slips: NDArray[np.int64]
-    extent: NDArray[np.int32]
-    drop: Vector
+    slips: NDArray[np.int64] = field(metadata=as_metadata(_OF_RECORD["slips"]))
+    extent: NDArray[np.int32] = field(metadata=as_metadata(_OF_RECORD["extent"]))
+    drop: Vector = field(
+        metadata=event(
+            "drop of F/W in the event",
+            "drop",
+            symbol="ΔF/W",
+            comment="made of event_friction_before and event_friction_after when asked for; 0 where it is within rounding",
+        )
+    )
     """Fall of F/W; rises are 0."""
-    energy: Vector
+    energy: Vector = field(metadata=as_metadata(replace(_OF_RECORD["dissipated"], per="")))
     """Energy lost."""
-    step: Vector
+    step: Vector = field(metadata=event("displacement to the next event, in L_x", "step"))
     """Displacement to the next event; NaN of the last."""
+
+    def _facts(self) -> Iterator[str]:
+        yield f"{len(self.slips)} events"
+        yield f"{self.slips.sum()} node slips"
+        if len(self.slips):
+            yield f"{self.slips.max()} in the largest"
+
+    def _picture(self) -> Picture:
+        """Share of the events that are at least so large, over the size in units of its mean."""
+        return Picture(
+            "size over its mean", "share of events that are as large", tuple(map(self._share, DISCRETE)), True
+        )
+
+    def _share(self, name: str) -> Curve:
+        sizes = np.asarray(getattr(self, name), np.float64)
+        sizes = np.sort(sizes[sizes > 0.0])
+        rank = np.arange(len(sizes), 0, -1) / max(len(sizes), 1)
+        return Curve(sizes / sizes.mean() if len(sizes) else sizes, rank, name)
 
 
 DISCRETE = {"slips": True, "extent": True, "drop": False, "energy": False, "step": False}

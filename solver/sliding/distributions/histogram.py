@@ -23,6 +23,9 @@ class Histogram(NamedTuple):
     density: Vector
     """(b,) share of all sizes per unit of size; of whole numbers, per number in the bin."""
 
+    def __repr__(self) -> str:
+        return f"Histogram({self.counts.sum()} sizes in {len(self.counts)} bins)"
+
     @property
     def middles(self) -> Vector:
         """(b,) geometric means of the ends."""

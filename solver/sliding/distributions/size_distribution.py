@@ -1,6 +1,7 @@
 """The distribution of event sizes in one value: exponent, cut-off, goodness of fit, and the law to prefer."""
 
 import math
+from collections.abc import Iterator
 from dataclasses import dataclass
 
 import numpy as np
@@ -9,6 +10,7 @@ from numpy.typing import NDArray
 from solver.sliding.distributions.comparison import Comparison, comparisons, preferred
 from solver.sliding.distributions.goodness import DRAWS, goodness_of_fit
 from solver.sliding.distributions.power_law import fitted_power_law, sorted_sizes
+from solver.view import OneLine, with_error
 
 MEAN_FIELD = 1.5
 """Exponent of avalanche sizes where every node loads all others alike (mean field, a critical branching process)."""
@@ -16,8 +18,8 @@ GUTENBERG_RICHTER = 5.0 / 3.0
 """Exponent of the released moment, or energy, where magnitudes follow Gutenberg and Richter's law with b = 1: 1 + 2b/3."""
 
 
-@dataclass(frozen=True, slots=True)
-class SizeDistribution:
+@dataclass(frozen=True, slots=True, repr=False)
+class SizeDistribution(OneLine):
     """How sizes are distributed; what too few sizes cannot say is NaN, and `preferred` None.
 
     Reference lines: MEAN_FIELD for slips, GUTENBERG_RICHTER for energies.
@@ -45,6 +47,13 @@ class SizeDistribution:
     """Probability that chance decides that preference; see comparison.preferred."""
     comparisons: tuple[Comparison, ...]
     """Every rival against the power law."""
+
+    def _facts(self) -> Iterator[str]:
+        yield f"{self.count} sizes to {self.largest:.4g}"
+        if self.tail:
+            yield f"exponent {with_error(self.exponent, self.exponent_uncertainty)} from {self.cutoff:.4g} on"
+            yield f"goodness {self.goodness:.2g}"
+        yield f"preferred: {self.preferred or 'none'}"
 
 
 def size_distribution(

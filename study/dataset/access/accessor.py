@@ -6,10 +6,12 @@ import numpy as np
 import xarray as xr
 from numpy.typing import NDArray
 
+from solver.quantity import attributes
 from solver.sliding.record import drops
 from study.dataset.access.selection import Selection, cut, id_of, places, run_of
 from study.dataset.groups import groups_of, tree_of
-from study.dataset.variables import EVENT_DROP, all_groups, attributes, parameters
+from study.dataset.variables import EVENT_DROP, all_groups, parameters
+from study.xarray_accessor import register
 
 FRICTION = ("event_friction_before", "event_friction_after")
 """Either side of the drop of an event."""
@@ -128,8 +130,7 @@ def _dropping(run: xr.Dataset) -> xr.Dataset:
     return run.assign({EVENT_DROP.name: ("event", drops(before, after), attributes(EVENT_DROP))})
 
 
-_register: Any = xr.register_dataset_accessor
-_register("nanoslip")(Accessor)
+register()
 
 
 def _with(run: xr.Dataset, case: xr.Dataset) -> xr.Dataset:

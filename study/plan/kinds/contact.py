@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 
 from solver.case import Case
 from solver.contact.initial import initial_contact
-from solver.contact.state import ContactState, ContactSummary, at_node, contact_summary
+from solver.contact.state import NODE_X, ContactState, ContactSummary, contact_summary
 from solver.quantity import quantity
 from solver.sliding.validity import Validity, contact_validity
 from study.manifest.manifest import Manifest
@@ -37,9 +37,7 @@ class SurfaceNodes:
     """When and where each surface node of a contact is seen."""
 
     event: NDArray[np.int64] = field(metadata=seen_after(along="contact_node"))
-    x: NDArray[np.float64] = field(
-        metadata=at_node("x from the slab's middle, in L_x", "x", coordinate=True, symbol="x/L_x")
-    )
+    x: NDArray[np.float64] = field(metadata=NODE_X)
 
 
 def contact_task(case: Case, *, scalars_only: bool = False) -> Task:

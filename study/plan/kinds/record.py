@@ -65,6 +65,6 @@ RECORD = Kind(
     _needed,
     _tasks,
     _run,
-    (Part(Validity), Part(Plateau, "plateau_"), Part(EventStatistics), Part(FrictionRecord, whole=True)),
+    (Part(Validity), Part(Plateau, Plateau.PREFIX), Part(EventStatistics), Part(FrictionRecord, whole=True)),
     (Ragged("record", "event", "row_size", _kept), Ragged("record", "record_node", "record_node_row_size", _kept)),
 )

@@ -1,0 +1,151 @@
+"""How a result shows itself: one line in a console, a labelled dataset (xarray), a picture (matplotlib).
+
+Either library is imported when it is asked for: the solver computes without them.
+"""
+
+from collections.abc import Iterable, Iterator, Mapping
+from typing import TYPE_CHECKING, Any, Final, NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from solver.outcome import Outcome
+from solver.quantity import Quantity, attributes, quantities
+
+if TYPE_CHECKING:
+    import xarray as xr
+    from matplotlib.axes import Axes
+
+Labelled = tuple[Quantity, Any]
+"""A number or a column of a result with its declaration."""
+
+OWN_UNITS: Final = {
+    "length": "L_x",
+    "stiffness": "G·L_y",
+    "time": "√(m/(G·L_y))",
+    "velocity": "L_x·√(G·L_y/m)",
+}
+"""`Quantity.per` -> the unit of a number that nobody scales."""
+
+
+class Curve(NamedTuple):
+    """A line of a picture: places and values, (n,) each."""
+
+    x: NDArray[Any]
+    y: NDArray[Any]
+    name: str = ""
+    style: str = "-"
+    """As matplotlib writes styles of lines."""
+
+
+class Picture(NamedTuple):
+    """What `plot` draws."""
+
+    x_label: str
+    y_label: str
+    curves: tuple[Curve, ...]
+    logarithmic: bool = False
+
+
+class OneLine:
+    """A result that is one line in a console, whatever arrays it has."""
+
+    __slots__ = ()
+
+    def __repr__(self) -> str:
+        return f"{type(self).__name__}({', '.join(self._facts())})"
+
+    def _facts(self) -> Iterable[str]:
+        """What the line says."""
+        raise NotImplementedError
+
+
+class Labels(OneLine):
+    """A result that can be had as a labelled dataset."""
+
+    __slots__ = ()
+
+    def to_xarray(self) -> "xr.Dataset":
+        """The numbers as an `xr.Dataset`, with names, units and attributes of the variables of a campaign's dataset."""
+        return as_dataset(self._labelled(), self._factors(), self._outcome())
+
+    def _labelled(self) -> Iterator[Labelled]:
+        return labelled(self)
+
+    def _factors(self) -> dict[str, float]:
+        """`Quantity.per` -> what a number is multiplied with."""
+        return {}
+
+    def _outcome(self) -> Outcome | None:
+        return getattr(self, "outcome", None)
+
+
+class Viewed(Labels):
+    """A result that can be had as a labelled dataset and as a picture."""
+
+    __slots__ = ()
+
+    def plot(self, axes: "Axes | None" = None) -> "Axes":
+        """Draw the result on matplotlib's axes, by default those of a new figure; returns the axes.
+
+        The title says how the computation ended where it did not do what was asked.
+        """
+        axes, outcome = drawn(self._picture(), axes), self._outcome()
+        if outcome and not outcome.ok:
+            axes.set_title(in_words(outcome), fontsize="small", wrap=True)
+        return axes
+
+    def _picture(self) -> Picture:
+        raise NotImplementedError
+
+
+def labelled(value: object, prefix: str = "") -> Iterator[Labelled]:
+    """Every number and column of a result that is declared as a quantity. prefix: of the variables' names."""
+    kind: Any = type(value)
+    for name, quantity in quantities(kind, prefix).items():
+        yield quantity, getattr(value, name.removeprefix(prefix))
+
+
+def as_dataset(numbers: Iterable[Labelled], factors: Mapping[str, float], outcome: Outcome | None) -> "xr.Dataset":
+    """Numbers and columns as variables; those that say where the others are become coordinates.
+
+    factors: `Quantity.per` -> what a number is multiplied with; without one it stays in the solver's units and says so.
+    outcome: stands in the attributes.
+    """
+    import xarray as xr  # noqa: PLC0415  the solver computes without it
+
+    kinds: tuple[dict[str, Any], dict[str, Any]] = {}, {}
+    for quantity, number in numbers:
+        told = attributes(quantity)
+        if quantity.per and quantity.per not in factors:
+            told |= {"units": "1", "long_name": f"{quantity.long_name}, in {OWN_UNITS[quantity.per]}"}
+        scaled = number * factors.get(quantity.per, 1.0) if quantity.per else number
+        kinds[quantity.coordinate][quantity.name] = ((quantity.along,) if quantity.along else (), scaled, told)
+    ended = {"outcome": str(outcome.ending), "message": outcome.message} if outcome else {}
+    return xr.Dataset(*kinds, attrs=ended)
+
+
+def drawn(picture: Picture, axes: "Axes | None") -> "Axes":
+    """Draw a picture on axes, by default those of a new figure; returns the axes."""
+    if axes is None:
+        from matplotlib import pyplot  # noqa: PLC0415  the solver computes without it
+
+        axes = pyplot.figure(layout="constrained").add_subplot()
+    for x, y, name, style in picture.curves:
+        axes.plot(x, y, style, linewidth=0.8, markersize=3.0, label=name or None)
+    axes.set(xlabel=picture.x_label, ylabel=picture.y_label)
+    if picture.logarithmic:
+        axes.set(xscale="log", yscale="log")
+    if any(curve.name for curve in picture.curves):
+        axes.legend()
+    return axes
+
+
+def in_words(outcome: Outcome) -> str:
+    """How a computation ended, and the advice."""
+    return f"{outcome.ending}: {outcome.message}" if outcome.message else str(outcome.ending)
+
+
+def with_error(number: float, uncertainty: float) -> str:
+    """A number as text, ± its uncertainty where that is known."""
+    return f"{number:.4g} ± {uncertainty:.2g}" if np.isfinite(uncertainty) else f"{number:.4g}"

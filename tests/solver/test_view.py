@@ -1,0 +1,156 @@
+"""A result is one line in a console, a dataset with the names and numbers of a campaign's, and a picture of its numbers."""
+
+import subprocess
+import sys
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+import xarray as xr
+from matplotlib.figure import Figure
+
+import nanoslip
+from solver.contact.state import ContactState
+from solver.outcome import Ending
+from solver.simulate import DriveResult
+from solver.sliding.plateau import Plateau
+from solver.sliding.record import FrictionRecord
+
+CASE = nanoslip.Case(intrinsic_friction=0.5, radius=50.0, slab=nanoslip.Slab(n_x=17), max_events=60)
+CAMPAIGN = {
+    "title": "the same case",
+    "stages": ["contact", "slip", "dynamics"],
+    "axes": {"intrinsic_friction": [0.5], "radius": [50.0]},
+    "numerics": {"n_x": 17},
+    "limits": {"events": 60},
+    "outputs": {"tractions": True},
+    "drives": [{"name": "slow", "samples": 40}],
+}
+
+
+@pytest.fixture(scope="module")
+def record() -> FrictionRecord:
+    return nanoslip.friction_record(CASE)
+
+
+@pytest.fixture(scope="module")
+def driven(record: FrictionRecord) -> DriveResult:
+    return nanoslip.drive_result(CASE, nanoslip.Drive.from_si(samples=40), record)
+
+
+@pytest.fixture(scope="module")
+def dataset() -> xr.Dataset:
+    return nanoslip.run(CAMPAIGN)
+
+
+@pytest.fixture(scope="module")
+def results(record: FrictionRecord, driven: DriveResult) -> list[Any]:
+    sizes = nanoslip.event_sizes(record)
+    contact = nanoslip.contact_state(CASE)
+    distribution = nanoslip.size_distribution(sizes.slips, discrete=True)
+    histogram = nanoslip.logarithmic_histogram(sizes.slips, discrete=True)
+    statistics = nanoslip.event_statistics(record)
+    compliance = nanoslip.surface_compliance(CASE.slab)
+    of_drive = (driven, driven.plateau, driven.motion, driven.coefficients)
+    return [record, *of_drive, contact, sizes, distribution, histogram, statistics, compliance]
+
+
+def test_every_result_is_one_line_without_its_arrays(results: list[Any]) -> None:
+    for each in results:
+        line = repr(each)
+        assert line.startswith(f"{type(each).__name__}(")
+        assert len(line) < 160
+        assert "\n" not in line
+        assert "array" not in line
+
+
+def test_the_line_says_what_came_out(record: FrictionRecord, driven: DriveResult) -> None:
+    assert repr(record).startswith("FrictionRecord(60 events, δ_p/L_x to ")
+    assert repr(record).endswith(", completed)")
+    assert f"F/W {record.final_force / record.normal_load:.4g}" in repr(record)
+    assert f"{driven.plateau.mean:.4g} ± " in repr(driven.plateau)
+    refused = nanoslip.plateau_of(nanoslip.friction_record(nanoslip.Case(slab=CASE.slab, max_events=4)))
+    assert repr(refused).startswith("Plateau(no_plateau: 4 events: a plateau needs at least 16; raise ")
+
+
+def test_a_dataset_of_a_result_is_the_campaign_s(
+    record: FrictionRecord, driven: DriveResult, dataset: xr.Dataset
+) -> None:
+    """Names, dimensions, attributes and bits: one way from a number to its variable."""
+    theirs = {
+        "record": (record.to_xarray(), dataset.nanoslip.record()),
+        "drive": (driven.to_xarray(nanoslip.Scales(), pin_mass=0.5), dataset.nanoslip.trajectory()),
+        "plateau": (driven.plateau.to_xarray(), dataset.nanoslip.record()),
+        "sizes": (nanoslip.event_sizes(record).to_xarray().drop_vars("event_step"), dataset.nanoslip.record()),
+    }
+    for name, (found, expected) in theirs.items():
+        assert len(found.variables) >= 4, name
+        assert found.attrs == {"outcome": "completed", "message": ""} or name == "sizes"
+        for each in found.variables:
+            np.testing.assert_equal(found[each].attrs, expected[each].attrs)
+            assert found[each].dims == expected[each].dims, each
+            if each not in ("event_drop", "event_dissipated"):  # of sizes, without what is rounding
+                np.testing.assert_array_equal(found[each].values, expected[each].values, err_msg=str(each))
+
+
+def test_a_contact_is_the_campaign_s_but_for_the_rounding_of_its_load(dataset: xr.Dataset) -> None:
+    found, expected = nanoslip.contact_state(CASE).to_xarray(), dataset.nanoslip.contact()
+    assert {"pressure", "shear", "slip", "gap", "x", "approach", "maximum_pressure"} <= set(found.variables)
+    for each in found.variables:
+        np.testing.assert_equal(found[each].attrs, expected[each].attrs)
+        np.testing.assert_allclose(found[each].values, expected[each].values, rtol=1e-11, atol=1e-15)
+
+
+def test_without_scales_a_drive_says_its_units(driven: DriveResult) -> None:
+    found = driven.to_xarray()
+    assert found["time"].attrs["units"] == "1"
+    assert found["time"].attrs["long_name"].endswith(", in √(m/(G·L_y))")
+    np.testing.assert_array_equal(found["time"].values, driven.motion.time)
+    np.testing.assert_array_equal(found["sample_position"].values, driven.motion.position)
+
+
+def test_the_picture_of_a_record_is_its_sawtooth(record: FrictionRecord, dataset: xr.Dataset) -> None:
+    axes = record.plot(Figure().add_subplot())
+    (line,) = axes.lines
+    expected = dataset.nanoslip.teeth()
+    np.testing.assert_array_equal(line.get_xdata(), expected["displacement"].values)
+    np.testing.assert_allclose(line.get_ydata(), expected["friction_force"].values, rtol=1e-14)
+    assert (axes.get_xlabel(), axes.get_ylabel()) == ("pin displacement δ_p/L_x", "friction force F/W")
+
+
+def test_the_picture_of_a_contact_holds_all_of_its_load() -> None:
+    contact: ContactState = nanoslip.contact_state(CASE)
+    pressure, shear = contact.plot(Figure().add_subplot()).lines
+    assert pressure.get_ydata().sum() * CASE.slab.spacing == pytest.approx(1.0, rel=1e-9)  # in W
+    assert (pressure.get_label(), shear.get_label()) == ("pressure p", "shear q")
+
+
+def test_the_picture_of_a_drive_shows_its_coefficients(driven: DriveResult) -> None:
+    lines = {line.get_label(): line.get_ydata() for line in driven.plot(Figure().add_subplot()).lines}
+    assert lines["μ_s"][0] == driven.coefficients.static_friction
+    assert lines["spring"].max() == pytest.approx(driven.motion.spring_force.max() / CASE.normal_load)
+    assert ("μ_k" in lines) == np.isfinite(driven.coefficients.kinetic_friction)
+
+
+def test_the_picture_of_sizes_is_a_share_that_falls_from_one(record: FrictionRecord) -> None:
+    axes = nanoslip.event_sizes(record).plot(Figure().add_subplot())
+    assert axes.get_xscale() == axes.get_yscale() == "log"
+    for line in axes.lines:
+        assert line.get_ydata()[0] == 1.0
+        assert np.all(np.diff(line.get_ydata()) < 0.0)
+
+
+def test_the_picture_of_what_failed_says_so(driven: DriveResult) -> None:
+    assert driven.plateau.plot(Figure().add_subplot()).get_title() == ""
+    refused: Plateau = nanoslip.plateau_of(nanoslip.friction_record(nanoslip.Case(slab=CASE.slab, max_events=4)))
+    assert refused.outcome.ending is Ending.NO_PLATEAU
+    assert "no_plateau: 4 events" in refused.plot(Figure().add_subplot()).get_title()
+    assert refused.to_xarray().attrs["outcome"] == "no_plateau"
+
+
+def test_computing_needs_neither_xarray_nor_matplotlib(environment: dict[str, str], tmp_path: Path) -> None:
+    program = "import sys, solver; print([name for name in ('xarray', 'matplotlib') if name in sys.modules])"
+    words = [sys.executable, "-c", program]
+    done = subprocess.run(words, cwd=tmp_path, env=environment, capture_output=True, text=True, check=True)
+    assert done.stdout == "[]\n"
