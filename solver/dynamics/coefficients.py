@@ -43,6 +43,7 @@ class FrictionCoefficients:
             symbol="μ_s",
             comment="from the first macroscopic slip",
             uncertainty="static_friction_uncertainty",
+            ensemble="event",
         )
     )
     static_friction_uncertainty: float = field(
@@ -55,6 +56,7 @@ class FrictionCoefficients:
             symbol="μ_k",
             comment="from steady sliding",
             uncertainty="kinetic_friction_uncertainty",
+            ensemble="mean",
         )
     )
     kinetic_friction_uncertainty: float = field(

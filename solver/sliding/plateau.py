@@ -55,6 +55,7 @@ class Plateau:
             "F/W on the plateau",
             uncertainty="plateau_uncertainty",
             symbol="F/W",
+            ensemble="mean",
             comment="mean friction force over load on the steady part of the record, over displacement",
             si=companion(
                 "plateau over μ_i",
