@@ -15,6 +15,9 @@ GRID_ERROR: Final = "discretization_error"
 """Name of the variable that says how uncertain a number is for the slab's grid."""
 SCALED: Final = ("", "normal_load", "intrinsic_friction", "length", "stiffness", "time", "velocity")
 """What a number may be scaled with: nothing, the load W or μ_i (it becomes a share of it), or the case's unit (it becomes SI)."""
+ENSEMBLE: Final = ("", "mean", "event", "per_event")
+"""What the members of an ensemble know of a number: nothing beyond their mean; a mean, to which each member adds an estimate with
+its own uncertainty; one event of each, whose scatter is that between starts; a mean over events, which count alike."""
 _KEY: Final = "quantity"
 
 
@@ -44,6 +47,8 @@ class Quantity:
     """Sample dimension of a column of values; empty for one number of a case."""
     coordinate: bool = False
     """Whether a column says where the others are: at which displacement, time or place."""
+    ensemble: str = ""
+    """One of ENSEMBLE."""
     dtype: DTypeLike = np.float64
     """Type of a column's values while they are gathered."""
     si: "Quantity | None" = None
@@ -52,6 +57,8 @@ class Quantity:
     def __post_init__(self) -> None:
         if self.per not in SCALED:
             raise ValueError(f"per = {self.per!r} of {self.name or self.long_name}: needs one of {SCALED}")
+        if self.ensemble not in ENSEMBLE:
+            raise ValueError(f"ensemble = {self.ensemble!r} of {self.name or self.long_name}: needs one of {ENSEMBLE}")
 
 
 def quantity(meaning: str, name: str = "", units: str = "1", **more: Any) -> dict[str, Any]:

@@ -61,7 +61,7 @@ def environment() -> dict[str, str]:
 
     Without git the source commit is "unknown": datasets stay comparable while somebody commits.
     """
-    kept = {name: value for name, value in UNPINNED.items() if not name.startswith(("PMI", "OMPI", "SLURM"))}
+    kept = {name: value for name, value in UNPINNED.items() if not name.startswith(("PMI", "OMPI", "SLURM", "COLUMNS"))}
     return kept | {"PYTHONPATH": str(ROOT), "PATH": str(Path(sys.executable).parent)}
 
 
@@ -89,6 +89,7 @@ def main(monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]) ->
     """Call the command line in this process; returns exit code, standard output and standard error."""
     for name in THREADS:  # a run sets them; this puts them back
         monkeypatch.setenv(name, "1")
+    monkeypatch.delenv("COLUMNS", raising=False)
 
     def call(*arguments: object) -> tuple[int, str, str]:
         monkeypatch.setattr(sys, "argv", ["nanoslip", *map(str, arguments)])

@@ -38,7 +38,7 @@ ORDER = {
     "study.dataset": "store groups file variables ensemble description ragged layout collect access comparison pair verification",
     "study.dataset.access": "selection accessor placement concatenation",
     "study.execution": "launch interruption queue progress ledger dispatch farm executor warmup submission",
-    "study.report": "console summary page",
+    "study.report": "columns console summary page",
     "study.figures": "shared reproduction further catalogue gallery",
     "study.figures.shared": "paper claims canvas figure power_law",
     "study.figures.reproduction": "punch records resolution drive stick motion choices",

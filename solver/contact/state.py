@@ -102,6 +102,15 @@ class ContactSummary:
     """Single numbers of a contact: forces in G·L_x·L_y, pressure in G."""
 
     contact_size: int = field(metadata=quantity("nodes in contact after initial contact", "initial_contact_size"))
+    mean_pressure: float = field(
+        metadata=quantity(
+            "mean pressure, in W/(L_x·L_y)",
+            symbol="p",
+            per="normal_load",
+            uncertainty=GRID_ERROR,
+            comment="after initial contact: the load over the width of the surface that belongs to the nodes in contact",
+        )
+    )
     maximum_pressure: float = field(
         metadata=quantity(
             "largest pressure, in W/(L_x·L_y)",
@@ -122,9 +131,13 @@ class ContactSummary:
     )
 
 
-def contact_summary(state: ContactState) -> ContactSummary:
-    """The numbers of initial contact that are not in its state as such."""
-    return ContactSummary(int(state.contact.sum()), float(state.pressure.max()), state.friction_force)
+def contact_summary(state: ContactState, widths: Vector) -> ContactSummary:
+    """The numbers of initial contact that are not in its state as such.
+
+    widths: (n,) length of the surface that belongs to each node, in L_x (SurfaceCompliance.widths).
+    """
+    mean = state.normal_force / float(widths[state.contact].sum()) if state.contact.any() else float("nan")
+    return ContactSummary(int(state.contact.sum()), mean, float(state.pressure.max()), state.friction_force)
 
 
 def mirrored(case: Case, state: ContactState) -> ContactState:

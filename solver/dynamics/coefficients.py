@@ -45,6 +45,7 @@ class FrictionCoefficients(Labels):
             symbol="μ_s",
             comment="from the first macroscopic slip",
             uncertainty="static_friction_uncertainty",
+            ensemble="event",
         )
     )
     static_friction_uncertainty: float = field(
@@ -57,6 +58,7 @@ class FrictionCoefficients(Labels):
             symbol="μ_k",
             comment="from steady sliding",
             uncertainty="kinetic_friction_uncertainty",
+            ensemble="mean",
         )
     )
     kinetic_friction_uncertainty: float = field(

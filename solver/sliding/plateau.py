@@ -56,6 +56,7 @@ class Plateau(Viewed):
             "F/W on the plateau",
             uncertainty="plateau_uncertainty",
             symbol="F/W",
+            ensemble="mean",
             comment="mean friction force over load on the steady part of the record, over displacement",
             si=companion(
                 "plateau over μ_i",

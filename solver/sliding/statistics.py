@@ -30,7 +30,10 @@ class EventStatistics(Labels):
 
     peak_friction: float = field(
         metadata=quantity(
-            "largest F/W of the record", symbol="F/W", comment="friction force over load, of the whole record"
+            "largest F/W of the record",
+            symbol="F/W",
+            ensemble="event",
+            comment="friction force over load, of the whole record",
         )
     )
     surface_stiffness: float = field(
@@ -69,6 +72,7 @@ class EventStatistics(Labels):
         metadata=quantity(
             "mean step per event, in L_x",
             uncertainty="mean_step_uncertainty",
+            ensemble="per_event",
             comment="pin displacement from one event to the next",
             si=companion("mean step per event", "m", "length"),
         )
@@ -78,7 +82,9 @@ class EventStatistics(Labels):
     )
     """See solver.sliding.sampling."""
     mean_slips: float = field(metadata=quantity("mean number of node slips per event"))
-    mean_drop: float = field(metadata=quantity("mean drop of F/W per event", uncertainty="mean_drop_uncertainty"))
+    mean_drop: float = field(
+        metadata=quantity("mean drop of F/W per event", uncertainty="mean_drop_uncertainty", ensemble="per_event")
+    )
     mean_drop_uncertainty: float = field(
         metadata=quantity("standard error of mean_drop", comment="of an estimate of the mean over all starts, as F/W")
     )

@@ -27,7 +27,7 @@ def work(names: tuple[str, ...], everything: bool, formats: tuple[str, ...], int
                 for figure in figures:
                     written = write(figure, dataset, into, formats)
                     click.echo(figure.title)
-                    print_table(Table(figure.header, tuple(map(as_row, figure.claims(dataset)))))
+                    print_table(Table(figure.header, tuple(map(as_row, figure.claims(dataset))), 3))
                     click.echo(f"written: {', '.join(map(str, written))}")
         if everything:
             click.echo(f"written: {write_index(into)}")

@@ -53,7 +53,8 @@ def _print_findings(findings: list[Finding], path: Path, pending: int, left_out:
     """Print a table of the cases, those that differ first if they are many; returns the exit code."""
     shown = findings if len(findings) <= MOST_ROWS else sorted(findings, key=lambda each: -each.verdict)[:MOST_ROWS]
     rows = tuple((each.label, str(each.verdict), each.remark) for each in shown)
-    print_table(Table(("case", "recomputed", "the largest difference"), rows))
+    failed = frozenset(number for number, each in enumerate(shown) if each.verdict is Verdict.DIFFERENT)
+    print_table(Table(("case", "recomputed", "the largest difference"), rows, 2, failed))
     counts = Counter(each.verdict for each in findings[1:])
     parts = [f"{counts[verdict]} {verdict}" for verdict in Verdict]
     parts += [f"{pending} pending, skipped"] if pending else []

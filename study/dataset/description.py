@@ -9,7 +9,7 @@ from collections.abc import Iterable, Iterator
 from dataclasses import dataclass
 
 from solver.quantity import Quantity
-from study.dataset.ensemble import OBSERVABLES, ensemble_quantities
+from study.dataset.ensemble import ensemble_quantities, observables
 from study.dataset.variables import (
     ADVICE,
     CASE_ID,
@@ -126,9 +126,8 @@ def _all() -> Iterator[Described]:
         yield from _of(_GROUPS.get(kind, kind), dims, (*head, *scalars(kind).values(), *companions(kind).values()))
     for group in all_groups().values():
         yield from _of("the runs of a case", f"{CASES}, drive" if group.driven else CASES, (group.id,))
-    units = {each.name: each.units for kind in KINDS for each in scalars(kind).values()}
-    for name in OBSERVABLES:
-        yield from _of("the ensemble", f"{CASES} without member", ensemble_quantities(name, units[name]).values())
+    for observable in observables().values():
+        yield from _of("the ensemble", f"{CASES} without member", ensemble_quantities(observable).values())
     yield from _of("parameters", "where they vary", (DRIVE_NAME, *parameters().values()))
     for group in all_groups().values():
         counts = [series[0].count for series in group.samples.values()]

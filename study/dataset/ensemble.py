@@ -3,7 +3,7 @@
 import math
 from collections import Counter
 from collections.abc import Mapping
-from typing import Any, Final
+from typing import Any
 
 import numpy as np
 import xarray as xr
@@ -11,31 +11,22 @@ from numpy.typing import NDArray
 
 from solver.quantity import Quantity, attributes
 from solver.sliding.sampling import ensemble_uncertainty
+from study.dataset.variables import scalars
 from study.manifest.cases import MEMBER
-
-OBSERVABLES: Final = {
-    "plateau_mean": "plateau F/W",
-    "peak_friction": "largest F/W",
-    "mean_step": "mean step, in L_x",
-    "mean_drop": "mean drop of F/W",
-    "static_friction": "μ_s",
-    "kinetic_friction": "μ_k",
-}
-"""Variables that members make a distribution of."""
+from study.plan.tasks import KINDS
 
 
-ONE_EVENT: Final = ("static_friction", "peak_friction")
-"""Those that are one event of a record: what a member states of it is the scatter itself."""
-PER_EVENT: Final = ("mean_step", "mean_drop")
-"""Those that are means over events: a member counts by how many it has."""
+def observables() -> dict[str, Quantity]:
+    """The variables that members make an ensemble of, by name: those that are declared so (`Quantity.ensemble`)."""
+    return {each.name: each for kind in KINDS for each in scalars(kind).values() if each.ensemble}
 
 
 def ensemble_variables(variables: Mapping[str, xr.Variable]) -> dict[str, xr.Variable]:
     """Mean, standard error and standard deviation over `member` of each observable that has it; none without members."""
     found: dict[str, xr.Variable] = {}
-    for name in OBSERVABLES:
+    for name, observable in observables().items():
         if name in variables and MEMBER in variables[name].dims:
-            found |= _reduced(name, variables)
+            found |= _reduced(observable, variables)
     return found
 
 
@@ -44,43 +35,36 @@ def ensemble_name(name: str, part: str) -> str:
     return f"{name}_ensemble_{part}"
 
 
-def ensemble_quantities(name: str, units: str = "1") -> dict[str, Quantity]:
-    """Part -> the variable that holds it, of an observable with these units."""
-    mean, error, std = (ensemble_name(name, part) for part in ("mean", "uncertainty", "std"))
-    words = OBSERVABLES[name]
+def ensemble_quantities(observable: Quantity) -> dict[str, Quantity]:
+    """Part -> the variable that holds it, of an observable."""
+    mean, error, std = (ensemble_name(observable.name, part) for part in ("mean", "uncertainty", "std"))
+    words, units = observable.long_name, observable.units
     return {
         "mean": Quantity(
             mean, f"mean of {words}", units, uncertainty=error, comment="over the members of the ensemble"
         ),
-        "uncertainty": Quantity(
-            error, f"error of the mean of {words}", units, comment="standard error of the mean over members"
-        ),
+        "uncertainty": Quantity(error, f"error of {words}", units, comment="standard error of the mean over members"),
         "std": Quantity(std, f"scatter of {words}", units, comment="standard deviation between members"),
     }
 
 
-def _uncertainty_of(name: str, variable: xr.Variable) -> str:
-    """The variable that holds what each member states of its own value; of a name that is free where members state nothing."""
-    return str(variable.attrs.get("ancillary_variables", f"{name}_uncertainty"))
-
-
-def _reduced(name: str, variables: Mapping[str, xr.Variable]) -> dict[str, xr.Variable]:
-    variable = variables[name]
+def _reduced(observable: Quantity, variables: Mapping[str, xr.Variable]) -> dict[str, xr.Variable]:
+    variable = variables[observable.name]
     dims = tuple(dim for dim in variable.dims if dim != MEMBER)
     values = _by_member(variable)
-    stated = _by_member(variables.get(_uncertainty_of(name, variable), 0.0 * variable))
+    stated = _by_member(variables.get(observable.uncertainty, 0.0 * variable))
     spans = _by_member(variables["record_spacings"])
     if spans.ndim < values.ndim:  # a record serves all drives
         between = (1,) * (values.ndim - spans.ndim)
         spans = np.broadcast_to(spans.reshape(*spans.shape[:-1], *between, spans.shape[-1]), values.shape)
-    weights = _by_member(variables["events"]) if name in PER_EVENT else np.ones_like(values)
+    weights = _by_member(variables["events"]) if observable.ensemble == "per_event" else np.ones_like(values)
     parts: dict[str, Any] = {
         "mean": lambda place: _mean(values[place], weights[place]),
-        "uncertainty": lambda place: _uncertainty(name, values[place], stated[place], spans[place]),
+        "uncertainty": lambda place: _uncertainty(observable, values[place], stated[place], spans[place]),
         "std": lambda place: _std(values[place]),
     }
     found = {}
-    for part, quantity in ensemble_quantities(name, str(variable.attrs["units"])).items():
+    for part, quantity in ensemble_quantities(observable).items():
         reduced = np.empty(values.shape[:-1])
         for place in np.ndindex(reduced.shape):
             reduced[place] = parts[part](place)
@@ -89,10 +73,10 @@ def _reduced(name: str, variables: Mapping[str, xr.Variable]) -> dict[str, xr.Va
 
 
 def _uncertainty(
-    name: str, values: NDArray[np.float64], stated: NDArray[np.float64], spans: NDArray[np.float64]
+    observable: Quantity, values: NDArray[np.float64], stated: NDArray[np.float64], spans: NDArray[np.float64]
 ) -> float:
     """Standard error of the mean over members; of one event of each it is that of independent ones."""
-    if name in ONE_EVENT:
+    if observable.ensemble == "event":
         return _std(values) / math.sqrt(max(int(np.isfinite(values).sum()), 1))
     return ensemble_uncertainty(
         values, stated, float(np.mean(spans[np.isfinite(spans)])) if np.isfinite(spans).any() else 0.0
@@ -123,10 +107,10 @@ def over_members(dataset: xr.Dataset) -> xr.Dataset:
         return dataset
     cases = dataset[[name for name in dataset.data_vars if set(dataset[name].dims) <= _dims_of_cases(dataset)]].load()
     kept = {name: each if MEMBER not in each.dims else _joined(each) for name, each in cases.data_vars.items()}
-    for name in OBSERVABLES:
+    for name, observable in observables().items():
         if ensemble_name(name, "mean") in dataset:
             kept[name] = cases[ensemble_name(name, "mean")]
-            kept[_uncertainty_of(name, cases[name].variable)] = cases[ensemble_name(name, "uncertainty")]
+            kept[observable.uncertainty or f"{name}_uncertainty"] = cases[ensemble_name(name, "uncertainty")]
     coordinates = {name: each for name, each in cases.coords.items() if MEMBER not in each.dims}
     return xr.Dataset({name: each.variable for name, each in kept.items()}, coordinates, dataset.attrs)
 

@@ -1,36 +1,40 @@
-"""Print tables and progress on a terminal, a pipe or a file."""
+"""Print tables and sentences on a terminal, a pipe or a file."""
 
-from dataclasses import dataclass
+import os
+from collections.abc import Iterable
+from typing import Final
 
-import rich.box
 import rich.console
-import rich.table
+import rich.text
 
-WIDE = 200
-"""Width in characters of output that goes to a pipe or a file."""
+from study.report.columns import Line, Table, table_lines, wrapped
 
+__all__ = ["WIDE", "Table", "console", "print_sentences", "print_table"]
 
-@dataclass(frozen=True, slots=True)
-class Table:
-    """A header and rows of text; the last column holds sentences."""
-
-    header: tuple[str, ...]
-    rows: tuple[tuple[str, ...], ...]
+WIDE: Final = 200
+"""Width in characters of output that goes to a pipe or a file, where COLUMNS does not say another one."""
+_STYLES: Final = {"header": "bold", "failed": "red", "": ""}
 
 
 def console(stderr: bool = False) -> rich.console.Console:
-    """Standard output or error as a console of rich: as wide as the terminal, or `WIDE` without one."""
+    """Standard output or error as a console of rich: as wide as the terminal, COLUMNS, or `WIDE` without either."""
     found = rich.console.Console(stderr=stderr, highlight=False, markup=False)
-    return (
-        found if found.is_terminal else rich.console.Console(stderr=stderr, width=WIDE, highlight=False, markup=False)
-    )
+    if found.is_terminal or os.environ.get("COLUMNS", "").isdigit():  # which rich obeys
+        return found
+    return rich.console.Console(stderr=stderr, width=WIDE, highlight=False, markup=False)
 
 
 def print_table(table: Table) -> None:
-    """Print a table to standard output."""
-    drawn = rich.table.Table(box=rich.box.SIMPLE)
-    for name in table.header:
-        drawn.add_column(name, justify="left" if name == table.header[-1] else "right", overflow="fold")
-    for row in table.rows:
-        drawn.add_row(*row)
-    console().print(drawn)
+    """Print a table to standard output, between empty lines."""
+    _print([Line(""), *table_lines(table, console().width), Line("")])
+
+
+def print_sentences(sentences: Iterable[str]) -> None:
+    """Print each sentence to standard output on lines of its own."""
+    _print(Line(line) for each in sentences for line in wrapped(each, console().width, first=""))
+
+
+def _print(lines: Iterable[Line]) -> None:
+    out = console()
+    for line in lines:
+        out.print(rich.text.Text(line.text, _STYLES[line.sort]), soft_wrap=True)

@@ -10,15 +10,20 @@ from typing import Any, Final
 import numpy as np
 import xarray as xr
 
+from solver.outcome import Ending
+from solver.quantity import GRID_ERROR
 from solver.sliding.validity import flags_in
 from study.dataset.ensemble import over_members
-from study.dataset.variables import VALIDITY, parameters
+from study.dataset.file import PENDING
+from study.dataset.variables import VALIDITY, parameters, scalars
 from study.manifest.parameters import Value
 from study.plan.flags import flag_lines
-from study.report.console import Table
+from study.plan.tasks import KINDS
+from study.report.columns import Table
 
 MOST_ROWS: Final = 500
 """The most rows of a table on the terminal or the page."""
+COMPLETED: Final = Ending.COMPLETED.value
 FEW: Final = 50
 """Drives whose endings are not counted."""
 SYMBOLS: Final = {name: each.symbol for name, each in parameters().items() if each.symbol}
@@ -54,20 +59,21 @@ def scalar_table(dataset: xr.Dataset) -> Table:
     dataset = over_members(dataset)
     found = points(dataset, "static_friction" if "static_friction" in dataset else "outcome")
     shown = list(itertools.islice(found, MOST_ROWS))
-    columns = [(title, names) for title, names in _COLUMNS if names[0] in dataset]
+    columns = {name: title for name, title in _COLUMNS.items() if name in dataset}
     varying = tuple(shown[0].label)
-    header = (*(SYMBOLS.get(name, name) for name in varying), *(title for title, _ in columns), "outcome")
+    header = (*(SYMBOLS.get(name, name) for name in varying), *columns.values(), "outcome")
     rows = [
         (
             *(_number(point.label[name]) for name in varying),
-            *(_cell(point.values, names) for _, names in columns),
-            _ending(point.values),
+            *(_cell(point.values, name) for name in columns),
+            "".join(_ending(point.values)),
         )
         for point in shown
     ]
     if next(found, None) is not None:
         rows.append((*("…" for _ in header[1:]), f"the dataset has more than {MOST_ROWS} rows"))
-    return Table(header, tuple(rows))
+    failed = frozenset(number for number, point in enumerate(shown) if _ending(point.values)[0] not in _UNHURT)
+    return Table(header, tuple(rows), len(varying), failed)
 
 
 def flag_summary(dataset: xr.Dataset) -> list[str]:
@@ -102,16 +108,25 @@ def words(label: dict[str, Value]) -> str:
     return ", ".join(f"{SYMBOLS.get(name, name)} = {_number(value)}" for name, value in label.items())
 
 
-_COLUMNS: Final = (
-    ("plateau F/W", ("plateau_mean", "plateau_uncertainty")),
-    ("peak F/W", ("peak_friction",)),
-    ("K/(G·L_y)", ("surface_stiffness",)),
-    ("μ_s", ("static_friction", "static_friction_uncertainty")),
-    ("μ_k", ("kinetic_friction", "kinetic_friction_uncertainty")),
-    ("events", ("events",)),
-    ("spacings", ("record_spacings",)),
-    ("δ_p/L_x", ("final_displacement",)),
-)
+_COLUMNS: Final = {
+    "plateau_mean": "plateau F/W",
+    "static_friction": "μ_s",
+    "kinetic_friction": "μ_k",
+    "peak_friction": "peak F/W",
+    "surface_stiffness": "K/(G·L_y)",
+    "events": "events",
+    "record_spacings": "spacings",
+    "final_displacement": "δ_p/L_x",
+    "contact_half_width": "a/L_x",
+    "approach": "approach/L_x",
+    "mean_pressure": "mean p",
+    "maximum_pressure": "max p",
+}
+"""Variable -> title of its column. The first ones matter most: a narrow terminal leaves out the last ones."""
+_UNHURT: Final = (COMPLETED, PENDING)
+"""Endings that are no failure."""
+_UNCERTAINTY: Final = {each.name: each.uncertainty for kind in KINDS for each in scalars(kind).values()}
+"""Variable -> the one that says how uncertain it is."""
 
 
 def _varying(dataset: xr.Dataset, dims: tuple[Any, ...]) -> list[Any]:
@@ -127,22 +142,23 @@ def _number(value: Value) -> str:
     return f"{value:.6g}" if isinstance(value, float) else str(value)
 
 
-def _cell(values: xr.Dataset, names: tuple[str, ...]) -> str:
-    value, *uncertainty = (float(values[name]) for name in names if name in values)
+def _cell(values: xr.Dataset, name: str) -> str:
+    value, error = float(values[name]), _UNCERTAINTY[name]
     if math.isnan(value):
         return "–"
-    if uncertainty and math.isfinite(uncertainty[0]):
-        return f"{value:.4g} ± {uncertainty[0]:.1g}"
+    # The error of the grid is relative, and one for several numbers.
+    if error in values and error != GRID_ERROR and math.isfinite(uncertainty := float(values[error])):
+        return f"{value:.4g} ± {uncertainty:.1g}"
     return f"{value:.5g}"
 
 
-def _ending(values: xr.Dataset) -> str:
-    """How a case and its drive ended: the first bad outcome with its advice, and the case's flags in brackets."""
-    ending, message = "completed", ""
+def _ending(values: xr.Dataset) -> tuple[str, str, str]:
+    """How a case and its drive ended: the first bad outcome, the case's flags in brackets, advice on that outcome."""
+    ending, message = COMPLETED, ""
     for found, why in (("outcome", "message"), ("drive_outcome", "drive_message")):
-        if found in values and (values[found] != "completed" or values[why] != ""):
+        if found in values and (values[found] != COMPLETED or values[why] != ""):
             ending, message = str(values[found].item()), str(values[why].item())
             break
     flags = flags_in(int(values[VALIDITY.name])) if VALIDITY.name in values else ()
     named = f" [{', '.join(flag.name for flag in flags)}]" if flags else ""
-    return f"{ending}{named}" + (f": {message}" if message else "")
+    return ending, named, f": {message}" if message else ""

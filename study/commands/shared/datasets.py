@@ -9,7 +9,7 @@ from study.dataset import file
 from study.dataset.collect import collect
 from study.dataset.store import Store
 from study.plan.plan import Plan
-from study.report.console import print_table
+from study.report.console import print_sentences, print_table
 from study.report.summary import drive_summary, flag_summary, scalar_table
 
 
@@ -27,5 +27,4 @@ def write_dataset(plan: Plan, out: Path) -> None:
 def print_summary(dataset: xr.Dataset) -> None:
     """Print the table of a dataset's cases, how its drives ended, and the advice that its validity flags give."""
     print_table(scalar_table(dataset))
-    for line in (*drive_summary(dataset), *flag_summary(dataset)):
-        click.echo(line)
+    print_sentences((*drive_summary(dataset), *flag_summary(dataset)))

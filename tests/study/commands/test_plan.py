@@ -12,7 +12,7 @@ def test_a_plan_shows_effects_tasks_and_memory(main, campaign):
     rows = {
         cells[0]: cells
         for line in said.splitlines()
-        if (cells := [cell.strip() for cell in line.split("   ") if cell.strip()])
+        if (cells := [cell.strip() for cell in line.split("  ") if cell.strip()])
     }
     assert rows["coupling"][1:] == ["off", rows["coupling"][2]]
     assert rows["coupling"][2].startswith("shear and pressure do not act on each other")

@@ -15,7 +15,7 @@ from solver.slab import Slab
 from solver.sliding.sampling import EVENLY, SHARED
 from study.dataset import file
 from study.dataset.collect import collect
-from study.dataset.ensemble import OBSERVABLES, ONE_EVENT, PER_EVENT, ensemble_name, over_members
+from study.dataset.ensemble import ensemble_name, observables, over_members
 from study.dataset.groups import groups_of
 from study.dataset.store import Store
 from study.manifest.cases import MEMBER, CampaignCase, expand
@@ -145,7 +145,7 @@ def by_hand(name: str, values: np.ndarray, weights: np.ndarray, stated: np.ndarr
     if here.sum() < 2:
         return mean, math.nan, math.nan
     std = math.sqrt(((values[here] - values[here].mean()) ** 2).sum() / (here.sum() - 1))
-    if name in ONE_EVENT:  # each member's own is the scatter itself
+    if observables()[name].ensemble == "event":  # each member's own is the scatter itself
         return mean, std / math.sqrt(here.sum()), std
     chance = std / math.sqrt(here.sum()) * (EVENLY if here.all() else 1.0)
     known = sorted(stated[np.isfinite(stated)])
@@ -165,14 +165,16 @@ STATED = {
 """What members state of their own values; of a largest force they state nothing."""
 
 
-@pytest.mark.parametrize("name", OBSERVABLES)
+@pytest.mark.parametrize("name", observables())
 def test_reduced_variables_are_those_of_the_members_by_hand(build: Build, name: str) -> None:
     """Means over events count a member by how many it has, the others count members alike. Only sums in another order."""
     _, found = build(FOUR.replace("events = 150", "spacings = 0.15") + RADII + DRIVES)
     members = found[name].transpose(..., MEMBER)
     stated = found[STATED[name]].transpose(..., MEMBER) if name in STATED else 0.0 * members
     dims = members.dims[:-1]
-    weights = found["events"].transpose(..., MEMBER) if name in PER_EVENT else xr.ones_like(members)
+    weights = (
+        found["events"].transpose(..., MEMBER) if observables()[name].ensemble == "per_event" else xr.ones_like(members)
+    )
     assert found["events"].values.std() > 0.0
     reduced = [found[ensemble_name(name, part)] for part in ("mean", "uncertainty", "std")]
     assert all(each.dims == dims for each in reduced)

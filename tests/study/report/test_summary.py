@@ -1,9 +1,20 @@
 """What is said of a dataset's drives in a few lines: how many ended how, and in which regime."""
 
+from pathlib import Path
+
 import numpy as np
 import xarray as xr
 
+from study import api
 from study.report.summary import FEW, drive_summary, scalar_table
+
+CONTACTS = {
+    "title": "Contacts",
+    "stages": ["contact"],
+    "axes": {"normal_load": [1e-4, 1e-3]},
+    "constants": {"radius": 50.0},
+    "numerics": {"n_x": 33},
+}
 
 
 def over_axes() -> xr.Dataset:
@@ -42,3 +53,22 @@ def test_every_drive_of_the_axes_is_a_row_that_names_its_place() -> None:
     assert table.header == ("k", "V_o", "μ_s", "outcome")
     assert table.rows[1] == ("10000", "0.002", "0.3", "completed")
     assert table.rows[4] == ("100000", "0.002", "0.3", "invalid: needs another value")
+
+
+def test_contacts_alone_show_what_contacts_are(tmp_path: Path) -> None:
+    """Each number in its column; mean pressure times width is the load."""
+    found = api.run(CONTACTS, tmp_path)
+    table = scalar_table(found)
+    assert table.header == ("W/(G·L_x·L_y)", "a/L_x", "approach/L_x", "mean p", "max p", "outcome")
+    numbers = np.array([[float(cell) for cell in row[:-1]] for row in table.rows])
+    names = ("normal_load", "contact_half_width", "approach", "mean_pressure", "maximum_pressure")
+    np.testing.assert_allclose(numbers, np.stack([found[name].values.ravel() for name in names], 1), rtol=1e-4)
+    np.testing.assert_allclose(found.mean_pressure * 2.0 * found.contact_half_width, 1.0, rtol=1e-12)  # inside the slab
+    assert (found.maximum_pressure > found.mean_pressure).all()
+
+
+def test_rows_that_failed_are_known_and_unfinished_ones_are_no_failures() -> None:
+    found = over_axes()
+    assert scalar_table(found).failed == {4}
+    found["drive_outcome"][0, 0, 0] = "pending"
+    assert scalar_table(found).failed == {4}

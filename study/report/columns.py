@@ -1,0 +1,148 @@
+"""A table as lines of a given width: whole columns are left out where it is too wide, no cell is ever cut or folded."""
+
+import re
+import textwrap
+from collections.abc import Iterator
+from dataclasses import dataclass
+from typing import Final, NamedTuple
+
+from rich.cells import cell_len
+
+GAP: Final = "  "
+INDENT: Final = "    "
+"""In front of what stands below its row."""
+LONGEST_WORD: Final = 30
+"""Characters of an outcome: what is longer is a sentence, which may stand below its row as a whole."""
+_NUMBER: Final = re.compile(r"[-+]?[\d.]|[–…-]?$|nan|inf")
+_SENTENCE: Final = re.compile(r": | (?=\[)")
+"""Where an outcome ends and its flags or its message begin."""
+
+
+@dataclass(frozen=True, slots=True)
+class Table:
+    """A header and rows of text, columns in the order of their importance; the last one holds an outcome or a sentence."""
+
+    header: tuple[str, ...]
+    rows: tuple[tuple[str, ...], ...]
+    labels: int = 1
+    """The first so many columns say which row it is: they are never left out, nor is the last one."""
+    failed: frozenset[int] = frozenset()
+    """Numbers of the rows that a terminal shows in colour."""
+
+
+class Line(NamedTuple):
+    """One line of a table as it is printed."""
+
+    text: str
+    sort: str = ""
+    """`header`, `failed`, or empty for an ordinary one."""
+
+
+def table_lines(table: Table, width: int) -> list[Line]:
+    """A table in so many characters: columns before the last are left out from the right until it fits, and are named below.
+
+    A last cell that does not fit stands below its row, wrapped. Where the labels alone are too wide, every cell has a line.
+    """
+    last = len(table.header) - 1
+    for folded in (False, True):
+        for kept in range(last, min(table.labels, last) - 1, -1):
+            if not folded and kept < last:
+                break  # a header on several lines is better than a column less
+            layout = _Layout(table, (*range(kept), last), width, folded)
+            if layout.fits:
+                return [*layout.lines(), *_left_out(table.header[kept:last], width)]
+    return list(_cards(table, width))
+
+
+def wrapped(text: str, width: int, first: str = INDENT) -> list[str]:
+    """A sentence in lines of at most this width where its words allow it; a number and its uncertainty are one word."""
+    joined = text.replace(" ± ", "\0±\0").replace(" = ", "\0=\0")
+    lines = textwrap.wrap(
+        joined, width, initial_indent=first, subsequent_indent=INDENT, break_long_words=False, break_on_hyphens=False
+    )
+    return [line.replace("\0", " ") for line in lines]
+
+
+class _Layout:
+    """Some columns of a table, side by side."""
+
+    def __init__(self, table: Table, columns: tuple[int, ...], width: int, folded: bool) -> None:
+        self._table, self._columns, self._width = table, columns, width
+        *others, last = columns
+        self._titles = {each: _title(table.header[each], folded) for each in columns}
+        self._widths = {each: self._widest(each, [row[each] for row in table.rows]) for each in others}
+        self._room = width - sum(each + len(GAP) for each in self._widths.values())
+        self._left = {each for each in others if not all(map(_NUMBER.match, (row[each] for row in table.rows)))}
+        self.fits = self._room >= self._widest(last, [_least(row[last]) for row in table.rows])
+
+    def lines(self) -> Iterator[Line]:
+        """Header, rule and rows."""
+        height = max(map(len, self._titles.values()))
+        for number in range(height):
+            titles = {each: ([""] * (height - len(text)) + text)[number] for each, text in self._titles.items()}
+            yield Line(self._line(titles), "header")
+        bodies = [(self._body(row), "failed" * (i in self._table.failed)) for i, row in enumerate(self._table.rows)]
+        widest = max((cell_len(line) for texts, _ in bodies for line in texts[:1]), default=0)
+        titled = sum(each + len(GAP) for each in self._widths.values()) + max(
+            map(cell_len, self._titles[self._columns[-1]])
+        )
+        yield Line("─" * max(widest, titled), "header")
+        for texts, sort in bodies:
+            yield from (Line(text, sort) for text in texts)
+
+    def _widest(self, column: int, cells: list[str]) -> int:
+        return max(map(cell_len, (*self._titles[column], *cells)))
+
+    def _body(self, row: tuple[str, ...]) -> list[str]:
+        """A row on its line, and below it what of its last cell does not fit there."""
+        *_, last = self._columns
+        here, below = _split(row[last], self._room)
+        line = self._line({each: row[each] for each in self._widths} | {last: here})
+        return [line, *wrapped(below, self._width)]
+
+    def _line(self, cells: dict[int, str]) -> str:
+        parts = []
+        for each, text in cells.items():
+            space = " " * (self._widths.get(each, 0) - cell_len(text))
+            parts.append(text + space if each in self._left else space + text)
+        return GAP.join(parts).rstrip()
+
+
+def _title(text: str, folded: bool) -> list[str]:
+    return text.split() if folded and text else [text]
+
+
+def _heads(cell: str) -> Iterator[str]:
+    """What of a cell may stay in its row, the longest first: all of it, its outcome with flags, its outcome."""
+    yield cell
+    for found in reversed(list(_SENTENCE.finditer(cell))):
+        if found.start() <= LONGEST_WORD or cell[: found.start()].endswith("]"):
+            yield cell[: found.start()]
+
+
+def _least(cell: str) -> str:
+    """What of a cell has to stay in its row: an outcome, nothing of a sentence."""
+    *_, shortest = _heads(cell)
+    return shortest if cell_len(shortest) <= LONGEST_WORD else ""
+
+
+def _split(cell: str, room: int) -> tuple[str, str]:
+    """What of a cell stays in its row, and what stands below."""
+    head = next((each for each in _heads(cell) if cell_len(each) <= room), "")
+    return head, cell[len(head) :].removeprefix(":").strip()
+
+
+def _cards(table: Table, width: int) -> Iterator[Line]:
+    """Every cell on a line of its own, behind its title."""
+    for number, row in enumerate(table.rows):
+        sort = "failed" * (number in table.failed)
+        yield Line("")
+        for place, (title, cell) in enumerate(zip(table.header, row, strict=True)):
+            text = f"{title}: {cell}" if title else cell
+            for part in wrapped(text, width, first=INDENT if place else "") if cell else ():
+                yield Line(part, sort)
+
+
+def _left_out(names: tuple[str, ...], width: int) -> Iterator[Line]:
+    if names:
+        yield from map(Line, wrapped(f"not shown, for lack of width: {', '.join(names)}", width, first=""))
