@@ -21,6 +21,11 @@ def campaigns() -> dict[str, Path]:
     return {path.relative_to(root).with_suffix("").as_posix(): path for path in sorted(root.rglob("*.toml"))}
 
 
+def starters() -> dict[str, Path]:
+    """Name of each campaign that is there to be copied and changed -> its file."""
+    return {Path(name).name: path for name, path in campaigns().items() if name.startswith("starters/")}
+
+
 def campaign_file(given: Path) -> Path:
     """The campaign file that a path or a name stands for: a file that exists comes before a campaign of that name."""
     return given if given.exists() else campaigns().get(given.as_posix(), given)

@@ -42,6 +42,33 @@ def campaigns() -> None:
 
 
 @cli.command()
+@click.argument("starter", required=False)
+@click.argument("file", type=click.Path(path_type=Path), required=False)
+def new(starter: str | None, file: Path | None) -> None:
+    """Write a commented campaign to start from.
+
+    STARTER is its name; without it the starters are listed. It is written to FILE [default: STARTER.toml], which must not be
+    there yet, with the files that it needs beside it.
+
+    Example: nanoslip new sweep campaigns/mine.toml
+    """
+    work("new", starter, file)
+
+
+@cli.command()
+@click.argument("campaigns", metavar="CAMPAIGN...", nargs=-1, required=True, type=CampaignPath(path_type=Path))
+def check(campaigns: tuple[Path, ...]) -> None:
+    """Find every problem of campaign files, without computing.
+
+    Each CAMPAIGN is a file, or the name of one that comes with nanoslip. One that is fine is one line: its cases and tasks. The
+    problems of the others are all shown, a line each: file, key, value and what is allowed.
+
+    Exit codes: 0 all are fine, 2 some are not. Example: nanoslip check campaigns/*.toml
+    """
+    work("check", campaigns)
+
+
+@cli.command()
 @CAMPAIGN
 @OUT
 def plan(campaign: Path, out: Path | None) -> None:

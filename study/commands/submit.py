@@ -9,9 +9,9 @@ import click
 from study import shipped
 from study.commands.shared.arguments import folder
 from study.commands.shared.exits import Refusal
+from study.commands.shared.files import write_file
 from study.commands.shared.plans import planned
 from study.commands.shared.refusals import refusals
-from study.dataset.store import StoreError, written_whole
 from study.execution import submission
 from study.execution.submission import SiteError
 
@@ -24,7 +24,8 @@ def work(campaign: Path, out: Path | None, site: Path | None, submit: bool) -> N
         settings, template = submission.load_site(used)
         into = folder(campaign, out).absolute()
         text = submission.script(campaign.stem, campaign.absolute(), into, settings, template)
-        path = _write_script(into, text)
+        path = into / "job.sh"
+        write_file(path, text.encode())  # the scheduler opens its log in that folder before anything runs
     if site is None:
         click.echo(f"settings: {used}; copy the file, change it and give it by --site")
     if submit:
@@ -37,14 +38,3 @@ def _submit(path: Path) -> int:
         return subprocess.run(["sbatch", str(path)], check=False).returncode
     except FileNotFoundError:
         raise Refusal("sbatch: not found; is this a machine of the cluster?") from None
-
-
-def _write_script(into: Path, text: str) -> Path:
-    path = into / "job.sh"
-    try:
-        into.mkdir(parents=True, exist_ok=True)  # the scheduler opens its log there before anything runs
-        with written_whole(path) as scratch:
-            scratch.write_text(text, "utf-8")
-    except OSError as error:
-        raise StoreError(f"{path}: cannot be written: {error.strerror or error}") from None
-    return path

@@ -1,0 +1,38 @@
+"""`nanoslip check`: every problem of campaign files, or what each would compute in a line."""
+
+from pathlib import Path
+
+import click
+
+from study.commands.shared.exits import Refusal
+from study.commands.shared.plans import planned
+from study.manifest.problems import ManifestError
+
+
+def work(campaigns: tuple[Path, ...]) -> None:
+    """Print a line for each campaign that is fine, then refuse the others with all their problems."""
+    problems: list[str] = []
+    for campaign in campaigns:
+        try:
+            click.echo(_counted(campaign))
+        except ManifestError as error:
+            problems += error.lines
+    if problems:
+        raise Refusal("\n".join(problems))
+
+
+def _counted(campaign: Path) -> str:
+    """How many cases, drives of each case and tasks a campaign has. Raises ManifestError."""
+    plan = planned(campaign)
+    refused = sum(not case.outcome.ok for case in plan.cases)
+    impossible = sum(drive.drive is None for drive in plan.manifest.drives)
+    said = (
+        f"{len(plan.cases)} cases{_of_them(refused)}",
+        f"{len(plan.manifest.drives)} drives{_of_them(impossible)}",
+        f"{len(plan.tasks)} tasks",
+    )
+    return f"{campaign}: fine: {', '.join(said)}"
+
+
+def _of_them(refused: int) -> str:
+    return f" ({refused} of them refused, nanoslip plan says why)" if refused else ""

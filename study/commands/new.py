@@ -1,0 +1,38 @@
+"""`nanoslip new`: a commented campaign to start from, written where the user wants it."""
+
+from collections.abc import Mapping
+from pathlib import Path
+
+import click
+
+from study import shipped
+from study.commands.campaigns import print_titles
+from study.commands.shared.exits import Refusal
+from study.commands.shared.files import write_file
+
+
+def work(starter: str | None, file: Path | None) -> None:
+    """Write a starter, and the files that it names, beside each other; without a name list the starters."""
+    found = shipped.starters()
+    if starter is None:
+        print_titles(found)
+        click.echo("nanoslip new NAME [FILE] writes one, to be changed")
+        return
+    if starter not in found:
+        raise Refusal(f"{starter}: no starter; there are {', '.join(found)}")
+    target = file or Path(f"{starter}.toml")
+    _write({found[starter]: target} | {path: target.with_name(path.name) for path in _beside(found[starter])})
+    click.echo(f"written: {target}; change it, then: nanoslip check {target}; nanoslip run {target}")
+
+
+def _beside(starter: Path) -> list[Path]:
+    """The files that a starter names: those of its name."""
+    return [path for path in starter.parent.glob(f"{starter.stem}.*") if path != starter]
+
+
+def _write(copies: Mapping[Path, Path]) -> None:
+    """Copy each file to its place, which must be free; nothing is written where one is not. Raises Refusal."""
+    if taken := [str(target) for target in copies.values() if target.exists()]:
+        raise Refusal(f"{', '.join(taken)}: there already, and is not overwritten: needs another name")
+    for source, target in copies.items():
+        write_file(target, source.read_bytes())
