@@ -23,7 +23,8 @@ ORDER = {
     "solver.contact.coulomb": "contact roles motion",
     "solver.sliding": "kernels record columns full_contact tangential coulomb hindsight events sampling plateau statistics "
     "distributions validity",
-    "solver.sliding.distributions": "power_law goodness rivals comparison histogram size_distribution events record",
+    "solver.sliding.distributions": "power_law goodness rivals comparison histogram bounded scaling size_distribution "
+    "events record",
     "solver.sliding.kernels": "events step full_contact tangential",
     "solver.dynamics": "friction_limit kernels result precision proportion method rigid exact rk4 integrate coefficients "
     "stick_slip regime",
@@ -42,7 +43,7 @@ ORDER = {
     "study.figures": "shared reproduction further catalogue gallery",
     "study.figures.shared": "paper claims canvas figure power_law",
     "study.figures.reproduction": "punch records resolution drive stick motion choices",
-    "study.figures.further": "findings modulation continuum sizes maps",
+    "study.figures.further": "findings modulation continuum chains sizes correlations nodes maps",
     "study.accuracy": "timing setup diagram elastic_operator slip_numerics integrators picture table measurement",
     "study.commands": "shared campaigns new check plan run status collect report figure verify describe accuracy submit cli",
     "study.commands.shared": "exits refusals lazy arguments files plans datasets conduct",

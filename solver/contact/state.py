@@ -131,12 +131,11 @@ class ContactSummary:
     )
 
 
-def contact_summary(state: ContactState, widths: Vector) -> ContactSummary:
-    """The numbers of initial contact that are not in its state as such.
-
-    widths: (n,) length of the surface that belongs to each node, in L_x (SurfaceCompliance.widths).
-    """
-    mean = state.normal_force / float(widths[state.contact].sum()) if state.contact.any() else float("nan")
+def contact_summary(state: ContactState) -> ContactSummary:
+    """The numbers of initial contact that are not in its state as such."""
+    loaded = state.pressure > 0.0
+    width = float((-state.nodal_force[1, loaded] / state.pressure[loaded]).sum())
+    mean = state.normal_force / width if loaded.any() else float("nan")
     return ContactSummary(int(state.contact.sum()), mean, float(state.pressure.max()), state.friction_force)
 
 

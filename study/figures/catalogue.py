@@ -1,18 +1,20 @@
 """All figures: importing this file registers them, in the order of the imports."""
 
 from study.figures.reproduction import punch, records, resolution, drive, motion, choices  # noqa: I001  the paper's order
-from study.figures.further import findings, modulation, continuum, sizes, maps
+from study.figures.further import findings, modulation, continuum, sizes, correlations, nodes, maps
 from study.figures.shared.figure import FIGURES
 
 __all__ = [
     "FIGURES",
     "choices",
     "continuum",
+    "correlations",
     "drive",
     "findings",
     "maps",
     "modulation",
     "motion",
+    "nodes",
     "punch",
     "records",
     "resolution",

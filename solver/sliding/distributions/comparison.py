@@ -35,12 +35,20 @@ def comparisons(sizes: Sizes, law: PowerLaw) -> tuple[Comparison, ...]:
 
 def _compared(name: str, differences: NDArray[np.float64], counts: NDArray[np.int64]) -> Comparison:
     """Vuong's test; the truncated power law holds the plain one in it, and twice its gain is χ² of one degree (Wilks)."""
-    total, ratio = int(counts.sum()), float(counts @ differences)
     if name == "truncated_power_law":
-        ratio = min(ratio, 0.0)  # the simplex may stop a rounding short of no truncation
+        ratio = min(float(counts @ differences), 0.0)  # the simplex may stop a rounding short of no truncation
         return Comparison(name, ratio, float(erfc(math.sqrt(-ratio))))
-    spread = float(counts @ (differences - ratio / total) ** 2)
-    return Comparison(name, ratio, float(erfc(abs(ratio) / math.sqrt(2.0 * spread))) if spread > 0.0 else 1.0)
+    return Comparison(name, *vuong(differences, counts))
+
+
+def vuong(differences: NDArray[np.float64], counts: NDArray[np.int64]) -> tuple[float, float]:
+    """Vuong's test of two laws, neither a case of the other: logarithm of the likelihood ratio, and chance of one so far from 0.
+
+    differences: (b,) of the log-likelihoods of one size; counts: (b,) how often each occurs.
+    """
+    ratio = float(counts @ differences)
+    spread = float(counts @ (differences - ratio / counts.sum()) ** 2)
+    return ratio, float(erfc(abs(ratio) / math.sqrt(2.0 * spread))) if spread > 0.0 else 1.0
 
 
 def preferred(rivals: tuple[Comparison, ...]) -> tuple[str, float]:

@@ -68,15 +68,30 @@ DISCRETE = {"slips": True, "extent": True, "drop": False, "energy": False, "step
 
 def event_sizes(record: FrictionRecord, beyond: float = -math.inf) -> EventSizes:
     """The sizes of a record's events whose displacement is at least `beyond`."""
-    chosen = record.displacement >= beyond
-    drop = (record.force_before - record.force_after) / record.normal_load
-    energy = record.dissipated / record.normal_load
-    step = np.append(np.diff(record.displacement), math.nan)[-len(drop) :] if len(drop) else np.empty(0)
+    load = record.normal_load
+    drop = (record.force_before - record.force_after) / load
+    return sizes_of_columns(
+        record.displacement, record.slips, record.extent, drop, record.dissipated / load, load, beyond
+    )
+
+
+def sizes_of_columns(
+    displacement: Vector,
+    slips: NDArray[np.int64],
+    extent: NDArray[np.int32],
+    drop: Vector,
+    energy: Vector,
+    normal_load: float,
+    beyond: float,
+) -> EventSizes:
+    """The sizes of a record's events as its columns (e,) say: displacement in L_x, fall of F/W, energy lost in W·L_x."""
+    chosen = displacement >= beyond
+    step = np.diff(displacement, append=math.nan)
     return EventSizes(
-        slips=record.slips[chosen],
-        extent=record.extent[chosen],
+        slips=slips[chosen],
+        extent=extent[chosen],
         drop=np.where(drop > ROUNDING, drop, 0.0)[chosen],
-        energy=np.where(energy > ROUNDING * record.normal_load, energy, 0.0)[chosen],
+        energy=np.where(energy > ROUNDING * normal_load, energy, 0.0)[chosen],
         step=step[chosen],
     )
 

@@ -22,14 +22,11 @@ class Histogram(NamedTuple):
     """(b,) sizes in each; an upper end belongs to the next bin."""
     density: Vector
     """(b,) share of all sizes per unit of size; of whole numbers, per number in the bin."""
+    middles: Vector
+    """(b,) geometric means of the ends; of whole numbers, of the first and the last number in the bin."""
 
     def __repr__(self) -> str:
         return f"Histogram({self.counts.sum()} sizes in {len(self.counts)} bins)"
-
-    @property
-    def middles(self) -> Vector:
-        """(b,) geometric means of the ends."""
-        return np.asarray(np.sqrt(self.edges[:-1] * self.edges[1:]))
 
 
 def logarithmic_histogram(
@@ -42,7 +39,7 @@ def logarithmic_histogram(
     """
     values = sorted_sizes(sizes, discrete).values
     if not len(values):
-        return Histogram(np.empty(0), np.empty(0, np.int64), np.empty(0))
+        return Histogram(np.empty(0), np.empty(0, np.int64), np.empty(0), np.empty(0))
     first, last = np.floor(np.log10(values[[0, -1]]) * per_decade).astype(int)
     edges = 10.0 ** (np.arange(first, last + 2) / per_decade)
     if discrete:
@@ -52,4 +49,6 @@ def logarithmic_histogram(
     if discrete and edges[-1] < values[-1]:
         edges = np.append(edges, values[-1] + 0.5)
     counts = np.diff(np.searchsorted(values, edges, side="left"))
-    return Histogram(edges, counts, counts / (len(values) * np.diff(edges)))
+    inwards = 0.5 * discrete
+    middles = np.sqrt(edges[:-1] + inwards) * np.sqrt(edges[1:] - inwards)
+    return Histogram(edges, counts, counts / (len(values) * np.diff(edges)), middles)

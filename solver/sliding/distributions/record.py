@@ -10,6 +10,7 @@ from solver.quantity import quantity
 from solver.sliding.distributions.comparison import LAWS
 from solver.sliding.distributions.events import DISCRETE, EventSizes, event_sizes, rank_correlation
 from solver.sliding.distributions.goodness import DRAWS
+from solver.sliding.distributions.scaling import NOWHERE
 from solver.sliding.distributions.size_distribution import size_distribution
 from solver.sliding.plateau import Plateau
 from solver.sliding.record import FrictionRecord
@@ -60,6 +61,35 @@ def _of_size(size: str, meaning: str) -> list[tuple[str, Any, Field[Any]]]:
             },
         ),
     }
+    return _fields(size, declared)
+
+
+def _of_range(size: str, meaning: str) -> list[tuple[str, Any, Field[Any]]]:
+    """The fields of one size's scaling range."""
+    of, kind, words = f"of {meaning}", f"scaling range of {size}", "longest interval that a power law describes"
+    declared: dict[str, tuple[str, dict[str, Any]]] = {
+        "exponent": (
+            f"exponent in the {kind}",
+            {
+                "symbol": "τ",
+                "uncertainty": f"{size}_scaling_exponent_uncertainty",
+                "comment": f"{of}; the range is the {words}; NaN where there is none",
+            },
+        ),
+        "exponent_uncertainty": (
+            "error of that exponent",
+            {"comment": "standard error; of independent sizes, the range given"},
+        ),
+        "first": (f"lower end of the {kind}", {"comment": of}),
+        "last": (f"upper end of the {kind}", {"comment": of}),
+        "decades": (f"decades of the {kind}", {"comment": "log10 of upper over lower end; 0 where there is none"}),
+        "events": (f"events in the {kind}", {}),
+        "goodness": (f"goodness of fit in the {kind}", {"comment": "as the tail's; 0.1 or more"}),
+    }
+    return _fields(f"{size}_scaling", declared)
+
+
+def _fields(size: str, declared: dict[str, tuple[str, dict[str, Any]]]) -> list[tuple[str, Any, Field[Any]]]:
     return [
         (f"{size}_{name}", Any, field(metadata=quantity(words, **more))) for name, (words, more) in declared.items()
     ]
@@ -80,7 +110,7 @@ EventDistributions: Any = make_dataclass(
         _alone(
             "sized_events", "events whose sizes are distributed", "those of the steady part; of the record without one"
         ),
-        *(each for size, meaning in SIZES.items() for each in _of_size(size, meaning)),
+        *(each for size, meaning in SIZES.items() for each in (*_of_size(size, meaning), *_of_range(size, meaning))),
         _alone(
             "step_variation",
             "variation of the step between events",
@@ -111,6 +141,7 @@ def event_distributions(record: FrictionRecord, plateau: Plateau, draws: int = D
         fit = size_distribution(getattr(sizes, size), discrete=discrete, draws=draws)
         names = ("exponent", "exponent_uncertainty", "cutoff", "tail", "goodness", "preferred", "preferred_chance")
         found |= {f"{size}_{name}": getattr(fit, name) for name in names}
+        found |= {f"{size}_scaling_{name}": value for name, value in (fit.scaling or NOWHERE)._asdict().items()}
     return EventDistributions(**found, **_correlations(sizes))
 
 

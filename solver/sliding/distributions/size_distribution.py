@@ -1,4 +1,4 @@
-"""The distribution of event sizes in one value: exponent, cut-off, goodness of fit, and the law to prefer."""
+"""The distribution of event sizes in one value: the power law of its tail, the law to prefer there, and its scaling range."""
 
 import math
 from collections.abc import Iterator
@@ -10,6 +10,7 @@ from numpy.typing import NDArray
 from solver.sliding.distributions.comparison import Comparison, comparisons, preferred
 from solver.sliding.distributions.goodness import DRAWS, goodness_of_fit
 from solver.sliding.distributions.power_law import fitted_power_law, sorted_sizes
+from solver.sliding.distributions.scaling import ScalingRange, scaling_range
 from solver.view import OneLine, with_error
 
 MEAN_FIELD = 1.5
@@ -20,7 +21,7 @@ GUTENBERG_RICHTER = 5.0 / 3.0
 
 @dataclass(frozen=True, slots=True, repr=False)
 class SizeDistribution(OneLine):
-    """How sizes are distributed; what too few sizes cannot say is NaN, and `preferred` None.
+    """How sizes are distributed; what too few sizes cannot say is NaN, and `preferred` and `scaling` None.
 
     Reference lines: MEAN_FIELD for slips, GUTENBERG_RICHTER for energies.
     """
@@ -47,6 +48,8 @@ class SizeDistribution(OneLine):
     """Probability that chance decides that preference; see comparison.preferred."""
     comparisons: tuple[Comparison, ...]
     """Every rival against the power law."""
+    scaling: ScalingRange | None
+    """The longest interval that a power law describes; None where there is none."""
 
     def _facts(self) -> Iterator[str]:
         yield f"{self.count} sizes to {self.largest:.4g}"
@@ -61,15 +64,16 @@ def size_distribution(
 ) -> SizeDistribution:
     """The distribution of sizes, of one record or of many put together, in any order; those not above 0 are left out.
 
-    discrete: whole numbers, such as slips. draws: samples for the goodness of fit, 0 for none.
+    discrete: whole numbers, such as slips. draws: samples for the goodness of fit; of 0 it is NaN, and no scaling range is found.
     """
     sample = sorted_sizes(sizes, discrete)
     count, law = len(sample.values), fitted_power_law(sample)
     mean = float(sample.values.mean()) if count else math.nan
     largest = float(sample.values[-1]) if count else math.nan
     if law is None:
-        nothing = (math.nan, math.nan, math.nan, 0, math.nan, math.nan, None, math.nan, ())
+        nothing = (math.nan, math.nan, math.nan, 0, math.nan, math.nan, None, math.nan, (), None)
         return SizeDistribution(count, mean, largest, *nothing)
     rivals = comparisons(sample, law)
     goodness = goodness_of_fit(sample, law, draws)
-    return SizeDistribution(count, mean, largest, *law, goodness, *preferred(rivals), rivals)
+    scaling = scaling_range(sample, draws)
+    return SizeDistribution(count, mean, largest, *law, goodness, *preferred(rivals), rivals, scaling)

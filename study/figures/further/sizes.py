@@ -1,154 +1,160 @@
 """How the sizes of events are distributed: an elastic slab against chains of blocks on springs."""
 
-from collections.abc import Iterator
-from typing import Final
+from collections.abc import Callable, Iterator
+from typing import Final, NamedTuple
 
 import numpy as np
 import xarray as xr
+from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from numpy.typing import NDArray
 
-from solver.sliding.distributions.histogram import logarithmic_histogram
+from solver.sliding.distributions.events import DISCRETE
+from solver.sliding.distributions.histogram import Histogram, logarithmic_histogram
 from solver.sliding.distributions.size_distribution import GUTENBERG_RICHTER, MEAN_FIELD
-from study.dataset.access.accessor import Accessor
+from study.figures.further.chains import CAMPAIGN, names, numbers_of, plain, steady, steady_sizes
 from study.figures.shared.canvas import COLORS, column
 from study.figures.shared.claims import Claim
 from study.figures.shared.figure import CampaignFigure, register
 
-Floats = NDArray[np.float64]
-SIZES: Final = {
-    "slips": ("node slips in an event", MEAN_FIELD, "mean field"),
-    "energy": ("energy lost in an event, in $W L_x$", GUTENBERG_RICHTER, "Gutenberg-Richter"),
+
+class Panel(NamedTuple):
+    """A size: its label, and the exponent and name of its reference line."""
+
+    label: str
+    exponent: float = np.nan
+    reference: str = ""
+
+
+PANELS: Final = {
+    "slips": Panel("node slips", MEAN_FIELD, "mean field"),
+    "extent": Panel("nodes that slip"),
+    "drop": Panel("fall of $F/W$"),
+    "energy": Panel("energy lost, in $W L_x$", GUTENBERG_RICHTER, "Gutenberg-Richter"),
+    "step": Panel("step to the next, in $L_x$"),
 }
-"""Size -> its label, and the exponent and name of its reference line."""
-
-
-NO_POWER_LAW: Final = 0.1
-"""Goodness of fit below which sizes are no power law, whatever exponent fits them best."""
-
-
-def name_of(case: xr.Dataset) -> str:
-    """What a case is called: its scheme, of a chain with the ratio of its springs."""
-    scheme = str(case["scheme"].item())
-    return scheme if scheme != "chain" else f"chain, $k_c/k_l$ = {float(case['coupling_stiffness']):g}"
-
-
-def steady(dataset: xr.Dataset, number: int, size: str) -> Floats | NDArray[np.int64]:
-    """A size of all events of one case's steady part, (e,), those of 0 included."""
-    run = Accessor(dataset).record(case=number)
-    later = run["displacement"].values >= float(run["plateau_start"])
-    column_of = {"slips": "event_slips", "energy": "event_dissipated"}[size]
-    return np.asarray(run[column_of].values[later])
+LEAST_DECADES: Final = 1.0
+"""Below, a scaling range is not called a power law."""
 
 
 def draw(dataset: xr.Dataset) -> Figure:
-    """Densities of slips and energies of every case, with their reference lines."""
-    with column(4.6) as figure:
-        for axes, (size, (label, exponent, reference)) in zip(figure.subplots(2, 1), SIZES.items(), strict=True):
-            highest: tuple[float, float] = (1.0, 0.0)
-            for color, number in zip(COLORS, dataset["case"].values, strict=False):
-                found = logarithmic_histogram(steady(dataset, int(number), size), discrete=size == "slips")
+    """Densities of all sizes of every case, the power laws that they support, and reference lines."""
+    with column(5.4) as figure:
+        grid = figure.subplots(3, 2)
+        panels = dict(zip(PANELS, grid.flat, strict=False))
+        for color, (number, name) in zip(COLORS, names(dataset).items(), strict=False):
+            sizes, scalars = steady_sizes(dataset, number), numbers_of(dataset, number)
+            for size, axes in panels.items():
+                found = logarithmic_histogram(getattr(sizes, size), discrete=DISCRETE[size])
                 seen = found.counts > 0
-                name = name_of(dataset.sel(case=number))
-                axes.plot(
-                    found.middles[seen],
-                    found.density[seen],
-                    "o-",
-                    markersize=1.8,
-                    linewidth=0.5,
-                    color=color,
-                    label=name,
-                )
-                highest = max(highest, (found.middles[seen][0], found.density[seen][0]), key=lambda place: place[1])
-            line = np.geomspace(highest[0], 1e3 * highest[0], 2)
-            axes.plot(
-                line,
-                highest[1] * (line / highest[0]) ** -exponent,
-                ":",
-                color="0.3",
-                label=f"{reference}: {exponent:.3g}",
-            )
-            axes.set(xscale="log", yscale="log", xlabel=label, ylabel="density")
-        figure.axes[0].legend(fontsize=6)
-        figure.axes[1].legend(handles=figure.axes[1].lines[-1:], fontsize=6)
+                style = {"markersize": 1.2, "linewidth": 0.5, "color": color, "label": name}
+                axes.plot(found.middles[seen], found.density[seen], "o-", **style)
+                _draw_scaling(axes, found, scalars, size, color)
+        for size, axes in panels.items():
+            _draw_reference(axes, PANELS[size])
+            axes.set(xscale="log", yscale="log", xlabel=PANELS[size].label)
+            axes.tick_params(labelsize=5.5)
+        for axes in grid[:, 0]:
+            axes.set_ylabel("density")
+        grid.flat[-1].set_visible(False)
+        figure.legend(handles=panels["slips"].lines[: len(names(dataset))], loc="lower right", fontsize=6.5)
     return figure
+
+
+def _draw_scaling(axes: Axes, found: Histogram, scalars: xr.Dataset, size: str, color: str) -> None:
+    """The power law of a scaling range, through the histogram's bins there."""
+    if not float(scalars[f"{size}_scaling_decades"]) >= LEAST_DECADES:
+        return
+    exponent, first, last = (float(scalars[f"{size}_scaling_{name}"]) for name in ("exponent", "first", "last"))
+    there = (found.middles >= first) & (found.middles <= last) & (found.counts > 0)
+    height = np.log(found.density[there]) + exponent * np.log(found.middles[there])
+    ends = np.array([first, last])
+    line = np.exp(np.average(height, weights=found.counts[there])) * ends**-exponent
+    axes.plot(ends, line, "-", linewidth=3.0, alpha=0.35, color=color, zorder=1, label="_")
+
+
+def _draw_reference(axes: Axes, panel: Panel) -> None:
+    """A line of the exponent that others found, above the data in the middle third of their sizes."""
+    if not panel.reference:
+        return
+    x, y = (
+        np.log10(np.concatenate([getattr(line, get)() for line in axes.lines])) for get in ("get_xdata", "get_ydata")
+    )
+    ends = x.min() + np.ptp(x) * np.array([1.0, 2.0]) / 3.0
+    near = (x >= ends[0]) & (x <= ends[1])
+    height = (y + panel.exponent * x)[near].max() + 0.7
+    label = f"{panel.reference}: {panel.exponent:.3g}"
+    axes.plot(10.0**ends, 10.0 ** (height - panel.exponent * ends), ":", color="0.3", label=label)
+    axes.legend(handles=axes.lines[-1:], loc="lower left", fontsize=5, handlelength=1.5)
 
 
 def claims(dataset: xr.Dataset) -> Iterator[Claim]:
-    """Exponent, cut-off, fit and preferred law of every size of every case, and what successive events know of each other."""
-    for number in dataset["case"].values:
-        here = dataset.sel(case=number).squeeze()
-        name = name_of(here).replace("$", "")
-        for size in SIZES:
-            exponent, error = float(here[f"{size}_exponent"]), float(here[f"{size}_exponent_uncertainty"])
-            found = f"{exponent:.3g} ± {error:.1g} from {float(here[f'{size}_cutoff']):.2g} on"
-            goodness = float(here[f"{size}_goodness"])
-            verdict = "no power law: " if goodness < NO_POWER_LAW else ""
-            law = f"{verdict}goodness {goodness:.2g}; nearest law: {here[f'{size}_preferred'].item()}"
-            _, reference, who = SIZES[size]
-            yield Claim(f"{name}: {size}", f"{reference:.3g} ({who})", found, law)
-        waits = f"{float(here['step_variation']):.3g} (1: at random)"
-        linked = f"rank correlation of drop and next step {float(here['drop_step_correlation']):.2g}"
-        yield Claim(f"{name}: scatter over mean of steps between events", "", waits, linked)
+    """The scaling range of every size of every case, and how the slab's events differ from those of blocks."""
+    for number, name in names(dataset).items():
+        scalars = numbers_of(dataset, number)
+        for size, panel in PANELS.items():
+            reference = f"{panel.exponent:.3g} ({panel.reference})" if panel.reference else ""
+            yield Claim(f"{plain(name)}: {size}", reference, *_scaling(scalars, size))
+    for meaning, share in SHARES.items():
+        found = [f"{plain(name)}: {share(steady(dataset, number)):.2g} %" for number, name in names(dataset).items()]
+        yield Claim(meaning, "", found[0], "; ".join(found[1:]))
 
 
-def draw_map(dataset: xr.Dataset) -> Figure:
-    """Slips of each surface node of every case, over its place in the slab."""
-    with column() as figure:
-        axes = figure.add_subplot()
-        for color, number in zip(COLORS, dataset["case"].values, strict=False):
-            run = Accessor(dataset).record(case=int(number))
-            slips = run["record_node_slips"].values
-            share = slips / slips.sum()
-            axes.plot(
-                run["record_node_x"].values,
-                100.0 * share,
-                linewidth=0.6,
-                color=color,
-                label=name_of(dataset.sel(case=number)),
-            )
-        axes.set(xlabel="surface node, $x/L_x$", ylabel="share of all slips (%)")
-        axes.legend(fontsize=6)
-    return figure
+def _scaling(scalars: xr.Dataset, size: str) -> tuple[str, str]:
+    """What a size's scaling range says, and which law describes the largest sizes best."""
+    exponent, error, decades, events, goodness = (
+        float(scalars[f"{size}_scaling_{name}"])
+        for name in ("exponent", "exponent_uncertainty", "decades", "events", "goodness")
+    )
+    first, last, beyond = (
+        _size(float(scalars[f"{size}_{name}"])) for name in ("scaling_first", "scaling_last", "cutoff")
+    )
+    tail = f"from {beyond} on nearest to: {str(scalars[f'{size}_preferred'].item()).replace('_', ' ')}"
+    if not decades:
+        return "no power law", tail
+    fit = f"{exponent:.3g} ± {error:.1g} from {first} to {last}"
+    known = f"{decades:.2g} decades, {events:.0f} events, goodness {goodness:.2g}"
+    if decades < LEAST_DECADES:
+        return "no decade of power law", f"longest: {fit}, {known}; {tail}"
+    return fit, f"{known}; {tail}"
 
 
-def claims_of_map(dataset: xr.Dataset) -> Iterator[Claim]:
-    """How much of the contact's slip lies in its front half."""
-    for number in dataset["case"].values:
-        run = Accessor(dataset).record(case=int(number))
-        x, slips = run["record_node_x"].values, run["record_node_slips"].values
-        middle = float((x * slips).sum() / slips.sum())
-        found = f"{100.0 * float(slips[x > 0.0].sum() / slips.sum()):.3g} % ahead of the slab's middle"
-        name = name_of(dataset.sel(case=number)).replace("$", "")
-        yield Claim(
-            name,
-            "",
-            found,
-            f"{int(slips.sum())} slips of {int((slips > 0).sum())} nodes, on average at {middle:.2g} L_x",
-        )
+def _size(value: float) -> str:
+    return f"{value:.0f}" if value >= 1.0 else f"{value:.2g}"
+
+
+def _share(chosen: NDArray[np.bool_]) -> float:
+    return 100.0 * float(np.mean(chosen))
+
+
+SHARES: Final[dict[str, Callable[[xr.Dataset], float]]] = {
+    "events in which one node slips": lambda run: _share(run["event_extent"].values == 1),
+    "events in which half of the contact slips": lambda run: _share(
+        2 * run["event_extent"].values >= run["event_contact_size"].values
+    ),
+    "slips that are in those": lambda run: 100.0 * _of_half(run, "event_slips"),
+    "energy that is lost in those": lambda run: 100.0 * _of_half(run, "event_dissipated"),
+}
+"""Percentages that tell a slab from blocks."""
+
+
+def _of_half(run: xr.Dataset, name: str) -> float:
+    """Share of a column's sum in events in which half of the nodes in contact slip."""
+    half = 2 * run["event_extent"].values >= run["event_contact_size"].values
+    return float(run[name].values[half].sum() / run[name].values.sum())
 
 
 register(
     CampaignFigure(
         "sizes",
-        "figures/chain",
+        CAMPAIGN,
         "Sizes of events: slab against chain of blocks",
         "Densities of the sizes of events on the plateau, in bins of equal ratio, of an elastic slab and of blocks on springs "
-        "that hand on more and more of their force. Dotted: mean-field avalanches, and Gutenberg and Richter's law. ± is "
-        "the standard error of a tail's exponent as if events were independent, which they are not.",
+        "that hand on more and more of their force. Broad: power laws between two bounds, where they hold over a decade. "
+        "Dotted: mean-field avalanches, and Gutenberg and Richter's law. ± is the standard error as if events were "
+        "independent, which they are not.",
         draw,
         lambda dataset: tuple(claims(dataset)),
         ("", "reference", "exponent", "remark"),
-    )
-)
-register(
-    CampaignFigure(
-        "nodes",
-        "figures/chain",
-        "Where nodes slip",
-        "Share of all slips of a record at each surface node, of an elastic slab and of chains of blocks.",
-        draw_map,
-        lambda dataset: tuple(claims_of_map(dataset)),
-        ("", "", "found", "remark"),
     )
 )

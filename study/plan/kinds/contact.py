@@ -63,9 +63,7 @@ def _run(task: Task, inputs: Inputs) -> Computed:
     case, compliance = case_of(task), compliance_of(task, inputs)
     state = initial_contact(case, compliance)
     nodes = SurfaceNodes(np.zeros(len(compliance.x), np.int64), compliance.x)
-    return Computed(
-        (contact_validity(case, state), state, contact_summary(state, compliance.widths), nodes), state.outcome
-    )
+    return Computed((contact_validity(case, state), state, contact_summary(state), nodes), state.outcome)
 
 
 CONTACT = Kind(
