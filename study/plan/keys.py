@@ -14,8 +14,8 @@ from solver.parameter import declared
 from solver.slab import Scheme
 from study.provenance import content_hash
 
-SOLVER_VERSION = "11"
-"""Part of every key: raise it whenever a change of the solver changes a result."""
+SOLVER_VERSION = "12"
+"""Part of every key: raise it whenever a change of the solver changes a result, or what numbers it has."""
 
 
 class Exclusion(NamedTuple):

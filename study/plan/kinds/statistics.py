@@ -4,7 +4,6 @@ It takes longer than a small record itself, so no record has it by itself.
 """
 
 from solver.case import Case
-from solver.quantity import quantities
 from solver.sliding.distributions.record import EventDistributions, event_distributions
 from solver.sliding.plateau import plateau_of
 from solver.sliding.record import FrictionRecord
@@ -18,10 +17,9 @@ NAME = "statistics"
 
 
 def statistics_task(case: Case) -> Task:
-    """The distributions of the sizes of a case's events. Its key names its numbers: with others it is computed again."""
+    """The distributions of the sizes of a case's events."""
     record = record_task(case)
-    key = task_key(NAME, record.key, tuple(quantities(EventDistributions)))
-    return Task(key, NAME, case.slab, case, needs=(record.key,), scalars_only=True)
+    return Task(task_key(NAME, record.key), NAME, case.slab, case, needs=(record.key,), scalars_only=True)
 
 
 def _needed(manifest: Manifest) -> bool:
