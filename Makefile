@@ -7,6 +7,8 @@ OUT ?= results/$(basename $(notdir $(CAMPAIGN)))
 BIN := .venv/bin
 # Tests on all cores, each file's in one process.
 SIDE_BY_SIDE := --numprocesses auto --maxprocesses 8 --dist loadfile
+# Those that need the cores for themselves.
+ALONE := mpi or slurm or timed
 
 .PHONY: run reproduce figures test test-slow test-all benchmarks check format clean
 
@@ -27,7 +29,8 @@ test: .venv/installed  ## the everyday tests
 	$(BIN)/python -m pytest $(SIDE_BY_SIDE) -m "not slow"
 
 test-slow: .venv/installed  ## the heavy ones: real launchers, a real scheduler, long computations
-	$(BIN)/python -m pytest $(SIDE_BY_SIDE) -m slow
+	$(BIN)/python -m pytest $(SIDE_BY_SIDE) -m "slow and not ($(ALONE))"
+	$(BIN)/python -m pytest -m "slow and ($(ALONE))"
 
 test-all: test test-slow
 

@@ -33,6 +33,7 @@ def measured_seconds(slabs: list[Slab], rounds: int = 5) -> dict[Slab, float]:
     return least
 
 
+@pytest.mark.timed
 @pytest.mark.slow
 def test_seconds_are_right_to_a_factor_of_three_once_the_machine_is_known() -> None:
     """From films to pillars: the machine is what the median slab takes over its estimate; 1.5 seen."""

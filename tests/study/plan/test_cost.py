@@ -177,6 +177,7 @@ def measurements() -> dict[str, Measured]:
     return {name: measured(task) for name, task in TASKS.items()}
 
 
+@pytest.mark.timed
 @pytest.mark.slow
 def test_seconds_come_true(measurements: dict[str, Measured]) -> None:
     # What handing out, reading and writing take is in the estimate, and does not happen here.
@@ -187,6 +188,7 @@ def test_seconds_come_true(measurements: dict[str, Measured]) -> None:
     assert not wrong
 
 
+@pytest.mark.timed
 @pytest.mark.slow
 def test_bytes_come_true(measurements: dict[str, Measured]) -> None:
     ratios = {name: memory_of(task) / measurements[name].bytes for name, task in TASKS.items()}

@@ -116,6 +116,7 @@ duration = 3.0
 """
 
 
+@pytest.mark.timed
 @pytest.mark.slow
 def test_drives_take_the_time_that_the_plan_says_but_for_the_machines_speed(tmp_path: Path) -> None:
     """Steps, teeth, samples and slips of the fit, each where it costs most: ratios within three of their own mean.
