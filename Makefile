@@ -49,10 +49,10 @@ format: .venv/installed
 .venv/installed: pyproject.toml
 	@$(PYTHON) -c 'import sys; sys.exit(sys.version_info < (3, 11) and "needs Python 3.11 or newer; choose one with: make PYTHON=python3.12")'
 	@echo "installing nanoslip and the packages that it needs into .venv: once, about a minute"
-	$(PYTHON) -m venv .venv
-	$(BIN)/python -m pip install --quiet --upgrade pip
-	PYTHONWARNINGS=ignore $(BIN)/python -m pip install --quiet --editable ".[dev,mpich]"
-	touch $@
+	@test -x $(BIN)/python || $(PYTHON) -m venv .venv
+	@$(BIN)/python -m pip install --quiet --upgrade pip
+	@PYTHONWARNINGS=ignore $(BIN)/python -m pip install --quiet --editable ".[dev,mpich]"
+	@touch $@
 
 clean:  ## the environment and caches; results stay
 	rm -rf .venv build .mypy_cache .ruff_cache .pytest_cache .hypothesis
