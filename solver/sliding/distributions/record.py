@@ -66,10 +66,10 @@ def _of_size(size: str, meaning: str) -> list[tuple[str, Any, Field[Any]]]:
 
 def _of_range(size: str, meaning: str) -> list[tuple[str, Any, Field[Any]]]:
     """The fields of one size's scaling range."""
-    of, kind, words = f"of {meaning}", f"scaling range of {size}", "longest interval that a power law describes"
+    of, kind, words = f"of {meaning}", f"{size} scaling range", "longest interval that a power law describes"
     declared: dict[str, tuple[str, dict[str, Any]]] = {
         "exponent": (
-            f"exponent in the {kind}",
+            f"exponent in {kind}",
             {
                 "symbol": "τ",
                 "uncertainty": f"{size}_scaling_exponent_uncertainty",
@@ -80,11 +80,11 @@ def _of_range(size: str, meaning: str) -> list[tuple[str, Any, Field[Any]]]:
             "error of that exponent",
             {"comment": "standard error; of independent sizes, the range given"},
         ),
-        "first": (f"lower end of the {kind}", {"comment": of}),
-        "last": (f"upper end of the {kind}", {"comment": of}),
-        "decades": (f"decades of the {kind}", {"comment": "log10 of upper over lower end; 0 where there is none"}),
-        "events": (f"events in the {kind}", {}),
-        "goodness": (f"goodness of fit in the {kind}", {"comment": "as the tail's; 0.1 or more"}),
+        "first": (f"lower end of {kind}", {"comment": of}),
+        "last": (f"upper end of {kind}", {"comment": of}),
+        "decades": (f"decades of {kind}", {"comment": "log10 of upper over lower end; 0 where there is none"}),
+        "events": (f"events in {kind}", {}),
+        "goodness": (f"goodness of fit in {kind}", {"comment": "as the tail's; 0.1 or more"}),
     }
     return _fields(f"{size}_scaling", declared)
 

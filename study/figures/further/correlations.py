@@ -100,7 +100,8 @@ register(
         "What events know of those before them",
         "Rank correlations (Spearman) of the sizes of events so many events apart, of an elastic slab and of chains of blocks: "
         "slips, falls of F/W, displacements to the next event, and of the fall with the displacement that follows. Grey: 95 % of "
-        "the coefficients of independent events. What lasts for hundreds of events is the change of sizes within a node spacing.",
+        "the coefficients of independent events. What lasts for hundreds of events is that sizes change slowly as the pin "
+        "moves on.",
         draw,
         lambda dataset: tuple(claims(dataset)),
         HEADER,

@@ -1,10 +1,12 @@
 """The law that drew a sample is preferred; likelihood ratios are those of `powerlaw`, and laws are normalized."""
 
+import math
+
 import numpy as np
 import powerlaw
 import pytest
 
-from solver.sliding.distributions.comparison import LAWS, Comparison, comparisons, preferred
+from solver.sliding.distributions.comparison import LAWS, Comparison, comparisons, preferred, vuong
 from solver.sliding.distributions.goodness import power_law_sizes
 from solver.sliding.distributions.power_law import PowerLaw, Sizes, fitted_power_law, sorted_sizes
 from solver.sliding.distributions.rivals import log_likelihoods
@@ -83,3 +85,11 @@ def test_without_a_better_rival_the_power_law_stays() -> None:
     assert preferred(near) == ("power_law", 0.3)
     better = (*near, Comparison("truncated_power_law", -9.0, 1e-4))
     assert preferred(better) == ("truncated_power_law", 1e-4)
+
+
+def test_vuong_of_a_few_differences() -> None:
+    """1, 1 and -1: their sum is 1, their squared deviations from 1/3 sum up to 8/3."""
+    ratio, chance = vuong(np.array([1.0, -1.0]), np.array([2, 1]))
+    assert ratio == pytest.approx(1.0)
+    assert chance == pytest.approx(math.erfc(1.0 / math.sqrt(16.0 / 3.0)))
+    assert vuong(np.zeros(3), np.ones(3, int)) == (0.0, 1.0)

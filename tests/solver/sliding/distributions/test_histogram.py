@@ -29,5 +29,14 @@ def test_bins_of_equal_ratio_are_the_same_for_all_samples() -> None:
     np.testing.assert_allclose(one.middles**2, one.edges[1:] * one.edges[:-1])
 
 
+def test_middles_of_whole_numbers_lie_among_them() -> None:
+    """A bin of one number has its middle there, one of 10 to 12 at √120."""
+    found = logarithmic_histogram(np.array([1, 2, 3, 11]), discrete=True)
+    np.testing.assert_allclose(found.middles[:3], [1.0, 2.0, 3.0])
+    last = int(np.searchsorted(found.edges, 11.0)) - 1
+    numbers = found.edges[last] + 0.5, found.edges[last + 1] - 0.5
+    assert found.middles[last] == pytest.approx(np.sqrt(numbers[0] * numbers[1]))
+
+
 def test_without_sizes_there_are_no_bins() -> None:
     assert len(logarithmic_histogram(np.zeros(5), discrete=True).counts) == 0

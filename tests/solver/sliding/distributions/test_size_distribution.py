@@ -7,6 +7,8 @@ import numpy as np
 import pytest
 
 from solver.sliding.distributions.goodness import power_law_sizes
+from solver.sliding.distributions.power_law import sorted_sizes
+from solver.sliding.distributions.scaling import scaling_range
 from solver.sliding.distributions.size_distribution import GUTENBERG_RICHTER, MEAN_FIELD, size_distribution
 
 
@@ -35,6 +37,14 @@ def test_avalanches_below_criticality_have_an_upper_cutoff() -> None:
     found = size_distribution(np.array([branching(rng, 0.8) for _ in range(5000)]), discrete=True, draws=0)
     assert found.preferred != "power_law" or found.cutoff > 20.0
     assert math.isnan(found.goodness)
+
+
+def test_the_scaling_range_is_that_of_the_sample() -> None:
+    sizes = power_law_sizes(np.random.default_rng(3), 400, 1.7, 1e-6, False)
+    found = size_distribution(sizes, discrete=False, draws=20)
+    assert found.scaling is not None
+    assert found.scaling == scaling_range(sorted_sizes(sizes, False), 20)
+    assert size_distribution(sizes, discrete=False, draws=0).scaling is None
 
 
 def test_order_and_missing_sizes_do_not_matter() -> None:
