@@ -2,7 +2,7 @@
 PYTHON ?= python3
 RANKS ?= 2
 CAMPAIGN ?= campaigns/smoke.toml
-FIGURES ?= results/figures
+FIGURES ?= results
 OUT ?= results/$(basename $(notdir $(CAMPAIGN)))
 BIN := .venv/bin
 # Tests on all cores, each file's in one process.
@@ -19,9 +19,10 @@ run: .venv/installed  ## compute a campaign, collect its dataset, draw its repor
 reproduce:  ## the paper's campaign
 	$(MAKE) run CAMPAIGN=campaigns/streator2022.toml
 
-figures: .venv/installed  ## the paper's figures and further ones, with tables: results/figures
-	@for campaign in campaigns/figures/*.toml campaigns/maps/*.toml; do \
-		$(BIN)/mpiexec -n $(RANKS) $(BIN)/nanoslip run $$campaign --out results/figures/$$(basename $$campaign .toml) || exit; \
+figures: .venv/installed  ## the paper's figures and further ones, with tables: results/figures, results/maps
+	@for campaign in campaigns/figures/*.toml campaigns/maps/*.toml campaigns/schemes.toml; do \
+		name=$${campaign#campaigns/}; \
+		$(BIN)/mpiexec -n $(RANKS) $(BIN)/nanoslip run $$campaign --out results/$${name%.toml} || exit; \
 	done
 	$(BIN)/nanoslip figure --all --into $(FIGURES)
 

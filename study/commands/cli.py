@@ -15,7 +15,7 @@ from study.execution.interruption import GRACE
 
 FORMATS: Final = ("pdf", "svg", "png")
 """Of pictures; study.figures.shared.canvas knows how to write them."""
-FIGURES: Final = Path("results/figures")
+RESULTS: Final = Path("results")
 
 
 class Group(click.Group):
@@ -120,23 +120,29 @@ def report(campaign: Path, out: Path | None) -> None:
 
 @cli.command()
 @click.argument("names", nargs=-1, metavar="[NAME]...")
-@click.option("--all", "everything", is_flag=True, help="Every figure, and a page of them.")
+@click.option("--all", "everything", is_flag=True, help="Every figure.")
 @click.option(
     "--format", "formats", multiple=True, type=click.Choice(FORMATS), help="Formats of the pictures [default: all]"
 )
-@click.option("--into", type=click.Path(path_type=Path), default=FIGURES, show_default=True, help="Folder of figures.")
+@click.option(
+    "--into",
+    type=click.Path(path_type=Path),
+    default=RESULTS,
+    show_default=True,
+    help="Folder for files, which lie below it as campaigns do: fig5 in figures, regimes in maps.",
+)
 @click.option(
     "--out",
     type=click.Path(path_type=Path),
-    default=FIGURES,
+    default=RESULTS,
     show_default=True,
-    help="Folder with a folder of results for each campaign.",
+    help="Folder with a folder of results for each campaign, figures/records for example.",
 )
 def figure(names: tuple[str, ...], everything: bool, formats: tuple[str, ...], into: Path, out: Path) -> None:
     """Draw figures of shipped campaigns, with tables.
 
-    A table says what the paper says and what is found. What is not computed yet is computed in this process. Without NAME the
-    figures are listed.
+    A table says what the paper says and what is found. What is not computed yet is computed in this process. Each folder gets a
+    page of all its figures. Without NAME the figures are listed.
     """
     work("figure", names, everything, formats or FORMATS, into, out)
 

@@ -8,7 +8,7 @@ from study import api, shipped
 from study.commands.shared.exits import Refusal
 from study.commands.shared.refusals import refusals
 from study.figures.catalogue import FIGURES
-from study.figures.gallery import campaigns_of, write, write_index
+from study.figures.gallery import campaigns_of, write, write_indexes
 from study.figures.shared.claims import as_row
 from study.report.console import Table, print_table
 
@@ -23,14 +23,14 @@ def work(names: tuple[str, ...], everything: bool, formats: tuple[str, ...], int
     with refusals():
         for campaign, figures in campaigns_of(FIGURES if everything else names).items():
             source = shipped.campaigns()[campaign]
-            with api.run(source, out / source.stem, progress=True) as dataset:
+            with api.run(source, out / campaign, progress=True) as dataset:
                 for figure in figures:
                     written = write(figure, dataset, into, formats)
                     click.echo(figure.title)
                     print_table(Table(figure.header, tuple(map(as_row, figure.claims(dataset))), 3))
                     click.echo(f"written: {', '.join(map(str, written))}")
-        if everything:
-            click.echo(f"written: {write_index(into)}")
+        for page in write_indexes(into):
+            click.echo(f"written: {page}")
 
 
 def _list() -> None:

@@ -1,7 +1,8 @@
 """All figures: importing this file registers them, in the order of the imports."""
 
 from study.figures.reproduction import punch, records, resolution, drive, motion, choices  # noqa: I001  the paper's order
-from study.figures.further import findings, modulation, continuum, sizes, correlations, nodes, maps
+from study.figures.further import findings, modulation, continuum, sizes, correlations, nodes
+from study.figures.further import stick_slip_map, friction_map, schemes
 from study.figures.shared.figure import FIGURES
 
 __all__ = [
@@ -11,12 +12,14 @@ __all__ = [
     "correlations",
     "drive",
     "findings",
-    "maps",
+    "friction_map",
     "modulation",
     "motion",
     "nodes",
     "punch",
     "records",
     "resolution",
+    "schemes",
     "sizes",
+    "stick_slip_map",
 ]

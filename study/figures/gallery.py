@@ -1,4 +1,4 @@
-"""Figures as files: the picture in the formats of journals, its table as Markdown, and one page of all figures."""
+"""Figures as files: the picture in the formats of journals, its table as Markdown, and a page for each folder of campaigns."""
 
 from collections.abc import Iterable, Sequence
 from pathlib import Path
@@ -11,34 +11,58 @@ from study.figures.shared.claims import table
 from study.figures.shared.figure import FIGURES, CampaignFigure
 
 INDEX = "README.md"
-"""The page of all figures."""
+"""The page of all figures of a folder."""
 
 
-def write(figure: CampaignFigure, dataset: xr.Dataset, folder: Path, formats: Sequence[str]) -> list[Path]:
-    """Draw a figure of its campaign's dataset into a folder; returns the files, the table last. Raises StoreError.
+def place(figure: CampaignFigure, root: Path) -> Path:
+    """The folder of a figure's files: as its campaign lies below `campaigns`, so it lies below the root."""
+    return (root / figure.campaign).parent
 
-    formats: of study.figures.canvas.FORMATS.
+
+def write(figure: CampaignFigure, dataset: xr.Dataset, root: Path, formats: Sequence[str]) -> list[Path]:
+    """Draw a figure of its campaign's dataset into its place below a root; returns the files, the table last.
+
+    formats: of study.figures.shared.canvas.FORMATS. Raises StoreError.
     """
-    drawn = figure.draw(dataset)
+    folder, drawn = place(figure, root), figure.draw(dataset)
     files = {folder / f"{figure.name}.{form}": image(drawn, form) for form in formats}
     files[folder / f"{figure.name}.md"] = _page(figure, dataset).encode()
     _write(files)
     return list(files)
 
 
-def write_index(folder: Path) -> Path:
-    """Write the page of all figures, each with its picture (PNG), caption and table, from the files in a folder."""
-    tables = [(folder / f"{figure.name}.md").read_text("utf-8") for figure in FIGURES.values()]
-    path = folder / INDEX
-    _write({path: "\n".join([_HEAD, *tables]).encode()})
-    return path
+def write_indexes(root: Path) -> list[Path]:
+    """Write the page of each folder below a root: all figures that were drawn there, in their order. Raises StoreError.
+
+    A figure whose campaign lies in no folder has its own page alone.
+    """
+    drawn: dict[Path, list[str]] = {}
+    for figure in FIGURES.values():
+        folder = place(figure, root)
+        page = folder / f"{figure.name}.md"
+        if folder != root and page.exists():
+            drawn.setdefault(folder, []).append(page.read_text("utf-8"))
+    pages = {folder / INDEX: "\n".join([_head(folder.name), *texts]).encode() for folder, texts in drawn.items()}
+    _write(pages)
+    return list(pages)
 
 
-_HEAD = """# Figures
+def _head(folder: str) -> str:
+    others = ", ".join(f"[{name}](../{name})" for name in _other_pages(folder))
+    return f"""# {folder.capitalize()}
 
-Written by `make figures FIGURES=campaigns/figures`. `nanoslip figure NAME` draws one of them, as PDF, SVG and PNG. Numbers
-are means ± standard deviations over starts of the pin within a node spacing, with their ranges in brackets.
+Written by `make figures FIGURES=campaigns`. `nanoslip figure NAME` draws one of them, as PDF, SVG and PNG. Numbers with ± are
+means and standard deviations over starts of the pin within a node spacing, with their ranges in brackets, where nothing else is
+said. Beside these: {others}.
 """
+
+
+def _other_pages(folder: str) -> list[str]:
+    """The pages of the other folders, and of figures that lie in none, seen from the folder of all."""
+    places = {place(figure, Path()): f"{figure.name}.md" for figure in FIGURES.values()}
+    return [
+        (where / (INDEX if where.name else alone)).as_posix() for where, alone in places.items() if where.name != folder
+    ]
 
 
 def _page(figure: CampaignFigure, dataset: xr.Dataset) -> str:

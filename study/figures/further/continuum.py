@@ -7,7 +7,7 @@ import numpy as np
 import xarray as xr
 from matplotlib.figure import Figure
 
-from study.figures.shared.canvas import column
+from study.figures.shared.canvas import COLORS, column
 from study.figures.shared.claims import Claim
 from study.figures.shared.figure import CampaignFigure, register
 from study.figures.shared.power_law import PowerLaw, fit_power_law
@@ -19,53 +19,85 @@ QUANTITIES: Final[dict[str, Callable[[xr.Dataset], xr.DataArray]]] = {
     EXCESS: lambda data: data["peak_friction"] / data["plateau_mean"] - 1.0,
 }
 """Label -> what is followed to finer surfaces."""
+FINE: Final = 4
+"""The finest surfaces, whose own law tells whether a fall goes on."""
+SURE: Final = 0.95
+"""Confidence from which a fall counts as supported."""
+SMOOTH: Final = 0.01
+"""Peak over plateau, less 1, that a smooth record would stay below."""
+_TICKS: Final = (0.01, 0.02, 0.05, 0.1)
 
 
-def followed(dataset: xr.Dataset, label: str) -> xr.DataArray:
-    """One of `QUANTITIES` over n_x: the mean over starts."""
-    return QUANTITIES[label](dataset.squeeze()).mean("member")
+def followed(dataset: xr.Dataset, label: str) -> tuple[xr.DataArray, xr.DataArray]:
+    """One of `QUANTITIES` over n_x: the mean over starts and its standard error."""
+    values = QUANTITIES[label](dataset.squeeze())
+    return values.mean("member"), values.std("member", ddof=1) / values.count("member") ** 0.5
 
 
 def law(dataset: xr.Dataset, label: str) -> PowerLaw:
     """The power of n_x - 1, the number of spacings, that a quantity follows."""
-    values = followed(dataset, label)
-    return fit_power_law(values["n_x"].values - 1.0, values.values)
+    means, errors = followed(dataset, label)
+    return fit_power_law(means["n_x"].values - 1.0, means.values, errors.values)
 
 
 def draw(dataset: xr.Dataset) -> Figure:
-    """All quantities over the number of nodes, with their laws."""
-    with column(3.0) as figure:
-        axes = figure.add_subplot()
-        for label in QUANTITIES:
-            values, fitted = followed(dataset, label), law(dataset, label)
+    """All quantities over the number of nodes, with their standard errors and laws: shares above, the step below."""
+    with column(4.2) as figure:
+        upper, lower = figure.subplots(2, 1, sharex=True)
+        for label, axes, color in ((EXCESS, upper, COLORS[0]), (SCATTER, upper, COLORS[1]), (STEP, lower, COLORS[2])):
+            (means, errors), fitted = followed(dataset, label), law(dataset, label)
             name = f"{label}: {fitted.exponent:.2f} ± {fitted.exponent_interval:.2f}"
-            points = axes.plot(values["n_x"], values, "o", markersize=3, label=name)
-            line = np.geomspace(float(values["n_x"].min()), float(values["n_x"].max()), 50)
-            axes.plot(line, fitted.at(line - 1.0), color=points[0].get_color(), linewidth=0.5)
-        axes.set(xscale="log", yscale="log", xlabel="surface nodes $n_x$")
-        axes.set_xticks(dataset["n_x"].values, [f"{n_x}" for n_x in dataset["n_x"].values])
-        axes.minorticks_off()
-        figure.legend(loc="outside upper center", fontsize=6.5)
+            axes.errorbar(means["n_x"], means, errors, fmt="o", markersize=2.5, capsize=2, color=color, label=name)
+            line = np.geomspace(float(means["n_x"].min()), float(means["n_x"].max()), 50)
+            axes.plot(line, fitted.at(line - 1.0), color=color, linewidth=0.5)
+            axes.set(xscale="log", yscale="log")
+        upper.set_yticks(_TICKS, [f"{tick:g}" for tick in _TICKS])
+        upper.minorticks_off()
+        lower.set_xlabel("surface nodes $n_x$")
+        lower.set_xticks(dataset["n_x"].values, [f"{n_x}" for n_x in dataset["n_x"].values])
+        lower.minorticks_off()
+        figure.legend(loc="outside upper center")
     return figure
 
 
 def claims(dataset: xr.Dataset) -> Iterator[Claim]:
     """Exponents with 95 % intervals, the finest surface's values, and what they say of μ_s/μ_k."""
     for label in QUANTITIES:
-        last = float(followed(dataset, label)[-1])
-        found = str(law(dataset, label))
-        remark = f"{last:.3g} on the finest surface, from {dataset.sizes['member']} starts"
-        yield Claim(f"{label}: exponent of n_x - 1", "", found, remark)
+        (means, errors), fitted = followed(dataset, label), law(dataset, label)
+        last = f"{float(means[-1]):.3g} ± {float(errors[-1]):.1g} on the finest surface, from {dataset.sizes['member']} starts"
+        remark = f"{last}; misfit of the law {100.0 * fitted.misfit:.2g} %"
+        yield Claim(f"{label}: exponent of n_x - 1", "", str(fitted), remark)
     data = dataset.squeeze()
     share = data["plateau_mean"].mean("member") / float(data["intrinsic_friction"])
-    found = f"{float(share[0]):.4g} → {float(share[-1]):.4g}"
-    yield Claim("plateau/μ_i, coarsest → finest", "", found, f"the last refinement changes {_last_change(share)}")
+    yield Claim(
+        "plateau/μ_i, coarsest → finest", "", _ends(share), f"the last refinement changes {_last_change(share)}"
+    )
     ratio = (data["peak_friction"] / data["plateau_mean"]).mean("member")
+    yield Claim("peak over plateau, coarsest → finest: does μ_s/μ_k → 1?", "", _ends(ratio), verdict(dataset))
+    fine = dataset.isel(n_x=slice(-FINE, None))
+    for label in (EXCESS, SCATTER) if fine.sizes["n_x"] > 2 else ():
+        found = law(fine, label)
+        remark = f"there too it falls with confidence {_percent(found.confidence_of_fall())}"
+        yield Claim(f"{label}: exponent on the {fine.sizes['n_x']} finest surfaces", "", str(found), remark)
+
+
+def verdict(dataset: xr.Dataset) -> str:
+    """Whether the peak's excess over the plateau falls, how sure that is, and how far away a smooth record would be."""
     excess = law(dataset, EXCESS)
-    falls = excess.exponent + excess.exponent_interval < 0.0
-    remark = "its excess falls, slowly: see the exponent" if falls else "no fall beyond its scatter on these grids"
-    found = f"{float(ratio[0]):.4g} → {float(ratio[-1]):.4g}"
-    yield Claim("peak over plateau, coarsest → finest: does μ_s/μ_k → 1?", "", found, remark)
+    sure = excess.confidence_of_fall()
+    if sure < SURE:
+        return f"not supported: that the excess falls has confidence {_percent(sure)} only"
+    spacings = (SMOOTH / excess.factor) ** (1.0 / excess.exponent)
+    fall = f"a fall is supported, with confidence {_percent(sure)}; the limit is not seen"
+    return f"{fall}: if the law goes on, the excess is {100.0 * SMOOTH:g} % at n_x = {spacings:.0e}"
+
+
+def _percent(confidence: float) -> str:
+    return f"{100.0 * confidence:.1f} %" if confidence < 0.9995 else "above 99.9 %"
+
+
+def _ends(values: xr.DataArray) -> str:
+    return f"{float(values[0]):.4g} → {float(values[-1]):.4g}"
 
 
 def _last_change(share: xr.DataArray) -> str:
@@ -77,8 +109,9 @@ register(
         "continuum",
         "figures/continuum",
         "The continuum limit",
-        "Mean step, scatter and peak of records over two node spacings on a half-plane, with fitted power laws of the "
-        "number of spacings (± is half of the 95 % interval of the line). Few starts: what the peak does is not settled.",
+        "Mean step, scatter and peak of records over two node spacings on a half-plane: means over starts, bars: their "
+        "standard errors, lines: fitted power laws of the number of spacings. Points are weighted by their errors and by the "
+        "law's misfit; ± is half of the exponent's 95 % interval.",
         draw,
         lambda dataset: tuple(claims(dataset)),
         ("", "", "found", "remark"),

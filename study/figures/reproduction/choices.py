@@ -1,96 +1,20 @@
 """Which choices the paper made that it does not state: every combination scored against the numbers that it does state."""
 
-import itertools
 from collections.abc import Iterator
-from dataclasses import dataclass
 from typing import Any, Final
 
 import numpy as np
 import xarray as xr
 from matplotlib.figure import Figure
-from numpy.typing import NDArray
 
+from study.figures.reproduction.scores import NUMBERS, Scored, axes_of, independent_numbers, ranking
 from study.figures.shared import paper
 from study.figures.shared.canvas import COLORS, column
 from study.figures.shared.claims import Claim
 from study.figures.shared.figure import CampaignFigure, register
-from study.figures.shared.paper import Stated
 
-Floats = NDArray[np.float64]
-NEAR: Final = 2.0
-"""Standard deviations up to which a number counts as reproduced."""
-CAP: Final = 10.0
-"""Standard deviations beyond which a miss counts no more: one number alone does not decide."""
 MOST: Final = 12
 """Rows of the ranking."""
-_NUMBERS: Final[tuple[tuple[Stated, str, float, float], ...]] = (
-    (paper.PLATEAU_SHARE, "plateau_mean", 0.5, 2.0),
-    (paper.PLATEAU_SHARE, "plateau_mean", 0.25, 4.0),
-    (paper.SLIPS, "slips", 0.5, 1.0),
-    (paper.RELEASES, "releases", 0.5, 1.0),
-    (paper.TOUCHES, "touches", 0.5, 1.0),
-    (paper.DISPLACEMENT_HALF, "final_displacement", 0.5, 1.0),
-    (paper.DISPLACEMENT_QUARTER, "final_displacement", 0.25, 1.0),
-    (paper.STATIC, "fitted_static_friction", 0.5, 1.0),
-    (paper.LATER_STATIC, "fitted_later_static_friction", 0.5, 1.0),
-    (paper.KINETIC, "fitted_kinetic_friction", 0.5, 1.0),
-    (paper.STICK_PHASES, "macroscopic_slips", 0.5, 1.0),
-    (paper.STICK_PHASES_QUARTER, "macroscopic_slips", 0.25, 1.0),
-    (paper.RESTICKS, "resticks", 0.5, 1.0),
-)
-"""Number of the paper, the variable that holds it, the intrinsic friction it is of, and what the variable is multiplied by."""
-
-
-@dataclass(frozen=True, slots=True)
-class Scored:
-    """One combination of choices."""
-
-    choices: dict[str, Any]
-    misses: tuple[float, ...]
-    """Distance of each of the paper's numbers from the mean over starts, in standard deviations."""
-
-    @property
-    def reproduced(self) -> int:
-        """How many numbers lie within `NEAR`."""
-        return sum(miss <= NEAR for miss in self.misses)
-
-    @property
-    def score(self) -> float:
-        """Root mean square of the misses, none counted beyond `CAP`."""
-        return float(np.sqrt(np.mean(np.minimum(self.misses, CAP) ** 2)))
-
-
-def axes_of(dataset: xr.Dataset) -> tuple[str, ...]:
-    """The choices that the campaign varies."""
-    cases = dataset["plateau_mean"]
-    return tuple(str(dim) for dim in cases.dims if cases.sizes[dim] > 1 and dim not in ("intrinsic_friction", "member"))
-
-
-def ranking(dataset: xr.Dataset) -> list[Scored]:
-    """Every combination that has results: the one that reproduces most numbers first, of equals the one that misses least."""
-    axes = axes_of(dataset)
-    misses = np.stack([_misses(dataset, *number) for number in _NUMBERS], axis=-1)
-    found = []
-    for place in itertools.product(*(range(dataset.sizes[axis]) for axis in axes)):
-        if np.isfinite(misses[place]).any():
-            choices = {axis: dataset[axis].values[index] for axis, index in zip(axes, place, strict=True)}
-            here = np.where(np.isfinite(misses[place]), misses[place], CAP)
-            found.append(Scored(choices, tuple(float(miss) for miss in here)))
-    return sorted(found, key=lambda each: (-each.reproduced, each.score, str(each.choices)))
-
-
-def _misses(dataset: xr.Dataset, stated: Stated, name: str, friction: float, scale: float) -> Floats:
-    """|paper - mean over starts| over the scatter between starts and the doubt of the paper's number, over the choices."""
-    here = scale * dataset[name].sel(intrinsic_friction=friction)
-    values = here.transpose(..., "member").values
-    values = values.reshape(*(dataset.sizes[axis] for axis in axes_of(dataset)), values.shape[-1])
-    count = np.isfinite(values).sum(axis=-1)
-    total = np.where(np.isfinite(values), values, 0.0).sum(axis=-1)
-    mean = np.divide(total, count, out=np.full(count.shape, np.nan), where=count > 0)
-    squares = np.where(np.isfinite(values), (values - mean[..., None]) ** 2, 0.0).sum(axis=-1)
-    variance = np.divide(squares, count - 1, out=np.zeros(count.shape), where=count > 1)
-    scatter = np.sqrt(variance + stated.doubt**2)
-    return np.asarray(np.abs(stated.value - mean) / np.maximum(scatter, 1e-9))
 
 
 def draw(dataset: xr.Dataset) -> Figure:
@@ -120,12 +44,21 @@ def claims(dataset: xr.Dataset) -> Iterator[Claim]:
     if default > MOST:
         score = f"{found[default - 1].score:.3g}"
         yield Claim(str(default), "the defaults", score, f"of {len(found)} combinations")
+    yield _independence(dataset)
     yield from _by_value(dataset, found)
     yield from _exact(dataset)
-    for number, (stated, name, friction, _) in enumerate(_NUMBERS):
+    for number, (stated, name, friction, _) in enumerate(NUMBERS):
         nearest = min(each.misses[number] for each in found)
         best = f"{found[0].misses[number]:.2g} standard deviations off in the best combination"
         yield Claim(f"{stated.meaning} ({name}, μ_i = {friction:g})", str(stated), f"{nearest:.2g}", best)
+
+
+def _independence(dataset: xr.Dataset) -> Claim:
+    """How many independent numbers those of the paper are worth."""
+    over_choices, over_starts = independent_numbers(dataset)
+    words = "n²/Σr² of the numbers' rank correlations r, over combinations"
+    remark = f"over starts of one combination {over_starts:.2g}: so {len(NUMBERS)} reproduced numbers count as fewer"
+    return Claim(f"how many of the {len(NUMBERS)} numbers are independent", words, f"{over_choices:.2g}", remark)
 
 
 def _by_value(dataset: xr.Dataset, found: list[Scored]) -> Iterator[Claim]:
@@ -148,7 +81,10 @@ def _exact(dataset: xr.Dataset) -> Iterator[Claim]:
         releases, touches = (int(here[name].squeeze()) for name in ("releases", "touches"))
         found = f"{paper.SLIPS.value:g} slips"
         yield Claim(
-            "first start alone", words, found, f"{releases} releases, {touches} touches (44 and 4 in the paper)"
+            "first start alone",
+            words,
+            found,
+            f"{releases} releases, {touches} touches ({paper.RELEASES.value:g} and {paper.TOUCHES.value:g} in the paper)",
         )
 
 
@@ -175,7 +111,8 @@ register(
         "Which choices did the paper make?",
         "Every combination of the choices that the paper leaves open, against 13 of its numbers: root mean square of the "
         "distance from the mean over starts, in standard deviations, at most 10 each. Points: the best with each value. It "
-        "is ranked by how many numbers lie within 2, then by that distance. A combination that scatters widely is forgiven more.",
+        "is ranked by how many numbers lie within 2, then by that distance. A combination that scatters widely is forgiven "
+        "more. The 13 numbers are not independent: the table says how many independent ones they are worth.",
         draw,
         lambda dataset: tuple(claims(dataset)),
         ("rank, or number", "choices, or the paper", "score, or nearest of all", "remark"),

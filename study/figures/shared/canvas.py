@@ -14,6 +14,8 @@ from matplotlib.figure import Figure
 
 COLUMN: Final = 3.35
 """Width of one column of a journal, in inches (85 mm)."""
+PAGE: Final = 7.0
+"""Width of both columns, in inches (178 mm)."""
 COLORS: Final = ("#0b5394", "#cc4125", "#38761d", "#b8860b", "#674ea7", "#555555")
 """Of lines, in their order; told apart in grey too, as their lightness differs."""
 

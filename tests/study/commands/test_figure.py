@@ -33,8 +33,12 @@ def test_named_figures_are_drawn_and_their_tables_shown(
 
     monkeypatch.setattr(command.api, "run", computed)
     command.work(("fig8",), False, ("svg",), tmp_path / "into", tmp_path / "out")
-    assert asked == [("resolution.toml", tmp_path / "out" / "resolution", True)]
-    assert sorted(path.name for path in (tmp_path / "into").iterdir()) == ["fig8.md", "fig8.svg"]
+    assert asked == [("resolution.toml", tmp_path / "out" / "figures" / "resolution", True)]
+    assert sorted(path.name for path in (tmp_path / "into" / "figures").iterdir()) == [
+        "README.md",
+        "fig8.md",
+        "fig8.svg",
+    ]
     assert "exponent of mean step" in capsys.readouterr().out
 
 

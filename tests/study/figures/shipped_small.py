@@ -34,7 +34,7 @@ SMALLER: Mapping[str, Mapping[str, Mapping[str, Any]]] = {
             "spring_stiffness": [1e5, 1e6],
             "stage_velocity": [1e-4, 1e-2],
             "damping_ratio": [0.01, 0.3],
-            "pin_mass": [0.5],
+            "pin_mass": [0.016, 0.5],
         },
     },
     "maps/friction": {
@@ -46,6 +46,7 @@ SMALLER: Mapping[str, Mapping[str, Mapping[str, Any]]] = {
         },
         "numerics": {"n_x": 65},
     },
+    "schemes": {"axes": {"n_x": [17, 33]}},
     "figures/choices": {
         "axes": {
             "radius": [200.0],

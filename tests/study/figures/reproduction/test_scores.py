@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 import xarray as xr
 
-from study.figures.reproduction.choices import CAP, NEAR, Scored, ranking
+from study.figures.reproduction.scores import CAP, NEAR, NUMBERS, Scored, independent_numbers, ranking
 from tests.study.figures.shipped_small import small
 
 
@@ -54,3 +54,10 @@ def test_every_combination_is_ranked_once() -> None:
 def test_one_wild_miss_does_not_decide() -> None:
     assert Scored({}, (0.0, 1e9)).score == pytest.approx(CAP / np.sqrt(2.0))
     assert Scored({}, (NEAR, 1e9)).reproduced == 1
+
+
+def test_numbers_of_the_paper_are_worth_fewer_than_they_are() -> None:
+    """μ_k is the plateau's mean: one of the numbers at least says nothing new."""
+    over_choices, over_starts = independent_numbers(small("figures/choices"))
+    assert 1.0 <= over_choices < len(NUMBERS) - 1
+    assert 1.0 <= over_starts < len(NUMBERS) - 1

@@ -1,0 +1,142 @@
+"""Map of friction: plateau, μ_s, μ_k and the paper's drive over intrinsic friction, load, radius and height of the slab."""
+
+from collections.abc import Iterator
+from typing import Any, Final
+
+import numpy as np
+import xarray as xr
+from matplotlib.cm import ScalarMappable
+from matplotlib.colors import Normalize
+from matplotlib.figure import Figure
+
+from study.figures.shared.canvas import PAGE, column
+from study.figures.shared.claims import Claim
+from study.figures.shared.figure import CampaignFigure, register
+from study.figures.shared.tiles import counted, panels, regime_legend, regime_tiles
+
+SHARES: Final = {"plateau_mean": "plateau", "static_friction": "μ_s", "kinetic_friction": "μ_k"}
+"""Variable -> its symbol; it is looked at as a share of μ_i."""
+AXES: Final = ("intrinsic_friction", "radius", "aspect_ratio", "normal_load")
+LOADS: Final = 1e3
+"""Loads are drawn in 1e-3 G·L_x·L_y."""
+
+
+def share_of(dataset: xr.Dataset, name: str) -> xr.DataArray:
+    """A coefficient over μ_i, NaN where it was not measured or a flag says that the contact says little."""
+    return (dataset[name] / dataset["intrinsic_friction"]).where(dataset["validity_flags"] == 0).squeeze()
+
+
+def draw_share(dataset: xr.Dataset, name: str, label: str) -> Figure:
+    """One coefficient as a share of μ_i over load and μ_i, a panel for each height and radius."""
+    share = share_of(dataset, name)
+    norm = Normalize(float(share.min()), float(share.max()))
+    with column(6.0, PAGE) as figure:
+        for axes, here in _panels(figure, dataset):
+            values = share.sel(here).transpose("intrinsic_friction", "normal_load").values
+            load, friction = LOADS * dataset["normal_load"], dataset["intrinsic_friction"]
+            axes.set_facecolor("0.85")
+            axes.pcolormesh(load, friction, values, norm=norm, shading="nearest")
+        figure.colorbar(ScalarMappable(norm), ax=figure.axes, label=label, location="top", shrink=0.5, aspect=40)
+    return figure
+
+
+def draw_drive(dataset: xr.Dataset) -> Figure:
+    """What the paper's drive does over load and μ_i, a panel for each height and radius."""
+    with column(6.0, PAGE) as figure:
+        for axes, here in _panels(figure, dataset):
+            load, friction = LOADS * dataset["normal_load"], dataset["intrinsic_friction"]
+            regime_tiles(axes, load, friction, dataset["regime"].squeeze().sel(here))
+        regime_legend(figure)
+    return figure
+
+
+def _panels(figure: Figure, dataset: xr.Dataset) -> Iterator[tuple[Any, dict[str, Any]]]:
+    """Panels of every height and radius over a logarithmic axis of loads."""
+    labels = ("$L_z/L_x$ = {:g}", "$R/L_x$ = {:g}")
+    loads = LOADS * dataset["normal_load"].values
+    for axes, here in panels(figure, dataset["aspect_ratio"], dataset["radius"], labels):
+        yield axes, here
+        axes.set(xscale="log")
+        axes.set_xticks(loads, [f"{load:g}" for load in loads])
+        axes.minorticks_off()
+    figure.supxlabel("normal load ($10^{-3} G L_x L_y$)", fontsize=8)
+    figure.supylabel("intrinsic friction $\\mu_i$", fontsize=8)
+
+
+def claims_of_share(dataset: xr.Dataset, name: str) -> Iterator[Claim]:
+    """A share of μ_i over all cases, how much of its variance each axis explains, and its mean at each value of the axes."""
+    share = share_of(dataset, name)
+    found = (
+        f"{float(share.mean()):.3g} ± {float(share.std()):.2g} ({float(share.min()):.3g} to {float(share.max()):.3g})"
+    )
+    yield Claim(
+        f"{SHARES[name]}/μ_i", "", found, f"{int(np.isfinite(share).sum())} of {share.size} cases without a flag"
+    )
+    for axis in AXES:
+        along = share.mean([other for other in AXES if other != axis])
+        means = ", ".join(f"{float(mean):.3g}" for mean in along)
+        values = ", ".join(f"{value:g}" for value in along[axis].values)
+        part = 100.0 * float(along.var()) / float(share.var())
+        yield Claim(f"   mean at {axis} = {values}", "", means, f"{part:.2g} % of the variance")
+
+
+def _claims_of_plateau(dataset: xr.Dataset) -> Iterator[Claim]:
+    yield from claims_of_share(dataset, "plateau_mean")
+    kinetic = share_of(dataset, "kinetic_friction")
+    ratio = kinetic / share_of(dataset, "plateau_mean")
+    found = (
+        f"{float(ratio.mean()):.4g} ± {float(ratio.std()):.2g} ({float(ratio.min()):.4g} to {float(ratio.max()):.4g})"
+    )
+    yield Claim(
+        "μ_k over the plateau", "", found, f"{int(np.isfinite(ratio).sum())} cases: a map of μ_k looks the same"
+    )
+
+
+def _claims_of_drive(dataset: xr.Dataset) -> Iterator[Claim]:
+    regime = dataset["regime"].squeeze()
+    without = int((regime == "").sum())
+    yield Claim("all drives", "", counted(regime), f"{without} without")
+    for axis in AXES:
+        for value in dataset[axis].values:
+            here = regime.sel({axis: value})
+            yield Claim(f"{axis} = {value:g}", "", counted(here), f"{int((here == '').sum())} without")
+
+
+_HEADER: Final = ("", "", "found", "remark")
+_WHERE: Final = "over load and μ_i, for every slab height (rows) and radius (columns)"
+_GREY: Final = "Grey: not measured, or a contact that says little (validity_flags)."
+
+register(
+    CampaignFigure(
+        "friction",
+        "maps/friction",
+        "Map of the plateau over intrinsic friction, load, radius and slab height",
+        f"Plateau as a share of μ_i {_WHERE}. {_GREY}",
+        lambda dataset: draw_share(dataset, "plateau_mean", "plateau$/\\mu_i$"),
+        lambda dataset: tuple(_claims_of_plateau(dataset)),
+        _HEADER,
+    )
+)
+register(
+    CampaignFigure(
+        "friction_static",
+        "maps/friction",
+        "Map of static friction over intrinsic friction, load, radius and slab height",
+        f"μ_s of the paper's drive as a share of μ_i {_WHERE}. {_GREY}",
+        lambda dataset: draw_share(dataset, "static_friction", "$\\mu_s/\\mu_i$"),
+        lambda dataset: tuple(claims_of_share(dataset, "static_friction")),
+        _HEADER,
+    )
+)
+register(
+    CampaignFigure(
+        "friction_drive",
+        "maps/friction",
+        "Map of what the paper's drive does",
+        f"Regime of the paper's drive {_WHERE}. White: none, the record has no plateau or the drive ended early. "
+        "Contacts that say little (grey in the other maps) are drawn too.",
+        draw_drive,
+        lambda dataset: tuple(_claims_of_drive(dataset)),
+        _HEADER,
+    )
+)

@@ -1,0 +1,86 @@
+"""Map of stick-slip: where a driven pin sticks, slips and slides, over stiffness, velocity, damping and mass."""
+
+import math
+from collections.abc import Iterator
+from typing import Final
+
+import xarray as xr
+from matplotlib.figure import Figure
+
+from solver.drive import Scales
+from study.figures.shared.canvas import PAGE, column
+from study.figures.shared.claims import Claim
+from study.figures.shared.figure import CampaignFigure, register
+from study.figures.shared.tiles import counted, panels, regime_legend, regime_tiles
+
+PARTS: Final = {"damping_ratio": ("ζ", ""), "pin_mass": ("m", " kg")}
+"""Parameter of the panels -> its symbol and unit in the table."""
+
+
+def critical_velocity(dataset: xr.Dataset) -> xr.DataArray:
+    """V_c (m/s) above which a pin with constant μ_s and μ_k slides on after its first slip, over k, ζ and m.
+
+    Such a pin, released at μ_s, comes to rest again where (μ_s - μ_k) W/√(km) exceeds V_o √(e^(4πζ) - 1), for small ζ.
+    """
+    scales = Scales(**{name: dataset.attrs[name] for name in ("slab_width", "slab_depth", "shear_modulus")})
+    stiffness, mass, damping = dataset["spring_stiffness"], dataset["pin_mass"], dataset["damping_ratio"]
+    force = _excess(dataset) * float(dataset["normal_load"]) * scales.force
+    return force / ((math.e ** (4.0 * math.pi * damping) - 1.0) * stiffness * mass) ** 0.5
+
+
+def _excess(dataset: xr.Dataset) -> float:
+    """μ_s - μ_k, the median of all drives."""
+    return float((dataset["static_friction"] - dataset["kinetic_friction"]).median())
+
+
+def draw(dataset: xr.Dataset) -> Figure:
+    """Regime over stiffness and velocity, a panel for each mass and damping ratio; line: V_c."""
+    regime, critical = dataset["regime"].squeeze(), critical_velocity(dataset)
+    velocity = 1e3 * dataset["stage_velocity"]
+    labels = ("$m$ = {:g} kg", "$\\zeta$ = {:g}")
+    with column(5.6, PAGE) as figure:
+        for axes, here in panels(figure, dataset["pin_mass"], dataset["damping_ratio"], labels):
+            regime_tiles(axes, dataset["spring_stiffness"], velocity, regime.sel(here))
+            line = 1e3 * critical.sel(here)
+            axes.plot(line["spring_stiffness"], line, "--", color="black")
+            axes.set(xscale="log", yscale="log", ylim=(float(velocity[0]), float(velocity[-1])))
+        figure.supxlabel("spring stiffness $k$ (N/m)", fontsize=8)
+        figure.supylabel("stage velocity $V_o$ (mm/s)", fontsize=8)
+        regime_legend(figure)
+    return figure
+
+
+def claims(dataset: xr.Dataset) -> Iterator[Claim]:
+    """How many drives do what for each damping ratio and mass, and how often V_c tells stick-slip from sliding."""
+    regime = dataset["regime"].squeeze()
+    foretold = (dataset["stage_velocity"] < critical_velocity(dataset)).broadcast_like(regime)
+    right = (regime == "stick_slip") == foretold
+    decided = (regime == "stick_slip") | (regime == "slides")
+    for name, (symbol, unit) in PARTS.items():
+        for value in dataset[name].values:
+            here = {name: value}
+            share = 100.0 * float(right.where(decided).sel(here).mean())
+            said = f"V_c tells stick-slip from sliding in {share:.3g} % of {int(decided.sel(here).sum())}"
+            yield Claim(f"{symbol} = {value:g}{unit}", "", counted(regime.sel(here)), said)
+    yield Claim(
+        "μ_s - μ_k, median of all drives", "", f"{_excess(dataset):.3g}", "in V_c = (μ_s - μ_k)W/√((e^(4πζ) - 1)km)"
+    )
+    follows = (regime == "micro_slip").any(("stage_velocity", "damping_ratio"))
+    stiffness = follows["spring_stiffness"].where(follows).min("spring_stiffness")
+    found = ", ".join(f"{float(least):.2g}" if least > 0.0 else "none" for least in stiffness)
+    masses = ", ".join(f"{mass:g}" for mass in stiffness["pin_mass"].values)
+    yield Claim(f"lowest k with micro slip, N/m, m = {masses} kg", "", found, "of any velocity and damping ratio")
+
+
+register(
+    CampaignFigure(
+        "regimes",
+        "maps/stick_slip",
+        "Map of stick-slip over stiffness, velocity, damping and mass",
+        "What a pin does over one friction record, by mass (rows) and damping ratio (columns). Dashed: the velocity "
+        "above which a pin with constant μ_s and μ_k would slide on after its first slip.",
+        draw,
+        lambda dataset: tuple(claims(dataset)),
+        ("", "", "found", "remark"),
+    )
+)
