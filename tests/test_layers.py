@@ -38,15 +38,15 @@ ORDER = {
     "study.plan.kinds": "kind compliance contact record statistics states drive",
     "study.dataset": "store groups file variables ensemble description ragged layout collect access comparison "
     "pair verification",
-    "study.dataset.access": "selection single accessor placement concatenation",
+    "study.dataset.access": "selection single accessor tidy placement concatenation",
     "study.execution": "launch interruption queue progress ledger dispatch farm executor warmup submission",
-    "study.report": "console summary case_table curves text_plot page",
+    "study.report": "console summary interchange case_table curves text_plot page",
     "study.figures": "shared reproduction further catalogue gallery",
     "study.figures.shared": "paper claims canvas figure power_law",
     "study.figures.reproduction": "punch records resolution drive stick motion choices",
     "study.figures.further": "findings modulation continuum sizes maps",
     "study.accuracy": "timing setup diagram elastic_operator slip_numerics integrators picture table measurement",
-    "study.commands": "shared campaigns new check plan run status collect report figure show try verify "
+    "study.commands": "shared campaigns new check plan run status collect report figure show try export verify "
     "describe accuracy submit cli",
     "study.commands.shared": "exits refusals lazy arguments files plans datasets sources one_case conduct",
 }

@@ -183,6 +183,25 @@ def try_case(parameters: tuple[str, ...], contact: bool, drive: bool, picture: P
 
 
 @cli.command()
+@CAMPAIGN
+@OUT
+@click.option("--csv", "form", flag_value="csv", help="A header, a line of units that begins with #, rows [default].")
+@click.option("--json", "form", flag_value="json", help="Title, variables with unit and meaning, rows.")
+@click.option("--records", "table", flag_value="records", help="The events of all friction records instead of cases.")
+@click.option("--trajectories", "table", flag_value="trajectories", help="The samples of all drives instead of cases.")
+@click.option("-o", "--output", type=click.Path(path_type=Path), help="Write this file [default: standard output].")
+def export(campaign: Path, out: Path | None, form: str | None, table: str | None, output: Path | None) -> None:
+    """Write CAMPAIGN's numbers as a table for other programs.
+
+    CAMPAIGN is a campaign file or its name, a dataset (results.nc) or the folder it is in. The table has a row for each case,
+    with a drive for each case and drive: parameters first, then numbers. What is not known is empty in CSV, null in JSON.
+
+    Example: nanoslip export results/mine --csv -o mine.csv
+    """
+    work("export", campaign, out, form, table, output)
+
+
+@cli.command()
 @click.argument("dataset", type=click.Path(path_type=Path))
 @click.option(
     "--sample", type=click.IntRange(min=1), help="So many cases only, evenly spread, the same each time [default: all]"
