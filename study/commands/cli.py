@@ -18,6 +18,12 @@ FORMATS: Final = ("pdf", "svg", "png")
 RESULTS: Final = Path("results")
 
 
+PARAMETERS = click.argument("parameters", nargs=-1, metavar="[KEY=VALUE]...")
+PICTURE = click.option(
+    "-o", "--picture", type=click.Path(path_type=Path), help="Draw into this file (.png, .pdf, .svg), not in text."
+)
+
+
 class Group(click.Group):
     """A group that lists its commands as they are declared: in the order of a campaign's life."""
 
@@ -145,6 +151,60 @@ def figure(names: tuple[str, ...], everything: bool, formats: tuple[str, ...], i
     page of all its figures. Without NAME the figures are listed.
     """
     work("figure", names, everything, formats or FORMATS, into, out)
+
+
+@cli.command("show")
+@CAMPAIGN
+@PARAMETERS
+@OUT
+@PICTURE
+def show_case(campaign: Path, parameters: tuple[str, ...], out: Path | None, picture: Path | None) -> None:
+    """Show one case of CAMPAIGN: its numbers and a small plot.
+
+    CAMPAIGN is a campaign file or its name, a dataset (results.nc) or the folder it is in. KEY=VALUE single out the case by its
+    parameters, exactly. A campaign's dataset is taken, or its finished results where it has none yet. Members of an ensemble
+    are one case unless member=NUMBER is given; drives are rows of a table unless one is singled out.
+
+    Example: nanoslip show campaigns/mine.toml intrinsic_friction=0.5 normal_load=1e-3
+    """
+    work("show", campaign, parameters, out, picture)
+
+
+@cli.command("try")
+@PARAMETERS
+@click.option("--contact", is_flag=True, help="Press the pin down only.")
+@click.option(
+    "--drive", is_flag=True, help="Pull the pin by the paper's drive too; a key of [[drives]] does so by itself."
+)
+@PICTURE
+def try_case(parameters: tuple[str, ...], contact: bool, drive: bool, picture: Path | None) -> None:
+    """Compute one case now and show it; nothing is kept.
+
+    KEY=VALUE are keys of a campaign's tables of parameters, [scales], [ensemble], [outputs] and [[drives]]; the rest has its
+    default: the paper's case at 129 nodes, over two node spacings.
+
+    Example: nanoslip try radius=50 normal_load=1e-3
+    """
+    work("try", parameters, contact, drive, picture)
+
+
+@cli.command()
+@CAMPAIGN
+@OUT
+@click.option("--csv", "form", flag_value="csv", help="A header, a line of units that begins with #, rows [default].")
+@click.option("--json", "form", flag_value="json", help="Title, variables with unit and meaning, rows.")
+@click.option("--records", "table", flag_value="records", help="The events of all friction records instead of cases.")
+@click.option("--trajectories", "table", flag_value="trajectories", help="The samples of all drives instead of cases.")
+@click.option("-o", "--output", type=click.Path(path_type=Path), help="Write this file [default: standard output].")
+def export(campaign: Path, out: Path | None, form: str | None, table: str | None, output: Path | None) -> None:
+    """Write CAMPAIGN's numbers as a table for other programs.
+
+    CAMPAIGN is a campaign file or its name, a dataset (results.nc) or the folder it is in. The table has a row for each case,
+    with a drive for each case and drive: parameters first, then numbers. What is not known is empty in CSV, null in JSON.
+
+    Example: nanoslip export results/mine --csv -o mine.csv
+    """
+    work("export", campaign, out, form, table, output)
 
 
 @cli.command()

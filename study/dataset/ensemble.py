@@ -129,7 +129,7 @@ def _joined(array: xr.DataArray) -> xr.DataArray:
     texts = np.empty(values.shape[:-1], dtype=object)
     for place in np.ndindex(texts.shape):
         texts[place] = _counted(values[place])
-    return xr.DataArray(texts, dims=[dim for dim in array.dims if dim != MEMBER])
+    return xr.DataArray(texts, dims=[dim for dim in array.dims if dim != MEMBER], attrs=array.attrs)
 
 
 def _counted(values: NDArray[Any]) -> str:

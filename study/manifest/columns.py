@@ -104,10 +104,11 @@ def _lines(path: Path, text: str) -> list[tuple[int, list[str]]]:
 
 def _of_cell(word: str, cell: str) -> Value | None:
     """The value of a cell; None of an empty one where a setting of a scheme is not given."""
-    return _number_or_text(cell) if cell or word not in SCHEMES.settings() else None
+    return number_or_text(cell) if cell or word not in SCHEMES.settings() else None
 
 
-def _number_or_text(cell: str) -> Value:
+def number_or_text(cell: str) -> Value:
+    """A value from its text: `true`, `false`, a number, else the text itself."""
     if cell in ("true", "false"):  # as in TOML
         return cell == "true"
     for kind in (int, float):

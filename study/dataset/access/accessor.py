@@ -10,7 +10,7 @@ from solver.quantity import attributes
 from solver.sliding.record import drops
 from study.dataset.access.selection import Selection, cut, id_of, places, run_of
 from study.dataset.groups import groups_of, tree_of
-from study.dataset.variables import EVENT_DROP, all_groups, parameters
+from study.dataset.variables import DRIVE_NAME, EVENT_DROP, all_groups, parameters
 from study.xarray_accessor import register
 
 FRICTION = ("event_friction_before", "event_friction_after")
@@ -66,23 +66,15 @@ class Accessor:
         The cases' parameters that vary are coordinates along `event`, as are `case_id` and the number in the record,
         `event_number`. Cases without a record have no rows.
         """
-        found = places(self._dataset, id_of(self._dataset, "record"), selection)
-        ids = found.values("record_id")
-        here = np.array([isinstance(each, str) and each != "" for each in ids], np.bool_)
-        slices = (cut(self._dataset, "record", ids[here].tolist()) or {}).get("event", [])
-        group = groups_of(self._dataset)["record"]
-        names = [name for name in group.variables if group[name].dims == ("event",)]
-        counts = [each.stop - each.start for each in slices]
-        table = group[names].isel(event=_joined([np.arange(each.start, each.stop) for each in slices]))
-        table = table.drop_vars([name for name in table.coords if name not in names])
-        columns = {name: np.repeat(found.values(name)[here], counts) for name in self._varying(found.dims)}
-        numbered = {"event_number": _joined([_numbers(count) for count in counts])}
-        labels = {name: ("event", values, self._attributes(name)) for name, values in {**columns, **numbered}.items()}
-        return _dropping(table.assign_coords(labels))
+        return _dropping(self._joined("record", "event", selection))
 
     def trajectory(self, **selection: Any) -> xr.Dataset:
         """The motion of the pin of one case and drive over `sample` with the coordinate `time`; its slips over `slip_phase`."""
         return _with(*run_of(self._dataset, "trajectory", selection))
+
+    def samples(self, **selection: Any) -> xr.Dataset:
+        """All samples of the motion in all cases and drives that are selected over `sample`: one long table, as `events`."""
+        return self._joined("trajectory", "sample", selection)
 
     def contact(self, event: int | None = None, **selection: Any) -> xr.Dataset:
         """Pressure, shear, slip and gap of the surface nodes of one case, with the coordinate `x`.
@@ -110,18 +102,35 @@ class Accessor:
         over = xr.concat(parts, "event", coords="minimal", compat="override", data_vars="all")
         return _with(over.assign_coords(event=("event", wanted, run["event"].attrs)), case)
 
+    def _joined(self, name: str, sample: str, selection: Selection) -> xr.Dataset:
+        """The runs of a group one behind the other, with the parameters that vary and the number within a run as coordinates."""
+        found = places(self._dataset, id_of(self._dataset, name), selection)
+        ids = found.values(id_of(self._dataset, name))
+        here = np.array([isinstance(each, str) and each != "" for each in ids], np.bool_)
+        group = groups_of(self._dataset)[name]
+        names = [each for each in group.variables if group[each].dims == (sample,)]
+        if not names:
+            raise ValueError(f"this dataset has no {sample}s: its campaign leaves them out (see [outputs])")
+        slices = (cut(self._dataset, name, ids[here].tolist()) or {}).get(sample, [])
+        counts = [each.stop - each.start for each in slices]
+        table = group[names].isel({sample: _concatenated([np.arange(each.start, each.stop) for each in slices])})
+        table = table.drop_vars([each for each in table.coords if each not in names])
+        varying = {each: np.repeat(found.values(each)[here], counts) for each in self._varying(found.dims)}
+        labels = {each: (sample, values, self._dataset[each].attrs) for each, values in varying.items()}
+        numbers = _concatenated([_numbers(count) for count in counts])
+        return table.assign_coords(
+            labels | {f"{sample}_number": (sample, numbers, {"long_name": f"number of the {sample}"})}
+        )
+
     def _varying(self, dims: tuple[str, ...]) -> list[str]:
-        """Parameters that are not the same in all cases, and what cases are called."""
-        known = {*parameters(), "case_id", "case"}
+        """Parameters that are not the same in all cases and drives, and what those are called."""
+        known = {*parameters(), DRIVE_NAME.name, "case_id", "case"}
         coordinates = self._dataset.coords
         return [
             str(name)
             for name in coordinates
             if name in known and coordinates[name].ndim > 0 and set(coordinates[name].dims) <= set(dims)
         ]
-
-    def _attributes(self, name: str) -> dict[Any, Any]:
-        return self._dataset[name].attrs if name in self._dataset.coords else {"long_name": "number of the event"}
 
 
 def _dropping(run: xr.Dataset) -> xr.Dataset:
@@ -147,5 +156,5 @@ def _numbers(count: int) -> NDArray[np.int64]:
     return np.arange(1, count + 1)
 
 
-def _joined(parts: list[NDArray[np.int64]]) -> NDArray[np.int64]:
+def _concatenated(parts: list[NDArray[np.int64]]) -> NDArray[np.int64]:
     return np.concatenate(parts) if parts else np.empty(0, np.int64)

@@ -1,5 +1,6 @@
 """Which cases are meant, and their runs: by names of coordinates, as `radius=200`."""
 
+import difflib
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
 from typing import Any
@@ -46,8 +47,9 @@ def places(root: xr.Dataset, name: str, selection: Selection) -> Places:
     chosen = xr.DataArray(np.ones(along.shape, np.bool_), dims=along.dims)
     for key, wanted in selection.items():
         if key not in along.coords:
-            known = ", ".join(map(str, along.coords))
-            raise KeyError(f"{key}: no coordinate of these cases; there are {known}")
+            near = difflib.get_close_matches(key, map(str, along.coords), 1)
+            known = f"did you mean {near[0]}?" if near else f"there are {', '.join(map(str, along.coords))}"
+            raise KeyError(f"{key}: no coordinate of these cases; {known}")
         coordinate = along.coords[key]
         hits = (
             coordinate.isin(np.atleast_1d(np.asarray(wanted))) if not _text(coordinate) else _words(coordinate, wanted)

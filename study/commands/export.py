@@ -1,0 +1,33 @@
+"""`nanoslip export`: the numbers of a campaign as a flat table, CSV or JSON."""
+
+from collections.abc import Callable
+from pathlib import Path
+from typing import Final
+
+import click
+
+from study.commands.shared.files import write_file
+from study.commands.shared.refusals import refusals
+from study.commands.shared.sources import dataset_of
+from study.dataset.access.tidy import Column, case_columns, event_columns, sample_columns
+from study.report.interchange import as_csv, as_json
+
+_TABLES: Final[dict[str | None, Callable[..., list[Column]]]] = {
+    None: case_columns,
+    "records": event_columns,
+    "trajectories": sample_columns,
+}
+"""Option -> how its columns are read."""
+
+
+def work(campaign: Path, out: Path | None, form: str | None, table: str | None, output: Path | None) -> None:
+    """Write a table of a campaign's cases, events or samples to a file or to standard output."""
+    with refusals(ValueError), dataset_of(campaign, out) as found:
+        columns, title = _TABLES[table](found), str(found.attrs["title"])
+    as_asked = form or ("json" if output and output.suffix == ".json" else "csv")
+    text = as_json(columns, title) if as_asked == "json" else as_csv(columns)
+    if output is None:
+        click.echo(text, nl=False)
+        return
+    write_file(output, text.encode())
+    click.echo(f"written: {output} ({len(columns[0].values)} rows)", err=True)

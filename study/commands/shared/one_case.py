@@ -1,0 +1,98 @@
+"""One case of a dataset on the terminal: how it ended, its numbers, its lines in text; or its lines as a picture."""
+
+import textwrap
+from collections.abc import Mapping, Sequence
+from pathlib import Path
+from typing import Final
+
+import click
+import xarray as xr
+
+from study.commands.shared.exits import Refusal
+from study.commands.shared.files import write_file
+from study.dataset.access.single import one_case
+from study.dataset.ensemble import over_members
+from study.figures.shared.canvas import FORMATS, column, image
+from study.manifest.cases import MEMBER
+from study.manifest.parameters import STANDARD
+from study.report.case_table import case_table, ending_lines
+from study.report.console import console, print_table
+from study.report.curves import Curve, curves
+from study.report.summary import scalar_table, words
+from study.report.text_plot import text_plot
+
+_NAMES: Final = ("case_id", "case")
+"""Coordinates that are no parameters."""
+
+
+def assignments(given: Sequence[str]) -> dict[str, str]:
+    """Words of a command line, `key=value` each, as a mapping. Raises Refusal."""
+    found: dict[str, str] = {}
+    for word in given:
+        key, sign, value = word.partition("=")
+        if not (sign and key and value):
+            raise Refusal(f"{word}: needs key=value, as radius=50")
+        if key in found:
+            raise Refusal(f"{word}: {key} is given twice")
+        found[key] = value
+    return found
+
+
+def show_case(dataset: xr.Dataset, given: Mapping[str, str], picture: Path | None) -> None:
+    """Print the case that parameters single out, or write its picture besides. Raises Refusal where it is not one case."""
+    form = _form(picture)
+    try:
+        case = one_case(dataset, given)
+    except (KeyError, ValueError) as error:
+        raise Refusal(str(error.args[0])) from None
+    first = case.isel({MEMBER: 0}) if MEMBER in case.dims else case
+    _print_numbers(over_members(case), dataset)
+    lines = list(curves(first))
+    if lines and first is not case:
+        click.echo("lines are the first member's; member=1 shows the next")
+    if picture:
+        write_file(picture, _drawn(lines, form))
+        click.echo(f"written: {picture}")
+        return
+    for line in lines:
+        click.echo(text_plot(line.x, line.y, (line.x_label, line.y_label)))
+
+
+def _print_numbers(case: xr.Dataset, dataset: xr.Dataset) -> None:
+    """Print what a case is, how it ended and what is known of it; drives as rows where they are several."""
+    click.echo(f"case {_label(case, dataset)}")
+    for line in ending_lines(case):
+        click.echo(line)
+    table, missing = case_table(case)
+    print_table(table)
+    if missing:
+        click.echo(textwrap.fill(f"not known here: {', '.join(missing)}", console().width))
+    if "drive_outcome" in case and case["drive_outcome"].dims:
+        click.echo("several drives; drive=NAME, or values of their parameters, shows one:")
+        print_table(scalar_table(case))
+
+
+def _label(case: xr.Dataset, dataset: xr.Dataset) -> str:
+    """The parameters that tell a case from the dataset's others; the standard ones always."""
+    names = [str(name) for name, each in case.coords.items() if not each.dims and name not in _NAMES]
+    told = [name for name in names if name in STANDARD or len(set(dataset[name].values.ravel().tolist())) > 1]
+    return words({name: case[name].item() for name in told if not case[name].isnull()})
+
+
+def _form(picture: Path | None) -> str:
+    """The format that the name of a picture asks for. Raises Refusal."""
+    form = picture.suffix[1:].lower() if picture else ""
+    if picture and form not in FORMATS:
+        raise Refusal(f"{picture}: needs the ending {', '.join(f'.{each}' for each in FORMATS)}")
+    return form
+
+
+def _drawn(lines: Sequence[Curve], form: str) -> bytes:
+    """A picture of the lines, one above the other. Raises Refusal where there is none."""
+    if not lines:
+        raise Refusal("this case has no friction record, motion or contact to be drawn: see [outputs] and stages")
+    with column(height=2.2 * len(lines)) as figure:
+        for axes, line in zip(figure.subplots(len(lines), squeeze=False).ravel(), lines, strict=True):
+            axes.plot(line.x, line.y)
+            axes.set(xlabel=line.x_label, ylabel=line.y_label)
+        return image(figure, form)

@@ -1,0 +1,39 @@
+"""A campaign's dataset: from the file that is named, from the campaign's own, or from the results that are there."""
+
+from collections.abc import Iterator
+from contextlib import contextmanager
+from pathlib import Path
+
+import click
+import xarray as xr
+
+from study.commands.shared.arguments import folder
+from study.commands.shared.plans import planned
+from study.dataset import file
+from study.dataset.collect import collect
+from study.dataset.store import Store, StoreError
+from study.dataset.verification import opened
+
+
+@contextmanager
+def dataset_of(source: Path, out: Path | None = None) -> Iterator[xr.Dataset]:
+    """Open a dataset: a file .nc, a folder with results.nc, or a campaign file.
+
+    A campaign's own results.nc is taken where the campaign has not changed since; else its finished results, collected in
+    memory. out: folder of a campaign's results. Raises StoreError, ManifestError.
+    """
+    if source.is_dir() or source.suffix == Path(file.FILE).suffix:
+        with opened(source / file.FILE if source.is_dir() else source) as found:
+            yield found
+        return
+    plan, into = planned(source), folder(source, out)
+    if (into / file.FILE).is_file():
+        with opened(into / file.FILE) as found:
+            if found.attrs.get("manifest_sha256") == plan.manifest.sha256:
+                yield found
+                return
+    store = Store(into)
+    if not store.finished():
+        raise StoreError(f"{into}: no results of {source} there: nanoslip run {source} computes them")
+    click.echo(f"{into}: no dataset of {source} as it is now: from the results that are finished", err=True)
+    yield collect(plan, store)

@@ -1,0 +1,46 @@
+"""The campaign of a single case, from its parameters in the words of a manifest."""
+
+from collections.abc import Mapping
+from typing import Any, Final
+
+from solver.drive import Scales
+from study.manifest.columns import number_or_text
+from study.manifest.drives import drive_parameters
+from study.manifest.manifest import Ensemble, Outputs, field_names
+from study.manifest.parameters import TABLES, Value, words_of
+from study.manifest.problems import ManifestError, key_shown, shown, unknown
+
+NAME: Final = "try"
+"""Of the campaign's drive."""
+_DRIVES: Final = "drives"
+
+
+def tables() -> dict[str, tuple[str, ...]]:
+    """Table of a manifest -> the keys of it that a single case can be given."""
+    return {
+        **{table: words_of(table) for table in TABLES},
+        "scales": field_names(Scales),
+        "ensemble": field_names(Ensemble),
+        "outputs": field_names(Outputs),
+        _DRIVES: tuple(drive_parameters()),
+    }
+
+
+def campaign_of(given: Mapping[str, str], contact: bool = False, drive: bool = False) -> dict[str, Any]:
+    """The content of a campaign file with one case and at most one drive. Values are checked where it is read.
+
+    given: key -> value as text. contact: stop after initial contact. drive: pull the pin by the default drive; any key of a
+    drive asks for one too. Raises ManifestError with every key that is unknown.
+    """
+    places = {key: table for table, keys in tables().items() for key in keys}
+    wrong = [f"{key_shown(key)} = {shown(number_or_text(text))}" for key, text in given.items() if key not in places]
+    if wrong:
+        names = (key for key in given if key not in places)
+        raise ManifestError(f"{said}: {unknown(key, places)}" for said, key in zip(wrong, names, strict=True))
+    content: dict[str, dict[str, Value]] = {_DRIVES: {"name": NAME}} if drive else {}
+    for key, text in given.items():
+        content.setdefault(places[key], {})[key] = number_or_text(text)
+    driven = {"name": NAME, **content.pop(_DRIVES)} if _DRIVES in content else None
+    stages = ("contact", "slip", "dynamics")[: 1 if contact else 3 if driven else 2]
+    drives = {_DRIVES: [driven]} if driven else {}
+    return {"title": "One case", "stages": list(stages), **content, **drives}

@@ -1,0 +1,67 @@
+"""Every number that is known of one case, with its uncertainty, unit and meaning; and the names of those that are not."""
+
+import math
+from collections.abc import Iterator
+from typing import Final
+
+import xarray as xr
+
+from study.dataset.ensemble import ensemble_name, observables
+from study.dataset.variables import OUTCOMES, VALIDITY, all_groups
+from study.report.console import Table
+
+_UNCERTAINTY: Final = "_uncertainty"
+_SAID_APART: Final = {
+    *(each.name for both in OUTCOMES.values() for each in both),
+    *(group.id.name for group in all_groups().values()),
+    VALIDITY.name,
+    "advice",
+    "computed_by",
+    "drive_computed_by",
+}
+"""What is no number of the case, or is said in its line."""
+
+
+def case_table(case: xr.Dataset) -> tuple[Table, list[str]]:
+    """Name, value, unit and meaning of each scalar that one case has, and the names of those that it lacks (NaN, empty).
+
+    case: of study.dataset.access.single; what lies along a dimension is left out.
+    """
+    rows, missing = [], []
+    for name, each in _scalars(case):
+        value = each.item()
+        if value == "" or (isinstance(value, float) and math.isnan(value)):
+            missing.append(name)
+        else:
+            unit = str(each.attrs.get("units", ""))
+            rows.append((name, _shown(value, _uncertainty(case, each)), unit, str(each.attrs["long_name"])))
+    return Table(("quantity", "value", "unit", "meaning"), tuple(rows)), missing
+
+
+def ending_lines(case: xr.Dataset) -> Iterator[str]:
+    """How a case and its drive ended, why, and what to do about contacts that mean little."""
+    for label, (ending, message) in zip(("outcome", "drive"), (OUTCOMES[""], OUTCOMES["drive"]), strict=True):
+        if ending.name in case and not case[ending.name].dims:
+            why = str(case[message.name].item())
+            yield f"{label}: {case[ending.name].item()}" + (f": {why}" if why else "")
+    if "advice" in case and (advice := str(case["advice"].item())):
+        yield f"advice: {advice}"
+
+
+def _scalars(case: xr.Dataset) -> Iterator[tuple[str, xr.DataArray]]:
+    """What is shown of a case: an uncertainty is shown with its variable, an ensemble's mean as the variable itself."""
+    apart = _SAID_APART | {ensemble_name(name, "mean") for name in observables()}
+    for name in map(str, case.data_vars):
+        if not case[name].dims and name not in apart and not name.endswith(_UNCERTAINTY):
+            yield name, case[name]
+
+
+def _uncertainty(case: xr.Dataset, each: xr.DataArray) -> float:
+    """The standard error that a number states; NaN where it states none."""
+    name = str(each.attrs.get("ancillary_variables", ""))
+    return float(case[name]) if name.endswith(_UNCERTAINTY) and name in case else math.nan
+
+
+def _shown(value: object, uncertainty: float) -> str:
+    number = f"{value:.6g}" if isinstance(value, float) else str(value)
+    return number if math.isnan(uncertainty) else f"{number} ± {uncertainty:.2g}"

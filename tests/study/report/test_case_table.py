@@ -1,0 +1,51 @@
+"""The numbers of a case are all there: with uncertainty, unit and meaning, or by name among those that are missing."""
+
+import xarray as xr
+
+from study.dataset.access.single import one_case
+from study.dataset.ensemble import over_members
+from study.report.case_table import case_table, ending_lines
+from tests.study.report.test_page import made_up
+
+
+def declared(data: xr.Dataset) -> xr.Dataset:
+    for name in data.data_vars:
+        data[name].attrs |= {"long_name": f"meaning of {name}", "units": "1"}
+    data["plateau_mean"].attrs["ancillary_variables"] = "plateau_uncertainty"
+    return data
+
+
+def test_every_scalar_is_in_the_table_once_or_missing():
+    data = declared(made_up())
+    table, missing = case_table(one_case(data, {"intrinsic_friction": "0.25"}))
+    names = [row[0] for row in table.rows]
+    apart = {name for name in data.data_vars if name.endswith(("outcome", "message", "_id", "_uncertainty"))}
+    assert sorted([*names, *missing]) == sorted(set(data.data_vars) - apart)
+    assert ("plateau_mean", "0.14321 ± 0.00042", "1", "meaning of plateau_mean") in table.rows
+    assert missing == []
+
+
+def test_what_failed_is_said_and_its_numbers_are_named_as_missing():
+    case = one_case(declared(made_up(outcome="contact_lost")), {"intrinsic_friction": "0.5"})
+    assert list(ending_lines(case)) == ["outcome: contact_lost: do < this > instead", "drive: contact_lost"]
+    table, missing = case_table(case)
+    assert table.rows == ()
+    assert {"plateau_mean", "static_friction"} <= set(missing)
+
+
+def test_members_are_one_case_whose_means_are_the_numbers():
+    members = {
+        "outcome": ("member", ["completed", "completed", "no_plateau"], {"long_name": "how the case ended"}),
+        "message": ("member", ["", "", "longer"], {"long_name": "why"}),
+        "plateau_mean": ("member", [1.0, 3.0, float("nan")], {"long_name": "plateau", "ancillary_variables": "x"}),
+        "plateau_mean_ensemble_mean": ((), 2.0, {"long_name": "mean", "ancillary_variables": "u_uncertainty"}),
+        "plateau_mean_ensemble_uncertainty": ((), 0.5, {"long_name": "error"}),
+        "plateau_mean_ensemble_std": ((), 1.4, {"long_name": "scatter"}),
+    }
+    case = over_members(xr.Dataset(members, {"member": [0, 1, 2]}))
+    assert next(iter(ending_lines(case))) == "outcome: 2 completed; 1 no_plateau: 1 longer"
+    table, _ = case_table(case)
+    assert [row[:2] for row in table.rows if "plateau" in row[0]] == [
+        ("plateau_mean", "2"),
+        ("plateau_mean_ensemble_std", "1.4"),
+    ]

@@ -1,0 +1,59 @@
+"""A line in text shows where a line goes: dots at its ends and peaks, ends of both axes, nothing where there is no line."""
+
+import numpy as np
+import pytest
+
+from study.report.text_plot import HEIGHT, WIDTH, text_plot
+
+BLANK = "\u2800"
+LABELS = ("place", "height")
+
+
+def letters(drawn: str) -> list[str]:
+    """The rows of the plot without axes."""
+    return [line.split("┤")[1] for line in drawn.splitlines() if "┤" in line]
+
+
+def test_a_plot_has_the_size_that_is_asked_for_and_the_ends_of_its_axes():
+    drawn = text_plot([0.0, 2.5], [-1.0, 3.0], LABELS)
+    lines = drawn.splitlines()
+    assert len(lines) == HEIGHT + 2
+    assert {len(row) for row in letters(drawn)} == {WIDTH}
+    assert lines[0].strip() == "height"
+    assert [lines[1].split()[0], lines[HEIGHT].split()[0]] == ["3", "-1"]
+    assert lines[-1].split() == ["0", "place", "2.5"]
+
+
+def test_a_rising_line_goes_from_the_bottom_left_to_the_top_right_without_a_gap():
+    rows = letters(text_plot([0.0, 1.0], [0.0, 1.0], LABELS, width=8, height=4))
+    marked = [[column for column, letter in enumerate(row) if letter != BLANK] for row in rows]
+    assert [row[-1] for row in marked] == sorted((row[-1] for row in marked), reverse=True)
+    assert (marked[0][-1], marked[-1][0]) == (7, 0)
+    assert {column for row in marked for column in row} == set(range(8))
+    assert max(map(len, marked)) <= 4  # a quarter of the way, and a dot on either side
+
+
+def test_a_single_high_tooth_between_many_points_is_seen():
+    x = np.linspace(0.0, 1.0, 10_001)
+    y = np.where(np.arange(x.size) == 5000, 1.0, 0.0)
+    rows = letters(text_plot(x, y, LABELS))
+    assert all(row[WIDTH // 2 - 1 : WIDTH // 2 + 1] != 2 * BLANK for row in rows)
+    assert rows[0].replace(BLANK, "") != ""
+    assert len(rows[0].replace(BLANK, "")) <= 2
+
+
+def test_a_level_line_and_a_drop_at_one_place_are_drawn():
+    assert sum(row.strip(BLANK) != "" for row in letters(text_plot([0, 1], [5, 5], LABELS))) == 1
+    rows = letters(text_plot([0.0, 0.5, 0.5, 1.0], [1.0, 1.0, 0.0, 0.0], LABELS, width=10, height=5))
+    assert [rows[0].strip(BLANK), rows[-1].strip(BLANK)] != ["", ""]
+    assert all(row.strip(BLANK) for row in rows)  # the drop joins both levels
+
+
+@pytest.mark.parametrize(("x", "y"), [([], []), ([1.0], [2.0]), ([1.0, 1.0], [0.0, 1.0]), ([0.0, 1.0], [np.nan, 1.0])])
+def test_what_is_no_line_is_no_plot(x, y):
+    assert text_plot(x, y, LABELS) == ""
+
+
+def test_values_that_are_missing_are_left_out():
+    given = text_plot([0.0, 0.5, 1.0], [0.0, np.nan, 1.0], LABELS)
+    assert given == text_plot([0.0, 1.0], [0.0, 1.0], LABELS)
