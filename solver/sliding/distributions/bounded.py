@@ -79,22 +79,23 @@ def likeliest(statistic: Vector, widths: Vector, counts: NDArray[np.int64]) -> B
 
     statistic: (b,) at the middles of the bins, increasing; widths: (b,) lengths of the bins, or numbers in them.
     """
-    total, span = counts.sum(), statistic[-1] - statistic[0]
-    mean = float(counts @ statistic / total)
-    if not statistic[0] < mean < statistic[-1]:
+    place = (statistic - statistic[0]) / (statistic[-1] - statistic[0])
+    mean, log_widths = float(counts @ place / counts.sum()), np.log(widths)
+    if not 0.0 < mean < 1.0:
         return None
-    log_widths = np.log(widths)
 
-    def excess(rate: float) -> float:
-        """Of the law's mean over that of the sizes: it falls as the rate grows."""
-        return float(np.exp(_log_shares(np.array(rate / span), statistic, log_widths)) @ statistic - mean)
+    def excess(steepness: float) -> float:
+        """Of the law's mean place over that of the sizes: it falls as the law gets steeper."""
+        logs = log_widths - steepness * place
+        shares = np.exp(logs - logs.max())
+        return float(shares @ place / shares.sum()) - mean
 
     low, high = -1.0, 1.0
     while excess(low) < 0.0:
         low *= 2.0
     while excess(high) > 0.0:
         high *= 2.0
-    rate = float(brentq(excess, low, high, xtol=1e-9, rtol=1e-9)) / span
+    rate = float(brentq(excess, low, high, xtol=1e-9, rtol=1e-9)) / (statistic[-1] - statistic[0])
     return BoundedLaw(statistic, log_widths, counts, rate, _log_shares(np.array(rate), statistic, log_widths))
 
 

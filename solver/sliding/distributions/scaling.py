@@ -92,8 +92,8 @@ def _candidate(binned: Histogram, chosen: slice) -> BoundedLaw | None:
     law = likeliest(np.log(middles), widths, counts)
     if law is None or law.rate <= 0.0 or math.sqrt(law.total) * law.distance > FARTHEST:
         return None
-    exponential = likeliest(middles / middles[0], widths, counts)
-    if exponential is None or law.chance_of_curvature() < SIGNIFICANT:
+    exponential = None if law.chance_of_curvature() < SIGNIFICANT else likeliest(middles / middles[0], widths, counts)
+    if exponential is None:
         return None
     ratio, chance = vuong(law.log_shares - exponential.log_shares, counts)
     return law if ratio > 0.0 and chance < CLEAR else None

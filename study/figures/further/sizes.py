@@ -17,6 +17,8 @@ from study.figures.shared.canvas import COLORS, column
 from study.figures.shared.claims import Claim
 from study.figures.shared.figure import CampaignFigure, register
 
+Floats = NDArray[np.float64]
+
 
 class Panel(NamedTuple):
     """A size: its label, and the exponent and name of its reference line."""
@@ -33,6 +35,8 @@ PANELS: Final = {
     "energy": Panel("energy lost, in $W L_x$", GUTENBERG_RICHTER, "Gutenberg-Richter"),
     "step": Panel("step to the next, in $L_x$"),
 }
+LAW_WORDS: Final = {"lognormal": "log-normal", "power_law": "power law", "truncated_power_law": "x^-τ exp(-λx)"}
+"""Law that a tail prefers -> what a reader calls it."""
 LEAST_DECADES: Final = 1.0
 """Below, a scaling range is not called a power law."""
 
@@ -91,32 +95,39 @@ def _draw_reference(axes: Axes, panel: Panel) -> None:
 def claims(dataset: xr.Dataset) -> Iterator[Claim]:
     """The scaling range of every size of every case, and how the slab's events differ from those of blocks."""
     for number, name in names(dataset).items():
-        scalars = numbers_of(dataset, number)
+        scalars, sizes = numbers_of(dataset, number), steady_sizes(dataset, number)
         for size, panel in PANELS.items():
             reference = f"{panel.exponent:.3g} ({panel.reference})" if panel.reference else ""
-            yield Claim(f"{plain(name)}: {size}", reference, *_scaling(scalars, size))
+            yield Claim(f"{plain(name)}: {size}", reference, *_scaling(scalars, size, getattr(sizes, size)))
     for meaning, share in SHARES.items():
         found = [f"{plain(name)}: {share(steady(dataset, number)):.2g} %" for number, name in names(dataset).items()]
         yield Claim(meaning, "", found[0], "; ".join(found[1:]))
 
 
-def _scaling(scalars: xr.Dataset, size: str) -> tuple[str, str]:
-    """What a size's scaling range says, and which law describes the largest sizes best."""
-    exponent, error, decades, events, goodness = (
+def _scaling(scalars: xr.Dataset, size: str, values: Floats) -> tuple[str, str]:
+    """What a size's scaling range says, how much of all values (e,) is in it, and which law is nearest to the largest sizes."""
+    exponent, error, first, last, decades, goodness = (
         float(scalars[f"{size}_scaling_{name}"])
-        for name in ("exponent", "exponent_uncertainty", "decades", "events", "goodness")
+        for name in ("exponent", "exponent_uncertainty", "first", "last", "decades", "goodness")
     )
-    first, last, beyond = (
-        _size(float(scalars[f"{size}_{name}"])) for name in ("scaling_first", "scaling_last", "cutoff")
-    )
-    tail = f"from {beyond} on nearest to: {str(scalars[f'{size}_preferred'].item()).replace('_', ' ')}"
+    preferred = str(scalars[f"{size}_preferred"].item())
+    tail = f"from {_size(float(scalars[f'{size}_cutoff']))} on nearest to: {LAW_WORDS.get(preferred, preferred)}"
     if not decades:
         return "no power law", tail
-    fit = f"{exponent:.3g} ± {error:.1g} from {first} to {last}"
-    known = f"{decades:.2g} decades, {events:.0f} events, goodness {goodness:.2g}"
+    fit = f"{exponent:.3g} ± {error:.1g} from {_size(first)} to {_size(last)}"
+    known = f"{decades:.2g} decades, goodness {goodness:.2g}, {_part(values, first, last)}"
     if decades < LEAST_DECADES:
         return "no decade of power law", f"longest: {fit}, {known}; {tail}"
     return fit, f"{known}; {tail}"
+
+
+def _part(values: Floats, first: float, last: float) -> str:
+    """Percentage of all values (e,) above 0 that are in a range, and of their sum."""
+    values = values[values > 0.0]
+    there = (values >= first) & (values <= last)
+    return (
+        f"{100.0 * there.mean():.2g} % of the events, {100.0 * values[there].sum() / values.sum():.2g} % of their sum"
+    )
 
 
 def _size(value: float) -> str:
