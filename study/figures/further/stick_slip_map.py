@@ -69,7 +69,7 @@ def claims(dataset: xr.Dataset) -> Iterator[Claim]:
     stiffness = follows["spring_stiffness"].where(follows).min("spring_stiffness")
     found = ", ".join(f"{float(least):.2g}" if least > 0.0 else "none" for least in stiffness)
     masses = ", ".join(f"{mass:g}" for mass in stiffness["pin_mass"].values)
-    yield Claim(f"lowest k with micro slip, N/m, m = {masses} kg", "", found, "of any velocity and damping ratio")
+    yield Claim("lowest k with micro slip, N/m", "", found, f"m = {masses} kg, at any velocity and damping ratio")
 
 
 register(

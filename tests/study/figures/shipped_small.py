@@ -46,7 +46,7 @@ SMALLER: Mapping[str, Mapping[str, Mapping[str, Any]]] = {
         },
         "numerics": {"n_x": 65},
     },
-    "schemes": {"axes": {"n_x": [17, 33]}},
+    "schemes": {"axes": {"n_x": [33, 65]}},
     "figures/choices": {
         "axes": {
             "radius": [200.0],
