@@ -39,7 +39,7 @@ ORDER = {
     "study.dataset.access": "selection accessor placement concatenation",
     "study.execution": "launch interruption queue progress ledger dispatch farm executor warmup submission",
     "study.report": "console summary page",
-    "study.figures": "shared frames reproduction further catalogue gallery",
+    "study.figures": "shared frames recipes reproduction further catalogue gallery",
     "study.figures.shared": "paper claims canvas files figure power_law",
     "study.figures.frames": "moments drawing film",
     "study.figures.reproduction": "punch records resolution drive stick motion choices",
