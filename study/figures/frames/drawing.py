@@ -5,7 +5,6 @@ from typing import Any, Final
 import numpy as np
 from matplotlib.figure import Figure
 
-from solver.outcome import InvalidInput
 from study.figures.frames.moments import Moment, Moments
 from study.figures.shared.canvas import COLORS, column
 
@@ -15,12 +14,8 @@ PRESSURE, SHEAR, MARK = COLORS[:3]
 
 
 def strip(shown: Moments) -> Figure:
-    """Moments side by side; below them the record, where each of them is a numbered point. Raises InvalidInput if too many."""
+    """Moments side by side; below them the record, where each of them is a numbered point."""
     count = len(shown.moments)
-    if count > MOST_IN_STRIP:
-        raise InvalidInput(
-            f"events: {count} of them: a strip holds at most {MOST_IN_STRIP}; ask for fewer, or for a .gif or .mp4"
-        )
     with column(4.2, max(3.35, 0.6 + 1.35 * count)) as figure:
         grid = figure.add_gridspec(3, count, height_ratios=(1.0, 0.6, 0.8))
         for number, moment in enumerate(shown.moments):

@@ -1,5 +1,7 @@
 """Moments as a file: a strip (PNG, PDF, SVG) or a film (GIF, MP4), as its suffix says."""
 
+import os
+from collections.abc import Iterable
 from pathlib import Path
 from tempfile import TemporaryDirectory
 from typing import Any, Final
@@ -7,9 +9,10 @@ from typing import Any, Final
 from matplotlib.animation import FFMpegWriter, PillowWriter
 from matplotlib.backends.backend_agg import FigureCanvasAgg
 
+from solver.case import Case
 from solver.outcome import InvalidInput
-from study.figures.frames.drawing import draw_frame, strip
-from study.figures.frames.moments import Moments
+from study.figures.frames.drawing import MOST_IN_STRIP, draw_frame, strip
+from study.figures.frames.moments import Moments, events_of, moments_of
 from study.figures.shared.canvas import FORMATS, column, image
 from study.figures.shared.files import write_files
 
@@ -20,20 +23,36 @@ RESOLUTION: Final = 120
 """Of films, in dots per inch."""
 
 
-def check_suffix(path: Path) -> None:
-    """Raise InvalidInput where no picture has this suffix, or where what writes it is not installed."""
+def frames(case: Case, events: str | Iterable[int], path: str | os.PathLike[str]) -> Moments:
+    """Draw a case after each of some events into a file: pressure, shear, slip, and where in the friction record that is.
+
+    events: numbers, 0 is initial contact; or text, as `0:200:40` or `0,5,12`. path: its suffix says whether it is a strip (.png,
+    .pdf, .svg) or a film (.gif, .mp4). Returns what is drawn; events that the record does not reach are left out.
+    Raises InvalidInput for events, a case or a suffix that cannot be drawn, StoreError where the file cannot be written.
+
+    >>> import nanoslip
+    >>> nanoslip.frames(nanoslip.Case(), "0:200:40", "strip.png").outcome.ok  # doctest: +SKIP
+    True
+    """
+    wanted = events_of(events) if isinstance(events, str) else tuple(sorted(set(events)))
+    suffix = _suffix(Path(path), len(wanted))
+    shown = moments_of(case, wanted)
+    write_files({Path(path): _film(shown, suffix) if suffix in FILMS else image(strip(shown), suffix)})
+    return shown
+
+
+def _suffix(path: Path, count: int) -> str:
+    """The format of a file with so many pictures. Raises InvalidInput where there is none, or nothing here writes it."""
     suffix = path.suffix.removeprefix(".")
     if suffix not in (*FORMATS, *FILMS):
         raise InvalidInput(f"{path}: needs one of the suffixes .{', .'.join((*FORMATS, *FILMS))}")
     if suffix in FILMS and not FILMS[suffix].isAvailable():
         raise InvalidInput(f"{path}: needs the program ffmpeg, which is not found here; install it, or take .gif")
-
-
-def write_frames(shown: Moments, path: Path) -> None:
-    """Write moments to a file. Raises InvalidInput as `check_suffix` and `strip` do, StoreError where it cannot be written."""
-    check_suffix(path)
-    suffix = path.suffix.removeprefix(".")
-    write_files({path: _film(shown, suffix) if suffix in FILMS else image(strip(shown), suffix)})
+    if suffix in FORMATS and count > MOST_IN_STRIP:
+        raise InvalidInput(
+            f"{path}: {count} events: a strip holds at most {MOST_IN_STRIP}; ask for fewer, or for a .gif or .mp4"
+        )
+    return suffix
 
 
 def _film(shown: Moments, suffix: str) -> bytes:

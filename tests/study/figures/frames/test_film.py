@@ -39,26 +39,27 @@ def test_pictures_of_a_film_share_their_scales(shown: Moments) -> None:
     assert len(limits) == 1
 
 
-def test_a_film_has_a_picture_for_each_moment(shown: Moments, tmp_path: Path) -> None:
-    film.write_frames(shown, tmp_path / "pin.gif")
+def test_a_film_has_a_picture_for_each_moment(tmp_path: Path) -> None:
+    film.frames(CASE, "0:20:10", tmp_path / "pin.gif")
     assert [path.name for path in tmp_path.iterdir()] == ["pin.gif"]
     with Image.open(tmp_path / "pin.gif") as found:
         assert found.n_frames == 3
         assert np.ptp(np.asarray(found.convert("L"))) > 100
 
 
-def test_a_film_in_mp4_needs_ffmpeg(shown: Moments, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_a_film_in_mp4_needs_ffmpeg(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     path = tmp_path / "pin.mp4"
     if film.FILMS["mp4"].isAvailable():
-        film.write_frames(shown, path)
+        film.frames(CASE, (0, 5), path)
         assert path.read_bytes()[4:8] == b"ftyp"
     monkeypatch.setattr(film.FILMS["mp4"], "isAvailable", lambda: False)
     with pytest.raises(InvalidInput, match=r"pin\.mp4: needs the program ffmpeg, .* or take \.gif"):
-        film.check_suffix(path)
+        film.frames(CASE, (0, 5), path)
 
 
-def test_what_cannot_be_drawn_is_refused(shown: Moments) -> None:
+def test_what_cannot_be_drawn_is_refused_before_anything_is_computed(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(film, "moments_of", None)
     with pytest.raises(InvalidInput, match=r"pin\.jpg: needs one of the suffixes \.pdf, \.svg, \.png, \.gif, \.mp4"):
-        film.check_suffix(Path("pin.jpg"))
-    with pytest.raises(InvalidInput, match=f"11 of them: a strip holds at most {MOST_IN_STRIP}"):
-        strip(moments_of(CASE, range(11)))
+        film.frames(CASE, (0,), "pin.jpg")
+    with pytest.raises(InvalidInput, match=rf"pin\.png: 11 events: a strip holds at most {MOST_IN_STRIP}"):
+        film.frames(CASE, range(11), "pin.png")
