@@ -24,8 +24,9 @@ mean friction force over load on the steady part of the record, over displacemen
 ('event',)
 
 `run`, `open`, `concat` and `describe` are of campaigns and datasets, whose accessor `.nanoslip` finds records, trajectories and
-contacts; everything else is of single cases. A name
-is imported when it is first used. The command `nanoslip --help` does the same from a shell.
+contacts; everything else is of single cases. Results are one line in a console; `.plot()` draws them, `.to_xarray()` labels
+their numbers, and `frames` shows a case at work. A name is imported when it is first used. The command `nanoslip --help` does
+the same from a shell.
 """
 
 import importlib
@@ -86,6 +87,7 @@ if TYPE_CHECKING:
     from study.dataset.description import Described
     from study.dataset.description import described as describe
     from study.dataset.store import StoreError
+    from study.figures.frames.film import frames
     from study.manifest.problems import ManifestError
 
     __version__: str
@@ -132,6 +134,7 @@ __all__ = [
     "event_sizes",
     "event_statistics",
     "flat_punch_pressure",
+    "frames",
     "friction_record",
     "hertz",
     "logarithmic_histogram",
@@ -157,6 +160,7 @@ _NAMES = {
     "study.api": "concat open_dataset:open run",
     "study.dataset.description": "Described described:describe",
     "study.dataset.store": "StoreError",
+    "study.figures.frames.film": "frames",
     "study.manifest.problems": "ManifestError",
 }
 """Module -> its names that are public here; `theirs:ours` where the name differs. All others are the solver's."""

@@ -33,7 +33,7 @@ ORDER = {
     "study": "shipped toml_text xarray_accessor provenance origin manifest discretization plan dataset execution report figures "
     "accuracy api commands __main__",
     "study.manifest": "parameters problems columns drives manifest checker named_files drive_tables reader "
-    "effects cases one_case",
+    "effects cases choice one_case",
     "study.discretization": "front targets",
     "study.plan": "task keys kinds tasks condensation cost drive_cost plan flags spans memory",
     "study.plan.kinds": "kind compliance contact record statistics states drive",
@@ -42,12 +42,13 @@ ORDER = {
     "study.dataset.access": "selection single accessor tidy placement concatenation",
     "study.execution": "launch interruption queue progress ledger dispatch farm executor warmup submission",
     "study.report": "columns console summary interchange case_table curves text_plot page",
-    "study.figures": "shared reproduction further catalogue gallery",
-    "study.figures.shared": "paper claims canvas figure power_law independence tiles",
+    "study.figures": "shared frames recipes reproduction further catalogue gallery",
+    "study.figures.shared": "paper claims canvas files figure power_law independence tiles",
+    "study.figures.frames": "moments drawing film",
     "study.figures.reproduction": "punch records resolution drive stick motion scores choices",
     "study.figures.further": "findings modulation continuum chains sizes correlations nodes stick_slip_map friction_map schemes",
     "study.accuracy": "timing setup diagram elastic_operator slip_numerics integrators picture table measurement",
-    "study.commands": "shared campaigns new check plan run status collect report figure show try export verify "
+    "study.commands": "shared campaigns new check plan run status collect report figure frames show try export verify "
     "describe accuracy submit cli",
     "study.commands.shared": "exits refusals lazy arguments files plans datasets sources one_case conduct",
 }

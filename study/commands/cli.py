@@ -208,6 +208,32 @@ def export(campaign: Path, out: Path | None, form: str | None, table: str | None
 
 
 @cli.command()
+@CAMPAIGN
+@click.argument("selection", nargs=-1, metavar="[KEY=VALUE]...")
+@click.option(
+    "--events",
+    default="0:200:40",
+    show_default=True,
+    help="Events after which the contact is shown, as first:last:step or 0,5,12; 0 is initial contact.",
+)
+@click.option(
+    "-o",
+    "--output",
+    type=click.Path(path_type=Path),
+    default=Path("frames.png"),
+    show_default=True,
+    help="A strip (.png, .pdf, .svg) or a film (.gif, .mp4).",
+)
+def frames(campaign: Path, selection: tuple[str, ...], events: str, output: Path) -> None:
+    """Show one case of CAMPAIGN at work, event by event.
+
+    Pressure, shear, slip and F/W are computed again from the campaign file; no results are needed. KEY=VALUE single out the
+    case by its axes: nanoslip frames smoke intrinsic_friction=0.5 --events 0:200:10 -o pin.gif
+    """
+    work("frames", campaign, selection, events, output)
+
+
+@cli.command()
 @click.argument("dataset", type=click.Path(path_type=Path))
 @click.option(
     "--sample", type=click.IntRange(min=1), help="So many cases only, evenly spread, the same each time [default: all]"

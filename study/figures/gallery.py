@@ -5,10 +5,10 @@ from pathlib import Path
 
 import xarray as xr
 
-from study.dataset.store import StoreError, written_whole
 from study.figures.shared.canvas import image
 from study.figures.shared.claims import table
 from study.figures.shared.figure import FIGURES, CampaignFigure
+from study.figures.shared.files import write_files
 
 INDEX = "README.md"
 """The page of all figures of a folder."""
@@ -27,7 +27,7 @@ def write(figure: CampaignFigure, dataset: xr.Dataset, root: Path, formats: Sequ
     folder, drawn = place(figure, root), figure.draw(dataset)
     files = {folder / f"{figure.name}.{form}": image(drawn, form) for form in formats}
     files[folder / f"{figure.name}.md"] = _page(figure, dataset).encode()
-    _write(files)
+    write_files(files)
     return list(files)
 
 
@@ -43,7 +43,7 @@ def write_indexes(root: Path) -> list[Path]:
         if folder != root and page.exists():
             drawn.setdefault(folder, []).append(page.read_text("utf-8"))
     pages = {folder / INDEX: "\n".join([_head(folder.name), *texts]).encode() for folder, texts in drawn.items()}
-    _write(pages)
+    write_files(pages)
     return list(pages)
 
 
@@ -71,16 +71,6 @@ def _page(figure: CampaignFigure, dataset: xr.Dataset) -> str:
     picture = f"![{figure.caption}]({figure.name}.png)"
     source = f"*{figure.caption}* Campaign: `{figure.campaign}`."
     return "\n\n".join((f"## {figure.title}", picture, source, claims)) + "\n"
-
-
-def _write(files: dict[Path, bytes]) -> None:
-    try:
-        for path, content in files.items():
-            path.parent.mkdir(parents=True, exist_ok=True)
-            with written_whole(path) as scratch:
-                scratch.write_bytes(content)
-    except OSError as error:
-        raise StoreError(f"{path}: cannot be written: {error.strerror or error}") from None
 
 
 def campaigns_of(names: Iterable[str]) -> dict[str, list[CampaignFigure]]:

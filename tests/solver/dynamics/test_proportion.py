@@ -46,6 +46,13 @@ def test_drives_of_shipped_campaigns_are_in_proportion() -> None:
     assert seen > 100
 
 
+def test_a_campaign_is_asked_nothing_as_its_drives_are_in_si() -> None:
+    """Hard cases and random scenes pull pins by springs as stiff as can be written down."""
+    drive = {"name": "rigid", "spring_stiffness": 1e12, "stage_velocity": 1e-6, "samples": 10}
+    found = nanoslip.run({"title": "stiff", "numerics": {"n_x": 17}, "limits": {"events": 60}, "drives": [drive]})
+    assert found.spring_stiffness == 1e12  # and no warning, which would be an error here
+
+
 def test_the_bounds_are_where_they_are_said_to_be() -> None:
     drive = Drive(STIFFEST * K, 0.1, 1.0, 1.0)
     assert disproportion(drive, K, F) == ""

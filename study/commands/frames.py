@@ -1,0 +1,29 @@
+"""`nanoslip frames`: one case of a campaign at work, event by event, as a strip of pictures or a film."""
+
+from pathlib import Path
+
+import click
+
+from solver.outcome import SolverError
+from study.commands.shared.plans import planned
+from study.commands.shared.refusals import refusals
+from study.figures.frames.film import frames
+from study.figures.frames.moments import events_of
+from study.manifest.choice import chosen
+from study.manifest.problems import ManifestError
+
+
+def work(campaign: Path, selection: tuple[str, ...], events: str, output: Path) -> None:
+    """Compute a case's contact after each of some events, and draw it."""
+    with refusals(SolverError):
+        wanted = events_of(events)
+        case = chosen(planned(campaign).cases, selection)
+        if case.case is None:
+            raise ManifestError([f"{case.point}: {case.outcome.message}"])
+        shown = frames(case.case, wanted, output)
+    if len(shown.moments) < len(wanted):
+        ended = shown.outcome if not shown.outcome.ok else shown.record.outcome
+        reason = f"{ended.ending}: {ended.message}".rstrip(": ")
+        click.echo(f"no event {wanted[len(shown.moments)]}: the record ends before ({reason})", err=True)
+    last = shown.moments[-1].event
+    click.echo(f"written: {output} ({case.point}; {len(shown.moments)} moments to event {last})")

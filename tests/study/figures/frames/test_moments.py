@@ -1,0 +1,74 @@
+"""What a film shows is what the record knows: forces, limits of shear, and which nodes slip in an event."""
+
+import numpy as np
+import pytest
+
+from solver.case import Case, Effects
+from solver.outcome import Ending, InvalidInput
+from solver.slab import Slab
+from study.figures.frames.moments import MOST, Moments, events_of, moments_of
+
+CASE = Case(intrinsic_friction=0.5, radius=50.0, slab=Slab(n_x=17), max_events=30)
+
+
+@pytest.fixture(scope="module")
+def shown() -> Moments:
+    return moments_of(CASE, range(31))
+
+
+def test_a_moment_lies_on_the_record(shown: Moments) -> None:
+    assert [moment.event for moment in shown.moments] == list(range(31))
+    after = shown.record.force_after / CASE.normal_load
+    places = [moment.displacement for moment in shown.moments[1:]]
+    np.testing.assert_allclose(places, shown.record.displacement, rtol=1e-9)
+    np.testing.assert_allclose([moment.friction for moment in shown.moments[1:]], after, atol=1e-9)
+
+
+def test_shear_stays_within_its_limits(shown: Moments) -> None:
+    for moment in shown.moments:
+        assert np.all(np.abs(moment.shear) <= moment.limit * (1.0 + 1e-9) + 1e-12)
+        np.testing.assert_array_equal(moment.limit, 0.5 * moment.pressure)
+        assert moment.pressure.sum() * CASE.slab.spacing == pytest.approx(1.0, rel=1e-9)
+
+
+def test_marked_nodes_are_those_that_slip_in_the_event(shown: Moments) -> None:
+    """Those that touch in the event may slip as well; they are not marked, as they were not there before."""
+    marked = np.array([moment.slipped.sum() for moment in shown.moments[1:]])
+    whole = (shown.record.touches == 0) & (shown.record.releases == 0)
+    assert whole.sum() > 10
+    np.testing.assert_array_equal(marked[whole], shown.record.extent[whole])
+    assert not shown.moments[0].slipped.any()
+
+
+def test_what_the_record_does_not_reach_is_left_out() -> None:
+    short = Case(intrinsic_friction=0.5, radius=50.0, slab=Slab(n_x=17), max_events=None, max_displacement=3.3e-4)
+    found = moments_of(short, (0, 1, 100_000))
+    assert [moment.event for moment in found.moments] == [0, 1]
+    assert len(found.record.displacement) == 1
+
+
+def test_a_node_that_cannot_slip_has_no_limit() -> None:
+    assert np.isnan(
+        moments_of(Case(intrinsic_friction=np.inf, radius=50.0, slab=Slab(n_x=17)), (0,)).moments[0].limit
+    ).all()
+
+
+def test_no_contact_is_refused_with_what_the_solver_says() -> None:
+    steep = Case(normal_load=1.0, radius=0.1, slab=Slab(n_x=17))
+    with pytest.raises(InvalidInput, match=f"no contact after event 0: {Ending.STEEP_PIN}: "):
+        moments_of(steep, (0,))
+    with pytest.raises(InvalidInput, match="friction = false"):
+        moments_of(Case(effects=Effects(friction=False), slab=Slab(n_x=17)), (0, 5))
+
+
+def test_events_are_a_range_or_a_list() -> None:
+    assert events_of("0:20:5") == (0, 5, 10, 15, 20)
+    assert events_of("3:5") == (3, 4, 5)
+    assert events_of("12,0,5") == (0, 5, 12)
+    assert len(events_of(f"1:{MOST}")) == MOST
+
+
+@pytest.mark.parametrize("text", ["", "a", "5:1", "5:1:-1", "-1", "0:5:0", "0:1:2:3", f"0:{10**9}", "1.5", "1,,2"])
+def test_other_events_are_refused(text: str) -> None:
+    with pytest.raises(InvalidInput, match=r"^events = .*: needs first:last:step"):
+        events_of(text)

@@ -1,0 +1,44 @@
+"""KEY=VALUE single out one case of a campaign; anything else says what there is."""
+
+import pytest
+
+from study.manifest.cases import expand
+from study.manifest.choice import chosen
+from study.manifest.problems import ManifestError
+from study.manifest.reader import parse_manifest
+from tests.conftest import ROOT
+
+CASES = expand(
+    parse_manifest(
+        ROOT / "toy.toml",
+        'title = "a toy"\n[axes]\nradius = [50.0, 100.0]\nevents = [5, 10]\nslip_order = ["worst_first", "simultaneous"]\n',
+        {},
+    )
+)
+
+
+def test_a_case_is_found_by_the_words_of_its_campaign() -> None:
+    found = chosen(CASES, ["events=5", "radius=1e2", "slip_order=simultaneous"])
+    assert (found.parameters["radius"], found.parameters["max_events"], found.parameters["slip_order"]) == (
+        100.0,
+        5,
+        "simultaneous",
+    )
+    assert chosen(CASES[:1], []) is CASES[0]
+
+
+REFUSED = {
+    "radius": "these cases are told apart by intrinsic_friction, radius, aspect_ratio, n_x, events, slip_order",
+    "poisson=0.3": "poisson=0.3: needs KEY=VALUE",
+    "radius=60": "radius=60: no such case; there are 50.0, 100.0",
+    "radius=wide": "radius=wide: no such case",
+    "radius=50": "radius=50: 4 cases are like that; say events = 5 or 10, slip_order = worst_first or simultaneous",
+    "radius=50 radius=100": "radius=50 radius=100: no case is all of that",
+}
+
+
+@pytest.mark.parametrize("selection", REFUSED)
+def test_anything_else_says_what_there_is(selection: str) -> None:
+    with pytest.raises(ManifestError) as refused:
+        chosen(CASES, selection.split())
+    assert REFUSED[selection] in str(refused.value)
