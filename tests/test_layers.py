@@ -32,11 +32,12 @@ ORDER = {
     "commands __main__",
     "study.manifest": "parameters problems columns drives manifest checker named_files drive_tables reader effects cases",
     "study.discretization": "front targets",
-    "study.plan": "task keys kinds tasks condensation cost drive_cost plan flags spans memory",
+    "study.plan": "task keys cost kinds tasks plan endings size flags spans memory",
+    "study.plan.cost": "condensation sliding seconds arrays drive",
     "study.plan.kinds": "kind compliance contact record statistics states drive",
     "study.dataset": "store groups file variables ensemble description ragged layout collect access comparison pair verification",
     "study.dataset.access": "selection accessor placement concatenation",
-    "study.execution": "launch interruption queue progress ledger dispatch farm executor warmup submission",
+    "study.execution": "launch interruption queue forecast progress ledger dispatch farm executor warmup submission",
     "study.report": "columns console summary page",
     "study.figures": "shared reproduction further catalogue gallery",
     "study.figures.shared": "paper claims canvas figure power_law",
@@ -44,7 +45,7 @@ ORDER = {
     "study.figures.further": "findings modulation continuum sizes maps",
     "study.accuracy": "timing setup diagram elastic_operator slip_numerics integrators picture table measurement",
     "study.commands": "shared campaigns plan run status collect report figure verify describe accuracy submit cli",
-    "study.commands.shared": "exits refusals lazy arguments plans datasets conduct",
+    "study.commands.shared": "exits refusals lazy arguments machine plans datasets conduct",
 }
 """Folder -> what is in it, from the first to the last; `__init__` of a folder may import all of it."""
 

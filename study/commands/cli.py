@@ -8,7 +8,7 @@ from typing import Final
 
 import click
 
-from study.commands.shared.arguments import CAMPAIGN, OUT, CampaignPath
+from study.commands.shared.arguments import CAMPAIGN, JSON, OUT, CampaignPath
 from study.commands.shared.exits import ABORTED, show
 from study.commands.shared.lazy import work
 from study.execution.interruption import GRACE
@@ -33,20 +33,29 @@ def cli() -> None:
 
 
 @cli.command()
-def campaigns() -> None:
+@JSON
+def campaigns(as_json: bool) -> None:
     """List the campaigns that come with nanoslip.
 
     They are there to run by name or to copy.
     """
-    work("campaigns")
+    work("campaigns", as_json)
 
 
 @cli.command()
 @CAMPAIGN
 @OUT
-def plan(campaign: Path, out: Path | None) -> None:
-    """Show what CAMPAIGN would compute, less what is finished."""
-    work("plan", campaign, out)
+@click.option("--ranks", type=click.IntRange(min=1), help="Estimate the time on so many ranks [default: cores here]")
+@click.option(
+    "--effects", "show_effects", is_flag=True, help="Say of every effect whether it is on, and what is left out."
+)
+@JSON
+def plan(campaign: Path, out: Path | None, ranks: int | None, show_effects: bool, as_json: bool) -> None:
+    """Show what CAMPAIGN would compute, and what it takes.
+
+    What is finished is left out of the time.
+    """
+    work("plan", campaign, out, ranks, show_effects, as_json)
 
 
 @cli.command()
@@ -70,9 +79,14 @@ def run(campaign: Path, out: Path | None, serial: bool, grace: float, recompute_
 @cli.command()
 @CAMPAIGN
 @OUT
-def status(campaign: Path, out: Path | None) -> None:
-    """Show how much of CAMPAIGN is finished."""
-    work("status", campaign, out)
+@click.option("--watch", is_flag=True, help="Look again every two seconds until all is finished; Ctrl-C ends it.")
+@JSON
+def status(campaign: Path, out: Path | None, watch: bool, as_json: bool) -> None:
+    """Show how much of CAMPAIGN is finished, and how it ended.
+
+    From the files of results alone: while it runs, after an interruption, from another machine.
+    """
+    work("status", campaign, out, watch, as_json)
 
 
 @cli.command()
@@ -119,24 +133,26 @@ def figure(names: tuple[str, ...], everything: bool, formats: tuple[str, ...], i
 @click.option(
     "--sample", type=click.IntRange(min=1), help="So many cases only, evenly spread, the same each time [default: all]"
 )
-def verify(dataset: Path, sample: int | None) -> None:
+@JSON
+def verify(dataset: Path, sample: int | None, as_json: bool) -> None:
     """Compute DATASET again from itself alone, and compare.
 
     DATASET is a file results.nc. Each case is bit-identical, within tolerance, or different.
 
     Exit codes: 0 identical or within tolerance, 1 something is different, 2 nothing that can be computed again.
     """
-    work("verify", dataset, sample)
+    work("verify", dataset, sample, as_json)
 
 
 @cli.command()
 @click.argument("name", required=False)
-def describe(name: str | None) -> None:
+@JSON
+def describe(name: str | None, as_json: bool) -> None:
     """Explain the variables of a dataset, or one of them.
 
     NAME is a variable of a file results.nc; without it a table of all is printed.
     """
-    work("describe", name)
+    work("describe", name, as_json)
 
 
 @cli.command()
