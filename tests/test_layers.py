@@ -37,7 +37,7 @@ ORDER = {
     "study.plan.kinds": "kind compliance contact record statistics states drive",
     "study.dataset": "store groups file variables ensemble description ragged layout collect access comparison pair verification",
     "study.dataset.access": "selection accessor placement concatenation",
-    "study.execution": "launch interruption queue forecast progress ledger dispatch farm executor warmup submission",
+    "study.execution": "launch interruption queue forecast progress ledger dispatch processes farm executor warmup submission",
     "study.report": "columns console summary page",
     "study.figures": "shared reproduction further catalogue gallery",
     "study.figures.shared": "paper claims canvas figure power_law",

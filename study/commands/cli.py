@@ -63,17 +63,22 @@ def plan(campaign: Path, out: Path | None, ranks: int | None, show_effects: bool
 @OUT
 @click.option("--serial", is_flag=True, help="Compute in this process alone, without MPI.")
 @click.option(
+    "-j", "--jobs", type=click.IntRange(min=1), help="Compute in so many processes on this machine, without MPI."
+)
+@click.option(
     "--grace", default=GRACE, show_default=True, help="Seconds that running tasks get to finish after a signal."
 )
 @click.option(
     "--recompute-foreign", is_flag=True, help="Compute again what other software computed (`nanoslip status` names it)."
 )
-def run(campaign: Path, out: Path | None, serial: bool, grace: float, recompute_foreign: bool) -> None:
+def run(
+    campaign: Path, out: Path | None, serial: bool, jobs: int | None, grace: float, recompute_foreign: bool
+) -> None:
     """Compute what is not finished of CAMPAIGN, then collect it.
 
     Under mpiexec or srun: with all ranks.
     """
-    work("run", campaign, out, serial, grace, recompute_foreign)
+    work("run", campaign, out, serial, jobs, grace, recompute_foreign)
 
 
 @cli.command()
