@@ -2,4 +2,5 @@
 
 from nanoslip import main
 
-main()
+if __name__ == "__main__":  # processes that `nanoslip run --jobs` starts import this file
+    main()

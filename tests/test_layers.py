@@ -35,12 +35,13 @@ ORDER = {
     "study.manifest": "parameters problems columns drives manifest checker named_files drive_tables reader "
     "effects cases choice one_case",
     "study.discretization": "front targets",
-    "study.plan": "task keys kinds tasks condensation cost drive_cost plan flags spans memory",
+    "study.plan": "task keys cost kinds tasks plan endings size flags spans memory",
+    "study.plan.cost": "condensation sliding seconds arrays drive",
     "study.plan.kinds": "kind compliance contact record statistics states drive",
     "study.dataset": "store groups file variables ensemble description ragged layout collect access comparison "
     "pair verification",
     "study.dataset.access": "selection single accessor tidy placement concatenation",
-    "study.execution": "launch interruption queue progress ledger dispatch farm executor warmup submission",
+    "study.execution": "launch interruption queue forecast progress ledger dispatch processes farm executor warmup submission",
     "study.report": "columns console summary interchange case_table curves text_plot page",
     "study.figures": "shared frames recipes reproduction further catalogue gallery",
     "study.figures.shared": "paper claims canvas files figure power_law independence tiles",
@@ -50,7 +51,7 @@ ORDER = {
     "study.accuracy": "timing setup diagram elastic_operator slip_numerics integrators picture table measurement",
     "study.commands": "shared campaigns new check plan run status collect report figure frames show try export verify "
     "describe accuracy submit cli",
-    "study.commands.shared": "exits refusals lazy arguments files plans datasets sources one_case conduct",
+    "study.commands.shared": "exits refusals lazy arguments machine files plans datasets sources one_case conduct",
 }
 """Folder -> what is in it, from the first to the last; `__init__` of a folder may import all of it."""
 

@@ -8,7 +8,7 @@ from typing import Final
 
 import click
 
-from study.commands.shared.arguments import CAMPAIGN, OUT, CampaignPath
+from study.commands.shared.arguments import CAMPAIGN, JSON, OUT, CampaignPath
 from study.commands.shared.exits import ABORTED, show
 from study.commands.shared.lazy import work
 from study.execution.interruption import GRACE
@@ -39,12 +39,13 @@ def cli() -> None:
 
 
 @cli.command()
-def campaigns() -> None:
+@JSON
+def campaigns(as_json: bool) -> None:
     """List the campaigns that come with nanoslip.
 
     They are there to run by name or to copy.
     """
-    work("campaigns")
+    work("campaigns", as_json)
 
 
 @cli.command()
@@ -77,9 +78,17 @@ def check(campaigns: tuple[Path, ...]) -> None:
 @cli.command()
 @CAMPAIGN
 @OUT
-def plan(campaign: Path, out: Path | None) -> None:
-    """Show what CAMPAIGN would compute, less what is finished."""
-    work("plan", campaign, out)
+@click.option("--ranks", type=click.IntRange(min=1), help="Estimate the time on so many ranks [default: cores here]")
+@click.option(
+    "--effects", "show_effects", is_flag=True, help="Say of every effect whether it is on, and what is left out."
+)
+@JSON
+def plan(campaign: Path, out: Path | None, ranks: int | None, show_effects: bool, as_json: bool) -> None:
+    """Show what CAMPAIGN would compute, and what it takes.
+
+    What is finished is left out of the time.
+    """
+    work("plan", campaign, out, ranks, show_effects, as_json)
 
 
 @cli.command()
@@ -87,25 +96,35 @@ def plan(campaign: Path, out: Path | None) -> None:
 @OUT
 @click.option("--serial", is_flag=True, help="Compute in this process alone, without MPI.")
 @click.option(
+    "-j", "--jobs", type=click.IntRange(min=1), help="Compute in so many processes on this machine, without MPI."
+)
+@click.option(
     "--grace", default=GRACE, show_default=True, help="Seconds that running tasks get to finish after a signal."
 )
 @click.option(
     "--recompute-foreign", is_flag=True, help="Compute again what other software computed (`nanoslip status` names it)."
 )
-def run(campaign: Path, out: Path | None, serial: bool, grace: float, recompute_foreign: bool) -> None:
+def run(
+    campaign: Path, out: Path | None, serial: bool, jobs: int | None, grace: float, recompute_foreign: bool
+) -> None:
     """Compute what is not finished of CAMPAIGN, then collect it.
 
     Under mpiexec or srun: with all ranks.
     """
-    work("run", campaign, out, serial, grace, recompute_foreign)
+    work("run", campaign, out, serial, jobs, grace, recompute_foreign)
 
 
 @cli.command()
 @CAMPAIGN
 @OUT
-def status(campaign: Path, out: Path | None) -> None:
-    """Show how much of CAMPAIGN is finished."""
-    work("status", campaign, out)
+@click.option("--watch", is_flag=True, help="Look again every two seconds until all is finished; Ctrl-C ends it.")
+@JSON
+def status(campaign: Path, out: Path | None, watch: bool, as_json: bool) -> None:
+    """Show how much of CAMPAIGN is finished, and how it ended.
+
+    From the files of results alone: while it runs, after an interruption, from another machine.
+    """
+    work("status", campaign, out, watch, as_json)
 
 
 @cli.command()
@@ -238,24 +257,26 @@ def frames(campaign: Path, selection: tuple[str, ...], events: str, output: Path
 @click.option(
     "--sample", type=click.IntRange(min=1), help="So many cases only, evenly spread, the same each time [default: all]"
 )
-def verify(dataset: Path, sample: int | None) -> None:
+@JSON
+def verify(dataset: Path, sample: int | None, as_json: bool) -> None:
     """Compute DATASET again from itself alone, and compare.
 
     DATASET is a file results.nc. Each case is bit-identical, within tolerance, or different.
 
     Exit codes: 0 identical or within tolerance, 1 something is different, 2 nothing that can be computed again.
     """
-    work("verify", dataset, sample)
+    work("verify", dataset, sample, as_json)
 
 
 @cli.command()
 @click.argument("name", required=False)
-def describe(name: str | None) -> None:
+@JSON
+def describe(name: str | None, as_json: bool) -> None:
     """Explain the variables of a dataset, or one of them.
 
     NAME is a variable of a file results.nc; without it a table of all is printed.
     """
-    work("describe", name)
+    work("describe", name, as_json)
 
 
 @cli.command()

@@ -1,18 +1,29 @@
 """`nanoslip describe`: names, units and meanings of the variables of a dataset."""
 
+from dataclasses import asdict
+
 import click
 
 from study.commands.shared.exits import Refusal
-from study.dataset.description import described, rows, text_of
-from study.report.console import Table, print_table
+from study.commands.shared.machine import print_json
+from study.dataset.description import Described, described, rows, text_of
+from study.report.columns import Table
+from study.report.console import print_table
 
 
-def work(name: str | None) -> None:
+def work(name: str | None, as_json: bool) -> None:
     """Print what one variable of a dataset is, or a table of all."""
-    if name is None:
-        print_table(Table(("variable", "unit", "meaning"), tuple((one.name, one.units, one.meaning) for one in rows())))
-        return
+    found = rows() if name is None else [_described(name)]
+    if as_json:
+        print_json([asdict(one) for one in found])
+    elif name is None:
+        print_table(Table(("variable", "unit", "meaning"), tuple((one.name, one.units, one.meaning) for one in found)))
+    else:
+        click.echo(text_of(found[0]))
+
+
+def _described(name: str) -> Described:
     try:
-        click.echo(text_of(described(name)))
+        return described(name)
     except KeyError as error:
         raise Refusal(error.args[0]) from None

@@ -1,52 +1,149 @@
-"""`nanoslip plan`: tasks, effects, estimated cost and expected flags of a campaign, before anything is computed."""
+"""`nanoslip plan`: tasks, time, disk, effects and expected flags of a campaign, before anything is computed."""
 
+from collections import defaultdict
+from collections.abc import Iterator
 from pathlib import Path
+from typing import Any
 
 import click
 
-from study.commands.shared.plans import print_counts, show
+from study.commands.shared.machine import print_json
+from study.commands.shared.plans import Standing, counts, counts_as_data, print_foreign, standing
+from study.commands.shared.refusals import refusals
 from study.discretization.targets import choice
+from study.execution.forecast import duration, makespan
+from study.execution.launch import cores
 from study.manifest.effects import effects
 from study.plan.flags import expected_lines
 from study.plan.memory import shortages
 from study.plan.plan import Plan
+from study.plan.size import disk_of_plan
 from study.plan.spans import span_line
-from study.plan.tasks import Task
-from study.report.console import Table, print_table
+from study.report.columns import Table
+from study.report.console import print_sentences, print_table
 
 
-def work(campaign: Path, out: Path | None) -> None:
-    """Print the plan of a campaign, what is left of it, and which tasks do not fit the memory here."""
-    show(campaign, out, _print_plan)
+def work(campaign: Path, out: Path | None, ranks: int | None, show_effects: bool, as_json: bool) -> None:
+    """Print the plan of a campaign, what is left of it, and which tasks do not fit the memory here.
+
+    ranks: number for which the time is estimated beside that of one, None for the cores here.
+    """
+    with refusals():
+        found = standing(campaign, out)
+        if as_json:
+            print_json(_data(found, ranks or cores()))
+        else:
+            _print(found, ranks or cores(), show_effects)
 
 
-def _print_plan(plan: Plan, remaining: tuple[Task, ...]) -> None:
-    manifest = plan.manifest
-    refused = [case for case in plan.cases if not case.outcome.ok]
-    members = manifest.ensemble.members
+def _print(found: Standing, ranks: int, show_effects: bool) -> None:
+    plan = found.plan
+    click.echo(plan.manifest.title)
+    print_sentences(_cases(plan))
+    if show_effects:
+        rows = tuple(
+            (each.name, each.setting, _unless_on(each.setting, each.without)) for each in effects(plan.manifest)
+        )
+        print_table(Table(("effect", "here", "left out where off"), rows, 2))
+    else:
+        off = [each.name for each in effects(plan.manifest) if each.setting != "on"]
+        print_sentences(
+            [f"effects that are off or vary: {', '.join(off) or 'none'} (--effects says what that leaves out)"]
+        )
+    _print_counts(found)
+    print_sentences([_time(found, ranks), _disk(plan), *filter(None, [span_line(plan)])])
+    print_sentences(f"expected: {line}" for line in expected_lines(plan))
+    print_sentences(f"refused: {line}" for line in _refused(plan))
+    print_sentences(f"does not fit here: {line}" for line in shortages(plan, found.remaining))
+    print_foreign(found.foreign, found.campaign)
+
+
+def _cases(plan: Plan) -> Iterator[str]:
+    """How many cases and drives there are, how many of them are refused, and how the grid was chosen."""
+    manifest, members = plan.manifest, plan.manifest.ensemble.members
     of_members = f" ({len(plan.cases) // members} times {members} members)" if members > 1 else ""
-    click.echo(f"{manifest.title}\n{len(plan.cases)} cases{of_members}, {len(refused)} of them refused")
-    if manifest.accuracy is not None:
-        click.echo(f"accuracy = {manifest.accuracy:g}: {choice(manifest)}")
-    _print_effects(plan)
+    refused = sum(case.case is None for case in plan.cases)
+    yield f"{len(plan.cases)} cases{of_members}, {refused} of them refused"
     if manifest.drive_axes and manifest.drives:
-        impossible = [drive for drive in manifest.drives if drive.drive is None]
-        click.echo(f"{len(manifest.drives)} drives of each case, {len(impossible)} of them refused")
-        for drive in impossible:
-            click.echo(f"refused: drive {drive.label}: {drive.outcome.message}")
+        impossible = sum(drive.drive is None for drive in manifest.drives)
+        yield f"{len(manifest.drives)} drives of each case, {impossible} of them refused"
+    if manifest.accuracy is not None:
+        yield f"accuracy = {manifest.accuracy:g}: {choice(manifest)}"
     if left_out := manifest.drives_left_out:
-        click.echo(f'drives left out, as stages leave out "dynamics": {", ".join(left_out)}')
-    print_counts(plan.tasks, remaining)
-    if spans := span_line(plan):
-        click.echo(spans)
-    for line in expected_lines(plan):
-        click.echo(f"expected: {line}")
-    for case in refused:
-        click.echo(f"refused: {case.point}: {case.outcome.message}")
-    for line in shortages(plan, remaining):
-        click.echo(f"does not fit here: {line}")
+        yield f'drives left out, as stages leave out "dynamics": {", ".join(left_out)}'
 
 
-def _print_effects(plan: Plan) -> None:
-    rows = [(each.name, each.setting, "" if each.setting == "on" else each.without) for each in effects(plan.manifest)]
-    print_table(Table(("effect", "here", "left out where off"), tuple(rows)))
+def _print_counts(found: Standing) -> None:
+    header = ("tasks", "left", "core time left", "disk, MB", "memory of one, MB", "finished", "all")
+    rows = [
+        (
+            kind,
+            str(each.left),
+            duration(each.core_seconds_left),
+            _mega(each.disk_bytes),
+            _mega(each.memory_bytes),
+            str(each.finished),
+            str(each.all),
+        )
+        for kind, each in counts(found).items()
+    ]
+    print_table(Table(header, tuple(rows)))
+
+
+def _time(found: Standing, ranks: int) -> str:
+    """The time that is left, on one rank and on several."""
+    alone = f"time left, to a factor of three: {duration(makespan(found.remaining, 1))} on 1 rank"
+    if ranks == 1:
+        return alone
+    return f"{alone}, {duration(makespan(found.remaining, ranks))} on {ranks} (--ranks for another number)"
+
+
+def _disk(plan: Plan) -> str:
+    results, dataset = disk_of_plan(plan)
+    return f"disk: about {_mega(results)} MB of results, {_mega(dataset)} MB of dataset"
+
+
+def _refused(plan: Plan) -> Iterator[str]:
+    """One line for each reason of a refusal: the first case or drive that has it, and how many more."""
+    places: dict[str, list[str]] = defaultdict(list)
+    for case in plan.cases:
+        if case.case is None:
+            places[case.outcome.message].append(case.point)
+    for drive in plan.manifest.drives:
+        if drive.drive is None:
+            places[drive.outcome.message].append(f"drive {drive.label}")
+    for message, where in places.items():
+        yield f"{where[0]}: {message}" + (f" (and {len(where) - 1} more)" if len(where) > 1 else "")
+
+
+def _data(found: Standing, ranks: int) -> dict[str, Any]:
+    """The plan for scripts."""
+    plan = found.plan
+    results, dataset = disk_of_plan(plan)
+    return {
+        "title": plan.manifest.title,
+        "cases": len(plan.cases),
+        "members": plan.manifest.ensemble.members,
+        "refused": [
+            {"case": each.parameters, "message": each.outcome.message} for each in plan.cases if each.case is None
+        ],
+        "drives": [
+            {"drive": each.label, "refused": each.outcome.message if each.drive is None else ""}
+            for each in plan.manifest.drives
+        ],
+        "effects": {each.name: each.setting for each in effects(plan.manifest)},
+        "tasks": counts_as_data(found),
+        "seconds_left": {str(number): makespan(found.remaining, number) for number in sorted({1, ranks})},
+        "disk_bytes": {"results": results, "dataset": dataset},
+        "expected": expected_lines(plan),
+        "does_not_fit": list(shortages(plan, found.remaining)),
+        "foreign_results": len(found.foreign),
+    }
+
+
+def _unless_on(setting: str, text: str) -> str:
+    return "" if setting == "on" else text
+
+
+def _mega(number: float) -> str:
+    return f"{number / 1e6:.2g}" if number < 1e8 else f"{number / 1e6:.0f}"

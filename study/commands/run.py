@@ -1,4 +1,4 @@
-"""`nanoslip run`: compute a campaign in one process or on all ranks of an MPI job. The only command that starts MPI."""
+"""`nanoslip run`: compute a campaign in one process, in several, or on all ranks of an MPI job. Only it starts MPI."""
 
 from collections.abc import Callable
 from importlib import import_module
@@ -14,11 +14,13 @@ _CONDUCT = "study.commands.shared.conduct"
 """Imported by the root alone: the other ranks need neither datasets nor a terminal."""
 
 
-def work(campaign: Path, out: Path | None, serial: bool, grace: float, recompute_foreign: bool) -> None:
-    """Compute a campaign's tasks that are left, with all ranks of the job, and write its dataset. Ends the process."""
+def work(
+    campaign: Path, out: Path | None, serial: bool, jobs: int | None, grace: float, recompute_foreign: bool
+) -> None:
+    """Compute a campaign's tasks that are left, with all ranks or processes, and write its dataset. Ends the process."""
     here()  # starts git, and a process that uses MPI should start none
     with refusals(FarmError):
-        farm = open_farm(grace, serial)
+        farm = open_farm(grace, serial, jobs)
     into = folder(campaign, out)
     with farm:
         if not farm.root:

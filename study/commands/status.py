@@ -1,19 +1,114 @@
-"""`nanoslip status`: how much of a campaign is finished, from the files of results alone."""
+"""`nanoslip status`: how much of a campaign is finished, and how it ended, from the files of results alone."""
 
+import time
+from collections import Counter
+from collections.abc import Iterator
 from pathlib import Path
+from typing import Any, Final
 
 import click
+from rich.live import Live
 
-from study.commands.shared.plans import print_counts, show
-from study.plan.plan import Plan
-from study.plan.tasks import Task
+from solver.outcome import Ending
+from study.commands.shared.machine import print_json
+from study.commands.shared.plans import Standing, counts, counts_as_data, print_foreign, standing
+from study.commands.shared.refusals import refusals
+from study.execution.forecast import duration
+from study.plan.endings import PENDING, endings
+from study.report.columns import Table
+from study.report.console import console, print_table, table_text
+
+INTERVAL: Final = 2.0
+"""Seconds between two looks at the results."""
 
 
-def work(campaign: Path, out: Path | None) -> None:
-    """Print how many of a campaign's tasks are finished."""
-    show(campaign, out, _print_status)
+def work(campaign: Path, out: Path | None, watch: bool, as_json: bool) -> None:
+    """Print how many of a campaign's tasks are finished and how its cases ended; with `watch` until all are finished."""
+    if watch and as_json:
+        raise click.UsageError("--watch and --json exclude each other")
+    with refusals():
+        found = standing(campaign, out)
+        if as_json:
+            print_json(_data(found))
+        elif watch:
+            _watch(found)
+        else:
+            click.echo(found.plan.manifest.title)
+            for table in _tables(found):
+                print_table(table)
+            print_foreign(found.foreign, campaign)
 
 
-def _print_status(plan: Plan, remaining: tuple[Task, ...]) -> None:
-    click.echo(plan.manifest.title)
-    print_counts(plan.tasks, remaining)
+def _watch(found: Standing) -> None:
+    """Redraw on a terminal, else print a line whenever something has changed; ends with the last task, or by Ctrl-C."""
+    out = console()
+    try:
+        if not out.is_terminal:
+            _print_changes(found)
+            return
+        with Live(console=out, auto_refresh=False) as screen:
+            for each in _again(found):
+                screen.update(table_text(each.plan.manifest.title, _tables(each)), refresh=True)
+    except KeyboardInterrupt:
+        return
+
+
+def _print_changes(found: Standing) -> None:
+    said = ""
+    for each in _again(found):
+        line = _line(each)
+        if line != said:
+            click.echo(line)
+            said = line
+
+
+def _again(found: Standing) -> Iterator[Standing]:
+    """The state of a campaign now and every few seconds, the last time when nothing is left."""
+    yield found
+    while found.remaining:
+        time.sleep(INTERVAL)
+        found = standing(found.campaign, None, found.plan, found.store)
+        yield found
+
+
+def _tables(found: Standing) -> tuple[Table, Table]:
+    """Tasks by kind, and cases and drives by outcome."""
+    tasks = [
+        (kind, str(each.finished), str(each.left), duration(each.core_seconds_left), str(each.all))
+        for kind, each in counts(found).items()
+    ]
+    cases, drives = endings(found.plan, found.store.outcomes())
+    words = sorted(cases | drives, key=lambda word: (word != _COMPLETED, word == PENDING, word))
+    header = ("outcome", "cases", "drives") if drives else ("outcome", "cases")
+    rows = [(word, str(cases[word]), str(drives[word]))[: len(header)] for word in words]
+    failed = frozenset(number for number, word in enumerate(words) if word not in (_COMPLETED, PENDING))
+    titles = ("tasks", "finished", "left", "core time left", "all")
+    return Table(titles, tuple(tasks)), Table(header, tuple(rows), len(header), failed)
+
+
+def _line(found: Standing) -> str:
+    """The state in one line."""
+    cases, drives = endings(found.plan, found.store.outcomes())
+    done = len(found.plan.tasks) - len(found.remaining)
+    parts = [f"{done} of {len(found.plan.tasks)} tasks", f"cases: {_words(cases)}"]
+    return "; ".join([*parts, *([f"drives: {_words(drives)}"] if drives else [])])
+
+
+def _words(counted: Counter[str]) -> str:
+    return ", ".join(f"{count} {word}" for word, count in counted.most_common())
+
+
+def _data(found: Standing) -> dict[str, Any]:
+    """The state for scripts."""
+    cases, drives = endings(found.plan, found.store.outcomes())
+    return {
+        "title": found.plan.manifest.title,
+        "finished": not found.remaining,
+        "tasks": counts_as_data(found),
+        "cases": dict(cases),
+        "drives": dict(drives),
+        "foreign_results": len(found.foreign),
+    }
+
+
+_COMPLETED: Final = Ending.COMPLETED.value

@@ -4,10 +4,12 @@ import sys
 from collections import Counter
 from pathlib import Path
 from tempfile import TemporaryDirectory
+from typing import Any, NamedTuple
 
 import click
 
 from study.commands.shared.exits import CRASHED
+from study.commands.shared.machine import print_json
 from study.commands.shared.refusals import refusals
 from study.dataset import verification
 from study.dataset.comparison import Verdict
@@ -18,24 +20,36 @@ from study.execution.farm import open_farm
 from study.execution.interruption import EXIT_CODE
 from study.execution.progress import open_progress
 from study.plan.tasks import Task
-from study.report.console import Table, console, print_table
+from study.report.columns import Table
+from study.report.console import console, print_table
 from study.report.summary import MOST_ROWS
 
 
-def work(dataset: Path, sample: int | None) -> None:
+def work(dataset: Path, sample: int | None, as_json: bool) -> None:
     """Compute a dataset's cases again, print how each compares, and end the process with the exit code for the worst."""
     with refusals(), TemporaryDirectory() as folder, verification.opened(dataset) as found:
         plan = verification.rebuilt(found, dataset)
         cases = verification.computed(plan, found)
         chosen = verification.sample(cases, sample)
         click.echo(f"{plan.manifest.title}: {len(chosen)} of {len(plan.cases)} cases to recompute", err=True)
-        if other := verification.other_software(found):
-            click.echo(other)
+        other = verification.other_software(found)
         code = _recompute(verification.tasks_of(plan, chosen, found), Path(folder))
         if not code:
             findings = list(verification.compare(found, plan, chosen, Store(Path(folder))))
-            code = _print_findings(findings, dataset, len(plan.cases) - len(cases), len(cases) - len(chosen))
+            left = _Left(len(plan.cases) - len(cases), len(cases) - len(chosen))
+            if as_json:
+                print_json(_data(findings, dataset, left, other))
+            else:
+                _print_findings(findings, dataset, left, other)
+            code = CRASHED if any(each.verdict is Verdict.DIFFERENT for each in findings) else 0
     sys.exit(code)
+
+
+class _Left(NamedTuple):
+    """Cases that were not recomputed."""
+
+    pending: int
+    not_in_sample: int
 
 
 def _recompute(tasks: tuple[Task, ...], out: Path) -> int:
@@ -49,15 +63,34 @@ def _recompute(tasks: tuple[Task, ...], out: Path) -> int:
     return CRASHED if tally.crashed else 0
 
 
-def _print_findings(findings: list[Finding], path: Path, pending: int, left_out: int) -> int:
-    """Print a table of the cases, those that differ first if they are many; returns the exit code."""
+def _print_findings(findings: list[Finding], path: Path, left: _Left, other: str) -> None:
+    """Print a table of the cases, those that differ first if they are many, and the counts."""
+    if other:
+        click.echo(other)
     shown = findings if len(findings) <= MOST_ROWS else sorted(findings, key=lambda each: -each.verdict)[:MOST_ROWS]
     rows = tuple((each.label, str(each.verdict), each.remark) for each in shown)
     failed = frozenset(number for number, each in enumerate(shown) if each.verdict is Verdict.DIFFERENT)
     print_table(Table(("case", "recomputed", "the largest difference"), rows, 2, failed))
-    counts = Counter(each.verdict for each in findings[1:])
-    parts = [f"{counts[verdict]} {verdict}" for verdict in Verdict]
-    parts += [f"{pending} pending, skipped"] if pending else []
-    parts += [f"{left_out} not in the sample"] if left_out else []
+    parts = [f"{count} {verdict}" for verdict, count in _counts(findings).items()]
+    parts += [f"{left.pending} pending, skipped"] if left.pending else []
+    parts += [f"{left.not_in_sample} not in the sample"] if left.not_in_sample else []
     click.echo(f"{path}: cases: {', '.join(parts)}; {findings[0].label}: {findings[0].verdict}")
-    return CRASHED if any(each.verdict is Verdict.DIFFERENT for each in findings) else 0
+
+
+def _counts(findings: list[Finding]) -> dict[str, int]:
+    counts = Counter(each.verdict for each in findings[1:])  # the first is what all cases share
+    return {str(verdict): counts[verdict] for verdict in Verdict}
+
+
+def _data(findings: list[Finding], path: Path, left: _Left, other: str) -> dict[str, Any]:
+    """The comparison for scripts."""
+    shared, *cases = (
+        {"case": each.label, "verdict": str(each.verdict), "difference": each.remark} for each in findings
+    )
+    return {
+        "dataset": str(path),
+        "other_software": other,
+        "counts": _counts(findings) | left._asdict(),
+        "shared": shared,
+        "cases": cases,
+    }

@@ -21,7 +21,7 @@ from solver.outcome import Outcome
 from solver.quantity import Quantity, attributes
 from solver.sliding.validity import advice_on, flags_in
 from study.dataset.ensemble import ensemble_variables
-from study.dataset.file import CHOSEN, FORMAT, MIXED, PENDING, VERSION
+from study.dataset.file import CHOSEN, FORMAT, MIXED, VERSION
 from study.dataset.groups import carrying
 from study.dataset.layout import Layout, coordinates, layout_of
 from study.dataset.ragged import Runs, texts
@@ -42,9 +42,9 @@ from study.dataset.variables import (
 from study.discretization.front import Front, load_front
 from study.discretization.targets import chosen
 from study.manifest.cases import CampaignCase
-from study.manifest.drives import CampaignDrive
 from study.manifest.manifest import Manifest
 from study.origin import NOBODY, Origin, Origins, census, mixture, stemming
+from study.plan.endings import PENDING, case_outcome, drive_outcome
 from study.plan.kinds.kind import left_out
 from study.plan.plan import CaseTasks, Plan
 from study.plan.task import TaskResult
@@ -64,9 +64,10 @@ def collect(plan: Plan, store: Store) -> xr.Dataset:
         if case.case is not None:
             table.put(DISCRETIZATION_ERROR.name, case, "", front.expected_error(case.case))
         results = _results(plan.case_tasks[case.case_id], store)
-        table.say_outcome(case, _outcome(case, results))
+        outcomes = {result.key: result.outcome for result in results.values() if result}
+        table.say_outcome(case, case_outcome(plan, case, outcomes))
         for name, drive in drives.items():
-            table.say_outcome(case, _drive_outcome(case, drive, results.get(("drive", name))), name)
+            table.say_outcome(case, drive_outcome(plan, case, drive, outcomes), name)
         table.say_makers(case, results)
         for (kind, name), result in results.items():
             if result is None or case.case is None:
@@ -95,24 +96,6 @@ def _results(keys: CaseTasks, store: Store) -> Results:
     results = {task: store.find(key) for task, key in keys.keys.items()}
     # A compliance is intermediate: once used it may go without being missed.
     return {task: result for task, result in results.items() if result is not None or task[0] != "compliance"}
-
-
-def _outcome(case: CampaignCase, results: Results) -> Outcome | None:
-    """How a case ended up to its friction record: the first failure, else what is missing; None while unfinished."""
-    outcome: Outcome | None = case.outcome
-    for (kind, _), result in results.items():
-        if kind == "drive" or outcome is None or not outcome.usable:
-            continue
-        if result is None or outcome.ok or not result.outcome.usable:
-            outcome = result.outcome if result else None
-    return outcome
-
-
-def _drive_outcome(case: CampaignCase, drive: CampaignDrive, result: TaskResult | None) -> Outcome | None:
-    """How a drive ended: refused with its case or by itself, or as its result says; None while unfinished."""
-    if case.case is None or drive.drive is None:
-        return case.outcome if case.case is None else drive.outcome
-    return result.outcome if result else None
 
 
 class _Table:

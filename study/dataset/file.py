@@ -16,8 +16,6 @@ CHOSEN: Final = "numerics_chosen"
 """Attribute of a dataset of a campaign that asks for an error: the numerics that it got, as JSON."""
 MIXED: Final = "mixed_software"
 """Attribute of a dataset whose results are not all by the same software: names all of it, with counts."""
-PENDING: Final = "pending"
-"""The outcome of what is not computed yet."""
 
 
 def write(dataset: xr.Dataset, path: Path) -> None:

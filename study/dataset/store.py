@@ -48,6 +48,7 @@ class Store:
 
     def __init__(self, out: Path) -> None:
         self.folder = out / FOLDER
+        self._checked: dict[Path, tuple[tuple[int, int], dict[str, Any]]] = {}
 
     def prepare(self) -> None:
         """Make the folder, try that it can be written and clear away what killed runs left. Raises StoreError."""
@@ -68,13 +69,11 @@ class Store:
 
     def inventory(self) -> dict[str, Origins]:
         """The finished results, as `finished` counts them, and the software that each stems from."""
-        sound = {}
-        for path in sorted(self.folder.glob("*.npz")) + sorted(self.folder.glob("*.json")):
-            try:
-                sound[path.stem] = from_data(_check(path).get(_ORIGINS, ()))
-            except CorruptResultError as error:
-                _say_unsound(error)
-        return sound
+        return {key: from_data(meta.get(_ORIGINS, ())) for key, meta in self._sound()}
+
+    def outcomes(self) -> dict[str, Outcome]:
+        """The finished results, as `finished` counts them, and how each ended."""
+        return {key: Outcome(Ending(meta["ending"]), meta["message"]) for key, meta in self._sound()}
 
     def write(self, result: TaskResult) -> None:
         """Keep a result. Raises StoreError where the disk refuses."""
@@ -119,6 +118,20 @@ class Store:
             path.unlink(missing_ok=True)
         except OSError as error:
             raise StoreError(f"{path}: cannot be removed: {error.strerror or error}") from error
+
+    def _sound(self) -> Iterator[tuple[str, dict[str, Any]]]:
+        """Key and meta data of every sound result. A file that has not changed since the last time is not checked again."""
+        for path in sorted(self.folder.glob("*.npz")) + sorted(self.folder.glob("*.json")):
+            try:
+                state = path.stat()
+                stamp = (state.st_mtime_ns, state.st_size)
+                if path not in self._checked or self._checked[path][0] != stamp:
+                    self._checked[path] = stamp, _check(path)
+                yield path.stem, self._checked[path][1]
+            except CorruptResultError as error:
+                _say_unsound(error)
+            except FileNotFoundError:
+                continue  # a run that goes on meanwhile has dropped it
 
     def _write_mapped(self, result: TaskResult, meta: dict[str, Any]) -> None:
         matrix = self.folder / f"{result.key}.npy"

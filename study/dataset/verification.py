@@ -37,6 +37,7 @@ from study.manifest.cases import CampaignCase
 from study.manifest.manifest import Manifest
 from study.manifest.reader import parse_manifest
 from study.origin import Origin, here
+from study.plan.endings import PENDING
 from study.plan.plan import Plan, make_plan
 from study.plan.task import Task
 from study.provenance import UNKNOWN
@@ -106,7 +107,7 @@ def other_software(found: xr.Dataset) -> str:
 def computed(plan: Plan, found: xr.Dataset) -> tuple[CampaignCase, ...]:
     """The cases that the dataset has results of."""
     endings = dict(zip(found["case_id"].values.ravel(), found["outcome"].values.ravel(), strict=True))
-    return tuple(case for case in plan.cases if endings.get(case.case_id) != file.PENDING)
+    return tuple(case for case in plan.cases if endings.get(case.case_id) != PENDING)
 
 
 def sample(cases: Sequence[CampaignCase], count: int | None) -> tuple[CampaignCase, ...]:
@@ -137,7 +138,7 @@ def _pending_drives(layout: Layout, found: xr.Dataset, case: CampaignCase) -> se
     endings = found[OUTCOMES["drive"][0].name].isel(place or {}).values
     if place is None or endings.shape != tuple(len(values) for values in layout.drive_axes.values()):
         return set()  # another manifest's dataset, as comparing it will tell
-    return {label for label, position in layout.drive_position.items() if endings[position] == file.PENDING}
+    return {label for label, position in layout.drive_position.items() if endings[position] == PENDING}
 
 
 def compare(found: xr.Dataset, plan: Plan, cases: Sequence[CampaignCase], store: Store) -> Iterator[Finding]:

@@ -52,10 +52,12 @@ class Dispatcher:
         self._set_load(rank, self._load[rank] - seconds if self._doing[rank] else 0.0)
         return task
 
-    def forget(self, rank: int) -> None:
-        """Drop all tasks of a rank that has stopped."""
+    def forget(self, rank: int) -> list[Any]:
+        """Drop and return all tasks of a rank that has stopped, the one that it computed first."""
+        dropped = [task for task, _ in self._doing[rank].values()]
         self._doing[rank].clear()
         self._set_load(rank, 0.0)
+        return dropped
 
     def _set_load(self, rank: int, seconds: float) -> None:
         self._load[rank] = seconds

@@ -22,8 +22,9 @@ from typing import Any, NoReturn, Protocol, Self, TypeVar
 
 from study.execution.dispatch import Dispatcher
 from study.execution.interruption import GRACE, LAST_WORDS, Interruption
-from study.execution.launch import processes_started
-from study.execution.ledger import UNDONE, Done, Execute, Ledger, Report, Tally, attempt
+from study.execution.launch import processes_here, processes_started
+from study.execution.ledger import Done, Execute, Ledger, Report, Tally, attempt_aloud, say
+from study.execution.processes import ProcessFarm
 from study.execution.queue import Work
 
 SHORTEST_PAUSE, LONGEST_PAUSE = 1e-4, 2e-3
@@ -41,6 +42,10 @@ class Farm(Protocol):
 
     root: bool
     size: int
+    here: int
+    """How many of them are on this machine."""
+    unit: str
+    """What they are called."""
     interruption: Interruption
 
     def run(self, tasks: Sequence[W], execute: Execute[W], report: Report[W]) -> Tally:
@@ -62,7 +67,8 @@ class SerialFarm:
     """One process that computes all tasks."""
 
     root = True
-    size = 1
+    size = here = 1
+    unit = "process"
 
     def __init__(self, grace: float = GRACE) -> None:
         self.interruption = Interruption(grace)
@@ -79,7 +85,7 @@ class SerialFarm:
         ledger = Ledger(tasks, report)
         while ledger.unfinished and not self.interruption.requested:
             task = ledger.take()
-            ledger.enter(task, _attempt(execute, task, rank=0))
+            ledger.enter(task, attempt_aloud(execute, task, rank=0))
         return ledger.tally(self.interruption.requested)
 
     def serve(self, execute: Execute[Any]) -> int:
@@ -94,6 +100,8 @@ class SerialFarm:
 class MPIFarm:
     """The ranks of COMM_WORLD, all of them computing. No collective is called, so no rank can be left alone in one."""
 
+    unit = "ranks"
+
     def __init__(self, mpi: Any, grace: float = GRACE) -> None:
         # MPI's own end gives every launcher the exit code; a rank that merely vanishes does not.
         self.interruption = Interruption(grace, end=mpi.COMM_WORLD.Abort)
@@ -102,6 +110,7 @@ class MPIFarm:
         self.rank = int(self._world.Get_rank())
         self.size = int(self._world.Get_size())
         self.root = self.rank == 0
+        self.here = min(self.size, processes_here())
         self._sent: deque[Any] = deque()
 
     def __enter__(self) -> Self:
@@ -114,7 +123,7 @@ class MPIFarm:
         self.interruption.__exit__()
         if error is not None and not isinstance(error, SystemExit):
             text = "".join(traceback.format_exception(kind, error, trace))
-            _say(f"rank {self.rank} on {socket.gethostname()} cannot go on:\n{text}")
+            say(f"rank {self.rank} on {socket.gethostname()} cannot go on:\n{text}")
             time.sleep(LAST_WORDS)
             self._world.Abort(1)  # the others wait for this rank's messages and would wait for ever
 
@@ -153,7 +162,7 @@ class MPIFarm:
                     told = True
                     self._world.send(_Interrupted(), dest=0)
             if waiting:
-                self._world.send(_attempt(execute, waiting.pop(0), self.rank), dest=0)
+                self._world.send(attempt_aloud(execute, waiting.pop(0), self.rank), dest=0)
             pause.after(bool(arrived or waiting))
 
     def leave(self, code: int) -> NoReturn:
@@ -201,14 +210,19 @@ class MPIFarm:
             pause.after(bool(self._arrivals(dispatcher, local_worker, ledger)))
 
 
-def open_farm(grace: float = GRACE, serial: bool = False) -> Farm:
-    """The farm this process is part of: MPI's ranks where there are several, else a serial one.
+def open_farm(grace: float = GRACE, serial: bool = False, jobs: int | None = None) -> Farm:
+    """The farm this process is part of: MPI's ranks where there are several, else a serial one, or `jobs` processes.
 
-    Raises FarmError where a launcher started several processes that do not see each other: each would do all the work.
+    Raises FarmError where a launcher started several processes that do not see each other, or that would each start more.
     """
-    if serial:
-        return SerialFarm(grace)
     started = processes_started()
+    if jobs is not None and (serial or started > 1):
+        other = "--serial" if serial else f"a launcher that has started {started} processes"
+        raise FarmError(f"--jobs {jobs} with {other}: leave one of them out")
+    if serial or jobs == 1:
+        return SerialFarm(grace)
+    if jobs is not None:
+        return ProcessFarm(jobs, grace)
     try:
         import mpi4py  # noqa: PLC0415  serial use must not need an MPI library
 
@@ -283,7 +297,7 @@ class _LocalWorker:
 
     def _work(self) -> None:
         while (task := self._waiting.get()) is not None:
-            self._done.put(_attempt(self._execute, task, rank=0))
+            self._done.put(attempt_aloud(self._execute, task, rank=0))
 
 
 class _Pause:
@@ -300,26 +314,11 @@ class _Pause:
         self._seconds = min(2.0 * self._seconds, LONGEST_PAUSE)
 
 
-def _attempt(execute: Execute[W], task: W, rank: int) -> Done:
-    where = f"rank {rank} on {socket.gethostname()}"
-    done = attempt(execute, task, where)
-    if done.trace:
-        _say(f"{where}: {task.label} crashed\n{done.trace}")
-    elif done.outcome.ending in UNDONE:
-        _say(f"{where}: {task.label}: {done.outcome.message}\n")
-    return done
-
-
 def _drained(source: "queue.SimpleQueue[Any]") -> list[Any]:
     found = []
     while not source.empty():
         found.append(source.get())
     return found
-
-
-def _say(text: str) -> None:
-    sys.stderr.write(text)
-    sys.stderr.flush()
 
 
 def _library(mpi: Any) -> str:

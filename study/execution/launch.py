@@ -31,6 +31,11 @@ def processes_here() -> int:
     return max([*sizes, *([int(first)] if first.isdigit() else [])], default=processes_started())
 
 
+def cores() -> int:
+    """Number of cores that this process may use."""
+    return len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count() or 1
+
+
 def pin_threads() -> None:
     """One thread per rank for BLAS and numba: more would fight each other, and sums would depend on their number.
 

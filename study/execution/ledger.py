@@ -1,6 +1,8 @@
 """The state of a run: queued tasks, outcomes of finished ones, and measured seconds of each kind of task."""
 
 import math
+import socket
+import sys
 import time
 import traceback
 from collections import defaultdict
@@ -53,6 +55,23 @@ def attempt(execute: Execute[W], task: W, where: str) -> Done:
     return Done(task.key, outcome, time.perf_counter() - start, trace)
 
 
+def attempt_aloud(execute: Execute[W], task: W, rank: int) -> Done:
+    """Compute one task as `attempt` does; a crash, or a want of memory, is told on standard error at once."""
+    where = f"rank {rank} on {socket.gethostname()}"
+    done = attempt(execute, task, where)
+    if done.trace:
+        say(f"{where}: {task.label} crashed\n{done.trace}")
+    elif done.outcome.ending in UNDONE:
+        say(f"{where}: {task.label}: {done.outcome.message}\n")
+    return done
+
+
+def say(text: str) -> None:
+    """Write to standard error at once, in one piece."""
+    sys.stderr.write(text)
+    sys.stderr.flush()
+
+
 class Ledger(Generic[W]):
     """Counts tasks taken from the queue and tasks finished, and reports each end."""
 
@@ -74,6 +93,11 @@ class Ledger(Generic[W]):
         """Take the next task from the queue to be computed."""
         self._away += 1
         return self.queue.take()
+
+    def give_back(self, task: W) -> None:
+        """Put a taken task back into the queue: nobody has begun with it."""
+        self._away -= 1
+        self.queue.put_back(task)
 
     def enter(self, task: W, done: Done) -> None:
         """Record the end of a taken task; tasks that need a crashed one are abandoned."""

@@ -69,6 +69,11 @@ class TaskQueue(Generic[W]):
         del self._missing[task.key]
         return task
 
+    def put_back(self, task: W) -> None:
+        """Undo the taking of a task."""
+        self._missing[task.key] = set()
+        heapq.heappush(self._ready, self._position[task.key])
+
     def finish(self, key: str) -> None:
         """Mark a taken task as finished: tasks that needed only this one become ready."""
         for dependent in self._dependents[key]:

@@ -4,7 +4,7 @@ from collections.abc import Callable, Sequence
 
 from solver.sliding.validity import FLAGS, expected_flags, mask_of
 from study.manifest.parameters import Value, in_words
-from study.plan.cost import expected_displacement
+from study.plan.cost.sliding import expected_displacement
 from study.plan.plan import Plan
 
 

@@ -4,9 +4,9 @@ import math
 import os
 from collections.abc import Sequence
 
-from study.plan.cost import memory_of, record_bytes
+from study.plan.cost.arrays import record_bytes
 from study.plan.plan import Plan
-from study.plan.task import Task
+from study.plan.tasks import Task, compliance_task, estimate
 
 PROGRAM = 2e8
 """Bytes of a process that has computed nothing yet."""
@@ -41,8 +41,8 @@ def shortages(planned: Plan, tasks: Sequence[Task], ranks: int = 1) -> tuple[str
 
 def need_of(*tasks: Task) -> float:
     """Bytes that processes with one task each need; all that read a compliance map the same copy of it."""
-    read = {task.slab for task in tasks if task.kind not in ("compliance", "drive")}
-    return sum(8.0 * (2.0 * slab.n_x) ** 2 for slab in read) + sum(PROGRAM + memory_of(task) for task in tasks)
+    read = {task.slab for task in tasks if compliance_task(task.slab).key in task.needs}
+    return sum(8.0 * (2.0 * slab.n_x) ** 2 for slab in read) + sum(PROGRAM + estimate(task).memory for task in tasks)
 
 
 def _named(task: Task) -> str:
@@ -56,6 +56,6 @@ def _short(need: float, there: float) -> str:
 
 
 def _advice(task: Task) -> str:
-    if task.kind == "record" and task.case is not None and record_bytes(task.case) > memory_of(task) / 2.0:
+    if task.kind == "record" and task.case is not None and record_bytes(task.case) > estimate(task).memory / 2.0:
         return "use fewer limits.events, a shorter limits.displacement, or a machine with more memory"
     return "use a smaller n_x, or a machine with more memory"

@@ -8,13 +8,8 @@ from study.manifest.cases import MEMBER, CampaignCase, expand
 from study.manifest.manifest import Manifest
 from study.manifest.parameters import Value, in_words
 from study.origin import Origins, foreign, here
-from study.plan.condensation import condensation_seconds
-from study.plan.cost import memory_of, seconds_of
-from study.plan.drive_cost import drive_seconds
 from study.plan.task import Task
-from study.plan.tasks import KINDS, stage_of
-
-__all__ = ["CaseTasks", "Plan", "make_plan", "memory_of"]
+from study.plan.tasks import KINDS, estimate, stage_of
 
 
 @dataclass(frozen=True, slots=True)
@@ -132,18 +127,5 @@ def _longest_chain_first(tasks: Collection[Task]) -> tuple[Task, ...]:
 
 def _estimated(task: Task, label: Mapping[str, Value], free: bool) -> Task:
     words = (f"{name}={value:g}" if isinstance(value, float) else f"{name}={value}" for name, value in label.items())
-    cost = 0.0 if free else min(_seconds(task), _LONGEST)
+    cost = 0.0 if free else estimate(task).seconds
     return replace(task, cost=cost, label=in_words(" ".join((task.kind, *words))))
-
-
-# Rough seconds on one core of an ordinary machine: they order the work and warn of days, no more. See study.plan.cost.
-_LONGEST = 1e12  # thirty thousand years will do for what never ends
-_START = 1e-3  # any task: hand out, read, write
-
-
-def _seconds(task: Task) -> float:
-    if task.kind == "compliance" or task.case is None:
-        return _START + condensation_seconds(task.slab)
-    if task.drive is not None:
-        return _START + drive_seconds(task.drive, task.case, task.fitted)
-    return _START + seconds_of(task, task.case)

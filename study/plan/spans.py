@@ -3,7 +3,8 @@
 from dataclasses import replace
 
 from solver.case import Case
-from study.plan.cost import expected_displacement, record_seconds
+from study.plan.cost.seconds import record_seconds
+from study.plan.cost.sliding import expected_displacement
 from study.plan.plan import Plan
 
 

@@ -10,7 +10,7 @@ from study.origin import here, stemming
 from study.plan.kinds.compliance import COMPLIANCE, compliance_task
 from study.plan.kinds.contact import CONTACT, contact_task
 from study.plan.kinds.drive import DRIVE, drive_task
-from study.plan.kinds.kind import Kind, numbers
+from study.plan.kinds.kind import Estimate, Kind, numbers
 from study.plan.kinds.record import RECORD, record_scalars_task, record_task
 from study.plan.kinds.states import STATES, states_task
 from study.plan.kinds.statistics import STATISTICS, statistics_task
@@ -23,6 +23,7 @@ __all__ = [
     "compliance_task",
     "contact_task",
     "drive_task",
+    "estimate",
     "needed_kinds",
     "record_scalars_task",
     "record_task",
@@ -39,6 +40,18 @@ KINDS: Final[dict[str, Kind]] = {kind.name: kind for kind in (COMPLIANCE, CONTAC
 def needed_kinds(manifest: Manifest) -> frozenset[str]:
     """The kinds of task that this manifest needs."""
     return frozenset(kind.name for kind in KINDS.values() if kind.needed(manifest))
+
+
+def estimate(task: Task) -> Estimate:
+    """What a task costs, roughly: its own kind's estimate, handing out, reading and writing included."""
+    found = KINDS[task.kind].estimate(task)
+    return found._replace(seconds=min(START + found.seconds, LONGEST))
+
+
+START: Final = 1e-3
+"""Seconds of any task: hand out, read, write."""
+LONGEST: Final = 1e12
+"""Thirty thousand years will do for what never ends."""
 
 
 def stage_of(task: Task) -> tuple[int, bool]:

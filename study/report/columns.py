@@ -72,7 +72,9 @@ class _Layout:
         self._titles = {each: _title(table.header[each], folded) for each in columns}
         self._widths = {each: self._widest(each, [row[each] for row in table.rows]) for each in others}
         self._room = width - sum(each + len(GAP) for each in self._widths.values())
-        self._left = {each for each in others if not all(map(_NUMBER.match, (row[each] for row in table.rows)))}
+        self._left = {each for each in columns if not all(map(_NUMBER.match, (row[each] for row in table.rows)))}
+        if last not in self._left:
+            self._widths[last] = self._widest(last, [row[last] for row in table.rows])
         self.fits = self._room >= self._widest(last, [_least(row[last]) for row in table.rows])
 
     def lines(self) -> Iterator[Line]:
@@ -83,9 +85,7 @@ class _Layout:
             yield Line(self._line(titles), "header")
         bodies = [(self._body(row), "failed" * (i in self._table.failed)) for i, row in enumerate(self._table.rows)]
         widest = max((cell_len(line) for texts, _ in bodies for line in texts[:1]), default=0)
-        titled = sum(each + len(GAP) for each in self._widths.values()) + max(
-            map(cell_len, self._titles[self._columns[-1]])
-        )
+        titled = self._width - self._room + max(map(cell_len, self._titles[self._columns[-1]]))
         yield Line("─" * max(widest, titled), "header")
         for texts, sort in bodies:
             yield from (Line(text, sort) for text in texts)
@@ -97,7 +97,7 @@ class _Layout:
         """A row on its line, and below it what of its last cell does not fit there."""
         *_, last = self._columns
         here, below = _split(row[last], self._room)
-        line = self._line({each: row[each] for each in self._widths} | {last: here})
+        line = self._line({each: row[each] for each in self._columns[:-1]} | {last: here})
         return [line, *wrapped(below, self._width)]
 
     def _line(self, cells: dict[int, str]) -> str:

@@ -9,7 +9,7 @@ import rich.text
 
 from study.report.columns import Line, Table, table_lines, wrapped
 
-__all__ = ["WIDE", "Table", "console", "print_sentences", "print_table"]
+__all__ = ["WIDE", "Table", "console", "print_sentences", "print_table", "table_text"]
 
 WIDE: Final = 200
 """Width in characters of output that goes to a pipe or a file, where COLUMNS does not say another one."""
@@ -32,6 +32,15 @@ def print_table(table: Table) -> None:
 def print_sentences(sentences: Iterable[str]) -> None:
     """Print each sentence to standard output on lines of its own."""
     _print(Line(line) for each in sentences for line in wrapped(each, console().width, first=""))
+
+
+def table_text(title: str, tables: Iterable[Table]) -> rich.text.Text:
+    """A title and tables as one text in the colours of a terminal, as `print_table` prints each."""
+    text = rich.text.Text(title)
+    for table in tables:
+        for line in [Line(""), *table_lines(table, console().width)]:
+            text.append("\n").append(line.text, _STYLES[line.sort])
+    return text
 
 
 def _print(lines: Iterable[Line]) -> None:

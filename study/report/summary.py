@@ -14,9 +14,9 @@ from solver.outcome import Ending
 from solver.quantity import GRID_ERROR
 from solver.sliding.validity import flags_in
 from study.dataset.ensemble import over_members
-from study.dataset.file import PENDING
 from study.dataset.variables import VALIDITY, parameters, scalars
 from study.manifest.parameters import Value
+from study.plan.endings import PENDING
 from study.plan.flags import flag_lines
 from study.plan.tasks import KINDS
 from study.report.columns import Table

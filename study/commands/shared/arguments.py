@@ -18,6 +18,7 @@ class CampaignPath(click.Path):
 
 
 CAMPAIGN = click.argument("campaign", type=CampaignPath(path_type=Path))
+JSON = click.option("--json", "as_json", is_flag=True, help="Print JSON for scripts (keys: study/commands/README.md).")
 OUT = click.option("--out", type=click.Path(path_type=Path), help="Folder of the results [default: results/<campaign>]")
 
 

@@ -12,7 +12,6 @@ from study.dataset.store import Store
 from study.execution.executor import drop_intermediates, executor
 from study.execution.farm import Farm
 from study.execution.interruption import EXIT_CODE
-from study.execution.launch import processes_here
 from study.execution.progress import open_progress
 from study.execution.warmup import warm_up
 from study.plan.memory import shortages
@@ -44,8 +43,8 @@ def _compute(farm: Farm, plan: Plan, out: Path, tasks: tuple[Task, ...]) -> int:
     _refuse_shortages(farm, plan, tasks)
     if tasks and farm.size > 1:
         warm_up(tasks)
-    ranks = "1 process" if farm.size == 1 else f"{farm.size} ranks"
-    click.echo(f"{plan.manifest.title}: {len(plan.cases)} cases, {len(tasks)} tasks left, {ranks}", err=True)
+    said = f"{len(plan.cases)} cases, {len(tasks)} tasks left, {farm.size} {farm.unit}"
+    click.echo(f"{plan.manifest.title}: {said}", err=True)
     with open_progress(tasks, console(stderr=True)) as progress:
         tally = farm.run(tasks, executor(out), progress)
     if tally.interrupted:
@@ -61,6 +60,5 @@ def _compute(farm: Farm, plan: Plan, out: Path, tasks: tuple[Task, ...]) -> int:
 
 
 def _refuse_shortages(farm: Farm, plan: Plan, tasks: tuple[Task, ...]) -> None:
-    ranks_here = 1 if farm.size == 1 else min(farm.size, processes_here())
-    if short := shortages(plan, tasks, ranks_here):
+    if short := shortages(plan, tasks, farm.here):
         raise Refusal("\n".join(short))

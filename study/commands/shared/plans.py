@@ -1,19 +1,19 @@
 """A campaign's plan, and what `plan`, `status` and `run` print of it."""
 
 from collections import Counter
-from collections.abc import Callable, Mapping
+from collections.abc import Mapping
+from dataclasses import asdict, dataclass
 from pathlib import Path
+from typing import Any
 
 import click
 
 from study.commands.shared.arguments import folder
-from study.commands.shared.refusals import refusals
 from study.dataset.store import Store
 from study.manifest.reader import load_manifest
 from study.origin import Origins, census, here
-from study.plan.plan import Plan, make_plan, memory_of
-from study.plan.tasks import Task
-from study.report.console import Table, print_table
+from study.plan.plan import Plan, make_plan
+from study.plan.tasks import Task, estimate
 
 
 def planned(campaign: Path) -> Plan:
@@ -21,29 +21,58 @@ def planned(campaign: Path) -> Plan:
     return make_plan(load_manifest(campaign))
 
 
-def show(campaign: Path, out: Path | None, print_plan: Callable[[Plan, tuple[Task, ...]], None]) -> None:
-    """Print a campaign's plan and what is left of it, then which finished results are by other software.
+@dataclass(frozen=True, slots=True)
+class Standing:
+    """A campaign's plan, and how far it is."""
 
-    out: folder of the results, None for the campaign's own. Raises Refusal.
+    campaign: Path
+    plan: Plan
+    store: Store
+    remaining: tuple[Task, ...]
+    foreign: Mapping[str, Origins]
+    """Finished results of other software."""
+
+
+def standing(campaign: Path, out: Path | None, plan: Plan | None = None, store: Store | None = None) -> Standing:
+    """How far a campaign is. Raises ManifestError.
+
+    out: folder of the results, None for the campaign's own. plan, store: where they are known from before.
     """
-    with refusals():
-        plan = planned(campaign)
-        found = Store(folder(campaign, out)).inventory()
-        print_plan(plan, plan.remaining(found))
-        print_foreign(plan.foreign(found), campaign)
+    plan, store = plan or planned(campaign), store or Store(folder(campaign, out))
+    found = store.inventory()
+    return Standing(campaign, plan, store, plan.remaining(found), plan.foreign(found))
 
 
-def print_counts(tasks: tuple[Task, ...], remaining: tuple[Task, ...]) -> None:
-    """Print how many tasks of each kind there are, are finished and are left, with estimated seconds and memory."""
+@dataclass(frozen=True, slots=True)
+class KindCount:
+    """Tasks of one kind: how many, and what they cost."""
+
+    all: int
+    finished: int
+    left: int
+    core_seconds_left: float
+    memory_bytes: float
+    """Of the largest one."""
+    disk_bytes: float
+    """Of all of them."""
+
+
+def counts(standing: Standing) -> dict[str, KindCount]:
+    """Kind of task -> count and costs, in the order in which they begin."""
+    tasks, remaining = standing.plan.tasks, standing.remaining
     every, left = Counter(task.kind for task in tasks), Counter(task.kind for task in remaining)
-    rows = []
+    found = {}
     for kind, count in every.items():
+        costs = [estimate(task) for task in tasks if task.kind == kind]
         seconds = sum(task.cost for task in remaining if task.kind == kind)
-        memory = max(memory_of(task) for task in tasks if task.kind == kind) / 1e6
-        done = str(count - left[kind])
-        rows.append((kind, str(count), done, str(left[kind]), f"{seconds:.3g}", f"{memory:.3g}"))
-    header = ("tasks", "all", "finished", "left", "core seconds left, about", "MB of arrays each, about")
-    print_table(Table(header, tuple(rows)))
+        memory, disk = max(each.memory for each in costs), sum(each.disk for each in costs)
+        found[kind] = KindCount(count, count - left[kind], left[kind], seconds, memory, disk)
+    return found
+
+
+def counts_as_data(standing: Standing) -> dict[str, Any]:
+    """The counts for scripts."""
+    return {kind: asdict(count) for kind, count in counts(standing).items()}
 
 
 def print_foreign(foreign: Mapping[str, Origins], campaign: Path, err: bool = False) -> None:

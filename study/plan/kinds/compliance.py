@@ -6,8 +6,9 @@ from solver.case import Case
 from solver.elasticity.compliance import surface_compliance
 from solver.slab import Slab
 from study.manifest.manifest import Manifest
+from study.plan.cost.condensation import condensation_bytes, condensation_seconds
 from study.plan.keys import task_key
-from study.plan.kinds.kind import Computed, Kind, Wanted
+from study.plan.kinds.kind import Computed, Estimate, Kind, Wanted, disk_of
 from study.plan.task import Inputs, Task
 
 NAME = "compliance"
@@ -31,4 +32,9 @@ def _run(task: Task, inputs: Inputs) -> Computed:
     return Computed(arrays={"matrix": surface_compliance(task.slab).matrix})
 
 
-COMPLIANCE = Kind(NAME, _needed, _tasks, _run)
+def _estimate(task: Task) -> Estimate:
+    matrix = disk_of(0, (2.0 * task.slab.n_x) ** 2)
+    return Estimate(condensation_seconds(task.slab), condensation_bytes(task.slab), matrix)
+
+
+COMPLIANCE = Kind(NAME, _needed, _tasks, _run, _estimate)

@@ -16,9 +16,22 @@ from solver.contact.state import NODE_X, ContactState, ContactSummary, contact_s
 from solver.quantity import quantity
 from solver.sliding.validity import Validity, contact_validity
 from study.manifest.manifest import Manifest
+from study.plan.cost.arrays import contact_bytes
+from study.plan.cost.seconds import contact_seconds
 from study.plan.keys import of_contact, task_key
 from study.plan.kinds.compliance import compliance_task
-from study.plan.kinds.kind import Computed, Kind, Part, Ragged, Wanted, case_of, compliance_of, scalars_only_mark
+from study.plan.kinds.kind import (
+    Computed,
+    Estimate,
+    Kind,
+    Part,
+    Ragged,
+    Wanted,
+    case_of,
+    compliance_of,
+    disk_of,
+    scalars_only_mark,
+)
 from study.plan.task import Inputs, Task
 
 NAME = "contact"
@@ -66,11 +79,22 @@ def _run(task: Task, inputs: Inputs) -> Computed:
     return Computed((contact_validity(case, state), state, contact_summary(state), nodes), state.outcome)
 
 
+def _estimate(task: Task) -> Estimate:
+    case = case_of(task)
+    arrays = 0.0 if task.scalars_only else _ARRAYS + _PER_NODE * case.slab.n_x
+    return Estimate(contact_seconds(case), contact_bytes(case), disk_of(10, arrays))
+
+
+_ARRAYS = 250.0  # numbers' worth of the names of its arrays
+_PER_NODE = 10.0  # numbers of each surface node
+
+
 CONTACT = Kind(
     NAME,
     _needed,
     _tasks,
     _run,
+    _estimate,
     (Part(Validity), Part(ContactState, whole=True), Part(ContactSummary), Part(SurfaceNodes)),
     (Ragged("contact", "contact_node", "contact_row_size", _tractions),),
 )

@@ -10,8 +10,22 @@ from solver.dynamics.stick_slip import StickSlipFit, fit_stick_slip
 from solver.sliding.plateau import plateau_of
 from solver.sliding.record import FrictionRecord
 from study.manifest.manifest import Manifest
+from study.plan.cost.drive import drive_seconds
+from study.plan.cost.sliding import events_of
 from study.plan.keys import task_key
-from study.plan.kinds.kind import Computed, Kind, Part, Ragged, Wanted, drive_of, scalars_only_mark, whole_again
+from study.plan.kinds.kind import (
+    Computed,
+    Estimate,
+    Kind,
+    Part,
+    Ragged,
+    Wanted,
+    case_of,
+    disk_of,
+    drive_of,
+    scalars_only_mark,
+    whole_again,
+)
 from study.plan.kinds.record import record_task
 from study.plan.task import Inputs, Task
 
@@ -60,11 +74,24 @@ def _run(task: Task, inputs: Inputs) -> Computed:
     return Computed((coefficients, fit, count_sticks(motion, drive), motion), coefficients.outcome)
 
 
+def _estimate(task: Task) -> Estimate:
+    case, drive = case_of(task), drive_of(task)
+    arrays = 0.0 if task.scalars_only else _ARRAYS + _PER_SAMPLE * drive.samples
+    memory = 8.0 * (_PER_SAMPLE * drive.samples + _PER_EVENT * events_of(case))
+    return Estimate(drive_seconds(drive, case, task.fitted), memory, disk_of(24, arrays))
+
+
+_ARRAYS = 550.0  # numbers' worth of its binned force, its slips, and the names of its arrays
+_PER_SAMPLE = 5.0
+_PER_EVENT = 16.0  # numbers of the record that it is pulled over
+
+
 DRIVE = Kind(
     NAME,
     _needed,
     _tasks,
     _run,
+    _estimate,
     (
         Part(FrictionCoefficients),
         Part(StickSlipFit, "fitted_", wanted=_fitted),

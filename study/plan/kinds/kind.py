@@ -67,6 +67,26 @@ class Computed:
     """Those that are in no part."""
 
 
+class Estimate(NamedTuple):
+    """What a task costs, roughly: seconds to a factor of three, bytes to a factor of two or three."""
+
+    seconds: float
+    """On one core of an ordinary machine."""
+    memory: float
+    """Bytes of arrays while it runs, beside the compliance that it maps and the program's own."""
+    disk: float
+    """Bytes of its result."""
+
+
+def disk_of(scalars: float, arrays: float = 0.0) -> float:
+    """Bytes of a result with so many scalars and so many numbers in arrays."""
+    return _ARCHIVE + _SCALAR * scalars + 8.0 * arrays
+
+
+_ARCHIVE = 1000.0  # of a result: its ending, its origin, and the archive's own
+_SCALAR = 30.0  # as text, with its name
+
+
 @dataclass(frozen=True, slots=True)
 class Kind:
     """One kind of task. Its stage is its place in study.plan.tasks.KINDS."""
@@ -78,6 +98,8 @@ class Kind:
     """Those of one case, needed ones first; the last one of a drive is the case's own."""
     run: Callable[[Task, Inputs], Computed]
     """Raises SolverError where the physics refuses."""
+    estimate: Callable[[Task], Estimate]
+    """What a task costs, from its case alone."""
     parts: tuple[Part, ...] = ()
     """In the order of a dataset's variables."""
     ragged: tuple[Ragged, ...] = ()

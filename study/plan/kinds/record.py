@@ -15,9 +15,23 @@ from solver.sliding.record import FrictionRecord
 from solver.sliding.statistics import EventStatistics, event_statistics
 from solver.sliding.validity import Validity, record_validity
 from study.manifest.manifest import Manifest
+from study.plan.cost.arrays import record_bytes, sliding_bytes
+from study.plan.cost.seconds import record_seconds
+from study.plan.cost.sliding import events_of
 from study.plan.keys import of_record, task_key
 from study.plan.kinds.compliance import compliance_task
-from study.plan.kinds.kind import Computed, Kind, Part, Ragged, Wanted, case_of, compliance_of, scalars_only_mark
+from study.plan.kinds.kind import (
+    Computed,
+    Estimate,
+    Kind,
+    Part,
+    Ragged,
+    Wanted,
+    case_of,
+    compliance_of,
+    disk_of,
+    scalars_only_mark,
+)
 from study.plan.task import Inputs, Task
 
 NAME = "record"
@@ -60,11 +74,26 @@ def _run(task: Task, inputs: Inputs) -> Computed:
     return Computed(values, plateau.outcome if record.outcome.ok else record.outcome)
 
 
+def _estimate(task: Task) -> Estimate:
+    case = case_of(task)
+    if any(each != compliance_task(case.slab).key for each in task.needs):  # another record's scalars
+        return Estimate(0.0, 0.0, disk_of(_SCALARS))
+    arrays = 0.0 if task.scalars_only else _ARRAYS + _PER_EVENT * events_of(case) + _PER_NODE * case.slab.n_x
+    return Estimate(record_seconds(case), sliding_bytes(case) + record_bytes(case), disk_of(_SCALARS, arrays))
+
+
+_SCALARS = 36.0
+_ARRAYS = 350.0  # numbers' worth of the names of its arrays
+_PER_EVENT = 8.7
+_PER_NODE = 2.0
+
+
 RECORD = Kind(
     NAME,
     _needed,
     _tasks,
     _run,
+    _estimate,
     (Part(Validity), Part(Plateau, Plateau.PREFIX), Part(EventStatistics), Part(FrictionRecord, whole=True)),
     (Ragged("record", "event", "row_size", _kept), Ragged("record", "record_node", "record_node_row_size", _kept)),
 )

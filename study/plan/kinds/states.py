@@ -12,10 +12,12 @@ from solver.elasticity.compliance import SurfaceCompliance
 from solver.elasticity.interior import InteriorFields, interior_fields
 from solver.sliding.events import states_at
 from study.manifest.manifest import Manifest
+from study.plan.cost.arrays import inside_bytes, sliding_bytes
+from study.plan.cost.seconds import states_seconds
 from study.plan.keys import of_contact, of_record, task_key
 from study.plan.kinds.compliance import compliance_task
 from study.plan.kinds.contact import SurfaceNodes, seen_after
-from study.plan.kinds.kind import Computed, Kind, Part, Ragged, Wanted, case_of, compliance_of
+from study.plan.kinds.kind import Computed, Estimate, Kind, Part, Ragged, Wanted, case_of, compliance_of, disk_of
 from study.plan.task import Inputs, Task
 
 NAME = "states"
@@ -93,11 +95,26 @@ def _behind(parts: Sequence[InteriorFields]) -> InteriorFields:
     return InteriorFields(*(np.concatenate([getattr(part, name) for part in parts]) for name in names))
 
 
+def _estimate(task: Task) -> Estimate:
+    case, looks = case_of(task), len(task.events)
+    memory, nodes = sliding_bytes(case), _PER_NODE * looks * task.slab.n_x
+    if task.subsurface:
+        memory = max(memory, inside_bytes(task.slab))
+        nodes += _PER_NODE_INSIDE * looks * task.slab.n_x
+    return Estimate(states_seconds(case, task.events, task.subsurface), memory, disk_of(0, _ARRAYS + nodes))
+
+
+_ARRAYS = 250.0  # numbers' worth of the names of its arrays
+_PER_NODE = 6.0  # numbers of each surface node
+_PER_NODE_INSIDE = 8.0 * 8.0  # of the nodes under one of the surface, on a graded grid
+
+
 STATES = Kind(
     NAME,
     _needed,
     _tasks,
     _run,
+    _estimate,
     (Part(SurfaceStates, "surface_"), Part(InteriorEvents, "interior_"), Part(InteriorFields, "interior_")),
     (
         Ragged("contact", "contact_node", "contact_row_size", _on_the_surface),

@@ -4,12 +4,15 @@ It takes longer than a small record itself, so no record has it by itself.
 """
 
 from solver.case import Case
+from solver.quantity import quantities
 from solver.sliding.distributions.record import EventDistributions, event_distributions
 from solver.sliding.plateau import plateau_of
 from solver.sliding.record import FrictionRecord
 from study.manifest.manifest import Manifest
+from study.plan.cost.arrays import statistics_bytes
+from study.plan.cost.seconds import statistics_seconds
 from study.plan.keys import task_key
-from study.plan.kinds.kind import Computed, Kind, Part, Wanted, whole_again
+from study.plan.kinds.kind import Computed, Estimate, Kind, Part, Wanted, case_of, disk_of, whole_again
 from study.plan.kinds.record import record_task
 from study.plan.task import Inputs, Task
 
@@ -35,4 +38,9 @@ def _run(task: Task, inputs: Inputs) -> Computed:
     return Computed((event_distributions(record, plateau_of(record)),))
 
 
-STATISTICS = Kind(NAME, _needed, _tasks, _run, (Part(EventDistributions),))
+def _estimate(task: Task) -> Estimate:
+    case = case_of(task)
+    return Estimate(statistics_seconds(case), statistics_bytes(case), disk_of(len(quantities(EventDistributions))))
+
+
+STATISTICS = Kind(NAME, _needed, _tasks, _run, _estimate, (Part(EventDistributions),))

@@ -1,13 +1,18 @@
 """A plan shows what there is to compute, and what is left out."""
 
+import json
+
+import pytest
 import xarray as xr
 
+from study.manifest.reader import load_manifest
+from study.plan.plan import make_plan
 from tests.conftest import SMALL
 
 
 def test_a_plan_shows_effects_tasks_and_memory(main, campaign):
     campaign.write_text(SMALL + "[effects]\ncoupling = false\n[outputs]\nrecords = false\ntractions_at = [5]\n")
-    code, said, _ = main("plan", campaign)
+    code, said, _ = main("plan", campaign, "--effects")
     assert code == 0
     rows = {
         cells[0]: cells
@@ -18,8 +23,45 @@ def test_a_plan_shows_effects_tasks_and_memory(main, campaign):
     assert rows["coupling"][2].startswith("shear and pressure do not act on each other")
     assert rows["pin_translation"][1:] == ["on"]
     assert rows["outputs.records"][2] == "friction records are not kept once their drives are done"
-    assert rows["tasks"][-1] == "MB of arrays each, about"
-    assert [rows[kind][1] for kind in ("compliance", "record", "states", "drive")] == ["1", "8", "4", "8"]
+    assert rows["tasks"][3:5] == ["disk, MB", "memory of one, MB"]
+    assert [rows[kind][-1] for kind in ("compliance", "record", "states", "drive")] == ["1", "8", "4", "8"]
+
+
+def test_effects_that_are_off_are_named_in_one_line_unless_asked_for(main, campaign):
+    code, said, _ = main("plan", campaign)
+    assert code == 0
+    (line,) = (line for line in said.splitlines() if line.startswith("effects that are off or vary: "))
+    assert "roughness of the pin" in line
+    assert "coupling" not in said
+    assert "nothing is drawn" not in said
+
+
+def test_the_time_is_that_of_the_longest_chain_on_many_ranks(main, campaign):
+    found = [json.loads(main("plan", campaign, "--ranks", ranks, "--json")[1]) for ranks in (1, 2, 1000)]
+    alone, two, many = (each["seconds_left"][ranks] for each, ranks in zip(found, ("1", "2", "1000"), strict=True))
+    total = sum(kind["core_seconds_left"] for kind in found[0]["tasks"].values())
+    assert alone == pytest.approx(total, rel=1e-9)
+    assert alone / 2 < two < alone
+    longest = {kind: max(task.cost for task in make_plan(load_manifest(campaign)).tasks if task.kind == kind)
+               for kind in ("compliance", "record", "drive")}  # fmt: skip
+    assert many == pytest.approx(sum(longest.values()), rel=1e-9)
+
+
+def test_disk_space_comes_true(main, campaign):
+    out = campaign.parent / "out"
+    said = json.loads(main("plan", campaign, "--json")[1])["disk_bytes"]
+    assert main("run", campaign, "--out", out, "--serial")[0] == 0
+    results = sum(path.stat().st_size for path in (out / "results").iterdir())
+    assert results / 2 < said["results"] < 2 * results
+    assert (out / "results.nc").stat().st_size / 3 < said["dataset"] < 3 * (out / "results.nc").stat().st_size
+
+
+def test_the_same_refusal_is_said_once_with_its_count(main, campaign):
+    rows = SMALL.replace("n_x = 17", 'scheme = "biquadratic"').replace("[axes]", "[axes]\nrows = [4, 5]\nn_x = [9, 17]")
+    campaign.write_text(rows)
+    _, said, _ = main("plan", campaign)
+    assert said.count("refused: ") == 1
+    assert "rows = 5: needs 3 to 4 rows at n_x = 9 (and 3 more)" in said
 
 
 def test_drives_that_no_stage_computes_are_named_and_left_out(main, campaign):

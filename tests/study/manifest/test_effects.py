@@ -26,12 +26,13 @@ from study.manifest.reader import load_manifest
 from study.plan.kinds import compliance as compliance_kind
 from study.plan.kinds import drive as drive_kind
 from study.plan.kinds import record as record_kind
-from study.plan.plan import Plan, make_plan, memory_of
+from study.plan.plan import Plan, make_plan
 from study.plan.tasks import (
     TaskResult,
     compliance_task,
     contact_task,
     drive_task,
+    estimate,
     needed_kinds,
     record_task,
     run_task,
@@ -144,7 +145,7 @@ def test_the_effects_of_a_campaign_are_listed(tmp_path: Path) -> None:
 
 def test_what_is_off_costs_no_memory(tmp_path: Path) -> None:
     def arrays(text: str) -> float:
-        return max(memory_of(task) for task in planned(tmp_path, text).tasks if task.kind != "compliance")
+        return max(estimate(task).memory for task in planned(tmp_path, text).tasks if task.kind != "compliance")
 
     assert arrays("effects.pin_translation = false\neffects.coupling = false") < arrays("")
     touch = 'stages = ["contact"]\n'

@@ -19,7 +19,7 @@ from study.dataset import file
 from study.dataset.collect import collect
 from study.dataset.store import Store
 from study.manifest.reader import load_manifest
-from study.plan.cost import expected_displacement
+from study.plan.cost.sliding import expected_displacement
 from study.plan.flags import expected_lines, flag_lines
 from study.plan.plan import Plan, make_plan
 from study.plan.tasks import run_task

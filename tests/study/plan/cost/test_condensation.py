@@ -10,9 +10,8 @@ import pytest
 
 from solver.elasticity.compliance import surface_compliance
 from solver.slab import Slab, Support
-from study.plan.condensation import condensation_bytes, condensation_seconds
-from study.plan.plan import memory_of
-from study.plan.tasks import compliance_task
+from study.plan.cost.condensation import condensation_bytes, condensation_seconds
+from study.plan.tasks import compliance_task, estimate
 
 SLABS = [Slab(n_x, height) for n_x, height in itertools.product((17, 65, 257), (0.01, 0.1, 1.0, 10.0, 1e4))]
 OTHERS: list[tuple[str, Support]] = [
@@ -52,7 +51,7 @@ def test_bytes_are_right_to_a_factor_of_three(slab: Slab) -> None:
     surface_compliance(slab)
     peak = tracemalloc.get_traced_memory()[1]
     tracemalloc.stop()
-    assert 1 / 3 <= peak / memory_of(compliance_task(slab)) <= 3
+    assert 1 / 3 <= peak / estimate(compliance_task(slab)).memory <= 3
 
 
 def test_a_column_is_estimated_as_its_trunk() -> None:

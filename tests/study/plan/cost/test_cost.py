@@ -21,13 +21,14 @@ from solver.drive import Scales
 from solver.elasticity.schemes.chain import Chain
 from solver.slab import Slab
 from study.manifest.drives import NamedDrive
-from study.plan.plan import _START, _seconds, memory_of
 from study.plan.tasks import (
+    START,
     Task,
     TaskResult,
     compliance_task,
     contact_task,
     drive_task,
+    estimate,
     record_task,
     run_task,
     states_task,
@@ -181,7 +182,7 @@ def measurements() -> dict[str, Measured]:
 @pytest.mark.slow
 def test_seconds_come_true(measurements: dict[str, Measured]) -> None:
     # What handing out, reading and writing take is in the estimate, and does not happen here.
-    ratios = {name: _seconds(task) / (measurements[name].seconds + _START) for name, task in TASKS.items()}
+    ratios = {name: estimate(task).seconds / (measurements[name].seconds + START) for name, task in TASKS.items()}
     machine = statistics.median(ratios.values())
     assert 1.0 / MACHINES < machine < MACHINES
     wrong = {name: ratio / machine for name, ratio in ratios.items() if not 1 / FACTOR < ratio / machine < FACTOR}
@@ -191,5 +192,5 @@ def test_seconds_come_true(measurements: dict[str, Measured]) -> None:
 @pytest.mark.timed
 @pytest.mark.slow
 def test_bytes_come_true(measurements: dict[str, Measured]) -> None:
-    ratios = {name: memory_of(task) / measurements[name].bytes for name, task in TASKS.items()}
+    ratios = {name: estimate(task).memory / measurements[name].bytes for name, task in TASKS.items()}
     assert not {name: ratio for name, ratio in ratios.items() if not 1 / FACTOR < ratio < FACTOR}

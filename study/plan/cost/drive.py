@@ -5,9 +5,9 @@ import math
 from solver.case import Case
 from solver.drive import Drive
 from solver.dynamics.stick_slip import MOST_SAMPLES, MOST_SLIPS
-from study.plan.cost import mean_step
+from study.plan.cost.sliding import mean_step
 
-# Rough seconds on one core of an ordinary machine, as in study.plan.cost.
+# Rough seconds on one core of an ordinary machine, as in study.plan.cost.seconds.
 _PLATEAU = 0.53  # F/W over μ_i at residual_shear 0, whatever the grid (§3.2.1)
 _EXCESS = 0.02  # of static friction over kinetic one, for slips after the first
 _PER_SAMPLE = 2e-7  # any integrator

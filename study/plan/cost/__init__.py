@@ -1,0 +1,1 @@
+"""What tasks cost, before they are computed: seconds on one core, bytes of memory."""

@@ -1,0 +1,74 @@
+"""Seconds of contacts, friction records and what is read off them, on one core of an ordinary machine.
+
+Measured from 17 to 1025 nodes in contact; a test holds them to a factor of three.
+"""
+
+import math
+from collections.abc import Sequence
+
+from solver.case import Case
+from solver.contact.coulomb.motion import LONGEST_STEP
+from study.plan.cost.sliding import contact_nodes, coulomb_path, events_of, hertz_nodes, slips_of, tableau_entries
+
+_TOUCH = (4e-4, 2.5e-7, 1.6e-9)  # by powers 0, 2, 3 of the nodes in contact: rounds of dense solves
+_TOUCH_OF_ALL = 0.5  # of that where the contact is all of the surface: nothing is looked for
+_PRESSED = 0.2  # of that without shear: half the unknowns
+_SCALARS = (1.2e-3, 1.2e-6)  # of a record, and of each event
+_SLIP = (5e-8, 5e-10, 1e-12)  # by powers 0, 1, 2 of the entries of a tableau's row: longer ones come from memory
+_FROZEN_SLIP = (4.5e-8, 1.5e-10, 5e-13)
+_ROUGH = 2.0  # a slip on a rough pin over one on a smooth pin
+_COULOMB_TOUCH = (
+    2e-8  # initial contact with Coulomb friction, times the cube of the nodes: they come to slide one by one
+)
+_COULOMB_STEP = (3.5e-4, 2e-9)  # by powers 0, 3 of the nodes in contact: a few dense solves
+_SOLVES = 3.0  # steps that an event of it is worth: roles change one at a time until all are right
+_DISTRIBUTIONS = (0.35, 6e-5)  # of event sizes, and of each event: fits of a hundred drawn samples
+_INSIDE = (8e-3, 6e-6)  # inside of the slab, by powers 0, 1.5 of n_x: one sparse factorization
+
+
+def contact_seconds(case: Case) -> float:
+    """Seconds of initial contact."""
+    first, nodes = hertz_nodes(case), contact_nodes(case)
+    seconds = _polynomial(_TOUCH, math.sqrt(first * nodes), (0.0, 2.0, 3.0))
+    if first == case.slab.n_x:
+        seconds *= _TOUCH_OF_ALL
+    if case.slip_rule.residual_shear == 1.0:
+        seconds += _COULOMB_TOUCH * nodes**3
+    return seconds * (1.0 if case.effects.friction and case.effects.coupling else _PRESSED)
+
+
+def record_seconds(case: Case) -> float:
+    """Seconds of a case's friction record, initial contact included."""
+    return contact_seconds(case) + _slide_seconds(case, events_of(case))
+
+
+def statistics_seconds(case: Case) -> float:
+    """Seconds of the distributions of the sizes of a record's events."""
+    return _polynomial(_DISTRIBUTIONS, events_of(case), (0.0, 1.0))
+
+
+def states_seconds(case: Case, events: Sequence[int], subsurface: bool) -> float:
+    """Seconds of the contacts after some events of a record, and of the inside of the slab there."""
+    last = min(float(max(events, default=0)), events_of(case))
+    inside = len(events) * _polynomial(_INSIDE, case.slab.n_x, (0.0, 1.5)) if subsurface else 0.0
+    return contact_seconds(case) + inside + (_slide_seconds(case, last) if last else 0.0)
+
+
+def _slide_seconds(case: Case, events: float) -> float:
+    nodes = contact_nodes(case)
+    if case.slip_rule.residual_shear == 1.0:
+        changes, travel = coulomb_path(case)
+        steps = _SOLVES * changes + travel / (LONGEST_STEP * case.slab.spacing)
+        return _polynomial(_COULOMB_STEP, nodes, (0.0, 3.0)) * steps
+    if case.effects.pin_translation:
+        slip = _polynomial(_SLIP, tableau_entries(case), (0.0, 1.0, 2.0)) * (
+            _ROUGH if case.heterogeneity.roughness else 1.0
+        )
+        start = _polynomial(_TOUCH, nodes, (0.0, 2.0, 3.0))  # a tableau, and another one when the contact has grown
+    else:
+        slip, start = _polynomial(_FROZEN_SLIP, nodes, (0.0, 1.0, 2.0)), 0.0
+    return start + slip * slips_of(case, events) + _polynomial(_SCALARS, events, (0.0, 1.0))
+
+
+def _polynomial(coefficients: tuple[float, ...], base: float, powers: tuple[float, ...]) -> float:
+    return sum(each * math.pow(base, power) for each, power in zip(coefficients, powers, strict=True))

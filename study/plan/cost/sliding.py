@@ -1,0 +1,136 @@
+"""What decides the cost of a contact and a friction record, before they are computed: nodes in contact, steps, events, slips.
+
+Nodes in contact are Hertz's, or those of a thin layer. A node slips when its shear has grown to μ_i times its pressure,
+loses 1 - residual_shear of it, and gets it back as the pin moves on against the node's own stiffness, about 3.5 G whatever the
+slab: that many slips a displacement takes. How many come in one event depends on what else gives way: the softer the slab
+under the pin, the more other nodes a slip loads (a third of the nodes in contact, over the lateral stiffness K in G). All
+was measured on one core; a test holds it to a factor of three, which is what chaos leaves. Blocks of a chain have the stiffness
+of their springs, and the root of their coupling says how many slip together.
+"""
+
+import math
+
+from solver.case import MOST_EVENTS, Case
+from solver.contact.compiled_contact import margin
+from solver.contact.normal import expected_half_width
+from solver.elasticity.schemes.chain import Chain, spring_stiffness
+from solver.sliding.coulomb import OFF_THE_SLAB
+from solver.sliding.kernels.step import STRETCHES
+
+NODE_STIFFNESS = 3.5
+"""Of a surface node against its neighbours at rest, in G: slips per displacement, times what they drop, over nodes."""
+TOGETHER = 0.35
+"""Slips in an event of steady sliding, times K, over nodes in contact."""
+LEAST_STEP = 1e-13
+"""The least step of the pin, over what the load moves it (W/K): without friction every event takes it."""
+OF_A_CHAIN = 0.9
+"""Slips in an event of a chain, over the root of its coupling: measured for couplings from 1 to 300."""
+TRAVEL = 1.5
+"""Displacement at which the pin has left the slab, in L_x."""
+CHANGES_PER_SPACING = 0.75
+"""Events of Coulomb sliding per node spacing that the pin moves: touches and releases."""
+
+
+def contact_nodes(case: Case) -> float:
+    """Surface nodes under the pin, about: Hertz's, or fewer on a bonded layer that is thinner than the contact."""
+    slab, hertz = case.slab, hertz_nodes(case)
+    if case.pin == "flat_punch" or slab.scheme.endless or not slab.scheme.continuum:
+        return hertz
+    modulus = 2.0 * (1.0 - slab.poisson) / (1.0 - 2.0 * slab.poisson)  # of a layer that cannot give way sideways
+    half_width = math.cbrt(1.5 * case.normal_load * case.radius * slab.aspect_ratio / modulus)
+    return min(hertz, _nodes_across(case, half_width)) if half_width > slab.aspect_ratio else hertz
+
+
+def hertz_nodes(case: Case) -> float:
+    """The same on a half-plane, or on the springs of a chain: what pressing the pin down begins with."""
+    return _nodes_across(case, expected_half_width(case))
+
+
+def _nodes_across(case: Case, half_width: float) -> float:
+    return min(2.0 * half_width * (case.slab.n_x - 1) + 1.0, float(case.slab.n_x))
+
+
+def lateral_stiffness(case: Case) -> float:
+    """dF/dδ_p with all nodes stuck, in G·L_y, about: shear and bending of the slab, less what a wide pin holds, in series."""
+    height, scheme = case.slab.aspect_ratio, case.slab.scheme
+    if isinstance(scheme, Chain):
+        return scheme.lateral_stiffness(case.slab, contact_nodes(case))
+    if case.slab.scheme.endless:
+        return 1.0 / max(0.56 + 0.21 * math.log(height), 0.05)
+    width = contact_nodes(case) * case.slab.spacing
+    compliance = max(0.05 + 1.2 * height + 0.6 * height**3 + 1.3 * min(height, 1.0) * (0.55 - width), 0.05)
+    if case.slab.support == "right_side":
+        compliance = min(compliance, 0.5)
+    return 1.0 / (compliance + (1.0 if case.slab.support == "frictionless" else 0.0))
+
+
+def mean_step(case: Case) -> float:
+    """Displacement from event to event in steady sliding, in L_x."""
+    moved = case.normal_load / lateral_stiffness(case)
+    floor = case.slip_rule.event_floor * min(case.slab.spacing, STRETCHES * _finite(case.intrinsic_friction) * moved)
+    return max(slips_per_event(case) / _slips_per_displacement(case), floor, LEAST_STEP * moved)
+
+
+def slips_per_event(case: Case) -> float:
+    """Slips in an event of steady sliding."""
+    if isinstance(case.slab.scheme, Chain):
+        return max(OF_A_CHAIN * math.sqrt(case.slab.scheme.coupling_stiffness), 1.0)
+    return max(TOGETHER * contact_nodes(case) / lateral_stiffness(case), 1.0)
+
+
+def _slips_per_displacement(case: Case) -> float:
+    """Each node in contact has to keep up with the pin, at so much a slip."""
+    nodes = contact_nodes(case)
+    drop = _finite(case.intrinsic_friction) * case.normal_load * max(1.0 - case.slip_rule.residual_shear, 1e-6)
+    return _node_stiffness(case) * nodes**2 / max(drop, 1e-300)
+
+
+def _node_stiffness(case: Case) -> float:
+    scheme = case.slab.scheme
+    if not isinstance(scheme, Chain):
+        return NODE_STIFFNESS
+    leaf, coupling = spring_stiffness(scheme, case.slab)
+    return leaf + 2.0 * coupling
+
+
+def events_of(case: Case) -> float:
+    """Events of a record: as many as it may have, or as fit into its displacement, or as the pin finds on its slab."""
+    farthest = min(case.farthest, TRAVEL) if case.effects.pin_translation else case.farthest
+    return min(farthest / mean_step(case), float(case.max_events or MOST_EVENTS))
+
+
+def expected_displacement(case: Case) -> float:
+    """δ_p that a record reaches, in L_x: its limit, or its events' mean steps."""
+    if case.slip_rule.residual_shear == 1.0:
+        return coulomb_path(case)[1]
+    return min(case.farthest, events_of(case) * mean_step(case))
+
+
+def slips_of(case: Case, events: float) -> float:
+    """Slips of so many events: fewer in each while the pin is not yet sliding as a whole, after F/K."""
+    to_full_sliding = _finite(case.intrinsic_friction) * case.normal_load / lateral_stiffness(case)
+    under_way = min(events * mean_step(case) / max(to_full_sliding, 1e-300), 1.0)
+    return events * max(slips_per_event(case) * under_way, 1.0)
+
+
+def _finite(intrinsic_friction: float) -> float:
+    """Nodes that never slip leave no events; the record ends at once or in one step."""
+    return min(intrinsic_friction, 1e6)
+
+
+def coulomb_path(case: Case) -> tuple[float, float]:
+    """Events of Coulomb sliding, and the displacement they take."""
+    farthest = min(case.farthest, OFF_THE_SLAB)
+    events = float(case.max_events) if case.max_events else math.inf
+    # All nodes come to slide first; then the pin touches and releases them one by one.
+    onset = 2.0 * contact_nodes(case)
+    travel = min(farthest, max(events - onset, 0.0) * case.slab.spacing / CHANGES_PER_SPACING)
+    changes = onset + travel * CHANGES_PER_SPACING / case.slab.spacing
+    return min(events, changes), travel
+
+
+def tableau_entries(case: Case) -> float:
+    """Entries of a row of the tableau: both directions of all nodes that are followed, and the load."""
+    n_x = case.slab.n_x
+    followed = n_x if case.heterogeneity.roughness else min(contact_nodes(case) + 2.0 * margin(n_x), n_x)
+    return 2.0 * followed + 1.0

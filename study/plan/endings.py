@@ -1,0 +1,50 @@
+"""How the cases and drives of a plan ended, from the outcomes of their tasks."""
+
+from collections import Counter
+from collections.abc import Mapping
+
+from solver.outcome import Outcome
+from study.manifest.cases import CampaignCase
+from study.manifest.drives import CampaignDrive
+from study.plan.plan import Plan
+
+PENDING = "pending"
+"""What stands for the outcome of what is not computed yet."""
+
+
+def case_outcome(plan: Plan, case: CampaignCase, outcomes: Mapping[str, Outcome]) -> Outcome | None:
+    """How a case ended up to its friction record: the first failure, else what is missing; None while unfinished.
+
+    outcomes: key of each finished task -> how it ended.
+    """
+    outcome: Outcome | None = case.outcome
+    for (kind, drive), key in plan.case_tasks[case.case_id].keys.items():
+        if kind == "compliance" and key not in outcomes:
+            continue  # it is intermediate: once used it may go without being missed
+        if drive or outcome is None or not outcome.usable:
+            continue
+        found = outcomes.get(key)
+        if found is None or outcome.ok or not found.usable:
+            outcome = found
+    return outcome
+
+
+def drive_outcome(
+    plan: Plan, case: CampaignCase, drive: CampaignDrive, outcomes: Mapping[str, Outcome]
+) -> Outcome | None:
+    """How a drive ended: refused with its case or by itself, or as its task says; None while unfinished."""
+    if case.case is None or drive.drive is None:
+        return case.outcome if case.case is None else drive.outcome
+    return outcomes.get(plan.case_tasks[case.case_id].key("drive", drive.label) or "")
+
+
+def endings(plan: Plan, outcomes: Mapping[str, Outcome]) -> tuple[Counter[str], Counter[str]]:
+    """How many cases, and how many drives of cases, ended how; `pending` counts those that are not finished."""
+    cases = Counter(_word(case_outcome(plan, case, outcomes)) for case in plan.cases)
+    drives = plan.manifest.drives if "dynamics" in plan.manifest.stages else ()
+    driven = Counter(_word(drive_outcome(plan, case, drive, outcomes)) for case in plan.cases for drive in drives)
+    return cases, driven
+
+
+def _word(outcome: Outcome | None) -> str:
+    return outcome.ending.value if outcome else PENDING

@@ -1,0 +1,86 @@
+"""The state of a campaign is counted from its files alone: tasks, and cases and drives by outcome."""
+
+import json
+import threading
+import time
+
+import pytest
+
+from study.commands import status
+from study.dataset.store import Store
+from tests.conftest import SMALL
+
+
+def test_outcomes_are_counted_as_the_dataset_has_them(main, campaign):
+    out = campaign.parent / "out"
+    text = SMALL.replace("n_x = 17", 'scheme = "biquadratic"').replace("[axes]", "[axes]\nrows = [4, 5]\nn_x = [9, 17]")
+    campaign.write_text(text)
+    code, said, _ = main("status", campaign, "--out", out, "--json")
+    assert code == 0
+    assert json.loads(said)["cases"] == {"pending": 12, "invalid": 4}
+    assert main("run", campaign, "--out", out, "--serial")[0] == 0
+    _, said, _ = main("status", campaign, "--out", out, "--json")
+    found = json.loads(said)
+    assert (found["finished"], sum(found["cases"].values()), sum(found["drives"].values())) == (True, 16, 32)
+    import xarray as xr
+
+    with xr.open_dataset(out / "results.nc") as data:
+        for key, name in (("cases", "outcome"), ("drives", "drive_outcome")):
+            words = data[name].values.ravel().tolist()
+            assert found[key] == {word: words.count(word) for word in set(words)}
+    _, said, _ = main("status", campaign, "--out", out)
+    rows = {line.split()[0]: line.split()[1:] for line in said.splitlines() if line.strip()}
+    assert rows["invalid"] == ["4", "8"]
+
+
+def test_a_campaign_is_watched_until_it_is_finished_a_line_for_each_change(main, campaign, monkeypatch):
+    """Without a terminal; results come in while somebody looks."""
+    monkeypatch.setattr(status, "INTERVAL", 0.01)
+    whole, out = campaign.parent / "whole", campaign.parent / "out"
+    assert main("run", campaign, "--out", whole, "--serial")[0] == 0
+    keys = sorted(Store(whole).finished())
+    Store(out).prepare()
+
+    def arrive() -> None:
+        for key in keys:
+            for path in (whole / "results").glob(f"{key}.*"):
+                (out / "results" / f".{path.name}").write_bytes(path.read_bytes())
+                (out / "results" / f".{path.name}").rename(out / "results" / path.name)
+            time.sleep(0.02)
+
+    other = threading.Thread(target=arrive)
+    other.start()
+    code, said, _ = main("status", campaign, "--out", out, "--watch")
+    other.join()
+    lines = said.splitlines()
+    assert code == 0
+    assert lines[-1] == "13 of 13 tasks; cases: 4 completed; drives: 6 completed, 1 no_slip, 1 no_plateau"
+    done = [int(line.split()[0]) for line in lines]
+    assert done == sorted(done)
+    assert len(set(lines)) == len(lines) > 2
+
+
+def test_ctrl_c_ends_watching_without_a_word(main, campaign, monkeypatch):
+    def interrupted(_: float) -> None:
+        raise KeyboardInterrupt
+
+    monkeypatch.setattr(status.time, "sleep", interrupted)
+    code, said, errors = main("status", campaign, "--out", campaign.parent / "out", "--watch")
+    assert (code, len(said.splitlines()), errors) == (0, 1, "")
+
+
+def test_a_terminal_is_redrawn(main, campaign, monkeypatch):
+    for name, value in (("FORCE_COLOR", "1"), ("TERM", "xterm"), ("COLUMNS", "80")):
+        monkeypatch.setenv(name, value)
+    out = campaign.parent / "out"
+    assert main("run", campaign, "--out", out, "--serial")[0] == 0
+    monkeypatch.setenv("COLUMNS", "80")
+    code, said, _ = main("status", campaign, "--out", out, "--watch")
+    assert code == 0
+    assert "A small campaign" in said
+    assert "no_slip" in said
+
+
+@pytest.mark.parametrize("options", [("--watch", "--json")])
+def test_a_document_is_not_watched(main, campaign, options):
+    assert main("status", campaign, *options)[0] == 2
