@@ -28,7 +28,7 @@ ORDER = {
     "solver.dynamics": "friction_limit kernels result precision method rigid exact rk4 integrate coefficients stick_slip regime",
     "solver.dynamics.kernels": "state teeth slips oscillator roots segment_end friction_law recording cruise event_driven rigid "
     "runge_kutta",
-    "study": "shipped toml_text provenance origin manifest discretization plan dataset execution report figures accuracy api "
+    "study": "shipped toml_text provenance origin manifest discretization plan dataset execution figures report accuracy api "
     "commands __main__",
     "study.manifest": "parameters problems columns drives manifest checker named_files drive_tables reader effects cases",
     "study.discretization": "front targets",
@@ -37,9 +37,11 @@ ORDER = {
     "study.dataset": "store groups file variables ensemble description ragged layout collect access comparison pair verification",
     "study.dataset.access": "selection accessor placement concatenation",
     "study.execution": "launch interruption queue progress ledger dispatch farm executor warmup submission",
-    "study.report": "console summary page",
-    "study.figures": "shared reproduction further catalogue gallery",
-    "study.figures.shared": "paper claims canvas figure power_law",
+    "study.report": "console summary costs overview picture page",
+    "study.figures": "shared sweep views reproduction further catalogue gallery",
+    "study.figures.shared": "paper claims canvas files figure power_law closed_form",
+    "study.figures.sweep": "label points roles scale lines tiles",
+    "study.figures.views": "view answer runs contacts drives sizes interiors records catalogue",
     "study.figures.reproduction": "punch records resolution drive stick motion choices",
     "study.figures.further": "findings modulation continuum sizes maps",
     "study.accuracy": "timing setup diagram elastic_operator slip_numerics integrators picture table measurement",

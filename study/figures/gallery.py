@@ -5,10 +5,10 @@ from pathlib import Path
 
 import xarray as xr
 
-from study.dataset.store import StoreError, written_whole
 from study.figures.shared.canvas import image
 from study.figures.shared.claims import table
 from study.figures.shared.figure import FIGURES, CampaignFigure
+from study.figures.shared.files import write_files
 
 INDEX = "README.md"
 """The page of all figures."""
@@ -22,7 +22,7 @@ def write(figure: CampaignFigure, dataset: xr.Dataset, folder: Path, formats: Se
     drawn = figure.draw(dataset)
     files = {folder / f"{figure.name}.{form}": image(drawn, form) for form in formats}
     files[folder / f"{figure.name}.md"] = _page(figure, dataset).encode()
-    _write(files)
+    write_files(files)
     return list(files)
 
 
@@ -30,7 +30,7 @@ def write_index(folder: Path) -> Path:
     """Write the page of all figures, each with its picture (PNG), caption and table, from the files in a folder."""
     tables = [(folder / f"{figure.name}.md").read_text("utf-8") for figure in FIGURES.values()]
     path = folder / INDEX
-    _write({path: "\n".join([_HEAD, *tables]).encode()})
+    write_files({path: "\n".join([_HEAD, *tables]).encode()})
     return path
 
 
@@ -47,16 +47,6 @@ def _page(figure: CampaignFigure, dataset: xr.Dataset) -> str:
     picture = f"![{figure.caption}]({figure.name}.png)"
     source = f"*{figure.caption}* Campaign: `{figure.campaign}`."
     return "\n\n".join((f"## {figure.title}", picture, source, claims)) + "\n"
-
-
-def _write(files: dict[Path, bytes]) -> None:
-    try:
-        for path, content in files.items():
-            path.parent.mkdir(parents=True, exist_ok=True)
-            with written_whole(path) as scratch:
-                scratch.write_bytes(content)
-    except OSError as error:
-        raise StoreError(f"{path}: cannot be written: {error.strerror or error}") from None
 
 
 def campaigns_of(names: Iterable[str]) -> dict[str, list[CampaignFigure]]:

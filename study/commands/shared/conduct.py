@@ -1,5 +1,6 @@
 """The root's part of `nanoslip run`: plan, hand out tasks, collect. Other ranks do not import this file."""
 
+import time
 from pathlib import Path
 
 import click
@@ -18,6 +19,7 @@ from study.execution.warmup import warm_up
 from study.plan.memory import shortages
 from study.plan.plan import Plan
 from study.plan.tasks import Task
+from study.report import costs
 from study.report.console import console
 
 
@@ -46,8 +48,11 @@ def _compute(farm: Farm, plan: Plan, out: Path, tasks: tuple[Task, ...]) -> int:
         warm_up(tasks)
     ranks = "1 process" if farm.size == 1 else f"{farm.size} ranks"
     click.echo(f"{plan.manifest.title}: {len(plan.cases)} cases, {len(tasks)} tasks left, {ranks}", err=True)
+    started = time.time()
     with open_progress(tasks, console(stderr=True)) as progress:
         tally = farm.run(tasks, executor(out), progress)
+    if tasks:
+        costs.add(out, costs.since(started, time.time(), farm.size, tally.seconds, tally.done + tally.crashed))
     if tally.interrupted:
         click.echo("interrupted: what is finished is kept; run again to continue", err=True)
         return EXIT_CODE
