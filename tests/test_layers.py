@@ -40,7 +40,7 @@ ORDER = {
     "study.report": "console summary costs overview picture page",
     "study.figures": "shared sweep views reproduction further catalogue gallery",
     "study.figures.shared": "paper claims canvas files figure power_law closed_form",
-    "study.figures.sweep": "label points roles scale lines tiles",
+    "study.figures.sweep": "label points names roles scale lines tiles",
     "study.figures.views": "view answer runs contacts drives sizes interiors records catalogue",
     "study.figures.reproduction": "punch records resolution drive stick motion choices",
     "study.figures.further": "findings modulation continuum sizes maps",

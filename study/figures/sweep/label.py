@@ -1,5 +1,6 @@
 """What axes, legends and captions call variables and values."""
 
+import math
 import re
 from typing import Any, Final
 
@@ -45,12 +46,12 @@ def typeset(text: str) -> str:
 
 def said(value: Any) -> str:
     """A value of a coordinate, as short as it can be: 0.25, 200, 3e4."""
-    if not isinstance(value, float):
+    if not isinstance(value, float) or not math.isfinite(value):
         return str(value)
     plain = f"{value:.6g}".replace("e+0", "e").replace("e-0", "e-").replace("e+", "e")
     digits, _, exponent = f"{value:.5e}".partition("e")
     short = f"{digits.rstrip('0').rstrip('.')}e{int(exponent)}"
-    return short if len(short) < len(plain) - 1 else plain
+    return short if len(short) < len(plain) and abs(int(exponent)) > 3 else plain
 
 
 def words(values: dict[str, Any]) -> str:
