@@ -12,8 +12,8 @@ from numpy.typing import NDArray
 from solver.quantity import GRID_ERROR
 from study.dataset.access.selection import Places, places
 from study.dataset.ensemble import over_members
-from study.dataset.variables import VALIDITY, parameters
-from study.figures.sweep.label import known, label, symbol
+from study.dataset.variables import OUTCOMES, VALIDITY, parameters
+from study.figures.sweep.label import known, label, said, symbol
 
 Floats = NDArray[np.float64]
 Columns = Mapping[str, NDArray[Any]]
@@ -64,7 +64,7 @@ def points_of(dataset: xr.Dataset, name: str, over: str = "") -> Points:
     Raises KeyError where the dataset has no such variable.
     """
     dataset = over_members(dataset)
-    widest = max((each for each in (name, over) if each), key=lambda each: dataset[each].ndim)
+    widest = max((each for each in (name, over, OUTCOMES[""][0].name) if each), key=lambda each: dataset[each].ndim)
     found = places(dataset, widest, {})
     values, errors = _numbers(dataset, found, name)
     if over:
@@ -81,7 +81,8 @@ def points_of(dataset: xr.Dataset, name: str, over: str = "") -> Points:
 
 
 def varying(found: Places) -> dict[str, NDArray[Any]]:
-    """The coordinates in which cases differ, each (n,); numbers that some cases lack become texts.
+    """The coordinates in which cases differ, each (n,); numbers that some cases lack, or that are infinite, become
+    texts.
 
     Of a product they are its axes; of a list of cases, what its author lists.
     """
@@ -103,8 +104,8 @@ def _listed(root: xr.Dataset) -> set[str]:
 
 
 def _whole(values: NDArray[Any]) -> NDArray[Any]:
-    if values.dtype.kind == "f" and np.isnan(values).any():
-        return np.array(["–" if np.isnan(each) else f"{each:g}" for each in values], dtype=object)
+    if values.dtype.kind == "f" and not np.isfinite(values).all():
+        return np.array(["–" if np.isnan(each) else said(each) for each in values.tolist()], dtype=object)
     return values.astype(object) if values.dtype.kind in "UTS" else values
 
 

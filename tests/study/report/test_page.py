@@ -10,8 +10,9 @@ import xarray as xr
 
 from study.dataset.groups import carrying, groups_of
 from study.dataset.store import StoreError
-from study.report import costs, summary
+from study.figures.views.catalogue import SORTS
 from study.report import page as report_page
+from study.report import summary
 
 
 def made_up(design: str = "product", outcome: str = "completed", drives: int = 1) -> xr.Dataset:
@@ -89,11 +90,6 @@ def test_several_drives_are_rows_of_their_own(design):
     assert [row[:2] for row in table.rows[:2]] == [("0.25", "pull/0"), ("0.25", "pull/1")]
 
 
-def shown(dataset: xr.Dataset, folder: Path) -> str:
-    """The page of a dataset, as text."""
-    return report_page.write(dataset, folder).read_text("utf-8")
-
-
 def data_of(text: str, name: str) -> str:
     """The file behind a link of the page."""
     found = re.search(rf'download="{name}.csv" href="data:text/csv;base64,([^"]*)"', text)
@@ -101,62 +97,55 @@ def data_of(text: str, name: str) -> str:
     return base64.b64decode(found[1]).decode()
 
 
-def test_the_page_holds_all_of_it_and_needs_no_other_file(tmp_path):
-    text = shown(made_up(), tmp_path)
-    assert [path.name for path in tmp_path.iterdir()] == [report_page.FILE]
+@pytest.fixture(scope="module")
+def failing(tmp_path_factory):
+    """The page of one completed and one invalid case, alone in its folder."""
+    return report_page.write(made_up(outcome="invalid"), tmp_path_factory.mktemp("page"))
+
+
+def test_the_page_holds_all_of_it_and_needs_no_other_file(failing):
+    text = failing.read_text("utf-8")
+    assert [path.name for path in failing.parent.iterdir()] == [report_page.FILE]
     assert text.count('<img src="data:image/svg+xml;base64,') == text.count("<img") > 2
     assert "http" not in text
     assert "0.1432 ± 0.0004" in text
     assert "Made &lt;up&gt;" in text
     assert "Made <up>" not in text
+    assert "Not known: nothing beside the dataset says" in text
 
 
-def test_failures_come_first_each_with_its_advice(tmp_path):
-    text = shown(made_up(outcome="invalid"), tmp_path)
+def test_failures_come_first_each_with_its_advice(failing):
+    text = failing.read_text("utf-8")
     assert text.index('<span class="bad">1 case: invalid') < text.index('<span class="good">1 case: completed')
     assert "<li>do &lt; this &gt; instead</li>" in text
     assert '<tr class="bad"><td>0.5</td>' in text
 
 
-def test_the_cost_is_that_of_all_runs_beside_the_dataset_or_said_to_be_unknown(tmp_path):
-    assert "Not known: nothing beside the dataset says" in shown(made_up(), tmp_path)
-    for processes in (1, 8):
-        costs.add(tmp_path, costs.Cost("2026-01-01T00:00:00+00:00", processes, 60.0, 100.0, 5))
-    assert "2 min in 2 runs with up to 8 processes; 10 tasks took 3.33 min of one core." in shown(made_up(), tmp_path)
-
-
-def test_the_numbers_of_a_figure_are_behind_its_link(tmp_path):
-    text = shown(made_up(), tmp_path)
-    assert data_of(text, "records_1").splitlines() == [
-        "displacement,friction_force", "0,0", "0.1,0.1", "0.1,0.05", "0.3,0.12", "0.3,0.06", "0.4,0.1"
-    ]  # fmt: skip
+def test_the_numbers_of_a_figure_are_behind_its_link(failing):
+    text = failing.read_text("utf-8")
+    record = "displacement,friction_force 0,0 0.1,0.1 0.1,0.05 0.3,0.12 0.3,0.06 0.4,0.1"
+    assert data_of(text, "records_1").split() == record.split()
     answer = data_of(text, "plateau_mean_over_intrinsic_friction").splitlines()
     assert answer[1].startswith("0.25,0.57284,")
     assert answer[2] == "0.5,,,False"
 
 
-def test_single_cases_that_are_left_out_are_counted(tmp_path, monkeypatch):
+def test_single_cases_that_are_left_out_are_counted(monkeypatch):
     monkeypatch.setattr(report_page, "MOST_SINGLE", 1)
     dataset = made_up(drives=3)
     dataset["trajectory_id"][0, 0] = ["t", "u", "v"]
     group = groups_of(dataset)["trajectory"].isel(trajectory=[0, 0, 0], sample=[0, 1] * 3)
     group = group.assign_coords(trajectory=["t", "u", "v"])
-    text = shown(carrying(dataset, {**groups_of(dataset), "trajectory": group}), tmp_path)
-    assert text.count("Drives: 1 of 3 single cases are drawn, evenly spread.") == 2  # above, and below the figures
-    assert text.count("<details>") == 1
-
-
-def test_a_dataset_without_records_says_so_and_still_answers(tmp_path):
-    dataset = made_up()
-    text = shown(dataset.drop_vars(["record_id", "trajectory_id"]), tmp_path)
-    assert "Friction records are not kept" in text
-    assert "plateau_mean_over_intrinsic_friction.csv" in text
+    found = report_page.section(carrying(dataset, {**groups_of(dataset), "trajectory": group}), SORTS["drives"])
+    assert found is not None
+    assert (len(found.large), len(found.single), found.count) == (1, 1, 3)
+    assert found.not_shown == "Drives: 1 of 3 single cases are drawn, evenly spread."
 
 
 def test_a_dataset_of_words_alone_has_a_table_and_no_figures(tmp_path):
     only = made_up()[["outcome", "message"]]
     assert summary.scalar_table(only).header == ("μ_i", "outcome")
-    text = shown(only, tmp_path)
+    text = report_page.write(only, tmp_path).read_text("utf-8")
     assert "<img" not in text
     assert "No case has numbers" in text
 
@@ -164,4 +153,4 @@ def test_a_dataset_of_words_alone_has_a_table_and_no_figures(tmp_path):
 def test_a_folder_that_cannot_be_written_is_named(tmp_path):
     (tmp_path / "file").touch()
     with pytest.raises(StoreError, match=r"report\.html: cannot be written"):
-        report_page.write(made_up(), Path(tmp_path / "file"))
+        report_page.write(made_up()[["outcome", "message"]], Path(tmp_path / "file"))
