@@ -1,6 +1,7 @@
 """Campaigns from Python: compute one in this process and get its dataset, or open a dataset that is there."""
 
 import os
+import time
 import warnings
 from collections.abc import Iterable, Mapping, Sequence
 from contextlib import ExitStack
@@ -21,6 +22,7 @@ from study.dataset.groups import loaded
 from study.dataset.store import Store
 from study.execution.executor import drop_intermediates, executor
 from study.execution.farm import SerialFarm
+from study.execution.ledger import Tally
 from study.execution.progress import open_progress
 from study.manifest.columns import read_text
 from study.manifest.manifest import Manifest
@@ -29,6 +31,7 @@ from study.manifest.reader import load_manifest, parse_manifest
 from study.plan.memory import shortages
 from study.plan.plan import Plan, make_plan
 from study.plan.tasks import Task
+from study.report import costs
 from study.report.console import console
 from study.toml_text import as_toml
 
@@ -134,21 +137,25 @@ def _compute(plan: Plan, folder: Path, recompute_foreign: bool, progress: bool |
     tasks = plan.remaining(finished.keys() - foreign.keys())
     if short := shortages(plan, tasks, 1):
         raise MemoryError("\n".join(short))
-    if crashed := _run_tasks(tasks, folder, progress):
-        said = f"{crashed} tasks crashed or found no memory (see standard error); their cases are pending"
+    started = time.time()
+    tally = _run_tasks(tasks, folder, progress)
+    if tasks:
+        costs.add(folder, costs.since(started, time.time(), 1, tally.seconds, tally.done + tally.crashed))
+    if tally.crashed:
+        said = f"{tally.crashed} tasks crashed or found no memory (see standard error); their cases are pending"
         warnings.warn(said, RuntimeWarning, stacklevel=3)
     else:
         drop_intermediates(plan, tasks, store)
 
 
-def _run_tasks(tasks: Sequence[Task], folder: Path, progress: bool | None) -> int:
-    """Compute tasks; returns how many crashed. The farm is not entered: Ctrl-C stays Python's, and results are whole files."""
+def _run_tasks(tasks: Sequence[Task], folder: Path, progress: bool | None) -> Tally:
+    """Compute tasks. The farm is not entered: Ctrl-C stays Python's, and results are whole files."""
     errors = console(stderr=True)
     watched = bool(tasks) and (errors.is_terminal or errors.is_jupyter)
     if not (watched if progress is None else progress):
-        return SerialFarm().run(tasks, executor(folder), _silent).crashed
+        return SerialFarm().run(tasks, executor(folder), _silent)
     with open_progress(tasks, errors) as bar:
-        return SerialFarm().run(tasks, executor(folder), bar).crashed
+        return SerialFarm().run(tasks, executor(folder), bar)
 
 
 def _silent(_task: Task, _outcome: Outcome, _seconds: float) -> None:

@@ -30,10 +30,10 @@ ORDER = {
     "stick_slip regime",
     "solver.dynamics.kernels": "state teeth slips oscillator roots segment_end friction_law recording cruise event_driven rigid "
     "runge_kutta",
-    "study": "shipped toml_text xarray_accessor provenance origin manifest discretization plan dataset execution report figures "
+    "study": "shipped toml_text xarray_accessor provenance origin manifest discretization plan dataset execution figures report "
     "accuracy api commands __main__",
     "study.manifest": "parameters problems columns drives manifest checker named_files drive_tables reader "
-    "effects cases choice one_case",
+    "effects cases one_case",
     "study.discretization": "front targets",
     "study.plan": "task keys cost kinds tasks plan endings size flags spans memory",
     "study.plan.cost": "condensation sliding seconds arrays drive",
@@ -42,16 +42,18 @@ ORDER = {
     "pair verification",
     "study.dataset.access": "selection single accessor tidy placement concatenation",
     "study.execution": "launch interruption queue forecast progress ledger dispatch processes farm executor warmup submission",
-    "study.report": "columns console summary interchange case_table curves text_plot page",
-    "study.figures": "shared frames recipes reproduction further catalogue gallery",
-    "study.figures.shared": "paper claims canvas files figure power_law independence tiles",
+    "study.report": "columns console summary interchange case_table curves text_plot costs overview picture page",
+    "study.figures": "shared frames recipes sweep views reproduction further catalogue gallery",
+    "study.figures.shared": "paper claims canvas files figure power_law closed_form independence tiles",
+    "study.figures.sweep": "label points names roles scale lines tiles",
+    "study.figures.views": "view answer runs contacts drives sizes interiors records catalogue",
     "study.figures.frames": "moments drawing film",
     "study.figures.reproduction": "punch records resolution drive stick motion scores choices",
     "study.figures.further": "findings modulation continuum chains sizes correlations nodes stick_slip_map friction_map schemes",
     "study.accuracy": "timing setup diagram elastic_operator slip_numerics integrators picture table measurement",
     "study.commands": "shared campaigns new check plan run status collect report figure frames show try export verify "
     "describe accuracy submit cli",
-    "study.commands.shared": "exits refusals lazy arguments machine files plans datasets sources one_case conduct",
+    "study.commands.shared": "exits refusals lazy arguments machine files plans datasets sources choice one_case conduct",
 }
 """Folder -> what is in it, from the first to the last; `__init__` of a folder may import all of it."""
 

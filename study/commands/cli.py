@@ -139,37 +139,61 @@ def collect(campaign: Path, out: Path | None) -> None:
 @CAMPAIGN
 @OUT
 def report(campaign: Path, out: Path | None) -> None:
-    """Draw figures and write the HTML page of a collected CAMPAIGN."""
+    """Write the HTML page of a collected CAMPAIGN."""
     work("report", campaign, out)
 
 
 @cli.command()
-@click.argument("names", nargs=-1, metavar="[NAME]...")
-@click.option("--all", "everything", is_flag=True, help="Every figure.")
+@click.argument("names", nargs=-1, metavar="[CAMPAIGN | NAME]...")
+@click.option("--all", "everything", is_flag=True, help="Every shipped figure, and pages of them.")
 @click.option(
-    "--format", "formats", multiple=True, type=click.Choice(FORMATS), help="Formats of the pictures [default: all]"
+    "--format",
+    "formats",
+    multiple=True,
+    type=click.Choice(FORMATS),
+    help="Formats of shipped figures [default: all]",
 )
 @click.option(
     "--into",
     type=click.Path(path_type=Path),
     default=RESULTS,
     show_default=True,
-    help="Folder for files, which lie below it as campaigns do: fig5 in figures, regimes in maps.",
+    help="Folder of shipped figures, which lie below it as campaigns do: fig5 in figures, regimes in maps.",
 )
 @click.option(
     "--out",
     type=click.Path(path_type=Path),
-    default=RESULTS,
-    show_default=True,
-    help="Folder with a folder of results for each campaign, figures/records for example.",
+    help="Folder of CAMPAIGN's results; of shipped figures: with one for each campaign, figures/records for example  "
+    f"[default: results/<campaign>; {RESULTS}]",
 )
-def figure(names: tuple[str, ...], everything: bool, formats: tuple[str, ...], into: Path, out: Path) -> None:
-    """Draw figures of shipped campaigns, with tables.
+@click.option("--y", default="", metavar="NUMBER", help="Variable of CAMPAIGN, or ratio of two, that is drawn.")
+@click.option("--x", default="", metavar="AXIS", help="What it is drawn against [default: the axis of most values]")
+@click.option("--hue", default="", metavar="AXIS", help="What has a colour for each value [default: the next axis]")
+@click.option("-o", "--output", type=click.Path(path_type=Path), help="File of that figure: .pdf, .svg or .png.")
+@click.option("--csv", "table", is_flag=True, help="The numbers that are drawn, too, in a file beside it.")
+def figure(
+    names: tuple[str, ...],
+    everything: bool,
+    formats: tuple[str, ...],
+    into: Path,
+    out: Path | None,
+    y: str,
+    x: str,
+    hue: str,
+    output: Path | None,
+    table: bool,
+) -> None:
+    """Draw a number of CAMPAIGN over its axes, or shipped figures.
 
-    A table says what the paper says and what is found. What is not computed yet is computed in this process. Each folder gets a
-    page of all its figures. Without NAME the figures are listed.
+    CAMPAIGN has been run, or is a file results.nc. Variables are those of `nanoslip describe`, or as equations call them; axes
+    left over are panels, members of an ensemble mean and standard error:
+
+    nanoslip figure campaigns/mine.toml --y plateau/mu_i -o mine.pdf
+
+    Without --y, NAMEs are shipped figures, which are drawn with tables of what the paper says and what is found. What is not
+    computed yet is computed in this process. Each folder gets a page of all its figures. Without anything they are listed.
     """
-    work("figure", names, everything, formats or FORMATS, into, out)
+    work("figure", names, everything, formats or FORMATS, into, out, y, x, hue, output, table)
 
 
 @cli.command("show")

@@ -1,25 +1,86 @@
-"""`nanoslip figure`: figures of the shipped campaigns, computed where they are not yet, with their tables."""
+"""`nanoslip figure`: a number of a campaign over its axes; figures of the shipped campaigns, with their tables."""
 
 from pathlib import Path
 
 import click
 
 from study import api, shipped
+from study.commands.shared.arguments import folder
 from study.commands.shared.exits import Refusal
 from study.commands.shared.refusals import refusals
+from study.dataset import file
 from study.figures.catalogue import FIGURES
 from study.figures.gallery import campaigns_of, write, write_indexes
+from study.figures.shared.canvas import FORMATS, image
 from study.figures.shared.claims import as_row
+from study.figures.shared.files import write_files
+from study.figures.sweep.names import UnknownNameError, axis_named, points_named
+from study.figures.views.answer import view_of
+from study.figures.views.view import csv_of
 from study.report.console import Table, print_table
 
+RESULTS = Path("results")
+"""Where the results of shipped figures are, each campaign's in a folder."""
 
-def work(names: tuple[str, ...], everything: bool, formats: tuple[str, ...], into: Path, out: Path) -> None:
-    """Compute what is missing of the figures' campaigns, draw them and print their tables."""
-    if not (names or everything):
+
+def work(
+    names: tuple[str, ...],
+    everything: bool,
+    formats: tuple[str, ...],
+    into: Path,
+    out: Path | None,
+    y: str,
+    x: str,
+    hue: str,
+    output: Path | None,
+    table: bool,
+) -> None:
+    """Draw a number of a campaign's dataset where `y` names one, else named figures, computing what they lack."""
+    if y:
+        if everything or len(names) != 1:
+            raise Refusal(f"--y {y}: needs one campaign, or a dataset (results.nc)")
+        _draw_over_axes(Path(names[0]), out, (y, x, hue), output, table)
+    elif x or hue or output or table:
+        raise Refusal("--x, --hue, --output and --csv: need --y, the number that is drawn")
+    elif names or everything:
+        _draw_shipped(names, everything, formats, into, out or RESULTS)
+    else:
         _list()
-        return
+
+
+def _draw_over_axes(
+    source: Path, out: Path | None, words: tuple[str, str, str], output: Path | None, table: bool
+) -> None:
+    y, x, hue = words
+    with refusals(UnknownNameError), file.read(_dataset_of(source, out)) as dataset:
+        points = points_named(dataset, y)
+        chosen = [axis_named(points, dataset, word) if word else "" for word in (x, hue)]
+        if not points.axes:
+            raise Refusal(f"{source}: all cases are alike: there is nothing to draw {y} against")
+        view = view_of(points, *chosen)
+        target = output or Path(f"{view.name}.{FORMATS[0]}")
+        form = target.suffix.removeprefix(".")
+        if form not in FORMATS:
+            raise Refusal(f"{target}: needs a name that ends in {', '.join(f'.{each}' for each in FORMATS)}")
+        files = {target: image(view.draw(), form)}
+        if table:
+            files[target.with_suffix(".csv")] = csv_of(view.columns()).encode()
+        write_files(files)
+    click.echo(view.caption)
+    click.echo(f"written: {', '.join(map(str, files))}")
+
+
+def _dataset_of(source: Path, out: Path | None) -> Path:
+    """The file of a dataset: named itself, in a folder that is named, or of a campaign."""
+    if source.suffix == Path(file.FILE).suffix:
+        return source
+    return (source if source.is_dir() else folder(shipped.campaign_file(source), out)) / file.FILE
+
+
+def _draw_shipped(names: tuple[str, ...], everything: bool, formats: tuple[str, ...], into: Path, out: Path) -> None:
     if unknown := [name for name in names if name not in FIGURES]:
-        raise Refusal(f"{unknown[0]}: no figure; there are {', '.join(FIGURES)}")
+        there = ", ".join(FIGURES)
+        raise Refusal(f"{unknown[0]}: no figure; there are {there}; a campaign of your own needs --y")
     with refusals():
         for campaign, figures in campaigns_of(FIGURES if everything else names).items():
             source = shipped.campaigns()[campaign]

@@ -5,11 +5,11 @@ from pathlib import Path
 import click
 
 from solver.outcome import SolverError
+from study.commands.shared.choice import chosen
 from study.commands.shared.plans import planned
 from study.commands.shared.refusals import refusals
 from study.figures.frames.film import frames
 from study.figures.frames.moments import events_of
-from study.manifest.choice import chosen
 from study.manifest.problems import ManifestError
 
 

@@ -1,4 +1,4 @@
-"""`nanoslip report`: figures and an HTML page from a campaign's dataset."""
+"""`nanoslip report`: the HTML page of a campaign's dataset."""
 
 from pathlib import Path
 
@@ -12,9 +12,9 @@ from study.report import page
 
 
 def work(campaign: Path, out: Path | None) -> None:
-    """Print the summary of a campaign's dataset, draw its figures and write its page."""
+    """Print the summary of a campaign's dataset and write its page."""
     into = folder(campaign, out)
     with refusals(), file.read(into / file.FILE) as opened:
         print_summary(opened)
-        written, *figures = page.write(opened, into)
-    click.echo(f"report: {written} ({len(figures)} figures in {into / page.FOLDER})")
+        written = page.write(opened, into)
+    click.echo(f"report: {written}")

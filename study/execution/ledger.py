@@ -7,7 +7,7 @@ import time
 import traceback
 from collections import defaultdict
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from typing import Generic, TypeVar
 
 from solver.outcome import Ending, Outcome
@@ -36,11 +36,15 @@ class Done:
 
 @dataclass(frozen=True, slots=True)
 class Tally:
-    """Tasks done; tasks that crashed, ran out of memory or needed one that did; whether a signal left tasks undone."""
+    """Tasks done; tasks that crashed, ran out of memory or needed one that did; whether a signal left tasks undone.
+
+    seconds: of all processes together in the tasks that ended; tallies that differ in nothing else are equal.
+    """
 
     done: int = 0
     crashed: int = 0
     interrupted: bool = False
+    seconds: float = field(default=0.0, compare=False)
 
 
 def attempt(execute: Execute[W], task: W, where: str) -> Done:
@@ -121,4 +125,4 @@ class Ledger(Generic[W]):
 
     def tally(self, interrupted: bool) -> Tally:
         """The counts so far. A signal that came after the last task interrupted nothing."""
-        return Tally(self._done, self._crashed, interrupted and self.unfinished)
+        return Tally(self._done, self._crashed, interrupted and self.unfinished, sum(self._measured.values()))

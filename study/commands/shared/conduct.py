@@ -1,5 +1,6 @@
 """The root's part of `nanoslip run`: plan, hand out tasks, collect. Other ranks do not import this file."""
 
+import time
 from pathlib import Path
 
 import click
@@ -17,6 +18,7 @@ from study.execution.warmup import warm_up
 from study.plan.memory import shortages
 from study.plan.plan import Plan
 from study.plan.tasks import Task
+from study.report import costs
 from study.report.console import console
 
 
@@ -45,8 +47,11 @@ def _compute(farm: Farm, plan: Plan, out: Path, tasks: tuple[Task, ...]) -> int:
         warm_up(tasks)
     said = f"{len(plan.cases)} cases, {len(tasks)} tasks left, {farm.size} {farm.unit}"
     click.echo(f"{plan.manifest.title}: {said}", err=True)
+    started = time.time()
     with open_progress(tasks, console(stderr=True)) as progress:
         tally = farm.run(tasks, executor(out), progress)
+    if tasks:
+        costs.add(out, costs.since(started, time.time(), farm.size, tally.seconds, tally.done + tally.crashed))
     if tally.interrupted:
         click.echo("interrupted: what is finished is kept; run again to continue", err=True)
         return EXIT_CODE

@@ -1,19 +1,19 @@
 """Figure 9 (§3.3): the spring force of the driven pin, beside the closed form of Eq. 16-19."""
 
 from collections.abc import Iterator
-from dataclasses import dataclass
 
 import numpy as np
 import xarray as xr
 from matplotlib.figure import Figure
 from numpy.typing import NDArray
 
-from solver.drive import Drive, Scales
-from solver.dynamics.stick_slip import stick_slip
+from solver.drive import Scales
 from study.dataset.access.accessor import Accessor
 from study.figures.shared import paper
 from study.figures.shared.canvas import COLORS, column
 from study.figures.shared.claims import Claim, compared, over_starts
+from study.figures.shared.closed_form import COEFFICIENTS, ClosedForm, scales_of
+from study.figures.shared.closed_form import closed_form as closed_form_of
 from study.figures.shared.figure import CampaignFigure, register
 
 Floats = NDArray[np.float64]
@@ -29,40 +29,25 @@ def run_of(dataset: xr.Dataset, intrinsic_friction: float = 0.5, member: int = 0
     return Accessor(dataset).trajectory(intrinsic_friction=intrinsic_friction, member=member)
 
 
-@dataclass(frozen=True, slots=True, eq=False)
-class ClosedForm:
-    """Eq. 16-19 with given coefficients, in SI: time (s), position (m), velocity (m/s), spring force over W; each (n,)."""
-
-    time: Floats
-    position: Floats
-    velocity: Floats
-    spring_force: Floats
-
-
 def closed_form(
     dataset: xr.Dataset, kinetic: float, static: float, later_static: float, samples: int = 4000
 ) -> ClosedForm:
     """The motion that Eq. 16-19 give for the dataset's drive with these coefficients."""
-    scales = Scales(**{name: dataset.attrs[name] for name in ("slab_width", "slab_depth", "shear_modulus")})
-    given = {name: float(dataset[name]) for name in ("spring_stiffness", "damping_ratio", "stage_velocity", "duration")}
-    drive = Drive.from_si(scales, float(dataset["pin_mass"]), **given)
-    load, unit = float(dataset["normal_load"]), scales.time(float(dataset["pin_mass"]))
-    time = np.linspace(0.0, drive.duration, samples + 1)
-    motion = stick_slip(time, drive, kinetic * load, static * load, later_static * load)
-    velocity = scales.slab_width / unit
-    return ClosedForm(
-        unit * time, scales.slab_width * motion.position, velocity * motion.velocity, motion.spring_force / load
-    )
+    time = np.linspace(0.0, float(dataset["duration"]), samples + 1)
+    return closed_form_of(dataset, _scales(dataset), time, kinetic, static, later_static)
+
+
+def _scales(dataset: xr.Dataset) -> Scales:
+    found = scales_of(dataset.attrs)
+    assert found is not None
+    return found
 
 
 def fitted(dataset: xr.Dataset, intrinsic_friction: float = 0.5, member: int = 0) -> ClosedForm:
     """Eq. 16-19 with the coefficients that fit the spring force of one start best."""
     here = dataset.sel(intrinsic_friction=intrinsic_friction, member=member)
-    kinetic, static, later = (float(here[f"fitted_{name}"].squeeze()) for name in _COEFFICIENTS)
+    kinetic, static, later = (float(here[name].squeeze()) for name in COEFFICIENTS)
     return closed_form(dataset, kinetic, static, static if np.isnan(later) else later)
-
-
-_COEFFICIENTS = ("kinetic_friction", "static_friction", "later_static_friction")
 
 
 def draw(dataset: xr.Dataset) -> Figure:
@@ -117,8 +102,7 @@ def damper_force(dataset: xr.Dataset) -> float:
 
 def load_of(dataset: xr.Dataset) -> float:
     """W in N."""
-    scales = Scales(**{name: dataset.attrs[name] for name in ("slab_width", "slab_depth", "shear_modulus")})
-    return float(dataset["normal_load"]) * scales.force
+    return float(dataset["normal_load"]) * _scales(dataset).force
 
 
 def slip_times(dataset: xr.Dataset, intrinsic_friction: float = 0.5) -> tuple[Floats, Floats]:

@@ -3,20 +3,28 @@
 from pathlib import Path
 
 import pytest
+import xarray as xr
 
 from study.commands import cli
 from study.commands import figure as command
 from study.figures.catalogue import FIGURES
 from study.figures.shared import canvas
+from tests.conftest import Main
 from tests.study.figures.shipped_small import small
+from tests.study.figures.sweep.cases import product
 
 
 def test_the_command_knows_the_formats_that_can_be_drawn() -> None:
     assert set(cli.FORMATS) == set(canvas.FORMATS)
 
 
+def shipped(names: tuple[str, ...], form: str, into: Path, out: Path) -> None:
+    """Draw shipped figures."""
+    command.work(names, False, (form,), into, out, "", "", "", None, False)
+
+
 def test_without_a_name_every_figure_is_listed(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
-    command.work((), False, ("png",), tmp_path, tmp_path)
+    shipped((), "png", tmp_path, tmp_path)
     said = capsys.readouterr().out
     assert all(name in said and figure.title in said for name, figure in FIGURES.items())
     assert not list(tmp_path.iterdir())
@@ -32,7 +40,7 @@ def test_named_figures_are_drawn_and_their_tables_shown(
         return data
 
     monkeypatch.setattr(command.api, "run", computed)
-    command.work(("fig8",), False, ("svg",), tmp_path / "into", tmp_path / "out")
+    shipped(("fig8",), "svg", tmp_path / "into", tmp_path / "out")
     assert asked == [("resolution.toml", tmp_path / "out" / "figures" / "resolution", True)]
     assert sorted(path.name for path in (tmp_path / "into" / "figures").iterdir()) == [
         "README.md",
@@ -43,5 +51,55 @@ def test_named_figures_are_drawn_and_their_tables_shown(
 
 
 def test_an_unknown_figure_is_refused_with_those_there_are(tmp_path: Path) -> None:
-    with pytest.raises(Exception, match=f"fig12: no figure; there are {', '.join(FIGURES)}"):
-        command.work(("fig12",), False, ("png",), tmp_path, tmp_path)
+    with pytest.raises(Exception, match="fig12: no figure; there are fig5, "):
+        shipped(("fig12",), "png", tmp_path, tmp_path)
+
+
+@pytest.fixture
+def dataset(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> xr.Dataset:
+    """A dataset that stands for the file results.nc."""
+    made = product(intrinsic_friction=[0.25, 0.5], radius=[50.0, 100.0, 200.0])
+    monkeypatch.setattr(command.file, "read", lambda path: made if path == tmp_path / "results.nc" else None)
+    return made
+
+
+def test_a_number_of_a_campaign_is_drawn_over_the_axes_that_are_asked_for(
+    main: Main, tmp_path: Path, dataset: xr.Dataset
+) -> None:
+    target = tmp_path / "folder" / "fig.svg"
+    code, said, _ = main("figure", tmp_path, "--y", "plateau/mu_i", "--hue", "R/L_x", "-o", target, "--csv")
+    assert code == 0
+    assert "against μ_i, one colour for each R/L_x" in said
+    assert target.read_text("utf-8").startswith("<?xml")
+    lines = target.with_suffix(".csv").read_text("utf-8").splitlines()
+    assert lines[0].startswith("intrinsic_friction,radius,plateau_mean/intrinsic_friction,")
+    assert lines[1].startswith("0.25,50,0.5,")
+    assert len(lines) == 1 + dataset.plateau_mean.size
+
+
+@pytest.mark.parametrize(
+    ("words", "message"),
+    [
+        (("--y", "plateu"), "plateu: no variable of this dataset; nearest: plateau_mean"),
+        (
+            ("--y", "plateau", "--x", "outcome"),
+            "outcome: cases do not differ in it; they differ in intrinsic_friction, radius",
+        ),
+        (("--y", "plateau", "-o", "fig.jpg"), "fig.jpg: needs a name that ends in .pdf, .svg, .png"),
+        (("other", "--y", "plateau"), "--y plateau: needs one campaign, or a dataset (results.nc)"),
+        (("--x", "radius"), "need --y, the number that is drawn"),
+    ],
+)
+def test_what_cannot_be_drawn_is_refused_in_one_line(
+    main: Main, tmp_path: Path, dataset: xr.Dataset, words: tuple[str, ...], message: str
+) -> None:
+    code, _, said = main("figure", tmp_path, *words)
+    assert code == 2
+    assert message in said
+    assert not list(tmp_path.iterdir())
+
+
+def test_a_campaign_that_was_not_run_is_told_so(main: Main, tmp_path: Path) -> None:
+    code, _, said = main("figure", tmp_path / "mine.toml", "--y", "plateau", "--out", tmp_path)
+    assert code == 2
+    assert "run or collect the campaign first" in said

@@ -1,17 +1,18 @@
 """The report shows what the dataset holds, needs no other file, and copes with datasets that are not complete."""
 
+import base64
+import re
 from pathlib import Path
 
 import numpy as np
 import pytest
 import xarray as xr
 
-from study.dataset.groups import carrying
+from study.dataset.groups import carrying, groups_of
 from study.dataset.store import StoreError
+from study.figures.views.catalogue import SORTS
 from study.report import page as report_page
 from study.report import summary
-
-PNG = b"\x89PNG\r\n\x1a\n"
 
 
 def made_up(design: str = "product", outcome: str = "completed", drives: int = 1) -> xr.Dataset:
@@ -89,46 +90,67 @@ def test_several_drives_are_rows_of_their_own(design):
     assert [row[:2] for row in table.rows[:2]] == [("0.25", "pull/0"), ("0.25", "pull/1")]
 
 
-def test_there_is_a_figure_for_each_record_and_each_drive_that_exists():
-    names = [picture.name for picture in report_page.pictures(made_up(drives=2))]
-    assert names == ["record_aaaa", "trajectory_all", "trajectory_aaaa_pull-0", "trajectory_aaaa_pull-1"]
-    assert all(picture.png.startswith(PNG) for picture in report_page.pictures(made_up()))
+def data_of(text: str, name: str) -> str:
+    """The file behind a link of the page."""
+    found = re.search(rf'download="{name}.csv" href="data:text/csv;base64,([^"]*)"', text)
+    assert found, name
+    return base64.b64decode(found[1]).decode()
 
 
-def test_a_record_is_drawn_as_its_sawtooth(monkeypatch):
-    drawn = []
-
-    class Axes:
-        def plot(self, x, y, **_):
-            drawn.append((x.values.tolist(), y.values.tolist()))
-
-        def set(self, **_):
-            pass
-
-    dataset = made_up()
-    point = next(summary.points(dataset, "record_id"))
-    report_page._draw_record(Axes(), dataset, point)
-    assert drawn == [([0.0, 0.1, 0.1, 0.3, 0.3, 0.4], [0.0, 0.10, 0.05, 0.12, 0.06, 0.1])]
+@pytest.fixture(scope="module")
+def failing(tmp_path_factory):
+    """The page of one completed and one invalid case, alone in its folder."""
+    return report_page.write(made_up(outcome="invalid"), tmp_path_factory.mktemp("page"))
 
 
-def test_the_page_holds_all_of_it_and_needs_no_other_file(tmp_path):
-    page, *figures = report_page.write(made_up(), tmp_path)
-    text = page.read_text("utf-8")
-    assert [figure.parent.name for figure in figures] == ["figures"] * 2
-    assert text.count("data:image/png;base64,") == len(figures)
+def test_the_page_holds_all_of_it_and_needs_no_other_file(failing):
+    text = failing.read_text("utf-8")
+    assert [path.name for path in failing.parent.iterdir()] == [report_page.FILE]
+    assert text.count('<img src="data:image/svg+xml;base64,') == text.count("<img") > 2
     assert "http" not in text
     assert "0.1432 ± 0.0004" in text
     assert "Made &lt;up&gt;" in text
     assert "Made <up>" not in text
+    assert "Not known: nothing beside the dataset says" in text
 
 
-def test_a_dataset_of_contacts_alone_has_a_table_and_no_figures(tmp_path):
+def test_failures_come_first_each_with_its_advice(failing):
+    text = failing.read_text("utf-8")
+    assert text.index('<span class="bad">1 case: invalid') < text.index('<span class="good">1 case: completed')
+    assert "<li>do &lt; this &gt; instead</li>" in text
+    assert '<tr class="bad"><td>0.5</td>' in text
+
+
+def test_the_numbers_of_a_figure_are_behind_its_link(failing):
+    text = failing.read_text("utf-8")
+    record = "displacement,friction_force 0,0 0.1,0.1 0.1,0.05 0.3,0.12 0.3,0.06 0.4,0.1"
+    assert data_of(text, "records_1").split() == record.split()
+    answer = data_of(text, "plateau_mean_over_intrinsic_friction").splitlines()
+    assert answer[1].startswith("0.25,0.57284,")
+    assert answer[2] == "0.5,,,False"
+
+
+def test_single_cases_that_are_left_out_are_counted(monkeypatch):
+    monkeypatch.setattr(report_page, "MOST_SINGLE", 1)
+    dataset = made_up(drives=3)
+    dataset["trajectory_id"][0, 0] = ["t", "u", "v"]
+    group = groups_of(dataset)["trajectory"].isel(trajectory=[0, 0, 0], sample=[0, 1] * 3)
+    group = group.assign_coords(trajectory=["t", "u", "v"])
+    found = report_page.section(carrying(dataset, {**groups_of(dataset), "trajectory": group}), SORTS["drives"])
+    assert found is not None
+    assert (len(found.large), len(found.single), found.count) == (1, 1, 3)
+    assert found.not_shown == "Drives: 1 of 3 single cases are drawn, evenly spread."
+
+
+def test_a_dataset_of_words_alone_has_a_table_and_no_figures(tmp_path):
     only = made_up()[["outcome", "message"]]
     assert summary.scalar_table(only).header == ("μ_i", "outcome")
-    assert len(report_page.write(only, tmp_path)) == 1
+    text = report_page.write(only, tmp_path).read_text("utf-8")
+    assert "<img" not in text
+    assert "No case has numbers" in text
 
 
 def test_a_folder_that_cannot_be_written_is_named(tmp_path):
     (tmp_path / "file").touch()
-    with pytest.raises(StoreError, match="cannot write the report there"):
-        report_page.write(made_up(), Path(tmp_path / "file"))
+    with pytest.raises(StoreError, match=r"report\.html: cannot be written"):
+        report_page.write(made_up()[["outcome", "message"]], Path(tmp_path / "file"))

@@ -2,8 +2,8 @@
 
 import pytest
 
+from study.commands.shared.choice import chosen
 from study.manifest.cases import expand
-from study.manifest.choice import chosen
 from study.manifest.problems import ManifestError
 from study.manifest.reader import parse_manifest
 from tests.conftest import ROOT

@@ -1,0 +1,59 @@
+"""What axes, legends and captions call variables and values."""
+
+import math
+import re
+from typing import Any, Final
+
+from study.dataset.description import Described, described
+
+_UNITS: Final = {"m s-1": "m/s", "N m-1": "N/m"}
+"""Units as CF writes them -> as people do."""
+LETTERS: Final = 3
+"""Names so short are symbols themselves: n_x."""
+
+
+def known(name: str) -> Described | None:
+    """What is declared of a variable; None of one that is not declared."""
+    try:
+        return described(name)
+    except KeyError:
+        return None
+
+
+def symbol(name: str) -> str:
+    """What equations call a variable, else its name in words."""
+    found = known(name)
+    if found and found.symbol:
+        return found.symbol
+    return name if len(name) <= LETTERS else name.replace("_", " ")
+
+
+def label(name: str) -> str:
+    """A variable on an axis: meaning, symbol and unit."""
+    found = known(name)
+    if found is None:
+        return name
+    meaning = found.meaning.split(", in ")[0] if "/" in found.symbol else found.meaning
+    own = f" {found.symbol}" if found.symbol and found.symbol not in meaning else ""
+    unit = "" if found.units in ("", "1") else f" ({_UNITS.get(found.units, found.units)})"
+    return f"{meaning}{own}{unit}"
+
+
+def typeset(text: str) -> str:
+    """Text with its subscripts lowered, in matplotlib's notation."""
+    return re.sub(r"(\w)_(\w+)", r"$\1_{\2}$", text.replace("$", r"\$"))
+
+
+def said(value: Any) -> str:
+    """A value of a coordinate, as short as it can be: 0.25, 200, 3e4."""
+    if not isinstance(value, float) or not math.isfinite(value):
+        return str(value)
+    plain = f"{value:.6g}".replace("e+0", "e").replace("e-0", "e-").replace("e+", "e")
+    digits, _, exponent = f"{value:.5e}".partition("e")
+    short = f"{digits.rstrip('0').rstrip('.')}e{int(exponent)}"
+    return short if len(short) < len(plain) and abs(int(exponent)) > 3 else plain
+
+
+def words(values: dict[str, Any]) -> str:
+    """Coordinates with their values: `R/L_x = 200, n_x = 65`."""
+    return ", ".join(f"{symbol(name)} = {said(value)}" for name, value in values.items())

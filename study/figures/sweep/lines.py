@@ -1,0 +1,132 @@
+"""Numbers over one coordinate with error bars: a colour for each value of a second one, panels for the rest."""
+
+import itertools
+import math
+from collections.abc import Iterator
+from typing import Any, Final
+
+import numpy as np
+from matplotlib.figure import Figure
+from numpy.typing import NDArray
+
+from study.figures.shared.canvas import COLORS, column
+from study.figures.sweep.label import label, said, symbol, typeset, words
+from study.figures.sweep.points import Points
+from study.figures.sweep.roles import Roles, counts_of, held_at, values_of
+from study.figures.sweep.scale import is_logarithmic, places_of, set_axis
+
+WIDTH: Final = 4.0
+"""Of a figure on a page, in inches."""
+FAILED: Final = "#c00000"
+
+
+def panels_of(points: Points, roles: Roles) -> list[dict[str, Any]]:
+    """The coordinates of each panel."""
+    values = [values_of(points, name) for name in roles.panels]
+    return [dict(zip(roles.panels, each, strict=True)) for each in itertools.product(*values)]
+
+
+def grid_of(figure: Figure, count: int, **shared: Any) -> list[Any]:
+    """So many panels in rows of up to three; a larger figure where there are several."""
+    columns = {1: 1, 2: 2, 4: 2}.get(count, 3)
+    rows = math.ceil(count / columns)
+    figure.set_size_inches(WIDTH if columns < 3 else 1.5 * WIDTH, 2.5 if rows == 1 else 0.6 + 1.8 * rows)
+    found = figure.subplots(rows, columns, squeeze=False, **shared).ravel().tolist()
+    for spare in found[count:]:
+        spare.set_visible(False)
+    for lowest in found[:count][-columns:]:
+        lowest.tick_params(labelbottom=True)
+    return list(found[:count])
+
+
+def draw_lines(points: Points, roles: Roles) -> Figure:
+    """One line for each value of the hue, in each panel; crosses at the bottom are cases without a value."""
+    points = held_at(points, roles.held)
+    with column(width=WIDTH) as figure:
+        panels = panels_of(points, roles)
+        for axes, panel in zip(grid_of(figure, len(panels), sharex=True, sharey=True), panels, strict=True):
+            here = held_at(points, panel)
+            for color, (name, series) in zip(itertools.cycle(COLORS), _series(here, points, roles), strict=False):
+                _draw_series(axes, points, series, places_of(points, roles.x, series), color, name)
+            set_axis(axes.xaxis, points, roles.x, named=False)
+            axes.set_title(typeset(words(panel)))
+        _finish(figure, points)
+        figure.supxlabel(typeset(label(roles.x)), fontsize=8)
+        title = typeset(symbol(roles.hue)) if roles.hue else ""
+        _legend(figure, title)
+    return figure
+
+
+def draw_scattered(points: Points) -> Figure:
+    """One panel for each coordinate, each with all points: of a design that is no product."""
+    names = list(counts_of(points))
+    with column(width=WIDTH) as figure:
+        for axes, name in zip(grid_of(figure, len(names), sharey=True), names, strict=True):
+            x = places_of(points, name, points)
+            _draw_series(axes, points, points, x, COLORS[0], "", line="-" if _monotonic(x) else "")
+            set_axis(axes.xaxis, points, name)
+        _finish(figure, points)
+        _legend(figure, "")
+    return figure
+
+
+def _series(here: Points, points: Points, roles: Roles) -> Iterator[tuple[str, Points]]:
+    if not roles.hue:
+        yield "", here
+        return
+    for value in values_of(points, roles.hue):
+        yield said(value), held_at(here, {roles.hue: value})
+
+
+def _draw_series(axes: Any, points: Points, series: Points, x: Any, color: str, name: str, line: str = "-") -> None:
+    """Values with error bars, hollow where flagged; crosses where there is no value."""
+    order = np.argsort(x, kind="stable")
+    x, series = x[order], series.at(order)
+    there = series.there
+    y = _heights(points, series.values[there])
+    errors = np.nan_to_num(series.errors[there])
+    line = "" if series.text or len(set(x[there].tolist())) < there.sum() else line
+    axes.errorbar(x[there], y, errors, fmt=f"{line}o", markersize=2.6, capsize=1.6, color=color, label=name or None)
+    care = series.flagged[there]
+    axes.plot(x[there][care], y[care], "o", markersize=2.0, color="white", zorder=5)
+    bottom = np.full(int((~there).sum()), 0.02)
+    crosses = axes.plot(x[~there], bottom, "x", color=FAILED, transform=axes.get_xaxis_transform(), zorder=6)
+    crosses[0].set_in_layout(False)
+
+
+def _monotonic(x: NDArray[Any]) -> bool:
+    """Whether a list of cases goes along a coordinate one way."""
+    steps = np.diff(x)
+    return bool((steps > 0).all() or (steps < 0).all())
+
+
+def _heights(points: Points, values: NDArray[Any]) -> NDArray[np.float64]:
+    """Numbers as they are; words in a row, in the order in which all points have them."""
+    if not points.text:
+        return values.astype(float)
+    names = names_of(points)
+    return np.array([names.index(value) for value in values.tolist()], dtype=float)
+
+
+def names_of(points: Points) -> list[str]:
+    """The words that occur as values, each once."""
+    return [name for name in dict.fromkeys(points.values.tolist()) if name]
+
+
+def _finish(figure: Figure, points: Points) -> None:
+    for axes in figure.axes:
+        if points.text:
+            names = names_of(points)
+            axes.set_yticks(range(len(names)), [name.replace("_", "-") for name in names])
+            axes.set_ylim(-0.5, len(names) - 0.5)
+        elif is_logarithmic(points.values):
+            axes.set_yscale("log")
+    figure.supylabel(typeset(points.label), fontsize=8)
+
+
+def _legend(figure: Figure, title: str) -> None:
+    handles, names = figure.axes[0].get_legend_handles_labels()
+    if handles:
+        figure.legend(
+            handles, names, title=title, title_fontsize=7, loc="outside upper center", ncols=min(len(names), 6)
+        )

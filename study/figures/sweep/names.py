@@ -1,0 +1,72 @@
+"""Variables as people write them: by name, by the start of a name, or as equations call them: plateau/mu_i, R/L_x."""
+
+import difflib
+from collections.abc import Iterable
+
+import xarray as xr
+
+from study.figures.sweep.label import known
+from study.figures.sweep.points import Points, points_of
+
+_LETTERS = {"μ": "mu", "ζ": "zeta", "ν": "nu", "τ": "tau"}
+
+
+class UnknownNameError(ValueError):
+    """A word that is no variable or no axis of the dataset; the message says which there are."""
+
+
+class AmbiguousNameError(UnknownNameError):
+    """A symbol of several variables."""
+
+
+def variable_of(dataset: xr.Dataset, word: str) -> str:
+    """The variable or coordinate of the cases that a word means. Raises UnknownNameError, AmbiguousNameError."""
+    names = [str(name) for name in dataset.variables]
+    for found in (
+        [word] if word in names else [],
+        [name for name in names if word in _symbols(name) and not name.startswith("fitted_")],
+        [name for name in names if name == f"{word}_mean"],
+    ):
+        if len(found) == 1:
+            return found[0]
+        if found:
+            raise AmbiguousNameError(f"{word}: several variables are called so: {', '.join(found)}")
+    near = difflib.get_close_matches(word, names, n=3, cutoff=0.5)
+    hint = f"nearest: {', '.join(near)}" if near else "nanoslip describe lists them"
+    raise UnknownNameError(f"{word}: no variable of this dataset; {hint}")
+
+
+def points_named(dataset: xr.Dataset, word: str) -> Points:
+    """A variable, or a ratio of two, of every case and drive. Raises UnknownNameError."""
+    slashes = [place for place, letter in enumerate(word) if letter == "/"]
+    splits = [(word, ""), *((word[:place], word[place + 1 :]) for place in slashes)]
+    unknown = UnknownNameError(word)
+    for above, below in splits:
+        try:
+            return points_of(dataset, variable_of(dataset, above), variable_of(dataset, below) if below else "")
+        except AmbiguousNameError:
+            raise
+        except UnknownNameError as error:
+            unknown = error
+    raise unknown
+
+
+def axis_named(points: Points, dataset: xr.Dataset, word: str) -> str:
+    """The coordinate that a word means, among those in which cases differ. Raises UnknownNameError."""
+    name = variable_of(dataset, word)
+    if name not in points.axes:
+        raise UnknownNameError(f"{word}: cases do not differ in it; they differ in {_listed(points.axes)}")
+    return name
+
+
+def _symbols(name: str) -> set[str]:
+    """What equations call a variable, in Greek and in Latin letters."""
+    found = known(name)
+    if found is None or not found.symbol:
+        return set()
+    latin = "".join(_LETTERS.get(letter, letter) for letter in found.symbol)
+    return {found.symbol, latin}
+
+
+def _listed(names: Iterable[str]) -> str:
+    return ", ".join(names) or "nothing"

@@ -1,0 +1,133 @@
+"""A variable of every case and drive, or a ratio of two, in one long table, whatever the design of the campaign."""
+
+import tomllib
+from collections.abc import Mapping
+from dataclasses import dataclass
+from typing import Any, Final
+
+import numpy as np
+import xarray as xr
+from numpy.typing import NDArray
+
+from solver.quantity import GRID_ERROR
+from study.dataset.access.selection import Places, places
+from study.dataset.ensemble import over_members
+from study.dataset.variables import OUTCOMES, VALIDITY, parameters
+from study.figures.sweep.label import known, label, said, symbol
+
+Floats = NDArray[np.float64]
+Columns = Mapping[str, NDArray[Any]]
+"""Name of a column -> its values; all as long."""
+_CASE: Final = "case"
+"""The dimension of a list of cases."""
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Points:
+    """Values of all cases, each array (n,): one entry for each case and drive."""
+
+    name: str
+    label: str
+    values: NDArray[Any]
+    """Numbers, NaN where there is none; or texts, empty where there is none."""
+    errors: Floats
+    """Uncertainties of the numbers; NaN where none is known."""
+    axes: Mapping[str, NDArray[Any]]
+    """The coordinates in which cases differ."""
+    flagged: NDArray[np.bool_]
+    """Whether a validity flag says to take it with care."""
+
+    @property
+    def text(self) -> bool:
+        """Whether the values are texts."""
+        return self.values.dtype.kind == "O"
+
+    @property
+    def there(self) -> NDArray[np.bool_]:
+        """Where there is a value."""
+        return np.asarray(self.values != "") if self.text else np.isfinite(self.values)
+
+    def at(self, chosen: NDArray[Any]) -> "Points":
+        """Some of the points: a mask, or their places in another order."""
+        axes = {name: each[chosen] for name, each in self.axes.items()}
+        return Points(self.name, self.label, self.values[chosen], self.errors[chosen], axes, self.flagged[chosen])
+
+    def columns(self) -> Columns:
+        """The points as a table: coordinates, value, uncertainty, and whether flagged."""
+        errors = {} if self.text else {f"{self.name} uncertainty": self.errors}
+        return {**self.axes, self.name: self.values, **errors, "flagged": self.flagged}
+
+
+def points_of(dataset: xr.Dataset, name: str, over: str = "") -> Points:
+    """A variable, or its ratio to another, of every case and drive. Members of an ensemble are mean and standard error.
+
+    Raises KeyError where the dataset has no such variable.
+    """
+    dataset = over_members(dataset)
+    widest = max((each for each in (name, over, OUTCOMES[""][0].name) if each), key=lambda each: dataset[each].ndim)
+    found = places(dataset, widest, {})
+    values, errors = _numbers(dataset, found, name)
+    if over:
+        values, errors = _ratio((values, errors), _numbers(dataset, found, over))
+    flags = found.values(VALIDITY.name) if VALIDITY.name in dataset else np.zeros(len(values))
+    return Points(
+        f"{name}/{over}" if over else name,
+        f"{label(name)} over {symbol(over)}" if over else label(name),
+        values,
+        errors,
+        varying(found),
+        flags != 0,
+    )
+
+
+def varying(found: Places) -> dict[str, NDArray[Any]]:
+    """The coordinates in which cases differ, each (n,); numbers that some cases lack, or that are infinite, become
+    texts.
+
+    Of a product they are its axes; of a list of cases, what its author lists.
+    """
+    names = [name for name in found.dims if name != _CASE]
+    if _CASE in found.dims:
+        listed = _listed(found.root)
+        along = [str(name) for name, each in found.root.coords.items() if each.dims == (_CASE,)]
+        names = [name for name in along if name in (listed or parameters())] + names
+    columns = {name: _whole(found.values(name)) for name in names}
+    return {name: values for name, values in columns.items() if len(set(values.tolist())) > 1}
+
+
+def _listed(root: xr.Dataset) -> set[str]:
+    """The columns of a table of cases, or the axes of a list of them; none where the dataset does not say."""
+    table = str(root.attrs.get("manifest_table", ""))
+    if table:
+        return {name.strip() for name in table.splitlines()[0].split(",")}
+    return set(tomllib.loads(str(root.attrs.get("manifest", ""))).get("axes", ()))
+
+
+def _whole(values: NDArray[Any]) -> NDArray[Any]:
+    if values.dtype.kind == "f" and not np.isfinite(values).all():
+        return np.array(["–" if np.isnan(each) else said(each) for each in values.tolist()], dtype=object)
+    return values.astype(object) if values.dtype.kind in "UTS" else values
+
+
+def _numbers(dataset: xr.Dataset, found: Places, name: str) -> tuple[NDArray[Any], Floats]:
+    values = found.values(name)
+    nothing = np.full(len(values), np.nan)
+    if values.dtype.kind in "OUTS":
+        return values.astype(object), nothing
+    numbers = np.where(np.isfinite(values.astype(float)), values, np.nan).astype(float)
+    declared = known(name)
+    error = declared.uncertainty if declared else ""
+    if error not in dataset:
+        return numbers, nothing
+    errors = np.asarray(found.values(error), dtype=float)
+    return numbers, np.abs(numbers) * errors if error == GRID_ERROR else errors
+
+
+def _ratio(above: tuple[NDArray[Any], Floats], below: tuple[NDArray[Any], Floats]) -> tuple[Floats, Floats]:
+    """A ratio and its uncertainty; one of no known uncertainty counts as exact."""
+    with np.errstate(divide="ignore", invalid="ignore"):
+        ratio = above[0] / below[0]
+        ratio = np.where(np.isfinite(ratio), ratio, np.nan)
+        shares = [np.nan_to_num(error / value) for value, error in (above, below)]
+        errors = np.abs(ratio) * np.hypot(*shares)
+    return ratio, np.where(np.isnan(above[1]) & np.isnan(below[1]), np.nan, errors)

@@ -1,0 +1,53 @@
+"""Places of values along an axis: numbers where they are, on a logarithmic scale where they span much; texts in a row."""
+
+from typing import Any, Final
+
+import numpy as np
+from numpy.typing import NDArray
+
+from study.figures.sweep.label import label, said, typeset
+from study.figures.sweep.points import Points
+from study.figures.sweep.roles import values_of
+
+SPAN: Final = 8.0
+"""Ratio of the largest to the smallest number from which a scale is logarithmic."""
+_TICKS: Final = 6
+"""Values of a coordinate up to which each has its tick."""
+
+
+def is_logarithmic(values: NDArray[Any]) -> bool:
+    """Whether numbers are positive, span at least the ratio `SPAN`, and lie more evenly in their logarithm."""
+    numbers = np.unique(values[np.isfinite(values)])
+    if len(numbers) < 2 or numbers[0] <= 0.0 or numbers[-1] < SPAN * numbers[0]:
+        return False
+    return len(numbers) == 2 or _unevenness(np.log(numbers)) < _unevenness(numbers)
+
+
+def _unevenness(numbers: NDArray[Any]) -> float:
+    steps = np.diff(numbers)
+    return float(np.std(steps) / np.mean(steps))
+
+
+def places_of(points: Points, name: str, chosen: Points) -> NDArray[Any]:
+    """Where some of the points lie along a coordinate."""
+    values = chosen.axes[name]
+    if values.dtype.kind not in "Ob":
+        return values
+    order = values_of(points, name)
+    return np.array([order.index(value) for value in values.tolist()], dtype=float)
+
+
+def set_axis(axis: Any, points: Points, name: str, named: bool = True) -> None:
+    """Scale, ticks and label of an axis (matplotlib's) along which a coordinate runs."""
+    values = values_of(points, name)
+    if points.axes[name].dtype.kind in "Ob":
+        axis.set_ticks(range(len(values)), list(map(said, values)))
+    elif is_logarithmic(points.axes[name]):
+        axis._set_axes_scale("log")
+        if len(values) <= _TICKS:
+            axis.set_ticks(values, list(map(said, values)))
+            axis.set_ticks([], minor=True)
+    elif len(values) <= _TICKS:
+        axis.set_ticks(values, list(map(said, values)))
+    if named:
+        axis.set_label_text(typeset(label(name)))

@@ -1,0 +1,85 @@
+"""Numbers or words over two coordinates as a map of tiles, panels for the rest."""
+
+from typing import Any, Final
+
+import numpy as np
+from matplotlib.colors import ListedColormap
+from matplotlib.figure import Figure
+from numpy.typing import NDArray
+
+from study.figures.shared.canvas import COLORS, column
+from study.figures.sweep.label import label, typeset, words
+from study.figures.sweep.lines import FAILED, WIDTH, grid_of, names_of, panels_of
+from study.figures.sweep.points import Points
+from study.figures.sweep.roles import Roles, held_at
+from study.figures.sweep.scale import is_logarithmic, places_of, set_axis
+
+Floats = NDArray[np.float64]
+MOST_VECTOR: Final = 500
+"""Tiles up to which they stay shapes; more are an image inside the picture."""
+
+
+def draw_tiles(points: Points, roles: Roles) -> Figure:
+    """A tile for each case, coloured by its value; crosses are cases without one."""
+    points = held_at(points, roles.held)
+    names = names_of(points) if points.text else []
+    with column(width=WIDTH) as figure:
+        panels = panels_of(points, roles)
+        found = grid_of(figure, len(panels), sharex=True, sharey=True)
+        for axes, panel in zip(found, panels, strict=True):
+            mesh = _draw_panel(axes, points, held_at(points, panel), roles, names)
+            axes.set_title(typeset(words(panel)))
+        if names:
+            _legend(figure, names)
+        else:
+            figure.colorbar(mesh, ax=found, label=typeset(points.label))
+        figure.supxlabel(typeset(label(roles.x)), fontsize=8)
+        figure.supylabel(typeset(label(roles.hue)), fontsize=8)
+    return figure
+
+
+def _draw_panel(axes: Any, points: Points, here: Points, roles: Roles, names: list[str]) -> Any:
+    x, y = places_of(points, roles.x, here), places_of(points, roles.hue, here)
+    columns, rows = (np.unique(places_of(points, name, points)) for name in (roles.x, roles.hue))
+    tiles = np.full((len(rows), len(columns)), np.nan)
+    tiles[np.searchsorted(rows, y), np.searchsorted(columns, x)] = _numbers(here, names)
+    axes.grid(visible=False)
+    for axis, name in ((axes.xaxis, roles.x), (axes.yaxis, roles.hue)):
+        set_axis(axis, points, name, named=False)
+    ends = [_edges(values, axis.get_scale() == "log") for values, axis in ((columns, axes.xaxis), (rows, axes.yaxis))]
+    look = {"rasterized": tiles.size > MOST_VECTOR, "edgecolors": "face", "linewidth": 0.3}
+    mesh = axes.pcolormesh(*ends, tiles, **look, **_colors(points, names))
+    axes.plot(x[~here.there], y[~here.there], "x", markersize=4, color=FAILED)
+    return mesh
+
+
+def _numbers(here: Points, names: list[str]) -> Floats:
+    if not here.text:
+        return here.values
+    return np.array([names.index(value) if value else np.nan for value in here.values.tolist()])
+
+
+def _colors(points: Points, names: list[str]) -> dict[str, Any]:
+    if names:
+        return {"cmap": ListedColormap(COLORS[: len(names)]), "vmin": -0.5, "vmax": len(names) - 0.5}
+    if is_logarithmic(points.values):
+        return {"cmap": "viridis", "norm": "log"}
+    return {"cmap": "viridis", "vmin": np.nanmin(points.values), "vmax": np.nanmax(points.values)}
+
+
+def _edges(places: Floats, logarithmic: bool) -> Floats:
+    """(n + 1,) ends of n tiles: halfway between neighbours."""
+    if logarithmic:
+        return np.asarray(np.exp(_edges(np.log(places), False)))
+    if len(places) == 1:
+        return np.array([places[0] - 0.5, places[0] + 0.5])
+    middles = 0.5 * (places[1:] + places[:-1])
+    return np.concatenate(([2 * places[0] - middles[0]], middles, [2 * places[-1] - middles[-1]]))
+
+
+def _legend(figure: Figure, names: list[str]) -> None:
+    patches = [
+        figure.axes[0].plot([], [], "s", color=color, label=name.replace("_", "-"))[0]
+        for color, name in zip(COLORS, names, strict=False)
+    ]
+    figure.legend(handles=patches, loc="outside upper center", ncols=min(len(names), 4))

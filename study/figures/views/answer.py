@@ -1,0 +1,88 @@
+"""The answer of a campaign: its numbers over its axes, drawn as the design asks for."""
+
+from collections.abc import Iterator
+from typing import Final
+
+import numpy as np
+import xarray as xr
+from matplotlib.figure import Figure
+
+from study.dataset.ensemble import over_members
+from study.figures.sweep.label import symbol, words
+from study.figures.sweep.lines import draw_lines, draw_scattered
+from study.figures.sweep.points import Points, points_of
+from study.figures.sweep.roles import MOST_HUES, Roles, counts_of, roles_of, scattered
+from study.figures.sweep.tiles import draw_tiles
+from study.figures.views.view import Sort, View, register
+
+OBSERVED: Final = (
+    ("plateau_mean", "intrinsic_friction"),
+    ("static_friction", ""),
+    ("kinetic_friction", ""),
+    ("regime", ""),
+    ("mean_step", ""),
+    ("contact_half_width", ""),
+)
+"""Variable and what it is divided by: what a record or a drive is asked for."""
+PRESSED: Final = (("contact_half_width", ""), ("maximum_pressure", ""), ("approach", ""))
+"""What a contact at rest is asked for."""
+
+
+def answers(dataset: xr.Dataset) -> Iterator[View]:
+    """A figure for each number that differs between cases; none of a single case."""
+    dataset = over_members(dataset)
+    for name, over in OBSERVED if "plateau_mean" in dataset else PRESSED:
+        if name not in dataset or (over and over not in dataset.coords):
+            continue
+        points = points_of(dataset, name, over)
+        one_word = points.text and len(set(points.values.tolist())) == 1
+        if points.axes and points.there.any() and not one_word:
+            yield view_of(points)
+
+
+def view_of(points: Points, x: str = "", hue: str = "") -> View:
+    """The figure of some points that differ in at least one coordinate. x, hue: coordinates that the caller chooses."""
+    stem = points.name.replace("/", "_over_")
+    if scattered(points) and not x:
+        names = " and ".join(map(symbol, counts_of(points)))
+        caption = f"{_sentence(points)}, against {names}.{_crosses(points)}{_marks(points)}"
+        return View(stem, caption, lambda: draw_scattered(points), points.columns)
+    roles = roles_of(points, x, hue)
+    return View(stem, _caption(points, roles), lambda: drawn(points, roles), points.columns)
+
+
+def drawn(points: Points, roles: Roles) -> Figure:
+    """Lines, or a map where words or many values of a second coordinate would make too many lines."""
+    return draw_tiles(points, roles) if _mapped(points, roles) else draw_lines(points, roles)
+
+
+def _mapped(points: Points, roles: Roles) -> bool:
+    return bool(roles.hue) and (points.text or counts_of(points)[roles.hue] > MOST_HUES)
+
+
+def _caption(points: Points, roles: Roles) -> str:
+    """What is drawn against what, and at which value of what is not shown."""
+    panels = f", one panel for each {' and '.join(map(symbol, roles.panels))}" if roles.panels else ""
+    held = f"; only at {words(dict(roles.held))}: the table has all" if roles.held else ""
+    if _mapped(points, roles):
+        return f"{_sentence(points)}, over {symbol(roles.x)} and {symbol(roles.hue)}{panels}{held}.{_crosses(points)}"
+    hue = f", one colour for each {symbol(roles.hue)}" if roles.hue else ""
+    return f"{_sentence(points)}, against {symbol(roles.x)}{hue}{panels}{held}.{_crosses(points)}{_marks(points)}"
+
+
+def _sentence(points: Points) -> str:
+    return points.label[0].upper() + points.label[1:]
+
+
+def _crosses(points: Points) -> str:
+    missing = int((~points.there).sum())
+    return f" Red crosses: {missing} without a value." if missing else ""
+
+
+def _marks(points: Points) -> str:
+    """What bars and hollow points mean, where there are any."""
+    bars = " Bars: its uncertainty." if np.isfinite(points.errors).any() else ""
+    return bars + (" Hollow: to be taken with care." if points.flagged.any() and not points.text else "")
+
+
+register(Sort("answer", "Answer", answers))

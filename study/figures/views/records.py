@@ -1,0 +1,35 @@
+"""Views of friction records: F/W against the displacement of the pin."""
+
+from typing import Any, Final
+
+import xarray as xr
+
+from study.dataset.access.accessor import Accessor
+from study.figures.sweep.label import label, typeset
+from study.figures.sweep.points import Columns
+from study.figures.views.runs import Family, Run, thinned, views_of
+from study.figures.views.view import Sort, register
+
+
+def columns(dataset: xr.Dataset, run: Run) -> Columns:
+    """Displacement and F/W of a record, both sides of each drop, thinned to what can be seen."""
+    line = Accessor(dataset).teeth(**run.selection)
+    x, force = line["displacement"].values, line["friction_force"].values
+    seen = thinned(x, force)
+    return {"displacement": x[seen], "friction_force": force[seen]}
+
+
+def draw(axes: Any, table: Columns, style: dict[str, Any]) -> None:
+    """The record as a line."""
+    axes.plot(table["displacement"], table["friction_force"], linewidth=0.6, **style)
+
+
+RECORDS: Final = Family(
+    "records",
+    "record",
+    "Friction force over load against pin displacement",
+    columns,
+    draw,
+    {"xlabel": typeset(label("displacement")), "ylabel": "friction force over load $F/W$"},
+)
+register(Sort("records", "Friction records", lambda dataset: views_of(dataset, RECORDS)))

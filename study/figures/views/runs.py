@@ -1,0 +1,146 @@
+"""Runs of a dataset (records, trajectories, contacts) as views: a few together in one figure, then each alone."""
+
+from collections.abc import Callable, Iterator
+from dataclasses import dataclass
+from typing import Any, Final, TypeVar
+
+import numpy as np
+import xarray as xr
+from matplotlib.figure import Figure
+from numpy.typing import NDArray
+
+from study.dataset.access.selection import id_of, places
+from study.dataset.groups import groups_of
+from study.figures.shared.canvas import COLORS, column
+from study.figures.sweep.label import typeset, words
+from study.figures.sweep.lines import WIDTH
+from study.figures.sweep.points import Columns, varying
+from study.figures.views.view import View
+
+T = TypeVar("T")
+MOST_TOGETHER: Final = len(COLORS)
+"""Runs that are drawn together; of more, so many evenly spread ones."""
+
+
+@dataclass(frozen=True, slots=True)
+class Run:
+    """One run of a group."""
+
+    number: int
+    label: dict[str, Any]
+    """The coordinates in which its case differs from the others."""
+    selection: dict[str, Any]
+    """What singles it out for the accessor."""
+
+
+@dataclass(frozen=True, slots=True)
+class Family:
+    """Runs that are drawn alike."""
+
+    name: str
+    group: str
+    """Of the dataset."""
+    caption: str
+    columns: Callable[[xr.Dataset, Run], Columns]
+    """The numbers of one run that are drawn."""
+    draw: Callable[[Any, Columns, dict[str, Any]], None]
+    """Draws one run on axes of matplotlib, with the settings of its main line."""
+    axes: dict[str, Any]
+    """Labels and scales."""
+
+
+def runs_of(dataset: xr.Dataset, group: str) -> list[Run]:
+    """The runs of a group, each once, though several cases share it; none where the dataset has no such group."""
+    if f"{group}_id" not in dataset or group not in groups_of(dataset):
+        return []
+    found = places(dataset, id_of(dataset, group), {})
+    ids = found.values(f"{group}_id").tolist()
+    labels = varying(found)
+    firsts = dict.fromkeys(each for each in ids if isinstance(each, str) and each)
+    numbers = [ids.index(each) for each in firsts]
+    return [
+        Run(
+            number,
+            {name: values[place : place + 1].tolist()[0] for name, values in labels.items()},
+            {dim: dataset[dim].values[found.positions[place, axis]] for axis, dim in enumerate(found.dims)},
+        )
+        for number, place in enumerate(numbers, 1)
+    ]
+
+
+def views_of(dataset: xr.Dataset, family: Family) -> Iterator[View]:
+    """One figure of several runs together, then one of each."""
+    runs = runs_of(dataset, family.group)
+    if len(runs) > 1:
+        yield _together(dataset, family, spread(runs, MOST_TOGETHER), len(runs))
+    for run in runs:
+        yield _alone(dataset, family, run, single=len(runs) > 1)
+
+
+def spread(items: list[T], most: int) -> list[T]:
+    """At most so many of the items, evenly spread: the middle of each of so many parts."""
+    if len(items) <= most:
+        return items
+    return [items[(2 * part + 1) * len(items) // (2 * most)] for part in range(most)]
+
+
+def thinned(x: NDArray[Any], y: NDArray[Any], bins: int = 300) -> NDArray[np.int64]:
+    """Which points of a line to draw, so that it looks the same: the lowest and the highest in each bin of x, and the ends.
+
+    x: (n,), rising. Returns rising indices; all where there are few.
+    """
+    if len(x) <= 2 * bins:
+        return np.arange(len(x))
+    order = np.lexsort((y, edges := np.digitize(x, np.linspace(x[0], x[-1], bins + 1)[1:-1])))
+    firsts = np.flatnonzero(np.diff(edges[order], prepend=-1))
+    lasts = np.append(firsts[1:], len(x)) - 1
+    return np.unique(np.concatenate((order[firsts], order[lasts], [0, len(x) - 1])))
+
+
+def _together(dataset: xr.Dataset, family: Family, runs: list[Run], count: int) -> View:
+    def drawn() -> Figure:
+        with column(2.7, WIDTH) as figure:
+            axes = figure.add_subplot()
+            for color, run in zip(COLORS, runs, strict=False):
+                style = {"color": color, "label": typeset(words(run.label))}
+                family.draw(axes, family.columns(dataset, run), style)
+            axes.set(**family.axes)
+            _legend(figure, axes)
+        return figure
+
+    def columns() -> Columns:
+        tables = [(words(run.label), family.columns(dataset, run)) for run in runs]
+        names = [np.full(len(next(iter(table.values()))), name, dtype=object) for name, table in tables]
+        return {
+            "case": np.concatenate(names),
+            **{name: np.concatenate([table[name] for _, table in tables]) for name in tables[0][1]},
+        }
+
+    which = "all cases" if count == len(runs) else f"{len(runs)} of {count} cases, evenly spread"
+    return View(f"{family.name}_together", f"{family.caption}: {which}.", drawn, columns)
+
+
+def _alone(dataset: xr.Dataset, family: Family, run: Run, single: bool) -> View:
+    def drawn() -> Figure:
+        with column(2.3, WIDTH) as figure:
+            axes = figure.add_subplot()
+            family.draw(axes, family.columns(dataset, run), {"color": COLORS[0]})
+            axes.set(**family.axes)
+            _legend(figure, axes)
+        return figure
+
+    which = f": {words(run.label)}" if run.label else ""
+    return View(
+        f"{family.name}_{run.number}",
+        f"{family.caption}{which}.",
+        drawn,
+        lambda: family.columns(dataset, run),
+        words(run.label) if single else "",
+    )
+
+
+def _legend(figure: Figure, axes: Any) -> None:
+    handles, labels = axes.get_legend_handles_labels()
+    if handles:
+        longest = max(map(len, labels))
+        figure.legend(handles, labels, loc="outside upper center", ncols=1 if longest > 30 else 2)

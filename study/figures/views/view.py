@@ -1,0 +1,64 @@
+"""What a view is: a figure that a dataset calls for, with its numbers; and the registry of sorts of views."""
+
+import csv
+import io
+import math
+from collections.abc import Callable, Iterator
+from dataclasses import dataclass
+from typing import Any, Final
+
+import xarray as xr
+from matplotlib.figure import Figure
+
+from study.figures.sweep.points import Columns
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class View:
+    """One figure of a dataset, drawn when asked for."""
+
+    name: str
+    """Stem of a file's name."""
+    caption: str
+    """What is to be seen, for readers and in place of the picture."""
+    draw: Callable[[], Figure]
+    columns: Callable[[], Columns]
+    """The numbers that are drawn."""
+    label: str = ""
+    """Of one of many alike, which a page shows small: what tells it from the others."""
+
+
+@dataclass(frozen=True, slots=True)
+class Sort:
+    """Views of one sort."""
+
+    name: str
+    title: str
+    views: Callable[[xr.Dataset], Iterator[View]]
+    """Those that a dataset calls for; none where it has nothing of the sort."""
+
+
+SORTS: Final[dict[str, Sort]] = {}
+"""Every sort by name, in the order of a page (see study.figures.views.catalogue)."""
+
+
+def register(sort: Sort) -> Sort:
+    """Add a sort: from then on the page shows its views."""
+    SORTS[sort.name] = sort
+    return sort
+
+
+def csv_of(columns: Columns) -> str:
+    """Columns as CSV with a line of names; numbers have nine digits, missing ones are empty."""
+    buffer = io.StringIO()
+    writer = csv.writer(buffer, lineterminator="\n")
+    writer.writerow(columns)
+    for row in zip(*(each.tolist() for each in columns.values()), strict=True):
+        writer.writerow(_cell(value) for value in row)
+    return buffer.getvalue()
+
+
+def _cell(value: Any) -> Any:
+    if not isinstance(value, float):
+        return value
+    return "" if math.isnan(value) else f"{value:.9g}"

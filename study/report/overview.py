@@ -1,0 +1,157 @@
+"""What a page says before its figures: how cases ended, what they cost, how accurate they are, what the numbers stand for."""
+
+import re
+from collections import Counter
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass
+from typing import Any, Final
+
+import numpy as np
+import xarray as xr
+from matplotlib.ticker import EngFormatter
+
+from study.dataset.variables import DISCRETIZATION_ERROR, OUTCOMES
+from study.figures.shared.closed_form import scales_of
+from study.figures.sweep.label import label
+from study.report.costs import Cost
+
+COMPLETED: Final = "completed"
+UNCERTAIN: Final = ("plateau_mean", "static_friction", "kinetic_friction", "mean_step")
+"""Variables whose uncertainties a page sums up."""
+MOST_ADVICE: Final = 5
+"""Different messages of one outcome that a page shows."""
+
+
+@dataclass(frozen=True, slots=True)
+class Advice:
+    """A message, and how many more there are that differ from it in numbers alone."""
+
+    text: str
+    alike: int
+
+
+@dataclass(frozen=True, slots=True)
+class Ending:
+    """Cases or drives that ended alike: their number, in words, and what their messages say."""
+
+    words: str
+    failed: bool
+    """Whether something asks for a change."""
+    advice: tuple[Advice, ...]
+    more: int
+    """Messages that are not shown."""
+
+
+def endings(dataset: xr.Dataset) -> list[Ending]:
+    """How cases, then drives ended: failures first, the most frequent first. Members of an ensemble count each.
+
+    What a drive inherits from its case is said once, of the case.
+    """
+    found: list[Ending] = []
+    said: set[str] = set()
+    for kind, (outcome, message) in OUTCOMES.items():
+        if outcome.name not in dataset:
+            continue
+        words, messages = (dataset[each.name].values.ravel().tolist() for each in (outcome, message))
+        of_word = {word: [text for each, text in zip(words, messages, strict=True) if each == word] for word in words}
+        for word, texts in sorted(of_word.items(), key=lambda item: -len(item[1])):
+            if word:
+                own = [text for text in texts if not any(known in text for known in said)]
+                found.append(_ending("drive" if kind else "case", word, len(texts), own))
+        said = {text for text in messages if text}
+    return sorted(found, key=lambda ending: not ending.failed)
+
+
+def _ending(what: str, word: str, count: int, messages: list[str]) -> Ending:
+    kinds: dict[str, list[str]] = {}
+    for text in filter(None, messages):
+        kinds.setdefault(re.sub(r"\d[\d.e+-]*", "#", text), []).append(text)
+    advice = [Advice(texts[0], len(texts) - 1) for texts in sorted(kinds.values(), key=len, reverse=True)]
+    words = f"{count} {what}{'s' if count > 1 else ''}: {word.replace('_', ' ')}"
+    return Ending(words, word != COMPLETED, tuple(advice[:MOST_ADVICE]), max(len(advice) - MOST_ADVICE, 0))
+
+
+def regimes(dataset: xr.Dataset) -> str:
+    """How many drives did what; empty without drives."""
+    if "regime" not in dataset:
+        return ""
+    counts = Counter(word for word in dataset["regime"].values.ravel().tolist() if word)
+    return ", ".join(f"{count} {word.replace('_', '-')}" for word, count in counts.most_common())
+
+
+def cost(runs: Sequence[Cost]) -> str:
+    """Time and processes of all runs of a campaign, in a sentence."""
+    if not runs:
+        return "Not known: nothing beside the dataset says what its runs took."
+    wall, core = sum(run.wall_seconds for run in runs), sum(run.core_seconds for run in runs)
+    most = max(run.processes for run in runs)
+    processes = "one process" if most == 1 else f"up to {most} processes"
+    times = f"{len(runs)} runs" if len(runs) > 1 else "one run"
+    tasks = sum(run.tasks for run in runs)
+    return f"{_time(wall)} in {times} with {processes}; {tasks} tasks took {_time(core)} of one core."
+
+
+def _time(seconds: float) -> str:
+    for unit, size in (("h", 3600.0), ("min", 60.0)):
+        if seconds >= 2 * size:
+            return f"{seconds / size:.3g} {unit}"
+    return f"{seconds:.3g} s"
+
+
+def accuracy(dataset: xr.Dataset) -> Iterator[str]:
+    """What the slab's grid costs, and how uncertain the numbers are, a line each."""
+    if DISCRETIZATION_ERROR.name in dataset:
+        errors = dataset[DISCRETIZATION_ERROR.name].values.ravel()
+        yield f"Grid (discretization_error of stiffness, approach, half-width, pressure): {_shares(errors, 'measured')}"
+    for name in UNCERTAIN:
+        uncertainty = dataset[name].attrs.get("ancillary_variables", "") if name in dataset else ""
+        if uncertainty in dataset:
+            share = np.abs(dataset[uncertainty].values.ravel() / dataset[name].values.ravel())
+            yield f"{_sentence(label(name))}: ± {_shares(share, 'known')}"
+
+
+def _sentence(text: str) -> str:
+    return text[0].upper() + text[1:]
+
+
+def _shares(values: Any, word: str) -> str:
+    known = values[np.isfinite(values)]
+    if not len(known):
+        return f"not {word}."
+    ends = " to ".join(dict.fromkeys(f"{100 * end:.2g} %" for end in (known.min(), known.max())))
+    missing = len(values) - len(known)
+    return f"{ends}{f'; not {word} of {missing} of {len(values)} cases' if missing else ''}."
+
+
+def scales(dataset: xr.Dataset) -> Iterator[str]:
+    """What the dimensionless numbers stand for, a line each; none where a dataset does not say."""
+    found = scales_of(dataset.attrs)
+    if found is None:
+        return
+    width, depth, modulus = found.slab_width, found.slab_depth, found.shear_modulus
+    yield f"Slab width L_x = {_si(width, 'm')}, depth L_y = {_si(depth, 'm')}, shear modulus G = {_si(modulus, 'Pa')}"
+    for name, meaning, unit, scale in (
+        ("normal_load", "normal load W", "N", found.force),
+        ("radius", "radius R", "m", width),
+        ("final_displacement", "pin displacement", "m", width),
+        ("mean_step", "mean step per event", "m", width),
+        ("surface_stiffness", "lateral stiffness K", "N/m", found.stiffness),
+    ):
+        values = dataset[name].values.ravel() * scale if name in dataset.variables else np.empty(0)
+        values = values[np.isfinite(values)]
+        if len(values):
+            low, high = _si(values.min(), unit), _si(values.max(), unit)
+            yield f"{_sentence(meaning)}: {low if low == high else f'{low} to {high}'}"
+
+
+def _si(value: float, unit: str) -> str:
+    return str(EngFormatter(unit=unit)(float(f"{value:.3g}")))
+
+
+def left_out(dataset: xr.Dataset) -> Iterator[str]:
+    """Groups of runs that the dataset does not have, a line each."""
+    groups = {"record_id": "Friction records", "trajectory_id": "Motion of the pin"}
+    asked = {"record_id": "plateau_mean", "trajectory_id": "drive_outcome"}
+    for name, words in groups.items():
+        if asked[name] in dataset and name not in dataset:
+            yield f"{words} are not kept ([outputs] of the campaign): there are no figures of single cases."

@@ -1,0 +1,44 @@
+"""Datasets of made-up numbers, laid out as `study.dataset.collect` does: a product of axes, or a list of cases."""
+
+from collections.abc import Mapping, Sequence
+from typing import Any
+
+import numpy as np
+import xarray as xr
+
+
+def product(value: Any = None, **axes: Sequence[Any]) -> xr.Dataset:
+    """A full product of axes. value: of plateau_mean, a function of a coordinate's arrays; 0.5 μ_i where there is none."""
+    dims = tuple(axes)
+    shape = tuple(map(len, axes.values()))
+    coordinates = {
+        name: np.array(values, dtype=object if isinstance(values[0], str) else None) for name, values in axes.items()
+    }
+    grid = dict(zip(dims, np.meshgrid(*coordinates.values(), indexing="ij"), strict=True))
+    plateau = 0.5 * grid["intrinsic_friction"] if value is None else value(**grid)
+    ids = np.array([f"case{number}" for number in range(plateau.size)], dtype=object).reshape(shape)
+    return _dataset(dims, plateau, {**coordinates, "case_id": (dims, ids)})
+
+
+def listed(columns: Mapping[str, Sequence[Any]], plateau: Sequence[float], manifest: str = "") -> xr.Dataset:
+    """A list of cases. columns: coordinates along it."""
+    labels = {name: ("case", np.array(values)) for name, values in columns.items()}
+    ids = ("case", np.array([f"case{number}" for number in range(len(plateau))], dtype=object))
+    found = _dataset(("case",), np.array(plateau), {"case": np.arange(len(plateau)), "case_id": ids, **labels})
+    found.attrs["manifest"] = manifest
+    return found
+
+
+def _dataset(dims: tuple[str, ...], plateau: np.ndarray, coordinates: Mapping[str, Any]) -> xr.Dataset:
+    words = np.where(np.isfinite(plateau), "completed", "no_plateau").astype(object)
+    return xr.Dataset(
+        {
+            "plateau_mean": (dims, plateau),
+            "plateau_uncertainty": (dims, 0.01 * np.abs(plateau)),
+            "outcome": (dims, words),
+            "message": (dims, np.full(plateau.shape, "", dtype=object)),
+            "validity_flags": (dims, np.zeros(plateau.shape, dtype=np.int32)),
+        },
+        coordinates,
+        {"title": "Made up"},
+    )

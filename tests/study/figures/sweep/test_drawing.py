@@ -1,0 +1,83 @@
+"""What is drawn is what the points hold: every value at its place, crosses where there is none."""
+
+import numpy as np
+import pytest
+from matplotlib.figure import Figure
+
+from study.figures.sweep.lines import FAILED, draw_lines, draw_scattered
+from study.figures.sweep.points import points_of
+from study.figures.sweep.roles import roles_of
+from study.figures.sweep.scale import is_logarithmic
+from study.figures.sweep.tiles import draw_tiles
+from tests.study.figures.sweep.cases import listed, product
+
+
+def crosses(figure: Figure) -> list[tuple[float, float]]:
+    return [
+        place
+        for axes in figure.axes
+        for line in axes.lines
+        if line.get_color() == FAILED
+        for place in zip(*map(list, line.get_data()), strict=True)
+    ]
+
+
+def test_lines_hold_the_values_in_the_order_of_x() -> None:
+    points = points_of(product(intrinsic_friction=[0.4, 0.2], radius=[3.0, 1.0, 2.0]), "plateau_mean")
+    axes = draw_lines(points, roles_of(points)).axes[0]
+    found = {bars.get_label(): bars.lines[0].get_data() for bars in axes.containers}
+    assert {label: (list(x), list(y)) for label, (x, y) in found.items()} == {
+        "0.2": ([1.0, 2.0, 3.0], [0.1] * 3),
+        "0.4": ([1.0, 2.0, 3.0], [0.2] * 3),
+    }
+    assert crosses(axes.figure) == []
+
+
+def test_cases_without_a_value_are_crosses_on_the_lower_edge() -> None:
+    data = product(lambda radius: np.where(radius == 2.0, np.nan, radius), radius=[1.0, 2.0, 4.0])
+    points = points_of(data, "plateau_mean")
+    assert crosses(draw_lines(points, roles_of(points))) == [(2.0, pytest.approx(0.02))]
+
+
+def test_each_value_has_its_tile() -> None:
+    data = product(
+        lambda radius, n_x: np.where((radius == 2.0) & (n_x == 65), np.nan, radius * n_x),
+        radius=[4.0, 1.0, 2.0],
+        n_x=[17, 65],
+    )
+    points = points_of(data, "plateau_mean")
+    figure = draw_tiles(points, roles_of(points))
+    tiles = np.asarray(figure.axes[0].collections[0].get_array()).reshape(2, 3)
+    np.testing.assert_array_equal(tiles, [[17.0, 34.0, 68.0], [65.0, np.nan, 260.0]])
+    assert crosses(figure) == [(2.0, 65.0)]
+
+
+def test_words_have_tiles_of_their_own_colour() -> None:
+    data = product(
+        lambda radius, n_x: np.where(radius * n_x > 40.0, np.nan, radius), radius=[1.0, 2.0, 4.0], n_x=[17, 33]
+    )
+    points = points_of(data, "outcome")
+    figure = draw_tiles(points, roles_of(points))
+    tiles = np.asarray(figure.axes[0].collections[0].get_array()).reshape(2, 3)
+    np.testing.assert_array_equal(tiles, [[0, 0, 1], [0, 1, 1]])
+    assert [text.get_text() for text in figure.legends[0].get_texts()] == ["completed", "no-plateau"]
+
+
+def test_a_scattered_design_has_a_panel_for_each_coordinate() -> None:
+    data = listed({"radius": [50.0, 200.0, 100.0], "n_x": [17, 33, 65]}, [0.1, 0.2, 0.3])
+    figure = draw_scattered(points_of(data, "plateau_mean"))
+    drawn = [list(axes.containers[0].lines[0].get_xdata()) for axes in figure.axes]
+    assert drawn == [[50.0, 100.0, 200.0], [17, 33, 65]]
+
+
+@pytest.mark.parametrize(
+    ("values", "logarithmic"),
+    [
+        ([1.0, 2.0, 4.0, 8.0], True),
+        ([1.0, 2.0, 3.0, 4.0, 5.0, 6.0, 7.0, 8.0], False),
+        ([0.0, 1.0, 100.0], False),
+        ([1.0, 2.0], False),
+    ],
+)
+def test_a_scale_is_logarithmic_where_numbers_are_even_on_it(values: list[float], logarithmic: bool) -> None:
+    assert is_logarithmic(np.array(values)) == logarithmic

@@ -1,0 +1,69 @@
+"""Points hold every case once, with its axes; a ratio's uncertainty follows from both numbers; members are mean and error."""
+
+import numpy as np
+import pytest
+
+import nanoslip
+from study.figures.sweep.points import points_of
+from tests.study.figures.sweep.cases import listed, product
+
+LOADS = [1e-4, 1e-3]
+
+
+def test_every_case_is_a_point_beside_its_axes() -> None:
+    points = points_of(product(intrinsic_friction=[0.2, 0.4, 0.6], normal_load=LOADS, n_x=[33]), "plateau_mean")
+    assert list(points.axes) == ["intrinsic_friction", "normal_load"]  # one n_x is no axis
+    np.testing.assert_array_equal(points.values, 0.5 * points.axes["intrinsic_friction"])
+    np.testing.assert_allclose(points.errors, 0.01 * points.values, rtol=1e-12)
+    assert points.label == "F/W on the plateau"
+
+
+def test_a_ratio_has_the_uncertainties_of_both() -> None:
+    data = product(intrinsic_friction=[0.2, 0.4], normal_load=LOADS)
+    data["peak_friction"] = 2.0 * data.plateau_mean
+    exact = points_of(data, "plateau_mean", "intrinsic_friction")
+    np.testing.assert_allclose(exact.values, 0.5)
+    np.testing.assert_allclose(exact.errors, 0.005)
+    both = points_of(data, "plateau_mean", "plateau_mean")
+    np.testing.assert_allclose(both.errors, np.sqrt(2.0) * 0.01)
+    assert np.isnan(points_of(data, "peak_friction", "intrinsic_friction").errors).all()
+
+
+def test_a_ratio_to_nothing_is_no_number() -> None:
+    points = points_of(product(intrinsic_friction=[0.0, 0.4]), "plateau_mean", "intrinsic_friction")
+    assert points.there.tolist() == [False, True]
+
+
+def test_of_a_list_of_cases_what_follows_from_its_columns_is_no_axis() -> None:
+    columns = {"radius": [50.0, 100.0], "n_x": [33, 65], "bottom_row": [17, 33]}
+    data = listed(columns, [0.2, 0.3], manifest='design = "zip"\n[axes]\nradius = [50.0, 100.0]\nn_x = [33, 65]\n')
+    assert list(points_of(data, "plateau_mean").axes) == ["radius", "n_x"]
+    data.attrs["manifest_table"] = "n_x, radius\n33, 50\n65, 100\n"
+    assert list(points_of(data, "plateau_mean").axes) == ["radius", "n_x"]
+
+
+def test_a_setting_that_some_cases_lack_becomes_words() -> None:
+    data = listed({"coupling_stiffness": [np.nan, 10.0]}, [0.2, 0.3])
+    assert points_of(data, "plateau_mean").axes["coupling_stiffness"].tolist() == ["–", "10"]
+    never = listed({"intrinsic_friction": [np.inf, 0.5]}, [0.2, 0.3])
+    assert points_of(never, "plateau_mean").axes["intrinsic_friction"].tolist() == ["inf", "0.5"]
+
+
+def test_members_are_their_mean_with_its_standard_error() -> None:
+    data = nanoslip.run({
+        "title": "Starts",
+        "stages": ["contact", "slip"],
+        "axes": {"intrinsic_friction": [0.25, 0.5]},
+        "numerics": {"n_x": 17},
+        "limits": {"events": 60},
+        "ensemble": {"members": 3},
+    })  # fmt: skip
+    points = points_of(data, "plateau_mean")
+    assert points.values.shape == (2,)
+    np.testing.assert_array_equal(points.values, data.plateau_mean_ensemble_mean.values.ravel())
+    np.testing.assert_array_equal(points.errors, data.plateau_mean_ensemble_uncertainty.values.ravel())
+
+
+def test_a_variable_that_is_not_there_is_named() -> None:
+    with pytest.raises(KeyError, match="static_friction"):
+        points_of(product(intrinsic_friction=[0.2]), "static_friction")

@@ -1,0 +1,42 @@
+"""The axis of most values runs along x, the next in colours, the others in panels; what is too much is held, and said."""
+
+from study.figures.sweep.points import Points, points_of
+from study.figures.sweep.roles import MOST_PANELS, held_at, roles_of, scattered, values_of
+from tests.study.figures.sweep.cases import listed, product
+
+
+def over(**axes: list[object]) -> Points:
+    return points_of(product(**axes), "plateau_mean")
+
+
+def test_roles_go_by_the_number_of_values() -> None:
+    roles = roles_of(over(intrinsic_friction=[0.1, 0.2], radius=[1.0, 2.0, 3.0, 4.0], n_x=[17, 33, 65]))
+    assert (roles.x, roles.hue, roles.panels, dict(roles.held)) == ("radius", "n_x", ("intrinsic_friction",), {})
+
+
+def test_words_come_after_numbers() -> None:
+    roles = roles_of(over(support=["bonded", "right_side", "frictionless"], intrinsic_friction=[0.1, 0.2]))
+    assert (roles.x, roles.hue) == ("intrinsic_friction", "support")
+
+
+def test_what_is_chosen_keeps_its_place() -> None:
+    points = over(intrinsic_friction=[0.1, 0.2], radius=[1.0, 2.0, 3.0])
+    assert roles_of(points, x="intrinsic_friction").hue == "radius"
+    assert roles_of(points, hue="radius").x == "intrinsic_friction"
+
+
+def test_more_panels_than_a_page_bears_are_held_at_a_value_that_is_there() -> None:
+    five = [1.0, 2.0, 3.0, 4.0, 5.0]
+    points = over(intrinsic_friction=[*five, 6.0, 7.0], radius=[*five, 6.0], normal_load=five, aspect_ratio=five)
+    roles = roles_of(points)
+    assert roles.panels == ("normal_load",)
+    assert dict(roles.held) == {"aspect_ratio": 3.0}
+    assert len(values_of(points, "normal_load")) <= MOST_PANELS
+    assert len(held_at(points, roles.held).values) == len(points.values) / 5
+
+
+def test_a_design_that_fills_little_of_its_product_is_scattered() -> None:
+    columns = {"radius": [50.0, 100.0, 200.0], "n_x": [17, 33, 65]}
+    assert scattered(points_of(listed(columns, [0.1, 0.2, 0.3]), "plateau_mean"))
+    assert not scattered(over(intrinsic_friction=[0.1, 0.2], radius=[1.0, 2.0, 3.0]))
+    assert not scattered(points_of(listed({"radius": [50.0, 100.0]}, [0.1, 0.2]), "plateau_mean"))

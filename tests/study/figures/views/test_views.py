@@ -1,0 +1,129 @@
+"""A dataset gets the views that its shape calls for, and no others; each names what it shows and holds its numbers."""
+
+import csv
+import io
+
+import numpy as np
+import pytest
+import xarray as xr
+
+import nanoslip
+from study.figures.shared.canvas import image
+from study.figures.views.catalogue import SORTS
+from study.figures.views.view import View, csv_of
+from tests.study.figures.sweep.cases import listed, product
+
+SVG_AT_MOST = 300_000
+
+
+def campaign(**changes: object) -> xr.Dataset:
+    return nanoslip.run({
+        "title": "Small",
+        "numerics": {"n_x": 17},
+        "limits": {"events": 120},
+        **changes,
+    })  # fmt: skip
+
+
+@pytest.fixture(scope="module")
+def driven() -> xr.Dataset:
+    """Two records, each with two drives."""
+    return campaign(
+        axes={"intrinsic_friction": [0.25, 0.5]},
+        drives=[{"name": "slow", "samples": 900}],
+        drive_axes={"spring_stiffness": [1e5, 4e5]},
+    )
+
+
+@pytest.fixture(scope="module")
+def pressed() -> xr.Dataset:
+    """Two contacts with the inside of their slabs."""
+    return campaign(stages=["contact"], axes={"radius": [50.0, 100.0]}, outputs={"subsurface": True, "tractions": True})
+
+
+def views(dataset: xr.Dataset) -> dict[str, View]:
+    return {view.name: view for sort in SORTS.values() for view in sort.views(dataset)}
+
+
+def test_a_driven_campaign_is_answered_and_shows_drives_sizes_and_records(driven: xr.Dataset) -> None:
+    found = views(driven)
+    singles = {f"drives_{number}" for number in (1, 2, 3, 4)} | {"records_1", "records_2"}
+    together = {"drives_together", "sizes_together", "records_together"}
+    answers = {
+        "plateau_mean_over_intrinsic_friction",
+        "static_friction",
+        "kinetic_friction",
+        "mean_step",
+        "contact_half_width",
+    }
+    assert singles | together | answers <= set(found)
+    assert {name for name, view in found.items() if view.label} == singles
+    assert found["drives_2"].label == "μ_i = 0.25, k = 4e5"
+
+
+def test_a_pressed_campaign_shows_contacts_and_the_inside(pressed: xr.Dataset) -> None:
+    assert set(views(pressed)) == {
+        "contact_half_width", "maximum_pressure", "approach",
+        "contacts_together", "contacts_1", "contacts_2", "interior_1", "interior_2",
+    }  # fmt: skip
+
+
+@pytest.mark.slow
+def test_every_picture_is_small_and_its_table_is_whole(driven: xr.Dataset, pressed: xr.Dataset) -> None:
+    for dataset in (driven, pressed):
+        for name, view in views(dataset).items():
+            assert len(image(view.draw(), "svg")) < SVG_AT_MOST, name
+            lines = list(csv.reader(io.StringIO(csv_of(view.columns()))))
+            assert len(lines) > 1, name
+            assert set(map(len, lines)) == {len(lines[0])}, name
+            assert view.caption.endswith("."), name
+
+
+def test_a_drive_is_drawn_with_the_closed_form_that_was_fitted(driven: xr.Dataset) -> None:
+    table = views(driven)["drives_1"].columns()
+    assert len(table["time"]) < 900
+    missed = table["spring_force"] - table["fitted_spring_force"]
+    residual = float(driven.fit_residual.values.ravel()[0])
+    assert np.sqrt(np.mean(missed**2)) < 3.0 * residual + 0.01  # thinned: the extremes are kept, the residual is of all
+
+
+def test_pressures_stand_beside_those_of_a_half_plane(pressed: xr.Dataset) -> None:
+    table = views(pressed)["contacts_1"].columns()
+    spacing = np.diff(table["x"])[0]
+    for name in ("pressure", "half_plane_pressure"):
+        assert np.sum(table[name]) * spacing == pytest.approx(1.0, rel=0.1), name  # W, on 17 nodes
+
+
+def test_the_inside_is_drawn_by_its_largest_shear_stress(pressed: xr.Dataset) -> None:
+    table = views(pressed)["interior_1"].columns()
+    xx, zz, xz = (table[f"stress_{name}"] for name in ("xx", "zz", "xz"))
+    stresses = np.linalg.eigvalsh(np.stack([np.stack([xx, xz], -1), np.stack([xz, zz], -1)], -1))
+    np.testing.assert_allclose(table["largest_shear_stress"], 0.5 * (stresses[:, 1] - stresses[:, 0]), atol=1e-12)
+
+
+def test_a_single_case_without_records_calls_for_nothing() -> None:
+    assert views(product(intrinsic_friction=[0.5])) == {}
+
+
+def test_what_is_not_drawn_and_what_has_no_value_is_said() -> None:
+    values = [float(number) for number in range(1, 8)]
+    data = product(
+        lambda intrinsic_friction, radius, normal_load, aspect_ratio: np.where(radius == 1.0, np.nan, intrinsic_friction),
+        intrinsic_friction=values, radius=values[:6], normal_load=values[:5], aspect_ratio=values[:5],
+    )  # fmt: skip
+    caption = views(data)["plateau_mean_over_intrinsic_friction"].caption
+    assert "only at L_z/L_x = 3: the table has all" in caption
+    assert "Red crosses: 175 without a value." in caption
+
+
+def test_a_list_of_cases_is_drawn_against_each_of_its_columns() -> None:
+    data = listed({"radius": [50.0, 200.0, 100.0], "n_x": [17, 33, 65]}, [0.1, 0.2, 0.3])
+    data["mean_step"] = data.plateau_mean
+    assert views(data)["mean_step"].caption.startswith("Mean step per event, in L_x, against R/L_x and n_x.")
+
+
+def test_a_table_is_read_back_as_it_was() -> None:
+    text = csv_of({"name": np.array(["a, b", "c"], dtype=object), "value": np.array([1.0 / 3.0, np.nan])})
+    assert text == '"name","value"\n'.replace('"', "") + '"a, b",0.333333333\nc,\n'
+    found = np.genfromtxt(io.StringIO(csv_of({"x": np.array([0.1, np.nan])})), skip_header=1)
+    np.testing.assert_array_equal(found[:1], [0.1])

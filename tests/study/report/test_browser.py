@@ -1,0 +1,119 @@
+"""Pages in a real browser: nothing complains, nothing is empty or runs off a phone, and the keyboard reaches everything.
+
+They need Chromium (Debian: chromium). The browser and the pages are made once.
+"""
+
+from collections.abc import Iterator
+from pathlib import Path
+
+import pytest
+
+import nanoslip
+from study.report import page
+from tests.study.report.chromium import FOUND, Chromium
+
+pytestmark = [
+    pytest.mark.slow,
+    pytest.mark.skipif(FOUND is None, reason="no Chromium here: install the package chromium to look at pages"),
+]
+CAMPAIGNS = {
+    "driven": {
+        "title": "Drives over stiffness, with members of an ensemble",
+        "axes": {"intrinsic_friction": [0.25, 0.5]},
+        "limits": {"events": 120},
+        "ensemble": {"members": 2},
+        "drive_axes": {"spring_stiffness": [1e5, 4e5]},
+    },
+    "failing": {
+        "title": "Cases that are refused, or have no plateau",
+        "axes": {"rows": [4, 7], "n_x": [17, 65], "radius": [50.0, 100.0]},
+        "numerics": {"scheme": "biquadratic"},
+        "limits": {"events": 40},
+    },
+    "pressed": {
+        "title": "AVeryLongTitleOfOneWordThatNobodyCanBreakAtASpaceBecauseThereIsNoneInIt, pressed alone",
+        "stages": ["contact"],
+        "axes": {"radius": [50.0, 100.0]},
+        "outputs": {"subsurface": True, "tractions": True},
+    },
+}
+OFF_THE_PAGE = """
+[...document.querySelectorAll("body *")].filter(each =>
+  each.getBoundingClientRect().right > document.documentElement.clientWidth + 1 && !each.closest(".wide, pre")
+).map(each => each.outerHTML.slice(0, 80))
+"""
+EMPTY = "[...document.images].filter(each => !each.naturalWidth || each.getBoundingClientRect().width < 60).length"
+
+
+@pytest.fixture(scope="module")
+def pages(tmp_path_factory: pytest.TempPathFactory) -> dict[str, Path]:
+    made = {}
+    for name, campaign in CAMPAIGNS.items():
+        out = tmp_path_factory.mktemp(name)
+        numerics = {} if "n_x" in campaign["axes"] else {"n_x": 17}
+        with nanoslip.run({**campaign, "numerics": {**numerics, **campaign.get("numerics", {})}}, out) as dataset:
+            made[name] = page.write(dataset, out)
+    return made
+
+
+@pytest.fixture(scope="module")
+def browser(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Chromium]:
+    with Chromium.started(tmp_path_factory.mktemp("profile")) as started:
+        yield started
+
+
+@pytest.mark.parametrize("dark", [False, True], ids=["light", "dark"])
+@pytest.mark.parametrize("width", [390, 1200])
+@pytest.mark.parametrize("name", CAMPAIGNS)
+def test_a_page_is_whole(browser: Chromium, pages: dict[str, Path], name: str, width: int, dark: bool) -> None:
+    browser.complaints.clear()
+    browser.show(pages[name], width, dark)
+    assert browser.value("document.images.length") > 0
+    assert browser.value(EMPTY) == 0
+    assert browser.value(OFF_THE_PAGE) == []
+    assert browser.value("document.documentElement.scrollWidth") <= width
+    assert browser.value("[...document.images].every(each => each.alt)")
+    assert browser.complaints == []
+
+
+@pytest.mark.parametrize("name", CAMPAIGNS)
+def test_every_link_leads_to_numbers(browser: Chromium, pages: dict[str, Path], name: str) -> None:
+    browser.show(pages[name], 1200)
+    count = browser.value("document.images.length")
+    decoded = 'atob(each.href.split("base64,")[1]).split("\\n")'
+    lengths = browser.value(f"[...document.links].map(each => {decoded}.length)")
+    assert len(lengths) == count
+    assert min(lengths) > 2  # a line of names, one of numbers, and the end
+
+
+def test_the_table_is_sorted_by_number_with_the_keyboard(browser: Chromium, pages: dict[str, Path]) -> None:
+    browser.show(pages["failing"], 1200)
+    column = '[...document.querySelectorAll("#cases tbody tr")].map(each => each.cells[0].textContent)'
+    names = browser.value('[...document.querySelectorAll("#cases th")].map(each => each.textContent)')
+    assert names[0] == "R/L_x"
+    before = browser.value(column)
+    browser.value('document.querySelector("#cases th button").focus()')
+    browser.press("Enter")
+    assert browser.value(column) == sorted(before, key=float)
+    browser.press("Enter")
+    assert browser.value(column) == sorted(before, key=float, reverse=True)
+    assert browser.value('document.querySelector("#cases th").getAttribute("aria-sort")') == "descending"
+
+
+def test_single_cases_open_with_the_keyboard(browser: Chromium, pages: dict[str, Path]) -> None:
+    browser.show(pages["driven"], 1200)
+    browser.value('document.querySelector(".small summary").focus()')
+    small = browser.value('document.querySelector(".small img").clientWidth')
+    browser.press("Enter")
+    assert browser.value('document.querySelector(".small details").open')
+    assert browser.value('document.querySelector(".small img").clientWidth') > 2 * small
+
+
+def test_a_page_needs_no_script(browser: Chromium, pages: dict[str, Path]) -> None:
+    browser.call("Emulation.setScriptExecutionDisabled", value=True)
+    try:
+        browser.show(pages["driven"], 1200)
+    finally:
+        browser.call("Emulation.setScriptExecutionDisabled", value=False)
+    assert browser.value('document.querySelectorAll("#cases th button").length') == 0
+    assert browser.value(EMPTY) == 0
