@@ -37,7 +37,8 @@ ORDER = {
     "study.plan": "task keys kinds tasks condensation cost drive_cost plan flags spans memory",
     "study.plan.kinds": "kind compliance contact record statistics states drive",
     "study.dataset": "store groups file variables ensemble description ragged layout collect access comparison "
-    "pair verification",
+    "pair verification agreement",
+    "study.dataset.agreement": "matching verdicts facts",
     "study.dataset.access": "selection single accessor tidy placement concatenation",
     "study.execution": "launch interruption queue progress ledger dispatch farm executor warmup submission",
     "study.report": "console summary interchange case_table curves text_plot page",
@@ -46,7 +47,7 @@ ORDER = {
     "study.figures.reproduction": "punch records resolution drive stick motion choices",
     "study.figures.further": "findings modulation continuum sizes maps",
     "study.accuracy": "timing setup diagram elastic_operator slip_numerics integrators picture table measurement",
-    "study.commands": "shared campaigns new check plan run status collect report figure show try export verify "
+    "study.commands": "shared campaigns new check plan run status collect report figure show try export verify compare "
     "describe accuracy submit cli",
     "study.commands.shared": "exits refusals lazy arguments files plans datasets sources one_case conduct",
 }
