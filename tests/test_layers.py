@@ -39,7 +39,8 @@ ORDER = {
     "study.plan.cost": "condensation sliding seconds arrays drive",
     "study.plan.kinds": "kind compliance contact record statistics states drive",
     "study.dataset": "store groups file variables ensemble description ragged layout collect access comparison "
-    "pair verification",
+    "pair verification agreement",
+    "study.dataset.agreement": "matching verdicts facts",
     "study.dataset.access": "selection single accessor tidy placement concatenation",
     "study.execution": "launch interruption queue forecast progress ledger dispatch processes farm executor warmup submission",
     "study.report": "columns console summary interchange case_table curves text_plot costs overview picture page",
@@ -51,7 +52,7 @@ ORDER = {
     "study.figures.reproduction": "punch records resolution drive stick motion scores choices",
     "study.figures.further": "findings modulation continuum chains sizes correlations nodes stick_slip_map friction_map schemes",
     "study.accuracy": "timing setup diagram elastic_operator slip_numerics integrators picture table measurement",
-    "study.commands": "shared campaigns new check plan run status collect report figure frames show try export verify "
+    "study.commands": "shared campaigns new check plan run status collect report figure frames show try export compare verify "
     "describe accuracy submit cli",
     "study.commands.shared": "exits refusals lazy arguments machine files plans datasets sources choice one_case conduct",
 }

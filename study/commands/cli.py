@@ -293,6 +293,23 @@ def verify(dataset: Path, sample: int | None, as_json: bool) -> None:
 
 
 @cli.command()
+@click.argument("first", metavar="A", type=CampaignPath(path_type=Path))
+@click.argument("second", metavar="B", type=CampaignPath(path_type=Path))
+def compare(first: Path, second: Path) -> None:
+    """Show what differs between datasets A and B, and how much.
+
+    Each is a dataset (results.nc), the folder it is in, or a campaign. Cases with the same values of all parameters that vary in
+    either are compared; an ensemble is one case. Numbers that state an uncertainty agree within 2 combined standard deviations,
+    words if they are the same; other numbers are only named. Cases that only one has are counted, and are no difference.
+
+    Exit codes: 0 same or within uncertainties, 1 something is beyond, 2 nothing to compare.
+
+    Example: nanoslip compare results/mine results/finer
+    """
+    work("compare", first, second)
+
+
+@cli.command()
 @click.argument("name", required=False)
 @JSON
 def describe(name: str | None, as_json: bool) -> None:

@@ -47,6 +47,13 @@ def _long(table: xr.Dataset) -> list[Column]:
 
 
 def _column(values: xr.DataArray, over: xr.DataArray) -> Column:
-    """The values of a variable for each of another one's, in its order."""
-    spread = xr.broadcast(values, over)[0].transpose(*over.dims).values.ravel().tolist()
-    return Column(str(values.name), values.attrs.get("units", ""), values.attrs.get("long_name", ""), spread)
+    attributes = values.attrs
+    return Column(
+        str(values.name), attributes.get("units", ""), attributes.get("long_name", ""), values_over(values, over)
+    )
+
+
+def values_over(values: xr.DataArray, over: xr.DataArray) -> list[Any]:
+    """The values of a variable at each place of another one of its dataset, which lies along all its dimensions; in order."""
+    found: list[Any] = xr.broadcast(values, over)[0].transpose(*over.dims).values.ravel().tolist()
+    return found

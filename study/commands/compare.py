@@ -1,0 +1,89 @@
+"""`nanoslip compare`: two datasets beside each other, what differs and whether by more than their uncertainties."""
+
+import sys
+from collections import Counter
+from collections.abc import Sequence
+from pathlib import Path
+from typing import Final
+
+import click
+
+from study.commands.shared.exits import CRASHED
+from study.commands.shared.refusals import refusals
+from study.commands.shared.sources import dataset_of
+from study.dataset.agreement.facts import differing
+from study.dataset.agreement.matching import KINDS, Matched, NotComparableError, Pair, matched
+from study.dataset.agreement.verdicts import STANDARD_DEVIATIONS, Observed, observed, unjudged
+from study.dataset.comparison import Verdict
+from study.dataset.ensemble import over_members
+from study.dataset.variables import OUTCOMES
+from study.report.console import Table, print_table
+from study.report.summary import words
+
+WORST: Final = 12
+"""The most differences that are shown."""
+_WORDS: Final = {
+    Verdict.IDENTICAL: "identical",
+    Verdict.WITHIN: f"within uncertainties ({STANDARD_DEVIATIONS:g} combined standard deviations)",
+    Verdict.DIFFERENT: "beyond",
+}
+
+
+def work(first: Path, second: Path) -> None:
+    """Print what differs between two datasets, and end the process with the exit code for the worst of it."""
+    with refusals(NotComparableError), dataset_of(first) as one, dataset_of(second) as other:
+        pair = over_members(one), over_members(other)
+        kinds = [kind for kind in KINDS if all(OUTCOMES[kind][0].name in root for root in pair)]
+        click.echo(f"A: {first}, {one.attrs.get('title', '')}\nB: {second}, {other.attrs.get('title', '')}")
+        _print_facts(pair)
+        found = {kind: matched(pair, kind) for kind in kinds}
+        if not any(each.rows for each in found.values()):
+            raise NotComparableError(f"{first} and {second} share no computed case")
+        seen = [each for kind in kinds for each in observed(pair, kind, found[kind])]
+        for kind in kinds:
+            _print_rows("drives of cases" if kind else "cases", found[kind], unjudged(pair, kind, found[kind]))
+    _print_worst(seen)
+    counts = Counter(each.verdict for each in seen)
+    click.echo("observables: " + ", ".join(f"{counts[verdict]} {_WORDS[verdict]}" for verdict in Verdict))
+    sys.exit(CRASHED if counts[Verdict.DIFFERENT] else 0)
+
+
+def _print_facts(pair: Pair) -> None:
+    facts = differing(pair)
+    if facts:
+        print_table(Table(("differs", "A", "B"), tuple((each.name, *each.values) for each in facts)))
+    else:
+        click.echo("same parameters, campaign and software")
+
+
+def _print_rows(what: str, found: Matched, others: tuple[Sequence[str], Sequence[str]]) -> None:
+    """Print how many rows both have, the first of those that one has alone, and what states no uncertainty."""
+    pending = f", {found.pending} more pending in one of them" if found.pending else ""
+    click.echo(f"{what} in both: {len(found.rows)}{pending}")
+    for name, only in zip("AB", found.only, strict=True):
+        if only:
+            click.echo(f"{what} in {name} alone: {len(only)}, first {words(only[0])}")
+    differ, same = others
+    if differ:
+        more = ", …" if len(differ) > WORST else ""
+        click.echo(
+            f"not judged, as they state no uncertainty: {len(differ)} of {len(differ) + len(same)} other numbers differ "
+            f"({', '.join(differ[:WORST])}{more})"
+        )
+
+
+def _print_worst(seen: Sequence[Observed]) -> None:
+    """Print the largest differences, those beyond their uncertainties first."""
+    apart = [each for each in seen if each.verdict is not Verdict.IDENTICAL]
+    worst = sorted(apart, key=lambda each: (-each.verdict, -each.apart))[:WORST]
+    if worst:
+        header = ("observable", "A", "B", "apart/σ", "verdict", "case")
+        print_table(Table(header, tuple(map(_row, worst))))
+    if len(apart) > len(worst):
+        click.echo(f"and {len(apart) - len(worst)} smaller differences")
+
+
+def _row(each: Observed) -> tuple[str, ...]:
+    here, there = (f"{value:.6g}" if isinstance(value, float) else str(value) for value in each.values)
+    verdict = "beyond" if each.verdict is Verdict.DIFFERENT else "within"
+    return each.name, here, there, f"{each.apart:.2g}", verdict, words(each.label)

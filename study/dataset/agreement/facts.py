@@ -1,0 +1,62 @@
+"""What two datasets were made of and by: parameters, keys of their campaigns, scales and software that differ."""
+
+import tomllib
+from collections.abc import Iterator, Mapping
+from dataclasses import dataclass, fields
+from typing import Any, Final
+
+import xarray as xr
+
+from solver.drive import Scales
+from study.dataset.agreement.matching import Pair, values
+from study.dataset.variables import DRIVE_NAME, parameters
+from study.manifest.parameters import TABLES
+from study.manifest.problems import shown
+from study.origin import Origin
+from study.provenance import content_hash
+
+_TEXTS: Final = ("manifest_table", "manifest_roughness")
+"""Attributes with the text of a file that a campaign names."""
+_APART: Final = ("title", "axes", "drives", "drive_axes", "scales", *TABLES)
+"""Parts of a campaign whose values are parameters or scales, which are compared as what they came to."""
+
+
+@dataclass(frozen=True, slots=True)
+class Fact:
+    """Something that is said differently of two datasets."""
+
+    name: str
+    values: tuple[str, str]
+    """As text; `–` where one says nothing of it."""
+
+
+def differing(pair: Pair) -> list[Fact]:
+    """Parameters, other keys of the campaigns, files that they name, scales and software that differ."""
+    said = [dict(_said(root)) for root in pair]
+    names = dict.fromkeys([*said[0], *said[1]])
+    both = {name: (said[0].get(name, "–"), said[1].get(name, "–")) for name in names}
+    return [Fact(name, value) for name, value in both.items() if value[0] != value[1]]
+
+
+def _said(root: xr.Dataset) -> Iterator[tuple[str, str]]:
+    """Name and text of every fact of a dataset."""
+    for name in (*parameters(), DRIVE_NAME.name):
+        if found := values(root, name):
+            yield name, ", ".join(map(str, found[:6])) + (f", … ({len(found)} values)" if len(found) > 6 else "")
+    for key, value in _keys(tomllib.loads(str(root.attrs.get("manifest", "")))):
+        yield key, shown(value)
+    for name in _TEXTS:
+        if name in root.attrs:
+            yield name, f"a file of hash {content_hash(root.attrs[name], length=12)}"
+    for name in ("discretization_front", *(item.name for kind in (Scales, Origin) for item in fields(kind))):
+        if name in root.attrs:
+            yield name, str(root.attrs[name])
+
+
+def _keys(document: Mapping[str, Any]) -> Iterator[tuple[str, Any]]:
+    """The keys of a campaign file that are no parameters: `stages`, `ensemble.members`, `outputs.records`."""
+    for key, value in document.items():
+        if isinstance(value, Mapping) and key not in _APART:
+            yield from ((f"{key}.{inner}", each) for inner, each in value.items())
+        elif key not in _APART:
+            yield key, value

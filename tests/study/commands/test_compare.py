@@ -1,0 +1,76 @@
+"""Two campaigns are compared case by case: exit code 0 within uncertainties, 1 beyond, 2 where there is nothing to compare."""
+
+import netCDF4
+import pytest
+
+from tests.conftest import SMALL
+
+
+@pytest.fixture
+def small(main, campaign):
+    """The folder of the small campaign's dataset."""
+    assert main("run", campaign, "--out", campaign.parent / "out", "--serial")[0] == 0
+    return campaign.parent / "out"
+
+
+def change(path, name, factor):
+    with netCDF4.Dataset(path / "results.nc", "a") as opened:
+        opened.set_auto_mask(False)
+        opened[name][:] = opened[name][:] * factor
+
+
+def test_a_dataset_is_the_same_as_itself_whatever_it_is_named_by(main, campaign, small, tmp_path, monkeypatch):
+    code, said, _ = main("compare", small, small / "results.nc")
+    assert code == 0
+    assert "same parameters, campaign and software" in said
+    assert "cases in both: 4\ndrives of cases in both: 8\n" in said
+    assert ", 0 within uncertainties (2 combined standard deviations), 0 beyond" in said
+    monkeypatch.chdir(tmp_path)
+    assert main("compare", campaign, small)[0] == 2  # there is no folder results/small here
+    small.rename(tmp_path / "results").rename(tmp_path / "kept")
+    (tmp_path / "results").mkdir()
+    kept = (tmp_path / "kept").rename(tmp_path / "results" / "small")
+    assert main("compare", campaign, kept)[0] == 0
+
+
+def test_a_finer_surface_differs_and_the_largest_differences_come_first(main, campaign, small, tmp_path):
+    finer = tmp_path / "finer.toml"
+    finer.write_text(SMALL.replace("n_x = 17", "n_x = 33").replace("[50.0, 100.0]", "[50.0, 200.0]"))
+    assert main("run", finer, "--out", tmp_path / "finer", "--serial")[0] == 0
+    code, said, _ = main("compare", small, tmp_path / "finer")
+    lines = [line.split() for line in said.splitlines()]
+    assert ["n_x", "17", "33"] in lines
+    assert ["radius", "50.0,", "100.0", "50.0,", "200.0"] in lines
+    assert "cases in A alone: 2, first μ_i = 0.25, R/L_x = 100" in said
+    verdicts = [word for line in lines for word in line if word in ("beyond", "within")]
+    assert verdicts.index("beyond") == 0
+    assert code == 1
+
+
+def test_what_is_within_uncertainties_is_exit_code_0(main, small, tmp_path):
+    other = tmp_path / "other"
+    other.mkdir()
+    (other / "results.nc").write_bytes((small / "results.nc").read_bytes())
+    change(other, "plateau_mean", 1.0 + 1e-6)
+    code, said, _ = main("compare", small, other)
+    assert (code, "within" in said, "plateau_mean" in said) == (0, True, True)
+    change(other, "plateau_mean", 2.0)
+    code, said, _ = main("compare", small, other)
+    assert (code, "beyond" in said) == (1, True)
+
+
+def test_what_cannot_be_compared_is_one_clear_message(main, campaign, small, tmp_path):
+    other = tmp_path / "other.toml"
+    other.write_text(SMALL.replace("[50.0, 100.0]", "[200.0, 300.0]"))
+    assert main("run", other, "--out", tmp_path / "other", "--serial")[0] == 0
+    empty = tmp_path / "empty"
+    assert main("collect", campaign, "--out", empty)[0] == 0
+    for words, wanted in (
+        ((small, tmp_path / "other"), "share no computed case"),
+        ((small, empty), "share no computed case"),
+        ((small, tmp_path / "none.nc"), "no dataset"),
+        ((small, campaign.parent), "No such file"),
+    ):
+        code, _, errors = main("compare", *words)
+        assert (code, len(errors.splitlines())) == (2, 1), errors
+        assert wanted in errors
