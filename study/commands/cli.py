@@ -271,7 +271,9 @@ def frames(campaign: Path, selection: tuple[str, ...], events: str, output: Path
     """Show one case of CAMPAIGN at work, event by event.
 
     Pressure, shear, slip and F/W are computed again from the campaign file; no results are needed. KEY=VALUE single out the
-    case by its axes: nanoslip frames smoke intrinsic_friction=0.5 --events 0:200:10 -o pin.gif
+    case by its axes.
+
+    nanoslip frames smoke intrinsic_friction=0.5 --events 0:200:10 -o pin.gif
     """
     work("frames", campaign, selection, events, output)
 
