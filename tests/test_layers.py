@@ -52,9 +52,10 @@ ORDER = {
     "study.figures.reproduction": "punch records resolution drive stick motion scores choices",
     "study.figures.further": "findings modulation continuum chains sizes correlations nodes stick_slip_map friction_map schemes",
     "study.accuracy": "timing setup diagram elastic_operator slip_numerics integrators picture table measurement",
-    "study.commands": "shared campaigns new check plan run status collect report figure frames show try export compare verify "
-    "describe accuracy submit cli",
-    "study.commands.shared": "exits refusals lazy arguments machine files plans datasets sources choice one_case conduct",
+    "study.commands": "shared declared campaigns new check plan run status collect report figure frames show try export "
+    "compare verify describe accuracy submit cli",
+    "study.commands.declared": "preparing computing looking judging",
+    "study.commands.shared": "exits refusals lazy arguments group machine plans datasets sources choice one_case conduct",
 }
 """Folder -> what is in it, from the first to the last; `__init__` of a folder may import all of it."""
 

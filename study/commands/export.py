@@ -6,10 +6,10 @@ from typing import Final
 
 import click
 
-from study.commands.shared.files import write_file
 from study.commands.shared.refusals import refusals
 from study.commands.shared.sources import dataset_of
 from study.dataset.access.tidy import Column, case_columns, event_columns, sample_columns
+from study.figures.shared.files import write_files
 from study.report.interchange import as_csv, as_json
 
 _TABLES: Final[dict[str | None, Callable[..., list[Column]]]] = {
@@ -29,5 +29,6 @@ def work(campaign: Path, out: Path | None, form: str | None, table: str | None, 
     if output is None:
         click.echo(text, nl=False)
         return
-    write_file(output, text.encode())
+    with refusals():
+        write_files({output: text.encode()})
     click.echo(f"written: {output} ({len(columns[0].values)} rows)", err=True)

@@ -8,7 +8,8 @@ import click
 from study import shipped
 from study.commands.campaigns import print_titles
 from study.commands.shared.exits import Refusal
-from study.commands.shared.files import write_file
+from study.commands.shared.refusals import refusals
+from study.figures.shared.files import write_files
 
 
 def work(starter: str | None, file: Path | None) -> None:
@@ -34,5 +35,5 @@ def _write(copies: Mapping[Path, Path]) -> None:
     """Copy each file to its place, which must be free; nothing is written where one is not. Raises Refusal."""
     if taken := [str(target) for target in copies.values() if target.exists()]:
         raise Refusal(f"{', '.join(taken)}: there already, and is not overwritten: needs another name")
-    for source, target in copies.items():
-        write_file(target, source.read_bytes())
+    with refusals():
+        write_files({target: source.read_bytes() for source, target in copies.items()})

@@ -9,11 +9,11 @@ import click
 from study import shipped
 from study.commands.shared.arguments import folder
 from study.commands.shared.exits import Refusal
-from study.commands.shared.files import write_file
 from study.commands.shared.plans import planned
 from study.commands.shared.refusals import refusals
 from study.execution import submission
 from study.execution.submission import SiteError
+from study.figures.shared.files import write_files
 
 
 def work(campaign: Path, out: Path | None, site: Path | None, submit: bool) -> None:
@@ -25,7 +25,7 @@ def work(campaign: Path, out: Path | None, site: Path | None, submit: bool) -> N
         into = folder(campaign, out).absolute()
         text = submission.script(campaign.stem, campaign.absolute(), into, settings, template)
         path = into / "job.sh"
-        write_file(path, text.encode())  # the scheduler opens its log in that folder before anything runs
+        write_files({path: text.encode()})  # the scheduler opens its log in that folder before anything runs
     if site is None:
         click.echo(f"settings: {used}; copy the file, change it and give it by --site")
     if submit:

@@ -9,10 +9,11 @@ import click
 import xarray as xr
 
 from study.commands.shared.exits import Refusal
-from study.commands.shared.files import write_file
+from study.commands.shared.refusals import refusals
 from study.dataset.access.single import one_case
 from study.dataset.ensemble import over_members
 from study.figures.shared.canvas import FORMATS, column, image
+from study.figures.shared.files import write_files
 from study.manifest.cases import MEMBER
 from study.manifest.parameters import STANDARD
 from study.report.case_table import case_table, ending_lines
@@ -51,7 +52,8 @@ def show_case(dataset: xr.Dataset, given: Mapping[str, str], picture: Path | Non
     if lines and first is not case:
         click.echo("lines are the first member's; member=1 shows the next")
     if picture:
-        write_file(picture, _drawn(lines, form))
+        with refusals():
+            write_files({picture: _drawn(lines, form)})
         click.echo(f"written: {picture}")
         return
     for line in lines:

@@ -5,8 +5,8 @@ from pathlib import Path
 import pytest
 import xarray as xr
 
-from study.commands import cli
 from study.commands import figure as command
+from study.commands.declared import looking
 from study.figures.catalogue import FIGURES
 from study.figures.shared import canvas
 from tests.conftest import Main
@@ -15,7 +15,7 @@ from tests.study.figures.sweep.cases import product
 
 
 def test_the_command_knows_the_formats_that_can_be_drawn() -> None:
-    assert set(cli.FORMATS) == set(canvas.FORMATS)
+    assert set(looking.FORMATS) == set(canvas.FORMATS)
 
 
 def shipped(names: tuple[str, ...], form: str, into: Path, out: Path) -> None:

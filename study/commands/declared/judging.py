@@ -1,0 +1,89 @@
+"""Commands that hand numbers on, compare them, and say what they mean and how far they hold."""
+
+from pathlib import Path
+
+import click
+
+from study.commands.shared.arguments import CAMPAIGN, JSON, OUT, CampaignPath
+from study.commands.shared.group import cli
+from study.commands.shared.lazy import work
+
+
+@cli.command()
+@CAMPAIGN
+@OUT
+@click.option("--csv", "form", flag_value="csv", help="A header, a line of units that begins with #, rows [default].")
+@click.option("--json", "form", flag_value="json", help="Title, variables with unit and meaning, rows.")
+@click.option("--records", "table", flag_value="records", help="The events of all friction records instead of cases.")
+@click.option("--trajectories", "table", flag_value="trajectories", help="The samples of all drives instead of cases.")
+@click.option("-o", "--output", type=click.Path(path_type=Path), help="Write this file [default: standard output].")
+def export(campaign: Path, out: Path | None, form: str | None, table: str | None, output: Path | None) -> None:
+    """Write CAMPAIGN's numbers as a table for other programs.
+
+    CAMPAIGN is a campaign file or its name, a dataset (results.nc) or the folder it is in. The table has a row for each case,
+    with a drive for each case and drive: parameters first, then numbers. What is not known is empty in CSV, null in JSON.
+
+    Example: nanoslip export results/mine --csv -o mine.csv
+    """
+    work("export", campaign, out, form, table, output)
+
+
+@cli.command()
+@click.argument("first", metavar="A", type=CampaignPath(path_type=Path))
+@click.argument("second", metavar="B", type=CampaignPath(path_type=Path))
+def compare(first: Path, second: Path) -> None:
+    """Show what differs between datasets A and B, and how much.
+
+    Each is a dataset (results.nc), the folder it is in, or a campaign. Cases with the same values of all parameters that vary in
+    either are compared; an ensemble is one case. Numbers that state an uncertainty agree within 2 combined standard deviations,
+    words if they are the same; other numbers are only named. Cases that only one has are counted, and are no difference.
+
+    Exit codes: 0 same or within uncertainties, 1 something is beyond, 2 nothing to compare.
+
+    Example: nanoslip compare results/mine results/finer
+    """
+    work("compare", first, second)
+
+
+@cli.command()
+@click.argument("dataset", type=click.Path(path_type=Path))
+@click.option(
+    "--sample", type=click.IntRange(min=1), help="So many cases only, evenly spread, the same each time [default: all]"
+)
+@JSON
+def verify(dataset: Path, sample: int | None, as_json: bool) -> None:
+    """Compute DATASET again from itself alone, and compare.
+
+    DATASET is a file results.nc. Each case is bit-identical, within tolerance, or different.
+
+    Exit codes: 0 identical or within tolerance, 1 something is different, 2 nothing that can be computed again.
+    """
+    work("verify", dataset, sample, as_json)
+
+
+@cli.command()
+@click.argument("name", required=False)
+@JSON
+def describe(name: str | None, as_json: bool) -> None:
+    """Explain the variables of a dataset, or one of them.
+
+    NAME is a variable of a file results.nc; without it a table of all is printed.
+    """
+    work("describe", name, as_json)
+
+
+@cli.command()
+@click.argument("campaign", type=CampaignPath(path_type=Path), required=False)
+@OUT
+@click.option("--quick", is_flag=True, help="A few settings of every setting, in seconds, to see that it works.")
+@click.option(
+    "--save",
+    type=click.Path(path_type=Path),
+    help="Write the front there too: campaigns choose from it by front = FILE.",
+)
+def accuracy(campaign: Path | None, out: Path | None, quick: bool, save: Path | None) -> None:
+    """Measure error against time for every numerical setting.
+
+    On CAMPAIGN's first case [default: the paper's case].
+    """
+    work("accuracy", campaign, out, quick, save)

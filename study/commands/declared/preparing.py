@@ -1,0 +1,62 @@
+"""Commands before a campaign is computed: what there is to start from, whether a file is right, what it would take."""
+
+from pathlib import Path
+
+import click
+
+from study.commands.shared.arguments import CAMPAIGN, JSON, OUT, CampaignPath
+from study.commands.shared.group import cli
+from study.commands.shared.lazy import work
+
+
+@cli.command()
+@JSON
+def campaigns(as_json: bool) -> None:
+    """List the campaigns that come with nanoslip.
+
+    They are there to run by name or to copy.
+    """
+    work("campaigns", as_json)
+
+
+@cli.command()
+@click.argument("starter", required=False)
+@click.argument("file", type=click.Path(path_type=Path), required=False)
+def new(starter: str | None, file: Path | None) -> None:
+    """Write a commented campaign to start from.
+
+    STARTER is its name; without it the starters are listed. It is written to FILE [default: STARTER.toml], which must not be
+    there yet, with the files that it needs beside it.
+
+    Example: nanoslip new sweep campaigns/mine.toml
+    """
+    work("new", starter, file)
+
+
+@cli.command()
+@click.argument("campaigns", metavar="CAMPAIGN...", nargs=-1, required=True, type=CampaignPath(path_type=Path))
+def check(campaigns: tuple[Path, ...]) -> None:
+    """Find every problem of campaign files, without computing.
+
+    Each CAMPAIGN is a file, or the name of one that comes with nanoslip. One that is fine is one line: its cases and tasks. The
+    problems of the others are all shown, a line each: file, key, value and what is allowed.
+
+    Exit codes: 0 all are fine, 2 some are not. Example: nanoslip check campaigns/*.toml
+    """
+    work("check", campaigns)
+
+
+@cli.command()
+@CAMPAIGN
+@OUT
+@click.option("--ranks", type=click.IntRange(min=1), help="Estimate the time on so many ranks [default: cores here]")
+@click.option(
+    "--effects", "show_effects", is_flag=True, help="Say of every effect whether it is on, and what is left out."
+)
+@JSON
+def plan(campaign: Path, out: Path | None, ranks: int | None, show_effects: bool, as_json: bool) -> None:
+    """Show what CAMPAIGN would compute, and what it takes.
+
+    What is finished is left out of the time.
+    """
+    work("plan", campaign, out, ranks, show_effects, as_json)
