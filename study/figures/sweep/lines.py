@@ -27,8 +27,8 @@ def panels_of(points: Points, roles: Roles) -> list[dict[str, Any]]:
 
 
 def grid_of(figure: Figure, count: int, **shared: Any) -> list[Any]:
-    """So many panels in rows of up to three; a larger figure where there are several."""
-    columns = {1: 1, 2: 2, 4: 2}.get(count, 3)
+    """So many panels in rows of two, of three where there are many; a larger figure where there are several."""
+    columns = 1 if count == 1 else 2 if count <= 4 else 3
     rows = math.ceil(count / columns)
     figure.set_size_inches(WIDTH if columns < 3 else 1.5 * WIDTH, 2.5 if rows == 1 else 0.6 + 1.8 * rows)
     found = figure.subplots(rows, columns, squeeze=False, **shared).ravel().tolist()
