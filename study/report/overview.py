@@ -151,7 +151,7 @@ def _si(value: float, unit: str) -> str:
 
 def left_out(dataset: xr.Dataset) -> Iterator[str]:
     """Groups of runs that the dataset does not have, a line each."""
-    groups = {"record_id": "Friction records", "trajectory_id": "Motion of the pin"}
+    groups = {"record_id": "Friction records", "trajectory_id": "Motions of pins"}
     asked = {"record_id": "plateau_mean", "trajectory_id": "drive_outcome"}
     for name, words in groups.items():
         if asked[name] in dataset and name not in dataset:
