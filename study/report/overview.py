@@ -137,7 +137,8 @@ def scales(dataset: xr.Dataset) -> Iterator[str]:
         ("mean_step", "mean step per event", "m", width),
         ("surface_stiffness", "lateral stiffness K", "N/m", found.stiffness),
     ):
-        values = dataset[name].values.ravel() * scale if name in dataset.variables else np.empty(0)
+        idle = name == "radius" and np.all(dataset.get("pin", "") == "flat_punch")
+        values = np.empty(0) if idle or name not in dataset.variables else dataset[name].values.ravel() * scale
         values = values[np.isfinite(values)]
         if len(values):
             low, high = _si(values.min(), unit), _si(values.max(), unit)
@@ -150,7 +151,7 @@ def _si(value: float, unit: str) -> str:
 
 def left_out(dataset: xr.Dataset) -> Iterator[str]:
     """Groups of runs that the dataset does not have, a line each."""
-    groups = {"record_id": "Friction records", "trajectory_id": "Motion of the pin"}
+    groups = {"record_id": "Friction records", "trajectory_id": "Motions of pins"}
     asked = {"record_id": "plateau_mean", "trajectory_id": "drive_outcome"}
     for name, words in groups.items():
         if asked[name] in dataset and name not in dataset:

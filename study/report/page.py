@@ -95,5 +95,5 @@ def _not_shown(dataset: xr.Dataset, sections: tuple[Section, ...], rows: int) ->
     yield from overview.left_out(dataset)
     if rows > MOST_ROWS:
         yield f"Table: the first {MOST_ROWS} cases; the dataset has all."
-    if sections:
+    if len(sections) > 1:  # others than the answer
         yield "Lines of many points are thinned to what can be seen, in figures and their CSV."

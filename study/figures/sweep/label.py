@@ -40,8 +40,8 @@ def label(name: str) -> str:
 
 
 def typeset(text: str) -> str:
-    """Text with its subscripts lowered, in matplotlib's notation."""
-    return re.sub(r"(\w)_(\w+)", r"$\1_{\2}$", text.replace("$", r"\$"))
+    """Text with the subscripts of its symbols lowered, in matplotlib's notation; `right_side` is no symbol."""
+    return re.sub(r"\b([^\W_])_([^\W_]{1,2})\b", r"$\1_{\2}$", text.replace("$", r"\$"))
 
 
 def said(value: Any) -> str:

@@ -26,9 +26,14 @@ def panels_of(points: Points, roles: Roles) -> list[dict[str, Any]]:
     return [dict(zip(roles.panels, each, strict=True)) for each in itertools.product(*values)]
 
 
+def title_of(panel: dict[str, Any]) -> str:
+    """The coordinates of a panel, a line each."""
+    return "\n".join(typeset(words({name: value})) for name, value in panel.items())
+
+
 def grid_of(figure: Figure, count: int, **shared: Any) -> list[Any]:
-    """So many panels in rows of up to three; a larger figure where there are several."""
-    columns = {1: 1, 2: 2, 4: 2}.get(count, 3)
+    """So many panels in rows of two, of three where there are many; a larger figure where there are several."""
+    columns = 1 if count == 1 else 2 if count <= 4 else 3
     rows = math.ceil(count / columns)
     figure.set_size_inches(WIDTH if columns < 3 else 1.5 * WIDTH, 2.5 if rows == 1 else 0.6 + 1.8 * rows)
     found = figure.subplots(rows, columns, squeeze=False, **shared).ravel().tolist()
@@ -49,7 +54,7 @@ def draw_lines(points: Points, roles: Roles) -> Figure:
             for color, (name, series) in zip(itertools.cycle(COLORS), _series(here, points, roles), strict=False):
                 _draw_series(axes, points, series, places_of(points, roles.x, series), color, name)
             set_axis(axes.xaxis, points, roles.x, named=False)
-            axes.set_title(typeset(words(panel)))
+            axes.set_title(title_of(panel))
         _finish(figure, points)
         figure.supxlabel(typeset(label(roles.x)), fontsize=8)
         title = typeset(symbol(roles.hue)) if roles.hue else ""

@@ -8,8 +8,8 @@ from matplotlib.figure import Figure
 from numpy.typing import NDArray
 
 from study.figures.shared.canvas import COLORS, column
-from study.figures.sweep.label import label, typeset, words
-from study.figures.sweep.lines import FAILED, WIDTH, grid_of, names_of, panels_of
+from study.figures.sweep.label import label, typeset
+from study.figures.sweep.lines import FAILED, WIDTH, grid_of, names_of, panels_of, title_of
 from study.figures.sweep.points import Points
 from study.figures.sweep.roles import Roles, held_at
 from study.figures.sweep.scale import is_logarithmic, places_of, set_axis
@@ -28,7 +28,7 @@ def draw_tiles(points: Points, roles: Roles) -> Figure:
         found = grid_of(figure, len(panels), sharex=True, sharey=True)
         for axes, panel in zip(found, panels, strict=True):
             mesh = _draw_panel(axes, points, held_at(points, panel), roles, names)
-            axes.set_title(typeset(words(panel)))
+            axes.set_title(title_of(panel))
         if names:
             _legend(figure, names)
         else:

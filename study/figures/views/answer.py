@@ -63,7 +63,7 @@ def _mapped(points: Points, roles: Roles) -> bool:
 def _caption(points: Points, roles: Roles) -> str:
     """What is drawn against what, and at which value of what is not shown."""
     panels = f", one panel for each {' and '.join(map(symbol, roles.panels))}" if roles.panels else ""
-    held = f"; only at {words(dict(roles.held))}: the table has all" if roles.held else ""
+    held = f"; only at {words(dict(roles.held))}: its numbers are of all" if roles.held else ""
     if _mapped(points, roles):
         return f"{_sentence(points)}, over {symbol(roles.x)} and {symbol(roles.hue)}{panels}{held}.{_crosses(points)}"
     hue = f", one colour for each {symbol(roles.hue)}" if roles.hue else ""

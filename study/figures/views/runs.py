@@ -1,5 +1,6 @@
 """Runs of a dataset (records, trajectories, contacts) as views: a few together in one figure, then each alone."""
 
+import math
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass
 from typing import Any, Final, TypeVar
@@ -17,6 +18,12 @@ from study.figures.sweep.lines import WIDTH
 from study.figures.sweep.points import Columns, varying
 from study.figures.views.view import View
 
+HEIGHT: Final = 2.3
+"""Of a figure without its legend, in inches."""
+LINE: Final = 0.15
+"""Height of a line of a legend, in inches."""
+LONG: Final = 30
+"""Characters of a name from which it has a line of its own."""
 T = TypeVar("T")
 MOST_TOGETHER: Final = len(COLORS)
 """Runs that are drawn together; of more, so many evenly spread ones."""
@@ -99,7 +106,7 @@ def thinned(x: NDArray[Any], y: NDArray[Any], bins: int = 300) -> NDArray[np.int
 
 def _together(dataset: xr.Dataset, family: Family, runs: list[Run], count: int) -> View:
     def drawn() -> Figure:
-        with column(2.7, WIDTH) as figure:
+        with column(HEIGHT, WIDTH) as figure:
             axes = figure.add_subplot()
             for color, run in zip(COLORS, runs, strict=False):
                 style = {"color": color, "label": typeset(words(run.label))}
@@ -122,7 +129,7 @@ def _together(dataset: xr.Dataset, family: Family, runs: list[Run], count: int) 
 
 def _alone(dataset: xr.Dataset, family: Family, run: Run, single: bool) -> View:
     def drawn() -> Figure:
-        with column(2.3, WIDTH) as figure:
+        with column(HEIGHT, WIDTH) as figure:
             axes = figure.add_subplot()
             family.draw(axes, family.columns(dataset, run), {"color": COLORS[0]})
             axes.set(**family.axes)
@@ -140,7 +147,9 @@ def _alone(dataset: xr.Dataset, family: Family, run: Run, single: bool) -> View:
 
 
 def _legend(figure: Figure, axes: Any) -> None:
+    """Names above the axes, which the figure grows by."""
     handles, labels = axes.get_legend_handles_labels()
     if handles:
-        longest = max(map(len, labels))
-        figure.legend(handles, labels, loc="outside upper center", ncols=1 if longest > 30 else 2)
+        columns = 1 if max(map(len, labels)) > LONG else 2
+        figure.set_size_inches(WIDTH, HEIGHT + LINE * math.ceil(len(labels) / columns))
+        figure.legend(handles, labels, loc="outside upper center", ncols=columns)

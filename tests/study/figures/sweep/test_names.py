@@ -50,6 +50,7 @@ def test_labels_say_meaning_symbol_and_unit() -> None:
     assert label("toy") == "toy"
     assert (symbol("n_x"), symbol("stage_travel")) == ("n_x", "stage travel")
     assert typeset("μ_i over R/L_x") == "$μ_{i}$ over R/$L_{x}$"
+    assert typeset("support = right_side, slip order = worst_first") == "support = right_side, slip order = worst_first"
 
 
 def test_values_are_as_short_as_they_can_be() -> None:
