@@ -12,15 +12,12 @@ from solver.quantity import GRID_ERROR
 from study.dataset.access.tidy import values_over
 from study.dataset.agreement.matching import Matched, Pair, ending_of
 from study.dataset.comparison import ROUNDING, Verdict, identical, magnitude
-from study.dataset.ensemble import ensemble_name
+from study.dataset.ensemble import OBSERVABLES, ensemble_name
 from study.dataset.variables import COMPUTED_BY, DRIVE, OUTCOMES, all_groups, companions, scalars
 from study.manifest.parameters import Value
 
 STANDARD_DEVIATIONS: Final = 2.0
 """Combined ones by which two numbers may differ and still agree."""
-
-_OF_ENSEMBLES: Final = ensemble_name("", "")
-"""In the names of what ensembles say of a variable, which is compared as the variable itself."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -65,9 +62,9 @@ def _names(pair: Pair, kind: str) -> list[str]:
     of_drives |= {each.name for each in OUTCOMES[DRIVE]}
     apart = {each.name for each in COMPUTED_BY.values()} | {message.name for _, message in OUTCOMES.values()}
     apart |= {group.id.name for group in all_groups().values()} | {"advice", GRID_ERROR}
+    apart |= {ensemble_name(name, part) for name in OBSERVABLES for part in ("mean", "uncertainty", "std")}
     both = [str(name) for name in pair[0].data_vars if name in pair[1].data_vars and name not in apart]
-    own = [name for name in both if (name in of_drives) == bool(kind)]
-    return [name for name in own if not name.endswith("_uncertainty") and _OF_ENSEMBLES not in name]
+    return [name for name in both if (name in of_drives) == bool(kind) and not name.endswith("_uncertainty")]
 
 
 def _judged(pair: Pair, name: str) -> bool:
