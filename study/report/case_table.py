@@ -23,7 +23,7 @@ _SAID_APART: Final = {
 
 
 def case_table(case: xr.Dataset) -> tuple[Table, list[str]]:
-    """Name, value, unit and meaning of each scalar that one case has, and the names of those that it lacks (NaN, empty).
+    """Name, value with its unit, and meaning of each scalar that one case has, and the names of those that it lacks (NaN, empty).
 
     case: of study.dataset.access.single; what lies along a dimension is left out.
     """
@@ -33,9 +33,8 @@ def case_table(case: xr.Dataset) -> tuple[Table, list[str]]:
         if value == "" or (isinstance(value, float) and math.isnan(value)):
             missing.append(name)
         else:
-            unit = str(each.attrs.get("units", ""))
-            rows.append((name, _shown(value, _uncertainty(case, each)), unit, str(each.attrs["long_name"])))
-    return Table(("quantity", "value", "unit", "meaning"), tuple(rows)), missing
+            rows.append((name, _shown(value, _uncertainty(case, each), each), str(each.attrs["long_name"])))
+    return Table(("quantity", "value", "meaning"), tuple(rows)), missing
 
 
 def ending_lines(case: xr.Dataset) -> Iterator[str]:
@@ -62,6 +61,9 @@ def _uncertainty(case: xr.Dataset, each: xr.DataArray) -> float:
     return float(case[name]) if name.endswith(_UNCERTAINTY) and name in case else math.nan
 
 
-def _shown(value: object, uncertainty: float) -> str:
+def _shown(value: object, uncertainty: float, each: xr.DataArray) -> str:
+    """A number with its uncertainty, and its unit where that is not 1."""
     number = f"{value:.6g}" if isinstance(value, float) else str(value)
-    return number if math.isnan(uncertainty) else f"{number} ± {uncertainty:.2g}"
+    stated = "" if math.isnan(uncertainty) else f" ± {uncertainty:.2g}"
+    unit = each.attrs.get("units", "1")
+    return number + stated + ("" if unit == "1" else f" {unit}")

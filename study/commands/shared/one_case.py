@@ -66,7 +66,8 @@ def _print_numbers(case: xr.Dataset, dataset: xr.Dataset) -> None:
     for line in ending_lines(case):
         click.echo(line)
     table, missing = case_table(case)
-    print_table(table)
+    if table.rows:
+        print_table(table)
     if missing:
         click.echo(textwrap.fill(f"not known here: {', '.join(missing)}", console().width))
     if "drive_outcome" in case and case["drive_outcome"].dims:

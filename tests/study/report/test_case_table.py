@@ -11,6 +11,7 @@ from tests.study.report.test_page import made_up
 def declared(data: xr.Dataset) -> xr.Dataset:
     for name in data.data_vars:
         data[name].attrs |= {"long_name": f"meaning of {name}", "units": "1"}
+    data["final_displacement"].attrs["units"] = "m"
     data["plateau_mean"].attrs["ancillary_variables"] = "plateau_uncertainty"
     return data
 
@@ -21,7 +22,8 @@ def test_every_scalar_is_in_the_table_once_or_missing():
     names = [row[0] for row in table.rows]
     apart = {name for name in data.data_vars if name.endswith(("outcome", "message", "_id", "_uncertainty"))}
     assert sorted([*names, *missing]) == sorted(set(data.data_vars) - apart)
-    assert ("plateau_mean", "0.14321 ± 0.00042", "1", "meaning of plateau_mean") in table.rows
+    assert ("plateau_mean", "0.14321 ± 0.00042", "meaning of plateau_mean") in table.rows
+    assert ("final_displacement", "0.4 m", "meaning of final_displacement") in table.rows
     assert missing == []
 
 
