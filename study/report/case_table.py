@@ -62,8 +62,10 @@ def _uncertainty(case: xr.Dataset, each: xr.DataArray) -> float:
 
 
 def _shown(value: object, uncertainty: float, each: xr.DataArray) -> str:
-    """A number with its uncertainty, and its unit where that is not 1."""
-    number = f"{value:.6g}" if isinstance(value, float) else str(value)
-    stated = "" if math.isnan(uncertainty) else f" ± {uncertainty:.2g}"
+    """A number, rounded beside an uncertainty as in the table of cases, and its unit where that is not 1."""
+    if not math.isnan(uncertainty):
+        number = f"{value:.4g} ± {uncertainty:.1g}"
+    else:
+        number = f"{value:.6g}" if isinstance(value, float) else str(value)
     unit = each.attrs.get("units", "1")
-    return number + stated + ("" if unit == "1" else f" {unit}")
+    return number if unit == "1" else f"{number} {unit}"
