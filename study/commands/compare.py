@@ -51,7 +51,7 @@ def work(first: Path, second: Path) -> None:
 def _print_facts(pair: Pair) -> None:
     facts = differing(pair)
     if facts:
-        print_table(Table(("differs", "A", "B"), tuple((each.name, *each.values) for each in facts)))
+        print_table(Table(("differs", "A", "B"), tuple((each.name, *each.values) for each in facts), labels=2))
     else:
         click.echo("same parameters, campaign and software")
 
@@ -78,7 +78,7 @@ def _print_worst(seen: Sequence[Observed]) -> None:
     worst = sorted(apart, key=lambda each: (-each.verdict, -each.apart))[:WORST]
     if worst:
         header = ("observable", "A", "B", "apart/σ", "verdict", "case")
-        print_table(Table(header, tuple(map(_row, worst))))
+        print_table(Table(header, tuple(map(_row, worst)), labels=3))
     if len(apart) > len(worst):
         click.echo(f"and {len(apart) - len(worst)} smaller differences")
 
