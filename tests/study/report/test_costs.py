@@ -4,6 +4,7 @@ from pathlib import Path
 
 import pytest
 
+import nanoslip
 from study.dataset.store import StoreError
 from study.report import costs
 
@@ -26,3 +27,14 @@ def test_a_file_of_something_else_is_named(tmp_path: Path) -> None:
 def test_a_folder_that_cannot_be_written_is_named(tmp_path: Path) -> None:
     with pytest.raises(StoreError, match=r"runs\.csv: cannot be written"):
         costs.add(tmp_path / "none", costs.since(0.0, 1.0, 1, 1.0, 1))
+
+
+def test_a_run_that_computes_writes_its_cost_beside_the_dataset_and_one_that_does_not_writes_none(
+    tmp_path: Path,
+) -> None:
+    campaign = {"title": "Pressed", "stages": ["contact"], "numerics": {"n_x": 17}}
+    for _ in range(2):
+        nanoslip.run(campaign, tmp_path).close()
+        (cost,) = costs.read(tmp_path)
+    assert (cost.processes, cost.tasks) == (1, 2)  # a compliance and a contact
+    assert 0.0 <= cost.core_seconds <= cost.wall_seconds
