@@ -5,10 +5,9 @@ from pathlib import Path
 import click
 
 from study import api, shipped
-from study.commands.shared.arguments import folder
 from study.commands.shared.exits import Refusal
 from study.commands.shared.refusals import refusals
-from study.dataset import file
+from study.commands.shared.sources import dataset_of
 from study.figures.catalogue import FIGURES
 from study.figures.gallery import campaigns_of, write, write_indexes
 from study.figures.shared.canvas import FORMATS, image
@@ -52,7 +51,7 @@ def _draw_over_axes(
     source: Path, out: Path | None, words: tuple[str, str, str], output: Path | None, table: bool
 ) -> None:
     y, x, hue = words
-    with refusals(UnknownNameError), file.read(_dataset_of(source, out)) as dataset:
+    with refusals(UnknownNameError), dataset_of(shipped.campaign_file(source), out) as dataset:
         points = points_named(dataset, y)
         chosen = [axis_named(points, dataset, word) if word else "" for word in (x, hue)]
         if not points.axes:
@@ -68,13 +67,6 @@ def _draw_over_axes(
         write_files(files)
     click.echo(view.caption)
     click.echo(f"written: {', '.join(map(str, files))}")
-
-
-def _dataset_of(source: Path, out: Path | None) -> Path:
-    """The file of a dataset: named itself, in a folder that is named, or of a campaign."""
-    if source.suffix == Path(file.FILE).suffix:
-        return source
-    return (source if source.is_dir() else folder(shipped.campaign_file(source), out)) / file.FILE
 
 
 def _draw_shipped(names: tuple[str, ...], everything: bool, formats: tuple[str, ...], into: Path, out: Path) -> None:

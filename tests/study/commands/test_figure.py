@@ -1,5 +1,6 @@
 """`nanoslip figure` lists, draws and refuses."""
 
+from contextlib import nullcontext
 from pathlib import Path
 
 import pytest
@@ -59,7 +60,7 @@ def test_an_unknown_figure_is_refused_with_those_there_are(tmp_path: Path) -> No
 def dataset(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> xr.Dataset:
     """A dataset that stands for the file results.nc."""
     made = product(intrinsic_friction=[0.25, 0.5], radius=[50.0, 100.0, 200.0])
-    monkeypatch.setattr(command.file, "read", lambda path: made if path == tmp_path / "results.nc" else None)
+    monkeypatch.setattr(command, "dataset_of", lambda source, out: nullcontext({tmp_path: made}[source]))
     return made
 
 
@@ -99,7 +100,7 @@ def test_what_cannot_be_drawn_is_refused_in_one_line(
     assert not list(tmp_path.iterdir())
 
 
-def test_a_campaign_that_was_not_run_is_told_so(main: Main, tmp_path: Path) -> None:
-    code, _, said = main("figure", tmp_path / "mine.toml", "--y", "plateau", "--out", tmp_path)
+def test_a_campaign_that_was_not_run_is_told_so(main: Main, campaign: Path, tmp_path: Path) -> None:
+    code, _, said = main("figure", campaign, "--y", "plateau", "--out", tmp_path / "out")
     assert code == 2
-    assert "run or collect the campaign first" in said
+    assert f"no results of {campaign} there: nanoslip run {campaign} computes them" in said
