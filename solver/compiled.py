@@ -6,13 +6,14 @@ kept is valid for one content of all kernel files of the package together: a cha
 """
 
 import hashlib
-from collections.abc import Callable
-from contextlib import suppress
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager, suppress
 from functools import cache
 from pathlib import Path
 from typing import Any, TypeVar
 
 from numba import njit
+from numba.core import event
 from numba.core.caching import CompileResultCacheImpl, FunctionCache
 
 Function = TypeVar("Function", bound=Callable[..., object])
@@ -47,6 +48,31 @@ def source_stamp() -> str:
         stamp.update(f"{path.relative_to(_PACKAGE)} {len(content)} ".encode())
         stamp.update(content)
     return stamp.hexdigest()
+
+
+@contextmanager
+def told_of_compiling(tell: Callable[[], object]) -> Iterator[None]:
+    """While entered, `tell` is called as a kernel begins to be compiled; not for one that is kept on disk."""
+    listener = _Starts(tell)
+    event.register("numba:compile", listener)
+    try:
+        yield
+    finally:
+        event.unregister("numba:compile", listener)
+
+
+class _Starts(event.Listener):
+    """Calls a function at the start of every event."""
+
+    def __init__(self, tell: Callable[[], object]) -> None:
+        self._tell = tell
+
+    def on_start(self, event: object) -> None:
+        """Tell it."""
+        self._tell()
+
+    def on_end(self, event: object) -> None:
+        """Nothing is told of ends."""
 
 
 class _StampedResults(CompileResultCacheImpl):

@@ -7,10 +7,14 @@ from types import TracebackType
 from typing import Any, Protocol, Self, TextIO
 
 from solver.outcome import Outcome
+from study.execution.forecast import Forecast, duration
 from study.execution.queue import Work
 
 SILENCE = 10.0
 """Seconds between plain lines."""
+
+BAR, OTHERS = 20, 72
+"""Characters of a bar on a terminal, and of all that stands beside the name of a task."""
 
 
 class Progress(Protocol):
@@ -26,12 +30,11 @@ class Progress(Protocol):
 class PlainProgress:
     """A line at the start, every `SILENCE` seconds and at the end."""
 
-    def __init__(self, tasks: Sequence[Work], stream: TextIO) -> None:
+    def __init__(self, tasks: Sequence[Work], stream: TextIO, ranks: int = 1) -> None:
         self._count = len(tasks)
-        self._cost = sum(task.cost for task in tasks)
+        self._forecast = Forecast(tasks, ranks)
         self._stream = stream
         self._done = 0
-        self._done_cost = 0.0
 
     def __enter__(self) -> Self:
         self._start = self._last = time.monotonic()
@@ -39,20 +42,17 @@ class PlainProgress:
         return self
 
     def __exit__(self, *_: object) -> None:
-        self._say(f"{self._done} of {self._count} tasks done in {_duration(time.monotonic() - self._start)}")
+        self._say(f"{self._done} of {self._count} tasks done in {duration(time.monotonic() - self._start)}")
 
     def __call__(self, task: Work, outcome: Outcome, seconds: float) -> None:
         self._done += 1
-        self._done_cost += task.cost
+        self._forecast.learn(task, seconds)
         now = time.monotonic()
         if now - self._last >= SILENCE:
             self._last = now
-            elapsed = now - self._start
-            # Tasks differ in length by orders of magnitude: the estimate of what is left is by cost, not by number.
-            left = elapsed * max(self._cost / self._done_cost - 1.0, 0.0) if self._done_cost else 0.0
-            self._say(
-                f"{self._done} of {self._count} tasks, {self._done / elapsed:.2g} per s, about {_duration(left)} left"
-            )
+            rate = self._done / (now - self._start)
+            left = duration(self._forecast.seconds)
+            self._say(f"{self._done} of {self._count} tasks, {rate:.2g} per s, about {left} left")
 
     def _say(self, line: str) -> None:
         self._stream.write(line + "\n")
@@ -60,22 +60,23 @@ class PlainProgress:
 
 
 class TerminalProgress:
-    """A bar that moves with the estimated work done."""
+    """A bar that moves with the work done."""
 
-    def __init__(self, tasks: Sequence[Work], console: Any) -> None:
+    def __init__(self, tasks: Sequence[Work], console: Any, ranks: int = 1) -> None:
         from rich import progress  # noqa: PLC0415  a run under a launcher never needs it
 
         self._bar = progress.Progress(
             progress.TextColumn("{task.fields[done]} of {task.fields[count]} tasks"),
-            progress.BarColumn(),
+            progress.BarColumn(BAR),
             progress.TextColumn("{task.fields[rate]}"),
-            progress.TimeRemainingColumn(),
+            progress.TextColumn("{task.fields[left]}"),
             progress.TextColumn("{task.description}"),
             console=console,
         )
-        total = sum(task.cost for task in tasks)
+        self._room = max(console.width - OTHERS, 0)
+        self._forecast = Forecast(tasks, ranks)
         self._done = 0
-        self._row = self._bar.add_task("", total=total, done=0, count=len(tasks), rate="")
+        self._row = self._bar.add_task("", total=1.0, done=0, count=len(tasks), rate="", left="")
 
     def __enter__(self) -> Self:
         self._start = time.monotonic()
@@ -89,18 +90,16 @@ class TerminalProgress:
 
     def __call__(self, task: Work, outcome: Outcome, seconds: float) -> None:
         self._done += 1
+        self._forecast.learn(task, seconds)
         rate = f"{self._done / (time.monotonic() - self._start):.2g}/s"
-        self._bar.update(self._row, advance=task.cost, done=self._done, rate=rate, description=task.label)
+        left = f"about {duration(self._forecast.seconds)} left"
+        share = self._forecast.share
+        label = task.label[: self._room]
+        self._bar.update(self._row, completed=share, done=self._done, rate=rate, left=left, description=label)
 
 
-def open_progress(tasks: Sequence[Work], console: Any) -> Progress:
-    """The kind of progress that fits this console (of `rich`), on stderr."""
-    return TerminalProgress(tasks, console) if console.is_terminal else PlainProgress(tasks, sys.stderr)
-
-
-def _duration(seconds: float) -> str:
-    if seconds < 100.0:
-        return f"{seconds:.1f} s"
-    minutes, rest = divmod(round(seconds), 60)
-    hours, minutes = divmod(minutes, 60)
-    return f"{hours}:{minutes:02d}:{rest:02d}"
+def open_progress(tasks: Sequence[Work], console: Any, ranks: int = 1) -> Progress:
+    """The kind of progress that fits this console (of `rich`), on stderr. ranks: how many compute at once."""
+    if console.is_terminal:
+        return TerminalProgress(tasks, console, ranks)
+    return PlainProgress(tasks, sys.stderr, ranks)

@@ -1,21 +1,26 @@
-"""Compile the kernels that a run needs on one rank first: the others load them from numba's cache."""
+"""Compile the kernels that a run needs before it begins, on one rank: the others load them from numba's cache."""
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from contextlib import suppress
 from dataclasses import replace
+from functools import cache
 from pathlib import Path
 from tempfile import TemporaryDirectory
 
 from solver.case import Case
+from solver.compiled import told_of_compiling
 from solver.drive import Drive
 from study.dataset.store import Store
 from study.plan.tasks import Task, compliance_task, contact_task, drive_task, record_task, run_task
 
 
-def warm_up(tasks: Sequence[Task]) -> None:
-    """Run small tasks of the same kinds, through a store: kernels are compiled for its read-only arrays."""
+def warm_up(tasks: Sequence[Task], say: Callable[[], object]) -> None:
+    """Run small tasks of the same kinds, through a store: kernels are compiled for its read-only arrays.
+
+    say: called once, before the first kernel is compiled; not where all are in the cache.
+    """
     # What fails here fails again in a task of the run, where it is reported.
-    with TemporaryDirectory() as folder, suppress(Exception):
+    with TemporaryDirectory() as folder, suppress(Exception), told_of_compiling(cache(say)):
         store = Store(Path(folder))
         store.prepare()
         for task in miniatures(tasks):

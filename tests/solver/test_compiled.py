@@ -11,10 +11,11 @@ import sys
 from pathlib import Path
 from typing import NamedTuple
 
+import numba
 import pytest
 
 import solver
-from solver.compiled import KERNEL_FILES
+from solver.compiled import KERNEL_FILES, told_of_compiling
 
 PACKAGE = Path(solver.__file__).parent
 
@@ -115,3 +116,14 @@ def test_every_compiled_function_is_watched() -> None:
     users = {path for path in PACKAGE.rglob("*.py") if "from solver.compiled import" in path.read_text("utf-8")}
     assert users
     assert users <= set(PACKAGE.glob(KERNEL_FILES))
+
+
+def test_compiling_is_told_as_it_begins_and_only_then() -> None:
+    doubled = numba.njit(lambda number: 2.0 * number)  # kept nowhere
+    told: list[str] = []
+    with told_of_compiling(lambda: told.append("now")):
+        assert doubled(1.5) == 3.0
+        assert doubled(2.5) == 5.0
+    assert told == ["now"]
+    assert doubled(3) == 6  # other types, compiled when nobody listens
+    assert told == ["now"]

@@ -5,6 +5,7 @@ from pathlib import Path
 from typing import Any
 
 import click
+from click.shell_completion import CompletionItem
 
 from study import shipped
 
@@ -15,6 +16,11 @@ class CampaignPath(click.Path):
     def convert(self, value: Any, param: click.Parameter | None, ctx: click.Context | None) -> Any:
         """The path of the file."""
         return shipped.campaign_file(Path(os.fsdecode(super().convert(value, param, ctx))))
+
+    def shell_complete(self, ctx: click.Context, param: click.Parameter, incomplete: str) -> list[CompletionItem]:
+        """Files, and the campaigns that come with nanoslip."""
+        names = [CompletionItem(name) for name in shipped.campaigns() if name.startswith(incomplete)]
+        return [*super().shell_complete(ctx, param, incomplete), *names]
 
 
 CAMPAIGN = click.argument("campaign", type=CampaignPath(path_type=Path))

@@ -43,12 +43,12 @@ def conduct(farm: Farm, campaign: Path, out: Path, recompute_foreign: bool) -> i
 
 def _compute(farm: Farm, plan: Plan, out: Path, tasks: tuple[Task, ...]) -> int:
     _refuse_shortages(farm, plan, tasks)
-    if tasks and farm.size > 1:
-        warm_up(tasks)
+    if tasks:
+        warm_up(tasks, lambda: click.echo("compiling kernels, once: about a minute; later runs load them", err=True))
     said = f"{len(plan.cases)} cases, {len(tasks)} tasks left, {farm.size} {farm.unit}"
     click.echo(f"{plan.manifest.title}: {said}", err=True)
     started = time.time()
-    with open_progress(tasks, console(stderr=True)) as progress:
+    with open_progress(tasks, console(stderr=True), farm.size) as progress:
         tally = farm.run(tasks, executor(out), progress)
     if tasks:
         costs.add(out, costs.since(started, time.time(), farm.size, tally.seconds, tally.done + tally.crashed))

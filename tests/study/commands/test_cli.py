@@ -1,6 +1,7 @@
 """Help is instant and agrees with the commands; a wrong command line is exit code 2."""
 
 import inspect
+import shutil
 import subprocess
 import sys
 import time
@@ -67,6 +68,30 @@ def test_the_list_of_commands_says_each_in_a_whole_line(main):
 def test_names_of_commands_are_completed():
     found = cli.shell_complete(click.Context(cli), "ca")
     assert [each.value for each in found] == ["campaigns"]
+
+
+def test_campaigns_are_completed_by_file_or_name():
+    (argument,) = (each for each in cli.commands["plan"].params if each.name == "campaign")
+    found = argument.type.shell_complete(click.Context(cli), argument, "figures/c")
+    assert {(each.type, each.value) for each in found} >= {("file", "figures/c"), ("plain", "figures/chain")}
+    assert all(each.value.startswith("figures/c") for each in found)
+
+
+@pytest.mark.skipif(shutil.which("bash") is None, reason="there is no bash")
+def test_bash_completes_commands_and_options(environment, tmp_path):
+    """As the README says, by what click writes for bash."""
+    command = tmp_path / "nanoslip"
+    command.write_text(f'#!/bin/sh\nexec "{sys.executable}" -m study "$@"\n')
+    command.chmod(0o755)
+    script = (
+        'eval "$(_NANOSLIP_COMPLETE=bash_source nanoslip)"\n'
+        "COMP_WORDS=(nanoslip st); COMP_CWORD=1; _nanoslip_completion nanoslip; echo ${COMPREPLY[@]}; COMPREPLY=()\n"
+        "COMP_WORDS=(nanoslip run --jo); COMP_CWORD=2; _nanoslip_completion nanoslip; echo ${COMPREPLY[@]}\n"
+    )
+    path = f"{tmp_path}:{environment['PATH']}:/usr/bin:/bin"
+    words = [shutil.which("bash") or "bash", "--norc", "-c", script]
+    done = subprocess.run(words, env=environment | {"PATH": path}, capture_output=True, text=True, check=True)
+    assert done.stdout.splitlines() == ["status", "--jobs"]
 
 
 def test_threads_are_pinned_before_a_command_imports_numpy(environment):

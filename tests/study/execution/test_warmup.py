@@ -80,3 +80,12 @@ def test_drives_that_differ_in_numbers_alone_are_one_miniature(tmp_path):
     path.write_text(SMALL.replace("[[drives]]", f"{numbers}surface_compliance = [true, false]\n[[drives]]", 1))
     small = [task.drive for task in miniatures(make_plan(load_manifest(path)).tasks) if task.drive]
     assert sorted(drive.surface_compliance for drive in small) == [False, True]
+
+
+@pytest.mark.slow
+def test_that_kernels_are_compiled_is_said_once_and_not_when_they_are_kept(nanoslip, campaign, tmp_path):
+    """Whoever waits for a first run reads why."""
+    campaign.write_text('title = "One contact"\nstages = ["contact"]\nnumerics.n_x = 17\n')
+    kept = {"NUMBA_CACHE_DIR": str(tmp_path / "kept")}
+    said = [nanoslip("run", campaign, "--out", tmp_path / out, **kept).stderr for out in ("first", "second")]
+    assert [each.count("compiling kernels, once") for each in said] == [1, 0]
