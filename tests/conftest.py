@@ -9,12 +9,14 @@ from pathlib import Path
 
 import pytest
 
+from study import xarray_accessor
 from study.commands import cli
 from study.execution.launch import pin_threads
 
 # Before numpy is loaded: on small matrices a second thread costs more than it gains, most of all beside other work.
 UNPINNED = dict(os.environ)
 pin_threads()
+xarray_accessor.register()  # as importing nanoslip does
 
 ROOT = Path(__file__).parents[1]
 

@@ -11,7 +11,6 @@ from solver.sliding.record import drops
 from study.dataset.access.selection import Selection, cut, id_of, places, run_of
 from study.dataset.groups import groups_of, tree_of
 from study.dataset.variables import DRIVE_NAME, EVENT_DROP, all_groups, parameters
-from study.xarray_accessor import register
 
 FRICTION = ("event_friction_before", "event_friction_after")
 """Either side of the drop of an event."""
@@ -137,9 +136,6 @@ def _dropping(run: xr.Dataset) -> xr.Dataset:
     """Events with what the friction force drops in each."""
     before, after = (run[name].values for name in FRICTION)
     return run.assign({EVENT_DROP.name: ("event", drops(before, after), attributes(EVENT_DROP))})
-
-
-register()
 
 
 def _with(run: xr.Dataset, case: xr.Dataset) -> xr.Dataset:
