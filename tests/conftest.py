@@ -16,6 +16,7 @@ from study.execution.launch import pin_threads
 # Before numpy is loaded: on small matrices a second thread costs more than it gains, most of all beside other work.
 UNPINNED = dict(os.environ)
 pin_threads()
+os.environ.pop("COLUMNS", None)  # tables as wide as in a pipe
 xarray_accessor.register()  # as importing nanoslip does
 
 ROOT = Path(__file__).parents[1]

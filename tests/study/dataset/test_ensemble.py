@@ -312,8 +312,6 @@ def test_members_of_a_case_are_known_before_any_is_computed() -> None:
 
 def test_a_report_draws_members_and_tables_cases(build: Build, tmp_path: Path) -> None:
     _, found = build(FOUR + RADII)
-    page, *figures = report_page.write(found, tmp_path)
-    text = page.read_text("utf-8")
-    assert len(figures) == 1 + 8  # all records in one, and each
-    assert "radius = 50" in text or "R/L_x = 50" in text
-    assert all(figure.read_bytes().startswith(b"\x89PNG") for figure in figures)
+    text = report_page.write(found, tmp_path).read_text("utf-8")
+    assert text.count("<details>\n<summary>") == 8  # the record of each member of each case
+    assert "R/L_x = 50" in text

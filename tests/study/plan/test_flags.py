@@ -131,13 +131,13 @@ def test_a_dataset_from_before_the_flags_has_none(collected: Collected) -> None:
 
 def test_the_report_shows_flags_with_their_advice(collected: Collected, tmp_path: Path) -> None:
     found = collected(MAP)
-    page = report_page.write(found, tmp_path)[0].read_text("utf-8")
+    page = report_page.write(found, tmp_path).read_text("utf-8")
     for line in flag_summary(found):
         assert f"<li>{line}</li>" in page
     assert "[few_nodes]" in page
     unflagged = found.copy()
     unflagged["validity_flags"] = found["validity_flags"] * 0
-    assert "Cases to take with care" not in report_page.write(unflagged, tmp_path)[0].read_text("utf-8")
+    assert "Cases to take with care" not in report_page.write(unflagged, tmp_path).read_text("utf-8")
 
 
 def test_a_plan_says_what_is_to_be_expected(tmp_path: Path) -> None:
