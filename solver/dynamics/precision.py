@@ -51,4 +51,4 @@ def nothing(samples: int) -> Run:
 
 
 def _refused(message: str, noise: float) -> Outcome:
-    return Outcome(Ending.ROUNDING, f"{message} (by {noise / LARGEST:.1e} or more)")
+    return Outcome(Ending.ROUNDING, f"{message} (by a factor of {noise / LARGEST:.2g} or more)")

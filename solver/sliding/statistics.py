@@ -33,7 +33,7 @@ class EventStatistics(Labels):
             "largest F/W of the record",
             symbol="F/W",
             ensemble="event",
-            comment="friction force over load, of the whole record",
+            comment="friction force over load, of the whole record; NaN where the pin has not moved",
         )
     )
     surface_stiffness: float = field(
@@ -123,7 +123,9 @@ def event_statistics(record: FrictionRecord) -> EventStatistics:
         mean_slips=float(record.slips.sum()) * per_event,
         mean_drop=float(fallen.sum()) * per_event,
         mean_drop_uncertainty=_uncertainty_of_mean(fallen, sampling),
-        peak_friction=float(np.concatenate(forces).max()) / record.normal_load,
+        peak_friction=float(np.concatenate(forces).max()) / record.normal_load
+        if record.final_displacement > 0.0
+        else float("nan"),
         dissipated=float(record.dissipated.sum()),
         spacings=sampling.spacings,
         cycle_events=cycle,

@@ -106,13 +106,25 @@ def over_members(dataset: xr.Dataset) -> xr.Dataset:
     if MEMBER not in dataset.dims:
         return dataset
     cases = dataset[[name for name in dataset.data_vars if set(dataset[name].dims) <= _dims_of_cases(dataset)]].load()
-    kept = {name: each if MEMBER not in each.dims else _joined(each) for name, each in cases.data_vars.items()}
+    kept = {str(name): each if MEMBER not in each.dims else _joined(each) for name, each in cases.data_vars.items()}
     for name, observable in observables().items():
         if ensemble_name(name, "mean") in dataset:
-            kept[name] = cases[ensemble_name(name, "mean")]
-            kept[observable.uncertainty or f"{name}_uncertainty"] = cases[ensemble_name(name, "uncertainty")]
+            own = {name: cases[ensemble_name(name, "mean")]}
+            own[observable.uncertainty or f"{name}_uncertainty"] = cases[ensemble_name(name, "uncertainty")]
+            kept |= own | _twins(cases, own)
     coordinates = {name: each for name, each in cases.coords.items() if MEMBER not in each.dims}
     return xr.Dataset({name: each.variable for name, each in kept.items()}, coordinates, dataset.attrs)
+
+
+def _twins(cases: xr.Dataset, reduced: Mapping[str, xr.DataArray]) -> dict[str, xr.DataArray]:
+    """The same numbers in SI or over μ_i, where the cases have them: of all members the same multiple."""
+    twins = {each.name: each.si.name for kind in KINDS for each in scalars(kind).values() if each.si}
+    found = {}
+    for name, values in reduced.items():
+        if (twin := twins.get(name, "")) in cases:
+            factor = (cases[twin] / cases[name]).mean(MEMBER)
+            found[twin] = (values * factor).assign_attrs(cases[twin].attrs)
+    return found
 
 
 def _dims_of_cases(dataset: xr.Dataset) -> set[Any]:

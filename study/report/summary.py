@@ -109,6 +109,7 @@ def words(label: dict[str, Value]) -> str:
 
 
 _COLUMNS: Final = {
+    "regime": "regime",
     "plateau_mean": "plateau F/W",
     "static_friction": "μ_s",
     "kinetic_friction": "μ_k",
@@ -143,6 +144,8 @@ def _number(value: Value) -> str:
 
 
 def _cell(values: xr.Dataset, name: str) -> str:
+    if values[name].dtype.kind in "OUT":
+        return str(values[name].item()) or "–"
     value, error = float(values[name]), _UNCERTAINTY[name]
     if math.isnan(value):
         return "–"

@@ -68,7 +68,7 @@ def _names(pair: Pair, kind: str) -> list[str]:
 
 
 def _judged(pair: Pair, name: str) -> bool:
-    return not _number(pair, name) or any(_error_of(root, name) for root in pair)
+    return not _number(pair, name) or all(_error_of(root, name) for root in pair)
 
 
 def _number(pair: Pair, name: str) -> bool:

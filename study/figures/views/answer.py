@@ -81,7 +81,7 @@ def _crosses(points: Points) -> str:
 
 def _marks(points: Points) -> str:
     """What bars and hollow points mean, where there are any."""
-    bars = " Bars: its uncertainty." if np.isfinite(points.errors).any() else ""
+    bars = " Bars: its standard error, where larger than the point." if np.isfinite(points.errors).any() else ""
     return bars + (" Hollow: to be taken with care." if points.flagged.any() and not points.text else "")
 
 

@@ -61,6 +61,7 @@ def test_a_record_without_events_has_no_means():
     assert found.events == 0
     assert np.isnan([found.mean_step, found.mean_slips, found.mean_drop]).all()
     assert found.peak_friction == record.final_force / LOAD
+    assert np.isnan(event_statistics(replace(record, final_displacement=0.0)).peak_friction)  # the pin has not moved
 
 
 def test_means_over_events_scatter_as_their_uncertainties_say():

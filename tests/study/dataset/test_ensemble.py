@@ -315,3 +315,14 @@ def test_a_report_draws_members_and_tables_cases(build: Build, tmp_path: Path) -
     text = report_page.write(found, tmp_path).read_text("utf-8")
     assert text.count("<details>\n<summary>") == 8  # the record of each member of each case
     assert "R/L_x = 50" in text
+
+
+def test_twins_of_an_observable_state_the_error_of_the_ensemble_too(build: Build) -> None:
+    """Over μ_i or in SI the error is the same share of the number."""
+    _, found = build(FOUR + RADII)
+    reduced = over_members(found)
+    share = reduced.plateau_uncertainty / reduced.plateau_mean
+    xr.testing.assert_allclose(reduced.plateau_ratio_uncertainty / reduced.plateau_ratio, share, rtol=1e-12)
+    xr.testing.assert_allclose(reduced.plateau_ratio * found.intrinsic_friction, reduced.plateau_mean, rtol=1e-12)
+    assert float(share.max()) < float((found.plateau_ratio_uncertainty / found.plateau_ratio).min())
+    assert reduced.mean_step_si.attrs["units"] == "m"

@@ -50,9 +50,9 @@ def test_a_few_drives_need_no_count() -> None:
 
 def test_every_drive_of_the_axes_is_a_row_that_names_its_place() -> None:
     table = scalar_table(over_axes())
-    assert table.header == ("k", "V_o", "μ_s", "outcome")
-    assert table.rows[1] == ("10000", "0.002", "0.3", "completed")
-    assert table.rows[4] == ("100000", "0.002", "0.3", "invalid: needs another value")
+    assert table.header == ("k", "V_o", "regime", "μ_s", "outcome")
+    assert table.rows[1] == ("10000", "0.002", "slides", "0.3", "completed")
+    assert table.rows[4] == ("100000", "0.002", "–", "0.3", "invalid: needs another value")
 
 
 def test_contacts_alone_show_what_contacts_are(tmp_path: Path) -> None:

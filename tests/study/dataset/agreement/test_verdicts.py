@@ -69,3 +69,11 @@ def test_numbers_without_an_uncertainty_are_named() -> None:
     pair = made(0.3, 0.1), made(0.3, 0.1, events=8.0)
     assert unjudged(pair, "", matched(pair, "")) == (["events"], [])
     assert unjudged((pair[0], pair[0]), "", matched((pair[0], pair[0]), "")) == ([], ["events"])
+
+
+def test_a_number_is_judged_where_both_state_how_certain_it_is() -> None:
+    """One peak of a record against the mean of many: what the first does not know of itself cannot be beyond."""
+    pair = made(0.3, 0.1), made(0.4, 0.01)
+    del pair[0].plateau_mean.attrs["ancillary_variables"]
+    assert "plateau_mean" not in verdicts(*pair)
+    assert "plateau_mean" in unjudged(pair, "", matched(pair, ""))[0]
