@@ -23,7 +23,7 @@ OUTCOME_OF_STOP = {
     ),
     Stop.CASCADE_LIMIT: Outcome(
         Ending.CASCADE_LIMIT,
-        "one event needed more slips than slip.cascade_limit: raise it, or lower slip.residual_shear",
+        "one event needed more slips than slip.cascade_limit: raise it, or lower slip.residual_shear where it is above 0",
     ),
     Stop.CONTACT_LOST: Outcome(
         Ending.CONTACT_LOST,

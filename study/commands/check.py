@@ -5,7 +5,7 @@ from pathlib import Path
 import click
 
 from study.commands.shared.exits import Refusal
-from study.commands.shared.plans import planned
+from study.commands.shared.plans import counted, planned
 from study.manifest.problems import ManifestError
 
 
@@ -27,9 +27,9 @@ def _counted(campaign: Path) -> str:
     refused = sum(not case.outcome.ok for case in plan.cases)
     impossible = sum(drive.drive is None for drive in plan.manifest.drives)
     said = (
-        f"{len(plan.cases)} cases{_of_them(refused)}",
-        f"{len(plan.manifest.drives)} drives{_of_them(impossible)}",
-        f"{len(plan.tasks)} tasks",
+        f"{counted(len(plan.cases), 'case')}{_of_them(refused)}",
+        f"{counted(len(plan.manifest.drives), 'drive')}{_of_them(impossible)}",
+        counted(len(plan.tasks), "task"),
     )
     return f"{campaign}: fine: {', '.join(said)}"
 

@@ -8,7 +8,7 @@ from typing import Any
 import click
 
 from study.commands.shared.machine import print_json
-from study.commands.shared.plans import Standing, counts, counts_as_data, print_foreign, standing
+from study.commands.shared.plans import Standing, counted, counts, counts_as_data, print_foreign, standing
 from study.commands.shared.refusals import refusals
 from study.discretization.targets import choice
 from study.execution.forecast import duration, makespan
@@ -63,7 +63,7 @@ def _cases(plan: Plan) -> Iterator[str]:
     manifest, members = plan.manifest, plan.manifest.ensemble.members
     of_members = f" ({len(plan.cases) // members} times {members} members)" if members > 1 else ""
     refused = sum(case.case is None for case in plan.cases)
-    yield f"{len(plan.cases)} cases{of_members}, {refused} of them refused"
+    yield f"{counted(len(plan.cases), 'case')}{of_members}, {refused} of them refused"
     if manifest.drive_axes and manifest.drives:
         impossible = sum(drive.drive is None for drive in manifest.drives)
         yield f"{len(manifest.drives)} drives of each case, {impossible} of them refused"

@@ -10,9 +10,11 @@ import numpy as np
 import xarray as xr
 from matplotlib.ticker import EngFormatter
 
+from study.dataset.ensemble import over_members
 from study.dataset.variables import DISCRETIZATION_ERROR, OUTCOMES
 from study.figures.shared.closed_form import scales_of
 from study.figures.sweep.label import label
+from study.manifest.cases import MEMBER
 from study.report.costs import Cost
 
 COMPLETED: Final = "completed"
@@ -103,11 +105,14 @@ def accuracy(dataset: xr.Dataset) -> Iterator[str]:
     if DISCRETIZATION_ERROR.name in dataset:
         errors = dataset[DISCRETIZATION_ERROR.name].values.ravel()
         yield f"Grid (discretization_error of stiffness, approach, half-width, pressure): {_shares(errors, 'measured')}"
+    members = dataset.sizes.get(MEMBER, 1)
+    of_mean = f", standard error of the mean of {members} members" if members > 1 else ""
+    dataset = over_members(dataset)
     for name in UNCERTAIN:
         uncertainty = dataset[name].attrs.get("ancillary_variables", "") if name in dataset else ""
         if uncertainty in dataset:
             share = np.abs(dataset[uncertainty].values.ravel() / dataset[name].values.ravel())
-            yield f"{_sentence(label(name))}: ± {_shares(share, 'known')}"
+            yield f"{_sentence(label(name))}: ± {_shares(share, 'known')[:-1]}{of_mean}."
 
 
 def _sentence(text: str) -> str:

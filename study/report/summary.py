@@ -112,6 +112,7 @@ _COLUMNS: Final = {
     "regime": "regime",
     "plateau_mean": "plateau F/W",
     "static_friction": "μ_s",
+    "static_friction_ensemble_std": "scatter of μ_s",
     "kinetic_friction": "μ_k",
     "peak_friction": "peak F/W",
     "surface_stiffness": "K/(G·L_y)",
@@ -146,7 +147,7 @@ def _number(value: Value) -> str:
 def _cell(values: xr.Dataset, name: str) -> str:
     if values[name].dtype.kind in "OUT":
         return str(values[name].item()) or "–"
-    value, error = float(values[name]), _UNCERTAINTY[name]
+    value, error = float(values[name]), _UNCERTAINTY.get(name, "")
     if math.isnan(value):
         return "–"
     # The error of the grid is relative, and one for several numbers.

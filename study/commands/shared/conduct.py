@@ -7,7 +7,7 @@ import click
 
 from study.commands.shared.datasets import write_dataset
 from study.commands.shared.exits import CRASHED, Refusal, show
-from study.commands.shared.plans import planned, print_foreign
+from study.commands.shared.plans import counted, planned, print_foreign
 from study.commands.shared.refusals import refusals
 from study.dataset.store import Store
 from study.execution.executor import drop_intermediates, executor
@@ -45,7 +45,7 @@ def _compute(farm: Farm, plan: Plan, out: Path, tasks: tuple[Task, ...]) -> int:
     _refuse_shortages(farm, plan, tasks)
     if tasks:
         warm_up(tasks, lambda: click.echo("compiling kernels, once: about a minute; later runs load them", err=True))
-    said = f"{len(plan.cases)} cases, {len(tasks)} tasks left, {farm.size} {farm.unit}"
+    said = f"{counted(len(plan.cases), 'case')}, {counted(len(tasks), 'task')} left, {farm.size} {farm.unit}"
     click.echo(f"{plan.manifest.title}: {said}", err=True)
     started = time.time()
     with open_progress(tasks, console(stderr=True), farm.size) as progress:

@@ -85,3 +85,8 @@ def print_foreign(foreign: Mapping[str, Origins], campaign: Path, err: bool = Fa
         f"nanoslip run {campaign} --recompute-foreign computes them again",
         err=err,
     )
+
+
+def counted(number: int, what: str) -> str:
+    """A number of things in words: `1 case`, `2 cases`."""
+    return f"{number} {what}{'' if number == 1 else 's'}"
