@@ -13,7 +13,7 @@ from study.figures.gallery import campaigns_of, write, write_indexes
 from study.figures.shared.canvas import FORMATS, image
 from study.figures.shared.claims import as_row
 from study.figures.shared.files import write_files
-from study.figures.sweep.names import UnknownNameError, axis_named, points_named
+from study.figures.sweep.names import axis_named, points_named
 from study.figures.views.answer import view_of
 from study.figures.views.view import csv_of
 from study.report.console import Table, print_table
@@ -51,7 +51,7 @@ def _draw_over_axes(
     source: Path, out: Path | None, words: tuple[str, str, str], output: Path | None, table: bool
 ) -> None:
     y, x, hue = words
-    with refusals(UnknownNameError), dataset_of(shipped.campaign_file(source), out) as dataset:
+    with refusals(ValueError), dataset_of(shipped.campaign_file(source), out) as dataset:
         points = points_named(dataset, y)
         chosen = [axis_named(points, dataset, word) if word else "" for word in (x, hue)]
         if not points.axes:

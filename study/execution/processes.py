@@ -48,7 +48,7 @@ class ProcessFarm:
     def run(self, tasks: Sequence[W], execute: Execute[W], report: Report[W]) -> Tally:
         """Hand out tasks, idle processes first; several at once where they are short. execute: it is pickled."""
         ledger = Ledger(tasks, report)
-        workers = [_Worker(number, execute) for number in range(self.size)]
+        workers = [_Worker(number, execute) for number in range(min(self.size, len(tasks)))]  # more would only wait
         dispatcher = Dispatcher([worker.send for worker in workers])
         while ledger.unfinished and not self.interruption.requested:
             dispatcher.hand_out(ledger)

@@ -2,13 +2,14 @@
 
 import csv
 import datetime
+import math
 from dataclasses import astuple, dataclass, fields
 from pathlib import Path
 from typing import Final
 
-from study.dataset.store import StoreError
-
 FILE: Final = "runs.csv"
+MOST_PROCESSES: Final = 10**7
+"""More than any machine has."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -28,36 +29,38 @@ def since(started: float, now: float, processes: int, core_seconds: float, tasks
     return Cost(start, processes, round(now - started, 3), round(core_seconds, 3), tasks)
 
 
-def add(out: Path, cost: Cost) -> None:
-    """Write a run down behind the others. Raises StoreError."""
+def add(out: Path, cost: Cost) -> str:
+    """Write a run down behind the others; returns why that could not be, empty where it was: no result depends on it."""
     path = out / FILE
     try:
-        new = not path.exists()
+        whole = path.read_bytes().endswith(b"\n") if path.exists() else None
         with path.open("a", encoding="utf-8", newline="") as opened:
             writer = csv.writer(opened, lineterminator="\n")
-            if new:
+            if whole is None:
                 writer.writerow(item.name for item in fields(Cost))
+            elif not whole:  # the end of a line that was cut short
+                opened.write("\n")
             writer.writerow(astuple(cost))
     except OSError as error:
-        raise StoreError(f"{path}: cannot be written: {error.strerror or error}") from None
+        return f"{path}: cannot be written, what runs take is not known: {error.strerror or error}"
+    return ""
 
 
 def read(out: Path) -> list[Cost]:
-    """All runs that are written down beside a dataset; none where nobody did. Raises StoreError."""
-    path = out / FILE
-    if not path.exists():
-        return []
+    """All runs that are written down beside a dataset, less lines that no run wrote; none where there is no such file."""
     try:
-        with path.open(encoding="utf-8", newline="") as opened:
-            return [
-                Cost(
-                    row["started"],
-                    int(row["processes"]),
-                    float(row["wall_seconds"]),
-                    float(row["core_seconds"]),
-                    int(row["tasks"]),
-                )
-                for row in csv.DictReader(opened)
-            ]
-    except (OSError, ValueError, KeyError, TypeError) as error:
-        raise StoreError(f"{path}: not what a run wrote there: {error}; remove it, nothing else needs it") from None
+        lines = (out / FILE).read_text("utf-8", errors="replace").splitlines()[1:]
+    except OSError:
+        return []
+    return [cost for line in lines if (cost := _cost(line.split(","))) is not None]
+
+
+def _cost(cells: list[str]) -> Cost | None:
+    """A line as a run; None of one that is cut short, or that no run can have taken."""
+    try:
+        started, processes, wall, core, tasks = cells
+        found = Cost(started, int(processes), float(wall), float(core), int(tasks))
+    except ValueError:
+        return None
+    possible = 0 < found.processes < MOST_PROCESSES and found.tasks >= 0
+    return found if possible and 0.0 <= found.wall_seconds < math.inf and 0.0 <= found.core_seconds < math.inf else None

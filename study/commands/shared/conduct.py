@@ -50,8 +50,9 @@ def _compute(farm: Farm, plan: Plan, out: Path, tasks: tuple[Task, ...]) -> int:
     started = time.time()
     with open_progress(tasks, console(stderr=True), farm.size) as progress:
         tally = farm.run(tasks, executor(out), progress)
-    if tasks:
-        costs.add(out, costs.since(started, time.time(), farm.size, tally.seconds, tally.done + tally.crashed))
+    took = costs.since(started, time.time(), farm.size, tally.seconds, tally.done + tally.crashed)
+    if tasks and (problem := costs.add(out, took)):
+        click.echo(problem, err=True)
     if tally.interrupted:
         click.echo("interrupted: what is finished is kept; run again to continue", err=True)
         return EXIT_CODE

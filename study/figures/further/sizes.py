@@ -38,7 +38,7 @@ PANELS: Final = {
 LAW_WORDS: Final = {"lognormal": "log-normal", "power_law": "power law", "truncated_power_law": "x^-τ exp(-λx)"}
 """Law that a tail prefers -> what a reader calls it."""
 LEAST_DECADES: Final = 1.0
-"""Below, a scaling range is not called a power law."""
+"""Below, a scaling range is not drawn."""
 
 
 def draw(dataset: xr.Dataset) -> Figure:
@@ -117,7 +117,7 @@ def _scaling(scalars: xr.Dataset, size: str, values: Floats) -> tuple[str, str]:
     fit = f"{exponent:.3g} ± {error:.1g} from {_size(first)} to {_size(last)}"
     known = f"{decades:.2g} decades, goodness {goodness:.2g}, {_part(values, first, last)}"
     if decades < LEAST_DECADES:
-        return "no decade of power law", f"longest: {fit}, {known}; {tail}"
+        return "straight over no decade", f"longest: {fit}, {known}; {tail}"
     return fit, f"{known}; {tail}"
 
 
@@ -161,9 +161,9 @@ register(
         CAMPAIGN,
         "Sizes of events: slab against chain of blocks",
         "Densities of the sizes of events on the plateau, in bins of equal ratio, of an elastic slab and of blocks on springs "
-        "that hand on more and more of their force. Broad: power laws between two bounds, where they hold over a decade. "
-        "Dotted: mean-field avalanches, and Gutenberg and Richter's law. ± is the standard error as if events were "
-        "independent, which they are not.",
+        "that hand on more and more of their force. Broad: ranges of a decade or more that nothing tells from a power law; "
+        "the middle of a wide log-normal is one, too. Dotted: mean-field avalanches, and Gutenberg and Richter's law. ± is "
+        "the standard error as if events were independent, which they are not.",
         draw,
         lambda dataset: tuple(claims(dataset)),
         ("", "reference", "exponent", "remark"),

@@ -124,7 +124,9 @@ def _numbers(dataset: xr.Dataset, found: Places, name: str) -> tuple[NDArray[Any
 
 
 def _ratio(above: tuple[NDArray[Any], Floats], below: tuple[NDArray[Any], Floats]) -> tuple[Floats, Floats]:
-    """A ratio and its uncertainty; one of no known uncertainty counts as exact."""
+    """A ratio and its uncertainty; one of no known uncertainty counts as exact. Raises ValueError of words."""
+    if any(values.dtype.kind in "OUTS" for values, _ in (above, below)):
+        raise ValueError("a ratio needs two numbers, and one of these is words")
     with np.errstate(divide="ignore", invalid="ignore"):
         ratio = above[0] / below[0]
         ratio = np.where(np.isfinite(ratio), ratio, np.nan)

@@ -41,9 +41,16 @@ def scattered(points: Points) -> bool:
 
 
 def roles_of(points: Points, x: str = "", hue: str = "") -> Roles:
-    """Roles of all coordinates in which the cases differ: at least one. x, hue: those that are chosen already."""
+    """Roles of all coordinates in which the cases differ: at least one. x, hue: those that are chosen already.
+
+    Raises ValueError where one is chosen twice, or the only one as hue.
+    """
     counts = counts_of(points)
     left = [name for name in counts if name not in (x, hue)]
+    if x == hue and x:
+        raise ValueError(f"{x}: is x and hue: needs two axes")
+    if not (x or left):
+        raise ValueError(f"{hue}: the only axis: needs to be x, not hue")
     x = x or left.pop(0)
     hue = hue or (left.pop(0) if left else "")
     panels: list[str] = []

@@ -89,6 +89,8 @@ def test_a_number_of_a_campaign_is_drawn_over_the_axes_that_are_asked_for(
         (("--y", "plateau", "-o", "fig.jpg"), "fig.jpg: needs a name that ends in .pdf, .svg, .png"),
         (("other", "--y", "plateau"), "--y plateau: needs one campaign, or a dataset (results.nc)"),
         (("--x", "radius"), "need --y, the number that is drawn"),
+        (("--y", "plateau", "--x", "radius", "--hue", "radius"), "radius: is x and hue: needs two axes"),
+        (("--y", "outcome/plateau_mean"), "a ratio needs two numbers, and one of these is words"),
     ],
 )
 def test_what_cannot_be_drawn_is_refused_in_one_line(

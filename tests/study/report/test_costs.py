@@ -1,12 +1,12 @@
-"""What runs cost is written down beside the dataset, run by run, and read back; a broken file is named."""
+"""What runs cost is written down beside the dataset, run by run, and read back; it stands in the way of nothing."""
 
 from pathlib import Path
 
 import pytest
 
 import nanoslip
-from study.dataset.store import StoreError
 from study.report import costs
+from tests.conftest import Main
 
 
 def test_runs_are_read_back_as_they_were_written(tmp_path: Path) -> None:
@@ -18,15 +18,39 @@ def test_runs_are_read_back_as_they_were_written(tmp_path: Path) -> None:
     assert (first.started, first.wall_seconds) == ("1970-01-01T00:00:00+00:00", 2.5)
 
 
-def test_a_file_of_something_else_is_named(tmp_path: Path) -> None:
-    (tmp_path / costs.FILE).write_text("started,processes\nnow,many\n")
-    with pytest.raises(StoreError, match=r"runs\.csv: not what a run wrote there"):
-        costs.read(tmp_path)
+@pytest.mark.parametrize(
+    "line",
+    [
+        "now,many",
+        "1970-01-01T00:00:00+00:00,2,5.3",  # cut short
+        "now,99999999999999999999,1e999,-5,-1",
+        f"{'x' * 200_000},1,nan,1,1",
+        "\0\0\0",
+    ],
+)
+def test_lines_that_no_run_wrote_are_passed_over_and_the_next_run_begins_its_own(tmp_path: Path, line: str) -> None:
+    path, run = tmp_path / costs.FILE, costs.since(0.0, 1.0, 1, 1.0, 1)
+    path.write_text(f"started,processes,wall_seconds,core_seconds,tasks\n{line}")
+    assert costs.read(tmp_path) == []
+    assert costs.add(tmp_path, run) == ""
+    assert costs.read(tmp_path) == [run]
 
 
-def test_a_folder_that_cannot_be_written_is_named(tmp_path: Path) -> None:
-    with pytest.raises(StoreError, match=r"runs\.csv: cannot be written"):
-        costs.add(tmp_path / "none", costs.since(0.0, 1.0, 1, 1.0, 1))
+def test_what_cannot_be_written_is_said_and_nothing_else(tmp_path: Path) -> None:
+    (tmp_path / costs.FILE).mkdir()
+    assert "runs.csv: cannot be written" in costs.add(tmp_path, costs.since(0.0, 1.0, 1, 1.0, 1))
+    assert costs.read(tmp_path) == []
+
+
+def test_a_campaign_has_its_dataset_where_its_cost_cannot_be_written(
+    main: Main, campaign: Path, tmp_path: Path
+) -> None:
+    out = tmp_path / "out"
+    (out / costs.FILE).mkdir(parents=True)
+    code, _, said = main("run", campaign, "--out", out, "--serial")
+    assert code == 0
+    assert "runs.csv: cannot be written" in said
+    assert (out / "results.nc").is_file()
 
 
 def test_a_run_that_computes_writes_its_cost_beside_the_dataset_and_one_that_does_not_writes_none(

@@ -1,5 +1,7 @@
 """The axis of most values runs along x, the next in colours, the others in panels; what is too much is held, and said."""
 
+import pytest
+
 from study.figures.sweep.points import Points, points_of
 from study.figures.sweep.roles import MOST_PANELS, held_at, roles_of, scattered, values_of
 from tests.study.figures.sweep.cases import listed, product
@@ -23,6 +25,13 @@ def test_what_is_chosen_keeps_its_place() -> None:
     points = over(intrinsic_friction=[0.1, 0.2], radius=[1.0, 2.0, 3.0])
     assert roles_of(points, x="intrinsic_friction").hue == "radius"
     assert roles_of(points, hue="radius").x == "intrinsic_friction"
+
+
+def test_an_axis_has_one_place() -> None:
+    with pytest.raises(ValueError, match="radius: the only axis: needs to be x"):
+        roles_of(over(intrinsic_friction=[0.5], radius=[1.0, 2.0]), hue="radius")
+    with pytest.raises(ValueError, match="radius: is x and hue"):
+        roles_of(over(intrinsic_friction=[0.5], radius=[1.0, 2.0], n_x=[17, 33]), x="radius", hue="radius")
 
 
 def test_more_panels_than_a_page_bears_are_held_at_a_value_that_is_there() -> None:
