@@ -42,7 +42,7 @@ def test_what_is_refused_would_be_noise(monkeypatch):
 @pytest.mark.parametrize("name", ["spring_stiffness", "stage_velocity", "duration"])
 def test_the_advice_is_enough(name):
     """Each of the three factors reduced as much as the message says, and a little: steady sliding shows the friction."""
-    less = getattr(FAR, name) / (1.01 * float(driven().outcome.message.split("by ")[-1].split()[0]))
+    less = getattr(FAR, name) / (1.01 * float(driven().outcome.message.split("by a factor of ")[-1].split()[0]))
     result = driven(**{name: less})
     assert result.outcome.ok
     assert np.abs(result.spring_force[-5:] / FORCE - 1.0).max() < 3.0 * precision.LARGEST
