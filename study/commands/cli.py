@@ -7,7 +7,10 @@ import sys
 
 import click
 
-from study.commands.declared import preparing, computing, looking, judging
+from study.commands.preparing import declared as preparing
+from study.commands.computing import declared as computing
+from study.commands.looking import declared as looking
+from study.commands.judging import declared as judging
 from study.commands.shared.exits import ABORTED, show
 from study.commands.shared.group import cli
 

@@ -17,7 +17,7 @@ HEAVY = ("xarray", "pandas", "matplotlib", "pydantic", "rich")
 RANK = f"""
 import sys
 from pathlib import Path
-from study.commands.run import executor
+from study.commands.computing.run import executor
 executor(Path("nowhere"))
 print(*(name for name in {HEAVY} if name in sys.modules))
 """

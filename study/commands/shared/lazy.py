@@ -5,7 +5,7 @@ from importlib import import_module
 from study.execution.launch import pin_threads
 
 
-def work(command: str, *arguments: object) -> None:
-    """Do what a command is for: call `work` of the file `study/commands/<command>.py` with the command's arguments."""
+def work(command: str, /, **given: object) -> None:
+    """Do what a command is for: call `work` of `study.commands.<command>` with what was given on the command line."""
     pin_threads()  # what is imported now imports numpy, whose libraries read the number of threads once
-    import_module(f"study.commands.{command}").work(*arguments)
+    import_module(f"study.commands.{command}").work(**given)

@@ -6,8 +6,8 @@ from pathlib import Path
 import pytest
 import xarray as xr
 
-from study.commands import figure as command
-from study.commands.declared import looking
+from study.commands.looking import declared as looking
+from study.commands.looking import figure as command
 from study.figures.catalogue import FIGURES
 from study.figures.shared import canvas
 from tests.conftest import Main

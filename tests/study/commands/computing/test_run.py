@@ -120,7 +120,7 @@ def test_a_defect_is_exit_code_1_and_keeps_the_rest(main, campaign, monkeypatch)
 
 def test_a_rank_that_computes_loads_no_more_than_it_uses(environment):
     program = (
-        "import sys; from pathlib import Path; from study.commands.run import executor; executor(Path('nowhere')); "
+        "import sys; from pathlib import Path; from study.commands.computing.run import executor; executor(Path('nowhere')); "
         "print([name for name in ('xarray', 'pydantic', 'matplotlib', 'rich', 'pandas') if name in sys.modules])"
     )
     done = subprocess.run([sys.executable, "-c", program], env=environment, capture_output=True, text=True, check=True)

@@ -1,4 +1,4 @@
-"""Commands that hand numbers on, compare them, and say what they mean and how far they hold."""
+"""Arguments and help of the commands that hand numbers on and compare them; each does its work in the file of its name."""
 
 from pathlib import Path
 
@@ -17,7 +17,7 @@ from study.commands.shared.lazy import work
 @click.option("--records", "table", flag_value="records", help="The events of all friction records instead of cases.")
 @click.option("--trajectories", "table", flag_value="trajectories", help="The samples of all drives instead of cases.")
 @click.option("-o", "--output", type=click.Path(path_type=Path), help="Write this file [default: standard output].")
-def export(campaign: Path, out: Path | None, form: str | None, table: str | None, output: Path | None) -> None:
+def export(**given: object) -> None:
     """Write CAMPAIGN's numbers as a table for other programs.
 
     CAMPAIGN is a campaign file or its name, a dataset (results.nc) or the folder it is in. The table has a row for each case,
@@ -25,13 +25,13 @@ def export(campaign: Path, out: Path | None, form: str | None, table: str | None
 
     Example: nanoslip export results/mine --csv -o mine.csv
     """
-    work("export", campaign, out, form, table, output)
+    work("judging.export", **given)
 
 
 @cli.command()
 @click.argument("first", metavar="A", type=CampaignPath(path_type=Path))
 @click.argument("second", metavar="B", type=CampaignPath(path_type=Path))
-def compare(first: Path, second: Path) -> None:
+def compare(**given: object) -> None:
     """Show what differs between datasets A and B, and how much.
 
     Each is a dataset (results.nc), the folder it is in, or a campaign. Cases with the same values of all parameters that vary in
@@ -42,7 +42,7 @@ def compare(first: Path, second: Path) -> None:
 
     Example: nanoslip compare results/mine results/finer
     """
-    work("compare", first, second)
+    work("judging.compare", **given)
 
 
 @cli.command()
@@ -51,25 +51,25 @@ def compare(first: Path, second: Path) -> None:
     "--sample", type=click.IntRange(min=1), help="So many cases only, evenly spread, the same each time [default: all]"
 )
 @JSON
-def verify(dataset: Path, sample: int | None, as_json: bool) -> None:
+def verify(**given: object) -> None:
     """Compute DATASET again from itself alone, and compare.
 
     DATASET is a file results.nc. Each case is bit-identical, within tolerance, or different.
 
     Exit codes: 0 identical or within tolerance, 1 something is different, 2 nothing that can be computed again.
     """
-    work("verify", dataset, sample, as_json)
+    work("judging.verify", **given)
 
 
 @cli.command()
 @click.argument("name", required=False)
 @JSON
-def describe(name: str | None, as_json: bool) -> None:
+def describe(**given: object) -> None:
     """Explain the variables of a dataset, or one of them.
 
     NAME is a variable of a file results.nc; without it a table of all is printed.
     """
-    work("describe", name, as_json)
+    work("judging.describe", **given)
 
 
 @cli.command()
@@ -81,9 +81,9 @@ def describe(name: str | None, as_json: bool) -> None:
     type=click.Path(path_type=Path),
     help="Write the front there too: campaigns choose from it by front = FILE.",
 )
-def accuracy(campaign: Path | None, out: Path | None, quick: bool, save: Path | None) -> None:
+def accuracy(**given: object) -> None:
     """Measure error against time for every numerical setting.
 
     On CAMPAIGN's first case [default: the paper's case].
     """
-    work("accuracy", campaign, out, quick, save)
+    work("judging.accuracy", **given)

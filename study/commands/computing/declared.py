@@ -1,4 +1,4 @@
-"""Commands that compute a campaign and gather its results, here or on a cluster."""
+"""Arguments and help of the commands that compute a campaign; each does its work in the file of its name."""
 
 from pathlib import Path
 
@@ -23,14 +23,12 @@ from study.execution.interruption import GRACE
 @click.option(
     "--recompute-foreign", is_flag=True, help="Compute again what other software computed (`nanoslip status` names it)."
 )
-def run(
-    campaign: Path, out: Path | None, serial: bool, jobs: int | None, grace: float, recompute_foreign: bool
-) -> None:
+def run(**given: object) -> None:
     """Compute what is not finished of CAMPAIGN, then collect it.
 
     Under mpiexec or srun: with all ranks.
     """
-    work("run", campaign, out, serial, jobs, grace, recompute_foreign)
+    work("computing.run", **given)
 
 
 @cli.command()
@@ -38,20 +36,20 @@ def run(
 @OUT
 @click.option("--watch", is_flag=True, help="Look again every two seconds until all is finished; Ctrl-C ends it.")
 @JSON
-def status(campaign: Path, out: Path | None, watch: bool, as_json: bool) -> None:
+def status(**given: object) -> None:
     """Show how much of CAMPAIGN is finished, and how it ended.
 
     From the files of results alone: while it runs, after an interruption, from another machine.
     """
-    work("status", campaign, out, watch, as_json)
+    work("computing.status", **given)
 
 
 @cli.command()
 @CAMPAIGN
 @OUT
-def collect(campaign: Path, out: Path | None) -> None:
+def collect(**given: object) -> None:
     """Write the dataset of CAMPAIGN from the results that are there."""
-    work("collect", campaign, out)
+    work("computing.collect", **given)
 
 
 @cli.command()
@@ -63,6 +61,6 @@ def collect(campaign: Path, out: Path | None) -> None:
     help="Settings of the cluster: a changed copy of site.toml [default: the one that comes with nanoslip]",
 )
 @click.option("--submit", is_flag=True, help="Hand the script to sbatch.")
-def submit(campaign: Path, out: Path | None, site: Path | None, submit: bool) -> None:
+def submit(**given: object) -> None:
     """Write the batch script that runs CAMPAIGN as one MPI job."""
-    work("submit", campaign, out, site, submit)
+    work("computing.submit", **given)

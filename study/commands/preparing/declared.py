@@ -1,4 +1,4 @@
-"""Commands before a campaign is computed: what there is to start from, whether a file is right, what it would take."""
+"""Arguments and help of the commands before a campaign is computed; each does its work in the file of its name."""
 
 from pathlib import Path
 
@@ -11,18 +11,18 @@ from study.commands.shared.lazy import work
 
 @cli.command()
 @JSON
-def campaigns(as_json: bool) -> None:
+def campaigns(**given: object) -> None:
     """List the campaigns that come with nanoslip.
 
     They are there to run by name or to copy.
     """
-    work("campaigns", as_json)
+    work("preparing.campaigns", **given)
 
 
 @cli.command()
 @click.argument("starter", required=False)
 @click.argument("file", type=click.Path(path_type=Path), required=False)
-def new(starter: str | None, file: Path | None) -> None:
+def new(**given: object) -> None:
     """Write a commented campaign to start from.
 
     STARTER is its name; without it the starters are listed. It is written to FILE [default: STARTER.toml], which must not be
@@ -30,12 +30,12 @@ def new(starter: str | None, file: Path | None) -> None:
 
     Example: nanoslip new sweep campaigns/mine.toml
     """
-    work("new", starter, file)
+    work("preparing.new", **given)
 
 
 @cli.command()
 @click.argument("campaigns", metavar="CAMPAIGN...", nargs=-1, required=True, type=CampaignPath(path_type=Path))
-def check(campaigns: tuple[Path, ...]) -> None:
+def check(**given: object) -> None:
     """Find every problem of campaign files, without computing.
 
     Each CAMPAIGN is a file, or the name of one that comes with nanoslip. One that is fine is one line: its cases and tasks. The
@@ -43,7 +43,7 @@ def check(campaigns: tuple[Path, ...]) -> None:
 
     Exit codes: 0 all are fine, 2 some are not. Example: nanoslip check campaigns/*.toml
     """
-    work("check", campaigns)
+    work("preparing.check", **given)
 
 
 @cli.command()
@@ -54,9 +54,9 @@ def check(campaigns: tuple[Path, ...]) -> None:
     "--effects", "show_effects", is_flag=True, help="Say of every effect whether it is on, and what is left out."
 )
 @JSON
-def plan(campaign: Path, out: Path | None, ranks: int | None, show_effects: bool, as_json: bool) -> None:
+def plan(**given: object) -> None:
     """Show what CAMPAIGN would compute, and what it takes.
 
     What is finished is left out of the time.
     """
-    work("plan", campaign, out, ranks, show_effects, as_json)
+    work("preparing.plan", **given)

@@ -6,7 +6,7 @@ import time
 
 import pytest
 
-from study.commands import status
+from study.commands.computing import status
 from study.dataset.store import Store
 from tests.conftest import SMALL
 

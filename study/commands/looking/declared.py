@@ -1,4 +1,4 @@
-"""Commands that show what came out, as page, figure, text or film."""
+"""Arguments and help of the commands that show what came out; each does its work in the file of its name."""
 
 from pathlib import Path
 from typing import Final
@@ -21,9 +21,9 @@ PICTURE = click.option(
 @cli.command()
 @CAMPAIGN
 @OUT
-def report(campaign: Path, out: Path | None) -> None:
+def report(**given: object) -> None:
     """Write the HTML page of a collected CAMPAIGN."""
-    work("report", campaign, out)
+    work("looking.report", **given)
 
 
 @cli.command()
@@ -34,6 +34,7 @@ def report(campaign: Path, out: Path | None) -> None:
     "formats",
     multiple=True,
     type=click.Choice(FORMATS),
+    default=FORMATS,
     help="Formats of shipped figures [default: all]",
 )
 @click.option(
@@ -54,18 +55,7 @@ def report(campaign: Path, out: Path | None) -> None:
 @click.option("--hue", default="", metavar="AXIS", help="What has a colour for each value [default: the next axis]")
 @click.option("-o", "--output", type=click.Path(path_type=Path), help="File of that figure: .pdf, .svg or .png.")
 @click.option("--csv", "table", is_flag=True, help="The numbers that are drawn, too, in a file beside it.")
-def figure(
-    names: tuple[str, ...],
-    everything: bool,
-    formats: tuple[str, ...],
-    into: Path,
-    out: Path | None,
-    y: str,
-    x: str,
-    hue: str,
-    output: Path | None,
-    table: bool,
-) -> None:
+def figure(**given: object) -> None:
     """Draw a number of CAMPAIGN over its axes, or shipped figures.
 
     CAMPAIGN has been run, or is a file results.nc. Variables are those of `nanoslip describe`, or as equations call them; axes
@@ -76,7 +66,7 @@ def figure(
     Without --y, NAMEs are shipped figures, which are drawn with tables of what the paper says and what is found. What is not
     computed yet is computed in this process. Each folder gets a page of all its figures. Without anything they are listed.
     """
-    work("figure", names, everything, formats or FORMATS, into, out, y, x, hue, output, table)
+    work("looking.figure", **given)
 
 
 @cli.command("show")
@@ -84,7 +74,7 @@ def figure(
 @PARAMETERS
 @OUT
 @PICTURE
-def show_case(campaign: Path, parameters: tuple[str, ...], out: Path | None, picture: Path | None) -> None:
+def show_case(**given: object) -> None:
     """Show one case of CAMPAIGN: its numbers and a small plot.
 
     CAMPAIGN is a campaign file or its name, a dataset (results.nc) or the folder it is in. KEY=VALUE single out the case by its
@@ -93,7 +83,7 @@ def show_case(campaign: Path, parameters: tuple[str, ...], out: Path | None, pic
 
     Example: nanoslip show campaigns/mine.toml intrinsic_friction=0.5 normal_load=1e-3
     """
-    work("show", campaign, parameters, out, picture)
+    work("looking.show", **given)
 
 
 @cli.command("try")
@@ -103,7 +93,7 @@ def show_case(campaign: Path, parameters: tuple[str, ...], out: Path | None, pic
     "--drive", is_flag=True, help="Pull the pin by the paper's drive too; a key of [[drives]] does so by itself."
 )
 @PICTURE
-def try_case(parameters: tuple[str, ...], contact: bool, drive: bool, picture: Path | None) -> None:
+def try_case(**given: object) -> None:
     """Compute one case now and show it; nothing is kept.
 
     KEY=VALUE are keys of a campaign's tables of parameters, [scales], [ensemble], [outputs] and [[drives]]; the rest has its
@@ -111,7 +101,7 @@ def try_case(parameters: tuple[str, ...], contact: bool, drive: bool, picture: P
 
     Example: nanoslip try radius=50 normal_load=1e-3
     """
-    work("try", parameters, contact, drive, picture)
+    work("looking.try", **given)
 
 
 @cli.command()
@@ -131,7 +121,7 @@ def try_case(parameters: tuple[str, ...], contact: bool, drive: bool, picture: P
     show_default=True,
     help="A strip (.png, .pdf, .svg) or a film (.gif, .mp4).",
 )
-def frames(campaign: Path, selection: tuple[str, ...], events: str, output: Path) -> None:
+def frames(**given: object) -> None:
     """Show one case of CAMPAIGN at work, event by event.
 
     Pressure, shear, slip and F/W are computed again from the campaign file; no results are needed. KEY=VALUE single out the
@@ -139,4 +129,4 @@ def frames(campaign: Path, selection: tuple[str, ...], events: str, output: Path
 
     nanoslip frames smoke intrinsic_friction=0.5 --events 0:200:10 -o pin.gif
     """
-    work("frames", campaign, selection, events, output)
+    work("looking.frames", **given)

@@ -6,7 +6,7 @@ from pathlib import Path
 import click
 
 from study import shipped
-from study.commands.campaigns import print_titles
+from study.commands.preparing.campaigns import print_titles
 from study.commands.shared.exits import Refusal
 from study.commands.shared.refusals import refusals
 from study.figures.shared.files import write_files

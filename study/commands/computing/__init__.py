@@ -1,0 +1,1 @@
+"""Commands that compute a campaign and gather its results, here or on a cluster."""

@@ -1,0 +1,1 @@
+"""Commands that hand numbers on, compare them, and say what they mean and how far they hold."""
