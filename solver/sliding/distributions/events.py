@@ -16,6 +16,8 @@ Vector = NDArray[np.float64]
 ROUNDING = 1e-10
 """Force over the load, and energy over the square of the load, below which a difference is rounding: 1e-12 of the load is what
 one node's force is known to."""
+ALIKE = 1e-9
+"""Share of the largest size below which sizes do not differ for their ranks; a thousand times what rounding was seen to do."""
 FEWEST = 10
 """Events below which no correlation is computed."""
 
@@ -116,6 +118,14 @@ def rank_correlation(first: Vector, second: Vector) -> float:
 
 
 def _ranks(values: Vector) -> Vector:
-    """Place of each value among all, from 1 on; equal ones share the mean of theirs."""
-    _, place, counts = np.unique(values, return_inverse=True, return_counts=True)
-    return np.asarray((np.cumsum(counts) - (counts - 1) / 2.0)[place])
+    """Place of each value among all, from 1 on; equal ones, to within rounding, share the mean of theirs.
+
+    A record repeats itself from spacing to spacing: which of two such events is the larger is decided by rounding.
+    """
+    order = np.argsort(values, kind="stable")
+    larger = np.diff(values[order], prepend=values[order[:1]]) > ALIKE * np.abs(values).max()
+    group = np.cumsum(larger)
+    counts = np.bincount(group)
+    ranks = np.empty(len(values))
+    ranks[order] = (np.cumsum(counts) - (counts - 1) / 2.0)[group]
+    return ranks

@@ -50,6 +50,12 @@ def test_correlations_are_spearmans() -> None:
     y = x + rng.standard_normal(200)
     assert rank_correlation(x, y) == pytest.approx(spearmanr(x, y).statistic)
     assert rank_correlation(np.arange(20.0), np.arange(20.0) ** 3) == pytest.approx(1.0)
+    repeated, after = (
+        np.tile(x, 3),
+        np.tile(y, 3),
+    )  # as a record repeats itself from spacing to spacing, but for rounding
+    rounded = repeated * (1.0 + 1e-13 * np.random.default_rng(1).standard_normal(repeated.size))
+    assert rank_correlation(rounded, after) == pytest.approx(rank_correlation(repeated, after), abs=1e-12)
     assert rank_correlation(np.append(x, np.nan), np.append(y, 7.0)) == rank_correlation(x, y)
     assert math.isnan(rank_correlation(np.ones(50), np.arange(50.0)))
     assert math.isnan(rank_correlation(np.arange(5.0), np.arange(5.0)))
