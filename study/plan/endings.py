@@ -3,10 +3,11 @@
 from collections import Counter
 from collections.abc import Mapping
 
-from solver.outcome import Outcome
+from solver.outcome import Ending, Outcome
 from study.manifest.cases import CampaignCase
 from study.manifest.drives import CampaignDrive
 from study.plan.plan import Plan
+from study.plan.tasks import KINDS
 
 PENDING = "pending"
 """What stands for the outcome of what is not computed yet."""
@@ -18,10 +19,11 @@ def case_outcome(plan: Plan, case: CampaignCase, outcomes: Mapping[str, Outcome]
     outcomes: key of each finished task -> how it ended.
     """
     outcome: Outcome | None = case.outcome
-    for (kind, drive), key in plan.case_tasks[case.case_id].keys.items():
-        if kind == "compliance" and key not in outcomes:
-            continue  # it is intermediate: once used it may go without being missed
-        if drive or outcome is None or not outcome.usable:
+    for kind in KINDS:
+        key = plan.case_tasks[case.case_id].key(kind)
+        if key is None or (kind == "compliance" and key not in outcomes):
+            continue  # a compliance is intermediate: once used it may go without being missed
+        if outcome is None or not outcome.usable:
             continue
         found = outcomes.get(key)
         if found is None or outcome.ok or not found.usable:
@@ -32,10 +34,13 @@ def case_outcome(plan: Plan, case: CampaignCase, outcomes: Mapping[str, Outcome]
 def drive_outcome(
     plan: Plan, case: CampaignCase, drive: CampaignDrive, outcomes: Mapping[str, Outcome]
 ) -> Outcome | None:
-    """How a drive ended: refused with its case or by itself, or as its task says; None while unfinished."""
+    """How a drive ended: as its case where that leaves nothing to be driven over, or by itself; None while unfinished."""
     if case.case is None or drive.drive is None:
         return case.outcome if case.case is None else drive.outcome
-    return outcomes.get(plan.case_tasks[case.case_id].key("drive", drive.label) or "")
+    found = outcomes.get(plan.case_tasks[case.case_id].key("drive", drive.label) or "")
+    if found is not None and found.ending is Ending.NEEDS_FAILED:
+        return case_outcome(plan, case, outcomes)
+    return found
 
 
 def endings(plan: Plan, outcomes: Mapping[str, Outcome]) -> tuple[Counter[str], Counter[str]]:
