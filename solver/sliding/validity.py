@@ -92,7 +92,8 @@ class Validity:
         metadata=quantity(
             "ways in which the contact means little",
             comment="at any time of the record; "
-            "bits by flag_masks; 0: none, or not computed (see outcome); what each means and asks for is in advice",
+            "of a contact that was not reached those to be expected; bits by flag_masks; 0: none, or not computed "
+            "(see outcome); what each means and asks for is in advice",
             flags=tuple(flag.name for flag in FLAGS),
         )
     )

@@ -45,6 +45,7 @@ from study.manifest.cases import CampaignCase
 from study.manifest.manifest import Manifest
 from study.origin import NOBODY, Origin, Origins, census, mixture, stemming
 from study.plan.endings import PENDING, case_outcome, drive_outcome
+from study.plan.flags import flags_of
 from study.plan.kinds.kind import left_out
 from study.plan.plan import CaseTasks, Plan
 from study.plan.task import TaskResult
@@ -159,8 +160,9 @@ class _Table:
             for name, quantity in known.items():
                 if name in result.scalars:
                     self.put(quantity.name, case, drive, _value(quantity, result.scalars[name], by))
-        if VALIDITY.name in result.scalars:
-            self.put(ADVICE.name, case, drive, advice_on(flags_in(int(result.scalars[VALIDITY.name]))))
+        if case.case is not None and (flags := flags_of(case.case, result)) is not None:
+            self.put(VALIDITY.name, case, drive, flags)
+            self.put(ADVICE.name, case, drive, advice_on(flags_in(flags)))
 
 
 def _nothing(quantity: Quantity) -> object:

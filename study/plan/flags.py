@@ -1,11 +1,17 @@
 """How the flags of a campaign's cases are said: one line for each flag, on the terminal and in the report."""
 
+import math
 from collections.abc import Callable, Sequence
 
+from solver.case import Case
 from solver.sliding.validity import FLAGS, expected_flags, mask_of
 from study.manifest.parameters import Value, in_words
 from study.plan.cost.sliding import expected_displacement
 from study.plan.plan import Plan
+from study.plan.task import TaskResult
+
+_OF_CONTACTS = ("contact", "record")
+"""Kinds of task whose results have flags."""
 
 
 def flag_lines(masks: Sequence[int], words: Callable[[int], str]) -> list[str]:
@@ -21,6 +27,18 @@ def flag_lines(masks: Sequence[int], words: Callable[[int], str]) -> list[str]:
             where = f"{len(having)} of {len(masks)} cases" + (f", first {first}" if first else "")
             lines.append(f"{flag.name}: {where}: {flag.meaning}; {flag.advice}")
     return lines
+
+
+def flags_of(case: Case, result: TaskResult) -> int | None:
+    """The flags of a contact or a record, as bits; of one whose contact was not reached, those to be expected of it.
+
+    None for other kinds of results.
+    """
+    if result.kind not in _OF_CONTACTS:
+        return None
+    if math.isnan(result.scalars.get("contact_half_width", math.nan)):
+        return mask_of(expected_flags(case))
+    return int(result.scalars["validity_flags"])
 
 
 def expected_lines(plan: Plan) -> list[str]:

@@ -14,7 +14,7 @@ from solver.case import Case, SlipRule
 from solver.elasticity.compliance import surface_compliance
 from solver.slab import Slab
 from solver.sliding.events import slide
-from solver.sliding.validity import FLAGS, NEAR_ENDS, WHOLE_SLAB, advice_on, flags_in
+from solver.sliding.validity import FEW_NODES, FLAGS, NEAR_ENDS, WHOLE_SLAB, advice_on, flags_in
 from study.dataset import file
 from study.dataset.collect import collect
 from study.dataset.store import Store
@@ -94,6 +94,16 @@ def test_what_is_not_computed_has_no_flags(tmp_path: Path) -> None:
     assert set(found["advice"].values.flat) == {""}
     assert np.isnan(found["contact_half_width"]).all()
     assert flag_summary(found) == []
+
+
+def test_a_contact_that_was_not_reached_keeps_the_flags_to_be_expected_of_it(collected: Collected) -> None:
+    """Three nodes and a first event given up: few of them is half the story."""
+    text = MAP.replace("[1e-4, 1e-2, 0.3]", "[1e-3]").replace("[20.0, 200.0]", "[20.0]") + "[slip]\ncascade_limit = 1\n"
+    found = collected(text)
+    assert set(found["outcome"].values.flat) == {"cascade_limit"}
+    assert np.isnan(found["contact_half_width"]).all()  # the first contact itself slips
+    assert set(found["validity_flags"].values.flat) == {FEW_NODES.mask}
+    assert set(found["advice"].values.flat) == {advice_on((FEW_NODES,))}
 
 
 def test_the_table_names_a_cases_flags_and_lines_say_what_to_do(collected: Collected) -> None:
