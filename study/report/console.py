@@ -29,9 +29,9 @@ def print_table(table: Table) -> None:
     _print([Line(""), *table_lines(table, console().width), Line("")])
 
 
-def print_sentences(sentences: Iterable[str]) -> None:
-    """Print each sentence to standard output on lines of its own."""
-    _print(Line(line) for each in sentences for line in wrapped(each, console().width, first=""))
+def print_sentences(sentences: Iterable[str], sort: str = "") -> None:
+    """Print each sentence to standard output on lines of its own. sort: of `Line`."""
+    _print(Line(line, sort) for each in sentences for line in wrapped(each, console().width, first=""))
 
 
 def table_text(title: str, tables: Iterable[Table]) -> rich.text.Text:

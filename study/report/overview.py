@@ -1,6 +1,5 @@
 """What a page says before its figures: how cases ended, what they cost, how accurate they are, what the numbers stand for."""
 
-import re
 from collections import Counter
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
@@ -16,6 +15,7 @@ from study.figures.shared.closed_form import scales_of
 from study.figures.sweep.label import label
 from study.manifest.cases import MEMBER
 from study.report.costs import Cost
+from study.report.summary import alike
 
 COMPLETED: Final = "completed"
 UNCERTAIN: Final = ("plateau_mean", "static_friction", "kinetic_friction", "mean_step")
@@ -67,7 +67,7 @@ def endings(dataset: xr.Dataset) -> list[Ending]:
 def _ending(what: str, word: str, count: int, messages: list[str]) -> Ending:
     kinds: dict[str, list[str]] = {}
     for text in filter(None, messages):
-        kinds.setdefault(re.sub(r"\d[\d.e+-]*", "#", text), []).append(text)
+        kinds.setdefault(alike(text), []).append(text)
     advice = [Advice(texts[0], len(texts) - 1) for texts in sorted(kinds.values(), key=len, reverse=True)]
     words = f"{count} {what}{'s' if count > 1 else ''}: {word.replace('_', ' ')}"
     return Ending(words, word != COMPLETED, tuple(advice[:MOST_ADVICE]), max(len(advice) - MOST_ADVICE, 0))

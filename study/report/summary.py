@@ -2,6 +2,7 @@
 
 import itertools
 import math
+import re
 from collections import Counter
 from collections.abc import Iterator
 from dataclasses import dataclass
@@ -14,7 +15,7 @@ from solver.outcome import Ending
 from solver.quantity import GRID_ERROR
 from solver.sliding.validity import flags_in
 from study.dataset.ensemble import over_members
-from study.dataset.variables import VALIDITY, parameters, scalars
+from study.dataset.variables import OUTCOMES, VALIDITY, parameters, scalars
 from study.manifest.parameters import Value
 from study.plan.endings import PENDING
 from study.plan.flags import flag_lines
@@ -54,8 +55,11 @@ def points(dataset: xr.Dataset, variable: str) -> Iterator[Point]:
         yield Point(label, values, selection)
 
 
-def scalar_table(dataset: xr.Dataset) -> Table:
-    """One row for each case and drive, up to `MOST_ROWS`; the members of an ensemble are one row."""
+def scalar_table(dataset: xr.Dataset, why: bool = True) -> Table:
+    """One row for each case and drive, up to `MOST_ROWS`; the members of an ensemble are one row.
+
+    why: behind an outcome its message, too.
+    """
     dataset = over_members(dataset)
     found = points(dataset, "static_friction" if "static_friction" in dataset else "outcome")
     shown = list(itertools.islice(found, MOST_ROWS))
@@ -66,7 +70,7 @@ def scalar_table(dataset: xr.Dataset) -> Table:
         (
             *(_number(point.label[name]) for name in varying),
             *(_cell(point.values, name) for name in columns),
-            "".join(_ending(point.values)),
+            "".join(_ending(point.values)[: 3 if why else 2]),
         )
         for point in shown
     ]
@@ -89,6 +93,44 @@ def flag_summary(dataset: xr.Dataset) -> list[str]:
         return words({name: here[name].item() for name in varying})
 
     return flag_lines(masks.values.ravel().tolist(), first if masks.size > 1 else lambda _: "")
+
+
+def failure_summary(dataset: xr.Dataset) -> list[str]:
+    """One line for each way in which cases, then drives failed: how many, the first of them, why and what to do.
+
+    Members of an ensemble count each. Messages that differ in numbers alone are one; what a drive inherits from its case is
+    said of the case.
+    """
+    lines: list[str] = []
+    of_cases: set[str] = set()
+    for outcome, message in OUTCOMES.values():
+        if outcome.name in dataset:
+            endings, texts = (dataset[each.name].values.ravel().tolist() for each in (outcome, message))
+            groups: dict[tuple[str, str], list[int]] = {}
+            for number, (ending, text) in enumerate(zip(endings, texts, strict=True)):
+                if ending and (text or ending not in _UNHURT) and text not in of_cases:
+                    groups.setdefault((ending, alike(text)), []).append(number)
+            ordered = sorted(groups.items(), key=lambda item: -len(item[1]))
+            lines += [_failure(dataset[outcome.name], numbers, texts) for _, numbers in ordered]
+            of_cases = {text for text in texts if text}
+    return lines
+
+
+def alike(message: str) -> str:
+    """A message without its numbers: what those have in common that differ in nothing else."""
+    return re.sub(r"\d[\d.e+-]*", "#", message)
+
+
+def _failure(outcomes: xr.DataArray, numbers: list[int], messages: list[str]) -> str:
+    """One way to fail in a line. outcomes: of all. numbers: of those that ended so. messages: of all, in the same order."""
+    first = numbers[0]
+    here = outcomes[np.unravel_index(first, outcomes.shape)]
+    what = "drives" if outcomes.name == OUTCOMES["drive"][0].name else "cases"
+    place = words({name: here[name].item() for name in map(str, _varying(outcomes.to_dataset(), outcomes.dims))})
+    where = f"{len(numbers)} of {outcomes.size} {what}" + (f", first {place}" if place else "")
+    others = len({messages[number] for number in numbers}) - 1
+    more = "; the others differ in numbers" if others else ""
+    return f"{here.item()}: {where}: {messages[first]}{more}".removesuffix(": ")
 
 
 def drive_summary(dataset: xr.Dataset) -> list[str]:

@@ -10,7 +10,7 @@ from study.dataset.collect import collect
 from study.dataset.store import Store
 from study.plan.plan import Plan
 from study.report.console import print_sentences, print_table
-from study.report.summary import drive_summary, flag_summary, scalar_table
+from study.report.summary import drive_summary, failure_summary, flag_summary, scalar_table
 
 
 def write_dataset(plan: Plan, out: Path) -> None:
@@ -25,6 +25,8 @@ def write_dataset(plan: Plan, out: Path) -> None:
 
 
 def print_summary(dataset: xr.Dataset) -> None:
-    """Print the table of a dataset's cases, how its drives ended, and the advice that its validity flags give."""
-    print_table(scalar_table(dataset))
-    print_sentences((*drive_summary(dataset), *flag_summary(dataset)))
+    """Print the table of a dataset's cases, how its drives ended, why and what to do, and the advice of its validity flags."""
+    print_table(scalar_table(dataset, why=False))
+    print_sentences(drive_summary(dataset))
+    print_sentences(failure_summary(dataset), "failed")
+    print_sentences(flag_summary(dataset))

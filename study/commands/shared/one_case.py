@@ -17,9 +17,9 @@ from study.figures.shared.files import write_files
 from study.manifest.cases import MEMBER
 from study.manifest.parameters import STANDARD
 from study.report.case_table import case_table, ending_lines
-from study.report.console import console, print_table
+from study.report.console import console, print_sentences, print_table
 from study.report.curves import Curve, curves
-from study.report.summary import scalar_table, words
+from study.report.summary import failure_summary, scalar_table, words
 from study.report.text_plot import text_plot
 
 _NAMES: Final = ("case_id", "case")
@@ -72,7 +72,8 @@ def _print_numbers(case: xr.Dataset, dataset: xr.Dataset) -> None:
         click.echo(textwrap.fill(f"not known here: {', '.join(missing)}", console().width))
     if "drive_outcome" in case and case["drive_outcome"].dims:
         click.echo("several drives; drive=NAME, or values of their parameters, shows one:")
-        print_table(scalar_table(case))
+        print_table(scalar_table(case, why=False))
+        print_sentences(failure_summary(case), "failed")
 
 
 def _label(case: xr.Dataset, dataset: xr.Dataset) -> str:

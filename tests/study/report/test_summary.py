@@ -1,4 +1,4 @@
-"""What is said of a dataset's drives in a few lines: how many ended how, and in which regime."""
+"""What is said of a dataset in a few lines: how many drives ended how, in which regime, and what failed."""
 
 from pathlib import Path
 
@@ -6,7 +6,7 @@ import numpy as np
 import xarray as xr
 
 from study import api
-from study.report.summary import FEW, drive_summary, scalar_table
+from study.report.summary import FEW, drive_summary, failure_summary, scalar_table
 
 CONTACTS = {
     "title": "Contacts",
@@ -48,11 +48,58 @@ def test_a_few_drives_need_no_count() -> None:
     assert drive_summary(over_axes()) == []
 
 
+def failing(endings: list[str], messages: list[str], drives: list[list[str]] | None = None) -> xr.Dataset:
+    """Cases over load that ended so; with drives, whose messages are given, they ended as no_slip or as their case."""
+    load = ("normal_load",)
+    variables = {
+        "outcome": (load, np.array(endings, dtype=object)),
+        "message": (load, np.array(messages, dtype=object)),
+    }
+    if drives:
+        texts = np.array(drives, dtype=object)
+        words = np.where(texts == "", "completed", "no_slip").astype(object)
+        both = ("normal_load", "drive")
+        variables |= {"drive_outcome": (both, words), "drive_message": (both, texts)}
+    found = xr.Dataset(variables, {"normal_load": 10.0 ** -np.arange(1, len(endings) + 1)})
+    return found.assign_coords(drive=["a", "b"]) if drives else found
+
+
+def test_failures_that_say_the_same_are_one_line_with_their_number_and_the_first_of_them() -> None:
+    found = failing(
+        ["cascade_limit", "completed", "cascade_limit", "steep_pin"], ["raise it", "", "raise it", "lower it"]
+    )
+    assert failure_summary(found) == [
+        "cascade_limit: 2 of 4 cases, first W/(G·L_x·L_y) = 0.1: raise it",
+        "steep_pin: 1 of 4 cases, first W/(G·L_x·L_y) = 0.0001: lower it",
+    ]
+
+
+def test_failures_that_differ_in_numbers_are_one_line_that_says_so() -> None:
+    found = failing(["no_plateau"] * 3, ["rises by 3.5%: more", "rises by 1e-3%: more", "falls by 3.5%: more"])
+    assert failure_summary(found) == [
+        "no_plateau: 2 of 3 cases, first W/(G·L_x·L_y) = 0.1: rises by 3.5%: more; the others differ in numbers",
+        "no_plateau: 1 of 3 cases, first W/(G·L_x·L_y) = 0.001: falls by 3.5%: more",
+    ]
+
+
+def test_what_a_drive_inherits_from_its_case_is_said_once() -> None:
+    found = failing(["no_slip", "completed"], ["too flat", ""], [["too flat", "too flat"], ["", "soften the spring"]])
+    assert failure_summary(found) == [
+        "no_slip: 1 of 2 cases, first W/(G·L_x·L_y) = 0.1: too flat",
+        "no_slip: 1 of 4 drives, first W/(G·L_x·L_y) = 0.01, drive = b: soften the spring",
+    ]
+
+
+def test_what_is_pending_or_completed_is_no_failure() -> None:
+    assert failure_summary(failing(["completed", "pending"], ["", ""])) == []
+
+
 def test_every_drive_of_the_axes_is_a_row_that_names_its_place() -> None:
     table = scalar_table(over_axes())
     assert table.header == ("k", "V_o", "regime", "μ_s", "outcome")
     assert table.rows[1] == ("10000", "0.002", "slides", "0.3", "completed")
     assert table.rows[4] == ("100000", "0.002", "–", "0.3", "invalid: needs another value")
+    assert scalar_table(over_axes(), why=False).rows[4][-1] == "invalid"
 
 
 def test_contacts_alone_show_what_contacts_are(tmp_path: Path) -> None:

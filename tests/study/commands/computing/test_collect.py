@@ -17,3 +17,15 @@ def test_results_go_to_a_folder_named_after_the_campaign(main, campaign, tmp_pat
     monkeypatch.chdir(tmp_path)
     main("collect", campaign)
     assert Path("results/small/results.nc").is_file()
+
+
+def test_a_failure_that_all_cases_share_is_said_once_in_red_with_its_advice(main, campaign, monkeypatch):
+    campaign.write_text(campaign.read_text() + "[slip]\ncascade_limit = 1\n")
+    out = campaign.parent / "out"
+    assert main("run", campaign, "--out", out, "--serial")[0] == 0
+    for name, value in (("FORCE_COLOR", "1"), ("TERM", "xterm"), ("COLUMNS", "300")):
+        monkeypatch.setenv(name, value)
+    monkeypatch.delenv("NO_COLOR", raising=False)
+    _, said, _ = main("collect", campaign, "--out", out)
+    (line,) = (line for line in said.splitlines() if "raise it" in line)
+    assert line.startswith("\x1b[31mcascade_limit: 4 of 4 cases, first μ_i = 0.25, R/L_x = 50: one event needed more")
