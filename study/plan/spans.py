@@ -17,8 +17,8 @@ def span_line(plan: Plan) -> str:
     low, high = (f"{span:.2g}" for span in (min(spans), max(spans)))
     price = sum(record_seconds(_over_one_spacing(case)) for case in cases)
     return (
-        f"node spacings that records span, about: {low if low == high else f'{low} to {high}'}; what the pin meets repeats with "
-        f"them. One for each record: {price:.2g} core seconds"
+        f"node spacings that records span, to a factor of two: {low if low == high else f'{low} to {high}'}; what the pin meets "
+        f"repeats with them. One for each record: {float(f'{price:.2g}'):g} core seconds"
     )
 
 
