@@ -13,6 +13,7 @@ INDENT: Final = "    "
 """In front of what stands below its row."""
 LONGEST_WORD: Final = 30
 """Characters of an outcome: what is longer is a sentence, which may stand below its row as a whole."""
+_NO_BREAK: Final = "\N{NO-BREAK SPACE}"
 _NUMBER: Final = re.compile(r"[-+]?[\d.]|[–…-]?$|nan|inf")
 _SENTENCE: Final = re.compile(r": | (?=\[)")
 """Where an outcome ends and its flags or its message begin."""
@@ -54,13 +55,21 @@ def table_lines(table: Table, width: int) -> list[Line]:
     return list(_cards(table, width))
 
 
-def wrapped(text: str, width: int, first: str = INDENT) -> list[str]:
-    """A sentence in lines of at most this width where its words allow it; a number and its uncertainty are one word."""
-    joined = text.replace(" ± ", "\0±\0").replace(" = ", "\0=\0")
+def wrapped(text: str, width: int, first: str = INDENT, later: str = INDENT) -> list[str]:
+    """A sentence in lines of at most this width where its words allow it; a number and its uncertainty are one word.
+
+    first, later: what the first line and the others begin with.
+    """
+    joined = text.replace(" ± ", whole(" ± ")).replace(" = ", whole(" = "))
     lines = textwrap.wrap(
-        joined, width, initial_indent=first, subsequent_indent=INDENT, break_long_words=False, break_on_hyphens=False
+        joined, width, initial_indent=first, subsequent_indent=later, break_long_words=False, break_on_hyphens=False
     )
-    return [line.replace("\0", " ") for line in lines]
+    return [line.replace(_NO_BREAK, " ") for line in lines]
+
+
+def whole(text: object) -> str:
+    """A path, or words to be typed, as one word of a sentence, which `wrapped` never breaks."""
+    return str(text).replace(" ", _NO_BREAK)
 
 
 class _Layout:

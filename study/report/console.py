@@ -1,15 +1,27 @@
 """Print tables and sentences on a terminal, a pipe or a file."""
 
 import os
-from collections.abc import Iterable
+import sys
+from collections.abc import Iterable, Mapping
 from typing import Final
 
 import rich.console
 import rich.text
 
-from study.report.columns import Line, Table, table_lines, wrapped
+from study.report.columns import Line, Table, table_lines, whole, wrapped
 
-__all__ = ["WIDE", "Table", "console", "print_sentences", "print_table", "table_text"]
+__all__ = [
+    "WIDE",
+    "Table",
+    "console",
+    "print_entries",
+    "print_error",
+    "print_sentences",
+    "print_table",
+    "say",
+    "table_text",
+    "whole",
+]
 
 WIDE: Final = 200
 """Width in characters of output that goes to a pipe or a file, where COLUMNS does not say another one."""
@@ -19,7 +31,7 @@ _STYLES: Final = {"header": "bold", "failed": "red", "": ""}
 def console(stderr: bool = False) -> rich.console.Console:
     """Standard output or error as a console of rich: as wide as the terminal, COLUMNS, or `WIDE` without either."""
     found = rich.console.Console(stderr=stderr, highlight=False, markup=False)
-    if found.is_terminal or os.environ.get("COLUMNS", "").isdigit():  # which rich obeys
+    if _limited(found):
         return found
     return rich.console.Console(stderr=stderr, width=WIDE, highlight=False, markup=False)
 
@@ -29,9 +41,31 @@ def print_table(table: Table) -> None:
     _print([Line(""), *table_lines(table, console().width), Line("")])
 
 
-def print_sentences(sentences: Iterable[str], sort: str = "") -> None:
-    """Print each sentence to standard output on lines of its own. sort: of `Line`."""
-    _print(Line(line, sort) for each in sentences for line in wrapped(each, console().width, first=""))
+def print_sentences(sentences: Iterable[str], sort: str = "", stderr: bool = False) -> None:
+    """Print each sentence on lines of its own: as wide as the terminal or COLUMNS, else one, as programs read it.
+
+    sort: of `Line`. Words that `whole` has joined stay together.
+    """
+    width = _room(stderr)
+    _print([Line(line, sort) for each in sentences for line in wrapped(each, width, first="")], stderr)
+
+
+def say(sentence: str, stderr: bool = False) -> None:
+    """Print one sentence."""
+    print_sentences([sentence], stderr=stderr)
+
+
+def print_entries(entries: Mapping[str, str]) -> None:
+    """Print what each name stands for, a name a line."""
+    indent = " " * (max(map(len, entries)) + 2)
+    for name, meaning in entries.items():
+        first = f"{name:{len(indent)}}"
+        _print([Line(line) for line in wrapped(meaning, _room(), first, later=indent)])
+
+
+def print_error(message: str) -> None:
+    """Print the lines of a message to standard error; those that go on are indented."""
+    print_sentences(f"Error: {message}".splitlines(), stderr=True)
 
 
 def table_text(title: str, tables: Iterable[Table]) -> rich.text.Text:
@@ -43,7 +77,18 @@ def table_text(title: str, tables: Iterable[Table]) -> rich.text.Text:
     return text
 
 
-def _print(lines: Iterable[Line]) -> None:
-    out = console()
+def _room(stderr: bool = False) -> int:
+    """The width of a sentence."""
+    found = console(stderr)
+    return found.width if _limited(found) else sys.maxsize
+
+
+def _limited(found: rich.console.Console) -> bool:
+    """Whether somebody says how wide lines may be; rich obeys COLUMNS itself."""
+    return found.is_terminal or os.environ.get("COLUMNS", "").isdigit()
+
+
+def _print(lines: Iterable[Line], stderr: bool = False) -> None:
+    out = console(stderr)
     for line in lines:
         out.print(rich.text.Text(line.text, _STYLES[line.sort]), soft_wrap=True)

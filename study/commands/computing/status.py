@@ -16,7 +16,7 @@ from study.commands.shared.refusals import refusals
 from study.execution.forecast import duration
 from study.plan.endings import PENDING, endings
 from study.report.columns import Table
-from study.report.console import console, print_table, table_text
+from study.report.console import console, print_table, say, table_text
 
 INTERVAL: Final = 2.0
 """Seconds between two looks at the results."""
@@ -33,7 +33,7 @@ def work(campaign: Path, out: Path | None, watch: bool, as_json: bool) -> None:
         elif watch:
             _watch(found)
         else:
-            click.echo(found.plan.manifest.title)
+            say(found.plan.manifest.title)
             for table in _tables(found):
                 print_table(table)
             print_foreign(found.foreign, campaign)

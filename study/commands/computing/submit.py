@@ -4,8 +4,6 @@ import subprocess
 import sys
 from pathlib import Path
 
-import click
-
 from study import shipped
 from study.commands.shared.arguments import folder
 from study.commands.shared.exits import Refusal
@@ -14,6 +12,7 @@ from study.commands.shared.refusals import refusals
 from study.execution import submission
 from study.execution.submission import SiteError
 from study.figures.shared.files import write_files
+from study.report.console import say, whole
 
 
 def work(campaign: Path, out: Path | None, site: Path | None, submit: bool) -> None:
@@ -27,10 +26,10 @@ def work(campaign: Path, out: Path | None, site: Path | None, submit: bool) -> N
         path = into / "job.sh"
         write_files({path: text.encode()})  # the scheduler opens its log in that folder before anything runs
     if site is None:
-        click.echo(f"settings: {used}; copy the file, change it and give it by --site")
+        say(f"settings: {whole(used)}; copy the file, change it and give it by --site")
     if submit:
         sys.exit(_submit(path))
-    click.echo(f"{path}: sbatch it, or use --submit")
+    say(f"{whole(path)}: sbatch it, or use --submit")
 
 
 def _submit(path: Path) -> int:

@@ -6,8 +6,6 @@ from collections.abc import Sequence
 from pathlib import Path
 from typing import Final
 
-import click
-
 from study.commands.shared.exits import CRASHED
 from study.commands.shared.refusals import refusals
 from study.commands.shared.sources import dataset_of
@@ -17,7 +15,7 @@ from study.dataset.agreement.verdicts import STANDARD_DEVIATIONS, Observed, obse
 from study.dataset.comparison import Verdict
 from study.dataset.ensemble import over_members
 from study.dataset.variables import OUTCOMES
-from study.report.console import Table, print_table
+from study.report.console import Table, print_sentences, print_table, say
 from study.report.summary import words
 
 WORST: Final = 12
@@ -34,7 +32,7 @@ def work(first: Path, second: Path) -> None:
     with refusals(NotComparableError), dataset_of(first) as one, dataset_of(second) as other:
         pair = over_members(one), over_members(other)
         kinds = [kind for kind in KINDS if all(OUTCOMES[kind][0].name in root for root in pair)]
-        click.echo(f"A: {first}, {one.attrs.get('title', '')}\nB: {second}, {other.attrs.get('title', '')}")
+        print_sentences([f"A: {first}, {one.attrs.get('title', '')}", f"B: {second}, {other.attrs.get('title', '')}"])
         _print_facts(pair)
         found = {kind: matched(pair, kind) for kind in kinds}
         if not any(each.rows for each in found.values()):
@@ -44,7 +42,7 @@ def work(first: Path, second: Path) -> None:
             _print_rows("drives of cases" if kind else "cases", found[kind], unjudged(pair, kind, found[kind]))
     _print_worst(seen)
     counts = Counter(each.verdict for each in seen)
-    click.echo("observables: " + ", ".join(f"{counts[verdict]} {_WORDS[verdict]}" for verdict in Verdict))
+    say("observables: " + ", ".join(f"{counts[verdict]} {_WORDS[verdict]}" for verdict in Verdict))
     sys.exit(CRASHED if counts[Verdict.DIFFERENT] else 0)
 
 
@@ -53,20 +51,20 @@ def _print_facts(pair: Pair) -> None:
     if facts:
         print_table(Table(("differs", "A", "B"), tuple((each.name, *each.values) for each in facts), labels=2))
     else:
-        click.echo("same parameters, campaign and software")
+        say("same parameters, campaign and software")
 
 
 def _print_rows(what: str, found: Matched, others: tuple[Sequence[str], Sequence[str]]) -> None:
     """Print how many rows both have, the first of those that one has alone, and what states no uncertainty."""
     pending = f", {found.pending} more pending in one of them" if found.pending else ""
-    click.echo(f"{what} in both: {len(found.rows)}{pending}")
+    say(f"{what} in both: {len(found.rows)}{pending}")
     for name, only in zip("AB", found.only, strict=True):
         if only:
-            click.echo(f"{what} in {name} alone: {len(only)}, first {words(only[0])}")
+            say(f"{what} in {name} alone: {len(only)}, first {words(only[0])}")
     differ, same = others
     if differ:
         more = ", …" if len(differ) > WORST else ""
-        click.echo(
+        say(
             f"not judged, as they state no uncertainty: {len(differ)} of {len(differ) + len(same)} other numbers differ "
             f"({', '.join(differ[:WORST])}{more})"
         )
@@ -80,7 +78,7 @@ def _print_worst(seen: Sequence[Observed]) -> None:
         header = ("observable", "A", "B", "apart/σ", "verdict", "case")
         print_table(Table(header, tuple(map(_row, worst)), labels=3))
     if len(apart) > len(worst):
-        click.echo(f"and {len(apart) - len(worst)} smaller differences")
+        say(f"and {len(apart) - len(worst)} smaller differences")
 
 
 def _row(each: Observed) -> tuple[str, ...]:

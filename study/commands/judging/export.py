@@ -10,6 +10,7 @@ from study.commands.shared.refusals import refusals
 from study.commands.shared.sources import dataset_of
 from study.dataset.access.tidy import Column, case_columns, event_columns, sample_columns
 from study.figures.shared.files import write_files
+from study.report.console import say, whole
 from study.report.interchange import as_csv, as_json
 
 _TABLES: Final[dict[str | None, Callable[..., list[Column]]]] = {
@@ -31,4 +32,4 @@ def work(campaign: Path, out: Path | None, form: str | None, table: str | None, 
         return
     with refusals():
         write_files({output: text.encode()})
-    click.echo(f"written: {output} ({len(columns[0].values)} rows)", err=True)
+    say(f"{whole(f'written: {output}')} ({len(columns[0].values)} rows)", stderr=True)

@@ -6,8 +6,6 @@ from pathlib import Path
 from tempfile import TemporaryDirectory
 from typing import Any, NamedTuple
 
-import click
-
 from study.commands.shared.exits import CRASHED
 from study.commands.shared.machine import print_json
 from study.commands.shared.refusals import refusals
@@ -21,7 +19,7 @@ from study.execution.interruption import EXIT_CODE
 from study.execution.progress import open_progress
 from study.plan.tasks import Task
 from study.report.columns import Table
-from study.report.console import console, print_table
+from study.report.console import console, print_table, say
 from study.report.summary import MOST_ROWS
 
 
@@ -31,7 +29,7 @@ def work(dataset: Path, sample: int | None, as_json: bool) -> None:
         plan = verification.rebuilt(found, dataset)
         cases = verification.computed(plan, found)
         chosen = verification.sample(cases, sample)
-        click.echo(f"{plan.manifest.title}: {len(chosen)} of {len(plan.cases)} cases to recompute", err=True)
+        say(f"{plan.manifest.title}: {len(chosen)} of {len(plan.cases)} cases to recompute", stderr=True)
         other = verification.other_software(found)
         code = _recompute(verification.tasks_of(plan, chosen, found), Path(folder))
         if not code:
@@ -58,7 +56,7 @@ def _recompute(tasks: tuple[Task, ...], out: Path) -> int:
     with open_farm(serial=True) as farm, open_progress(tasks, console(stderr=True)) as progress:
         tally = farm.run(tasks, executor(out), progress)
     if tally.interrupted:
-        click.echo("interrupted: nothing is compared", err=True)
+        say("interrupted: nothing is compared", stderr=True)
         return EXIT_CODE
     return CRASHED if tally.crashed else 0
 
@@ -66,7 +64,7 @@ def _recompute(tasks: tuple[Task, ...], out: Path) -> int:
 def _print_findings(findings: list[Finding], path: Path, left: _Left, other: str) -> None:
     """Print a table of the cases, those that differ first if they are many, and the counts."""
     if other:
-        click.echo(other)
+        say(other)
     shown = findings if len(findings) <= MOST_ROWS else sorted(findings, key=lambda each: -each.verdict)[:MOST_ROWS]
     rows = tuple((each.label, str(each.verdict), each.remark) for each in shown)
     failed = frozenset(number for number, each in enumerate(shown) if each.verdict is Verdict.DIFFERENT)
@@ -74,7 +72,7 @@ def _print_findings(findings: list[Finding], path: Path, left: _Left, other: str
     parts = [f"{count} {verdict}" for verdict, count in _counts(findings).items()]
     parts += [f"{left.pending} pending, skipped"] if left.pending else []
     parts += [f"{left.not_in_sample} not in the sample"] if left.not_in_sample else []
-    click.echo(f"{path}: cases: {', '.join(parts)}; {findings[0].label}: {findings[0].verdict}")
+    say(f"{path}: cases: {', '.join(parts)}; {findings[0].label}: {findings[0].verdict}")
 
 
 def _counts(findings: list[Finding]) -> dict[str, int]:

@@ -1,8 +1,7 @@
 """`nanoslip figure`: a number of a campaign over its axes; figures of the shipped campaigns, with their tables."""
 
+from collections.abc import Iterable
 from pathlib import Path
-
-import click
 
 from study import api, shipped
 from study.commands.shared.exits import Refusal
@@ -16,7 +15,7 @@ from study.figures.shared.files import write_files
 from study.figures.sweep.names import axis_named, points_named
 from study.figures.views.answer import view_of
 from study.figures.views.view import csv_of
-from study.report.console import Table, print_table
+from study.report.console import Table, print_entries, print_table, say, whole
 
 RESULTS = Path("results")
 """Where the results of shipped figures are, each campaign's in a folder."""
@@ -65,8 +64,8 @@ def _draw_over_axes(
         if table:
             files[target.with_suffix(".csv")] = csv_of(view.columns()).encode()
         write_files(files)
-    click.echo(view.caption)
-    click.echo(f"written: {', '.join(map(str, files))}")
+    say(view.caption)
+    _say_written(files)
 
 
 def _draw_shipped(names: tuple[str, ...], everything: bool, formats: tuple[str, ...], into: Path, out: Path) -> None:
@@ -79,15 +78,17 @@ def _draw_shipped(names: tuple[str, ...], everything: bool, formats: tuple[str, 
             with api.run(source, out / campaign, progress=True) as dataset:
                 for figure in figures:
                     written = write(figure, dataset, into, formats)
-                    click.echo(figure.title)
+                    say(figure.title)
                     print_table(Table(figure.header, tuple(map(as_row, figure.claims(dataset))), 3))
-                    click.echo(f"written: {', '.join(map(str, written))}")
-        for page in write_indexes(into):
-            click.echo(f"written: {page}")
+                    _say_written(written)
+        _say_written(write_indexes(into))
 
 
 def _list() -> None:
-    width = max(map(len, FIGURES))
-    for name, figure in FIGURES.items():
-        click.echo(f"{name:{width}}  {figure.title}")
-    click.echo("nanoslip figure NAME draws one, nanoslip figure --all all of them")
+    print_entries({name: figure.title for name, figure in FIGURES.items()})
+    say(f"{whole('nanoslip figure NAME')} draws one, {whole('nanoslip figure --all')} all of them")
+
+
+def _say_written(files: Iterable[Path]) -> None:
+    for path in files:
+        say(whole(f"written: {path}"))

@@ -2,8 +2,6 @@
 
 from pathlib import Path
 
-import click
-
 from solver.outcome import SolverError
 from study.commands.shared.choice import chosen
 from study.commands.shared.plans import planned
@@ -11,6 +9,7 @@ from study.commands.shared.refusals import refusals
 from study.figures.frames.film import frames
 from study.figures.frames.moments import events_of
 from study.manifest.problems import ManifestError
+from study.report.console import say, whole
 
 
 def work(campaign: Path, selection: tuple[str, ...], events: str, output: Path) -> None:
@@ -24,6 +23,6 @@ def work(campaign: Path, selection: tuple[str, ...], events: str, output: Path) 
     if len(shown.moments) < len(wanted):
         ended = shown.outcome if not shown.outcome.ok else shown.record.outcome
         reason = f"{ended.ending}: {ended.message}".rstrip(": ")
-        click.echo(f"no event {wanted[len(shown.moments)]}: the record ends before ({reason})", err=True)
+        say(f"no event {wanted[len(shown.moments)]}: the record ends before ({reason})", stderr=True)
     last = shown.moments[-1].event
-    click.echo(f"written: {output} ({case.point}; {len(shown.moments)} moments to event {last})")
+    say(f"{whole(f'written: {output}')} ({case.point}; {len(shown.moments)} moments to event {last})")

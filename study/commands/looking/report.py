@@ -2,13 +2,12 @@
 
 from pathlib import Path
 
-import click
-
 from study.commands.shared.arguments import folder
 from study.commands.shared.datasets import print_summary
 from study.commands.shared.refusals import refusals
 from study.dataset import file
 from study.report import page
+from study.report.console import say, whole
 
 
 def work(campaign: Path, out: Path | None) -> None:
@@ -17,4 +16,4 @@ def work(campaign: Path, out: Path | None) -> None:
     with refusals(), file.read(into / file.FILE) as opened:
         print_summary(opened)
         written = page.write(opened, into)
-    click.echo(f"report: {written}")
+    say(whole(f"report: {written}"))

@@ -2,16 +2,15 @@
 
 from pathlib import Path
 
-import click
-
 from study.commands.shared.one_case import assignments, show_case
 from study.commands.shared.refusals import refusals
 from study.commands.shared.sources import dataset_of
+from study.report.console import say
 
 
 def work(campaign: Path, parameters: tuple[str, ...], out: Path | None, picture: Path | None) -> None:
     """Print the case of a campaign that has these parameters, or draw it."""
     given = assignments(parameters)
     with refusals(), dataset_of(campaign, out) as found:
-        click.echo(found.attrs["title"])
+        say(found.attrs["title"])
         show_case(found, given, picture)

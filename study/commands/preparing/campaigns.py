@@ -4,10 +4,9 @@ import tomllib
 from collections.abc import Mapping
 from pathlib import Path
 
-import click
-
 from study import shipped
 from study.commands.shared.machine import print_json
+from study.report.console import print_entries, say, whole
 
 
 def work(as_json: bool) -> None:
@@ -17,14 +16,12 @@ def work(as_json: bool) -> None:
         print_json([{"name": name, "title": title_of(path), "file": str(path)} for name, path in found.items()])
         return
     print_titles(found)
-    click.echo(f"nanoslip run NAME computes one; the files are in {shipped.folder('campaigns')}")
+    say(f"{whole('nanoslip run NAME')} computes one; the files are in {whole(shipped.folder('campaigns'))}")
 
 
 def print_titles(found: Mapping[str, Path]) -> None:
     """Print name and title of campaigns, by name."""
-    width = max(map(len, found))
-    for name, path in found.items():
-        click.echo(f"{name:{width}}  {title_of(path)}")
+    print_entries({name: title_of(path) for name, path in found.items()})
 
 
 def title_of(path: Path) -> str:

@@ -2,11 +2,10 @@
 
 from pathlib import Path
 
-import click
-
 from study.commands.shared.exits import Refusal
 from study.commands.shared.plans import counted, planned
 from study.manifest.problems import ManifestError
+from study.report.console import say, whole
 
 
 def work(campaigns: tuple[Path, ...]) -> None:
@@ -14,7 +13,7 @@ def work(campaigns: tuple[Path, ...]) -> None:
     problems: list[str] = []
     for campaign in campaigns:
         try:
-            click.echo(_counted(campaign))
+            say(_counted(campaign))
         except ManifestError as error:
             problems += error.lines
     if problems:
@@ -31,8 +30,8 @@ def _counted(campaign: Path) -> str:
         f"{counted(len(plan.manifest.drives), 'drive')}{_of_them(impossible)}",
         counted(len(plan.tasks), "task"),
     )
-    return f"{campaign}: fine: {', '.join(said)}"
+    return f"{whole(campaign)}: fine: {', '.join(said)}"
 
 
 def _of_them(refused: int) -> str:
-    return f" ({refused} of them refused, nanoslip plan says why)" if refused else ""
+    return f" ({refused} of them refused, {whole('nanoslip plan')} says why)" if refused else ""

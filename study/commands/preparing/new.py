@@ -3,13 +3,12 @@
 from collections.abc import Mapping
 from pathlib import Path
 
-import click
-
 from study import shipped
 from study.commands.preparing.campaigns import print_titles
 from study.commands.shared.exits import Refusal
 from study.commands.shared.refusals import refusals
 from study.figures.shared.files import write_files
+from study.report.console import say, whole
 
 
 def work(starter: str | None, file: Path | None) -> None:
@@ -17,13 +16,16 @@ def work(starter: str | None, file: Path | None) -> None:
     found = shipped.starters()
     if starter is None:
         print_titles(found)
-        click.echo("nanoslip new NAME [FILE] writes one, to be changed")
+        say(f"{whole('nanoslip new NAME [FILE]')} writes one, to be changed")
         return
     if starter not in found:
         raise Refusal(f"{starter}: no starter; there are {', '.join(found)}")
     target = file or Path(f"{starter}.toml")
     _write({found[starter]: target} | {path: target.with_name(path.name) for path in _beside(found[starter])})
-    click.echo(f"written: {target}; change it, then: nanoslip check {target}; nanoslip run {target}")
+    say(
+        f"{whole(f'written: {target}')}; change it, then: "
+        f"{whole(f'nanoslip check {target}')}; {whole(f'nanoslip run {target}')}"
+    )
 
 
 def _beside(starter: Path) -> list[Path]:

@@ -5,8 +5,6 @@ from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
 
-import click
-
 from study.commands.shared.machine import print_json
 from study.commands.shared.plans import Standing, counted, counts, counts_as_data, print_foreign, standing
 from study.commands.shared.refusals import refusals
@@ -20,7 +18,7 @@ from study.plan.plan import Plan
 from study.plan.size import disk_of_plan
 from study.plan.spans import span_line
 from study.report.columns import Table
-from study.report.console import print_sentences, print_table
+from study.report.console import print_sentences, print_table, say
 
 
 def work(campaign: Path, out: Path | None, ranks: int | None, show_effects: bool, as_json: bool) -> None:
@@ -38,7 +36,7 @@ def work(campaign: Path, out: Path | None, ranks: int | None, show_effects: bool
 
 def _print(found: Standing, ranks: int, show_effects: bool) -> None:
     plan = found.plan
-    click.echo(plan.manifest.title)
+    say(plan.manifest.title)
     print_sentences(_cases(plan))
     if show_effects:
         rows = tuple(

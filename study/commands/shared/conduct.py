@@ -19,7 +19,7 @@ from study.plan.memory import shortages
 from study.plan.plan import Plan
 from study.plan.tasks import Task
 from study.report import costs
-from study.report.console import console
+from study.report.console import console, say
 
 
 def conduct(farm: Farm, campaign: Path, out: Path, recompute_foreign: bool) -> int:
@@ -31,10 +31,10 @@ def conduct(farm: Farm, campaign: Path, out: Path, recompute_foreign: bool) -> i
             finished = store.inventory()
             foreign = plan.foreign(finished)
             if recompute_foreign:
-                click.echo(f"{len(foreign)} results of other software count as not finished", err=True)
+                say(f"{len(foreign)} results of other software count as not finished", stderr=True)
                 finished = {key: origins for key, origins in finished.items() if key not in foreign}
             else:
-                print_foreign(foreign, campaign, err=True)
+                print_foreign(foreign, campaign, stderr=True)
             return _compute(farm, plan, out, plan.remaining(finished))
     except click.ClickException as error:
         show(error)
@@ -44,23 +44,22 @@ def conduct(farm: Farm, campaign: Path, out: Path, recompute_foreign: bool) -> i
 def _compute(farm: Farm, plan: Plan, out: Path, tasks: tuple[Task, ...]) -> int:
     _refuse_shortages(farm, plan, tasks)
     if tasks:
-        warm_up(tasks, lambda: click.echo("compiling kernels, once: about a minute; later runs load them", err=True))
+        warm_up(tasks, lambda: say("compiling kernels, once: about a minute; later runs load them", stderr=True))
     said = f"{counted(len(plan.cases), 'case')}, {counted(len(tasks), 'task')} left, {farm.size} {farm.unit}"
-    click.echo(f"{plan.manifest.title}: {said}", err=True)
+    say(f"{plan.manifest.title}: {said}", stderr=True)
     started = time.time()
     with open_progress(tasks, console(stderr=True), farm.size) as progress:
         tally = farm.run(tasks, executor(out), progress)
     took = costs.since(started, time.time(), farm.size, tally.seconds, tally.done + tally.crashed)
     if tasks and (problem := costs.add(out, took)):
-        click.echo(problem, err=True)
+        say(problem, stderr=True)
     if tally.interrupted:
-        click.echo("interrupted: what is finished is kept; run again to continue", err=True)
+        say("interrupted: what is finished is kept; run again to continue", stderr=True)
         return EXIT_CODE
     drop_intermediates(plan, tasks, Store(out))
     write_dataset(plan, out)
     if tally.crashed:
-        said = f"{tally.crashed} tasks crashed or found no memory (see above): run again to try them again"
-        click.echo(said, err=True)
+        say(f"{tally.crashed} tasks crashed or found no memory (see above): run again to try them again", stderr=True)
         return CRASHED
     return 0
 

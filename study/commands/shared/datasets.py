@@ -2,14 +2,13 @@
 
 from pathlib import Path
 
-import click
 import xarray as xr
 
 from study.dataset import file
 from study.dataset.collect import collect
 from study.dataset.store import Store
 from study.plan.plan import Plan
-from study.report.console import print_sentences, print_table
+from study.report.console import print_sentences, print_table, say, whole
 from study.report.summary import drive_summary, failure_summary, flag_summary, scalar_table
 
 
@@ -19,9 +18,9 @@ def write_dataset(plan: Plan, out: Path) -> None:
     path = out / file.FILE
     file.write(collected, path)
     print_summary(collected)
-    click.echo(f"dataset: {path}")
+    say(whole(f"dataset: {path}"))
     if mixed := collected.attrs.get(file.MIXED):
-        click.echo(f"{mixed} (computed_by says which case is whose)")
+        say(f"{mixed} (computed_by says which case is whose)")
 
 
 def print_summary(dataset: xr.Dataset) -> None:

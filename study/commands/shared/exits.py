@@ -4,6 +4,7 @@
 99: interrupted, run again (study.execution.interruption).
 """
 
+from importlib import import_module
 from typing import Final
 
 import click
@@ -13,6 +14,8 @@ from study.execution.launch import launcher_rank
 CRASHED: Final = 1
 WRONG_INPUT: Final = 2
 ABORTED: Final = 130
+_CONSOLE: Final = "study.report.console"
+"""Imported where there is something to say: help needs no terminal's width."""
 
 
 class Refusal(click.ClickException):
@@ -23,5 +26,9 @@ class Refusal(click.ClickException):
 
 def show(error: click.ClickException) -> None:
     """Print an error once, however many processes were started together."""
-    if launcher_rank() == 0:
+    if launcher_rank():
+        return
+    if isinstance(error, Refusal):
+        import_module(_CONSOLE).print_error(error.message)
+    else:
         error.show()

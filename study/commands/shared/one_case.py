@@ -1,6 +1,5 @@
 """One case of a dataset on the terminal: how it ended, its numbers, its lines in text; or its lines as a picture."""
 
-import textwrap
 from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Final
@@ -17,7 +16,7 @@ from study.figures.shared.files import write_files
 from study.manifest.cases import MEMBER
 from study.manifest.parameters import STANDARD
 from study.report.case_table import case_table, ending_lines
-from study.report.console import console, print_sentences, print_table
+from study.report.console import print_sentences, print_table, say, whole
 from study.report.curves import Curve, curves
 from study.report.summary import failure_summary, scalar_table, words
 from study.report.text_plot import text_plot
@@ -50,11 +49,11 @@ def show_case(dataset: xr.Dataset, given: Mapping[str, str], picture: Path | Non
     _print_numbers(over_members(case), dataset)
     lines = list(curves(first))
     if lines and first is not case:
-        click.echo("lines are the first member's; member=1 shows the next")
+        say("lines are the first member's; member=1 shows the next")
     if picture:
         with refusals():
             write_files({picture: _drawn(lines, form)})
-        click.echo(f"written: {picture}")
+        say(whole(f"written: {picture}"))
         return
     for line in lines:
         click.echo(text_plot(line.x, line.y, (line.x_label, line.y_label)))
@@ -62,16 +61,14 @@ def show_case(dataset: xr.Dataset, given: Mapping[str, str], picture: Path | Non
 
 def _print_numbers(case: xr.Dataset, dataset: xr.Dataset) -> None:
     """Print what a case is, how it ended and what is known of it; drives as rows where they are several."""
-    click.echo(f"case {_label(case, dataset)}")
-    for line in ending_lines(case):
-        click.echo(line)
+    print_sentences([f"case {_label(case, dataset)}", *ending_lines(case)])
     table, missing = case_table(case)
     if table.rows:
         print_table(table)
     if missing:
-        click.echo(textwrap.fill(f"not known here: {', '.join(missing)}", console().width))
+        say(f"not known here: {', '.join(missing)}")
     if "drive_outcome" in case and case["drive_outcome"].dims:
-        click.echo("several drives; drive=NAME, or values of their parameters, shows one:")
+        say("several drives; drive=NAME, or values of their parameters, shows one:")
         print_table(scalar_table(case, why=False))
         print_sentences(failure_summary(case), "failed")
 

@@ -6,14 +6,13 @@ from dataclasses import asdict, dataclass
 from pathlib import Path
 from typing import Any
 
-import click
-
 from study.commands.shared.arguments import folder
 from study.dataset.store import Store
 from study.manifest.reader import load_manifest
 from study.origin import Origins, census, here
 from study.plan.plan import Plan, make_plan
 from study.plan.tasks import Task, estimate
+from study.report.console import say, whole
 
 
 def planned(campaign: Path) -> Plan:
@@ -75,15 +74,15 @@ def counts_as_data(standing: Standing) -> dict[str, Any]:
     return {kind: asdict(count) for kind, count in counts(standing).items()}
 
 
-def print_foreign(foreign: Mapping[str, Origins], campaign: Path, err: bool = False) -> None:
+def print_foreign(foreign: Mapping[str, Origins], campaign: Path, stderr: bool = False) -> None:
     """Print which finished results are by other software, and how to compute them again; nothing where none are."""
     if not foreign:
         return
     parts = "; ".join(f"{count} of {origin}" for origin, count in sorted(census(foreign.values()).items()))
-    click.echo(
+    say(
         f"{len(foreign)} finished results are other software's: {parts}; here is {here()}. They are used as they are; "
-        f"nanoslip run {campaign} --recompute-foreign computes them again",
-        err=err,
+        f"{whole(f'nanoslip run {campaign} --recompute-foreign')} computes them again",
+        stderr=stderr,
     )
 
 

@@ -4,7 +4,6 @@ from collections.abc import Iterator
 from contextlib import contextmanager
 from pathlib import Path
 
-import click
 import xarray as xr
 
 from study.commands.shared.arguments import folder
@@ -13,6 +12,7 @@ from study.dataset import file
 from study.dataset.collect import collect
 from study.dataset.store import Store, StoreError
 from study.dataset.verification import opened
+from study.report.console import say, whole
 
 
 @contextmanager
@@ -34,6 +34,6 @@ def dataset_of(source: Path, out: Path | None = None) -> Iterator[xr.Dataset]:
                 return
     store = Store(into)
     if not store.finished():
-        raise StoreError(f"{into}: no results of {source} there: nanoslip run {source} computes them")
-    click.echo(f"{into}: no dataset of {source} as it is now: from the results that are finished", err=True)
+        raise StoreError(f"{into}: no results of {source} there: {whole(f'nanoslip run {source}')} computes them")
+    say(f"{into}: no dataset of {source} as it is now: from the results that are finished", stderr=True)
     yield collect(plan, store)

@@ -86,7 +86,9 @@ def test_records_that_nobody_wants_are_gone_after_the_run(main, campaign):
     code, said, progress = main("run", campaign, "--out", out, "--serial")
     assert (code, "0 tasks to do" in progress) == (0, True)
     # One slow stage never gets the pin to slip, another so late that its mean force says nothing yet.
-    assert [said.count(ending) for ending in ("completed", "no_slip", "no_plateau")] == [6, 1, 1]
+    # Each failure is in a row, and once more with its advice.
+    assert [said.count(ending) for ending in ("completed", "no_slip", "no_plateau")] == [6, 2, 2]
+    assert [said.count(f"{ending}: 1 of 8 drives") for ending in ("no_slip", "no_plateau")] == [1, 1]
 
 
 def test_cases_that_physics_refuses_are_results_and_exit_code_0(main, campaign):
@@ -96,7 +98,8 @@ def test_cases_that_physics_refuses_are_results_and_exit_code_0(main, campaign):
     assert (code, "16 cases, 4 of them refused" in said) == (0, True)
     code, said, _ = main("run", campaign, "--out", campaign.parent / "out", "--serial")
     assert code == 0
-    assert "invalid: rows = 5: needs 3 to 4 rows at n_x = 9" in said
+    assert "invalid: 4 of 16 cases, first " in said
+    assert ": rows = 5: needs 3 to 4 rows at n_x = 9" in said
 
 
 def test_a_defect_is_exit_code_1_and_keeps_the_rest(main, campaign, monkeypatch):
@@ -113,7 +116,7 @@ def test_a_defect_is_exit_code_1_and_keeps_the_rest(main, campaign, monkeypatch)
     assert code == 1
     assert "6 tasks crashed" in errors  # two records and the two drives of each
     assert "RuntimeError: a defect" in errors
-    assert [said.count(word) for word in ("completed", "no_slip", "pending")] == [3, 1, 4]
+    assert [said.count(word) for word in ("completed", "no_slip", "pending")] == [3, 2, 4]  # no_slip with its advice
     monkeypatch.setattr(executor, "run_task", compute)
     assert main("run", campaign, "--out", out, "--serial")[0] == 0
 
