@@ -44,7 +44,7 @@ Source = Place | xr.Dataset
 Accessor = accessor.Accessor
 """What `.nanoslip` of a dataset is; importing it makes xarray know it."""
 
-_DICT = Path("campaign")
+DICT = Path("campaign")
 """What messages call a campaign that is no file. Files that it names are looked for in the working folder."""
 
 
@@ -117,8 +117,8 @@ def _manifest(campaign: Campaign) -> Manifest:
     try:
         text = as_toml(campaign)
     except TypeError as error:
-        raise ManifestError([f"{_DICT}: {error}"]) from None
-    return parse_manifest(_DICT, text, _files_named_in(campaign))
+        raise ManifestError([f"{DICT}: {error}"]) from None
+    return parse_manifest(DICT, text, _files_named_in(campaign))
 
 
 def _files_named_in(campaign: Mapping[str, Any]) -> dict[str, str]:

@@ -3,7 +3,7 @@
 from pathlib import Path
 
 from solver.outcome import SolverError
-from study.commands.shared.choice import chosen
+from study.commands.shared.choice import assignments, chosen
 from study.commands.shared.plans import planned
 from study.commands.shared.refusals import refusals
 from study.figures.frames.film import frames
@@ -16,7 +16,7 @@ def work(campaign: Path, selection: tuple[str, ...], events: str, output: Path) 
     """Compute a case's contact after each of some events, and draw it."""
     with refusals(SolverError):
         wanted = events_of(events)
-        case = chosen(planned(campaign).cases, selection)
+        case = chosen(planned(campaign).cases, assignments(selection))
         if case.case is None:
             raise ManifestError([f"{case.point}: {case.outcome.message}"])
         shown = frames(case.case, wanted, output)

@@ -2,15 +2,20 @@
 
 from pathlib import Path
 
-from study.commands.shared.one_case import assignments, show_case
+from study.commands.shared.choice import assignments
+from study.commands.shared.one_case import show_case
 from study.commands.shared.refusals import refusals
 from study.commands.shared.sources import dataset_of
+from study.figures.shared.canvas import format_of
 from study.report.console import say
 
 
 def work(campaign: Path, parameters: tuple[str, ...], out: Path | None, picture: Path | None) -> None:
     """Print the case of a campaign that has these parameters, or draw it."""
     given = assignments(parameters)
+    if picture:
+        with refusals(ValueError):
+            format_of(picture)
     with refusals(), dataset_of(campaign, out) as found:
         say(found.attrs["title"])
         show_case(found, given, picture)

@@ -1,29 +1,42 @@
-"""One case of a campaign, by what singles it out: `radius=200 n_x=65`."""
+"""KEY=VALUE on the command line, and the one case of a campaign that they single out: `radius=200 n_x=65`."""
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 
+from study.commands.shared.exits import Refusal
 from study.manifest.cases import CampaignCase
 from study.manifest.parameters import Value, in_words, words
 from study.manifest.problems import ManifestError
 
 
-def chosen(cases: Sequence[CampaignCase], selection: Sequence[str]) -> CampaignCase:
-    """The one case that has all of these KEY=VALUE, keys as in a manifest. Raises ManifestError where none or several have."""
+def assignments(given: Sequence[str]) -> dict[str, str]:
+    """Words of a command line, `key=value` each, as a mapping. Raises Refusal."""
+    found: dict[str, str] = {}
+    for word in given:
+        key, sign, value = word.partition("=")
+        if not (sign and key and value):
+            raise Refusal(f"{word}: needs key=value, as radius=50")
+        if key in found:
+            raise Refusal(f"{word}: {key} is given twice")
+        found[key] = value
+    return found
+
+
+def chosen(cases: Sequence[CampaignCase], given: Mapping[str, str]) -> CampaignCase:
+    """The one case that has all of these values, keys as in a manifest. Raises ManifestError where none or several have."""
     found = list(cases)
-    for entry in selection:
-        key, equals, value = entry.partition("=")
+    for key, value in given.items():
         name = words().get(key, key)
         there = list(dict.fromkeys(case.parameters[name] for case in cases if name in case.parameters))
-        if not equals or not there:
+        if not there:
             known = in_words(", ".join(dict.fromkeys(name for case in cases for name in case.parameters)))
-            raise ManifestError([f"{entry}: needs KEY=VALUE; these cases are told apart by {known}"])
+            raise ManifestError([f"{key}={value}: these cases are told apart by {known}"])
         found = [case for case in found if _is(case.parameters.get(name), value)]
         if not any(_is(each, value) for each in there):
-            raise ManifestError([f"{entry}: no such case; there are {', '.join(map(str, there))}"])
+            raise ManifestError([f"{key}={value}: no such case; there are {', '.join(map(str, there))}"])
+    said = " ".join(f"{key}={value}" for key, value in given.items()) or "no selection"
     if not found:
-        raise ManifestError([f"{' '.join(selection)}: no case is all of that"])
+        raise ManifestError([f"{said}: no case is all of that"])
     if len(found) > 1:
-        said = " ".join(selection) or "no selection"
         raise ManifestError([f"{said}: {len(found)} cases are like that; {_differing(found)}"])
     return found[0]
 

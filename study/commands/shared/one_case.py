@@ -11,7 +11,7 @@ from study.commands.shared.exits import Refusal
 from study.commands.shared.refusals import refusals
 from study.dataset.access.single import one_case
 from study.dataset.ensemble import over_members
-from study.figures.shared.canvas import FORMATS, column, image
+from study.figures.shared.canvas import column, format_of, image
 from study.figures.shared.files import write_files
 from study.manifest.cases import MEMBER
 from study.manifest.parameters import STANDARD
@@ -25,22 +25,8 @@ _NAMES: Final = ("case_id", "case")
 """Coordinates that are no parameters."""
 
 
-def assignments(given: Sequence[str]) -> dict[str, str]:
-    """Words of a command line, `key=value` each, as a mapping. Raises Refusal."""
-    found: dict[str, str] = {}
-    for word in given:
-        key, sign, value = word.partition("=")
-        if not (sign and key and value):
-            raise Refusal(f"{word}: needs key=value, as radius=50")
-        if key in found:
-            raise Refusal(f"{word}: {key} is given twice")
-        found[key] = value
-    return found
-
-
 def show_case(dataset: xr.Dataset, given: Mapping[str, str], picture: Path | None) -> None:
     """Print the case that parameters single out, or write its picture besides. Raises Refusal where it is not one case."""
-    form = _form(picture)
     try:
         case = one_case(dataset, given)
     except (KeyError, ValueError) as error:
@@ -52,7 +38,7 @@ def show_case(dataset: xr.Dataset, given: Mapping[str, str], picture: Path | Non
         say("lines are the first member's; member=1 shows the next")
     if picture:
         with refusals():
-            write_files({picture: _drawn(lines, form)})
+            write_files({picture: _drawn(lines, format_of(picture))})
         say(whole(f"written: {picture}"))
         return
     for line in lines:
@@ -78,14 +64,6 @@ def _label(case: xr.Dataset, dataset: xr.Dataset) -> str:
     names = [str(name) for name, each in case.coords.items() if not each.dims and name not in _NAMES]
     told = [name for name in names if name in STANDARD or len(set(dataset[name].values.ravel().tolist())) > 1]
     return words({name: case[name].item() for name in told if not case[name].isnull()})
-
-
-def _form(picture: Path | None) -> str:
-    """The format that the name of a picture asks for. Raises Refusal."""
-    form = picture.suffix[1:].lower() if picture else ""
-    if picture and form not in FORMATS:
-        raise Refusal(f"{picture}: needs the ending {', '.join(f'.{each}' for each in FORMATS)}")
-    return form
 
 
 def _drawn(lines: Sequence[Curve], form: str) -> bytes:

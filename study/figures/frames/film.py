@@ -13,7 +13,7 @@ from solver.case import Case
 from solver.outcome import InvalidInput
 from study.figures.frames.drawing import MOST_IN_STRIP, draw_frame, strip
 from study.figures.frames.moments import Moments, events_of, moments_of
-from study.figures.shared.canvas import FORMATS, column, image
+from study.figures.shared.canvas import FORMATS, column, format_of, image
 from study.figures.shared.files import write_files
 
 FILMS: Final[dict[str, Any]] = {"gif": PillowWriter, "mp4": FFMpegWriter}
@@ -43,9 +43,7 @@ def frames(case: Case, events: str | Iterable[int], path: str | os.PathLike[str]
 
 def _suffix(path: Path, count: int) -> str:
     """The format of a file with so many pictures. Raises InvalidInput where there is none, or nothing here writes it."""
-    suffix = path.suffix.removeprefix(".")
-    if suffix not in (*FORMATS, *FILMS):
-        raise InvalidInput(f"{path}: needs one of the suffixes .{', .'.join((*FORMATS, *FILMS))}")
+    suffix = format_of(path, (*FORMATS, *FILMS))
     if suffix in FILMS and not FILMS[suffix].isAvailable():
         raise InvalidInput(f"{path}: needs the program ffmpeg, which is not found here; install it, or take .gif")
     if suffix in FORMATS and count > MOST_IN_STRIP:

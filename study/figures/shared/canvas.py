@@ -1,8 +1,9 @@
 """A drawing surface at the width of a journal's column, and its files: the same dataset gives the same bytes."""
 
 import io
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
+from pathlib import Path
 from typing import Any, Final
 
 import matplotlib as mpl
@@ -11,6 +12,8 @@ from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.backends.backend_pdf import FigureCanvasPdf
 from matplotlib.backends.backend_svg import FigureCanvasSVG
 from matplotlib.figure import Figure
+
+from solver.outcome import InvalidInput
 
 COLUMN: Final = 3.35
 """Width of one column of a journal, in inches (85 mm)."""
@@ -41,6 +44,14 @@ _FORMATS: Final[dict[str, tuple[Any, dict[str, Any]]]] = {
     "png": (FigureCanvasAgg, {"metadata": {"Software": None}, "dpi": 200}),
 }
 FORMATS: Final = tuple(_FORMATS)
+
+
+def format_of(path: Path, allowed: Sequence[str] = FORMATS) -> str:
+    """The format that the ending of a file's name asks for, in small or large letters. Raises InvalidInput."""
+    form = path.suffix.removeprefix(".").lower()
+    if form not in allowed:
+        raise InvalidInput(f"{path}: needs a name that ends in {', '.join(f'.{each}' for each in allowed)}")
+    return form
 
 
 @contextmanager

@@ -49,7 +49,7 @@ def test_a_picture_is_written_whole_instead_of_text(main, computed, tmp_path):
     assert (tmp_path / "new" / "case.png").read_bytes().startswith(b"\x89PNG")
     assert [path.name for path in (tmp_path / "new").iterdir()] == ["case.png"]
     code, _, errors = main("show", computed[1], *ONE, "-o", tmp_path / "case.bmp")
-    assert (code, errors) == (2, f"Error: {tmp_path / 'case.bmp'}: needs the ending .pdf, .svg, .png\n")
+    assert (code, errors) == (2, f"Error: {tmp_path / 'case.bmp'}: needs a name that ends in .pdf, .svg, .png\n")
 
 
 def test_results_that_are_not_collected_or_of_a_campaign_that_changed_are_collected_in_memory(main, computed):

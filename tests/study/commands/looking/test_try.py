@@ -2,6 +2,7 @@
 
 import tempfile
 
+from study import api
 from study.manifest.one_case import campaign_of, tables
 
 QUICK = ("n_x=17", "events=60", "radius=50")
@@ -41,13 +42,24 @@ def test_wrong_keys_and_values_are_the_messages_of_a_manifest(main):
     assert said.splitlines()[1].startswith('colour = "red": unknown; ')
     code, _, said = main("try", "radius=-5", "n_x=many", "stage_velocity=fast")
     assert code == 2
+    lines = said.removeprefix("Error: ").splitlines()
     for wrong in (
         "radius = -5: needs 1e-12 ≤ radius",
         'n_x = "many": needs',
         'stage_velocity = "fast": needs a number',
     ):
-        assert wrong in said
+        assert any(line.startswith(wrong) for line in lines)  # as they were typed
     assert "Traceback" not in said
+
+
+def test_a_picture_that_cannot_be_drawn_is_refused_before_anything_is_computed(main, monkeypatch):
+    monkeypatch.setattr(api, "run", None)
+    for name in ("noext", "case.bmp"):
+        assert main("try", *QUICK, "-o", name) == (
+            2,
+            "",
+            f"Error: {name}: needs a name that ends in .pdf, .svg, .png\n",
+        )
 
 
 def test_every_key_has_one_table():

@@ -2,7 +2,8 @@
 
 import pytest
 
-from study.commands.shared.choice import chosen
+from study.commands.shared.choice import assignments, chosen
+from study.commands.shared.exits import Refusal
 from study.manifest.cases import expand
 from study.manifest.problems import ManifestError
 from study.manifest.reader import parse_manifest
@@ -18,27 +19,40 @@ CASES = expand(
 
 
 def test_a_case_is_found_by_the_words_of_its_campaign() -> None:
-    found = chosen(CASES, ["events=5", "radius=1e2", "slip_order=simultaneous"])
+    found = chosen(CASES, {"events": "5", "radius": "1e2", "slip_order": "simultaneous"})
     assert (found.parameters["radius"], found.parameters["max_events"], found.parameters["slip_order"]) == (
         100.0,
         5,
         "simultaneous",
     )
-    assert chosen(CASES[:1], []) is CASES[0]
+    assert chosen(CASES[:1], {}) is CASES[0]
 
 
 REFUSED = {
-    "radius": "these cases are told apart by intrinsic_friction, radius, aspect_ratio, n_x, events, slip_order",
-    "poisson=0.3": "poisson=0.3: needs KEY=VALUE",
+    "poisson=0.3": "poisson=0.3: these cases are told apart by intrinsic_friction, radius, aspect_ratio, n_x, events, slip_order",
     "radius=60": "radius=60: no such case; there are 50.0, 100.0",
     "radius=wide": "radius=wide: no such case",
     "radius=50": "radius=50: 4 cases are like that; say events = 5 or 10, slip_order = worst_first or simultaneous",
-    "radius=50 radius=100": "radius=50 radius=100: no case is all of that",
+    "radius=50 events=7": "events=7: no such case; there are 5, 10",
 }
 
 
 @pytest.mark.parametrize("selection", REFUSED)
 def test_anything_else_says_what_there_is(selection: str) -> None:
     with pytest.raises(ManifestError) as refused:
-        chosen(CASES, selection.split())
+        chosen(CASES, assignments(selection.split()))
     assert REFUSED[selection] in str(refused.value)
+
+
+def test_values_that_no_case_has_together_are_refused() -> None:
+    zipped = [case for case in CASES if (case.parameters["radius"] == 50.0) == (case.parameters["max_events"] == 5)]
+    with pytest.raises(ManifestError, match=r"^radius=50 events=10: no case is all of that$"):
+        chosen(zipped, {"radius": "50", "events": "10"})
+
+
+@pytest.mark.parametrize("word", ["radius", "radius=", "=50", ""])
+def test_a_word_that_gives_no_key_a_value_is_refused(word: str) -> None:
+    with pytest.raises(Refusal, match=rf"^{word}: needs key=value, as radius=50$"):
+        assignments([word])
+    with pytest.raises(Refusal, match="radius is given twice"):
+        assignments(["radius=50", "radius=100"])

@@ -59,7 +59,7 @@ def test_a_film_in_mp4_needs_ffmpeg(tmp_path: Path, monkeypatch: pytest.MonkeyPa
 
 def test_what_cannot_be_drawn_is_refused_before_anything_is_computed(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(film, "moments_of", None)
-    with pytest.raises(InvalidInput, match=r"pin\.jpg: needs one of the suffixes \.pdf, \.svg, \.png, \.gif, \.mp4"):
+    with pytest.raises(InvalidInput, match=r"pin\.jpg: needs a name that ends in \.pdf, \.svg, \.png, \.gif, \.mp4"):
         film.frames(CASE, (0,), "pin.jpg")
     with pytest.raises(InvalidInput, match=rf"pin\.png: 11 events: a strip holds at most {MOST_IN_STRIP}"):
         film.frames(CASE, range(11), "pin.png")
