@@ -1,6 +1,7 @@
 """`nanoslip figure`: a number of a campaign over its axes; figures of the shipped campaigns, with their tables."""
 
-from collections.abc import Iterable
+from collections.abc import Iterable, Iterator
+from contextlib import contextmanager
 from pathlib import Path
 
 from study import api, shipped
@@ -9,7 +10,7 @@ from study.commands.shared.refusals import refusals
 from study.commands.shared.sources import dataset_of
 from study.figures.catalogue import FIGURES
 from study.figures.gallery import campaigns_of, write, write_indexes
-from study.figures.shared.canvas import FORMATS, image
+from study.figures.shared.canvas import FORMATS, format_of, image
 from study.figures.shared.claims import as_row
 from study.figures.shared.files import write_files
 from study.figures.sweep.names import axis_named, points_named
@@ -49,23 +50,36 @@ def work(
 def _draw_over_axes(
     source: Path, out: Path | None, words: tuple[str, str, str], output: Path | None, table: bool
 ) -> None:
+    with refusals(ValueError):
+        form = format_of(output) if output else FORMATS[0]
     y, x, hue = words
     with refusals(ValueError), dataset_of(shipped.campaign_file(source), out) as dataset:
-        points = points_named(dataset, y)
-        chosen = [axis_named(points, dataset, word) if word else "" for word in (x, hue)]
+        with _named("--y", y):
+            points = points_named(dataset, y)
+        chosen = []
+        for option, word in (("--x", x), ("--hue", hue)):
+            with _named(option, word):
+                chosen.append(axis_named(points, dataset, word) if word else "")
         if not points.axes:
             raise Refusal(f"{source}: all cases are alike: there is nothing to draw {y} against")
         view = view_of(points, *chosen)
-        target = output or Path(f"{view.name}.{FORMATS[0]}")
-        form = target.suffix.removeprefix(".")
-        if form not in FORMATS:
-            raise Refusal(f"{target}: needs a name that ends in {', '.join(f'.{each}' for each in FORMATS)}")
+        target = output or Path(f"{view.name}.{form}")
         files = {target: image(view.draw(), form)}
         if table:
             files[target.with_suffix(".csv")] = csv_of(view.columns()).encode()
         write_files(files)
     say(view.caption)
     _say_written(files)
+
+
+@contextmanager
+def _named(option: str, word: str) -> Iterator[None]:
+    """Say in which option a word stands that means nothing. Raises Refusal."""
+    try:
+        yield
+    except ValueError as error:
+        said = str(error)
+        raise Refusal(f"{option} {said}" if said.startswith(f"{word}: ") else f"{option} {word}: {said}") from None
 
 
 def _draw_shipped(names: tuple[str, ...], everything: bool, formats: tuple[str, ...], into: Path, out: Path) -> None:

@@ -42,6 +42,11 @@ def points_named(dataset: xr.Dataset, word: str) -> Points:
     splits = [(word, ""), *((word[:place], word[place + 1 :]) for place in slashes)]
     unknown = UnknownNameError(word)
     for above, below in splits:
+        if above != word and not (above and below):
+            unknown = UnknownNameError(
+                f"{word}: needs a variable, or a ratio of two as plateau/mu_i; nanoslip describe lists them"
+            )
+            continue
         try:
             return points_of(dataset, variable_of(dataset, above), variable_of(dataset, below) if below else "")
         except AmbiguousNameError:

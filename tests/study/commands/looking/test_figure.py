@@ -81,10 +81,12 @@ def test_a_number_of_a_campaign_is_drawn_over_the_axes_that_are_asked_for(
 @pytest.mark.parametrize(
     ("words", "message"),
     [
-        (("--y", "plateu"), "plateu: no variable of this dataset; nearest: plateau_mean"),
+        (("--y", "plateu"), "--y plateu: no variable of this dataset; nearest: plateau_mean"),
+        (("--y", "plateau/foo"), "--y plateau/foo: foo: no variable of this dataset"),
+        (("--y", "plateau/"), "--y plateau/: needs a variable, or a ratio of two as plateau/mu_i"),
         (
             ("--y", "plateau", "--x", "outcome"),
-            "outcome: cases do not differ in it; they differ in intrinsic_friction, radius",
+            "--x outcome: cases do not differ in it; they differ in intrinsic_friction, radius",
         ),
         (("--y", "plateau", "-o", "fig.jpg"), "fig.jpg: needs a name that ends in .pdf, .svg, .png"),
         (("other", "--y", "plateau"), "--y plateau: needs one campaign, or a dataset (results.nc)"),

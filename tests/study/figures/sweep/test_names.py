@@ -36,6 +36,9 @@ def test_unknown_words_are_answered_with_what_there_is() -> None:
         variable_of(DATA, "radios")
     with pytest.raises(UnknownNameError, match=r"^mu_x: no variable"):
         points_named(DATA, "plateau/mu_x")
+    for half in ("/", "plateau/", "/plateau", "//"):
+        with pytest.raises(UnknownNameError, match=rf"^{half}: needs a variable, or a ratio of two as plateau/mu_i"):
+            points_named(DATA, half)
     with pytest.raises(UnknownNameError, match=r"F/W: several variables are called so: .*peak_friction"):
         points_named(DATA.assign(peak_friction=DATA.plateau_mean), "F/W")
     with pytest.raises(
