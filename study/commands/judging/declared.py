@@ -54,7 +54,7 @@ def compare(**given: object) -> None:
 def verify(**given: object) -> None:
     """Compute DATASET again from itself alone, and compare.
 
-    DATASET is a file results.nc. Each case is bit-identical, within tolerance, or different.
+    DATASET is a file results.nc, or the folder it is in. Each case is bit-identical, within tolerance, or different.
 
     Exit codes: 0 identical or within tolerance, 1 something is different, 2 nothing that can be computed again.
     """

@@ -11,6 +11,7 @@ from study.commands.shared.machine import print_json
 from study.commands.shared.refusals import refusals
 from study.dataset import verification
 from study.dataset.comparison import Verdict
+from study.dataset.file import FILE
 from study.dataset.pair import Finding
 from study.dataset.store import Store
 from study.execution.executor import executor
@@ -18,13 +19,13 @@ from study.execution.farm import open_farm
 from study.execution.interruption import EXIT_CODE
 from study.execution.progress import open_progress
 from study.plan.tasks import Task
-from study.report.columns import Table
-from study.report.console import console, print_table, say
+from study.report.console import console, print_sentences, say
 from study.report.summary import MOST_ROWS
 
 
 def work(dataset: Path, sample: int | None, as_json: bool) -> None:
-    """Compute a dataset's cases again, print how each compares, and end the process with the exit code for the worst."""
+    """Compute a dataset's cases again, print which differ, and end the process with the exit code for the worst."""
+    dataset = dataset / FILE if dataset.is_dir() else dataset
     with refusals(), TemporaryDirectory() as folder, verification.opened(dataset) as found:
         plan = verification.rebuilt(found, dataset)
         cases = verification.computed(plan, found)
@@ -62,13 +63,14 @@ def _recompute(tasks: tuple[Task, ...], out: Path) -> int:
 
 
 def _print_findings(findings: list[Finding], path: Path, left: _Left, other: str) -> None:
-    """Print a table of the cases, those that differ first if they are many, and the counts."""
+    """Print a line for each case that is not bit-identical, those that differ first, and the counts of all."""
     if other:
         say(other)
-    shown = findings if len(findings) <= MOST_ROWS else sorted(findings, key=lambda each: -each.verdict)[:MOST_ROWS]
-    rows = tuple((each.label, str(each.verdict), each.remark) for each in shown)
-    failed = frozenset(number for number, each in enumerate(shown) if each.verdict is Verdict.DIFFERENT)
-    print_table(Table(("case", "recomputed", "the largest difference"), rows, 2, failed))
+    for verdict, sort in ((Verdict.DIFFERENT, "failed"), (Verdict.WITHIN, "")):
+        found = [f"{verdict}: {each.label}: {each.remark}" for each in findings if each.verdict is verdict]
+        print_sentences(found[:MOST_ROWS], sort)
+        if len(found) > MOST_ROWS:
+            say(f"{verdict}: {len(found) - MOST_ROWS} more")
     parts = [f"{count} {verdict}" for verdict, count in _counts(findings).items()]
     parts += [f"{left.pending} pending, skipped"] if left.pending else []
     parts += [f"{left.not_in_sample} not in the sample"] if left.not_in_sample else []
