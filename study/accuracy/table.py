@@ -4,7 +4,7 @@ import math
 from collections.abc import Iterable
 
 from study.accuracy.diagram import Diagram
-from study.manifest.parameters import Value
+from study.manifest.parameters import Value, words_of
 from study.report.console import Table
 
 MARK = "*"
@@ -12,7 +12,8 @@ MARK = "*"
 
 def as_table(diagram: Diagram) -> Table:
     """All rows of a diagram, a value and its uncertainty in one cell; the rows on the front are marked."""
-    header = [name.replace("_", " ") for name in diagram.shown]
+    keys = words_of("numerics")  # stay as they are written
+    header = [name if name in keys else name.replace("_", " ") for name in diagram.shown]
     rows = [
         (*(_cell(row[name], row.get(f"{name}_uncertainty")) for name in diagram.shown), MARK if marked else "")
         for row, marked in zip(diagram.rows, diagram.on_front, strict=True)

@@ -78,7 +78,7 @@ class _Layout:
     def __init__(self, table: Table, columns: tuple[int, ...], width: int, folded: bool) -> None:
         self._table, self._columns, self._width = table, columns, width
         *others, last = columns
-        self._titles = {each: _title(table.header[each], folded) for each in columns}
+        self._titles = {each: _title(table, each, folded) for each in columns}
         self._widths = {each: self._widest(each, [row[each] for row in table.rows]) for each in others}
         self._room = width - sum(each + len(GAP) for each in self._widths.values())
         self._left = {each for each in columns if not all(map(_NUMBER.match, (row[each] for row in table.rows)))}
@@ -117,8 +117,14 @@ class _Layout:
         return GAP.join(parts).rstrip()
 
 
-def _title(text: str, folded: bool) -> list[str]:
-    return text.split() if folded and text else [text]
+def _title(table: Table, column: int, folded: bool) -> list[str]:
+    """The title of a column; folded, in lines as wide as its numbers where its words allow it."""
+    text = table.header[column]
+    if not (folded and text):
+        return [text]
+    cells = (_least(row[column]) if column == len(table.header) - 1 else row[column] for row in table.rows)
+    width = max(cell_len(each) for each in (*cells, *text.split()))
+    return textwrap.wrap(text, width, break_long_words=False, break_on_hyphens=False)
 
 
 def _heads(cell: str) -> Iterator[str]:

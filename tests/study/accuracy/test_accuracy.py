@@ -135,7 +135,7 @@ def test_the_command_writes_dataset_table_picture_and_front(main: Main, tmp_path
         assert found.attrs["processor"]
         assert set(found["operator_scheme"].values) == {"biquadratic", "galerkin", "half_plane"}
         assert found["operator_seconds"].attrs["units"] == "s"
-    assert "| n x | scheme |" in (tmp_path / "out" / "accuracy.md").read_text("utf-8")
+    assert "| n_x | scheme |" in (tmp_path / "out" / "accuracy.md").read_text("utf-8")
     assert (tmp_path / "out" / "accuracy.png").read_bytes().startswith(b"\x89PNG")
     saved = load_front(tmp_path / "mine.json")
     assert {row.slab.aspect_ratio for row in saved.rows} == {1.0, 2.0}

@@ -127,3 +127,15 @@ def test_only_a_terminal_sees_colours(monkeypatch: pytest.MonkeyPatch, capsys: p
     monkeypatch.delenv("NO_COLOR", raising=False)
     print_table(cases())
     assert "\x1b[31m" in capsys.readouterr().out
+
+
+def test_a_title_folds_between_its_words_no_narrower_than_its_numbers_and_never_inside_a_name() -> None:
+    """n_x is one word; what fits above numbers as wide stays on one line."""
+    row = ("65", "0.2739 ± 0.0003", "0.0025", "ok")
+    table = Table(("n_x", "plateau F/W", "scatter of μ_s", "outcome"), (row,))
+    lines = [line.text for line in table_lines(table, 41)]
+    assert lines[:3] == [
+        "                      scatter",
+        "n_x      plateau F/W   of μ_s  outcome",
+        "─" * 38,
+    ]
