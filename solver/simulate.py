@@ -79,7 +79,11 @@ def contact_state(case: Case, compliance: SurfaceCompliance | None = None) -> Co
 
 
 def friction_record(case: Case, compliance: SurfaceCompliance | None = None) -> FrictionRecord:
-    """The friction record of `case`, from initial contact to its limits."""
+    """The friction record of `case`, from initial contact to its limits.
+
+    Without limits of its own a case ends after 2000 events, as the paper's do. A campaign's records without limits span two
+    node spacings instead: `Case(max_events=100_000, max_spacings=2.0)`.
+    """
     return slide(case, compliance or surface_compliance(case.slab))
 
 

@@ -90,6 +90,9 @@ def open_dataset(path: Place) -> xr.Dataset:
 
     What is returned has the scalars of the cases. Records, trajectories and contacts are asked for by its accessor `.nanoslip`
     (`study.dataset.access.accessor`); `xr.open_datatree` of the file has everything.
+
+    Axes of one value stay dimensions: `.sel(radius=200.0)` means the same in every campaign, and `concat` finds where cases
+    belong. `.squeeze()` leaves such dimensions out; the accessor does so by itself.
     """
     given = Path(path)
     return file.read(given / file.FILE if given.is_dir() else given)
