@@ -24,7 +24,7 @@ from study.execution.dispatch import Dispatcher
 from study.execution.interruption import GRACE, LAST_WORDS, Interruption
 from study.execution.launch import processes_here, processes_started
 from study.execution.ledger import Done, Execute, Ledger, Report, Tally, attempt_aloud, say
-from study.execution.processes import ProcessFarm
+from study.execution.processes import LocalFarm, ProcessFarm
 from study.execution.queue import Work
 
 SHORTEST_PAUSE, LONGEST_PAUSE = 1e-4, 2e-3
@@ -63,22 +63,13 @@ class Farm(Protocol):
     ) -> None: ...
 
 
-class SerialFarm:
+class SerialFarm(LocalFarm):
     """One process that computes all tasks."""
 
-    root = True
-    size = here = 1
     unit = "process"
 
     def __init__(self, grace: float = GRACE) -> None:
-        self.interruption = Interruption(grace)
-
-    def __enter__(self) -> Self:
-        self.interruption.__enter__()
-        return self
-
-    def __exit__(self, *error: object) -> None:
-        self.interruption.__exit__(*error)
+        super().__init__(1, grace)
 
     def run(self, tasks: Sequence[W], execute: Execute[W], report: Report[W]) -> Tally:
         """Compute one task after the other, in the order of the queue."""
@@ -87,14 +78,6 @@ class SerialFarm:
             task = ledger.take()
             ledger.enter(task, attempt_aloud(execute, task, rank=0))
         return ledger.tally(self.interruption.requested)
-
-    def serve(self, execute: Execute[Any]) -> int:
-        """Raises FarmError: the only process is the root, which does not serve."""
-        raise FarmError("a farm of one process has nobody to serve")
-
-    def leave(self, code: int) -> NoReturn:
-        """End the process."""
-        sys.exit(code)
 
 
 class MPIFarm:

@@ -28,15 +28,14 @@ PATIENCE = 0.1
 W = TypeVar("W", bound=Work)
 
 
-class ProcessFarm:
-    """So many processes that compute tasks, started by this one."""
+class LocalFarm:
+    """What farms without MPI share: this process is the root, and all others end with it."""
 
     root = True
-    unit = "processes"
 
     def __init__(self, size: int, grace: float = GRACE) -> None:
         self.size = self.here = size
-        self.interruption = Interruption(grace)  # the processes end with this one
+        self.interruption = Interruption(grace)
 
     def __enter__(self) -> Self:
         self.interruption.__enter__()
@@ -44,6 +43,20 @@ class ProcessFarm:
 
     def __exit__(self, *error: object) -> None:
         self.interruption.__exit__(*error)
+
+    def serve(self, execute: Execute[Any]) -> int:
+        """Raises RuntimeError: only ranks serve, and this process is the root."""
+        raise RuntimeError("a farm without ranks has nobody to serve")
+
+    def leave(self, code: int) -> NoReturn:
+        """End the process."""
+        sys.exit(code)
+
+
+class ProcessFarm(LocalFarm):
+    """So many processes that compute tasks, started by this one."""
+
+    unit = "processes"
 
     def run(self, tasks: Sequence[W], execute: Execute[W], report: Report[W]) -> Tally:
         """Hand out tasks, idle processes first; several at once where they are short. execute: it is pickled."""
@@ -58,14 +71,6 @@ class ProcessFarm:
         while any(worker.alive for worker in workers):
             _arrivals(workers, dispatcher, ledger)
         return ledger.tally(self.interruption.requested)
-
-    def serve(self, execute: Execute[Any]) -> int:
-        """Raises RuntimeError: the processes of this farm are no ranks."""
-        raise RuntimeError("processes of a farm serve by themselves")
-
-    def leave(self, code: int) -> NoReturn:
-        """End the process."""
-        sys.exit(code)
 
 
 def _arrivals(workers: Sequence["_Worker"], dispatcher: Dispatcher, ledger: Ledger[Any]) -> None:
