@@ -14,6 +14,7 @@ INDENT: Final = "    "
 LONGEST_WORD: Final = 30
 """Characters of an outcome: what is longer is a sentence, which may stand below its row as a whole."""
 _NO_BREAK: Final = "\N{NO-BREAK SPACE}"
+_SIGN: Final = re.compile(" [=±<≤>≥] ")
 _NUMBER: Final = re.compile(r"[-+]?[\d.]|[–…-]?$|nan|inf")
 _SENTENCE: Final = re.compile(r": | (?=\[)")
 """Where an outcome ends and its flags or its message begin."""
@@ -56,11 +57,11 @@ def table_lines(table: Table, width: int) -> list[Line]:
 
 
 def wrapped(text: str, width: int, first: str = INDENT, later: str = INDENT) -> list[str]:
-    """A sentence in lines of at most this width where its words allow it; a number and its uncertainty are one word.
+    """A sentence in lines of at most this width where its words allow it; what a sign joins is one word.
 
     first, later: what the first line and the others begin with.
     """
-    joined = text.replace(" ± ", whole(" ± ")).replace(" = ", whole(" = "))
+    joined = _SIGN.sub(lambda sign: whole(sign.group()), text)
     lines = textwrap.wrap(
         joined, width, initial_indent=first, subsequent_indent=later, break_long_words=False, break_on_hyphens=False
     )

@@ -108,7 +108,7 @@ def failure_summary(dataset: xr.Dataset) -> list[str]:
             endings, texts = (dataset[each.name].values.ravel().tolist() for each in (outcome, message))
             groups: dict[tuple[str, str], list[int]] = {}
             for number, (ending, text) in enumerate(zip(endings, texts, strict=True)):
-                if ending and (text or ending not in _UNHURT) and text not in of_cases:
+                if ending and (text or ending not in _UNHURT) and not any(known in text for known in of_cases):
                     groups.setdefault((ending, alike(text)), []).append(number)
             ordered = sorted(groups.items(), key=lambda item: -len(item[1]))
             lines += [_failure(dataset[outcome.name], numbers, texts) for _, numbers in ordered]

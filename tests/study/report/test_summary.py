@@ -83,7 +83,11 @@ def test_failures_that_differ_in_numbers_are_one_line_that_says_so() -> None:
 
 
 def test_what_a_drive_inherits_from_its_case_is_said_once() -> None:
-    found = failing(["no_slip", "completed"], ["too flat", ""], [["too flat", "too flat"], ["", "soften the spring"]])
+    found = failing(
+        ["no_slip", "completed"],
+        ["too flat", ""],
+        [["too flat", "none to repeat: too flat"], ["", "soften the spring"]],
+    )
     assert failure_summary(found) == [
         "no_slip: 1 of 2 cases, first W/(G·L_x·L_y) = 0.1: too flat",
         "no_slip: 1 of 4 drives, first W/(G·L_x·L_y) = 0.01, drive = b: soften the spring",
