@@ -34,7 +34,7 @@ def case_table(case: xr.Dataset) -> tuple[Table, list[str]]:
             missing.append(name)
         else:
             rows.append((name, _shown(value, _uncertainty(case, each), each), str(each.attrs["long_name"])))
-    return Table(("quantity", "value", "meaning"), tuple(rows), labels=2), missing
+    return Table(("quantity", "value", "meaning"), tuple(rows), labels=2, prose=True), missing
 
 
 def ending_lines(case: xr.Dataset) -> Iterator[str]:

@@ -13,6 +13,8 @@ INDENT: Final = "    "
 """In front of what stands below its row."""
 LONGEST_WORD: Final = 30
 """Characters of an outcome: what is longer is a sentence, which may stand below its row as a whole."""
+LEAST_ROOM: Final = 24
+"""Characters that a sentence needs to stand in its column; where it has fewer it stands below its row."""
 _NO_BREAK: Final = "\N{NO-BREAK SPACE}"
 _SIGN: Final = re.compile(" [=±<≤>≥] ")
 _NUMBER: Final = re.compile(r"[-+]?[\d.]|[–…-]?$|nan|inf")
@@ -30,6 +32,8 @@ class Table:
     """The first so many columns say which row it is: they are never left out, nor is the last one."""
     failed: frozenset[int] = frozenset()
     """Numbers of the rows that a terminal shows in colour."""
+    prose: bool = False
+    """Whether the last column holds sentences, not outcomes: they may be folded as any sentence."""
 
 
 class Line(NamedTuple):
@@ -43,7 +47,8 @@ class Line(NamedTuple):
 def table_lines(table: Table, width: int) -> list[Line]:
     """A table in so many characters: columns before the last are left out from the right until it fits, and are named below.
 
-    A last cell that does not fit stands below its row, wrapped. Where the labels alone are too wide, every cell has a line.
+    A sentence in the last column is wrapped there; the message of an outcome that does not fit stands below its row. Where the
+    labels alone are too wide, every cell has a line.
     """
     last = len(table.header) - 1
     for folded in (False, True):
@@ -85,7 +90,7 @@ class _Layout:
         self._left = {each for each in columns if not all(map(_NUMBER.match, (row[each] for row in table.rows)))}
         if last not in self._left:
             self._widths[last] = self._widest(last, [row[last] for row in table.rows])
-        self.fits = self._room >= self._widest(last, [_least(row[last]) for row in table.rows])
+        self.fits = self._room >= self._widest(last, [_least(table, row) for row in table.rows])
 
     def lines(self) -> Iterator[Line]:
         """Header, rule and rows."""
@@ -105,10 +110,15 @@ class _Layout:
 
     def _body(self, row: tuple[str, ...]) -> list[str]:
         """A row on its line, and below it what of its last cell does not fit there."""
-        *_, last = self._columns
-        here, below = _split(row[last], self._room)
-        line = self._line({each: row[each] for each in self._columns[:-1]} | {last: here})
-        return [line, *wrapped(below, self._width)]
+        *others, last = self._columns
+        if self._table.prose and self._room >= LEAST_ROOM:
+            indent = " " * (self._width - self._room)
+            first, *more = wrapped(row[last], self._width, indent, indent) or [""]
+            here = first.strip()
+        else:
+            here, below = _split(row[last], self._room)
+            more = wrapped(below, self._width)
+        return [self._line({each: row[each] for each in others} | {last: here}), *more]
 
     def _line(self, cells: dict[int, str]) -> str:
         parts = []
@@ -123,7 +133,7 @@ def _title(table: Table, column: int, folded: bool) -> list[str]:
     text = table.header[column]
     if not (folded and text):
         return [text]
-    cells = (_least(row[column]) if column == len(table.header) - 1 else row[column] for row in table.rows)
+    cells = (_least(table, row) if column == len(row) - 1 else row[column] for row in table.rows)
     width = max(cell_len(each) for each in (*cells, *text.split()))
     return textwrap.wrap(text, width, break_long_words=False, break_on_hyphens=False)
 
@@ -136,9 +146,11 @@ def _heads(cell: str) -> Iterator[str]:
             yield cell[: found.start()]
 
 
-def _least(cell: str) -> str:
-    """What of a cell has to stay in its row: an outcome, nothing of a sentence."""
-    *_, shortest = _heads(cell)
+def _least(table: Table, row: tuple[str, ...]) -> str:
+    """What of a row's last cell has to stay there: an outcome, nothing of a sentence."""
+    if table.prose:
+        return ""
+    *_, shortest = _heads(row[-1])
     return shortest if cell_len(shortest) <= LONGEST_WORD else ""
 
 

@@ -2,13 +2,11 @@
 
 from dataclasses import asdict
 
-import click
-
 from study.commands.shared.exits import Refusal
 from study.commands.shared.machine import print_json
 from study.dataset.description import Described, described, rows, text_of
 from study.report.columns import Table
-from study.report.console import print_table
+from study.report.console import print_sentences, print_table
 
 
 def work(name: str | None, as_json: bool) -> None:
@@ -17,9 +15,10 @@ def work(name: str | None, as_json: bool) -> None:
     if as_json:
         print_json([asdict(one) for one in found])
     elif name is None:
-        print_table(Table(("variable", "unit", "meaning"), tuple((one.name, one.units, one.meaning) for one in found)))
+        cells = tuple((one.name, one.units, one.meaning) for one in found)
+        print_table(Table(("variable", "unit", "meaning"), cells, prose=True))
     else:
-        click.echo(text_of(found[0]))
+        print_sentences(text_of(found[0]).splitlines())
 
 
 def _described(name: str) -> Described:

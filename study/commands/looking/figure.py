@@ -93,7 +93,7 @@ def _draw_shipped(names: tuple[str, ...], everything: bool, formats: tuple[str, 
                 for figure in figures:
                     written = write(figure, dataset, into, formats)
                     say(figure.title)
-                    print_table(Table(figure.header, tuple(map(as_row, figure.claims(dataset))), 3))
+                    print_table(Table(figure.header, tuple(map(as_row, figure.claims(dataset))), 3, prose=True))
                     _say_written(written)
         _say_written(write_indexes(into))
 

@@ -42,7 +42,7 @@ def _print(found: Standing, ranks: int, show_effects: bool) -> None:
         rows = tuple(
             (each.name, each.setting, _unless_on(each.setting, each.without)) for each in effects(plan.manifest)
         )
-        print_table(Table(("effect", "here", "left out where off"), rows, 2))
+        print_table(Table(("effect", "here", "left out where off"), rows, 2, prose=True))
     else:
         off = [each.name for each in effects(plan.manifest) if each.setting != "on"]
         print_sentences(

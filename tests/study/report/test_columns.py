@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from rich.cells import cell_len
 
-from study.report.columns import LONGEST_WORD, Table, table_lines, wrapped
+from study.report.columns import LEAST_ROOM, LONGEST_WORD, Table, table_lines, wrapped
 from study.report.console import WIDE, console, print_sentences, print_table
 
 WIDTHS = (40, 60, 80, 120)
@@ -139,3 +139,17 @@ def test_a_title_folds_between_its_words_no_narrower_than_its_numbers_and_never_
         "n_x      plateau F/W   of μ_s  outcome",
         "─" * 38,
     ]
+
+
+@pytest.mark.parametrize("width", [50, 60, 80])
+def test_prose_is_folded_in_its_column_and_below_its_row_where_that_is_narrow(width: int) -> None:
+    meaning = "length of the plateau, in node spacings"
+    rows = (("plateau_spacings", "0.386843", meaning), ("events", "2000", "events of the record"))
+    header, _, *lines = (
+        line.text for line in table_lines(Table(("quantity", "value", "meaning"), rows, 2, prose=True), width)
+    )
+    column = header.index("meaning")
+    assert all(cell_len(line) <= width for line in lines)
+    assert " ".join(" ".join(lines).split()).startswith(f"plateau_spacings 0.386843 {meaning} events 2000")
+    indent = column if width - column >= LEAST_ROOM else 4
+    assert all(line.startswith(" " * indent) for line in lines if line.startswith(" ") and len(line.split()) < 6)
