@@ -167,7 +167,8 @@ def _cards(table: Table, width: int) -> Iterator[Line]:
         yield Line("")
         for place, (title, cell) in enumerate(zip(table.header, row, strict=True)):
             text = f"{title}: {cell}" if title else cell
-            for part in wrapped(text, width, first=INDENT if place else "") if cell else ():
+            indent = INDENT * bool(place)
+            for part in wrapped(text, width, indent, indent + INDENT) if cell else ():
                 yield Line(part, sort)
 
 

@@ -8,6 +8,8 @@ from numpy.typing import ArrayLike, NDArray
 
 WIDTH, HEIGHT = 60, 12
 """Letters across and down that the line may take."""
+MARGIN: Final = 13
+"""Letters that the ends of the upward axis take at most."""
 _BLANK: Final = 0x2800
 _DOTS: Final = np.array([[0x01, 0x08], [0x02, 0x10], [0x04, 0x20], [0x40, 0x80]])
 """Bit of each dot of a braille letter: rows from the top, columns from the left."""

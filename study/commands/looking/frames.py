@@ -4,7 +4,7 @@ from pathlib import Path
 
 from solver.outcome import SolverError
 from study.commands.shared.choice import assignments, chosen
-from study.commands.shared.plans import planned
+from study.commands.shared.plans import counted, planned
 from study.commands.shared.refusals import refusals
 from study.figures.frames.film import frames
 from study.figures.frames.moments import events_of
@@ -25,4 +25,4 @@ def work(campaign: Path, selection: tuple[str, ...], events: str, output: Path) 
         reason = f"{ended.ending}: {ended.message}".rstrip(": ")
         say(f"no event {wanted[len(shown.moments)]}: the record ends before ({reason})", stderr=True)
     last = shown.moments[-1].event
-    say(f"{whole(f'written: {output}')} ({case.point}; {len(shown.moments)} moments to event {last})")
+    say(f"{whole(f'written: {output}')} ({case.point}; {counted(len(shown.moments), 'moment')} to event {last})")

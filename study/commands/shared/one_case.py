@@ -16,10 +16,10 @@ from study.figures.shared.files import write_files
 from study.manifest.cases import MEMBER
 from study.manifest.parameters import STANDARD
 from study.report.case_table import case_table, ending_lines
-from study.report.console import print_sentences, print_table, say, whole
+from study.report.console import console, print_sentences, print_table, say, whole
 from study.report.curves import Curve, curves
 from study.report.summary import failure_summary, scalar_table, words
-from study.report.text_plot import text_plot
+from study.report.text_plot import MARGIN, WIDTH, text_plot
 
 _NAMES: Final = ("case_id", "case")
 """Coordinates that are no parameters."""
@@ -41,8 +41,9 @@ def show_case(dataset: xr.Dataset, given: Mapping[str, str], picture: Path | Non
             write_files({picture: _drawn(lines, format_of(picture))})
         say(whole(f"written: {picture}"))
         return
+    width = min(WIDTH, console().width - MARGIN)
     for line in lines:
-        click.echo(text_plot(line.x, line.y, (line.x_label, line.y_label)))
+        click.echo(text_plot(line.x, line.y, (line.x_label, line.y_label), width))
 
 
 def _print_numbers(case: xr.Dataset, dataset: xr.Dataset) -> None:

@@ -10,7 +10,7 @@ import xarray as xr
 from solver.drive import Scales
 from study.dataset.agreement.matching import Pair, values
 from study.dataset.variables import DRIVE_NAME, parameters
-from study.manifest.parameters import TABLES
+from study.manifest.parameters import TABLES, Value
 from study.manifest.problems import shown
 from study.origin import Origin
 from study.provenance import content_hash
@@ -42,7 +42,7 @@ def _said(root: xr.Dataset) -> Iterator[tuple[str, str]]:
     """Name and text of every fact of a dataset."""
     for name in (*parameters(), DRIVE_NAME.name):
         if found := values(root, name):
-            yield name, ", ".join(map(str, found[:6])) + (f", … ({len(found)} values)" if len(found) > 6 else "")
+            yield name, ", ".join(map(_word, found[:6])) + (f", … ({len(found)} values)" if len(found) > 6 else "")
     for key, value in _keys(tomllib.loads(str(root.attrs.get("manifest", "")))):
         yield key, shown(value)
     for name in _TEXTS:
@@ -51,6 +51,11 @@ def _said(root: xr.Dataset) -> Iterator[tuple[str, str]]:
     for name in ("discretization_front", *(item.name for kind in (Scales, Origin) for item in fields(kind))):
         if name in root.attrs:
             yield name, str(root.attrs[name])
+
+
+def _word(value: Value) -> str:
+    """A value of a parameter; switches as manifests have them."""
+    return shown(value) if isinstance(value, bool) else str(value)
 
 
 def _keys(document: Mapping[str, Any]) -> Iterator[tuple[str, Any]]:
