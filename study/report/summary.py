@@ -106,13 +106,14 @@ def failure_summary(dataset: xr.Dataset) -> list[str]:
     for outcome, message in OUTCOMES.values():
         if outcome.name in dataset:
             endings, texts = (dataset[each.name].values.ravel().tolist() for each in (outcome, message))
+            kinds = list(map(alike, texts))
             groups: dict[tuple[str, str], list[int]] = {}
-            for number, (ending, text) in enumerate(zip(endings, texts, strict=True)):
-                if ending and (text or ending not in _UNHURT) and not any(known in text for known in of_cases):
-                    groups.setdefault((ending, alike(text)), []).append(number)
-            ordered = sorted(groups.items(), key=lambda item: -len(item[1]))
-            lines += [_failure(dataset[outcome.name], numbers, texts) for _, numbers in ordered]
-            of_cases = {text for text in texts if text}
+            for number, (ending, kind) in enumerate(zip(endings, kinds, strict=True)):
+                if ending and (kind or ending not in _UNHURT) and not any(known in kind for known in of_cases):
+                    groups.setdefault((ending, kind), []).append(number)
+            ordered = sorted(groups.values(), key=len, reverse=True)
+            lines += [_failure(dataset[outcome.name], numbers, texts) for numbers in ordered]
+            of_cases = {kind for kind in kinds if kind}
     return lines
 
 
