@@ -16,7 +16,8 @@ LONGEST_WORD: Final = 30
 LEAST_ROOM: Final = 24
 """Characters that a sentence needs to stand in its column; where it has fewer it stands below its row."""
 _NO_BREAK: Final = "\N{NO-BREAK SPACE}"
-_SIGN: Final = re.compile(" [=±<≤>≥] ")
+_TOGETHER: Final = re.compile(" [=±<≤>≥] |nanoslip (?=[a-z])")
+"""Words that belong together: what a sign joins, and the name of a command."""
 _NUMBER: Final = re.compile(r"[-+]?[\d.]|[–…-]?$|nan|inf")
 _SENTENCE: Final = re.compile(r": | (?=\[)")
 """Where an outcome ends and its flags or its message begin."""
@@ -62,11 +63,11 @@ def table_lines(table: Table, width: int) -> list[Line]:
 
 
 def wrapped(text: str, width: int, first: str = INDENT, later: str = INDENT) -> list[str]:
-    """A sentence in lines of at most this width where its words allow it; what a sign joins is one word.
+    """A sentence in lines of at most this width where its words allow it; what belongs together is one word.
 
     first, later: what the first line and the others begin with.
     """
-    joined = _SIGN.sub(lambda sign: whole(sign.group()), text)
+    joined = _TOGETHER.sub(lambda found: whole(found.group()), text)
     lines = textwrap.wrap(
         joined, width, initial_indent=first, subsequent_indent=later, break_long_words=False, break_on_hyphens=False
     )

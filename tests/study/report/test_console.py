@@ -30,6 +30,8 @@ def test_what_is_to_be_typed_is_on_one_line(
         monkeypatch.setenv("COLUMNS", str(width))
         say(f"{PROSE}; {whole(TYPED)} computes them again")
         assert any(TYPED in line for line in capsys.readouterr().out.splitlines())
+        say(f"{PROSE}; nanoslip collect does it again")
+        assert any("nanoslip collect" in line for line in capsys.readouterr().out.splitlines())
 
 
 def test_each_problem_of_an_error_begins_a_line(
