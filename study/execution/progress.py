@@ -72,6 +72,7 @@ class TerminalProgress:
             progress.TextColumn("{task.fields[left]}"),
             progress.TextColumn("{task.description}"),
             console=console,
+            disable=not tasks,
         )
         self._room = max(console.width - OTHERS, 0)
         self._forecast = Forecast(tasks, ranks)
@@ -86,6 +87,8 @@ class TerminalProgress:
     def __exit__(
         self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
     ) -> None:
+        took = f"in {duration(time.monotonic() - self._start)}"
+        self._bar.update(self._row, rate="", left=took, description="")
         self._bar.__exit__(kind, error, trace)
 
     def __call__(self, task: Work, outcome: Outcome, seconds: float) -> None:
@@ -94,7 +97,7 @@ class TerminalProgress:
         rate = f"{self._done / (time.monotonic() - self._start):.2g}/s"
         left = f"about {duration(self._forecast.seconds)} left"
         share = self._forecast.share
-        label = task.label[: self._room]
+        label = next((text for text in (task.label, task.kind) if len(text) <= self._room), "")
         self._bar.update(self._row, completed=share, done=self._done, rate=rate, left=left, description=label)
 
 
