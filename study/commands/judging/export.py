@@ -25,7 +25,7 @@ def work(campaign: Path, out: Path | None, form: str | None, table: str | None, 
     """Write a table of a campaign's cases, events or samples to a file or to standard output."""
     with refusals(ValueError), dataset_of(campaign, out) as found:
         columns, title = _TABLES[table](found), str(found.attrs["title"])
-    as_asked = form or ("json" if output and output.suffix == ".json" else "csv")
+    as_asked = form or ("json" if output and output.suffix.lower() == ".json" else "csv")
     text = as_json(columns, title) if as_asked == "json" else as_csv(columns)
     if output is None:
         click.echo(text, nl=False)

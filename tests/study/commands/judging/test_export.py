@@ -16,11 +16,11 @@ def test_cases_events_and_samples_are_exported(main, campaign, tmp_path):
     assert (len(rows), len(units)) == (4, len(header))
     assert main("export", out, "--csv") == (0, said, "")
 
-    target = tmp_path / "new" / "table.json"
+    target = tmp_path / "new" / "table.JSON"
     code, said, errors = main("export", out / "results.nc", "-o", target)
     assert (code, said, errors) == (0, "", f"written: {target} (4 rows)\n")
     assert [row["drive"] for row in json.loads(target.read_text("utf-8"))["rows"]] == ["slow", "fast"] * 2
-    assert [path.name for path in target.parent.iterdir()] == ["table.json"]
+    assert [path.name for path in target.parent.iterdir()] == ["table.JSON"]
 
     assert main("export", out, "--records")[1].count("\n") == 2 + 2 * 60
     assert len(json.loads(main("export", out, "--json", "--trajectories")[1])["rows"]) == 4 * 41
