@@ -27,6 +27,9 @@ OWN_UNITS: Final = {
 }
 """`Quantity.per` -> the unit of a number that nobody scales."""
 
+SMALL, LARGE = 1e-4, 1e6
+"""Numbers below and from here on are written with a power of ten."""
+
 
 class Curve(NamedTuple):
     """A line of a picture: places and values, (n,) each."""
@@ -147,5 +150,25 @@ def in_words(outcome: Outcome) -> str:
 
 
 def with_error(number: float, uncertainty: float) -> str:
-    """A number as text, ± its uncertainty where that is known."""
-    return f"{number:.4g} ± {uncertainty:.2g}" if np.isfinite(uncertainty) else f"{number:.4g}"
+    """A number as text, ± its uncertainty where that is known: `0.13670 ± 0.00009`, `0.295 ± 0.010`.
+
+    The uncertainty has one significant digit, two where it begins with 1; the number ends at the same place.
+    """
+    if not (np.isfinite(number) and np.isfinite(uncertainty)):
+        return f"{number:.4g}"
+    digits, place = _digits_and_place(uncertainty)
+    number, uncertainty = round(number, -place), round(uncertainty, -place)
+    if number and not SMALL <= abs(number) < LARGE:
+        shown = max(int(f"{number:e}".partition("e")[2]) - place, 0)
+        return f"{number:.{shown}e} ± {uncertainty:.{digits - 1}e}"
+    decimals = max(-place, 0)
+    return f"{number:.{decimals}f} ± {uncertainty:.{decimals}f}"
+
+
+def _digits_and_place(uncertainty: float) -> tuple[int, int]:
+    """Significant digits of an uncertainty, and the power of ten of the last one; of 0 that of the fourth decimal."""
+    if not uncertainty:
+        return 1, -4
+    _, _, exponent = f"{uncertainty:.0e}".partition("e")
+    digits = 2 if "1" in (f"{uncertainty:.0e}"[0], f"{uncertainty:.1e}"[0]) else 1
+    return digits, int(exponent) - digits + 1

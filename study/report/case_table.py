@@ -2,10 +2,11 @@
 
 import math
 from collections.abc import Iterator
-from typing import Final
+from typing import Any, Final
 
 import xarray as xr
 
+from solver.view import with_error
 from study.dataset.ensemble import ensemble_name, observables
 from study.dataset.variables import OUTCOMES, VALIDITY, all_groups
 from study.report.console import Table
@@ -61,10 +62,10 @@ def _uncertainty(case: xr.Dataset, each: xr.DataArray) -> float:
     return float(case[name]) if name.endswith(_UNCERTAINTY) and name in case else math.nan
 
 
-def _shown(value: object, uncertainty: float, each: xr.DataArray) -> str:
+def _shown(value: Any, uncertainty: float, each: xr.DataArray) -> str:
     """A number, rounded beside an uncertainty as in the table of cases, and its unit where that is not 1."""
     if not math.isnan(uncertainty):
-        number = f"{value:.4g} ± {uncertainty:.1g}"
+        number = with_error(value, uncertainty)
     else:
         number = f"{value:.6g}" if isinstance(value, float) else str(value)
     unit = each.attrs.get("units", "1")

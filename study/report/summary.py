@@ -14,6 +14,7 @@ import xarray as xr
 from solver.outcome import Ending
 from solver.quantity import GRID_ERROR
 from solver.sliding.validity import flags_in
+from solver.view import with_error
 from study.dataset.ensemble import over_members
 from study.dataset.variables import OUTCOMES, VALIDITY, parameters, scalars
 from study.manifest.parameters import Value
@@ -195,7 +196,7 @@ def _cell(values: xr.Dataset, name: str) -> str:
         return "–"
     # The error of the grid is relative, and one for several numbers.
     if error in values and error != GRID_ERROR and math.isfinite(uncertainty := float(values[error])):
-        return f"{value:.4g} ± {uncertainty:.1g}"
+        return with_error(value, uncertainty)
     return f"{value:.5g}"
 
 

@@ -16,6 +16,7 @@ from solver.outcome import Ending
 from solver.simulate import DriveResult
 from solver.sliding.plateau import Plateau
 from solver.sliding.record import FrictionRecord
+from solver.view import with_error
 
 CASE = nanoslip.Case(intrinsic_friction=0.5, radius=50.0, slab=nanoslip.Slab(n_x=17), max_events=60)
 CAMPAIGN = {
@@ -69,9 +70,38 @@ def test_the_line_says_what_came_out(record: FrictionRecord, driven: DriveResult
     assert repr(record).startswith("FrictionRecord(60 events, δ_p/L_x to ")
     assert repr(record).endswith(", completed)")
     assert f"F/W {record.final_force / record.normal_load:.4g}" in repr(record)
-    assert f"{driven.plateau.mean:.4g} ± " in repr(driven.plateau)
+    assert with_error(driven.plateau.mean, driven.plateau.uncertainty) in repr(driven.plateau)
     refused = nanoslip.plateau_of(nanoslip.friction_record(nanoslip.Case(slab=CASE.slab, max_events=4)))
     assert repr(refused).startswith("Plateau(no_plateau: 4 events: a plateau needs at least 16; raise ")
+
+
+@pytest.mark.parametrize(
+    ("number", "uncertainty", "text"),
+    [
+        (0.1367, 9e-5, "0.13670 ± 0.00009"),
+        (0.1349, 1e-4, "0.13490 ± 0.00010"),
+        (0.3115, 0.0204, "0.31 ± 0.02"),
+        (0.3116, 0.0149, "0.312 ± 0.015"),
+        (0.29144, 0.0096, "0.291 ± 0.010"),
+        (0.29144, 0.0094, "0.291 ± 0.009"),
+        (8750.4, 312.0, "8800 ± 300"),
+        (8750.4, 95.0, "8750 ± 100"),
+        (0.003, 0.02, "0.00 ± 0.02"),
+        (3.2144e-6, 4.4e-8, "3.21e-06 ± 4e-08"),
+        (3.2144e-6, 1.44e-8, "3.214e-06 ± 1.4e-08"),
+        (3.2144e9, 4.4e7, "3.21e+09 ± 4e+07"),
+        (-2.0, 0.3, "-2.0 ± 0.3"),
+        (0.5, 0.0, "0.5000 ± 0.0000"),
+        (0.0, 0.0, "0.0000 ± 0.0000"),
+        (0.123456, float("nan"), "0.1235"),
+        (float("inf"), 1.0, "inf"),
+        (float("nan"), 1.0, "nan"),
+    ],
+)
+def test_an_uncertainty_has_one_digit_or_two_from_1_on_and_its_number_ends_at_the_same_place(
+    number: float, uncertainty: float, text: str
+) -> None:
+    assert with_error(number, uncertainty) == text
 
 
 def test_a_dataset_of_a_result_is_the_campaign_s(

@@ -13,6 +13,7 @@ import xarray as xr
 from solver.case import Case
 from solver.slab import Slab
 from solver.sliding.sampling import EVENLY, SHARED
+from solver.view import with_error
 from study.dataset import file
 from study.dataset.collect import collect
 from study.dataset.ensemble import ensemble_name, observables, over_members
@@ -227,7 +228,7 @@ def test_over_members_counts_texts_joins_flags_and_averages_numbers() -> None:
 
 def test_what_a_reader_is_shown_of_an_ensemble_is_the_ensembles_uncertainty() -> None:
     table = scalar_table(made_up())
-    assert [row[1] for row in table.rows] == ["0.3 ± 0.05", "0.3 ± 0.01"]
+    assert [row[1] for row in table.rows] == ["0.30 ± 0.05", "0.300 ± 0.010"]
 
 
 def test_the_table_has_one_row_for_each_case(build: Build) -> None:
@@ -236,10 +237,10 @@ def test_the_table_has_one_row_for_each_case(build: Build) -> None:
     assert [row[0] for row in table.rows] == ["50", "100"]
     assert MEMBER not in table.header
     assert "start" not in table.header
-    means = found[ensemble_name("plateau_mean", "mean")].values.ravel()
+    means, errors = (found[ensemble_name("plateau_mean", each)].values.ravel() for each in ("mean", "uncertainty"))
     column = table.header.index("plateau F/W")
-    for row, mean in zip(table.rows, means, strict=True):
-        assert row[column].startswith("–" if math.isnan(mean) else f"{mean:.4g} ±")
+    for row, mean, error in zip(table.rows, means, errors, strict=True):
+        assert row[column] == ("–" if math.isnan(mean) else with_error(mean, error))
 
 
 def test_drives_and_members_are_dimensions_side_by_side(build: Build) -> None:
