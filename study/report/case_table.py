@@ -9,6 +9,7 @@ import xarray as xr
 from solver.view import with_error
 from study.dataset.ensemble import ensemble_name, observables
 from study.dataset.variables import OUTCOMES, VALIDITY, all_groups
+from study.figures.sweep.label import readable
 from study.report.console import Table
 
 _UNCERTAINTY: Final = "_uncertainty"
@@ -34,7 +35,9 @@ def case_table(case: xr.Dataset) -> tuple[Table, list[str]]:
         if value == "" or (isinstance(value, float) and math.isnan(value)):
             missing.append(name)
         else:
-            rows.append((name, _shown(value, _uncertainty(case, each), each), str(each.attrs["long_name"])))
+            meaning, unit = _meaning_and_unit(each)
+            number = _shown(value, _uncertainty(case, each))
+            rows.append((name, f"{number} {unit}".rstrip(), meaning))
     return Table(("quantity", "value", "meaning"), tuple(rows), labels=2, prose=True), missing
 
 
@@ -62,11 +65,17 @@ def _uncertainty(case: xr.Dataset, each: xr.DataArray) -> float:
     return float(case[name]) if name.endswith(_UNCERTAINTY) and name in case else math.nan
 
 
-def _shown(value: Any, uncertainty: float, each: xr.DataArray) -> str:
-    """A number, rounded beside an uncertainty as in the table of cases, and its unit where that is not 1."""
+def _shown(value: Any, uncertainty: float) -> str:
+    """A number, rounded beside an uncertainty as in the table of cases."""
     if not math.isnan(uncertainty):
-        number = with_error(value, uncertainty)
-    else:
-        number = f"{value:.6g}" if isinstance(value, float) else str(value)
-    unit = each.attrs.get("units", "1")
-    return number if unit == "1" else f"{number} {unit}"
+        return with_error(value, uncertainty)
+    return f"{value:.6g}" if isinstance(value, float) else str(value)
+
+
+def _meaning_and_unit(each: xr.DataArray) -> tuple[str, str]:
+    """What a number is, and its unit: one of SI, or what its meaning says that it is measured in."""
+    meaning, unit = str(each.attrs["long_name"]), readable(str(each.attrs.get("units", "1")))
+    if unit:
+        return meaning, unit
+    head, _, own = meaning.partition(", in ")
+    return head, own

@@ -17,6 +17,7 @@ from solver.sliding.validity import flags_in
 from solver.view import with_error
 from study.dataset.ensemble import over_members
 from study.dataset.variables import OUTCOMES, VALIDITY, parameters, scalars
+from study.figures.sweep.label import in_unit, said, unit_of
 from study.manifest.parameters import Value
 from study.plan.endings import PENDING
 from study.plan.flags import flag_lines
@@ -66,10 +67,10 @@ def scalar_table(dataset: xr.Dataset, why: bool = True) -> Table:
     shown = list(itertools.islice(found, MOST_ROWS))
     columns = {name: title for name, title in _COLUMNS.items() if name in dataset}
     varying = tuple(shown[0].label)
-    header = (*(SYMBOLS.get(name, name) for name in varying), *columns.values(), "outcome")
+    header = (*(in_unit(_name(name), name) for name in varying), *columns.values(), "outcome")
     rows = [
         (
-            *(_number(point.label[name]) for name in varying),
+            *(said(point.label[name]) for name in varying),
             *(_cell(point.values, name) for name in columns),
             "".join(_ending(point.values)[: 3 if why else 2]),
         )
@@ -148,8 +149,13 @@ def drive_summary(dataset: xr.Dataset) -> list[str]:
 
 
 def words(label: dict[str, Value]) -> str:
-    """A label as text: `R/L_x = 200, normal_load = 0.001`."""
-    return ", ".join(f"{SYMBOLS.get(name, name)} = {_number(value)}" for name, value in label.items())
+    """A label as text, by the names that a campaign file knows: `R/L_x = 200, slip_order = worst_first, V_o = 0.002 m/s`."""
+    return ", ".join(f"{_name(name)} = {said(value)} {unit_of(name)}".rstrip() for name, value in label.items())
+
+
+def _name(parameter: str) -> str:
+    """What a parameter is called in equations, else in a campaign file."""
+    return SYMBOLS.get(parameter, parameter)
 
 
 _COLUMNS: Final = {
@@ -165,8 +171,8 @@ _COLUMNS: Final = {
     "final_displacement": "δ_p/L_x",
     "contact_half_width": "a/L_x",
     "approach": "approach/L_x",
-    "mean_pressure": "mean p",
-    "maximum_pressure": "max p",
+    "mean_pressure": "mean p·L_x·L_y/W",
+    "maximum_pressure": "max p·L_x·L_y/W",
 }
 """Variable -> title of its column. The first ones matter most: a narrow terminal leaves out the last ones."""
 _UNHURT: Final = (COMPLETED, PENDING)
@@ -182,10 +188,6 @@ def _varying(dataset: xr.Dataset, dims: tuple[Any, ...]) -> list[Any]:
     along = [name for name in dataset.coords if "case" in dataset[name].dims and name not in ("case", "case_id")]
     several = [name for name in along if len(set(dataset[name].values.ravel().tolist())) > 1]
     return (several or ["case"]) + [dim for dim in dims if dim != "case"]
-
-
-def _number(value: Value) -> str:
-    return f"{value:.6g}" if isinstance(value, float) else str(value)
 
 
 def _cell(values: xr.Dataset, name: str) -> str:

@@ -35,8 +35,28 @@ def label(name: str) -> str:
         return name
     meaning = found.meaning.split(", in ")[0] if "/" in found.symbol else found.meaning
     own = f" {found.symbol}" if found.symbol and found.symbol not in meaning else ""
-    unit = "" if found.units in ("", "1") else f" ({_UNITS.get(found.units, found.units)})"
-    return f"{meaning}{own}{unit}"
+    return in_unit(f"{meaning}{own}", name)
+
+
+def short(name: str) -> str:
+    """A variable where there is little room: symbol and unit."""
+    return in_unit(symbol(name), name)
+
+
+def in_unit(text: str, name: str) -> str:
+    """What a variable is called, with its unit behind it where it has one: `V_o (m/s)`."""
+    return f"{text} ({unit})" if (unit := unit_of(name)) else text
+
+
+def unit_of(name: str) -> str:
+    """The unit of a variable as people write it; empty of pure numbers and words."""
+    found = known(name)
+    return readable(found.units) if found else ""
+
+
+def readable(units: str) -> str:
+    """Units of a dataset as people write them; empty of pure numbers."""
+    return "" if units == "1" else _UNITS.get(units, units)
 
 
 def typeset(text: str) -> str:
@@ -55,5 +75,5 @@ def said(value: Any) -> str:
 
 
 def words(values: dict[str, Any]) -> str:
-    """Coordinates with their values: `R/L_x = 200, n_x = 65`."""
-    return ", ".join(f"{symbol(name)} = {said(value)}" for name, value in values.items())
+    """Coordinates with their values and units: `R/L_x = 200, n_x = 65, V_o = 0.002 m/s`."""
+    return ", ".join(f"{symbol(name)} = {said(value)} {unit_of(name)}".rstrip() for name, value in values.items())

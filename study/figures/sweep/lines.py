@@ -10,7 +10,7 @@ from matplotlib.figure import Figure
 from numpy.typing import NDArray
 
 from study.figures.shared.canvas import COLORS, column
-from study.figures.sweep.label import label, said, symbol, typeset, words
+from study.figures.sweep.label import label, said, short, typeset, words
 from study.figures.sweep.points import Points
 from study.figures.sweep.roles import Roles, counts_of, held_at, values_of
 from study.figures.sweep.scale import is_logarithmic, places_of, set_axis
@@ -57,7 +57,7 @@ def draw_lines(points: Points, roles: Roles) -> Figure:
             axes.set_title(title_of(panel))
         _finish(figure, points)
         figure.supxlabel(typeset(label(roles.x)), fontsize=8)
-        title = typeset(symbol(roles.hue)) if roles.hue else ""
+        title = typeset(short(roles.hue)) if roles.hue else ""
         _legend(figure, title)
     return figure
 

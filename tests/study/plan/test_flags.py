@@ -122,7 +122,7 @@ def test_the_table_names_a_cases_flags_and_lines_say_what_to_do(collected: Colle
 def test_a_list_of_cases_names_its_first(collected: Collected) -> None:
     lines = flag_summary(collected('design = "zip"\n' + MAP.replace("[20.0, 200.0]", "[20.0, 20.0, 200.0]")))
     assert [line.split(": ")[1] for line in lines] == [
-        "1 of 3 cases, first R/L_x = 20, W/(G·L_x·L_y) = 0.0001",
+        "1 of 3 cases, first R/L_x = 20, W/(G·L_x·L_y) = 1e-4",
         "1 of 3 cases, first R/L_x = 200, W/(G·L_x·L_y) = 0.3",
         "1 of 3 cases, first R/L_x = 200, W/(G·L_x·L_y) = 0.3",
     ]

@@ -51,3 +51,12 @@ def test_members_are_one_case_whose_means_are_the_numbers():
         ("plateau_mean", "2"),
         ("plateau_mean_ensemble_std", "1.4"),
     ]
+
+
+def test_a_unit_stands_behind_its_number_as_people_write_it():
+    data = declared(made_up())
+    data["peak_friction"].attrs["long_name"] = "largest pressure, in W/(L_x·L_y)"
+    data["final_friction"].attrs["units"] = "N m-1"
+    table, _ = case_table(one_case(data, {"intrinsic_friction": "0.25"}))
+    assert ("peak_friction", "0.2 W/(L_x·L_y)", "largest pressure") in table.rows
+    assert ("final_friction", "0.1 N/m", "meaning of final_friction") in table.rows

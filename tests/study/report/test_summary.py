@@ -70,7 +70,7 @@ def test_failures_that_say_the_same_are_one_line_with_their_number_and_the_first
     )
     assert failure_summary(found) == [
         "cascade_limit: 2 of 4 cases, first W/(G·L_x·L_y) = 0.1: raise it",
-        "steep_pin: 1 of 4 cases, first W/(G·L_x·L_y) = 0.0001: lower it",
+        "steep_pin: 1 of 4 cases, first W/(G·L_x·L_y) = 1e-4: lower it",
     ]
 
 
@@ -100,9 +100,9 @@ def test_what_is_pending_or_completed_is_no_failure() -> None:
 
 def test_every_drive_of_the_axes_is_a_row_that_names_its_place() -> None:
     table = scalar_table(over_axes())
-    assert table.header == ("k", "V_o", "regime", "μ_s", "outcome")
-    assert table.rows[1] == ("10000", "0.002", "slides", "0.3", "completed")
-    assert table.rows[4] == ("100000", "0.002", "–", "0.3", "invalid: needs another value")
+    assert table.header == ("k (N/m)", "V_o (m/s)", "regime", "μ_s", "outcome")
+    assert table.rows[1] == ("1e4", "0.002", "slides", "0.3", "completed")
+    assert table.rows[4] == ("1e5", "0.002", "–", "0.3", "invalid: needs another value")
     assert scalar_table(over_axes(), why=False).rows[4][-1] == "invalid"
 
 
@@ -110,7 +110,7 @@ def test_contacts_alone_show_what_contacts_are(tmp_path: Path) -> None:
     """Each number in its column; mean pressure times width is the load."""
     found = api.run(CONTACTS, tmp_path)
     table = scalar_table(found)
-    assert table.header == ("W/(G·L_x·L_y)", "a/L_x", "approach/L_x", "mean p", "max p", "outcome")
+    assert table.header == ("W/(G·L_x·L_y)", "a/L_x", "approach/L_x", "mean p·L_x·L_y/W", "max p·L_x·L_y/W", "outcome")
     numbers = np.array([[float(cell) for cell in row[:-1]] for row in table.rows])
     names = ("normal_load", "contact_half_width", "approach", "mean_pressure", "maximum_pressure")
     np.testing.assert_allclose(numbers, np.stack([found[name].values.ravel() for name in names], 1), rtol=1e-4)

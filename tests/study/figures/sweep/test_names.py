@@ -2,7 +2,7 @@
 
 import pytest
 
-from study.figures.sweep.label import label, said, symbol, typeset, words
+from study.figures.sweep.label import label, said, short, symbol, typeset, words
 from study.figures.sweep.names import UnknownNameError, axis_named, points_named, variable_of
 from study.figures.sweep.points import points_of
 from tests.study.figures.sweep.cases import product
@@ -51,6 +51,7 @@ def test_labels_say_meaning_symbol_and_unit() -> None:
     assert label("radius") == "radius of the pin R/L_x"
     assert label("stage_velocity") == "velocity of the stage V_o (m/s)"
     assert label("toy") == "toy"
+    assert (short("stage_velocity"), short("radius"), short("slip_order")) == ("V_o (m/s)", "R/L_x", "slip order")
     assert (symbol("n_x"), symbol("stage_travel")) == ("n_x", "stage travel")
     assert typeset("μ_i over R/L_x") == "$μ_{i}$ over R/$L_{x}$"
     assert typeset("support = right_side, slip order = worst_first") == "support = right_side, slip order = worst_first"
@@ -70,4 +71,4 @@ def test_values_are_as_short_as_they_can_be() -> None:
         "bonded",
         "inf",
     ]
-    assert words({"radius": 50.0, "n_x": 33}) == "R/L_x = 50, n_x = 33"
+    assert words({"radius": 50.0, "n_x": 33, "spring_stiffness": 1e5}) == "R/L_x = 50, n_x = 33, k = 1e5 N/m"

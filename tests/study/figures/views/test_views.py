@@ -58,7 +58,7 @@ def test_a_driven_campaign_is_answered_and_shows_drives_sizes_and_records(driven
     }
     assert singles | together | answers <= set(found)
     assert {name for name, view in found.items() if view.label} == singles
-    assert found["drives_2"].label == "μ_i = 0.25, k = 4e5"
+    assert found["drives_2"].label == "μ_i = 0.25, k = 4e5 N/m"
 
 
 def test_a_pressed_campaign_shows_contacts_and_the_inside(pressed: xr.Dataset) -> None:
