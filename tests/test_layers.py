@@ -43,7 +43,7 @@ ORDER = {
     "study.dataset.agreement": "matching verdicts facts",
     "study.dataset.access": "selection single accessor tidy placement concatenation",
     "study.execution": "launch interruption queue forecast progress ledger dispatch processes farm executor warmup submission",
-    "study.report": "columns console summary interchange case_table curves text_plot costs overview picture page",
+    "study.report": "columns console common summary interchange case_table curves text_plot costs overview picture page",
     "study.figures": "shared frames recipes sweep views reproduction further catalogue gallery",
     "study.figures.shared": "paper claims canvas files figure power_law closed_form independence tiles",
     "study.figures.sweep": "label points names roles scale lines tiles",

@@ -16,6 +16,7 @@ from study.figures.views.catalogue import SORTS
 from study.figures.views.runs import spread
 from study.figures.views.view import Sort
 from study.report import costs, overview
+from study.report.common import said_once
 from study.report.picture import Picture, picture
 from study.report.summary import MOST_ROWS, flag_summary, scalar_table
 
@@ -61,7 +62,7 @@ def page(dataset: xr.Dataset, cost: str) -> str:
         lstrip_blocks=True,
     )
     sections = tuple(found for sort in SORTS.values() if (found := section(dataset, sort)))
-    table = scalar_table(dataset)
+    table, alike = said_once(scalar_table(dataset))
     return environment.get_template("report.html.j2").render(
         title=dataset.attrs["title"],
         manifest=dataset.attrs.get("manifest", ""),
@@ -77,6 +78,7 @@ def page(dataset: xr.Dataset, cost: str) -> str:
         },
         sections=sections,
         table=table,
+        alike=alike,
     )
 
 

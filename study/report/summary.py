@@ -18,6 +18,7 @@ from solver.view import with_error
 from study.dataset.ensemble import over_members
 from study.dataset.variables import OUTCOMES, VALIDITY, parameters, scalars
 from study.figures.sweep.label import in_unit, said, unit_of
+from study.figures.sweep.points import listed
 from study.manifest.parameters import Value
 from study.plan.endings import PENDING
 from study.plan.flags import flag_lines
@@ -182,11 +183,10 @@ _UNCERTAINTY: Final = {each.name: each.uncertainty for kind in KINDS for each in
 
 
 def _varying(dataset: xr.Dataset, dims: tuple[Any, ...]) -> list[Any]:
-    """Coordinates with more than one value: dimensions, or the parameters along the dimension `case`."""
+    """Coordinates with more than one value: dimensions, or the parameters that the author of a list of cases lists."""
     if "case" not in dims:
         return [dim for dim in dims if dataset.sizes[dim] > 1]
-    along = [name for name in dataset.coords if "case" in dataset[name].dims and name not in ("case", "case_id")]
-    several = [name for name in along if len(set(dataset[name].values.ravel().tolist())) > 1]
+    several = [name for name in listed(dataset) if len(set(dataset[name].values.ravel().tolist())) > 1]
     return (several or ["case"]) + [dim for dim in dims if dim != "case"]
 
 

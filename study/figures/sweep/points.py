@@ -88,19 +88,22 @@ def varying(found: Places) -> dict[str, NDArray[Any]]:
     """
     names = [name for name in found.dims if name != _CASE]
     if _CASE in found.dims:
-        listed = _listed(found.root)
-        along = [str(name) for name, each in found.root.coords.items() if each.dims == (_CASE,)]
-        names = [name for name in along if name in (listed or parameters())] + names
+        names = [*listed(found.root), *names]
     columns = {name: _whole(found.values(name)) for name in names}
     return {name: values for name, values in columns.items() if len(set(values.tolist())) > 1}
 
 
-def _listed(root: xr.Dataset) -> set[str]:
-    """The columns of a table of cases, or the axes of a list of them; none where the dataset does not say."""
+def listed(root: xr.Dataset) -> list[str]:
+    """The coordinates along a list of cases that its author lists, in a table or as axes; all parameters where nobody says."""
+    along = [str(name) for name, each in root.coords.items() if each.dims == (_CASE,)]
     table = str(root.attrs.get("manifest_table", ""))
-    if table:
-        return {name.strip() for name in table.splitlines()[0].split(",")}
-    return set(tomllib.loads(str(root.attrs.get("manifest", ""))).get("axes", ()))
+    first, *_ = table.splitlines() or [""]
+    named = {name.strip() for name in first.split(",")} if table else set(_manifest(root).get("axes", ()))
+    return [name for name in along if name in (named or parameters())]
+
+
+def _manifest(root: xr.Dataset) -> dict[str, Any]:
+    return tomllib.loads(str(root.attrs.get("manifest", "")))
 
 
 def _whole(values: NDArray[Any]) -> NDArray[Any]:

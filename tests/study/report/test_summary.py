@@ -123,3 +123,17 @@ def test_rows_that_failed_are_known_and_unfinished_ones_are_no_failures() -> Non
     assert scalar_table(found).failed == {4}
     found["drive_outcome"][0, 0, 0] = "pending"
     assert scalar_table(found).failed == {4}
+
+
+def test_a_list_of_cases_is_labelled_by_what_its_author_lists_and_not_by_what_follows() -> None:
+    found = api.run(
+        {
+            "title": "List",
+            "stages": ["contact"],
+            "design": "zip",
+            "axes": {"n_x": [33, 65], "radius": [50.0, 20.0]},
+            "constants": {"normal_load": 1e-4},
+        }
+    )
+    assert len(set(found.bottom_row.values.tolist())) == 2
+    assert scalar_table(found).header[:3] == ("R/L_x", "n_x", "a/L_x")

@@ -1,0 +1,28 @@
+"""What all rows of a table have in common, said once instead of in every row."""
+
+from dataclasses import replace
+
+from study.report.columns import Table
+
+NOTHING = "–"
+"""The cell of a number that is not known."""
+
+
+def said_once(table: Table) -> tuple[Table, list[str]]:
+    """A table without the columns whose cells are all alike, and sentences that say what is in them.
+
+    Labels and the last column stay, and a table of one row stays as it is.
+    """
+    if len(table.rows) < 2:
+        return table, []
+    last = len(table.header) - 1
+    columns = list(zip(*table.rows, strict=True))
+    alike = [place for place in range(table.labels, last) if len(set(columns[place])) == 1]
+    known = [f"{table.header[place]} = {columns[place][0]}" for place in alike if columns[place][0] != NOTHING]
+    unknown = [table.header[place] for place in alike if columns[place][0] == NOTHING]
+    kept = [place for place in range(last + 1) if place not in alike]
+    rows = tuple(tuple(row[place] for place in kept) for row in table.rows)
+    sentences = [f"In all rows: {', '.join(known)}."] if known else []
+    if unknown:
+        sentences.append(f"Not known in any row: {', '.join(unknown)}.")
+    return replace(table, header=tuple(table.header[place] for place in kept), rows=rows), sentences
