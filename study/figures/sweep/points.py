@@ -1,8 +1,8 @@
 """A variable of every case and drive, or a ratio of two, in one long table, whatever the design of the campaign."""
 
 import tomllib
-from collections.abc import Mapping
-from dataclasses import dataclass
+from collections.abc import Collection, Mapping
+from dataclasses import dataclass, replace
 from typing import Any, Final
 
 import numpy as np
@@ -36,6 +36,8 @@ class Points:
     """The coordinates in which cases differ."""
     flagged: NDArray[np.bool_]
     """Whether a validity flag says to take it with care."""
+    zipped: tuple[str, ...] = ()
+    """The coordinates that vary together, as their campaign says."""
 
     @property
     def text(self) -> bool:
@@ -50,7 +52,12 @@ class Points:
     def at(self, chosen: NDArray[Any]) -> "Points":
         """Some of the points: a mask, or their places in another order."""
         axes = {name: each[chosen] for name, each in self.axes.items()}
-        return Points(self.name, self.label, self.values[chosen], self.errors[chosen], axes, self.flagged[chosen])
+        values, errors, flagged = self.values[chosen], self.errors[chosen], self.flagged[chosen]
+        return replace(self, values=values, errors=errors, axes=axes, flagged=flagged)
+
+    def without(self, names: Collection[str]) -> "Points":
+        """The points without some of their coordinates."""
+        return replace(self, axes={name: each for name, each in self.axes.items() if name not in names})
 
     def columns(self) -> Columns:
         """The points as a table: coordinates, value, uncertainty, and whether flagged."""
@@ -70,13 +77,15 @@ def points_of(dataset: xr.Dataset, name: str, over: str = "") -> Points:
     if over:
         values, errors = _ratio((values, errors), _numbers(dataset, found, over))
     flags = found.values(VALIDITY.name) if VALIDITY.name in dataset else np.zeros(len(values))
+    axes = varying(found)
     return Points(
         f"{name}/{over}" if over else name,
         f"{label(name)} over {symbol(over)}" if over else label(name),
         values,
         errors,
-        varying(found),
+        axes,
         flags != 0,
+        tuple(name for name in zipped(dataset) if name in axes),
     )
 
 
@@ -100,6 +109,13 @@ def listed(root: xr.Dataset) -> list[str]:
     first, *_ = table.splitlines() or [""]
     named = {name.strip() for name in first.split(",")} if table else set(_manifest(root).get("axes", ()))
     return [name for name in along if name in (named or parameters())]
+
+
+def zipped(root: xr.Dataset) -> list[str]:
+    """The axes of a list of cases whose values are taken together, the first ones, then the second ones; none of a table."""
+    manifest = _manifest(root)
+    together = manifest.get("design") == "zip" and not root.attrs.get("manifest_table")
+    return list(manifest.get("axes", ())) if together else []
 
 
 def _manifest(root: xr.Dataset) -> dict[str, Any]:

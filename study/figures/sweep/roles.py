@@ -1,7 +1,7 @@
 """Which coordinate goes where: along x, into colours, into panels; what is left is held at one value."""
 
 import math
-from collections.abc import Mapping
+from collections.abc import Collection, Mapping
 from dataclasses import dataclass, field
 from typing import Any, Final
 
@@ -32,6 +32,19 @@ def counts_of(points: Points) -> dict[str, int]:
     """Coordinate -> its number of values; numbers first, then by falling number."""
     counts = {name: len(set(values.tolist())) for name, values in points.axes.items()}
     return dict(sorted(counts.items(), key=lambda item: (points.axes[item[0]].dtype.kind in "OUb", -item[1])))
+
+
+def together(points: Points, chosen: Collection[str] = ()) -> tuple[Points, str]:
+    """Points whose zipped coordinates are one, and its name; as they are, and "", where no single one tells the cases apart.
+
+    chosen: coordinates of which one is taken before others.
+    """
+    cases = len(set(zip(*(points.axes[name].tolist() for name in points.zipped), strict=True)))
+    telling = [name for name, count in counts_of(points).items() if name in points.zipped and count == cases]
+    wanted = [name for name in chosen if name in points.zipped] or telling[:1]
+    if len(points.zipped) < 2 or len(wanted) != 1 or wanted[0] not in telling:
+        return points, ""
+    return points.without([name for name in points.zipped if name != wanted[0]]), wanted[0]
 
 
 def scattered(points: Points) -> bool:

@@ -20,7 +20,7 @@ MOST_VECTOR: Final = 500
 
 
 def draw_tiles(points: Points, roles: Roles) -> Figure:
-    """A tile for each case, coloured by its value; crosses are cases without one."""
+    """A tile for each case, coloured by its value; crosses are cases without one, dots those to be taken with care."""
     points = held_at(points, roles.held)
     names = names_of(points) if points.text else []
     with column(width=WIDTH) as figure:
@@ -50,6 +50,8 @@ def _draw_panel(axes: Any, points: Points, here: Points, roles: Roles, names: li
     look = {"rasterized": tiles.size > MOST_VECTOR, "edgecolors": "face", "linewidth": 0.3}
     mesh = axes.pcolormesh(*ends, tiles, **look, **_colors(points, names))
     axes.plot(x[~here.there], y[~here.there], "x", markersize=4, color=FAILED)
+    care = here.flagged & here.there
+    axes.plot(x[care], y[care], "o", markersize=2.4, color="white", markeredgecolor="black", markeredgewidth=0.4)
     return mesh
 
 

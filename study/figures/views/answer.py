@@ -11,7 +11,7 @@ from study.dataset.ensemble import over_members
 from study.figures.sweep.label import symbol, words
 from study.figures.sweep.lines import draw_lines, draw_scattered
 from study.figures.sweep.points import Points, points_of
-from study.figures.sweep.roles import MOST_HUES, Roles, counts_of, roles_of, scattered
+from study.figures.sweep.roles import MOST_HUES, Roles, counts_of, held_at, roles_of, scattered, together
 from study.figures.sweep.tiles import draw_tiles
 from study.figures.views.view import Sort, View, register
 
@@ -43,15 +43,18 @@ def answers(dataset: xr.Dataset) -> Iterator[View]:
 def view_of(points: Points, x: str = "", hue: str = "") -> View:
     """The figure of some points that differ in at least one coordinate. x, hue: coordinates that the caller chooses."""
     stem = points.name.replace("/", "_over_")
-    if scattered(points) and not x:
-        names = " and ".join(map(symbol, counts_of(points)))
-        caption = f"{_sentence(points)}, against {names}.{_crosses(points)}{_marks(points)}"
-        return View(stem, caption, lambda: draw_scattered(points), points.columns)
-    roles = roles_of(points, x, hue)
-    return View(stem, _caption(points, roles), lambda: drawn(points, roles), points.columns)
+    drawn, kept = together(points, (x, hue))
+    with_it = f" {' and '.join(map(symbol, points.zipped))} vary together." if kept else ""
+    if scattered(drawn) and not x:
+        names = " and ".join(map(symbol, counts_of(drawn)))
+        caption = f"{_sentence(points)}, against {names}.{with_it}{_crosses(points)}{_marks(points)}"
+        return View(stem, caption, lambda: draw_scattered(drawn), points.columns)
+    roles = roles_of(drawn, x, hue)
+    caption = f"{_sentence(points)}, {_against(drawn, roles)}.{with_it}{_seen(held_at(drawn, roles.held), _mapped(drawn, roles))}"
+    return View(stem, caption, lambda: figure_of(drawn, roles), points.columns)
 
 
-def drawn(points: Points, roles: Roles) -> Figure:
+def figure_of(points: Points, roles: Roles) -> Figure:
     """Lines, or a map where words or many values of a second coordinate would make too many lines."""
     return draw_tiles(points, roles) if _mapped(points, roles) else draw_lines(points, roles)
 
@@ -60,18 +63,24 @@ def _mapped(points: Points, roles: Roles) -> bool:
     return bool(roles.hue) and (points.text or counts_of(points)[roles.hue] > MOST_HUES)
 
 
-def _caption(points: Points, roles: Roles) -> str:
+def _against(points: Points, roles: Roles) -> str:
     """What is drawn against what, and at which value of what is not shown."""
     panels = f", one panel for each {' and '.join(map(symbol, roles.panels))}" if roles.panels else ""
     held = f"; only at {words(dict(roles.held))}: its numbers are of all" if roles.held else ""
     if _mapped(points, roles):
-        return f"{_sentence(points)}, over {symbol(roles.x)} and {symbol(roles.hue)}{panels}{held}.{_crosses(points)}"
+        return f"over {symbol(roles.x)} and {symbol(roles.hue)}{panels}{held}"
     hue = f", one colour for each {symbol(roles.hue)}" if roles.hue else ""
-    return f"{_sentence(points)}, against {symbol(roles.x)}{hue}{panels}{held}.{_crosses(points)}{_marks(points)}"
+    return f"against {symbol(roles.x)}{hue}{panels}{held}"
 
 
 def _sentence(points: Points) -> str:
     return points.label[0].upper() + points.label[1:]
+
+
+def _seen(points: Points, mapped: bool) -> str:
+    """What the signs mean that are drawn of these points."""
+    flagged = " Dots: to be taken with care." if points.flagged[points.there].any() else ""
+    return _crosses(points) + (flagged if mapped else _marks(points))
 
 
 def _crosses(points: Points) -> str:
@@ -81,8 +90,8 @@ def _crosses(points: Points) -> str:
 
 def _marks(points: Points) -> str:
     """What bars and hollow points mean, where there are any."""
-    bars = " Bars: its standard error, where larger than the point." if np.isfinite(points.errors).any() else ""
-    return bars + (" Hollow: to be taken with care." if points.flagged.any() and not points.text else "")
+    bars = " Bars: its uncertainty, where larger than the point." if np.isfinite(points.errors).any() else ""
+    return bars + (" Hollow: to be taken with care." if points.flagged[points.there].any() else "")
 
 
 register(Sort("answer", "Answer", answers))

@@ -3,7 +3,7 @@
 import pytest
 
 from study.figures.sweep.points import Points, points_of
-from study.figures.sweep.roles import MOST_PANELS, held_at, roles_of, scattered, values_of
+from study.figures.sweep.roles import MOST_PANELS, held_at, roles_of, scattered, together, values_of
 from tests.study.figures.sweep.cases import listed, product
 
 
@@ -42,6 +42,21 @@ def test_more_panels_than_a_page_bears_are_held_at_a_value_that_is_there() -> No
     assert dict(roles.held) == {"aspect_ratio": 3.0}
     assert len(values_of(points, "normal_load")) <= MOST_PANELS
     assert len(held_at(points, roles.held).values) == len(points.values) / 5
+
+
+def test_axes_that_vary_together_are_one_unless_it_cannot_tell_the_cases_apart() -> None:
+    def over_list(radius: list[float], n_x: list[int], design: str = "zip") -> Points:
+        manifest = f'design = "{design}"\n[axes]\nradius = {radius}\nn_x = {n_x}\n'
+        return points_of(listed({"radius": radius, "n_x": n_x}, [0.1, 0.2, 0.3], manifest), "plateau_mean")
+
+    points = over_list([50.0, 100.0, 200.0], [17, 33, 17])
+    assert (list(together(points)[0].axes), together(points)[1]) == (["radius"], "radius")
+    for chosen in (("n_x",), ("radius", "n_x")):
+        assert together(points, chosen) == (points, "")
+    neither = over_list([50.0, 50.0, 200.0], [17, 33, 17])
+    assert together(neither) == (neither, "")
+    other = over_list([50.0, 100.0, 200.0], [17, 33, 65], "product")
+    assert together(other) == (other, "")
 
 
 def test_a_design_that_fills_little_of_its_product_is_scattered() -> None:

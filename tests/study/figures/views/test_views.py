@@ -9,6 +9,8 @@ import xarray as xr
 
 import nanoslip
 from study.figures.shared.canvas import image
+from study.figures.sweep.points import points_of
+from study.figures.views.answer import view_of
 from study.figures.views.catalogue import SORTS
 from study.figures.views.view import View, csv_of
 from tests.study.figures.sweep.cases import listed, product
@@ -113,13 +115,35 @@ def test_what_is_not_drawn_and_what_has_no_value_is_said() -> None:
     )  # fmt: skip
     caption = views(data)["plateau_mean_over_intrinsic_friction"].caption
     assert "only at L_z/L_x = 3: its numbers are of all" in caption
-    assert "Red crosses: 175 without a value." in caption
+    assert "Red crosses: 35 without a value." in caption  # of those that are drawn
 
 
 def test_a_list_of_cases_is_drawn_against_each_of_its_columns() -> None:
     data = listed({"radius": [50.0, 200.0, 100.0], "n_x": [17, 33, 65]}, [0.1, 0.2, 0.3])
     data["mean_step"] = data.plateau_mean
     assert views(data)["mean_step"].caption.startswith("Mean step per event, in L_x, against R/L_x and n_x.")
+
+
+def test_a_list_of_axes_that_vary_together_is_drawn_once_and_says_so() -> None:
+    manifest = 'design = "zip"\n[axes]\nradius = [50.0, 200.0, 100.0]\nnormal_load = [1e-3, 1e-4, 5e-4]\n'
+    data = listed({"radius": [50.0, 200.0, 100.0], "normal_load": [1e-3, 1e-4, 5e-4]}, [0.1, 0.2, 0.3], manifest)
+    found = view_of(points_of(data, "plateau_mean"))
+    assert "against R/L_x. R/L_x and W/(G·L_x·L_y) vary together." in found.caption
+    assert len(found.draw().axes) == 1
+    assert {"radius", "normal_load"} <= set(found.columns())
+    other = view_of(points_of(data, "plateau_mean"), "normal_load")
+    assert "against W/(G·L_x·L_y). R/L_x and" in other.caption
+
+
+def test_signs_are_explained_where_they_are_drawn() -> None:
+    data = product(lambda radius, n_x: 0.1 * radius, radius=[1.0, 2.0, 3.0], n_x=[17, 33])
+    data["validity_flags"][0, 0] = 1
+    assert "Bars: its uncertainty" in view_of(points_of(data, "plateau_mean")).caption
+    for name, sign in (("plateau_mean", "Hollow"), ("outcome", "Dots")):
+        assert f"{sign}: to be taken with care." in view_of(points_of(data, name)).caption
+    alone = data.isel(n_x=0)
+    assert "Hollow: to be taken with care." in view_of(points_of(alone, "outcome")).caption
+    assert "care" not in view_of(points_of(data.isel(n_x=1), "outcome")).caption
 
 
 def test_a_table_is_read_back_as_it_was() -> None:
