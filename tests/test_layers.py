@@ -47,7 +47,7 @@ ORDER = {
     "study.figures": "shared frames recipes sweep views reproduction further catalogue gallery",
     "study.figures.shared": "paper claims canvas files figure power_law closed_form independence tiles",
     "study.figures.sweep": "label points names roles scale lines tiles",
-    "study.figures.views": "view answer runs contacts drives sizes interiors records catalogue",
+    "study.figures.views": "view choice alike answer runs contacts drives sizes interiors records catalogue",
     "study.figures.frames": "moments drawing film",
     "study.figures.reproduction": "punch records resolution drive stick motion scores choices",
     "study.figures.further": "findings modulation continuum chains sizes correlations nodes stick_slip_map friction_map schemes",

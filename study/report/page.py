@@ -13,7 +13,7 @@ import xarray as xr
 
 from study.figures.shared.files import write_files
 from study.figures.views.catalogue import SORTS
-from study.figures.views.runs import spread
+from study.figures.views.choice import spread
 from study.figures.views.view import Sort
 from study.report import costs, overview
 from study.report.common import said_once
@@ -34,15 +34,8 @@ class Section:
     title: str
     large: tuple[Picture, ...]
     single: tuple[Picture, ...]
-    count: int
-    """Single ones that there are, shown or not."""
-
-    @property
-    def not_shown(self) -> str:
-        """How many are left out; empty where none is."""
-        if self.count == len(self.single):
-            return ""
-        return f"{self.title}: {len(self.single)} of {self.count} single cases are drawn, evenly spread."
+    notes: tuple[str, ...]
+    """Sentences on what is not drawn."""
 
 
 def write(dataset: xr.Dataset, out: Path) -> Path:
@@ -83,17 +76,21 @@ def page(dataset: xr.Dataset, cost: str) -> str:
 
 
 def section(dataset: xr.Dataset, sort: Sort) -> Section | None:
-    """The figures of a sort; None where a dataset has none."""
-    views = list(sort.views(dataset))
-    if not views:
+    """The figures of a sort, and what there is to say of those that are not there; None where a dataset has neither."""
+    views, notes = list(sort.views(dataset)), list(sort.notes(dataset))
+    if not views and not notes:
         return None
-    single = [view for view in views if view.label]
-    large = tuple(picture(view) for view in views if not view.label)
-    return Section(sort.title, large, tuple(map(picture, spread(single, MOST_SINGLE))), len(single))
+    single = [view for view in views if view.place]
+    chosen = spread([view.place for view in single], MOST_SINGLE)
+    if left := len(single) - len(chosen):
+        notes.append(
+            f"{len(chosen)} of {len(single)} single cases are drawn small, spread over all axes; {left} are not shown."
+        )
+    large = tuple(picture(view) for view in views if not view.place)
+    return Section(sort.title, large, tuple(picture(single[position]) for position in chosen), tuple(notes))
 
 
 def _not_shown(dataset: xr.Dataset, sections: tuple[Section, ...], rows: int) -> Iterator[str]:
-    yield from (each.not_shown for each in sections if each.not_shown)
     yield from overview.left_out(dataset)
     if rows > MOST_ROWS:
         yield f"Table: the first {MOST_ROWS} cases; the dataset has all."

@@ -2,6 +2,7 @@
 
 import math
 import re
+from collections.abc import Mapping
 from typing import Any, Final
 
 from study.dataset.description import Described, described
@@ -74,6 +75,6 @@ def said(value: Any) -> str:
     return short if len(short) < len(plain) and abs(int(exponent)) > 3 else plain
 
 
-def words(values: dict[str, Any]) -> str:
+def words(values: Mapping[str, Any]) -> str:
     """Coordinates with their values and units: `R/L_x = 200, n_x = 65, V_o = 0.002 m/s`."""
     return ", ".join(f"{symbol(name)} = {said(value)} {unit_of(name)}".rstrip() for name, value in values.items())

@@ -13,6 +13,7 @@ from study.figures.sweep.lines import draw_lines, draw_scattered
 from study.figures.sweep.points import Points, points_of
 from study.figures.sweep.roles import MOST_HUES, Roles, counts_of, held_at, roles_of, scattered, together
 from study.figures.sweep.tiles import draw_tiles
+from study.figures.views.alike import differs, in_words, sentence
 from study.figures.views.view import Sort, View, register
 
 OBSERVED: Final = (
@@ -20,6 +21,7 @@ OBSERVED: Final = (
     ("static_friction", ""),
     ("kinetic_friction", ""),
     ("regime", ""),
+    ("slips_scaling_exponent", ""),
     ("mean_step", ""),
     ("contact_half_width", ""),
 )
@@ -30,14 +32,19 @@ PRESSED: Final = (("contact_half_width", ""), ("maximum_pressure", ""), ("approa
 
 def answers(dataset: xr.Dataset) -> Iterator[View]:
     """A figure for each number that differs between cases; none of a single case."""
+    return (view_of(points) for points in _asked(dataset) if differs(points))
+
+
+def notes(dataset: xr.Dataset) -> Iterator[str]:
+    """The numbers that do not differ, in words."""
+    return in_words([points for points in _asked(dataset) if not differs(points)])
+
+
+def _asked(dataset: xr.Dataset) -> Iterator[Points]:
     dataset = over_members(dataset)
     for name, over in OBSERVED if "plateau_mean" in dataset else PRESSED:
-        if name not in dataset or (over and over not in dataset.coords):
-            continue
-        points = points_of(dataset, name, over)
-        one_word = points.text and len(set(points.values.tolist())) == 1
-        if points.axes and points.there.any() and not one_word:
-            yield view_of(points)
+        if name in dataset and (not over or over in dataset.coords):
+            yield points_of(dataset, name, over)
 
 
 def view_of(points: Points, x: str = "", hue: str = "") -> View:
@@ -47,10 +54,11 @@ def view_of(points: Points, x: str = "", hue: str = "") -> View:
     with_it = f" {' and '.join(map(symbol, points.zipped))} vary together." if kept else ""
     if scattered(drawn) and not x:
         names = " and ".join(map(symbol, counts_of(drawn)))
-        caption = f"{_sentence(points)}, against {names}.{with_it}{_crosses(points)}{_marks(points)}"
+        caption = f"{sentence(points.label)}, against {names}.{with_it}{_crosses(points)}{_marks(points)}"
         return View(stem, caption, lambda: draw_scattered(drawn), points.columns)
     roles = roles_of(drawn, x, hue)
-    caption = f"{_sentence(points)}, {_against(drawn, roles)}.{with_it}{_seen(held_at(drawn, roles.held), _mapped(drawn, roles))}"
+    signs = _seen(held_at(drawn, roles.held), _mapped(drawn, roles))
+    caption = f"{sentence(points.label)}, {_against(drawn, roles)}.{with_it}{signs}"
     return View(stem, caption, lambda: figure_of(drawn, roles), points.columns)
 
 
@@ -73,10 +81,6 @@ def _against(points: Points, roles: Roles) -> str:
     return f"against {symbol(roles.x)}{hue}{panels}{held}"
 
 
-def _sentence(points: Points) -> str:
-    return points.label[0].upper() + points.label[1:]
-
-
 def _seen(points: Points, mapped: bool) -> str:
     """What the signs mean that are drawn of these points."""
     flagged = " Dots: to be taken with care." if points.flagged[points.there].any() else ""
@@ -94,4 +98,4 @@ def _marks(points: Points) -> str:
     return bars + (" Hollow: to be taken with care." if points.flagged[points.there].any() else "")
 
 
-register(Sort("answer", "Answer", answers))
+register(Sort("answer", "Answer", answers, notes))

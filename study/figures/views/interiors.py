@@ -65,7 +65,7 @@ def views(dataset: xr.Dataset) -> Iterator[View]:
             caption,
             lambda run=run: draw(columns(dataset, run)),  # type: ignore[misc]
             lambda run=run: columns(dataset, run),  # type: ignore[misc]
-            words(run.label) if len(runs) > 1 else "",
+            run.label if len(runs) > 1 else {},
         )
 
 

@@ -7,7 +7,7 @@ import xarray as xr
 from study.dataset.access.accessor import Accessor
 from study.figures.sweep.label import label, typeset
 from study.figures.sweep.points import Columns
-from study.figures.views.runs import Family, Run, thinned, views_of
+from study.figures.views.runs import Family, Need, Run, notes_of, thinned, views_of
 from study.figures.views.view import Sort, register
 
 
@@ -31,5 +31,13 @@ RECORDS: Final = Family(
     columns,
     draw,
     {"xlabel": typeset(label("displacement")), "ylabel": "friction force over load $F/W$"},
+    Need("events", 1, "they have no events"),
 )
-register(Sort("records", "Friction records", lambda dataset: views_of(dataset, RECORDS)))
+register(
+    Sort(
+        "records",
+        "Friction records",
+        lambda dataset: views_of(dataset, RECORDS),
+        lambda dataset: notes_of(dataset, RECORDS),
+    )
+)

@@ -3,7 +3,7 @@
 import math
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass
-from typing import Any, Final, TypeVar
+from typing import Any, Final
 
 import numpy as np
 import xarray as xr
@@ -16,6 +16,7 @@ from study.figures.shared.canvas import COLORS, column
 from study.figures.sweep.label import typeset, words
 from study.figures.sweep.lines import WIDTH
 from study.figures.sweep.points import Columns, varying
+from study.figures.views.choice import spread
 from study.figures.views.view import View
 
 HEIGHT: Final = 2.3
@@ -24,9 +25,18 @@ LINE: Final = 0.15
 """Height of a line of a legend, in inches."""
 LONG: Final = 30
 """Characters of a name from which it has a line of its own."""
-T = TypeVar("T")
 MOST_TOGETHER: Final = len(COLORS)
-"""Runs that are drawn together; of more, so many evenly spread ones."""
+"""Runs that are drawn together; of more, so many that are spread over all axes."""
+
+
+@dataclass(frozen=True, slots=True)
+class Need:
+    """What a case needs for its run to be drawn: at least so much of one of its numbers."""
+
+    variable: str
+    least: float
+    otherwise: str
+    """What is said of runs without: `they have no events`."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -54,10 +64,15 @@ class Family:
     """Draws one run on axes of matplotlib, with the settings of its main line."""
     axes: dict[str, Any]
     """Labels and scales."""
+    need: Need | None = None
+    """Without which a figure would be empty."""
 
 
-def runs_of(dataset: xr.Dataset, group: str) -> list[Run]:
-    """The runs of a group, each once, though several cases share it; none where the dataset has no such group."""
+def runs_of(dataset: xr.Dataset, group: str, need: Need | None = None) -> list[Run]:
+    """The runs of a group, each once, though several cases share it; none where the dataset has no such group.
+
+    need: runs of cases that lack it are left out.
+    """
     if f"{group}_id" not in dataset or group not in groups_of(dataset):
         return []
     found = places(dataset, id_of(dataset, group), {})
@@ -65,6 +80,9 @@ def runs_of(dataset: xr.Dataset, group: str) -> list[Run]:
     labels = varying(found)
     firsts = dict.fromkeys(each for each in ids if isinstance(each, str) and each)
     numbers = [ids.index(each) for each in firsts]
+    enough = np.ones(len(ids), np.bool_)
+    if need and need.variable in dataset:
+        enough = found.values(need.variable) >= need.least
     return [
         Run(
             number,
@@ -72,23 +90,26 @@ def runs_of(dataset: xr.Dataset, group: str) -> list[Run]:
             {dim: dataset[dim].values[found.positions[place, axis]] for axis, dim in enumerate(found.dims)},
         )
         for number, place in enumerate(numbers, 1)
+        if enough[place]
     ]
 
 
 def views_of(dataset: xr.Dataset, family: Family) -> Iterator[View]:
     """One figure of several runs together, then one of each."""
-    runs = runs_of(dataset, family.group)
+    runs = runs_of(dataset, family.group, family.need)
     if len(runs) > 1:
-        yield _together(dataset, family, spread(runs, MOST_TOGETHER), len(runs))
+        shown = [runs[position] for position in spread([run.label for run in runs], MOST_TOGETHER)]
+        yield _together(dataset, family, shown, len(runs))
     for run in runs:
         yield _alone(dataset, family, run, single=len(runs) > 1)
 
 
-def spread(items: list[T], most: int) -> list[T]:
-    """At most so many of the items, evenly spread: the middle of each of so many parts."""
-    if len(items) <= most:
-        return items
-    return [items[(2 * part + 1) * len(items) // (2 * most)] for part in range(most)]
+def notes_of(dataset: xr.Dataset, family: Family) -> Iterator[str]:
+    """How many runs are not drawn as there is nothing in them, and why."""
+    every, drawn = runs_of(dataset, family.group), runs_of(dataset, family.group, family.need)
+    if family.need and len(drawn) < len(every):
+        count = "None" if not drawn else f"{len(every) - len(drawn)}"
+        yield f"{count} of {len(every)} {'is' if not drawn else 'are not'} drawn: {family.need.otherwise}."
 
 
 def thinned(x: NDArray[Any], y: NDArray[Any], bins: int = 300) -> NDArray[np.int64]:
@@ -123,7 +144,7 @@ def _together(dataset: xr.Dataset, family: Family, runs: list[Run], count: int) 
             **{name: np.concatenate([table[name] for _, table in tables]) for name in tables[0][1]},
         }
 
-    which = "all cases" if count == len(runs) else f"{len(runs)} of {count} cases, evenly spread"
+    which = "all cases" if count == len(runs) else f"{len(runs)} of {count} cases, spread over all axes"
     return View(f"{family.name}_together", f"{family.caption}: {which}.", drawn, columns)
 
 
@@ -142,7 +163,7 @@ def _alone(dataset: xr.Dataset, family: Family, run: Run, single: bool) -> View:
         f"{family.caption}{which}.",
         drawn,
         lambda: family.columns(dataset, run),
-        words(run.label) if single else "",
+        run.label if single else {},
     )
 
 

@@ -9,7 +9,7 @@ from solver.sliding.distributions.histogram import logarithmic_histogram
 from study.dataset.access.accessor import Accessor
 from study.figures.sweep.label import label
 from study.figures.sweep.points import Columns
-from study.figures.views.runs import Family, Run, views_of
+from study.figures.views.runs import Family, Need, Run, notes_of, views_of
 from study.figures.views.view import Sort, register
 
 FEWEST: Final = 100
@@ -38,16 +38,14 @@ SIZES: Final = Family(
     columns,
     draw,
     {"xlabel": label("event_slips"), "ylabel": "share of events", "xscale": "log", "yscale": "log"},
+    Need("events", FEWEST, f"they have fewer than {FEWEST} events"),
 )
 
 
 def views(dataset: xr.Dataset) -> Any:
-    """One figure of several records; none where records have few events."""
-    if "events" not in dataset or not float(dataset["events"].max()) >= FEWEST:
-        return
-    for view in views_of(dataset, SIZES):
-        if not view.label:
-            yield view
+    """One figure of several records; none where the events are not counted."""
+    if "events" in dataset:
+        yield from (view for view in views_of(dataset, SIZES) if not view.place)
 
 
-register(Sort("sizes", "Sizes of events", views))
+register(Sort("sizes", "Sizes of events", views, lambda dataset: notes_of(dataset, SIZES)))

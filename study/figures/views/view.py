@@ -3,13 +3,14 @@
 import csv
 import io
 import math
-from collections.abc import Callable, Iterator
-from dataclasses import dataclass
+from collections.abc import Callable, Iterator, Mapping
+from dataclasses import dataclass, field
 from typing import Any, Final
 
 import xarray as xr
 from matplotlib.figure import Figure
 
+from study.figures.sweep.label import words
 from study.figures.sweep.points import Columns
 
 
@@ -24,8 +25,18 @@ class View:
     draw: Callable[[], Figure]
     columns: Callable[[], Columns]
     """The numbers that are drawn."""
-    label: str = ""
-    """Of one of many alike, which a page shows small: what tells it from the others."""
+    place: Mapping[str, Any] = field(default_factory=dict)
+    """Of one of many alike, which a page shows small: the coordinates in which it differs from the others."""
+
+    @property
+    def label(self) -> str:
+        """What tells one of many alike from the others, in words."""
+        return words(self.place)
+
+
+def no_notes(_: xr.Dataset) -> Iterator[str]:
+    """Of a sort that has nothing to say besides its figures."""
+    return iter(())
 
 
 @dataclass(frozen=True, slots=True)
@@ -36,6 +47,8 @@ class Sort:
     title: str
     views: Callable[[xr.Dataset], Iterator[View]]
     """Those that a dataset calls for; none where it has nothing of the sort."""
+    notes: Callable[[xr.Dataset], Iterator[str]] = no_notes
+    """Sentences on what is not drawn, and why."""
 
 
 SORTS: Final[dict[str, Sort]] = {}

@@ -1,9 +1,8 @@
-"""Thinned lines look as they did: extremes stay; what is shown of many is spread evenly."""
+"""Thinned lines look as they did: extremes stay."""
 
 import numpy as np
-import pytest
 
-from study.figures.views.runs import spread, thinned
+from study.figures.views.runs import thinned
 
 
 def test_a_thinned_line_keeps_ends_extremes_and_order() -> None:
@@ -21,11 +20,3 @@ def test_a_thinned_line_keeps_ends_extremes_and_order() -> None:
 def test_a_short_line_stays_whole_and_a_drop_keeps_both_sides() -> None:
     assert thinned(np.array([0.0, 0.5, 0.5, 1.0]), np.array([0.0, 1.0, 0.2, 0.7])).tolist() == [0, 1, 2, 3]
     assert thinned(np.zeros(1000), np.arange(1000.0)).tolist()[::1][-1] == 999
-
-
-@pytest.mark.parametrize("count", [1, 6, 7, 100])
-def test_what_is_shown_of_many_is_spread_evenly(count: int) -> None:
-    found = spread(list(range(count)), 6)
-    assert len(found) == len(set(found)) == min(count, 6)
-    steps = np.diff(found)
-    assert count <= 6 or steps.max() - steps.min() <= 1

@@ -56,9 +56,10 @@ def test_a_driven_campaign_is_answered_and_shows_drives_sizes_and_records(driven
         "static_friction",
         "kinetic_friction",
         "mean_step",
-        "contact_half_width",
     }
     assert singles | together | answers <= set(found)
+    assert "contact_half_width" not in found  # the same in both
+    assert any(line.startswith("Half-width of the contact a/L_x: ") for line in SORTS["answer"].notes(driven))
     assert {name for name, view in found.items() if view.label} == singles
     assert found["drives_2"].label == "μ_i = 0.25, k = 4e5 N/m"
 
@@ -110,7 +111,7 @@ def test_a_single_case_without_records_calls_for_nothing() -> None:
 def test_what_is_not_drawn_and_what_has_no_value_is_said() -> None:
     values = [float(number) for number in range(1, 8)]
     data = product(
-        lambda intrinsic_friction, radius, normal_load, aspect_ratio: np.where(radius == 1.0, np.nan, intrinsic_friction),
+        lambda intrinsic_friction, radius, normal_load, aspect_ratio: np.where(radius == 1.0, np.nan, normal_load),
         intrinsic_friction=values, radius=values[:6], normal_load=values[:5], aspect_ratio=values[:5],
     )  # fmt: skip
     caption = views(data)["plateau_mean_over_intrinsic_friction"].caption
@@ -151,3 +152,20 @@ def test_a_table_is_read_back_as_it_was() -> None:
     assert text == '"name","value"\n'.replace('"', "") + '"a, b",0.333333333\nc,\n'
     found = np.genfromtxt(io.StringIO(csv_of({"x": np.array([0.1, np.nan])})), skip_header=1)
     np.testing.assert_array_equal(found[:1], [0.1])
+
+
+def test_runs_without_anything_in_them_are_said_and_not_drawn() -> None:
+    """Records that are given up at their first event."""
+    data = campaign(
+        stages=["contact", "slip"],
+        axes={"intrinsic_friction": [0.25], "poisson": [0.2, 0.3]},
+        numerics={"n_x": 33},
+        slip={"cascade_limit": 1},
+    )
+    assert not data.events.any()
+    assert {name for name in views(data) if name.startswith(("records", "sizes"))} == set()
+    notes = {name: list(SORTS[name].notes(data)) for name in ("records", "sizes")}
+    assert notes == {
+        "records": ["None of 2 is drawn: they have no events."],
+        "sizes": ["None of 2 is drawn: they have fewer than 100 events."],
+    }
