@@ -165,6 +165,7 @@ _COLUMNS: Final = {
     "static_friction": "μ_s",
     "static_friction_ensemble_std": "scatter of μ_s",
     "kinetic_friction": "μ_k",
+    "slips_scaling_exponent": "τ of slips",
     "peak_friction": "peak F/W",
     "surface_stiffness": "K/(G·L_y)",
     "events": "events",

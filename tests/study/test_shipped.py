@@ -2,6 +2,9 @@
 
 from pathlib import Path
 
+import pytest
+
+import nanoslip
 from study import shipped
 from tests.conftest import ROOT
 
@@ -19,3 +22,15 @@ def test_copies_come_first_and_campaigns_in_folders_have_names_too(tmp_path, mon
     assert shipped.campaigns() == {"figures/one": figure}
     assert shipped.campaign_file(Path("figures/one")) == figure
     assert shipped.campaign_file(Path("figures/two")) == Path("figures/two")
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("name", shipped.starters())
+def test_a_starter_as_it_comes_completes_and_no_case_of_it_is_to_be_taken_with_care(name):
+    found = nanoslip.run(shipped.starters()[name])
+    assert set(found.outcome.values.ravel().tolist()) == {"completed"}
+    assert not found.validity_flags.any()
+    if "drive_outcome" in found:
+        assert set(found.drive_outcome.values.ravel().tolist()) == {"completed"}
+    if name == "events":
+        assert (found.slips_scaling_exponent > 0.0).all()

@@ -8,11 +8,13 @@ import pytest
 import xarray as xr
 
 import nanoslip
+from solver.view import with_error
 from study.figures.shared.canvas import image
 from study.figures.sweep.points import points_of
 from study.figures.views.answer import view_of
 from study.figures.views.catalogue import SORTS
 from study.figures.views.view import View, csv_of
+from study.report.summary import scalar_table
 from tests.study.figures.sweep.cases import listed, product
 
 SVG_AT_MOST = 300_000
@@ -169,3 +171,34 @@ def test_runs_without_anything_in_them_are_said_and_not_drawn() -> None:
         "records": ["None of 2 is drawn: they have no events."],
         "sizes": ["None of 2 is drawn: they have fewer than 100 events."],
     }
+
+
+@pytest.mark.slow
+def test_sizes_show_the_power_law_of_their_scaling_range_with_its_exponent() -> None:
+    """Inside the range the law has as many events as there are; the table, the answer and the figure say its exponent."""
+    data = campaign(
+        stages=["contact", "slip"],
+        axes={"spread": [0.0, 0.2]},
+        numerics={"n_x": 129},
+        limits={"events": 5000},
+        constants={"normal_load": 8e-4},
+        outputs={"statistics": True},
+    )
+    view = views(data)["sizes_together"]
+    text = image(view.draw(), "svg").decode()
+    table = view.columns()
+    exponents = data.slips_scaling_exponent.values.ravel()
+    assert np.isfinite(exponents).all()
+    for case, exponent, error in zip(
+        dict.fromkeys(table["case"].tolist()),
+        exponents,
+        data.slips_scaling_exponent_uncertainty.values.ravel(),
+        strict=True,
+    ):
+        here = {name: values[table["case"] == case] for name, values in table.items()}
+        inside = np.isfinite(here["power_law"])
+        assert inside.sum() > 3
+        assert 0.7 < np.median(here["power_law"][inside] / here["density"][inside]) < 1.4
+        assert f"{case}: τ = {with_error(exponent, error)}" in text
+    assert "τ of slips" in scalar_table(data).header
+    assert "slips_scaling_exponent" in views(data)
