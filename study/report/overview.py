@@ -74,10 +74,12 @@ def _ending(what: str, word: str, count: int, messages: list[str]) -> Ending:
 
 
 def regimes(dataset: xr.Dataset) -> str:
-    """How many drives did what; empty without drives."""
+    """How many drives did what; empty where all do the same."""
     if "regime" not in dataset:
         return ""
     counts = Counter(word for word in dataset["regime"].values.ravel().tolist() if word)
+    if len(counts) < 2:
+        return ""
     return ", ".join(f"{count} {word.replace('_', '-')}" for word, count in counts.most_common())
 
 
@@ -110,7 +112,7 @@ def accuracy(dataset: xr.Dataset) -> Iterator[str]:
     dataset = over_members(dataset)
     for name in UNCERTAIN:
         uncertainty = dataset[name].attrs.get("ancillary_variables", "") if name in dataset else ""
-        if uncertainty in dataset:
+        if uncertainty in dataset and np.isfinite(dataset[name].values).any():
             share = np.abs(dataset[uncertainty].values.ravel() / dataset[name].values.ravel())
             yield f"{_sentence(label(name))}: ± {_shares(share, 'known')[:-1]}{of_mean}."
 

@@ -1,9 +1,9 @@
-"""One HTML page that answers a campaign's question: how its cases ended, figures, a table, and where it comes from.
+"""One HTML page that answers a campaign's question: how its cases ended, figures, a table, then what is behind the numbers.
 
 Everything is inside: figures as SVG with their numbers as CSV, style and script. It works without the script.
 """
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Final
@@ -11,6 +11,7 @@ from typing import Final
 import jinja2
 import xarray as xr
 
+from study.dataset.groups import groups_of
 from study.figures.shared.files import write_files
 from study.figures.views.catalogue import SORTS
 from study.figures.views.choice import spread
@@ -36,6 +37,24 @@ class Section:
     single: tuple[Picture, ...]
     notes: tuple[str, ...]
     """Sentences on what is not drawn."""
+
+    @property
+    def narrow(self) -> bool:
+        """Whether half of a broad page is enough for it."""
+        return len(self.large) <= 1
+
+
+def placed(sections: Sequence[Section]) -> list[tuple[str, Section]]:
+    """Sections with their places on a broad page: a `half` beside the next one, `alone` without one, else "", all across."""
+    found: list[tuple[str, Section]] = []
+    for section in sections:
+        if not section.narrow:
+            found.append(("", section))
+        elif found and found[-1][0] == "alone":
+            found[-1:] = [("half", found[-1][1]), ("half", section)]
+        else:
+            found.append(("alone", section))
+    return found
 
 
 def write(dataset: xr.Dataset, out: Path) -> Path:
@@ -67,9 +86,9 @@ def page(dataset: xr.Dataset, cost: str) -> str:
             "Cost": [cost],
             "Accuracy": list(overview.accuracy(dataset)),
             "Scales": list(overview.scales(dataset)),
-            "Not shown": list(_not_shown(dataset, sections, len(table.rows))),
+            "Not shown": list(_not_shown(dataset, len(table.rows))),
         },
-        sections=sections,
+        sections=placed(sections),
         table=table,
         alike=alike,
     )
@@ -90,9 +109,9 @@ def section(dataset: xr.Dataset, sort: Sort) -> Section | None:
     return Section(sort.title, large, tuple(picture(single[position]) for position in chosen), tuple(notes))
 
 
-def _not_shown(dataset: xr.Dataset, sections: tuple[Section, ...], rows: int) -> Iterator[str]:
+def _not_shown(dataset: xr.Dataset, rows: int) -> Iterator[str]:
     yield from overview.left_out(dataset)
     if rows > MOST_ROWS:
         yield f"Table: the first {MOST_ROWS} cases; the dataset has all."
-    if len(sections) > 1:  # others than the answer
+    if any(group in groups_of(dataset) for group in ("record", "trajectory")):
         yield "Lines of many points are thinned to what can be seen, in figures and their CSV."

@@ -18,12 +18,21 @@ from study.figures.sweep.scale import is_logarithmic, places_of, set_axis
 WIDTH: Final = 4.0
 """Of a figure on a page, in inches."""
 FAILED: Final = "#c00000"
+MOST_COLUMNS: Final = 3
+"""Panels side by side."""
 
 
-def panels_of(points: Points, roles: Roles) -> list[dict[str, Any]]:
-    """The coordinates of each panel."""
-    values = [values_of(points, name) for name in roles.panels]
-    return [dict(zip(roles.panels, each, strict=True)) for each in itertools.product(*values)]
+def panels_of(points: Points, roles: Roles) -> tuple[list[dict[str, Any]], int]:
+    """The coordinates of each panel, and how many panels a row has: of several coordinates one runs along the rows."""
+    values = {name: values_of(points, name) for name in roles.panels}
+    names = sorted(values, key=lambda name: len(values[name]) if len(values[name]) <= MOST_COLUMNS else 0)
+    panels = [dict(zip(names, each, strict=True)) for each in itertools.product(*(values[name] for name in names))]
+    return panels, len(values[names[-1]]) if len(names) > 1 else columns_for(len(panels))
+
+
+def columns_for(count: int) -> int:
+    """How many of so many panels of one sort stand side by side."""
+    return 1 if count == 1 else 2 if count <= 4 else MOST_COLUMNS
 
 
 def title_of(panel: dict[str, Any]) -> str:
@@ -31,9 +40,8 @@ def title_of(panel: dict[str, Any]) -> str:
     return "\n".join(typeset(words({name: value})) for name, value in panel.items())
 
 
-def grid_of(figure: Figure, count: int, **shared: Any) -> list[Any]:
-    """So many panels in rows of two, of three where there are many; a larger figure where there are several."""
-    columns = 1 if count == 1 else 2 if count <= 4 else 3
+def grid_of(figure: Figure, count: int, columns: int, **shared: Any) -> list[Any]:
+    """So many panels in rows of so many; a larger figure where there are several."""
     rows = math.ceil(count / columns)
     figure.set_size_inches(WIDTH if columns < 3 else 1.5 * WIDTH, 2.5 if rows == 1 else 0.6 + 1.8 * rows)
     found = figure.subplots(rows, columns, squeeze=False, **shared).ravel().tolist()
@@ -48,12 +56,12 @@ def draw_lines(points: Points, roles: Roles) -> Figure:
     """One line for each value of the hue, in each panel; crosses at the bottom are cases without a value."""
     points = held_at(points, roles.held)
     with column(width=WIDTH) as figure:
-        panels = panels_of(points, roles)
-        for axes, panel in zip(grid_of(figure, len(panels), sharex=True, sharey=True), panels, strict=True):
+        panels, columns = panels_of(points, roles)
+        for axes, panel in zip(grid_of(figure, len(panels), columns, sharex=True, sharey=True), panels, strict=True):
             here = held_at(points, panel)
             for color, (name, series) in zip(itertools.cycle(COLORS), _series(here, points, roles), strict=False):
                 _draw_series(axes, points, series, places_of(points, roles.x, series), color, name)
-            set_axis(axes.xaxis, points, roles.x, named=False)
+            set_axis(axes.xaxis, points, roles.x)
             axes.set_title(title_of(panel))
         _finish(figure, points)
         figure.supxlabel(typeset(label(roles.x)), fontsize=8)
@@ -66,10 +74,11 @@ def draw_scattered(points: Points) -> Figure:
     """One panel for each coordinate, each with all points: of a design that is no product."""
     names = list(counts_of(points))
     with column(width=WIDTH) as figure:
-        for axes, name in zip(grid_of(figure, len(names), sharey=True), names, strict=True):
+        for axes, name in zip(grid_of(figure, len(names), columns_for(len(names)), sharey=True), names, strict=True):
             x = places_of(points, name, points)
             _draw_series(axes, points, points, x, COLORS[0], "", line="-" if _monotonic(x) else "")
             set_axis(axes.xaxis, points, name)
+            axes.set_xlabel(typeset(short(name)))
         _finish(figure, points)
         _legend(figure, "")
     return figure

@@ -5,7 +5,7 @@ from typing import Any, Final
 import numpy as np
 from numpy.typing import NDArray
 
-from study.figures.sweep.label import label, said, typeset
+from study.figures.sweep.label import said
 from study.figures.sweep.points import Points
 from study.figures.sweep.roles import values_of
 
@@ -37,8 +37,8 @@ def places_of(points: Points, name: str, chosen: Points) -> NDArray[Any]:
     return np.array([order.index(value) for value in values.tolist()], dtype=float)
 
 
-def set_axis(axis: Any, points: Points, name: str, named: bool = True) -> None:
-    """Scale, ticks and label of an axis (matplotlib's) along which a coordinate runs."""
+def set_axis(axis: Any, points: Points, name: str) -> None:
+    """Scale and ticks of an axis (matplotlib's) along which a coordinate runs."""
     values = values_of(points, name)
     if points.axes[name].dtype.kind in "Ob":
         axis.set_ticks(range(len(values)), list(map(said, values)))
@@ -49,5 +49,3 @@ def set_axis(axis: Any, points: Points, name: str, named: bool = True) -> None:
             axis.set_ticks([], minor=True)
     elif len(values) <= _TICKS:
         axis.set_ticks(values, list(map(said, values)))
-    if named:
-        axis.set_label_text(typeset(label(name)))

@@ -24,8 +24,8 @@ def draw_tiles(points: Points, roles: Roles) -> Figure:
     points = held_at(points, roles.held)
     names = names_of(points) if points.text else []
     with column(width=WIDTH) as figure:
-        panels = panels_of(points, roles)
-        found = grid_of(figure, len(panels), sharex=True, sharey=True)
+        panels, columns = panels_of(points, roles)
+        found = grid_of(figure, len(panels), columns, sharex=True, sharey=True)
         for axes, panel in zip(found, panels, strict=True):
             mesh = _draw_panel(axes, points, held_at(points, panel), roles, names)
             axes.set_title(title_of(panel))
@@ -45,7 +45,7 @@ def _draw_panel(axes: Any, points: Points, here: Points, roles: Roles, names: li
     tiles[np.searchsorted(rows, y), np.searchsorted(columns, x)] = _numbers(here, names)
     axes.grid(visible=False)
     for axis, name in ((axes.xaxis, roles.x), (axes.yaxis, roles.hue)):
-        set_axis(axis, points, name, named=False)
+        set_axis(axis, points, name)
     ends = [_edges(values, axis.get_scale() == "log") for values, axis in ((columns, axes.xaxis), (rows, axes.yaxis))]
     look = {"rasterized": tiles.size > MOST_VECTOR, "edgecolors": "face", "linewidth": 0.3}
     mesh = axes.pcolormesh(*ends, tiles, **look, **_colors(points, names))

@@ -173,4 +173,4 @@ def _legend(figure: Figure, axes: Any) -> None:
     if handles:
         columns = 1 if max(map(len, labels)) > LONG else 2
         figure.set_size_inches(WIDTH, HEIGHT + LINE * math.ceil(len(labels) / columns))
-        figure.legend(handles, labels, loc="outside upper center", ncols=columns)
+        figure.legend(handles, labels, loc="outside upper center", ncols=columns, markerscale=2.0)

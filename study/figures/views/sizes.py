@@ -1,6 +1,7 @@
 """Views of events: how the sizes of the events of each record are distributed."""
 
 from collections.abc import Iterator
+from dataclasses import replace
 from typing import Any, Final
 
 import numpy as np
@@ -64,8 +65,7 @@ def draw(axes: Any, table: Columns, style: dict[str, Any]) -> None:
 SIZES: Final = Family(
     "sizes",
     "record",
-    "Distribution of the node slips of an event, on the plateau, in bins of equal ratio; dashed: the power law of exponent -τ in "
-    "its scaling range, where one was looked for and found",
+    "Distribution of the node slips of an event, on the plateau, in bins of equal ratio",
     columns,
     draw,
     {"xlabel": typeset(label("event_slips")), "ylabel": "share of events", "xscale": "log", "yscale": "log"},
@@ -73,10 +73,16 @@ SIZES: Final = Family(
 )
 
 
+WITH_LAWS: Final = replace(
+    SIZES, caption=f"{SIZES.caption}; dashed: the power law of exponent -τ in its scaling range, where there is one"
+)
+
+
 def views(dataset: xr.Dataset) -> Iterator[View]:
     """One figure of several records; none where the events are not counted."""
     if "events" in dataset:
-        yield from (view for view in views_of(dataset, SIZES) if not view.place)
+        family = WITH_LAWS if f"{SCALING}_exponent" in dataset else SIZES
+        yield from (view for view in views_of(dataset, family) if not view.place)
 
 
 def notes(dataset: xr.Dataset) -> Iterator[str]:

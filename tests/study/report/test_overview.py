@@ -86,3 +86,11 @@ def test_records_that_are_not_kept_are_named() -> None:
         "Friction records are not kept ([outputs] of the campaign): there are no figures of single cases."
     ]
     assert list(overview.left_out(data.assign(record_id=("case", ["r"])))) == []
+
+
+def test_what_all_pins_do_alike_needs_no_count() -> None:
+    def of(*words: str) -> str:
+        return overview.regimes(xr.Dataset({"regime": ("case", np.array(words, dtype=object))}))
+
+    assert of("slides", "stick_slip", "slides", "") == "2 slides, 1 stick-slip"
+    assert of("slides", "slides", "") == overview.regimes(xr.Dataset()) == ""

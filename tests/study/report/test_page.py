@@ -145,6 +145,23 @@ def test_single_cases_that_are_left_out_are_counted(monkeypatch):
     assert found.notes == ("1 of 3 single cases are drawn small, spread over all axes; 2 are not shown.",)
 
 
+def test_sections_of_one_figure_stand_side_by_side():
+    def sized(title: str, large: int) -> report_page.Section:
+        return report_page.Section(title, (None,) * large, (), ())  # type: ignore[arg-type]
+
+    answer, *rest = sized("answer", 3), sized("a", 1), sized("b", 1), sized("c", 0), sized("d", 2), sized("e", 1)
+    found = [(place, section.title) for place, section in report_page.placed((answer, *rest))]
+    assert found == [("", "answer"), ("half", "a"), ("half", "b"), ("alone", "c"), ("", "d"), ("alone", "e")]
+
+
+def test_the_answer_stands_before_what_is_behind_it(failing):
+    text = failing.read_text("utf-8")
+    places = [
+        text.index(f"<h2>{title}</h2>") for title in ("Answer", "Friction records", "Cases", "About these numbers")
+    ]
+    assert places == sorted(places)
+
+
 def test_a_dataset_of_words_alone_has_a_table_and_no_figures(tmp_path):
     only = made_up()[["outcome", "message"]]
     assert summary.scalar_table(only).header == ("μ_i", "outcome")

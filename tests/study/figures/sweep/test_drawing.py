@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 from matplotlib.figure import Figure
 
-from study.figures.sweep.lines import FAILED, draw_lines, draw_scattered
+from study.figures.sweep.lines import FAILED, draw_lines, draw_scattered, panels_of
 from study.figures.sweep.points import points_of
 from study.figures.sweep.roles import roles_of
 from study.figures.sweep.scale import is_logarithmic
@@ -81,3 +81,22 @@ def test_a_scattered_design_has_a_panel_for_each_coordinate() -> None:
 )
 def test_a_scale_is_logarithmic_where_numbers_are_even_on_it(values: list[float], logarithmic: bool) -> None:
     assert is_logarithmic(np.array(values)) == logarithmic
+
+
+def test_panels_of_two_coordinates_stand_in_rows_and_columns_of_their_values() -> None:
+    data = product(
+        radius=[1.0, 2.0, 3.0, 4.0], n_x=[17, 33, 65], intrinsic_friction=[0.1, 0.2, 0.3], aspect_ratio=[1.0, 2.0]
+    )
+    points = points_of(data, "plateau_mean")
+    roles = roles_of(points)
+    assert roles.panels == ("intrinsic_friction", "aspect_ratio")
+    panels, columns = panels_of(points, roles)
+    assert columns == 3
+    assert [panel["intrinsic_friction"] for panel in panels] == [0.1, 0.2, 0.3] * 2
+    assert [panel["aspect_ratio"] for panel in panels] == [1.0] * 3 + [2.0] * 3
+
+
+def test_what_stands_below_a_narrow_panel_is_short() -> None:
+    data = listed({"radius": [50.0, 200.0, 100.0], "stage_velocity": [1.0, 3.0, 2.0]}, [0.1, 0.2, 0.3])
+    figure = draw_scattered(points_of(data, "plateau_mean"))
+    assert [axes.get_xlabel() for axes in figure.axes] == ["R/$L_{x}$", "$V_{o}$ (m/s)"]
