@@ -44,7 +44,7 @@ ORDER = {
     "study.dataset.access": "selection single accessor tidy placement concatenation",
     "study.execution": "launch interruption queue forecast progress ledger dispatch processes farm executor warmup submission",
     "study.report": "columns console common summary interchange case_table curves text_plot costs overview picture page",
-    "study.figures": "shared frames recipes sweep views reproduction further catalogue gallery",
+    "study.figures": "shared sweep frames recipes views reproduction further catalogue gallery",
     "study.figures.shared": "paper claims canvas files figure power_law closed_form independence tiles",
     "study.figures.sweep": "label points names roles scale lines tiles",
     "study.figures.views": "view choice alike answer runs contacts drives sizes interiors records catalogue",

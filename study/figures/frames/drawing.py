@@ -7,6 +7,7 @@ from matplotlib.figure import Figure
 
 from study.figures.frames.moments import Moment, Moments
 from study.figures.shared.canvas import COLORS, column
+from study.figures.sweep.label import typeset
 
 MOST_IN_STRIP: Final = 10
 """Moments side by side, so that each is wide enough to be read."""
@@ -42,7 +43,9 @@ def draw_frame(figure: Figure, shown: Moments, moment: Moment) -> None:
 
 def _draw_contact(upper: Any, lower: Any, shown: Moments, moment: Moment) -> None:
     """Tractions with the limits ±μ_i·p of shear, and slips; nodes that slipped since the moment before are marked."""
-    upper.fill_between(shown.x, -moment.limit, moment.limit, color=SHEAR, alpha=0.15, linewidth=0.0, label="±μ_i·p")
+    upper.fill_between(
+        shown.x, -moment.limit, moment.limit, color=SHEAR, alpha=0.15, linewidth=0.0, label=typeset("±μ_i·p")
+    )
     upper.plot(shown.x, moment.pressure, ".-", color=PRESSURE, markersize=2.0, label="pressure p")
     upper.plot(shown.x, moment.shear, ".-", color=SHEAR, markersize=2.0, label="shear q")
     lower.plot(shown.x, moment.slip, ".-", color=PRESSURE, markersize=2.0)
@@ -56,15 +59,19 @@ def _draw_contact(upper: Any, lower: Any, shown: Moments, moment: Moment) -> Non
             label="slipped since the picture before",
         )
     upper.set(
-        xlim=_span(shown), ylim=_range(shown, "pressure", "shear", "limit"), ylabel="traction·L_x·L_y/W", xticklabels=[]
+        xlim=_span(shown),
+        ylim=_range(shown, "pressure", "shear", "limit"),
+        ylabel=typeset("traction·L_x·L_y/W"),
+        xticklabels=[],
     )
-    lower.set(xlim=_span(shown), ylim=_range(shown, "slip"), xlabel="x/L_x", ylabel="slip s/L_x")
+    lower.set(xlim=_span(shown), ylim=_range(shown, "slip"), xlabel=typeset("x/L_x"), ylabel=typeset("slip s/L_x"))
     lower.ticklabel_format(axis="y", scilimits=(0, 0))
 
 
 def _draw_record(axes: Any, shown: Moments, marked: tuple[Moment, ...]) -> None:
     shown.record.plot(axes)
     axes.lines[0].set_color(COLORS[-1])
+    axes.set(xlabel=typeset(axes.get_xlabel()), ylabel=typeset(axes.get_ylabel()))
     axes.ticklabel_format(axis="x", scilimits=(0, 0))
     axes.set(xlim=axes.get_xlim(), ylim=axes.get_ylim())  # a point moves no axis
     axes.plot(

@@ -1,10 +1,12 @@
 """A film has one picture for each moment, all at one scale; a strip has all of them side by side."""
 
+import re
 from pathlib import Path
 
 import numpy as np
 import pytest
 from matplotlib.figure import Figure
+from matplotlib.text import Text
 from PIL import Image
 
 from solver.outcome import InvalidInput
@@ -26,6 +28,15 @@ def test_a_strip_shows_every_moment_and_where_in_the_record_it_is(shown: Moments
     points = record.lines[-1]
     np.testing.assert_array_equal(points.get_xdata(), [moment.displacement for moment in shown.moments])
     assert [text.get_text() for text in record.texts] == ["0", "10", "20"]
+
+
+def test_subscripts_are_lowered_in_every_text(shown: Moments) -> None:
+    film_of_one = Figure()
+    draw_frame(film_of_one, shown, shown.moments[0])
+    for figure in (strip(shown), film_of_one):
+        texts = [text.get_text() for text in figure.findobj(Text)]
+        assert any("μ_{i}" in text for text in texts)
+        assert [text for text in texts if "_" in re.sub(r"\$[^$]*\$", "", text)] == []
 
 
 def test_pictures_of_a_film_share_their_scales(shown: Moments) -> None:
