@@ -11,6 +11,7 @@ Vector = NDArray[np.float64]
 
 PER_DECADE = 8
 """Bins in a decade."""
+LARGEST = np.finfo(np.float64).max
 
 
 class Histogram(NamedTuple):
@@ -19,9 +20,9 @@ class Histogram(NamedTuple):
     edges: Vector
     """(b + 1,) ends of the bins."""
     counts: NDArray[np.int64]
-    """(b,) sizes in each; an upper end belongs to the next bin."""
+    """(b,) sizes in each; an upper end belongs to the next bin, but for the last one."""
     density: Vector
-    """(b,) share of all sizes per unit of size; of whole numbers, per number in the bin."""
+    """(b,) share of all sizes per unit of size, at most the largest number there is; of whole numbers, per number in the bin."""
     middles: Vector
     """(b,) geometric means of the ends; of whole numbers, of the first and the last number in the bin."""
 
@@ -40,15 +41,24 @@ def logarithmic_histogram(
     values = sorted_sizes(sizes, discrete).values
     if not len(values):
         return Histogram(np.empty(0), np.empty(0, np.int64), np.empty(0), np.empty(0))
-    first, last = np.floor(np.log10(values[[0, -1]]) * per_decade).astype(int)
-    edges = 10.0 ** (np.arange(first, last + 2) / per_decade)
-    if discrete:
-        edges = np.unique(np.ceil(edges - 1e-9) - 0.5)
-    else:
-        edges[0], edges[-1] = min(edges[0], values[0]), max(edges[-1], np.nextafter(values[-1], np.inf))
-    if discrete and edges[-1] < values[-1]:
-        edges = np.append(edges, values[-1] + 0.5)
-    counts = np.diff(np.searchsorted(values, edges, side="left"))
-    inwards = 0.5 * discrete
+    edges = _edges(values, per_decade, discrete)
+    below = np.searchsorted(values, edges, side="left")
+    below[-1] = len(values)
+    counts, inwards = np.diff(below), 0.5 * discrete
     middles = np.sqrt(edges[:-1] + inwards) * np.sqrt(edges[1:] - inwards)
-    return Histogram(edges, counts, counts / (len(values) * np.diff(edges)), middles)
+    with np.errstate(over="ignore"):  # bins among the smallest numbers are narrower than one over the largest
+        density = np.minimum(counts / len(values) / np.diff(edges), LARGEST)
+    return Histogram(edges, counts, density, middles)
+
+
+def _edges(values: Vector, per_decade: int, discrete: bool) -> Vector:
+    """Ends of bins, rising and above 0, also where sizes are the smallest or the largest numbers there are."""
+    first, last = np.floor(np.log10(values[[0, -1]]) * per_decade).astype(int)
+    with np.errstate(over="ignore"):
+        edges = np.minimum(10.0 ** (np.arange(first, last + 2) / per_decade), LARGEST)
+    if not discrete:
+        edges[0], edges[-1] = min(edges[0], values[0]), max(edges[-1], np.nextafter(values[-1], LARGEST))
+        edges = np.unique(edges)
+        return edges if edges[0] > 0.0 else np.unique(np.append(edges[1:], values[0]))
+    edges = np.unique(np.ceil(edges - 1e-9) - 0.5)
+    return edges if edges[-1] >= values[-1] else np.append(edges, values[-1] + 0.5)

@@ -20,7 +20,9 @@ FEWEST = 50
 CLEAR = 0.01
 """Chance below which an exponential is taken to be worse: at 0.1 one of hundreds of intervals passes by chance alone."""
 PER_DECADE = 50
-"""Bins in a decade in which sizes are counted."""
+"""Bins in a decade in which sizes are counted, fewer where they would be more than MOST_BINS."""
+MOST_BINS = 2000
+"""Bins at most: forty decades of PER_DECADE. The time for an interval grows as its bins."""
 ENDS = 40
 """Places at most, of equal ratio, at which an interval may end."""
 FARTHEST = 1.05
@@ -58,7 +60,7 @@ def scaling_range(sizes: Sizes, draws: int) -> ScalingRange | None:
     """
     if not draws or len(sizes.values) < 2 * FEWEST:
         return None
-    binned = logarithmic_histogram(sizes.values, discrete=sizes.discrete, per_decade=PER_DECADE)
+    binned = logarithmic_histogram(sizes.values, discrete=sizes.discrete, per_decade=_per_decade(sizes))
     inwards = 0.5 * sizes.discrete
     rng = np.random.default_rng([len(sizes.values), draws])
     for first, last in _intervals(binned, sizes.discrete):
@@ -66,9 +68,16 @@ def scaling_range(sizes: Sizes, draws: int) -> ScalingRange | None:
         goodness = law.goodness_of_fit(rng, draws) if law else 0.0
         if law and goodness >= SIGNIFICANT:
             bounds = float(binned.edges[first] + inwards), float(binned.edges[last] - inwards)
-            decades = math.log10(bounds[1] / bounds[0])
+            ratio = bounds[1] / bounds[0]
+            decades = math.log10(ratio) if math.isfinite(ratio) else math.log10(bounds[1]) - math.log10(bounds[0])
             return ScalingRange(law.rate, law.uncertainty, *bounds, decades, law.total, goodness)
     return None
+
+
+def _per_decade(sizes: Sizes) -> int:
+    """Bins in a decade: as fine as the decades that the sizes span allow."""
+    decades = math.log10(sizes.values[-1]) - math.log10(sizes.values[0])
+    return min(PER_DECADE, int(MOST_BINS / max(decades, 1.0)))
 
 
 def _intervals(binned: Histogram, discrete: bool) -> Iterator[tuple[int, int]]:
@@ -92,7 +101,7 @@ def _candidate(binned: Histogram, chosen: slice) -> BoundedLaw | None:
     law = likeliest(np.log(middles), widths, counts)
     if law is None or law.rate <= 0.0 or math.sqrt(law.total) * law.distance > FARTHEST:
         return None
-    exponential = None if law.chance_of_curvature() < SIGNIFICANT else likeliest(middles / middles[0], widths, counts)
+    exponential = None if law.chance_of_curvature() < SIGNIFICANT else likeliest(middles / middles[-1], widths, counts)
     if exponential is None:
         return None
     ratio, chance = vuong(law.log_shares - exponential.log_shares, counts)

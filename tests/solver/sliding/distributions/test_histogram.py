@@ -40,3 +40,22 @@ def test_middles_of_whole_numbers_lie_among_them() -> None:
 
 def test_without_sizes_there_are_no_bins() -> None:
     assert len(logarithmic_histogram(np.zeros(5), discrete=True).counts) == 0
+
+
+LEAST, MOST = 5e-324, np.finfo(float).max
+
+
+@pytest.mark.parametrize("per_decade", [8, 50])
+@pytest.mark.parametrize(
+    "sizes",
+    [[LEAST], [LEAST, 1e-310, 1.0], [1e-320, 1.5e-320, 2e-320], [1.0, MOST], [MOST], [LEAST, MOST], [0.5 * MOST, MOST]],
+)
+def test_the_smallest_and_the_largest_numbers_are_counted_without_complaint(
+    sizes: list[float], per_decade: int
+) -> None:
+    for discrete in (False, True) if min(sizes) >= 1.0 else (False,):
+        found = logarithmic_histogram(np.array(sizes), discrete=discrete, per_decade=per_decade)
+        assert found.counts.sum() == len(sizes)
+        assert (np.diff(found.edges) > 0.0).all()
+        assert (found.edges > 0.0).all()
+        assert np.isfinite([found.density, found.middles]).all()

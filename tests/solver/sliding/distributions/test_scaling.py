@@ -6,9 +6,10 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 
+from solver.sliding.distributions.bounded import BoundedLaw, likeliest
 from solver.sliding.distributions.goodness import power_law_sizes
 from solver.sliding.distributions.power_law import fitted_power_law, sorted_sizes
-from solver.sliding.distributions.scaling import FEWEST, NOWHERE, ScalingRange, scaling_range
+from solver.sliding.distributions.scaling import ENDS, FEWEST, MOST_BINS, NOWHERE, ScalingRange, scaling_range
 
 Draw = Callable[[np.random.Generator], NDArray[np.float64]]
 DRAWS = 40
@@ -107,3 +108,26 @@ def test_the_same_sizes_have_the_same_range_and_few_have_none() -> None:
     assert scaling_range(sorted_sizes(sizes[: 2 * FEWEST - 1], True), DRAWS) is None
     assert scaling_range(sorted_sizes(np.full(500, 3.0), True), DRAWS) is None
     assert scaling_range(sorted_sizes(np.full(500, 3.0), False), DRAWS) is None
+
+
+@pytest.mark.parametrize("decades", [6, 60, 600])
+def test_the_work_is_bounded_however_much_sizes_span(decades: int, monkeypatch: pytest.MonkeyPatch) -> None:
+    """Sizes that bend all the way: every interval is looked at, in a bounded number of bins."""
+    bins: list[int] = []
+
+    def counting(statistic: NDArray[np.float64], *rest: NDArray[np.float64]) -> BoundedLaw | None:
+        bins.append(len(statistic))
+        return likeliest(statistic, *rest)
+
+    monkeypatch.setattr("solver.sliding.distributions.scaling.likeliest", counting)
+    place = np.random.default_rng(3).beta(2.0, 2.0, 4000) - 0.5
+    found_in(10.0 ** (decades * place), False)
+    assert len(bins) <= ENDS * (ENDS - 1)  # two laws for each interval
+    assert max(bins) <= MOST_BINS + 2
+
+
+def test_a_power_law_over_all_numbers_there_are_is_found_without_complaint() -> None:
+    sizes = 10.0 ** np.random.default_rng(1).uniform(-320.0, 308.0, 3000)
+    found = found_in(sizes, False)
+    assert found.exponent == pytest.approx(1.0, abs=1e-3)
+    assert 300.0 < found.decades < 632.0
