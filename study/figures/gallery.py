@@ -1,6 +1,6 @@
-"""Figures as files: the picture in the formats of journals, its table as Markdown, and a page for each folder of campaigns."""
+"""Figures as files: the picture in the formats of journals, a page with its table, and a gallery for each folder of campaigns."""
 
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable, Iterator, Sequence
 from pathlib import Path
 
 import xarray as xr
@@ -11,7 +11,7 @@ from study.figures.shared.figure import FIGURES, CampaignFigure
 from study.figures.shared.files import write_files
 
 INDEX = "README.md"
-"""The page of all figures of a folder."""
+"""The gallery of a folder."""
 
 
 def place(figure: CampaignFigure, root: Path) -> Path:
@@ -20,7 +20,7 @@ def place(figure: CampaignFigure, root: Path) -> Path:
 
 
 def write(figure: CampaignFigure, dataset: xr.Dataset, root: Path, formats: Sequence[str]) -> list[Path]:
-    """Draw a figure of its campaign's dataset into its place below a root; returns the files, the table last.
+    """Draw a figure of its campaign's dataset into its place below a root; returns the files, the page last.
 
     formats: of study.figures.shared.canvas.FORMATS. Raises StoreError.
     """
@@ -32,29 +32,35 @@ def write(figure: CampaignFigure, dataset: xr.Dataset, root: Path, formats: Sequ
 
 
 def write_indexes(root: Path) -> list[Path]:
-    """Write the page of each folder below a root: all figures that were drawn there, in their order. Raises StoreError.
+    """Write the gallery of each folder below a root: all figures that were drawn there, in their order. Raises StoreError.
 
     A figure whose campaign lies in no folder has its own page alone.
     """
     drawn: dict[Path, list[str]] = {}
     for figure in FIGURES.values():
         folder = place(figure, root)
-        page = folder / f"{figure.name}.md"
-        if folder != root and page.exists():
-            drawn.setdefault(folder, []).append(page.read_text("utf-8"))
-    pages = {folder / INDEX: "\n".join([_head(folder.name), *texts]).encode() for folder, texts in drawn.items()}
-    write_files(pages)
+        if folder != root and (folder / f"{figure.name}.md").exists():
+            drawn.setdefault(folder, []).append(_entry(figure))
+    pages = {folder / INDEX: "\n\n".join([_head(folder.name), *texts]) for folder, texts in drawn.items()}
+    write_files({path: f"{text}\n".encode() for path, text in pages.items()})
     return list(pages)
+
+
+def _entry(figure: CampaignFigure) -> str:
+    """A figure in its gallery: title and picture lead to its page."""
+    page = f"{figure.name}.md"
+    return f"## [{figure.title}]({page})\n\n[![{figure.title}]({figure.name}.png)]({page})\n\n{figure.caption}"
 
 
 def _head(folder: str) -> str:
     others = ", ".join(f"[{name}](../{name})" for name in _other_pages(folder))
     return f"""# {folder.capitalize()}
 
-Written by `make figures FIGURES=campaigns`. `nanoslip figure NAME` draws one of them, as PDF, SVG and PNG. Numbers with ± are
-means and standard deviations over starts of the pin within a node spacing, with their ranges in brackets, where nothing else is
-said. Beside these: {others}.
-"""
+Behind each title are the numbers: what the paper says, what is found and why the two differ. There ± is the standard deviation
+over starts of the pin within a node spacing, with their range in brackets, where nothing else is said. `nanoslip figure NAME`
+draws one of these figures, as PDF, SVG and PNG; `make figures FIGURES=campaigns` wrote this page.
+
+Beside these: {others}."""
 
 
 def _other_pages(folder: str) -> list[str]:
@@ -66,11 +72,17 @@ def _other_pages(folder: str) -> list[str]:
 
 
 def _page(figure: CampaignFigure, dataset: xr.Dataset) -> str:
-    """Heading, picture, caption and claims of a figure, as Markdown."""
+    """Heading, picture, caption, claims and the way to the gallery, as Markdown."""
     claims = table(figure.claims(dataset), figure.header)
     picture = f"![{figure.caption}]({figure.name}.png)"
     source = f"*{figure.caption}* Campaign: `{figure.campaign}`."
-    return "\n\n".join((f"## {figure.title}", picture, source, claims)) + "\n"
+    return "\n\n".join((f"# {figure.title}", picture, source, claims, *_back(figure))) + "\n"
+
+
+def _back(figure: CampaignFigure) -> Iterator[str]:
+    folder = place(figure, Path()).name
+    if folder:
+        yield f"All {folder}: [gallery]({INDEX})."
 
 
 def campaigns_of(names: Iterable[str]) -> dict[str, list[CampaignFigure]]:

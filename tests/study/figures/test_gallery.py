@@ -1,4 +1,4 @@
-"""Figures are files: the formats asked for, a table beside them, and a page of all."""
+"""Figures are files: the formats asked for, a page with a table beside them, and a short gallery of all."""
 
 from pathlib import Path
 
@@ -17,30 +17,40 @@ def test_a_figure_is_its_pictures_and_its_table(tmp_path: Path) -> None:
     names = ["fig8.svg", "fig8.png", "fig8.md"]
     assert [path.relative_to(tmp_path).as_posix() for path in written] == [f"new/figures/{name}" for name in names]
     text = written[-1].read_text("utf-8")
-    assert text.startswith(f"## {figure.title}\n")
+    assert text.startswith(f"# {figure.title}\n")
     assert "(fig8.png)" in text
     assert "figures/resolution" in text
+    assert text.endswith("All figures: [gallery](README.md).\n")
 
 
-def test_the_page_of_a_folder_has_every_figure_that_was_drawn_there_in_order(tmp_path: Path) -> None:
+def test_a_gallery_shows_every_figure_that_was_drawn_there_in_order_and_leads_to_its_page(tmp_path: Path) -> None:
     for name, figure in FIGURES.items():
         place(figure, tmp_path).mkdir(exist_ok=True)
-        (place(figure, tmp_path) / f"{name}.md").write_text(f"## {name}\n", "utf-8")
+        (place(figure, tmp_path) / f"{name}.md").write_text(f"# {name}\n\n| a table |\n", "utf-8")
     (tmp_path / "figures" / "fig7.md").unlink()
     assert sorted(write_indexes(tmp_path)) == [tmp_path / "figures" / INDEX, tmp_path / "maps" / INDEX]
     for folder in ("figures", "maps"):
         text = (tmp_path / folder / INDEX).read_text("utf-8")
-        here = [name for name, figure in FIGURES.items() if figure.campaign.startswith(folder) and name != "fig7"]
-        assert [line[3:] for line in text.splitlines() if line.startswith("## ")] == here
+        here = [figure for figure in FIGURES.values() if figure.campaign.startswith(folder) and figure.name != "fig7"]
+        titles = [f"## [{figure.title}]({figure.name}.md)" for figure in here]
+        assert [line for line in text.splitlines() if line.startswith("## ")] == titles
+        for figure in here:
+            assert f"[![{figure.title}]({figure.name}.png)]({figure.name}.md)\n\n{figure.caption}\n" in text
+        assert "a table" not in text
 
 
-def test_a_table_lies_beside_its_campaign() -> None:
-    """What is committed: every figure's page and picture in the folder of its campaign, and on that folder's page."""
+def test_a_page_lies_beside_its_campaign_and_in_its_gallery() -> None:
+    """What is committed: page and picture of every figure, and each gallery as it would be written."""
+    campaigns = shipped.folder("campaigns")
     for name, figure in FIGURES.items():
-        folder = place(figure, shipped.folder("campaigns"))
+        folder = place(figure, campaigns)
         page = (folder / f"{name}.md").read_text("utf-8")
         assert (folder / f"{name}.png").exists()
-        assert folder.name == "campaigns" or page in (folder / INDEX).read_text("utf-8")
+        assert page.startswith(f"# {figure.title}\n\n![{figure.caption}]({name}.png)\n")
+        if folder != campaigns:
+            gallery = (folder / INDEX).read_text("utf-8")
+            assert f"## [{figure.title}]({name}.md)\n" in gallery
+            assert len(gallery.splitlines()) < 120
 
 
 def test_figures_of_one_campaign_are_drawn_together() -> None:
