@@ -333,13 +333,13 @@ def test_a_value_of_one_of_the_campaigns_schemes_is_no_error_of_the_file(tmp_pat
 
 
 def test_the_reference_names_every_parameter() -> None:
-    """campaigns/README.md has a row for each word of each table."""
-    rows = re.findall(r"^\|[^|]*\| `(\w+)` \|", (CAMPAIGNS / "README.md").read_text("utf-8"), re.MULTILINE)
+    """campaigns/keys.md has a row for each word of each table."""
+    rows = re.findall(r"^\|[^|]*\| `(\w+)` \|", (CAMPAIGNS / "keys.md").read_text("utf-8"), re.MULTILINE)
     assert sorted(rows) == sorted(word for table in TABLES for word in words_of(table))
 
 
 def test_the_reference_names_every_key_of_drives_and_outputs() -> None:
-    rows = re.findall(r"^\| `(\w+)` \|", (CAMPAIGNS / "README.md").read_text("utf-8"), re.MULTILINE)
+    rows = re.findall(r"^\| `(\w+)` \|", (CAMPAIGNS / "keys.md").read_text("utf-8"), re.MULTILINE)
     assert {"name", *drive_parameters(), *field_names(Outputs)} <= set(rows)
 
 
