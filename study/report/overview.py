@@ -157,9 +157,11 @@ def _si(value: float, unit: str) -> str:
 
 
 def left_out(dataset: xr.Dataset) -> Iterator[str]:
-    """Groups of runs that the dataset does not have, a line each."""
+    """Groups of runs and fits that the dataset does not have, a line each."""
     groups = {"record_id": "Friction records", "trajectory_id": "Motions of pins"}
     asked = {"record_id": "plateau_mean", "trajectory_id": "drive_outcome"}
     for name, words in groups.items():
         if asked[name] in dataset and name not in dataset:
             yield f"{words} are not kept ([outputs] of the campaign): there are no figures of single cases."
+    if "record_id" in dataset and "slips_scaling_exponent" not in dataset:
+        yield "Exponents of event sizes are not computed: [outputs] statistics of the campaign."

@@ -24,6 +24,8 @@ from study.report.summary import MOST_ROWS, flag_summary, scalar_table
 FILE: Final = "report.html"
 MOST_SINGLE: Final = 24
 """The most figures of single records, drives, … that a page shows."""
+FEW_SINGLE: Final = 6
+"""Small figures that find room below a large one of half the page's width."""
 _ELSEWHERE: Final = ("title", "manifest", "manifest_front", "manifest_table", "manifest_roughness")
 """Attributes that the page shows above, or that are too long to be shown."""
 
@@ -40,16 +42,21 @@ class Section:
 
     @property
     def narrow(self) -> bool:
-        """Whether half of a broad page is enough for it."""
+        """Whether half of a broad page is enough for its large figures."""
         return len(self.large) <= 1
 
 
 def placed(sections: Sequence[Section]) -> list[tuple[str, Section]]:
-    """Sections with their places on a broad page: a `half` beside the next one, `alone` without one, else "", all across."""
+    """Sections with their places on a broad page: a `half` beside the next one, or `alone` without one.
+
+    A section of `many` small figures has them beside and below its large one; one of several large figures, "", goes all across.
+    """
     found: list[tuple[str, Section]] = []
     for section in sections:
         if not section.narrow:
             found.append(("", section))
+        elif len(section.single) > FEW_SINGLE:
+            found.append(("many", section))
         elif found and found[-1][0] == "alone":
             found[-1:] = [("half", found[-1][1]), ("half", section)]
         else:

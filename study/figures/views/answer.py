@@ -17,15 +17,16 @@ from study.figures.views.alike import differs, in_words, sentence
 from study.figures.views.view import Sort, View, register
 
 OBSERVED: Final = (
+    ("regime", ""),
     ("plateau_mean", "intrinsic_friction"),
     ("static_friction", ""),
+    ("static_friction_ensemble_std", ""),
     ("kinetic_friction", ""),
-    ("regime", ""),
     ("slips_scaling_exponent", ""),
     ("mean_step", ""),
     ("contact_half_width", ""),
 )
-"""Variable and what it is divided by: what a record or a drive is asked for."""
+"""Variable and what it is divided by: what a record or a drive is asked for, the regimes first where they differ."""
 PRESSED: Final = (("contact_half_width", ""), ("maximum_pressure", ""), ("approach", ""))
 """What a contact at rest is asked for."""
 

@@ -85,11 +85,4 @@ def views(dataset: xr.Dataset) -> Iterator[View]:
         yield from (view for view in views_of(dataset, family) if not view.place)
 
 
-def notes(dataset: xr.Dataset) -> Iterator[str]:
-    """Records with few events, and what exponents are missing for."""
-    yield from notes_of(dataset, SIZES)
-    if f"{SCALING}_exponent" not in dataset and next(views(dataset), None):
-        yield "Exponents are computed with statistics = true under [outputs] of the campaign."
-
-
-register(Sort("sizes", "Sizes of events", views, notes))
+register(Sort("sizes", "Sizes of events", views, lambda dataset: notes_of(dataset, SIZES)))

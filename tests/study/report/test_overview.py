@@ -85,7 +85,11 @@ def test_records_that_are_not_kept_are_named() -> None:
     assert list(overview.left_out(data)) == [
         "Friction records are not kept ([outputs] of the campaign): there are no figures of single cases."
     ]
-    assert list(overview.left_out(data.assign(record_id=("case", ["r"])))) == []
+    kept = data.assign(record_id=("case", ["r"]))
+    assert list(overview.left_out(kept)) == [
+        "Exponents of event sizes are not computed: [outputs] statistics of the campaign."
+    ]
+    assert list(overview.left_out(kept.assign(slips_scaling_exponent=("case", [1.5])))) == []
 
 
 def test_what_all_pins_do_alike_needs_no_count() -> None:

@@ -145,13 +145,13 @@ def test_single_cases_that_are_left_out_are_counted(monkeypatch):
     assert found.notes == ("1 of 3 single cases are drawn small, spread over all axes; 2 are not shown.",)
 
 
-def test_sections_of_one_figure_stand_side_by_side():
-    def sized(title: str, large: int) -> report_page.Section:
-        return report_page.Section(title, (None,) * large, (), ())  # type: ignore[arg-type]
+def test_sections_of_one_figure_stand_side_by_side_unless_many_small_ones_go_with_it():
+    def sized(large: int, small: int = 0) -> report_page.Section:
+        return report_page.Section("", (None,) * large, (None,) * small, ())  # type: ignore[arg-type]
 
-    answer, *rest = sized("answer", 3), sized("a", 1), sized("b", 1), sized("c", 0), sized("d", 2), sized("e", 1)
-    found = [(place, section.title) for place, section in report_page.placed((answer, *rest))]
-    assert found == [("", "answer"), ("half", "a"), ("half", "b"), ("alone", "c"), ("", "d"), ("alone", "e")]
+    sections = sized(3), sized(1), sized(1, 6), sized(0), sized(2), sized(1, 7), sized(1)
+    found = [place for place, _ in report_page.placed(sections)]
+    assert found == ["", "half", "half", "alone", "", "many", "alone"]
 
 
 def test_the_answer_stands_before_what_is_behind_it(failing):
