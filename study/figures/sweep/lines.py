@@ -53,14 +53,15 @@ def grid_of(figure: Figure, count: int, columns: int, **shared: Any) -> list[Any
 
 
 def draw_lines(points: Points, roles: Roles) -> Figure:
-    """One line for each value of the hue, in each panel; crosses at the bottom are cases without a value."""
+    """One line for each value of the hue, in each panel, points alone over words; crosses at the bottom are without a value."""
     points = held_at(points, roles.held)
+    line = "" if points.axes[roles.x].dtype.kind in "Ob" else "-"
     with column(width=WIDTH) as figure:
         panels, columns = panels_of(points, roles)
         for axes, panel in zip(grid_of(figure, len(panels), columns, sharex=True, sharey=True), panels, strict=True):
             here = held_at(points, panel)
             for color, (name, series) in zip(itertools.cycle(COLORS), _series(here, points, roles), strict=False):
-                _draw_series(axes, points, series, places_of(points, roles.x, series), color, name)
+                _draw_series(axes, points, series, places_of(points, roles.x, series), color, name, line)
             set_axis(axes.xaxis, points, roles.x)
             axes.set_title(title_of(panel))
         _finish(figure, points)

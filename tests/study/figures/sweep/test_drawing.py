@@ -100,3 +100,11 @@ def test_what_stands_below_a_narrow_panel_is_short() -> None:
     data = listed({"radius": [50.0, 200.0, 100.0], "stage_velocity": [1.0, 3.0, 2.0]}, [0.1, 0.2, 0.3])
     figure = draw_scattered(points_of(data, "plateau_mean"))
     assert [axes.get_xlabel() for axes in figure.axes] == ["R/$L_{x}$", "$V_{o}$ (m/s)"]
+
+
+@pytest.mark.parametrize(("values", "line"), [([1.0, 2.0], "-"), (["bonded", "frictionless"], "None")])
+def test_a_line_joins_numbers_and_no_words(values: list[float] | list[str], line: str) -> None:
+    data = product(lambda support: np.arange(2.0), support=values)
+    points = points_of(data, "plateau_mean")
+    axes = draw_lines(points, roles_of(points)).axes[0]
+    assert axes.containers[0].lines[0].get_linestyle() == line
