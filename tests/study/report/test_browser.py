@@ -44,6 +44,15 @@ OFF_THE_PAGE = """
 """
 EMPTY = "[...document.images].filter(each => !each.naturalWidth || each.getBoundingClientRect().width < 60).length"
 
+REACH = """
+Object.values([...document.querySelectorAll("main > section")].filter(each => each.querySelector("img")).reduce((rows, each) => {
+  const top = Math.round(each.getBoundingClientRect().top);
+  const ends = [...each.querySelectorAll("img, figcaption, p")].map(part => part.getBoundingClientRect().right);
+  return {...rows, [top]: Math.max(rows[top] || 0, ...ends)};
+}, {}))
+"""
+"""How far right each row of sections with figures reaches, in pixels."""
+
 
 @pytest.fixture(scope="module")
 def pages(tmp_path_factory: pytest.TempPathFactory) -> dict[str, Path]:
@@ -74,6 +83,12 @@ def test_a_page_is_whole(browser: Chromium, pages: dict[str, Path], name: str, w
     assert browser.value("document.documentElement.scrollWidth") <= width
     assert browser.value("[...document.images].every(each => each.alt)")
     assert browser.complaints == []
+
+
+@pytest.mark.parametrize("name", CAMPAIGNS)
+def test_no_row_of_a_broad_page_is_half_empty(browser: Chromium, pages: dict[str, Path], name: str) -> None:
+    browser.show(pages[name], 1200)
+    assert min(browser.value(REACH)) > 700
 
 
 @pytest.mark.parametrize("name", CAMPAIGNS)
