@@ -3,6 +3,7 @@
 import math
 from collections.abc import Iterable
 
+from solver.view import with_error
 from study.accuracy.diagram import Diagram
 from study.manifest.parameters import Value, words_of
 from study.report.console import Table
@@ -40,5 +41,5 @@ def _cell(value: Value, uncertainty: Value | None) -> str:
     if math.isnan(value):
         return "–"
     if isinstance(uncertainty, float) and math.isfinite(uncertainty):
-        return f"{value:.4g} ± {uncertainty:.1g}"
+        return with_error(value, uncertainty)
     return f"{value:.3g}"

@@ -7,6 +7,7 @@ import numpy as np
 import xarray as xr
 from matplotlib.figure import Figure
 
+from solver.view import with_error
 from study.figures.shared.canvas import COLORS, column
 from study.figures.shared.claims import Claim
 from study.figures.shared.figure import CampaignFigure, register
@@ -46,7 +47,7 @@ def draw(dataset: xr.Dataset) -> Figure:
         upper, lower = figure.subplots(2, 1, sharex=True)
         for label, axes, color in ((EXCESS, upper, COLORS[0]), (SCATTER, upper, COLORS[1]), (STEP, lower, COLORS[2])):
             (means, errors), fitted = followed(dataset, label), law(dataset, label)
-            name = f"{label}: {fitted.exponent:.2f} ± {fitted.exponent_interval:.2f}"
+            name = f"{label}: {fitted}"
             axes.errorbar(means["n_x"], means, errors, fmt="o", markersize=2.5, capsize=2, color=color, label=name)
             line = np.geomspace(float(means["n_x"].min()), float(means["n_x"].max()), 50)
             axes.plot(line, fitted.at(line - 1.0), color=color, linewidth=0.5)
@@ -64,7 +65,7 @@ def claims(dataset: xr.Dataset) -> Iterator[Claim]:
     """Exponents with 95 % intervals, the finest surface's values, and what they say of μ_s/μ_k."""
     for label in QUANTITIES:
         (means, errors), fitted = followed(dataset, label), law(dataset, label)
-        last = f"{float(means[-1]):.3g} ± {float(errors[-1]):.1g} on the finest surface, from {dataset.sizes['member']} starts"
+        last = f"{with_error(float(means[-1]), float(errors[-1]))} on the finest surface, from {dataset.sizes['member']} starts"
         remark = f"{last}; misfit of the law {100.0 * fitted.misfit:.2g} %"
         yield Claim(f"{label}: exponent of n_x - 1", "", str(fitted), remark)
     data = dataset.squeeze()

@@ -9,10 +9,11 @@ from matplotlib.figure import Figure
 from numpy.typing import NDArray
 from scipy import stats
 
+from solver.view import with_error
 from study.dataset.access.accessor import Accessor
 from study.figures.reproduction.drive import damper_force
 from study.figures.shared.canvas import COLORS, column
-from study.figures.shared.claims import Claim
+from study.figures.shared.claims import Claim, over_starts
 from study.figures.shared.figure import CampaignFigure, register
 
 Floats = NDArray[np.float64]
@@ -117,7 +118,7 @@ def claims_of_findings(dataset: xr.Dataset) -> Iterator[Claim]:
     off = (
         "" if abs(slope - 1.0) <= interval else f"; {100.0 * abs(slope - 1.0):.2g} % off 1, beyond the line's interval"
     )
-    yield Claim("5. slope of μ_k over the plateau's mean", "1", f"{slope:.5f} ± {interval:.1g}", remark + off)
+    yield Claim("5. slope of μ_k over the plateau's mean", "1", with_error(slope, interval), remark + off)
 
 
 def _roughness(dataset: xr.Dataset, group: Starts) -> Floats:
@@ -148,7 +149,7 @@ def claims_of_static(dataset: xr.Dataset) -> Iterator[Claim]:
     """Mean, scatter and shape of μ_s/μ_i for each intrinsic friction coefficient."""
     for group in all_starts(dataset):
         share = group.static / group.intrinsic_friction
-        found = f"{share.mean():.4g} ± {share.std(ddof=1):.2g} ({share.min():.4g} to {share.max():.4g})"
+        found = over_starts(share)
         remark = (
             f"μ_s/μ_k = {float(np.mean(group.static / group.kinetic)):.4g}, skewness {float(stats.skew(share)):.2g}"
         )

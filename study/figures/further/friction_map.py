@@ -10,7 +10,7 @@ from matplotlib.colors import Normalize
 from matplotlib.figure import Figure
 
 from study.figures.shared.canvas import PAGE, column
-from study.figures.shared.claims import Claim
+from study.figures.shared.claims import Claim, over_starts
 from study.figures.shared.figure import CampaignFigure, register
 from study.figures.shared.tiles import counted, panels, regime_legend, regime_tiles
 
@@ -66,12 +66,8 @@ def _panels(figure: Figure, dataset: xr.Dataset) -> Iterator[tuple[Any, dict[str
 def claims_of_share(dataset: xr.Dataset, name: str) -> Iterator[Claim]:
     """A share of μ_i over all cases, its means at the ends of each axis, and how much of its variance lies along it."""
     share = share_of(dataset, name)
-    found = (
-        f"{float(share.mean()):.3g} ± {float(share.std()):.2g} ({float(share.min()):.3g} to {float(share.max()):.3g})"
-    )
-    yield Claim(
-        f"{SHARES[name]}/μ_i", "", found, f"{int(np.isfinite(share).sum())} of {share.size} cases without a flag"
-    )
+    unflagged = f"{int(np.isfinite(share).sum())} of {share.size} cases without a flag"
+    yield Claim(f"{SHARES[name]}/μ_i", "", over_starts(share.values, 3), unflagged)
     for axis in AXES:
         along = share.mean([other for other in AXES if other != axis])
         first, last = along[axis].values[[0, -1]]
@@ -84,12 +80,8 @@ def _claims_of_plateau(dataset: xr.Dataset) -> Iterator[Claim]:
     yield from claims_of_share(dataset, "plateau_mean")
     kinetic = share_of(dataset, "kinetic_friction")
     ratio = kinetic / share_of(dataset, "plateau_mean")
-    found = (
-        f"{float(ratio.mean()):.4g} ± {float(ratio.std()):.2g} ({float(ratio.min()):.4g} to {float(ratio.max()):.4g})"
-    )
-    yield Claim(
-        "μ_k over the plateau", "", found, f"{int(np.isfinite(ratio).sum())} cases: a map of μ_k looks the same"
-    )
+    cases = f"{int(np.isfinite(ratio).sum())} cases: a map of μ_k looks the same"
+    yield Claim("μ_k over the plateau", "", over_starts(ratio.values), cases)
 
 
 def _claims_of_drive(dataset: xr.Dataset) -> Iterator[Claim]:

@@ -7,6 +7,7 @@ import numpy as np
 import xarray as xr
 from matplotlib.figure import Figure
 
+from solver.view import with_error
 from study.figures.shared.canvas import COLORS, column
 from study.figures.shared.claims import Claim
 from study.figures.shared.figure import CampaignFigure, register
@@ -80,7 +81,7 @@ def _row(meaning: str, values: xr.DataArray) -> Claim:
 
 
 def _known(case: xr.Dataset) -> str:
-    return f"{float(case['plateau_ratio']):.4g} ± {float(case['plateau_ratio_uncertainty']):.1g}"
+    return with_error(float(case["plateau_ratio"]), float(case["plateau_ratio_uncertainty"]))
 
 
 def _range(values: xr.DataArray) -> str:

@@ -12,6 +12,7 @@ from numpy.typing import NDArray
 from solver.sliding.distributions.events import DISCRETE
 from solver.sliding.distributions.histogram import Histogram, logarithmic_histogram
 from solver.sliding.distributions.size_distribution import GUTENBERG_RICHTER, MEAN_FIELD
+from solver.view import with_error
 from study.figures.further.chains import CAMPAIGN, names, numbers_of, plain, steady, steady_sizes
 from study.figures.shared.canvas import COLORS, column
 from study.figures.shared.claims import Claim
@@ -114,7 +115,7 @@ def _scaling(scalars: xr.Dataset, size: str, values: Floats) -> tuple[str, str]:
     tail = f"from {_size(float(scalars[f'{size}_cutoff']))} on nearest to: {LAW_WORDS.get(preferred, preferred)}"
     if not decades:
         return "no power law", tail
-    fit = f"{exponent:.3g} ± {error:.1g} from {_size(first)} to {_size(last)}"
+    fit = f"{with_error(exponent, error)} from {_size(first)} to {_size(last)}"
     known = f"{decades:.2g} decades, goodness {goodness:.2g}, {_part(values, first, last)}"
     if decades < LEAST_DECADES:
         return "straight over no decade", f"longest: {fit}, {known}; {tail}"

@@ -26,7 +26,8 @@ def draw(dataset: xr.Dataset) -> Figure:
             means = dataset["mean_step_ensemble_mean"].sel(radius=radius).squeeze()
             spread = dataset["mean_step_ensemble_std"].sel(radius=radius).squeeze()
             law = step_law(dataset, float(radius))
-            label = f"$R/L_x$ = {radius:g}: $(n_x - 1)^{{{law.exponent:.2f} \\pm {law.exponent_interval:.2f}}}$"
+            exponent = str(law).replace("±", "\\pm")
+            label = f"$R/L_x$ = {radius:g}: $(n_x - 1)^{{{exponent}}}$"
             points = axes.errorbar(means["n_x"], means, spread, fmt="o", markersize=3, capsize=2, label=label)
             line = np.geomspace(float(means["n_x"].min()), float(means["n_x"].max()), 50)
             axes.plot(line, law.at(line - 1.0), color=points[0].get_color(), linewidth=0.6)

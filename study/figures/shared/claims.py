@@ -6,6 +6,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from solver.view import with_error
 from study.figures.shared.paper import Stated
 
 
@@ -43,7 +44,7 @@ def over_starts(values: NDArray[np.float64], digits: int = 4, scale: float = 1.0
     low, high = found.min(), found.max()
     if low == high:
         return f"{low:.{digits}g} from every start" if len(found) > 1 else f"{low:.{digits}g}"
-    return f"{found.mean():.{digits}g} ± {found.std(ddof=1):.2g} ({low:.{digits}g} to {high:.{digits}g})"
+    return f"{with_error(found.mean(), found.std(ddof=1))} ({low:.{digits}g} to {high:.{digits}g})"
 
 
 def compared(

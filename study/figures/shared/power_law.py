@@ -7,6 +7,8 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy import optimize, stats
 
+from solver.view import with_error
+
 Floats = NDArray[np.float64]
 _ROUNDING: Final = float(np.finfo(float).eps) ** 2
 
@@ -38,7 +40,7 @@ class PowerLaw:
         return np.asarray(self.factor * x**self.exponent)
 
     def __str__(self) -> str:
-        return f"{self.exponent:.3f} ± {self.exponent_interval:.2g}"
+        return with_error(self.exponent, self.exponent_interval)
 
 
 def fit_power_law(x: Floats, y: Floats, errors: Floats | float = 0.0) -> PowerLaw:

@@ -21,10 +21,11 @@ def test_an_exponent_is_stated_where_a_decade_supports_it() -> None:
     dataset = small(CAMPAIGN).copy()
     dataset["slips_scaling_decades"] = dataset["slips_scaling_decades"] * 0.0 + 2.0
     dataset["slips_scaling_exponent"] = dataset["slips_scaling_exponent"].fillna(0.0) * 0.0 + 1.25
+    dataset["slips_scaling_exponent_uncertainty"] = dataset["slips_scaling_exponent"] * 0.0 + 0.03
     dataset["drop_scaling_decades"] = dataset["drop_scaling_decades"] * 0.0
     rows = {claim.meaning: claim for claim in claims(dataset)}
     assert len(rows) == len(names(dataset)) * len(PANELS) + len(SHARES)
-    assert rows["slab: slips"].found.startswith("1.25 ± ")
+    assert rows["slab: slips"].found.startswith("1.25 ± 0.03 from ")
     assert rows["slab: drop"].found == "no power law"
     for number, name in names(dataset).items():
         for size in PANELS:
