@@ -18,15 +18,15 @@ from study.figures.views.view import Sort, View, register
 
 OBSERVED: Final = (
     ("regime", ""),
+    ("slips_scaling_exponent", ""),
     ("plateau_mean", "intrinsic_friction"),
     ("static_friction", ""),
     ("static_friction_ensemble_std", ""),
     ("kinetic_friction", ""),
-    ("slips_scaling_exponent", ""),
     ("mean_step", ""),
     ("contact_half_width", ""),
 )
-"""Variable and what it is divided by: what a record or a drive is asked for, the regimes first where they differ."""
+"""Variable and what it is divided by: what a record or a drive is asked for, first what a campaign asks for on purpose."""
 PRESSED: Final = (("contact_half_width", ""), ("maximum_pressure", ""), ("approach", ""))
 """What a contact at rest is asked for."""
 
