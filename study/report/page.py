@@ -11,7 +11,6 @@ from typing import Final
 import jinja2
 import xarray as xr
 
-from study.dataset.groups import groups_of
 from study.figures.shared.files import write_files
 from study.figures.views.catalogue import SORTS
 from study.figures.views.choice import spread
@@ -26,6 +25,8 @@ MOST_SINGLE: Final = 24
 """The most figures of single records, drives, … that a page shows."""
 FEW_SINGLE: Final = 6
 """Small figures that find room below a large one of half the page's width."""
+_THINNED: Final = ("records", "drives")
+"""What the names of figures begin with whose lines are thinned."""
 _ELSEWHERE: Final = ("title", "manifest", "manifest_front", "manifest_table", "manifest_roughness")
 """Attributes that the page shows above, or that are too long to be shown."""
 
@@ -93,7 +94,7 @@ def page(dataset: xr.Dataset, cost: str) -> str:
             "Cost": [cost],
             "Accuracy": list(overview.accuracy(dataset)),
             "Scales": list(overview.scales(dataset)),
-            "Not shown": list(_not_shown(dataset, len(table.rows))),
+            "Not shown": list(_not_shown(dataset, sections, len(table.rows))),
         },
         sections=placed(sections),
         table=table,
@@ -116,9 +117,9 @@ def section(dataset: xr.Dataset, sort: Sort) -> Section | None:
     return Section(sort.title, large, tuple(picture(single[position]) for position in chosen), tuple(notes))
 
 
-def _not_shown(dataset: xr.Dataset, rows: int) -> Iterator[str]:
+def _not_shown(dataset: xr.Dataset, sections: Sequence[Section], rows: int) -> Iterator[str]:
     yield from overview.left_out(dataset)
     if rows > MOST_ROWS:
         yield f"Table: the first {MOST_ROWS} cases; the dataset has all."
-    if any(group in groups_of(dataset) for group in ("record", "trajectory")):
+    if any(picture.name.startswith(_THINNED) for section in sections for picture in section.large):
         yield "Lines of many points are thinned to what can be seen, in figures and their CSV."

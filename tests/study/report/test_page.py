@@ -112,6 +112,8 @@ def test_the_page_holds_all_of_it_and_needs_no_other_file(failing):
     assert "0.1432 ± 0.0004" in text
     assert "Made &lt;up&gt;" in text
     assert "Made <up>" not in text
+    assert "Lines of many points are thinned" in text
+    assert "thinned" not in report_page.page(made_up()[["outcome", "message"]], "nothing")
     assert "Not known: nothing beside the dataset says" in text
 
 
