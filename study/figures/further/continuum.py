@@ -12,6 +12,7 @@ from study.figures.shared.canvas import COLORS, column
 from study.figures.shared.claims import Claim
 from study.figures.shared.figure import CampaignFigure, register
 from study.figures.shared.power_law import PowerLaw, fit_power_law
+from study.figures.sweep.label import typeset
 
 STEP, SCATTER, EXCESS = "mean step (L_x)", "standard deviation over mean of F", "peak over plateau, less 1"
 QUANTITIES: Final[dict[str, Callable[[xr.Dataset], xr.DataArray]]] = {
@@ -47,7 +48,7 @@ def draw(dataset: xr.Dataset) -> Figure:
         upper, lower = figure.subplots(2, 1, sharex=True)
         for label, axes, color in ((EXCESS, upper, COLORS[0]), (SCATTER, upper, COLORS[1]), (STEP, lower, COLORS[2])):
             (means, errors), fitted = followed(dataset, label), law(dataset, label)
-            name = f"{label}: {fitted}"
+            name = typeset(f"{label}: {fitted}")
             axes.errorbar(means["n_x"], means, errors, fmt="o", markersize=2.5, capsize=2, color=color, label=name)
             line = np.geomspace(float(means["n_x"].min()), float(means["n_x"].max()), 50)
             axes.plot(line, fitted.at(line - 1.0), color=color, linewidth=0.5)
