@@ -52,8 +52,10 @@ class Ending(StrEnum):
     """Something this computation needs ended badly."""
     OUT_OF_MEMORY = "out_of_memory"
     """The machine had no memory left: nothing is known of the case, another machine may compute it."""
+    TIMED_OUT = "timed_out"
+    """The computation did not end in the time that it was given: it hangs, or is much more work than estimated."""
     CRASHED = "crashed"
-    """The computation raised what it never should: a defect of the program, not of the case."""
+    """The computation raised what it never should, or its process died: a defect of the program, not of the case."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -78,6 +80,12 @@ class Outcome:
 
 
 _USABLE = frozenset({Ending.COMPLETED, Ending.NO_PLATEAU, Ending.NO_SLIP})
+UNDONE = {
+    Ending.CRASHED: "crashed",
+    Ending.TIMED_OUT: "took too long",
+    Ending.OUT_OF_MEMORY: "ran out of memory",
+}
+"""Endings that say nothing of the case and leave no result, in words."""
 COMPLETED = Outcome(Ending.COMPLETED)
 
 SHOWN = 60

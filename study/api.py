@@ -19,10 +19,12 @@ from study.dataset.access import accessor
 from study.dataset.access.concatenation import joined
 from study.dataset.collect import collect
 from study.dataset.groups import loaded
-from study.dataset.store import Store
-from study.execution.executor import drop_intermediates, executor
-from study.execution.farm import SerialFarm
+from study.dataset.store import Store, StoreError
+from study.execution.executor import drop_intermediates
+from study.execution.failures import diary, left
+from study.execution.farms.farm import SerialFarm
 from study.execution.ledger import Tally
+from study.execution.program import computing
 from study.execution.progress import open_progress
 from study.manifest.columns import read_text
 from study.manifest.manifest import Manifest
@@ -49,7 +51,12 @@ DICT = Path("campaign")
 
 
 def run(
-    campaign: Campaign, out: Place | None = None, *, recompute_foreign: bool = False, progress: bool | None = None
+    campaign: Campaign,
+    out: Place | None = None,
+    *,
+    recompute_foreign: bool = False,
+    retry: bool = False,
+    progress: bool | None = None,
 ) -> xr.Dataset:
     """Compute a campaign in this process and return its dataset.
 
@@ -57,10 +64,11 @@ def run(
     out: folder of the results, as `nanoslip run --out` uses it: finished tasks are not computed again, and the dataset reads
         its values from results.nc there when they are used. None: a temporary folder, and the dataset is in memory.
     recompute_foreign: compute again what other software computed.
+    retry: try again what has failed.
     progress: print progress on standard error. None: on a terminal and in a notebook.
 
     Raises ManifestError where the campaign is wrong, StoreError where the folder cannot be used, MemoryError where a task
-    needs more memory than this machine has. A task that crashes is a warning; its cases are `pending`.
+    needs more memory than this machine has. A task that fails is a warning, and the outcome of its cases.
 
     >>> import nanoslip
     >>> data = nanoslip.run({
@@ -76,7 +84,7 @@ def run(
     with ExitStack() as stack:
         stack.enter_context(threadpoolctl.threadpool_limits(limits=1))  # sums depend on the number of threads
         folder = Path(stack.enter_context(TemporaryDirectory()) if out is None else out)
-        _compute(plan, folder, recompute_foreign, progress)
+        _compute(plan, folder, recompute_foreign, retry, progress)
         path = folder / file.FILE
         file.write(collect(plan, Store(folder)), path)
         if out is not None:
@@ -132,20 +140,22 @@ def _files_named_in(campaign: Mapping[str, Any]) -> dict[str, str]:
     return {key: read_text(Path(name))[1] for key, name in named.items() if isinstance(name, str | os.PathLike)}
 
 
-def _compute(plan: Plan, folder: Path, recompute_foreign: bool, progress: bool | None) -> None:
+def _compute(plan: Plan, folder: Path, recompute_foreign: bool, retry: bool, progress: bool | None) -> None:
     store = Store(folder)
     store.prepare()
     finished = store.inventory()
     foreign = plan.foreign(finished) if recompute_foreign else {}
-    tasks = plan.remaining(finished.keys() - foreign.keys())
+    tasks = left(plan, store, finished.keys() - foreign.keys(), retry).tasks
     if short := shortages(plan, tasks, 1):
         raise MemoryError("\n".join(short))
     started = time.time()
     tally = _run_tasks(tasks, folder, progress)
     if tasks:
         costs.add(folder, costs.since(started, time.time(), 1, tally.seconds, tally.done + tally.crashed))
+    if tally.halt:
+        raise StoreError(tally.halt)
     if tally.crashed:
-        said = f"{tally.crashed} tasks crashed or found no memory (see standard error); their cases are pending"
+        said = f"{tally.crashed} tasks failed, or needed one that did (see standard error, and `outcome`)"
         warnings.warn(said, RuntimeWarning, stacklevel=3)
     else:
         drop_intermediates(plan, tasks, store)
@@ -155,10 +165,11 @@ def _run_tasks(tasks: Sequence[Task], folder: Path, progress: bool | None) -> Ta
     """Compute tasks. The farm is not entered: Ctrl-C stays Python's, and results are whole files."""
     errors = console(stderr=True)
     watched = bool(tasks) and (errors.is_terminal or errors.is_jupyter)
+    farm = SerialFarm(computing(folder).load)
     if not (watched if progress is None else progress):
-        return SerialFarm().run(tasks, executor(folder), _silent)
+        return farm.run(tasks, _silent, diary(folder))
     with open_progress(tasks, errors) as bar:
-        return SerialFarm().run(tasks, executor(folder), bar)
+        return farm.run(tasks, bar, diary(folder))
 
 
 def _silent(_task: Task, _outcome: Outcome, _seconds: float) -> None:

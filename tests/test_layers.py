@@ -35,14 +35,16 @@ ORDER = {
     "study.manifest": "parameters problems columns drives manifest checker named_files drive_tables reader "
     "effects cases one_case",
     "study.discretization": "front targets",
-    "study.plan": "task keys cost kinds tasks plan endings size flags spans memory",
+    "study.plan": "task keys cost kinds tasks plan endings attempts size flags spans memory",
     "study.plan.cost": "condensation sliding seconds arrays drive",
     "study.plan.kinds": "kind compliance contact record statistics states drive",
     "study.dataset": "store groups file variables ensemble description ragged layout collect access comparison "
     "pair verification agreement",
     "study.dataset.agreement": "matching verdicts facts",
     "study.dataset.access": "selection single accessor tidy placement concatenation",
-    "study.execution": "launch interruption queue forecast progress ledger dispatch processes farm executor warmup submission",
+    "study.execution": "launch interruption program queue forecast progress ledger dispatch farms executor failures warmup "
+    "submission",
+    "study.execution.farms": "child process agent farm processes ranks opening",
     "study.report": "columns console common summary interchange case_table curves text_plot costs overview picture page",
     "study.figures": "shared sweep frames recipes views reproduction further catalogue gallery",
     "study.figures.shared": "paper claims canvas files figure power_law closed_form independence tiles",
@@ -65,7 +67,7 @@ SIDE_BY_SIDE = {"execution": {"report"}, "report": {"execution"}}
 """Folders that do not know each other, though one has to be named first."""
 
 HOMES = {
-    "mpi4py": {"study.execution.farm"},
+    "mpi4py": {"study.execution.farms.opening"},
     "netCDF4": {"study.dataset", "study.accuracy", "study.report"},
     "xarray": {
         "solver.view",

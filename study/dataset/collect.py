@@ -61,11 +61,12 @@ def collect(plan: Plan, store: Store) -> xr.Dataset:
     drives = {drive.label: drive for drive in manifest.drives}
     front = load_front(manifest.front, manifest.front_text)
     makers: dict[str, Origins] = {}
+    failed = {key: attempt.outcome for key, attempt in store.failures().items()}
     for case in plan.cases:
         if case.case is not None:
             table.put(DISCRETIZATION_ERROR.name, case, "", front.expected_error(case.case))
         results = _results(plan.case_tasks[case.case_id], store)
-        outcomes = {result.key: result.outcome for result in results.values() if result}
+        outcomes = failed | {result.key: result.outcome for result in results.values() if result}
         table.say_outcome(case, case_outcome(plan, case, outcomes))
         for name, drive in drives.items():
             table.say_outcome(case, drive_outcome(plan, case, drive, outcomes), name)

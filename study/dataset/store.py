@@ -22,7 +22,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from solver.outcome import Ending, Outcome
-from study.origin import Origins, as_data, from_data
+from study.origin import Origins, as_data, from_data, here
+from study.plan import attempts
+from study.plan.attempts import Attempt
 from study.plan.tasks import TaskResult
 
 FOLDER = "results"
@@ -48,6 +50,7 @@ class Store:
 
     def __init__(self, out: Path) -> None:
         self.folder = out / FOLDER
+        self._out = out
         self._checked: dict[Path, tuple[tuple[int, int], dict[str, Any]]] = {}
 
     def prepare(self) -> None:
@@ -72,8 +75,13 @@ class Store:
         return {key: from_data(meta.get(_ORIGINS, ())) for key, meta in self._sound()}
 
     def outcomes(self) -> dict[str, Outcome]:
-        """The finished results, as `finished` counts them, and how each ended."""
-        return {key: Outcome(Ending(meta["ending"]), meta["message"]) for key, meta in self._sound()}
+        """How each task ended: the finished results, as `finished` counts them, and what failed."""
+        failed = {key: attempt.outcome for key, attempt in self.failures().items()}
+        return failed | {key: Outcome(Ending(meta["ending"]), meta["message"]) for key, meta in self._sound()}
+
+    def failures(self) -> dict[str, Attempt]:
+        """The last attempt of this software at every task that has failed for good; it may have a result since."""
+        return attempts.final(self._out, here().name)
 
     def write(self, result: TaskResult) -> None:
         """Keep a result. Raises StoreError where the disk refuses."""

@@ -1,6 +1,8 @@
 """Dynamic load balancing: each ready task goes to the rank with the least estimated work. Ranks are numbers here: no MPI."""
 
 import heapq
+import math
+import time
 from collections import defaultdict
 from collections.abc import Callable, Sequence
 from typing import Any
@@ -9,6 +11,9 @@ from study.execution.ledger import Ledger
 
 LOOKAHEAD = 0.2
 """Seconds of work that may wait at a rank beyond the task it computes: hides the latency of messages."""
+
+STRANDED = 1.0
+"""Seconds without news from a rank after which the tasks that wait there are handed out again."""
 
 Send = Callable[[list[Any]], None]
 
@@ -21,6 +26,7 @@ class Dispatcher:
         self._sends = sends
         self._doing: list[dict[str, tuple[Any, float]]] = [{} for _ in sends]
         self._load = [0.0] * len(sends)
+        self._news = [0.0] * len(sends)
         # (load, rank), least first. A rank's entries other than its present load are stale: dropped when they surface or crowd.
         self._least = [(0.0, rank) for rank in range(len(sends))]
 
@@ -37,6 +43,8 @@ class Dispatcher:
             rank, seconds = self._least_loaded(), ledger.expected(task)
             if self._doing[rank] and self._load[rank] + seconds > LOOKAHEAD:
                 break
+            if not self._doing[rank]:
+                self._news[rank] = time.monotonic()
             parcels[rank].append(ledger.take())
             self._doing[rank][task.key] = (task, seconds)
             self._set_load(rank, self._load[rank] + seconds)
@@ -48,16 +56,19 @@ class Dispatcher:
     def take_back(self, rank: int, key: str) -> Any:
         """Remove and return the task of this key, which that rank reported or gave back."""
         task, seconds = self._doing[rank].pop(key)
+        self._news[rank] = time.monotonic()
         # Exactly nothing where nothing is left, whatever was rounded, and infinite while unknown.
         self._set_load(rank, self._load[rank] - seconds if self._doing[rank] else 0.0)
         return task
 
-    def forget(self, rank: int) -> list[Any]:
-        """Drop and return all tasks of a rank that has stopped, the one that it computed first."""
-        dropped = [task for task, _ in self._doing[rank].values()]
-        self._doing[rank].clear()
-        self._set_load(rank, 0.0)
-        return dropped
+    def stranded(self) -> list[int]:
+        """Ranks whose task takes so much longer than expected that those behind it had better go elsewhere; none twice."""
+        late = time.monotonic() - STRANDED
+        found = [rank for rank, tasks in enumerate(self._doing) if len(tasks) > 1 and self._news[rank] < late]
+        for rank in found:
+            self._set_load(rank, math.inf)  # until it is idle
+            self._news[rank] = math.inf
+        return found
 
     def _set_load(self, rank: int, seconds: float) -> None:
         self._load[rank] = seconds

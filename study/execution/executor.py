@@ -5,21 +5,33 @@ from functools import partial
 from pathlib import Path
 
 from solver.outcome import Ending, Outcome
-from study.dataset.store import Store
+from study.dataset.store import CorruptResultError, Store, StoreError
+from study.execution.ledger import CannotGoOnError
 from study.plan.plan import Plan
+from study.plan.task import TaskResult
 from study.plan.tasks import Task, run_task
 
 
 def executor(out: Path) -> Callable[[Task], Outcome]:
-    """The function that computes a task with the results in this folder and returns its outcome. It can be pickled."""
+    """The function that computes a task with the results in this folder and returns its outcome."""
     return partial(_execute, Store(out))
 
 
 def _execute(store: Store, task: Task) -> Outcome:
-    result = run_task(task, {key: store.read(key) for key in task.needs})
+    result = run_task(task, {key: _read(store, key) for key in task.needs})
     if result.outcome.ending is not Ending.OUT_OF_MEMORY:  # another machine, or fewer ranks, may compute it
-        store.write(result)
+        try:
+            store.write(result)
+        except StoreError as error:
+            raise CannotGoOnError(str(error)) from error
     return result.outcome
+
+
+def _read(store: Store, key: str) -> TaskResult:
+    try:
+        return store.read(key)
+    except CorruptResultError as error:
+        raise OSError(str(error)) from error  # the next run computes it again
 
 
 def drop_intermediates(plan: Plan, computed: Sequence[Task], store: Store) -> None:

@@ -1,4 +1,4 @@
-"""SIGTERM and SIGINT: the first sets a flag, a second one or the end of a grace period ends the process."""
+"""SIGTERM, SIGINT and SIGUSR1: the first sets a flag, a second one or the end of a grace period ends the process."""
 
 import math
 import os
@@ -10,7 +10,7 @@ import types
 from collections.abc import Callable
 from typing import Self
 
-SIGNALS = (signal.SIGTERM, signal.SIGINT)
+SIGNALS = (signal.SIGTERM, signal.SIGINT, signal.SIGUSR1)
 EXIT_CODE = 99
 """Exit code of an interrupted run: a batch script can tell it from an error and run it again."""
 GRACE = 20.0
@@ -25,14 +25,20 @@ class Interruption:
     """While entered, a first signal only sets a flag; a later one, or the grace (s) running out, ends the process.
 
     A thread watches rather than a handler: Python's handlers wait for the main thread, which may sit in a kernel that
-    takes minutes. Results are written whole or not at all, so leaving in the middle of a task loses that task only.
+    takes minutes. Results are written whole or not at all, so leaving in the middle of a task loses that task only. Once it
+    is entered, entering it again changes nothing.
     """
 
-    def __init__(self, grace: float, end: Callable[[int], object] = os._exit) -> None:
+    def __init__(self, grace: float) -> None:
         self._grace = grace
-        self._end = end
+        self._end: Callable[[int], object] = os._exit
         self._requested = threading.Event()
         self._patience: threading.Timer | None = None
+        self._watcher: threading.Thread | None = None
+
+    def end_by(self, end: Callable[[int], object]) -> None:
+        """End the process so, with its exit code, where that cannot wait."""
+        self._end = end
 
     @property
     def requested(self) -> bool:
@@ -44,6 +50,8 @@ class Interruption:
         self._requested.set()
 
     def __enter__(self) -> Self:
+        if self._watcher is not None:
+            return self
         self._read_end, self._write_end = os.pipe()
         os.set_blocking(self._write_end, False)
         self._handlers = {number: signal.signal(number, _note_nothing) for number in SIGNALS}
@@ -57,7 +65,9 @@ class Interruption:
         for number, handler in self._handlers.items():
             signal.signal(number, handler)
         os.close(self._write_end)  # ends the watcher
-        self._watcher.join()
+        if self._watcher is not None:
+            self._watcher.join()
+            self._watcher = None
         os.close(self._read_end)
         if self._patience is not None:
             self._patience.cancel()

@@ -1,73 +1,100 @@
 """The state of a run: queued tasks, outcomes of finished ones, and measured seconds of each kind of task."""
 
 import math
-import socket
 import sys
 import time
 import traceback
-from collections import defaultdict
+from collections import Counter, defaultdict
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field
-from typing import Generic, TypeVar
+from typing import Final, Generic, TypeVar
 
-from solver.outcome import Ending, Outcome
+from solver.outcome import UNDONE, Ending, Outcome
 from study.execution.queue import TaskQueue, Work
 
 W = TypeVar("W", bound=Work)
 Execute = Callable[[W], Outcome]
 Report = Callable[[W, Outcome, float], None]
 
-LEAST = 1e-3
+LEAST: Final = 1e-3
 """Lower bound of a task's estimated seconds: its files and messages, however little it computes."""
+ATTEMPTS: Final = 2
+"""How often a task is begun whose process dies: what killed it may have been no fault of its own."""
 
-UNDONE = {Ending.CRASHED: "crashed", Ending.OUT_OF_MEMORY: "ran out of memory"}
-"""Endings that leave no result, in words: the next run computes the task again."""
+
+class CannotGoOnError(Exception):
+    """No task can be finished any more (a full disk, for example); the message says why."""
 
 
 @dataclass(frozen=True, slots=True)
 class Done:
-    """Outcome and duration of one task; its result is in the store. `trace` is the traceback where it crashed."""
+    """Outcome and duration of one task; its result is in the store."""
 
     key: str
     outcome: Outcome
     seconds: float
+    where: str = ""
+    """Rank and host."""
     trace: str = ""
+    """Traceback where it crashed."""
+    again: bool = False
+    """Of a failure: whether it may end differently if it is tried again."""
+    halt: str = ""
+    """Why no task can be finished any more; the outcome is nothing then."""
+
+
+Fail = Callable[[W, Done, bool], None]
+"""Hears of each failed attempt, and of what cannot be begun: the task, how it ended, whether that is final."""
 
 
 @dataclass(frozen=True, slots=True)
 class Tally:
-    """Tasks done; tasks that crashed, ran out of memory or needed one that did; whether a signal left tasks undone.
+    """Tasks done; tasks that crashed, ran out of memory or time or needed one that did; whether tasks were left undone.
 
-    seconds: of all processes together in the tasks that ended; tallies that differ in nothing else are equal.
+    interrupted: by a signal. halt: why no task could be finished any more. seconds: of all processes together in the tasks that
+    ended; tallies that differ in nothing else are equal.
     """
 
     done: int = 0
     crashed: int = 0
     interrupted: bool = False
+    halt: str = ""
     seconds: float = field(default=0.0, compare=False)
 
 
-def attempt(execute: Execute[W], task: W, where: str) -> Done:
-    """Compute one task. An exception (a defect, never physics) becomes the outcome `crashed`, with its place and traceback."""
+def attempt(
+    execute: Execute[W], task: W, where: str, survive: type[BaseException] | tuple[type[BaseException], ...] = Exception
+) -> Done:
+    """Compute one task. An exception (a defect, never physics) becomes the outcome `crashed`, with its place and traceback.
+
+    survive: exceptions that become outcomes; others are raised.
+    """
     start = time.perf_counter()
-    trace = ""
     try:
         outcome = execute(task)
-    except Exception as error:
-        trace = traceback.format_exc()
-        outcome = Outcome(Ending.CRASHED, f"{type(error).__name__}: {error} ({where})")
-    return Done(task.key, outcome, time.perf_counter() - start, trace)
+    except CannotGoOnError as error:
+        return Done(task.key, Outcome(Ending.CRASHED), 0.0, where, halt=str(error))
+    except survive as error:
+        seconds = time.perf_counter() - start
+        # An error of the machine may be over next time, one of the program is not.
+        again = isinstance(error, OSError | MemoryError)
+        ending = Ending.OUT_OF_MEMORY if isinstance(error, MemoryError) else Ending.CRASHED
+        return Done(task.key, Outcome(ending, _in_a_line(error)), seconds, where, traceback.format_exc(), again)
+    again = outcome.ending is Ending.OUT_OF_MEMORY
+    return Done(task.key, outcome, time.perf_counter() - start, where, again=again)
 
 
-def attempt_aloud(execute: Execute[W], task: W, rank: int) -> Done:
-    """Compute one task as `attempt` does; a crash, or a want of memory, is told on standard error at once."""
-    where = f"rank {rank} on {socket.gethostname()}"
-    done = attempt(execute, task, where)
-    if done.trace:
-        say(f"{where}: {task.label} crashed\n{done.trace}")
-    elif done.outcome.ending in UNDONE:
-        say(f"{where}: {task.label}: {done.outcome.message}\n")
-    return done
+def _in_a_line(error: BaseException) -> str:
+    """Its last line as a traceback has it, also where its own text cannot be had."""
+    return " ".join("".join(traceback.format_exception_only(error)).split())
+
+
+def tell(task: Work, done: Done) -> None:
+    """Say on standard error that an attempt has failed, at once."""
+    ending, message = done.outcome.ending, done.outcome.message
+    if ending in UNDONE and not done.halt:
+        why = "" if done.trace.rstrip().endswith(message) else f": {message}"
+        say(f"{done.where}: {task.label} {UNDONE[ending]}{why}\n{done.trace}")
 
 
 def say(text: str) -> None:
@@ -79,14 +106,17 @@ def say(text: str) -> None:
 class Ledger(Generic[W]):
     """Counts tasks taken from the queue and tasks finished, and reports each end."""
 
-    def __init__(self, tasks: Sequence[W], report: Report[W]) -> None:
+    def __init__(self, tasks: Sequence[W], report: Report[W], fail: Fail[W] = lambda *_: None) -> None:
         self.queue = TaskQueue(tasks)
-        self._report = report
+        self.halt = ""
+        self._report, self._fail = report, fail
         self._away = 0
         self._done = 0
         self._crashed = 0
+        self._failed: Counter[str] = Counter()
         self._estimated: dict[str, float] = defaultdict(float)
         self._measured: dict[str, float] = defaultdict(float)
+        self._seconds = 0.0
 
     @property
     def unfinished(self) -> bool:
@@ -104,19 +134,36 @@ class Ledger(Generic[W]):
         self.queue.put_back(task)
 
     def enter(self, task: W, done: Done) -> None:
-        """Record the end of a taken task; tasks that need a crashed one are abandoned."""
+        """Record the end of a taken task; tasks that need a failed one are abandoned."""
+        if done.halt:
+            self.halt = done.halt
+            self.give_back(task)
+            return
         self._away -= 1
+        self._seconds += done.seconds
+        if done.outcome.ending in UNDONE:
+            self._enter_failure(task, done)
+            return
         self._estimated[task.kind] += task.cost
         self._measured[task.kind] += done.seconds
+        self._done += 1
         self._report(task, done.outcome, done.seconds)
-        if done.outcome.ending not in UNDONE:
-            self._done += 1
-            self.queue.finish(task.key)
+        self.queue.finish(task.key)
+
+    def _enter_failure(self, task: W, done: Done) -> None:
+        self._failed[task.key] += 1
+        last = not done.again or self._failed[task.key] >= ATTEMPTS
+        self._fail(task, done, last)
+        if not last:
+            self.queue.put_last(task)
             return
         self._crashed += 1
+        self._report(task, done.outcome, done.seconds)
         for lost in self.queue.abandon(task.key):
             self._crashed += 1
-            self._report(lost, Outcome(Ending.NEEDS_FAILED, f"{task.label} {UNDONE[done.outcome.ending]}"), 0.0)
+            outcome = Outcome(Ending.NEEDS_FAILED, f"{task.label} {UNDONE[done.outcome.ending]}")
+            self._fail(lost, Done(lost.key, outcome, 0.0, done.where), True)
+            self._report(lost, outcome, 0.0)
 
     def expected(self, task: W) -> float:
         """Estimated seconds of this task, scaled by what its kind took so far; infinite before any of its kind ended."""
@@ -125,4 +172,5 @@ class Ledger(Generic[W]):
 
     def tally(self, interrupted: bool) -> Tally:
         """The counts so far. A signal that came after the last task interrupted nothing."""
-        return Tally(self._done, self._crashed, interrupted and self.unfinished, sum(self._measured.values()))
+        left = self.unfinished
+        return Tally(self._done, self._crashed, interrupted and left and not self.halt, self.halt, self._seconds)

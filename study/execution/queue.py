@@ -30,6 +30,11 @@ class Work(Protocol):
         ...
 
     @property
+    def limit(self) -> float:
+        """Seconds after which it is taken to hang."""
+        ...
+
+    @property
     def label(self) -> str:
         """Text that messages and progress name the task by."""
         ...
@@ -73,6 +78,12 @@ class TaskQueue(Generic[W]):
         """Undo the taking of a task."""
         self._missing[task.key] = set()
         heapq.heappush(self._ready, self._position[task.key])
+
+    def put_last(self, task: W) -> None:
+        """Put a taken task back, behind all others."""
+        self._tasks += (task,)
+        self._position[task.key] = len(self._tasks) - 1
+        self.put_back(task)
 
     def finish(self, key: str) -> None:
         """Mark a taken task as finished: tasks that needed only this one become ready."""

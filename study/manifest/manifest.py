@@ -104,6 +104,8 @@ class Manifest:
     effects: Mapping[str, Value]
     heterogeneity: Mapping[str, Value]
     limits: Mapping[str, Value]
+    task_seconds: float | None
+    """Seconds after which a task is taken to hang; None where the estimate of its cost decides."""
     scales: Scales
     drives: tuple[CampaignDrive, ...]
     """Table by table, each at every point of the drive axes, the last axis fastest."""

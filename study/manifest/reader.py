@@ -5,10 +5,11 @@ Scales and drives are in SI, the parameters of a case are dimensionless.
 """
 
 import hashlib
+import math
 import tomllib
 from collections.abc import Mapping
 from pathlib import Path
-from typing import Any
+from typing import Any, Final
 
 from solver.drive import Scales
 from study.manifest.columns import Columns, Given, read_text
@@ -55,6 +56,10 @@ _TOP: dict[str, tuple[type | tuple[type, ...], str]] = {
 }
 
 
+SECONDS: Final = "seconds"
+"""Key of [limits] that limits no case, but how long a task may take."""
+
+
 class _Reader(NamedFiles):
     """Reads one campaign file."""
 
@@ -63,6 +68,7 @@ class _Reader(NamedFiles):
         table = self.table(top)
         given = table.columns if table else self._axes(top.get("axes", {}))
         profile = self.profile(top.get("heterogeneity", {}))
+        seconds = self._task_seconds(top)
         fixed = {name: self.words_of_table(name, top.get(name, {})) for name in TABLES}
         fixed["heterogeneity"].pop("roughness", None)
         if profile:
@@ -93,6 +99,7 @@ class _Reader(NamedFiles):
             effects=constants["effects"],
             heterogeneity=constants["heterogeneity"],
             limits=constants["limits"],
+            task_seconds=seconds,
             scales=scales,
             drives=pulled.drives,
             drive_axes=pulled.axes,
@@ -121,6 +128,17 @@ class _Reader(NamedFiles):
         if "title" not in document:
             self.refuse("title", "missing: needs a text")
         return good
+
+    def _task_seconds(self, top: dict[str, Any]) -> float | None:
+        """The time that a task may take; the key is taken from its table, whose others are parameters of cases."""
+        if SECONDS not in top.get("limits", {}):
+            return None
+        top["limits"] = dict(top["limits"])
+        seconds = top["limits"].pop(SECONDS)
+        if isinstance(seconds, bool) or not isinstance(seconds, int | float) or not 0.0 < seconds < math.inf:
+            self.refuse(f"limits.{SECONDS} = {shown(seconds)}", "needs a number of seconds above 0")
+            return None
+        return float(seconds)
 
     def _stages(self, top: dict[str, Any]) -> tuple[Stage, ...]:
         given = top.get("stages", list(STAGES if "drives" in top or AXES in top else STAGES[:2]))

@@ -2,6 +2,7 @@
 
 from collections import Counter
 from collections.abc import Mapping
+from typing import Final
 
 from solver.outcome import Ending, Outcome
 from study.manifest.cases import CampaignCase
@@ -9,7 +10,7 @@ from study.manifest.drives import CampaignDrive
 from study.plan.plan import Plan
 from study.plan.tasks import KINDS
 
-PENDING = "pending"
+PENDING: Final = "pending"
 """What stands for the outcome of what is not computed yet."""
 
 

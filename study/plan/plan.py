@@ -1,7 +1,8 @@
 """Cases -> tasks: each distinct computation once, needed ones before those that need them, longest chain first."""
 
-from collections.abc import Collection, Mapping
+from collections.abc import Collection, Mapping, Sequence
 from dataclasses import dataclass, field, replace
+from typing import Final
 
 from study.discretization.targets import settled
 from study.manifest.cases import MEMBER, CampaignCase, expand
@@ -10,6 +11,11 @@ from study.manifest.parameters import Value, in_words
 from study.origin import Origins, foreign, here
 from study.plan.task import Task
 from study.plan.tasks import KINDS, estimate, stage_of
+
+DOUBT: Final = 100.0
+"""A task that takes so many times longer than estimated is taken to hang; the worst estimates known are 30 times off."""
+LEAST_LIMIT: Final = 600.0
+"""Seconds that every task may take."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -61,6 +67,16 @@ class Plan:
                 wanted |= {task.key, *task.needs}
         return tuple(task for task in self.tasks if task.key in wanted and task.key not in finished)
 
+    def possible(
+        self, left: Sequence[Task], given_up: Collection[str], failed: Collection[str] = ()
+    ) -> tuple[Task, ...]:
+        """Of tasks that are left those that can be tried: not given up, and needing none that is; what has failed comes last."""
+        lost = set(given_up)
+        for task in sorted(left, key=stage_of):
+            if not lost.isdisjoint(task.needs):
+                lost.add(task.key)
+        return tuple(sorted((task for task in left if task.key not in lost), key=lambda task: task.key in failed))
+
     def foreign(self, finished: Mapping[str, Origins]) -> dict[str, Origins]:
         """The plan's results that other software than this had a hand in, given all that are finished."""
         home = here()
@@ -109,7 +125,7 @@ def _tasks_of(manifest: Manifest, campaign_case: CampaignCase) -> tuple[list[Tas
         for wanted in kind.tasks(case, manifest) if kind.needed(manifest) else ():
             task, drive = wanted.task, wanted.drive
             words = {**label, "drive": drive} if drive else slab if task.case is None else label
-            found.append(_estimated(task, words, free=wanted.free))
+            found.append(_estimated(task, words, wanted.free, manifest.task_seconds))
             keys[kind.name, drive] = task.key
     return found, CaseTasks(keys)
 
@@ -125,7 +141,8 @@ def _longest_chain_first(tasks: Collection[Task]) -> tuple[Task, ...]:
     return tuple(sorted(tasks, key=lambda task: (-chain[task.key], stage_of(task))))
 
 
-def _estimated(task: Task, label: Mapping[str, Value], free: bool) -> Task:
+def _estimated(task: Task, label: Mapping[str, Value], free: bool, limit: float | None) -> Task:
     words = (f"{name}={value:g}" if isinstance(value, float) else f"{name}={value}" for name, value in label.items())
     cost = 0.0 if free else estimate(task).seconds
-    return replace(task, cost=cost, label=in_words(" ".join((task.kind, *words))))
+    limit = max(LEAST_LIMIT, DOUBT * cost) if limit is None else limit
+    return replace(task, cost=cost, limit=limit, label=in_words(" ".join((task.kind, *words))))

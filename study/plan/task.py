@@ -1,5 +1,6 @@
 """One unit of work, and what came of it. No files, no ranks."""
 
+import math
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 from typing import Any
@@ -40,6 +41,8 @@ class Task:
     """Keys of the tasks whose results this one reads."""
     cost: float = 0.0
     """Estimated seconds on one core."""
+    limit: float = field(default=math.inf, compare=False)
+    """Seconds after which it is taken to hang."""
     label: str = field(default="", compare=False)
     """For humans."""
 

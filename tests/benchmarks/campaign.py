@@ -4,6 +4,7 @@ Started with arguments, this module is the program that the ranks run: `MODE FOL
 """
 
 import json
+import os
 import sys
 import time
 from collections.abc import Callable, Mapping, Sequence
@@ -16,12 +17,17 @@ import numpy as np
 
 from solver.outcome import COMPLETED, Outcome
 from study.dataset.store import Store
-from study.execution.farm import Farm, MPIFarm, open_farm
+from study.execution.farms.farm import Farm
+from study.execution.farms.opening import open_farm
+from study.execution.farms.processes import ProcessFarm
+from study.execution.farms.ranks import MPIFarm
 from study.execution.ledger import Done
+from study.execution.program import Program
 from study.execution.warmup import warm_up
 from study.manifest.reader import load_manifest
 from study.plan.plan import Plan, make_plan
 from study.plan.tasks import Task, TaskResult, run_task
+from tests.benchmarks import campaign
 from tests.benchmarks.ranks import found
 from tests.benchmarks.replay import Timed, replay
 from tests.benchmarks.table import Row, seconds, verdict
@@ -196,6 +202,7 @@ class Trivial:
     cost: float = 1e-4
     kind: str = "any"
     label: str = "nothing"
+    limit: float = 600.0
 
 
 def _program(mode: str, folder: Path, what: str) -> None:
@@ -206,30 +213,50 @@ def _program(mode: str, folder: Path, what: str) -> None:
     if mode == "alone":
         print(json.dumps(_alone(folder, folder / what)))
         return
-    work = {"trivial": _no_files, "written": _files, "messages": _no_files}.get(mode)
-    with open_farm() as farm:
-        execute: Callable[[Any], Outcome] = work(folder) if work else _executor(Store(folder / what))
-        if mode in ("cases", "durations"):
-            warm_up(
-                _plan(folder).tasks
-            )  # loading kernels (0.2 s) is start-up: over before tasks are timed, on each rank
+    made_up = mode in ("trivial", "written", "messages")
+    with open_farm(Program(__name__, "executor", (mode, folder, what))) as farm:
         if not farm.root:
-            begun = time.process_time()
-            code = farm.serve(execute)
+            code = farm.serve()
             if mode == "cases":
-                (folder / what / OTHER).write_text(str(time.process_time() - begun))
+                (folder / what / OTHER).write_text(str(_processor_seconds(farm)))
             farm.leave(code)
         if mode == "messages":
             assert isinstance(farm, MPIFarm)
             finding: Any = _messages(farm, _plan(folder).tasks, int(what))
-        elif work:
+        elif made_up:
             Store(folder).prepare()
             tasks = [Trivial(f"{number:020x}") for number in range(int(what))]
-            _, finding = _timed(lambda: farm.run(tasks, execute, lambda *_: None))
+            _begin(farm)
+            _, finding = _timed(lambda: farm.run(tasks, lambda *_: None))
         else:
-            finding = _campaign(farm, mode, folder, folder / what, execute)
+            finding = _campaign(farm, mode, folder, folder / what)
         print(json.dumps(finding), flush=True)
         farm.leave(0)
+
+
+def executor(given: tuple[str, Path, str]) -> Callable[[Any], Outcome]:
+    """What a child computes tasks with, its kernels loaded (0.2 s): that is start-up, over before tasks are timed."""
+    mode, folder, what = given
+    if mode in ("trivial", "messages"):
+        return lambda task: COMPLETED
+    if mode == "written":
+        return _files(folder)
+    warm_up(_plan(folder).tasks, lambda: None)
+    compute = _executor(Store(folder / what))
+    return lambda task: COMPLETED if isinstance(task, Trivial) else compute(task)
+
+
+def _begin(farm: Farm) -> None:
+    """Have every child started, its libraries loaded."""
+    farm.run([Trivial(f"begin {number}") for number in range(farm.size)], lambda *_: None)
+
+
+def _processor_seconds(farm: Farm) -> float:
+    """Of this process and its children, which end."""
+    agents = farm._agents if isinstance(farm, ProcessFarm) else [farm._agent]  # type: ignore[attr-defined]
+    for agent in agents:
+        agent.close()
+    return sum(os.times()[:4])
 
 
 def _timed(work: Callable[[], T]) -> tuple[T, float]:
@@ -237,16 +264,16 @@ def _timed(work: Callable[[], T]) -> tuple[T, float]:
     return work(), time.perf_counter() - start
 
 
-def _campaign(farm: Farm, mode: str, folder: Path, out: Path, execute: Callable[[Any], Outcome]) -> Any:
-    """Seconds of the task phase, of computing on all ranks, of this process's processor; or those of each task by kind."""
+def _campaign(farm: Farm, mode: str, folder: Path, out: Path) -> Any:
+    """Seconds of the task phase, of computing on all ranks, of this rank's processor from its start; or of each task by kind."""
     plan = _plan(folder)
     Store(out).prepare()
     durations: dict[str, list[float]] = {}
-    begun = time.process_time()
+    _begin(farm)
     _, took = _timed(
-        lambda: farm.run(plan.tasks, execute, lambda task, _, took: durations.setdefault(task.kind, []).append(took))
+        lambda: farm.run(plan.tasks, lambda task, _, took: durations.setdefault(task.kind, []).append(took))
     )
-    used = time.process_time() - begun
+    used = _processor_seconds(farm)
     return durations if mode == "durations" else (took, sum(map(sum, durations.values())), used)
 
 
@@ -281,10 +308,6 @@ def _executor(store: Store) -> Callable[[Task], Outcome]:
         return result.outcome
 
     return execute
-
-
-def _no_files(folder: Path) -> Callable[[Any], Outcome]:
-    return lambda task: COMPLETED
 
 
 def _files(folder: Path) -> Callable[[Any], Outcome]:
@@ -340,4 +363,4 @@ def _futures(folder: Path, what: str) -> None:
 
 
 if __name__ == "__main__":
-    _program(sys.argv[1], Path(sys.argv[2]), sys.argv[3])
+    campaign._program(sys.argv[1], Path(sys.argv[2]), sys.argv[3])  # whose classes children know by that name

@@ -31,6 +31,7 @@ class Timed:
     needs: tuple[str, ...] = ()
     kind: str = "any"
     label: str = ""
+    limit: float = 600.0
 
 
 def replay(tasks: Sequence[Timed], ranks: int, per_task: float) -> Replay:

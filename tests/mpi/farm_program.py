@@ -1,14 +1,15 @@
-"""A program for several ranks: made-up tasks on the farm. `farm_program.py WHAT`; prints what came of it."""
+"""A program for several ranks: made-up tasks on the farm. `farm_program WHAT`; prints what came of it."""
 
 import os
 import signal
 import sys
-import threading
 import time
 from dataclasses import dataclass
 
 from solver.outcome import COMPLETED, Outcome
-from study.execution.farm import open_farm
+from study.execution.farms.opening import open_farm
+from study.execution.ledger import Execute
+from study.execution.program import Program
 
 
 @dataclass(frozen=True)
@@ -17,6 +18,7 @@ class Work:
     needs: tuple[str, ...] = ()
     cost: float = 0.01
     kind: str = "any"
+    limit: float = 100.0
     seconds: float = 0.01
 
     @property
@@ -33,36 +35,45 @@ def tasks(what: str) -> list[Work]:
     return [Work(str(number), needs[number], seconds=seconds) for number in range(100)]
 
 
-def main(what: str) -> None:
-    with open_farm(grace=1.0) as farm:
-        rank = getattr(farm, "rank", 0)
-        finished: list[str] = []
+def executor(what: str) -> Execute[Work]:
+    """What computes such a task."""
 
-        def execute(task: Work) -> Outcome:
-            if what == "crash" and task.key in ("7", "8"):
-                raise ZeroDivisionError("a defect")
-            if what == "fatal" and task.key == "7":
-                threading.Timer(0.0, os.kill, [os.getpid(), signal.SIGKILL]).start()
-                time.sleep(10.0)
-            if what in ("stop", "stuck") and task.key == "0":
-                print("started", flush=True)
-            time.sleep(task.seconds)
-            return COMPLETED
+    def execute(task: Work) -> Outcome:
+        if what == "crash" and task.key in ("7", "8"):
+            raise ZeroDivisionError("a defect")
+        if what in ("stop", "stuck") and task.key == "0":
+            print("started", flush=True)
+        time.sleep(task.seconds)
+        return COMPLETED
+
+    return execute
+
+
+def main(what: str) -> None:
+    with open_farm(Program("tests.mpi.farm_program", "executor", what), grace=1.0) as farm:
+        finished: list[str] = []
 
         def report(task: Work, outcome: Outcome, seconds: float) -> None:
             assert set(task.needs) <= set(finished)
             finished.append(task.key)
 
         if not farm.root:
-            if what == "broken" and rank == 1:
+            if what == "broken":
                 raise RuntimeError("this rank is broken")
-            farm.leave(farm.serve(execute))
+            if what == "fatal":
+                os.kill(os.getpid(), signal.SIGKILL)
+            farm.leave(farm.serve())
+        if what == "pace":  # the children have started by then
+            farm.run([Work(f"start {number}") for number in range(farm.size)], lambda *_: None)
         begun = time.perf_counter()
-        tally = farm.run(tasks(what), execute, report)
+        tally = farm.run(tasks(what), report)
         if what == "pace":
             print(time.perf_counter() - begun)
         print(f"{tally.done} done, {tally.crashed} crashed, {len(set(finished))} reported", flush=True)
         farm.leave(99 if tally.interrupted else int(tally.crashed > 0))
 
 
-main(sys.argv[1])
+if __name__ == "__main__":
+    from tests.mpi import farm_program
+
+    farm_program.main(sys.argv[1])  # whose classes children know by that name

@@ -4,21 +4,20 @@ import signal
 import subprocess
 import sys
 import time
-from pathlib import Path
 
 import pytest
 
 from tests.conftest import launcher
 
 pytestmark = pytest.mark.mpi
-PROGRAM = str(Path(__file__).with_name("farm_program.py"))
+PROGRAM = "tests.mpi.farm_program"
 REST = [(0, "plain"), (1, "plain"), (4, "plain"), (0, "chain"), (1, "chain"), (2, "chain")]
 PATIENCE = 60.0
 """Seconds after which a run is taken to hang; each takes about one."""
 
 
 def start(what: str, ranks: int, environment: dict[str, str], *interpreter: str) -> "subprocess.Popen[str]":
-    words = [*launcher(ranks), sys.executable, *interpreter, PROGRAM, what]
+    words = [*launcher(ranks), sys.executable, *interpreter, "-m", PROGRAM, what]
     return subprocess.Popen(words, env=environment, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True)
 
 

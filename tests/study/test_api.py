@@ -77,7 +77,7 @@ def test_a_dict_is_verified_from_its_dataset_alone(main, tmp_path):
     assert (code, "2 bit-identical" in said) == (0, True)
 
 
-def test_a_task_that_crashes_is_a_warning_and_pending(monkeypatch, capsys):
+def test_a_task_that_crashes_is_a_warning_and_an_outcome_until_it_is_tried_again(monkeypatch, capsys, tmp_path):
     compute = executor.run_task
 
     def defective(task, inputs):
@@ -86,10 +86,14 @@ def test_a_task_that_crashes_is_a_warning_and_pending(monkeypatch, capsys):
         return compute(task, inputs)
 
     monkeypatch.setattr(executor, "run_task", defective)
-    with pytest.warns(RuntimeWarning, match="1 tasks crashed"):
-        data = run(TINY)
-    assert data.outcome.values.ravel().tolist() == ["no_plateau", "pending"]
+    with pytest.warns(RuntimeWarning, match="1 tasks failed"):
+        data = run(TINY, tmp_path)
+    assert data.outcome.values.ravel().tolist() == ["no_plateau", "crashed"]
+    assert "RuntimeError: a defect" in data.message.values.ravel().tolist()[1]
     assert "a defect" in capsys.readouterr().err
+    monkeypatch.setattr(executor, "run_task", compute)
+    assert run(TINY, tmp_path).outcome.values.ravel().tolist() == ["no_plateau", "crashed"]
+    assert run(TINY, tmp_path, retry=True).outcome.values.ravel().tolist() == ["no_plateau", "no_plateau"]
 
 
 def test_an_interrupted_run_keeps_what_is_finished_and_raises(monkeypatch, tmp_path):

@@ -23,10 +23,14 @@ from study.execution.interruption import GRACE
 @click.option(
     "--recompute-foreign", is_flag=True, help="Compute again what other software computed (`nanoslip status` names it)."
 )
+@click.option("--retry", is_flag=True, help="Try again what has failed (`nanoslip status` counts it).")
 def run(**given: object) -> None:
     """Compute what is not finished of CAMPAIGN, then collect it.
 
     Under mpiexec or srun: with all ranks.
+
+    Exit codes: 0 complete, 3 complete but for tasks that failed, 99 interrupted: run again, 2 wrong input or a full disk, 1 a
+    defect of the program itself.
     """
     work("computing.run", **given)
 

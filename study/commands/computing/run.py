@@ -6,8 +6,10 @@ from pathlib import Path
 
 from study.commands.shared.arguments import folder
 from study.commands.shared.refusals import refusals
-from study.execution.executor import executor
-from study.execution.farm import FarmError, open_farm
+from study.execution.farms.farm import FarmError
+from study.execution.farms.opening import open_farm
+from study.execution.launch import launcher_rank
+from study.execution.program import computing
 from study.origin import here
 
 _CONDUCT = "study.commands.shared.conduct"
@@ -15,15 +17,22 @@ _CONDUCT = "study.commands.shared.conduct"
 
 
 def work(
-    campaign: Path, out: Path | None, serial: bool, jobs: int | None, grace: float, recompute_foreign: bool
+    campaign: Path,
+    out: Path | None,
+    serial: bool,
+    jobs: int | None,
+    grace: float,
+    recompute_foreign: bool,
+    retry: bool,
 ) -> None:
     """Compute a campaign's tasks that are left, with all ranks or processes, and write its dataset. Ends the process."""
-    here()  # starts git, and a process that uses MPI should start none
-    with refusals(FarmError):
-        farm = open_farm(grace, serial, jobs)
+    if launcher_rank() == 0:
+        here()  # starts git, and a process that uses MPI should start none
     into = folder(campaign, out)
+    with refusals(FarmError):
+        farm = open_farm(computing(into), grace, serial, jobs)
     with farm:
         if not farm.root:
-            farm.leave(farm.serve(executor(into)))
+            farm.leave(farm.serve())
         conduct: Callable[..., int] = import_module(_CONDUCT).conduct
-        farm.leave(conduct(farm, campaign, into, recompute_foreign))
+        farm.leave(conduct(farm, campaign, into, recompute_foreign, retry))

@@ -11,13 +11,14 @@ from rich.live import Live
 
 from solver.outcome import Ending
 from study.commands.shared.machine import print_json
-from study.commands.shared.plans import Standing, counts, counts_as_data, print_foreign, standing
+from study.commands.shared.plans import Standing, counted, counts, counts_as_data, print_foreign, standing
 from study.commands.shared.refusals import refusals
 from study.execution.forecast import duration
 from study.plan.endings import PENDING, endings
 from study.report.columns import Table
 from study.report.console import console, print_table, say, table_text
 
+_GIVEN_UP: Final = "are not tried any more: failed, or need one that has; nanoslip run --retry tries again"
 INTERVAL: Final = 2.0
 """Seconds between two looks at the results."""
 
@@ -36,6 +37,8 @@ def work(campaign: Path, out: Path | None, watch: bool, as_json: bool) -> None:
             say(found.plan.manifest.title)
             for table in _tables(found):
                 print_table(table)
+            if found.given_up:
+                say(f"{counted(len(found.given_up), 'task')} {_GIVEN_UP}")
             print_foreign(found.foreign, campaign)
 
 
@@ -107,6 +110,7 @@ def _data(found: Standing) -> dict[str, Any]:
         "tasks": counts_as_data(found),
         "cases": dict(cases),
         "drives": dict(drives),
+        "given_up": len(found.given_up),
         "foreign_results": len(found.foreign),
     }
 

@@ -6,7 +6,7 @@ from pathlib import Path
 from tempfile import TemporaryDirectory
 from typing import Any, NamedTuple
 
-from study.commands.shared.exits import CRASHED
+from study.commands.shared.exits import CRASHED, Refusal
 from study.commands.shared.machine import print_json
 from study.commands.shared.refusals import refusals
 from study.dataset import verification
@@ -14,9 +14,9 @@ from study.dataset.comparison import Verdict
 from study.dataset.file import FILE
 from study.dataset.pair import Finding
 from study.dataset.store import Store
-from study.execution.executor import executor
-from study.execution.farm import open_farm
+from study.execution.farms.opening import open_farm
 from study.execution.interruption import EXIT_CODE
+from study.execution.program import computing
 from study.execution.progress import open_progress
 from study.plan.tasks import Task
 from study.report.console import console, print_sentences, say
@@ -54,8 +54,10 @@ class _Left(NamedTuple):
 def _recompute(tasks: tuple[Task, ...], out: Path) -> int:
     """Compute tasks in this process alone; returns an exit code."""
     Store(out).prepare()
-    with open_farm(serial=True) as farm, open_progress(tasks, console(stderr=True)) as progress:
-        tally = farm.run(tasks, executor(out), progress)
+    with open_farm(computing(out), serial=True) as farm, open_progress(tasks, console(stderr=True)) as progress:
+        tally = farm.run(tasks, progress)
+    if tally.halt:
+        raise Refusal(tally.halt)
     if tally.interrupted:
         say("interrupted: nothing is compared", stderr=True)
         return EXIT_CODE

@@ -6,15 +6,17 @@ from pathlib import Path
 import click
 
 from study.commands.shared.datasets import write_dataset
-from study.commands.shared.exits import CRASHED, Refusal, show
+from study.commands.shared.exits import FAILURES, Refusal, show
 from study.commands.shared.plans import counted, planned, print_foreign
 from study.commands.shared.refusals import refusals
 from study.dataset.store import Store
-from study.execution.executor import drop_intermediates, executor
-from study.execution.farm import Farm
+from study.execution.executor import drop_intermediates
+from study.execution.failures import Left, diary, left
+from study.execution.farms.farm import Farm
 from study.execution.interruption import EXIT_CODE
 from study.execution.progress import open_progress
 from study.execution.warmup import warm_up
+from study.plan import attempts
 from study.plan.memory import shortages
 from study.plan.plan import Plan
 from study.plan.tasks import Task
@@ -22,7 +24,7 @@ from study.report import costs
 from study.report.console import console, say
 
 
-def conduct(farm: Farm, campaign: Path, out: Path, recompute_foreign: bool) -> int:
+def conduct(farm: Farm, campaign: Path, out: Path, recompute_foreign: bool, retry: bool) -> int:
     """Compute what is left of a campaign on this farm, and write its dataset; returns the exit code of all ranks."""
     try:
         with refusals():
@@ -35,13 +37,14 @@ def conduct(farm: Farm, campaign: Path, out: Path, recompute_foreign: bool) -> i
                 finished = {key: origins for key, origins in finished.items() if key not in foreign}
             else:
                 print_foreign(foreign, campaign, stderr=True)
-            return _compute(farm, plan, out, plan.remaining(finished))
+            return _compute(farm, plan, out, left(plan, store, finished, retry))
     except click.ClickException as error:
         show(error)
         return error.exit_code
 
 
-def _compute(farm: Farm, plan: Plan, out: Path, tasks: tuple[Task, ...]) -> int:
+def _compute(farm: Farm, plan: Plan, out: Path, work: Left) -> int:
+    tasks = work.tasks
     _refuse_shortages(farm, plan, tasks)
     if tasks:
         warm_up(tasks, lambda: say("compiling kernels, once: about a minute; later runs load them", stderr=True))
@@ -49,19 +52,27 @@ def _compute(farm: Farm, plan: Plan, out: Path, tasks: tuple[Task, ...]) -> int:
     say(f"{plan.manifest.title}: {said}", stderr=True)
     started = time.time()
     with open_progress(tasks, console(stderr=True), farm.size) as progress:
-        tally = farm.run(tasks, executor(out), progress)
+        tally = farm.run(tasks, progress, diary(out))
     took = costs.since(started, time.time(), farm.size, tally.seconds, tally.done + tally.crashed)
     if tasks and (problem := costs.add(out, took)):
         say(problem, stderr=True)
+    if tally.halt:
+        raise Refusal(f"{tally.halt}; what is finished is kept: run again to continue")
     if tally.interrupted:
         say("interrupted: what is finished is kept; run again to continue", stderr=True)
         return EXIT_CODE
     drop_intermediates(plan, tasks, Store(out))
     write_dataset(plan, out)
-    if tally.crashed:
-        say(f"{tally.crashed} tasks crashed or found no memory (see above): run again to try them again", stderr=True)
-        return CRASHED
-    return 0
+    return _conclude(tally.crashed, len(work.given_up), out)
+
+
+def _conclude(failed: int, given_up: int, out: Path) -> int:
+    """Say what has failed, now and before; returns the exit code."""
+    if failed:
+        say(f"{counted(failed, 'task')} failed, or needed one that did: see {out / attempts.FILE}", stderr=True)
+    if given_up:
+        say(f"{counted(given_up, 'task')} failed before, or needed one that did: --retry tries again", stderr=True)
+    return FAILURES if failed or given_up else 0
 
 
 def _refuse_shortages(farm: Farm, plan: Plan, tasks: tuple[Task, ...]) -> None:

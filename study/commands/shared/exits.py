@@ -1,7 +1,7 @@
 """Exit codes of the command line, and errors that are shown as one message without a traceback.
 
-0: done, whatever the physics said. 1: a task crashed, or a recomputed value differs. 2: the input is wrong.
-99: interrupted, run again (study.execution.interruption).
+0: done, whatever the physics said. 1: a defect, or a recomputed value differs. 2: the input is wrong, or nothing can be written.
+3: complete but for tasks that failed. 99: interrupted, run again (study.execution.interruption).
 """
 
 from importlib import import_module
@@ -13,6 +13,7 @@ from study.execution.launch import launcher_rank
 
 CRASHED: Final = 1
 WRONG_INPUT: Final = 2
+FAILURES: Final = 3
 ABORTED: Final = 130
 _CONSOLE: Final = "study.report.console"
 """Imported where there is something to say: help needs no terminal's width."""

@@ -8,6 +8,7 @@ from typing import Any
 
 from study.commands.shared.arguments import folder
 from study.dataset.store import Store
+from study.execution.failures import left
 from study.manifest.reader import load_manifest
 from study.origin import Origins, census, here
 from study.plan.plan import Plan, make_plan
@@ -28,6 +29,9 @@ class Standing:
     plan: Plan
     store: Store
     remaining: tuple[Task, ...]
+    """Tasks that the next run would try."""
+    given_up: tuple[Task, ...]
+    """Tasks that have failed, or need one that has: it would not."""
     foreign: Mapping[str, Origins]
     """Finished results of other software."""
 
@@ -39,7 +43,8 @@ def standing(campaign: Path, out: Path | None, plan: Plan | None = None, store: 
     """
     plan, store = plan or planned(campaign), store or Store(folder(campaign, out))
     found = store.inventory()
-    return Standing(campaign, plan, store, plan.remaining(found), plan.foreign(found))
+    work = left(plan, store, found)
+    return Standing(campaign, plan, store, work.tasks, work.given_up, plan.foreign(found))
 
 
 @dataclass(frozen=True, slots=True)

@@ -1,12 +1,13 @@
 """Each ready task goes to the rank with the least estimated work, in one message per rank."""
 
+import math
 from dataclasses import dataclass
 from functools import partial
 
 import pytest
 
 from solver.outcome import COMPLETED
-from study.execution.dispatch import LOOKAHEAD, Dispatcher
+from study.execution.dispatch import LOOKAHEAD, STRANDED, Dispatcher
 from study.execution.ledger import Done, Ledger
 
 
@@ -16,6 +17,7 @@ class Work:
     cost: float
     needs: tuple[str, ...] = ()
     kind: str = "any"
+    limit: float = math.inf
     label: str = ""
 
 
@@ -63,11 +65,21 @@ def test_long_tasks_are_kept_for_the_rank_that_is_free_first():
     assert harness.hand_out() == [(0, ["3"])]
 
 
-def test_what_a_rank_lets_fall_is_no_longer_its_load():
-    harness = Harness(2, [Work("a", 1.0), Work("b", 1.0), Work("c", 1.0)])
+def test_what_waits_behind_a_task_that_hangs_is_handed_out_elsewhere(monkeypatch):
+    now = [100.0]
+    monkeypatch.setattr("study.execution.dispatch.time.monotonic", lambda: now[0])
+    harness = Harness(2, [Work(str(number), 0.01) for number in range(45)])
     harness.hand_out()
-    assert harness.dispatcher.busy
-    harness.dispatcher.forget(1)
-    harness.dispatcher.take_back(0, "a")
-    assert not harness.dispatcher.busy
-    assert harness.hand_out() == [(0, ["c"])]
+    harness.finish(0, "0", 0.01)
+    ((_, keys),) = harness.hand_out()
+    assert harness.dispatcher.stranded() == []
+    now[0] += STRANDED + 0.1
+    assert harness.dispatcher.stranded() == [0]
+    assert harness.dispatcher.stranded() == []
+    for key in keys[1:]:
+        harness.ledger.give_back(harness.dispatcher.take_back(0, key))
+    harness.finish(1, "1", 0.01)
+    ((rank, again),) = harness.hand_out()
+    assert (rank, again[: len(keys) - 1]) == (1, keys[1:])
+    harness.finish(0, keys[0], 0.01)
+    assert {rank for rank, _ in harness.hand_out()} == {0}

@@ -12,7 +12,8 @@ from study.manifest.drives import NamedDrive, drive_parameters
 from study.manifest.manifest import Manifest, Outputs, field_names
 from study.manifest.parameters import TABLES, words_of
 from study.manifest.problems import ManifestError
-from study.manifest.reader import load_manifest, parse_manifest
+from study.manifest.reader import SECONDS, load_manifest, parse_manifest
+from study.plan.plan import make_plan
 
 CAMPAIGNS = Path(__file__).parents[3] / "campaigns"
 
@@ -335,7 +336,7 @@ def test_a_value_of_one_of_the_campaigns_schemes_is_no_error_of_the_file(tmp_pat
 def test_the_reference_names_every_parameter() -> None:
     """campaigns/keys.md has a row for each word of each table."""
     rows = re.findall(r"^\|[^|]*\| `(\w+)` \|", (CAMPAIGNS / "keys.md").read_text("utf-8"), re.MULTILINE)
-    assert sorted(rows) == sorted(word for table in TABLES for word in words_of(table))
+    assert sorted(rows) == sorted([SECONDS, *(word for table in TABLES for word in words_of(table))])
 
 
 def test_the_reference_names_every_key_of_drives_and_outputs() -> None:
@@ -365,3 +366,20 @@ def test_a_manifest_is_the_same_from_its_texts_alone_and_no_file_is_read(tmp_pat
     for key in beside:
         with pytest.raises(ManifestError, match=f"{key}: the text of its file is missing"):
             parse_manifest(there.path, text, {name: beside[name] for name in beside if name != key})
+
+
+@pytest.mark.parametrize("value", ["0", "-1", "true", '"a"', "inf", "nan", "[1]"])
+def test_the_time_of_a_task_is_refused_where_it_is_none(tmp_path, value):
+    with pytest.raises(ManifestError, match=r"limits\.seconds = .*: needs a number of seconds above 0"):
+        parse_manifest(tmp_path / "mine.toml", f'title = "x"\nlimits.seconds = {value}\n', {})
+
+
+def test_the_time_of_a_task_limits_no_case(tmp_path):
+    """Neither its results nor its key: what takes too long here may not elsewhere."""
+    given = 'title = "x"\n[limits]\nspacings = 1.0\n'
+    plain, timed = (
+        make_plan(parse_manifest(tmp_path / "mine.toml", given + more, {})) for more in ("", "seconds = 7\n")
+    )
+    assert [task.key for task in plain.tasks] == [task.key for task in timed.tasks]
+    assert {task.limit for task in timed.tasks} == {7.0}
+    assert all(task.limit >= max(600.0, 99.0 * task.cost) for task in plain.tasks)

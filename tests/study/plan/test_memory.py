@@ -12,7 +12,7 @@ from solver.slab import Slab
 from study.commands import cli
 from study.dataset.store import Store
 from study.execution.launch import processes_here
-from study.execution.ledger import Ledger, attempt
+from study.execution.ledger import ATTEMPTS, Ledger, attempt
 from study.manifest.reader import load_manifest
 from study.plan import memory
 from study.plan.kinds import compliance as compliance_kind
@@ -153,12 +153,12 @@ def test_a_task_without_memory_says_so_and_is_not_kept(tmp_path, monkeypatch, ca
         result = run_task(compliance_task(Slab(n_x=17)), {})
         assert result.outcome.ending is Ending.OUT_OF_MEMORY
         assert "no memory left at n_x = 17: start fewer ranks" in result.outcome.message
-        assert called(monkeypatch, "run", path, "--out", out, "--serial") == 1
+        assert called(monkeypatch, "run", path, "--out", out, "--serial") == 3
     said = capsys.readouterr()
-    assert "compliance n_x=17: no memory left at n_x = 17" in said.err
-    assert "2 tasks crashed or found no memory" in said.err
+    assert "compliance n_x=17 ran out of memory: no memory left at n_x = 17" in said.err
+    assert "2 tasks failed, or needed one that did" in said.err
     assert "Traceback" not in said.err
-    assert "pending" in said.out
+    assert "out_of_memory" in said.out
     assert Store(out).finished() == set()
     assert called(monkeypatch, "run", path, "--out", out, "--serial") == 0
     assert len(Store(out).finished()) == 2
@@ -170,7 +170,10 @@ def test_the_ledger_gives_up_what_waits_for_a_task_without_memory(tmp_path):
     reported: list[Outcome] = []
     ledger = Ledger(plan.tasks, lambda task, outcome, seconds: reported.append(outcome))
     task = ledger.take()
-    ledger.enter(task, attempt(lambda _: Outcome(Ending.OUT_OF_MEMORY, "none left"), task, "here"))
+    for _ in range(ATTEMPTS):
+        ledger.enter(task, attempt(lambda _: Outcome(Ending.OUT_OF_MEMORY, "none left"), task, "here"))
+        if not reported:
+            assert ledger.take() == task  # it may be there the next time
     assert [outcome.ending for outcome in reported] == [Ending.OUT_OF_MEMORY, Ending.NEEDS_FAILED]
     assert reported[1].message.endswith("ran out of memory")
     assert ledger.tally(interrupted=False).crashed == 2

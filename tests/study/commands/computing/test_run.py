@@ -7,7 +7,7 @@ from pathlib import Path
 
 import xarray as xr
 
-from study.dataset.store import Store
+from study.dataset.store import Store, StoreError
 from study.execution import executor
 from study.origin import here
 from tests.conftest import SMALL
@@ -102,7 +102,7 @@ def test_cases_that_physics_refuses_are_results_and_exit_code_0(main, campaign):
     assert ": rows = 5: needs 3 to 4 rows at n_x = 9" in said
 
 
-def test_a_defect_is_exit_code_1_and_keeps_the_rest(main, campaign, monkeypatch):
+def test_a_task_that_crashes_is_an_outcome_and_exit_code_3_until_it_is_tried_again(main, campaign, monkeypatch):
     compute = executor.run_task
 
     def defective(task, inputs):
@@ -113,17 +113,45 @@ def test_a_defect_is_exit_code_1_and_keeps_the_rest(main, campaign, monkeypatch)
     monkeypatch.setattr(executor, "run_task", defective)
     out = campaign.parent / "out"
     code, said, errors = main("run", campaign, "--out", out, "--serial")
-    assert code == 1
-    assert "6 tasks crashed" in errors  # two records and the two drives of each
+    assert code == 3
+    assert "6 tasks failed, or needed one that did" in errors  # two records and the two drives of each
     assert "RuntimeError: a defect" in errors
-    assert [said.count(word) for word in ("completed", "no_slip", "pending")] == [3, 2, 4]  # no_slip with its advice
+    assert [said.count(word) for word in ("completed", "no_slip", "crashed: 2 of 4 cases")] == [3, 2, 1]
+    first = (out / "results.nc").read_bytes()
     monkeypatch.setattr(executor, "run_task", compute)
+    code, said, errors = main("run", campaign, "--out", out, "--serial")
+    assert (code, "6 tasks failed before" in errors) == (3, True)
+    assert (out / "results.nc").read_bytes() == first
+    said = main("status", campaign, "--out", out)[1]
+    assert "6 tasks are not tried any more" in said
+    code, said, errors = main("run", campaign, "--out", out, "--serial", "--retry")
+    assert (code, "6 tasks left" in errors) == (0, True)
+    assert [said.count(word) for word in ("completed", "no_slip", "crashed")] == [6, 2, 0]
+
+
+def test_a_full_disk_is_one_message_and_exit_code_2(main, campaign, monkeypatch):
+    write = Store.write
+
+    def full(store, result):
+        if result.kind == "record":
+            raise StoreError("results: cannot write it: No space left on device")
+        write(store, result)
+
+    monkeypatch.setattr(Store, "write", full)
+    out = campaign.parent / "out"
+    code, _, errors = main("run", campaign, "--out", out, "--serial")
+    assert code == 2
+    assert errors.count("No space left on device; what is finished is kept: run again to continue") == 1
+    assert "Traceback" not in errors
+    assert not (out / "results.nc").exists()
+    assert not (out / "attempts.jsonl").exists()  # no fault of any task
+    monkeypatch.setattr(Store, "write", write)
     assert main("run", campaign, "--out", out, "--serial")[0] == 0
 
 
 def test_a_rank_that_computes_loads_no_more_than_it_uses(environment):
     program = (
-        "import sys; from pathlib import Path; from study.commands.computing.run import executor; executor(Path('nowhere')); "
+        "import sys; from pathlib import Path; from study.execution.program import computing; computing(Path('nowhere')).load(); "
         "print([name for name in ('xarray', 'pydantic', 'matplotlib', 'rich', 'pandas') if name in sys.modules])"
     )
     done = subprocess.run([sys.executable, "-c", program], env=environment, capture_output=True, text=True, check=True)

@@ -1,4 +1,4 @@
-"""Processes share the tasks without MPI; the death of one, a defect or a signal never leaves the others waiting."""
+"""Processes share the tasks without MPI; a signal or the death of the first one leaves none behind."""
 
 import hashlib
 import os
@@ -6,88 +6,43 @@ import signal
 import subprocess
 import sys
 import time
-from dataclasses import dataclass
-from functools import partial
 from pathlib import Path
 
 import pytest
 
-from solver.outcome import COMPLETED, Ending, Outcome
-from study.execution.farm import FarmError, open_farm
+from solver.outcome import COMPLETED, Outcome
+from study.execution.farms.agent import Agent
+from study.execution.farms.farm import FarmError
+from study.execution.farms.opening import open_farm
+from study.execution.farms.processes import ProcessFarm
 from study.execution.ledger import Tally
-from study.execution.processes import ProcessFarm
+from study.execution.program import Program
 from tests.conftest import SMALL
+from tests.study.execution.farms.faults import Work, program
+
+NOTHING = Program("builtins", "callable")
 
 PATIENCE = 120.0
 """Seconds after which a run is taken to hang; each takes a few."""
 
 
-@dataclass(frozen=True)
-class Work:
-    key: str
-    needs: tuple[str, ...] = ()
-    cost: float = 0.01
-    kind: str = "any"
-
-    @property
-    def label(self) -> str:
-        return f"task {self.key}"
-
-
 CHAIN_AND_REST = tuple(Work(str(number), (str(number - 1),) if 0 < number < 10 else ()) for number in range(40))
 
 
-def execute(folder: Path, task: Work) -> Outcome:
-    """Leave a file; the task `crash` is a defect, the task `die` kills its process."""
-    assert all((folder / need).exists() for need in task.needs)
-    if task.key == "crash":
-        raise ZeroDivisionError("a defect")
-    if task.key == "die":
-        os.kill(os.getpid(), signal.SIGKILL)
-    with (folder / task.key).open("x") as file:  # never twice
-        file.write(str(os.getpid()))
-    time.sleep(0.02)
-    return COMPLETED
-
-
-def run(tasks: tuple[Work, ...], folder: Path) -> tuple[Tally, dict[str, Outcome]]:
-    reported: dict[str, Outcome] = {}
-    with ProcessFarm(2) as farm:
-        tally = farm.run(tasks, partial(execute, folder), lambda task, outcome, _: reported.update({task.key: outcome}))
-    return tally, reported
-
-
 def test_every_task_is_computed_once_after_its_needs_by_all_processes(tmp_path: Path) -> None:
-    tally, reported = run(CHAIN_AND_REST, tmp_path)
+    reported: dict[str, Outcome] = {}
+    with ProcessFarm([Agent(program(tmp_path), number) for number in range(2)]) as farm:
+        tally = farm.run(CHAIN_AND_REST, lambda task, outcome, _: reported.update({task.key: outcome}))
     assert tally == Tally(done=40)
     assert set(reported.values()) == {COMPLETED}
     assert len({path.read_text() for path in tmp_path.iterdir()}) == 2
-
-
-def test_a_defect_is_told_and_the_rest_is_computed(tmp_path: Path) -> None:
-    tally, reported = run((Work("crash"), Work("after", ("crash",)), *CHAIN_AND_REST), tmp_path)
-    assert tally == Tally(done=40, crashed=2)
-    assert reported["crash"].ending is Ending.CRASHED
-    assert "ZeroDivisionError: a defect" in reported["crash"].message
-    assert reported["after"].ending is Ending.NEEDS_FAILED
-
-
-def test_a_killed_process_takes_one_task_with_it_and_another_takes_its_place(
-    tmp_path: Path, capsys: pytest.CaptureFixture[str]
-) -> None:
-    tasks = (Work("0"), Work("die"), *CHAIN_AND_REST[1:])
-    tally, reported = run(tasks, tmp_path)
-    assert tally == Tally(done=40, crashed=1)
-    assert [key for key, outcome in reported.items() if not outcome.ok] == ["die"]
-    assert "task die: its process died (signal 9)" in capsys.readouterr().err
-    assert len({path.read_text() for path in tmp_path.iterdir()}) in (2, 3)
 
 
 @pytest.mark.parametrize(("serial", "ranks"), [(True, "1"), (False, "2")])
 def test_processes_beside_serial_or_ranks_are_refused(monkeypatch, serial: bool, ranks: str) -> None:
     monkeypatch.setenv("PMI_SIZE", ranks)
     with pytest.raises(FarmError, match="--jobs 3 with "):
-        open_farm(serial=serial, jobs=3)
+        open_farm(NOTHING, serial=serial, jobs=3)
 
 
 def sha256(out: Path) -> str:

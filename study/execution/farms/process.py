@@ -1,0 +1,105 @@
+"""A child that computes, from this side: started, told what to do, heard, ended."""
+
+import signal
+import socket
+import subprocess
+import sys
+import tempfile
+import time
+from contextlib import suppress
+from multiprocessing.connection import Connection
+from pathlib import Path
+from typing import Any, Final
+
+from study.execution.farms.child import READY
+from study.execution.interruption import SIGNALS
+from study.execution.ledger import Done
+from study.execution.program import Program
+from study.execution.queue import Work
+
+LAST_BREATH: Final = 2.0
+"""Seconds that a child which has cut its connection has to end by itself."""
+_MOST_WORDS: Final = 10_000
+"""Bytes of its last words that are kept."""
+_START: Final = (
+    "import sys; sys.path[:] = sys.argv[3:]; "
+    "from study.execution.farms.child import main; main(int(sys.argv[1]), int(sys.argv[2]))"
+)
+
+
+class ChildProcess:
+    """A process that computes, and this end of its connection."""
+
+    def __init__(self, program: Program, number: int) -> None:
+        self.ready = False
+        ours, theirs = socket.socketpair()
+        self._last_words = tempfile.TemporaryFile()  # noqa: SIM115  closed with the child
+        with theirs:
+            files = (theirs.fileno(), self._last_words.fileno())
+            words = [sys.executable, "-c", _START, *map(str, files), *sys.path]
+            # By vfork where there is one: a fork would copy what libraries of MPI have registered with the network.
+            signal.pthread_sigmask(signal.SIG_BLOCK, SIGNALS)  # it starts with them blocked, and then ignores them
+            try:
+                self._process = subprocess.Popen(words, stdin=subprocess.DEVNULL, pass_fds=files)
+            finally:
+                signal.pthread_sigmask(signal.SIG_UNBLOCK, SIGNALS)
+        self.pipe: Connection[Any, Any] = Connection(ours.detach())
+        self._deaths = deaths_for_memory()
+        self._since = time.monotonic()
+        self._tell((program, number))
+
+    @property
+    def seconds(self) -> float:
+        """Since it began with its task; none before it can compute."""
+        return time.monotonic() - self._since if self.ready else 0.0
+
+    def begin(self, task: Work) -> None:
+        """Have it compute a task."""
+        self._since = time.monotonic()
+        self._tell(task)
+
+    def receive(self) -> Done | None:
+        """How its task has ended; None while it has not. Raises EOFError, OSError where the process has."""
+        while self.pipe.poll():
+            message = self.pipe.recv()
+            if message != READY:
+                return message  # type: ignore[no-any-return]
+            self.ready = True
+            self._since = time.monotonic()
+        return None
+
+    def kill(self) -> None:
+        """End it at once."""
+        self._process.kill()
+        self._process.wait()
+        self.pipe.close()
+        self._last_words.close()
+
+    def last_code(self) -> int | None:
+        """Exit code, or minus the signal that ended it; None where it had cut the connection and went on."""
+        code = None
+        with suppress(subprocess.TimeoutExpired):
+            code = self._process.wait(LAST_BREATH)
+        return code
+
+    def last_words(self) -> str:
+        """The traceback of the fault that ended it; empty where it left none."""
+        self._last_words.seek(0)
+        return self._last_words.read(_MOST_WORDS).decode(errors="replace").partition("\nExtension modules:")[0]
+
+    def out_of_memory(self) -> bool:
+        """Whether the kernel has ended a process for want of memory since this one was started."""
+        return deaths_for_memory() > self._deaths
+
+    def _tell(self, message: object) -> None:
+        with suppress(OSError):  # it has died, as the other direction will say
+            self.pipe.send(message)
+
+
+def deaths_for_memory() -> int:
+    """How many processes this machine has ended so far for want of memory; 0 where it does not say."""
+    with suppress(OSError):
+        for line in Path("/proc/vmstat").read_text("ascii").splitlines():
+            if line.startswith("oom_kill "):
+                return int(line.split()[1])
+    return 0

@@ -1,0 +1,181 @@
+"""Spread tasks over the ranks of MPI, all of them computing.
+
+Each rank hands tasks on to a child of its own, started before MPI, and only it calls MPI. Rank 0 also hands out.
+"""
+
+import socket
+import sys
+import time
+import traceback
+from collections import deque
+from collections.abc import Sequence
+from dataclasses import dataclass
+from functools import partial
+from multiprocessing.connection import wait
+from types import TracebackType
+from typing import Any, Final, NoReturn, Self, TypeVar
+
+from study.execution.dispatch import Dispatcher
+from study.execution.farms.agent import Agent
+from study.execution.farms.farm import Returned, take_in
+from study.execution.interruption import LAST_WORDS, Interruption
+from study.execution.launch import processes_here
+from study.execution.ledger import Fail, Ledger, Report, Tally, say
+from study.execution.queue import Work
+
+SHORTEST_PAUSE: Final = 1e-4
+LONGEST_PAUSE: Final = 2e-3
+"""Seconds between polls for messages: waiting inside MPI would spin and take a core from the children that compute."""
+
+W = TypeVar("W", bound=Work)
+
+
+class MPIFarm:
+    """The ranks of COMM_WORLD. No collective is called, so no rank can be left alone in one."""
+
+    unit = "ranks"
+
+    def __init__(self, mpi: Any, agent: Agent, interruption: Interruption) -> None:
+        # MPI's own end gives every launcher the exit code; a rank that merely vanishes does not.
+        interruption.end_by(mpi.COMM_WORLD.Abort)
+        self.interruption = interruption
+        self._mpi = mpi
+        self._agent = agent
+        self._world = mpi.COMM_WORLD
+        self.rank = int(self._world.Get_rank())
+        self.size = int(self._world.Get_size())
+        self.root = self.rank == 0
+        self.here = min(self.size, processes_here())
+        self._sent: deque[Any] = deque()
+
+    def __enter__(self) -> Self:
+        self.interruption.__enter__()
+        return self
+
+    def __exit__(
+        self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
+    ) -> None:
+        self.interruption.__exit__()
+        if error is not None and not isinstance(error, SystemExit):
+            text = "".join(traceback.format_exception(kind, error, trace))
+            say(f"rank {self.rank} on {socket.gethostname()} cannot go on:\n{text}")
+            time.sleep(LAST_WORDS)
+            self._world.Abort(1)  # the others wait for this rank's messages and would wait for ever
+
+    def run(self, tasks: Sequence[W], report: Report[W], fail: Fail[W] = lambda *_: None) -> Tally:
+        """Hand out tasks, idle ranks first; several at once where they are short."""
+        ledger = Ledger(tasks, report, fail)
+        pause = _Pause(self._agent)
+        dispatcher = Dispatcher([self._agent.give, *(partial(self._send, rank) for rank in range(1, self.size))])
+        while ledger.unfinished and not (self.interruption.requested or ledger.halt):
+            arrived = self._arrivals(dispatcher, ledger)
+            given = dispatcher.hand_out(ledger)
+            self._take_back(dispatcher.stranded(), dispatcher, ledger)
+            pause.after(bool(arrived or given))
+        self._take_back(range(self.size), dispatcher, ledger)
+        while dispatcher.busy:
+            pause.after(bool(self._arrivals(dispatcher, ledger)))
+        return ledger.tally(self.interruption.requested)
+
+    def serve(self) -> int:
+        """Compute what rank 0 sends, first come first served, until it leaves."""
+        told = False
+        pause = _Pause(self._agent)
+        while True:
+            arrived: list[Any] = [message for _, message in self._messages()]
+            for message in arrived:
+                if isinstance(message, _Leave):
+                    return message.code
+                if isinstance(message, _GiveBack):
+                    self._return_tasks()
+                else:
+                    self._agent.give(message)
+            for done in self._agent.arrived():
+                arrived.append(done)
+                self._world.send(done, dest=0)
+            if self.interruption.requested and not told:
+                told = True
+                self._world.send(_Interrupted(), dest=0)
+            if self.interruption.requested:
+                self._return_tasks()
+            pause.after(bool(arrived))
+
+    def leave(self, code: int) -> NoReturn:
+        """Rank 0 tells the others; all end together with one exit code, under any launcher."""
+        if self.root:
+            for rank in range(1, self.size):
+                self._send(rank, _Leave(code))
+        self._agent.close()
+        # Finalized first, a nonzero code is no abort to `python -m mpi4py`; os._exit would skip MPICH's own farewell.
+        self._mpi.Finalize()
+        sys.exit(code)
+
+    def _send(self, rank: int, message: object) -> None:
+        while self._sent and self._sent[0].test()[0]:
+            self._sent.popleft()
+        self._sent.append(self._world.isend(message, dest=rank))
+
+    def _messages(self) -> list[tuple[int, Any]]:
+        """All messages that have arrived, each with the rank that sent it."""
+        status = self._mpi.Status()
+        found = []
+        while self._world.iprobe(source=self._mpi.ANY_SOURCE, tag=self._mpi.ANY_TAG, status=status):
+            rank = status.Get_source()
+            found.append((rank, self._world.recv(source=rank)))
+        return found
+
+    def _return_tasks(self) -> None:
+        if keys := self._agent.give_back():
+            self._world.send(Returned(keys), dest=0)
+
+    def _arrivals(self, dispatcher: Dispatcher, ledger: Ledger[Any]) -> int:
+        messages = [(0, done) for done in self._agent.arrived()] + self._messages()
+        for rank, message in messages:
+            if isinstance(message, _Interrupted):
+                self.interruption.request()
+            else:
+                take_in(ledger, dispatcher, rank, message)
+        return len(messages)
+
+    def _take_back(self, ranks: Sequence[int], dispatcher: Dispatcher, ledger: Ledger[Any]) -> None:
+        """Have ranks return the tasks that they have not begun."""
+        for rank in ranks:
+            if rank:
+                self._send(rank, _GiveBack())
+            else:
+                take_in(ledger, dispatcher, 0, Returned(self._agent.give_back()))
+
+
+@dataclass(frozen=True, slots=True)
+class _GiveBack:
+    """Message to a rank: return the tasks that wait."""
+
+
+@dataclass(frozen=True, slots=True)
+class _Interrupted:
+    """Message from a rank: it received a signal to stop."""
+
+
+@dataclass(frozen=True, slots=True)
+class _Leave:
+    """Message to a rank: the run is over, end with this exit code."""
+
+    code: int
+
+
+class _Pause:
+    """Between polls for messages: short after one arrived, doubling while none does, over when the child has news."""
+
+    def __init__(self, agent: Agent) -> None:
+        self._agent = agent
+        self._seconds = SHORTEST_PAUSE
+
+    def after(self, news: bool) -> None:
+        if news:
+            self._seconds = SHORTEST_PAUSE
+            return
+        if self._agent.busy and self._agent.pipe:
+            wait([self._agent.pipe], self._seconds)
+        else:
+            time.sleep(self._seconds)
+        self._seconds = min(2.0 * self._seconds, LONGEST_PAUSE)

@@ -1,0 +1,26 @@
+"""What a process is to compute with: named, so that whoever hands it on need not import it."""
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from importlib import import_module
+from pathlib import Path
+from typing import Any
+
+
+@dataclass(frozen=True, slots=True)
+class Program:
+    """A function of a module that, called with the argument, returns the function that computes a task."""
+
+    module: str
+    name: str
+    argument: Any = None
+
+    def load(self) -> Callable[[Any], Any]:
+        """The function that computes a task. Imports the module."""
+        make: Callable[[Any], Callable[[Any], Any]] = getattr(import_module(self.module), self.name)
+        return make(self.argument)
+
+
+def computing(out: Path) -> Program:
+    """What computes the tasks of a campaign, with the results in this folder."""
+    return Program("study.execution.executor", "executor", out)

@@ -1,0 +1,65 @@
+"""A run never becomes N lone processes that each do everything."""
+
+import sys
+
+import pytest
+
+from study.execution.farms.farm import FarmError, SerialFarm
+from study.execution.farms.opening import open_farm
+from study.execution.farms.processes import ProcessFarm
+from study.execution.launch import launcher_rank
+from study.execution.program import Program
+
+NOTHING = Program("builtins", "callable")
+
+
+@pytest.mark.parametrize(
+    "started",
+    [
+        {"OMPI_COMM_WORLD_SIZE": "4", "OMPI_COMM_WORLD_RANK": "0"},
+        {"SLURM_STEP_NUM_TASKS": "4", "SLURM_PROCID": "0"},
+    ],
+)
+def test_n_processes_that_see_only_themselves_are_refused_by_one_message(nanoslip, campaign, started):
+    first = nanoslip("run", campaign, **started)
+    assert first.returncode == 2
+    assert first.stderr.startswith("Error: 4 processes were started, but each sees only itself")
+    assert "Traceback" not in first.stderr
+    other = {name: "1" if name.endswith(("RANK", "PROCID")) else value for name, value in started.items()}
+    second = nanoslip("run", campaign, **other)
+    assert (second.returncode, second.stderr) == (2, "")
+    assert not (campaign.parent / "results").exists()
+
+
+def test_slurm_tasks_of_a_batch_script_do_not_mean_that_a_launcher_was_used(monkeypatch):
+    for name in (
+        "PMI_SIZE",
+        "OMPI_COMM_WORLD_SIZE",
+        "SLURM_STEP_NUM_TASKS",
+        "PMI_RANK",
+        "OMPI_COMM_WORLD_RANK",
+        "PMIX_RANK",
+    ):
+        monkeypatch.delenv(name, raising=False)
+    monkeypatch.setenv("SLURM_NTASKS", "8")
+    monkeypatch.setenv("SLURM_PROCID", "3")
+    assert launcher_rank() == 0
+    monkeypatch.setitem(sys.modules, "mpi4py", None)  # importing it fails
+    with open_farm(NOTHING) as farm:
+        assert isinstance(farm, ProcessFarm)
+
+
+def test_processes_without_mpi4py_are_refused_unless_serial_is_meant(monkeypatch):
+    monkeypatch.setitem(sys.modules, "mpi4py", None)
+    monkeypatch.setenv("OMPI_COMM_WORLD_SIZE", "2")
+    with pytest.raises(FarmError, match="2 processes were started, but none can use MPI"):
+        open_farm(NOTHING)
+    assert isinstance(open_farm(NOTHING, serial=True), SerialFarm)
+
+
+def test_without_an_mpi_library_one_process_computes_and_several_refuse(nanoslip, campaign):
+    missing = {"MPI4PY_LIBMPI": "/no/such/library"}
+    assert nanoslip("run", campaign, "--out", campaign.parent / "out", **missing).returncode == 0
+    several = nanoslip("run", campaign, **missing, OMPI_COMM_WORLD_SIZE="2")
+    assert several.returncode == 2
+    assert several.stderr.startswith("Error: 2 processes were started, but none can use MPI: cannot load MPI library")

@@ -1,0 +1,41 @@
+"""Made-up tasks, and what notes what becomes of them."""
+
+import math
+from dataclasses import dataclass
+
+from solver.outcome import COMPLETED, Outcome
+
+
+@dataclass(frozen=True)
+class Work:
+    key: str
+    needs: tuple[str, ...] = ()
+    cost: float = 1.0
+    kind: str = "any"
+    limit: float = math.inf
+
+    @property
+    def label(self) -> str:
+        return f"task {self.key}"
+
+
+DIAMOND = (Work("a"), Work("b", ("a",)), Work("c", ("a",)), Work("d", ("b", "c")), Work("e", ("elsewhere",)))
+
+
+class Diary:
+    """Notes what is executed and reported."""
+
+    def __init__(self, crash: str = "") -> None:
+        self.executed: list[str] = []
+        self.reported: dict[str, Outcome] = {}
+        self._crash = crash
+
+    def execute(self, task: Work) -> Outcome:
+        self.executed.append(task.key)
+        if task.key == self._crash:
+            raise ZeroDivisionError("a defect")
+        return COMPLETED
+
+    def report(self, task: Work, outcome: Outcome, seconds: float) -> None:
+        assert task.key not in self.reported
+        self.reported[task.key] = outcome

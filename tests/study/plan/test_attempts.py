@@ -1,0 +1,62 @@
+"""What failed is on record beside the results; the record of other software, and lines cut short, mean nothing."""
+
+from pathlib import Path
+
+import pytest
+
+from solver.outcome import Ending
+from study.plan import attempts
+from study.plan.attempts import ADVICE, FILE, Attempt
+
+
+def attempt(task: str, ending: Ending = Ending.CRASHED, final: bool = True, software: str = "this") -> Attempt:
+    return Attempt(
+        task, f"record {task}", ending.value, "why", final, software, "rank 0 on here", "2026-01-01T00:00:00+00:00"
+    )
+
+
+def test_the_last_attempt_of_this_software_counts_where_it_was_final(tmp_path: Path) -> None:
+    given = [attempt("a", final=False), attempt("a"), attempt("b", final=False), attempt("c", software="other")]
+    assert [attempts.add(tmp_path, each) for each in given] == [""] * 4
+    assert attempts.final(tmp_path, "this") == {"a": given[1]}
+    assert attempts.final(tmp_path / "nowhere", "this") == {}
+
+
+@pytest.mark.parametrize("ending", [Ending.CRASHED, Ending.TIMED_OUT, Ending.OUT_OF_MEMORY, Ending.NEEDS_FAILED])
+def test_only_what_would_end_the_same_way_is_given_up_and_says_how_to_try_again(ending: Ending) -> None:
+    """Another machine may have the memory, and what a task needs may be there next time."""
+    found = attempt("a", ending)
+    assert found.given_up == (ending in (Ending.CRASHED, Ending.TIMED_OUT))
+    assert found.outcome.message.endswith(ADVICE) == found.given_up
+    assert "here" not in found.outcome.message  # a dataset knows no host
+
+
+@pytest.mark.parametrize(
+    "line",
+    [
+        b"",
+        b"nonsense",
+        b"[]",
+        b"{}",
+        b"null",
+        b"\xff\xfe",
+        b"[" * 10**5,
+        b'{"task": 1}',
+        b'{"task": "a", "label": "", "ending": "magic", "message": "", "final": true, "software": "this", "where": "", '
+        b'"ended": "", "trace": ""}',
+        b'{"task": "a", "label": "", "ending": "crashed", "message": 3, "final": true, "software": "this", "where": "", '
+        b'"ended": "", "trace": ""}',
+    ],
+)
+def test_lines_that_no_run_wrote_are_left_out(tmp_path: Path, line: bytes) -> None:
+    attempts.add(tmp_path, attempt("good"))
+    with (tmp_path / FILE).open("ab") as file:
+        file.write(line)  # cut short: no end of line
+    attempts.add(tmp_path, attempt("next"))
+    assert attempts.final(tmp_path, "this").keys() == {"good", "next"}
+
+
+def test_a_file_that_cannot_be_written_is_said_and_stops_nothing(tmp_path: Path) -> None:
+    (tmp_path / FILE).mkdir()
+    assert "cannot be written" in attempts.add(tmp_path, attempt("a"))
+    assert attempts.final(tmp_path, "this") == {}
