@@ -1,12 +1,15 @@
 """Results on disk: one file per finished task, whole or not there at all. The only writer of results.
 
 `results/<key>.npz` holds a result's arrays and, as JSON, its outcome and scalars. A compliance is `<key>.npy`, which
-readers map into memory so that the ranks of a node hold one copy, sealed by a `<key>.json` with its checksum.
+readers map into memory so that the ranks of a node hold one copy, and a `<key>.json` with its checksum. Both say their key and
+are sealed: no bit of a file can change, and no two files can change places, without being found.
 """
 
 import io
+import itertools
 import json
 import os
+import re
 import socket
 import sys
 import threading
@@ -33,8 +36,14 @@ MAPPED = "matrix"
 ABANDONED = 86_400.0
 """Seconds after which another host's scratch file is taken for a killed run's."""
 _META = "meta.json"
+_KEY = "key"
+_SEAL = "seal"
+_SEAL_LENGTH = 8
+"""Hexadecimal digits of the checksum at the end of an archive, which zip takes for a comment."""
 _ORIGINS = "origins"
 _SCRATCH = ".scratch"
+_SCRATCH_NAME = re.compile(rf"\..+\.([^.]+)\.(\d{{1,9}})\.\d+{re.escape(_SCRATCH)}")
+"""As `written_whole` makes it: host and process of its writer. Other files that end so are somebody else's."""
 
 
 class StoreError(Exception):
@@ -51,15 +60,14 @@ class Store:
     def __init__(self, out: Path) -> None:
         self.folder = out / FOLDER
         self._out = out
-        self._checked: dict[Path, tuple[tuple[int, int], dict[str, Any]]] = {}
+        self._checked: dict[Path, tuple[object, dict[str, Any]]] = {}
 
     def prepare(self) -> None:
         """Make the folder, try that it can be written and clear away what killed runs left. Raises StoreError."""
         try:
             self.folder.mkdir(parents=True, exist_ok=True)
-            for leftover in self.folder.glob(f".*{_SCRATCH}"):
-                if not _writer_lives(leftover):
-                    leftover.unlink(missing_ok=True)
+            _clear_away(self.folder)
+            _clear_away(self.folder.parent)  # the dataset is written there
             with written_whole(self.folder / ".probe") as scratch:
                 scratch.touch()
             (self.folder / ".probe").unlink(missing_ok=True)
@@ -86,6 +94,7 @@ class Store:
     def write(self, result: TaskResult) -> None:
         """Keep a result. Raises StoreError where the disk refuses."""
         meta = {
+            _KEY: result.key,
             "kind": result.kind,
             "ending": result.outcome.ending.value,
             "message": result.outcome.message,
@@ -97,14 +106,14 @@ class Store:
                 self._write_mapped(result, meta)
             else:
                 with written_whole(self.folder / f"{result.key}.npz") as scratch:
-                    _write_archive(scratch, meta, result.arrays)
+                    scratch.write_bytes(_archive(meta, result.arrays))
         except OSError as error:
             raise StoreError(f"{self.folder}: cannot write {result.key}: {error.strerror or error}") from error
 
     def read(self, key: str) -> TaskResult:
         """A result; its arrays are read-only. Raises CorruptResultError, FileNotFoundError."""
         mapped = self.folder / f"{key}.json"
-        meta, arrays = _read_mapped(mapped) if mapped.exists() else _read_archive(self.folder / f"{key}.npz")
+        meta, arrays = _read_mapped(mapped) if mapped.is_file() else _read_archive(self.folder / f"{key}.npz")
         outcome = Outcome(Ending(meta["ending"]), meta["message"])
         origins = from_data(meta.get(_ORIGINS, ()))
         return TaskResult(key, meta["kind"], outcome, meta["scalars"], arrays, origins)
@@ -131,8 +140,7 @@ class Store:
         """Key and meta data of every sound result. A file that has not changed since the last time is not checked again."""
         for path in sorted(self.folder.glob("*.npz")) + sorted(self.folder.glob("*.json")):
             try:
-                state = path.stat()
-                stamp = (state.st_mtime_ns, state.st_size)
+                stamp = _stamp(path)
                 if path not in self._checked or self._checked[path][0] != stamp:
                     self._checked[path] = stamp, _check(path)
                 yield path.stem, self._checked[path][1]
@@ -147,6 +155,7 @@ class Store:
             with scratch.open("wb") as file:
                 np.save(file, result.arrays[MAPPED], allow_pickle=False)
             meta["crc32"] = zlib.crc32(scratch.read_bytes())
+        meta[_SEAL] = zlib.crc32(_json(meta))
         with written_whole(matrix.with_suffix(".json")) as scratch:
             scratch.write_bytes(_json(meta))
 
@@ -162,6 +171,8 @@ def written_whole(path: Path) -> Iterator[Path]:
         yield scratch
         with scratch.open("rb") as file:
             os.fsync(file.fileno())
+        if path.is_dir() and not path.is_symlink():
+            path.rename(_free_name(path))  # nothing of it is lost
         os.replace(scratch, path)
     finally:
         scratch.unlink(missing_ok=True)
@@ -171,11 +182,21 @@ def _host() -> str:
     return socket.gethostname().replace(".", "-")
 
 
-def _writer_lives(scratch: Path) -> bool:
+def _clear_away(folder: Path) -> None:
+    """Remove the scratch files of processes that have ended."""
+    for leftover in folder.glob(f".*{_SCRATCH}"):
+        named = _SCRATCH_NAME.fullmatch(leftover.name)
+        if named and not _writer_lives(leftover, *named.groups()):
+            leftover.unlink(missing_ok=True)
+
+
+def _writer_lives(scratch: Path, host: str, process: str) -> bool:
     """Whether the process that writes this scratch file may still be at it."""
-    host, process = scratch.name.removesuffix(_SCRATCH).split(".")[-3:-1]
     if host != _host():
-        return time.time() - scratch.stat().st_mtime < ABANDONED
+        try:
+            return time.time() - scratch.stat().st_mtime < ABANDONED
+        except FileNotFoundError:
+            return True  # it was, until just now
     try:
         os.kill(int(process), 0)
     except ProcessLookupError:
@@ -194,28 +215,71 @@ def _is_zombie(process: int) -> bool:
     return fields.rpartition(")")[2].split()[0] == "Z"
 
 
-def _write_archive(path: Path, meta: dict[str, Any], arrays: Mapping[str, NDArray[Any]]) -> None:
+def _free_name(path: Path) -> Path:
+    """A name beside it that nothing has."""
+    names = (path.with_name(f"{path.name}.set-aside-{number}") for number in itertools.count(1))
+    return next(name for name in names if not name.exists())
+
+
+def _archive(meta: Mapping[str, Any], arrays: Mapping[str, NDArray[Any]]) -> bytes:
     # Entries carry zipfile's fixed date, not the clock: the same result is the same bytes.
-    with zipfile.ZipFile(path, "w", zipfile.ZIP_STORED) as archive:
+    buffer = io.BytesIO()
+    with zipfile.ZipFile(buffer, "w", zipfile.ZIP_STORED) as archive:
+        archive.comment = bytes(_SEAL_LENGTH)
         archive.writestr(zipfile.ZipInfo(_META), _json(meta))
         for name, array in arrays.items():
             with archive.open(zipfile.ZipInfo(f"{name}.npy"), "w", force_zip64=True) as entry:
                 np.lib.format.write_array(entry, np.asanyarray(array), allow_pickle=False)
+    content = buffer.getvalue()[:-_SEAL_LENGTH]
+    return content + _seal(content)
+
+
+def _seal(content: bytes) -> bytes:
+    return b"%08x" % zlib.crc32(content)
+
+
+def _content(path: Path) -> bytes:
+    """The bytes of a file. Raises FileNotFoundError, CorruptResultError where it is a folder, a pipe, a link to nothing."""
+    if not path.is_file() and (path.exists() or path.is_symlink()):
+        raise CorruptResultError(f"{path}: not a whole result (no regular file)")
+    return path.read_bytes()
 
 
 def _read_mapped(path: Path) -> tuple[dict[str, Any], dict[str, NDArray[Any]]]:
+    meta, matrix = _meta_of_mapped(path), path.with_suffix(".npy")
     try:
-        return json.loads(path.read_bytes()), {
-            MAPPED: np.asarray(np.load(path.with_suffix(".npy"), mmap_mode="r", allow_pickle=False))
-        }
+        if not matrix.is_file():
+            raise ValueError("no matrix beside it")
+        return meta, {MAPPED: np.asarray(np.load(matrix, mmap_mode="r", allow_pickle=False))}
     except (ValueError, EOFError) as error:
         raise CorruptResultError(f"{path}: not a whole result ({error})") from error
+
+
+def _meta_of_mapped(path: Path) -> dict[str, Any]:
+    content = _content(path)
+    try:
+        meta: dict[str, Any] = json.loads(content)
+        seal = meta.pop(_SEAL)
+        if seal != zlib.crc32(_json(meta)) or content != _json({**meta, _SEAL: seal}):
+            raise ValueError(_CHANGED)
+    except (ValueError, KeyError, TypeError, AttributeError, RecursionError) as error:
+        raise CorruptResultError(f"{path}: not a whole result ({error})") from error
+    return _of_its_name(path, meta)
+
+
+def _of_its_name(path: Path, meta: dict[str, Any]) -> dict[str, Any]:
+    if meta[_KEY] != path.stem:
+        raise CorruptResultError(f"{path}: the result of another task, {meta[_KEY]}")
+    return meta
+
+
+_CHANGED = "its bytes are not those that were written"
 
 
 def _read_archive(path: Path) -> tuple[dict[str, Any], dict[str, NDArray[Any]]]:
     arrays = {}
     try:
-        with zipfile.ZipFile(path) as archive:
+        with _opened(path) as archive:
             meta = json.loads(archive.read(_META))
             for name in archive.namelist():
                 if name != _META:
@@ -224,35 +288,45 @@ def _read_archive(path: Path) -> tuple[dict[str, Any], dict[str, NDArray[Any]]]:
                     arrays[name.removesuffix(".npy")] = array
     except (zipfile.BadZipFile, KeyError, ValueError, EOFError) as error:
         raise CorruptResultError(f"{path}: not a whole result ({error})") from error
-    return meta, arrays
+    return _of_its_name(path, meta), arrays
+
+
+def _opened(path: Path) -> zipfile.ZipFile:
+    """An archive whose every byte is as it was written. Raises ValueError, zipfile.BadZipFile where it is not."""
+    content = _content(path)
+    if _seal(content[:-_SEAL_LENGTH]) != content[-_SEAL_LENGTH:]:
+        raise ValueError(_CHANGED)
+    return zipfile.ZipFile(io.BytesIO(content))
+
+
+def _stamp(path: Path) -> object:
+    """What changes with a result's files. Raises FileNotFoundError."""
+    files = [path] if path.suffix == ".npz" else [path, path.with_suffix(".npy")]
+    states = [each.lstat() for each in files if each is path or os.path.lexists(each)]
+    return [(state.st_mtime_ns, state.st_size, state.st_ino) for state in states]
 
 
 def _check(path: Path) -> dict[str, Any]:
     """What a result says of itself. Raises CorruptResultError unless every byte is as it was written."""
     if path.suffix == ".npz":
         return _check_archive(path)
-    matrix = path.with_suffix(".npy")
+    meta, matrix = _meta_of_mapped(path), path.with_suffix(".npy")
     try:
-        meta: dict[str, Any] = json.loads(path.read_bytes())
-        sound = zlib.crc32(matrix.read_bytes()) == meta["crc32"]
-    except (FileNotFoundError, ValueError, KeyError) as error:
+        sound = zlib.crc32(_content(matrix)) == meta["crc32"]
+    except FileNotFoundError as error:
         raise CorruptResultError(f"{path}: not a whole result ({error})") from error
     if not sound:
-        raise CorruptResultError(f"{matrix}: not a whole result (its bytes are not those that were written)")
+        raise CorruptResultError(f"{matrix}: not a whole result ({_CHANGED})")
     return meta
 
 
 def _check_archive(path: Path) -> dict[str, Any]:
-    # Checksums alone: making arrays of the bytes as well takes twice as long.
     try:
-        with zipfile.ZipFile(path) as archive:
+        with _opened(path) as archive:
             meta: dict[str, Any] = json.loads(archive.read(_META))
-            damaged = archive.testzip()
     except (zipfile.BadZipFile, KeyError, ValueError, EOFError) as error:
         raise CorruptResultError(f"{path}: not a whole result ({error})") from error
-    if damaged is not None:
-        raise CorruptResultError(f"{path}: not a whole result (the bytes of {damaged} are not those that were written)")
-    return meta
+    return _of_its_name(path, meta)
 
 
 def _say_unsound(error: CorruptResultError) -> None:

@@ -9,6 +9,7 @@ import sys
 import threading
 import zipfile
 from contextlib import ExitStack
+from dataclasses import replace
 from pathlib import Path
 from subprocess import PIPE
 
@@ -28,6 +29,8 @@ RECORD = TaskResult(
     {"displacement": np.array([0.1, 0.2, 0.3]), "kind": np.array([0, 1, 2], dtype=np.int8), "none": np.empty(0)},
 )
 COMPLIANCE = TaskResult("fedcba98765432100123", "compliance", COMPLETED, {}, {"matrix": np.arange(16.0).reshape(4, 4)})
+OTHER_RECORD = replace(RECORD, key="aaaaaaaaaaaaaaaaaaaa", scalars={"plateau_mean": 0.5})
+OTHER_COMPLIANCE = replace(COMPLIANCE, key="bbbbbbbbbbbbbbbbbbbb", arrays={"matrix": np.ones((4, 4))})
 REFUSED = TaskResult("00000000000000000000", "compliance", Outcome(Ending.SINGULAR_OPERATOR, "no support"))
 
 
@@ -108,6 +111,69 @@ def test_a_flipped_bit_in_the_numbers_is_found(store, result, capsys):
     path.write_bytes(whole)
     assert store.finished() == set()
     assert path.name in capsys.readouterr().err
+
+
+def flipped(content: bytes, bit: int) -> bytes:
+    changed = bytearray(content)
+    changed[bit // 8] ^= 1 << bit % 8
+    return bytes(changed)
+
+
+@pytest.mark.parametrize("result", [RECORD, COMPLIANCE, REFUSED], ids=["record", "compliance", "refused"])
+@pytest.mark.parametrize("bits", [200, pytest.param(10_000, marks=pytest.mark.slow)])
+def test_no_bit_of_a_file_changes_without_being_found(store, result, bits, capsys):
+    store.write(result)
+    paths = [path for path in sorted(store.folder.iterdir()) if path.suffix != ".npy"] or sorted(store.folder.iterdir())
+    rng = np.random.default_rng(1)
+    for path in paths:
+        whole = path.read_bytes()
+        for bit in rng.permutation(8 * len(whole))[:bits]:
+            path.write_bytes(flipped(whole, int(bit)))
+            assert store.find(result.key) is None, f"{path.name}: bit {bit} of {8 * len(whole)}"
+            assert path.name in capsys.readouterr().err
+        path.write_bytes(whole)
+    assert same(store.read(result.key), result)
+
+
+@pytest.mark.parametrize(
+    "results", [(RECORD, OTHER_RECORD), (COMPLIANCE, OTHER_COMPLIANCE)], ids=["record", "compliance"]
+)
+def test_results_that_have_changed_places_are_found(store, results, capsys):
+    for result in results:
+        store.write(result)
+    for suffix in {path.suffix for path in store.folder.iterdir()}:
+        one, other = (store.folder / f"{result.key}{suffix}" for result in results)
+        here, there = one.read_bytes(), other.read_bytes()
+        one.write_bytes(there)
+        other.write_bytes(here)
+        assert store.finished() == set()
+        assert len(capsys.readouterr().err.splitlines()) == 2
+        one.write_bytes(here)
+        other.write_bytes(there)
+    assert store.finished() == {result.key for result in results}
+
+
+@pytest.mark.parametrize("obstacle", ["folder", "full folder", "link to nothing", "pipe"])
+@pytest.mark.parametrize("result", [RECORD, COMPLIANCE], ids=["record", "compliance"])
+def test_what_stands_where_a_result_belongs_is_said_and_stops_nothing(store, result, obstacle, capsys):
+    store.write(result)
+    for path in sorted(store.folder.iterdir()):
+        path.unlink()
+        if obstacle == "pipe":
+            os.mkfifo(path)
+        elif obstacle == "link to nothing":
+            path.symlink_to(store.folder / "nothing")
+        else:
+            path.mkdir()
+            if obstacle == "full folder":
+                (path / "mine").write_text("kept")
+        assert store.finished() == set()
+        assert "computed again" in capsys.readouterr().err
+        store.write(result)
+        assert same(store.read(result.key), result)
+        assert store.finished() == {result.key}
+    if obstacle == "full folder":
+        assert {path.read_text() for path in store.folder.glob("*/mine")} == {"kept"}
 
 
 def test_reading_what_is_no_result_names_the_file(store):
