@@ -1,5 +1,7 @@
 """The dataset as a file: its name, the attributes that say what it is, reading and writing it whole."""
 
+from collections.abc import Iterator
+from contextlib import contextmanager
 from pathlib import Path
 from typing import Any, Final
 
@@ -17,6 +19,9 @@ CHOSEN: Final = "numerics_chosen"
 MIXED: Final = "mixed_software"
 """Attribute of a dataset whose results are not all by the same software: names all of it, with counts."""
 
+_DAMAGED: Final = (OSError, RuntimeError)
+"""What netCDF raises where bytes are missing or wrong."""
+
 
 def write(dataset: xr.Dataset, path: Path) -> None:
     """Write the dataset and its groups as netCDF-4, whole or not at all. Raises StoreError, LostGroupsError."""
@@ -33,8 +38,9 @@ def read(path: Path) -> xr.Dataset:
     """Open a dataset with its groups; values are read when they are used, so close it (or use `with`). Raises StoreError."""
     try:
         root, groups = opened(path)
-    except OSError as error:
-        raise StoreError(f"{path}: no dataset ({error.strerror or error}); run or collect the campaign first") from None
+    except _DAMAGED as error:
+        reason = getattr(error, "strerror", None) or error
+        raise StoreError(f"{path}: no dataset ({reason}); run or collect the campaign first") from None
     if root.attrs.get(FORMAT) != VERSION:
         root.close()
         has = (
@@ -46,6 +52,16 @@ def read(path: Path) -> xr.Dataset:
             f"{path}: {has}; this nanoslip reads format {VERSION}: collect the campaign again with it (nanoslip collect)"
         )
     return carrying(root, groups)
+
+
+@contextmanager
+def reading(path: Path) -> Iterator[xr.Dataset]:
+    """The same for a `with`, in which values that the file has lost or that were damaged are a StoreError, too."""
+    with read(path) as found:
+        try:
+            yield found
+        except _DAMAGED as error:
+            raise StoreError(f"{path}: cannot be read: {error}: damaged? nanoslip collect writes it anew") from error
 
 
 def _encodings(tree: xr.DataTree) -> dict[str, dict[str, dict[str, Any]]]:

@@ -17,7 +17,6 @@ import hashlib
 import itertools
 import json
 from collections.abc import Iterator, Mapping, Sequence
-from contextlib import contextmanager
 from dataclasses import fields, replace
 from pathlib import Path
 from typing import Any, Final
@@ -49,16 +48,6 @@ _BOM: Final = b"\xef\xbb\xbf"
 
 class NotVerifiableError(StoreError):
     """The file is nothing that can be computed again; the message says which and why."""
-
-
-@contextmanager
-def opened(path: Path) -> Iterator[xr.Dataset]:
-    """A dataset to be verified. Raises StoreError where it cannot be opened, NotVerifiableError where not read."""
-    with file.read(path) as found:
-        try:
-            yield found
-        except (OSError, RuntimeError) as error:  # what netCDF raises when bytes are missing or wrong
-            raise NotVerifiableError(f"{path}: cannot be read: {error}") from error
 
 
 def rebuilt(found: xr.Dataset, path: Path) -> Plan:

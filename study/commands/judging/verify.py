@@ -9,9 +9,8 @@ from typing import Any, NamedTuple
 from study.commands.shared.exits import CRASHED, Refusal
 from study.commands.shared.machine import print_json
 from study.commands.shared.refusals import refusals
-from study.dataset import verification
+from study.dataset import file, verification
 from study.dataset.comparison import Verdict
-from study.dataset.file import FILE
 from study.dataset.pair import Finding
 from study.dataset.store import Store
 from study.execution.farms.opening import open_farm
@@ -25,8 +24,8 @@ from study.report.summary import MOST_ROWS
 
 def work(dataset: Path, sample: int | None, as_json: bool) -> None:
     """Compute a dataset's cases again, print which differ, and end the process with the exit code for the worst."""
-    dataset = dataset / FILE if dataset.is_dir() else dataset
-    with refusals(), TemporaryDirectory() as folder, verification.opened(dataset) as found:
+    dataset = dataset / file.FILE if dataset.is_dir() else dataset
+    with refusals(), TemporaryDirectory() as folder, file.reading(dataset) as found:
         plan = verification.rebuilt(found, dataset)
         cases = verification.computed(plan, found)
         chosen = verification.sample(cases, sample)

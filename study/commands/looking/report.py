@@ -13,7 +13,7 @@ from study.report.console import say, whole
 def work(campaign: Path, out: Path | None) -> None:
     """Print the summary of a campaign's dataset and write its page."""
     into = folder(campaign, out)
-    with refusals(), file.read(into / file.FILE) as opened:
+    with refusals(), file.reading(into / file.FILE) as opened:
         print_summary(opened)
         written = page.write(opened, into)
     say(whole(f"report: {written}"))

@@ -11,7 +11,6 @@ from study.commands.shared.plans import planned
 from study.dataset import file
 from study.dataset.collect import collect
 from study.dataset.store import Store, StoreError
-from study.dataset.verification import opened
 from study.report.console import say, whole
 
 
@@ -23,12 +22,12 @@ def dataset_of(source: Path, out: Path | None = None) -> Iterator[xr.Dataset]:
     memory. out: folder of a campaign's results. Raises StoreError, ManifestError.
     """
     if source.is_dir() or source.suffix == Path(file.FILE).suffix:
-        with opened(source / file.FILE if source.is_dir() else source) as found:
+        with file.reading(source / file.FILE if source.is_dir() else source) as found:
             yield found
         return
     plan, into = planned(source), folder(source, out)
     if (into / file.FILE).is_file():
-        with opened(into / file.FILE) as found:
+        with file.reading(into / file.FILE) as found:
             if found.attrs.get("manifest_sha256") == plan.manifest.sha256:
                 yield found
                 return

@@ -47,3 +47,25 @@ def test_a_file_of_another_format_is_refused_with_what_to_do(tmp_path, has, said
     xr.Dataset({"a": 1.0}, attrs={} if has is None else {file.FORMAT: has}).to_netcdf(path)
     with pytest.raises(StoreError, match=rf"old\.nc: {said}.*collect the campaign again"):
         file.read(path)
+
+
+def test_bytes_that_were_damaged_are_refused_when_they_are_read(tmp_path):
+    """Not when the file is opened: a compressed column is unpacked when somebody asks for it."""
+    path = tmp_path / "one.nc"
+    file.write(made(65_536), path)
+    whole = path.read_bytes()
+    middle = len(whole) // 2  # of the one long column
+    path.write_bytes(whole[:middle] + bytes(256) + whole[middle + 256 :])
+    with pytest.raises(StoreError, match=r"one\.nc: cannot be read: .*nanoslip collect"), file.reading(path) as again:
+        groups_of(again)["record"]["force"].load()
+
+
+def test_a_text_that_was_damaged_is_refused_when_the_file_is_opened(tmp_path):
+    path = tmp_path / "one.nc"
+    words = np.array([str(number) * 9 for number in np.random.default_rng(1).random(4096)], object)
+    file.write(carrying(xr.Dataset({"word": ("case", words)}, attrs={file.FORMAT: file.VERSION}), {}), path)
+    whole = path.read_bytes()
+    middle = len(whole) // 2
+    path.write_bytes(whole[:middle] + bytes(256) + whole[middle + 256 :])
+    with pytest.raises(StoreError, match=r"one\.nc: no dataset"):
+        file.read(path)

@@ -8,7 +8,7 @@ import netCDF4
 import pytest
 
 from solver.slab import Slab
-from study.dataset import verification
+from study.dataset import file, verification
 from study.dataset.comparison import Verdict
 from study.dataset.store import Store, StoreError
 from study.discretization.front import Measured, as_text
@@ -162,9 +162,9 @@ def test_a_front_that_was_measured_anew_chooses_nothing_and_judges_nothing(tmp_p
 
 
 def test_other_software_is_named(altered):
-    with verification.opened(altered(lambda _: None)) as found:
+    with file.reading(altered(lambda _: None)) as found:
         assert verification.other_software(found) == ""
-    with verification.opened(altered(lambda opened: opened.setncattr("numpy_version", "1.0"))) as found:
+    with file.reading(altered(lambda opened: opened.setncattr("numpy_version", "1.0"))) as found:
         said = verification.other_software(found)
     assert "numpy 1.0" in said
     assert said.endswith(f"recomputed by {here()}")

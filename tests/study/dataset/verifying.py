@@ -64,7 +64,7 @@ def verified(path: Path, folder: Path, count: int | None = None, run: Run = once
     folder.mkdir(exist_ok=True)
     store = Store(folder / "again")
     store.prepare()
-    with verification.opened(path) as found:
+    with file.reading(path) as found:
         plan = verification.rebuilt(found, path)
         cases = verification.sample(verification.computed(plan, found), count)
         for task in verification.tasks_of(plan, cases, found):
