@@ -221,12 +221,22 @@ def test_leftovers_of_killed_runs_go_and_those_of_live_ones_stay(store):
     alive = store.folder / f".a.npz.{host}.{os.getppid()}.1.scratch"
     elsewhere = store.folder / ".a.npz.otherhost.1.1.scratch"
     long_ago = store.folder / ".b.npz.otherhost.1.1.scratch"
-    for path in (gone, alive, elsewhere, long_ago):
+    of_the_dataset = store.folder.parent / f".results.nc.{host}.{dead.pid}.1.scratch"
+    not_ours = store.folder.parent / ".notes.scratch"
+    for path in (gone, alive, elsewhere, long_ago, of_the_dataset, not_ours):
         path.touch()
     os.utime(long_ago, (0, 0))
     store.prepare()
     assert set(store.folder.iterdir()) == {alive, elsewhere}
+    assert set(store.folder.parent.iterdir()) == {store.folder, not_ours}
     assert store.finished() == set()
+
+
+def test_a_scratch_file_that_its_writer_puts_in_place_meanwhile_is_no_problem(store, monkeypatch):
+    """Another host's run ends a result between two looks of this one."""
+    leftover = store.folder / ".a.npz.otherhost.1.1.scratch"
+    monkeypatch.setattr(Path, "glob", lambda *_: [leftover])
+    store.prepare()
 
 
 @pytest.mark.skipif(not Path("/proc/self/stat").exists(), reason="only /proc tells the dead from the living here")
