@@ -8,6 +8,7 @@ from solver.drive import PERIODS, TRAVEL, Drive, Scales, in_seconds, parameters_
 from solver.outcome import InvalidInput, Outcome, quoted
 from solver.parameter import Parameter, check, declared, parameter
 from study.manifest.parameters import Value
+from study.manifest.problems import ONE_LINE, one_line
 
 
 @dataclass(frozen=True, slots=True)
@@ -30,6 +31,8 @@ class NamedDrive:
     def __post_init__(self) -> None:
         if not isinstance(self.name, str) or not self.name.strip():
             raise InvalidInput(f"name = {quoted(self.name)}: needs a name")
+        if not one_line(self.name):
+            raise InvalidInput(f"name = {quoted(self.name)}: {ONE_LINE}")
         check(self)
 
     @classmethod

@@ -3,6 +3,7 @@
 import difflib
 import json
 import re
+import unicodedata
 from collections.abc import Callable, Collection, Iterable
 from pathlib import Path
 
@@ -11,6 +12,8 @@ from study.manifest.parameters import axes, table_of
 
 LONGEST_PATH = 200
 """The most characters of a path that a message shows."""
+
+ONE_LINE = "needs to be one line without control characters"
 
 
 class ManifestError(Exception):
@@ -42,6 +45,11 @@ def path_shown(path: Path) -> str:
     """A path as one line of at most LONGEST_PATH characters, without control characters."""
     text = "".join(letter if letter.isprintable() else repr(letter)[1:-1] for letter in str(path))
     return text if len(text) <= LONGEST_PATH else text[: LONGEST_PATH - 3] + "..."
+
+
+def one_line(text: str) -> bool:
+    """Whether a text is without line breaks and other control characters: a terminal obeys them, and a dataset ends at a null."""
+    return not any(unicodedata.category(letter) in ("Cc", "Zl", "Zp") for letter in text)
 
 
 def need(make: Callable[..., object], *arguments: object) -> str:

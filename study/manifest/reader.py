@@ -17,7 +17,7 @@ from study.manifest.drive_tables import AXES, Drives, read_drives
 from study.manifest.manifest import STAGES, Design, Ensemble, Manifest, Outputs, Stage, field_names
 from study.manifest.named_files import NamedFiles
 from study.manifest.parameters import TABLES, Value, axes, make_case, settings, words
-from study.manifest.problems import ManifestError, key_shown, need, shown, unknown
+from study.manifest.problems import ONE_LINE, ManifestError, key_shown, need, one_line, shown, unknown
 
 
 def load_manifest(path: Path) -> Manifest:
@@ -123,6 +123,8 @@ class _Reader(NamedFiles):
                 self.refuse(f"{key_shown(key)} = {shown(value)}", unknown(key, _TOP))
             elif not isinstance(value, kind):
                 self.refuse(f"{key} = {shown(value)}", f"needs {wanted}")
+            elif key == "title" and not one_line(str(value)):
+                self.refuse(f"{key} = {shown(value)}", ONE_LINE)
             else:
                 good[key] = value
         if "title" not in document:

@@ -94,6 +94,11 @@ def test_drives_and_scales_are_read_in_si(tmp_path: Path) -> None:
     assert manifest.scales == Scales(slab_width=2e-3)
 
 
+def test_a_title_is_any_text_of_one_line(tmp_path: Path) -> None:
+    for title in ("", "μ_i über 日本語", "👩‍🔬 <b>%s</b> {{ 7 }}", "\u202e", "x" * 10_000):
+        assert read(tmp_path, f'title = "{title}"').title == title
+
+
 def test_drives_that_no_stage_computes_are_checked_and_left_out(tmp_path: Path) -> None:
     text = 'title = "x"\nstages = ["contact", "slip"]\n[[drives]]\nname = "slow"\n[[drives]]\nname = "fast"\n'
     manifest = read(tmp_path, text)
@@ -125,6 +130,8 @@ WRONG = {
     # top level
     "no title": ("", "title: missing: needs a text"),
     "title of another type": ("title = 5", "title = 5: needs a text"),
+    "title on two lines": ('title = "a\\nb"', r'title = "a\nb": needs to be one line without control characters'),
+    "title with a null": ('title = "a\\u0000b"', r'title = "a\u0000b": needs to be one line without control characters'),
     "unknown top-level key": ("stage = 1", "stage = 1: unknown; did you mean stages?"),
     "parameter at top level": ("n_x = 33", "n_x = 33: belongs in [numerics] or [axes]"),
     "table that is a number": ("constants = 1", "constants = 1: needs a table [constants]"),
@@ -142,6 +149,10 @@ WRONG = {
     "drive of another type": ("drives = [1]", "drives[0] = 1: needs a table [[drives]]"),
     "drive without a name": ("[[drives]]", "drives[0].name: missing: needs a name"),
     "drive with a number for a name": ("[[drives]]\nname = 3", "drives[0].name = 3: needs a name"),
+    "drive that writes to terminals": (
+        '[[drives]]\nname = "\\u001b[31m"',
+        r'drives[0].name = "\u001b[31m": needs to be one line without control characters',
+    ),
     "drives of one name": (DRIVE + DRIVE, 'drives[1].name = "a": is another drive\'s name too: needs its own'),
     "unknown drive key": (DRIVE + "mass = 1", "drives[0].mass = 1: unknown; did you mean pin_mass?"),
     "massless pin": (DRIVE + "pin_mass = 0", "drives[0].pin_mass = 0: needs 1e-30 ≤ pin_mass ≤ 1e30"),
@@ -280,7 +291,7 @@ TABLE_FILES = {
 def test_a_wrong_file_is_refused_in_one_line(tmp_path: Path, text: str, line: str | re.Pattern[str]) -> None:
     for name, content in TABLE_FILES.items():
         (tmp_path / name).write_bytes(content)
-    titled = text if text in ("", "title = 5") else f'title = "x"\n{text}'
+    titled = text if not text or text.startswith("title") else f'title = "x"\n{text}'
     (found,) = problems(tmp_path, titled)
     assert line.search(found) if isinstance(line, re.Pattern) else found == line
 
