@@ -3,6 +3,7 @@
 
 import atexit
 import gc
+import io
 import sys
 
 import click
@@ -11,7 +12,7 @@ from study.commands.preparing import declared as preparing
 from study.commands.computing import declared as computing
 from study.commands.looking import declared as looking
 from study.commands.judging import declared as judging
-from study.commands.shared.exits import ABORTED, show
+from study.commands.shared.exits import ABORTED, WRONG_INPUT, Refusal, show
 from study.commands.shared.group import cli
 
 __all__ = ["cli", "computing", "judging", "looking", "main", "preparing"]
@@ -19,6 +20,7 @@ __all__ = ["cli", "computing", "judging", "looking", "main", "preparing"]
 
 def main() -> None:
     """Run the command line and exit."""
+    _print_what_can_be_printed()
     atexit.register(gc.freeze)  # searching all modules for cycles before the process ends anyway takes 0.3 s
     try:
         code = cli.main(prog_name="nanoslip", standalone_mode=False)
@@ -27,4 +29,16 @@ def main() -> None:
         code = error.exit_code
     except click.Abort:
         code = ABORTED
+    except OSError as error:
+        if error.filename is None:
+            raise
+        show(Refusal(f"{error.filename}: {error.strerror}"))  # a name too long, a folder that is not ours to read
+        code = WRONG_INPUT
     sys.exit(code or 0)
+
+
+def _print_what_can_be_printed() -> None:
+    """A terminal whose letters have no μ shows a question mark instead of a traceback."""
+    for stream in (sys.stdout, sys.stderr):
+        if isinstance(stream, io.TextIOWrapper) and stream.errors == "strict":
+            stream.reconfigure(errors="replace")

@@ -109,3 +109,31 @@ def test_threads_are_pinned_before_a_command_imports_numpy(environment):
     unpinned = {name: value for name, value in environment.items() if not name.endswith("_NUM_THREADS")}
     done = subprocess.run([sys.executable, "-c", program], env=unpinned, capture_output=True, text=True, check=True)
     assert done.stdout.split()[0] == "1"
+
+
+@pytest.mark.parametrize(
+    "words",
+    [("check", "{}"), ("export", "{}.nc"), ("new", "sweep", "{}"), ("status", "small.toml", "--out", "{}")],
+    ids=lambda words: words[0],
+)
+def test_a_name_that_the_file_system_refuses_is_one_line(main, campaign, monkeypatch, words):
+    monkeypatch.chdir(campaign.parent)
+    code, _, said = main(*(word.format("x" * 300) for word in words))
+    assert code == 2
+    assert said.startswith("Error: xxx")
+    assert said.endswith(": File name too long\n")
+
+
+@pytest.mark.parametrize("encoding", ["ascii", "latin-1"])
+def test_a_terminal_without_greek_letters_shows_question_marks(nanoslip, campaign, encoding):
+    done = nanoslip("plan", campaign, "--effects", PYTHONIOENCODING=encoding)
+    assert (done.returncode, done.stderr) == (0, "")
+    assert "?_i" in done.stdout
+
+
+def test_a_campaign_whose_name_is_no_text_can_be_planned(nanoslip, campaign):
+    """Any bytes are a file's name on Linux."""
+    named = campaign.rename(campaign.with_name("\udcff.toml"))
+    done = nanoslip("check", named, PYTHONIOENCODING="utf-8:strict")
+    assert (done.returncode, done.stderr) == (0, "")
+    assert done.stdout.endswith("?.toml: fine: 4 cases, 2 drives, 13 tasks\n")
