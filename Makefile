@@ -5,8 +5,8 @@ CAMPAIGN ?= campaigns/smoke.toml
 FIGURES ?= results
 OUT ?= results/$(basename $(notdir $(CAMPAIGN)))
 BIN := .venv/bin
-# Tests on all cores, each file's in one process.
-SIDE_BY_SIDE := --numprocesses auto --maxprocesses 8 --dist loadfile
+# Tests on all cores.
+SIDE_BY_SIDE := --numprocesses auto --maxprocesses 8
 # Those that need the cores for themselves.
 ALONE := mpi or slurm or timed
 
@@ -26,11 +26,11 @@ figures: .venv/installed  ## the paper's figures and further ones, with tables: 
 	done
 	$(BIN)/nanoslip figure --all --into $(FIGURES)
 
-test: .venv/installed  ## the everyday tests
-	$(BIN)/python -m pytest $(SIDE_BY_SIDE) -m "not slow"
+test: .venv/installed  ## the everyday tests, each file's in one process, which makes its fixtures once
+	$(BIN)/python -m pytest $(SIDE_BY_SIDE) --dist loadfile -m "not slow"
 
-test-slow: .venv/installed  ## the heavy ones: real launchers, a real scheduler, long computations
-	$(BIN)/python -m pytest $(SIDE_BY_SIDE) -m "slow and not ($(ALONE))"
+test-slow: .venv/installed  ## the heavy ones: real launchers, a real scheduler, long computations; an idle process takes the next
+	$(BIN)/python -m pytest $(SIDE_BY_SIDE) --dist worksteal -m "slow and not ($(ALONE))"
 	$(BIN)/python -m pytest -m "slow and ($(ALONE))"
 
 test-all: test test-slow
