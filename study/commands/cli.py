@@ -12,7 +12,7 @@ from study.commands.preparing import declared as preparing
 from study.commands.computing import declared as computing
 from study.commands.looking import declared as looking
 from study.commands.judging import declared as judging
-from study.commands.shared.exits import ABORTED, WRONG_INPUT, Refusal, show
+from study.commands.shared.exits import WRONG_INPUT, Refusal, aborted, show
 from study.commands.shared.group import cli
 
 __all__ = ["cli", "computing", "judging", "looking", "main", "preparing"]
@@ -28,7 +28,7 @@ def main() -> None:
         show(error)
         code = error.exit_code
     except click.Abort:
-        code = ABORTED
+        code = aborted()
     except OSError as error:
         if error.filename is None:
             raise

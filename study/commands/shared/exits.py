@@ -4,12 +4,14 @@
 3: complete but for tasks that failed. 99: interrupted, run again (study.execution.interruption).
 """
 
+import os
+import signal
 from importlib import import_module
 from typing import Final
 
 import click
 
-from study.execution.launch import launcher_rank
+from study.execution.launch import launcher_rank, processes_started
 
 CRASHED: Final = 1
 WRONG_INPUT: Final = 2
@@ -33,3 +35,14 @@ def show(error: click.ClickException) -> None:
         import_module(_CONSOLE).print_error(error.message)
     else:
         error.show()
+
+
+def aborted() -> int:
+    """The exit code after Ctrl-C; one of several ranks ends by the signal itself.
+
+    Launchers then end the others, which may wait in MPI for this one; after an exit code they do not.
+    """
+    if processes_started() > 1:
+        signal.signal(signal.SIGINT, signal.SIG_DFL)
+        os.kill(os.getpid(), signal.SIGINT)
+    return ABORTED

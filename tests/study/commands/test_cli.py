@@ -2,6 +2,7 @@
 
 import inspect
 import shutil
+import signal
 import subprocess
 import sys
 import time
@@ -136,3 +137,23 @@ def test_a_campaign_whose_name_is_no_text_can_be_planned(nanoslip, campaign):
     done = nanoslip("check", named, PYTHONIOENCODING="utf-8:strict")
     assert (done.returncode, done.stderr) == (0, "")
     assert done.stdout.endswith("?.toml: fine: 4 cases, 2 drives, 13 tasks\n")
+
+
+INTERRUPTED = """
+import sys
+from study.commands import cli
+
+@cli.cli.command()
+def wait():
+    raise KeyboardInterrupt
+
+sys.argv = ["nanoslip", "wait"]
+cli.main()
+"""
+
+
+@pytest.mark.parametrize(("ranks", "code"), [("1", 130), ("2", -signal.SIGINT)])
+def test_ctrl_c_ends_one_of_several_ranks_by_the_signal_so_that_launchers_end_the_others(environment, ranks, code):
+    words = [sys.executable, "-c", INTERRUPTED]
+    done = subprocess.run(words, env=environment | {"PMI_SIZE": ranks}, capture_output=True, text=True, check=False)
+    assert (done.returncode, done.stderr.strip()) == (code, "")
