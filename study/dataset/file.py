@@ -19,8 +19,8 @@ CHOSEN: Final = "numerics_chosen"
 MIXED: Final = "mixed_software"
 """Attribute of a dataset whose results are not all by the same software: names all of it, with counts."""
 
-_DAMAGED: Final = (OSError, RuntimeError)
-"""What netCDF raises where bytes are missing or wrong."""
+_REFUSALS: Final = (OSError, RuntimeError)
+"""What netCDF raises where bytes are missing or wrong, or the disk is full."""
 
 
 def write(dataset: xr.Dataset, path: Path) -> None:
@@ -30,17 +30,16 @@ def write(dataset: xr.Dataset, path: Path) -> None:
         path.parent.mkdir(parents=True, exist_ok=True)
         with written_whole(path) as scratch:
             tree.to_netcdf(scratch, engine="netcdf4", format="NETCDF4", encoding=_encodings(tree))
-    except OSError as error:
-        raise StoreError(f"{path}: cannot be written: {error.strerror or error}") from None
+    except _REFUSALS as error:
+        raise StoreError(f"{path}: cannot be written: {_reason(error)}") from None
 
 
 def read(path: Path) -> xr.Dataset:
     """Open a dataset with its groups; values are read when they are used, so close it (or use `with`). Raises StoreError."""
     try:
         root, groups = opened(path)
-    except _DAMAGED as error:
-        reason = getattr(error, "strerror", None) or error
-        raise StoreError(f"{path}: no dataset ({reason}); run or collect the campaign first") from None
+    except _REFUSALS as error:
+        raise StoreError(f"{path}: no dataset ({_reason(error)}); run or collect the campaign first") from None
     if root.attrs.get(FORMAT) != VERSION:
         root.close()
         has = (
@@ -60,8 +59,12 @@ def reading(path: Path) -> Iterator[xr.Dataset]:
     with read(path) as found:
         try:
             yield found
-        except _DAMAGED as error:
+        except _REFUSALS as error:
             raise StoreError(f"{path}: cannot be read: {error}: damaged? nanoslip collect writes it anew") from error
+
+
+def _reason(error: Exception) -> object:
+    return getattr(error, "strerror", None) or error
 
 
 def _encodings(tree: xr.DataTree) -> dict[str, dict[str, dict[str, Any]]]:

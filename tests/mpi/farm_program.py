@@ -50,7 +50,10 @@ def executor(what: str) -> Execute[Work]:
 
 
 def main(what: str) -> None:
-    with open_farm(Program("tests.mpi.farm_program", "executor", what), grace=1.0) as farm:
+    farm = open_farm(Program("tests.mpi.farm_program", "executor", what), grace=1.0)
+    if what == "early" and farm.root:
+        os.kill(os.getpid(), signal.SIGINT)
+    with farm:
         finished: list[str] = []
 
         def report(task: Work, outcome: Outcome, seconds: float) -> None:

@@ -62,6 +62,18 @@ def test_a_signal_ends_all_ranks_after_their_task_with_code_99(environment, rank
     assert 1 <= done <= 8
 
 
+def test_a_signal_between_the_start_of_mpi_and_that_of_the_farm_ends_all_ranks_with_code_99(environment):
+    """Ctrl-C in the first second; that it reaches one rank only is the worst case."""
+    running = start("early", 2, environment)
+    try:
+        _, errors = running.communicate(timeout=PATIENCE / 3)
+    except subprocess.TimeoutExpired:
+        running.kill()
+        raise
+    assert running.returncode == 99, errors
+    assert "Traceback" not in errors
+
+
 def test_ranks_that_are_stuck_are_left_after_the_grace_with_code_99(environment):
     running = start("stuck", 2, environment)
     assert running.stdout is not None

@@ -1,5 +1,7 @@
 """A file gives back what was written, and what it cannot give is one clear message."""
 
+from pathlib import Path
+
 import netCDF4
 import numpy as np
 import pytest
@@ -69,3 +71,20 @@ def test_a_text_that_was_damaged_is_refused_when_the_file_is_opened(tmp_path):
     path.write_bytes(whole[:middle] + bytes(256) + whole[middle + 256 :])
     with pytest.raises(StoreError, match=r"one\.nc: no dataset"):
         file.read(path)
+
+
+@pytest.mark.parametrize(
+    ("refused", "said"),
+    [(OSError(28, "No space left on device"), "No space left"), (RuntimeError("NetCDF: HDF error"), "HDF error")],
+)
+def test_a_disk_that_refuses_the_dataset_is_named_and_nothing_is_left_of_it(tmp_path, monkeypatch, refused, said):
+    """HDF5 says of a full disk no more than that."""
+
+    def full(_: object, scratch: Path, **options: object) -> None:
+        scratch.touch()
+        raise refused
+
+    monkeypatch.setattr(xr.DataTree, "to_netcdf", full)
+    with pytest.raises(StoreError, match=rf"one\.nc: cannot be written: .*{said}"):
+        file.write(made(1), tmp_path / "one.nc")
+    assert list(tmp_path.iterdir()) == []
