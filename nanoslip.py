@@ -86,9 +86,9 @@ if TYPE_CHECKING:
     from study.api import open_dataset as open
     from study.dataset.description import Described
     from study.dataset.description import described as describe
-    from study.dataset.store import StoreError
     from study.figures.frames.film import frames
     from study.manifest.problems import ManifestError
+    from study.results.store import StoreError
 
     __version__: str
 
@@ -159,7 +159,7 @@ _NAMES = {
     "solver.sliding.distributions.size_distribution": "SizeDistribution size_distribution",
     "study.api": "concat open_dataset:open run",
     "study.dataset.description": "Described described:describe",
-    "study.dataset.store": "StoreError",
+    "study.results.store": "StoreError",
     "study.figures.frames.film": "frames",
     "study.manifest.problems": "ManifestError",
 }

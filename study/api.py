@@ -19,7 +19,6 @@ from study.dataset.access import accessor
 from study.dataset.access.concatenation import joined
 from study.dataset.collect import collect
 from study.dataset.groups import loaded
-from study.dataset.store import Store, StoreError
 from study.execution.executor import drop_intermediates
 from study.execution.failures import diary, left
 from study.execution.farms.farm import SerialFarm
@@ -35,6 +34,7 @@ from study.plan.plan import Plan, make_plan
 from study.plan.tasks import Task
 from study.report import costs
 from study.report.console import console
+from study.results.store import Store, StoreError
 from study.toml_text import as_toml
 
 Place = str | os.PathLike[str]

@@ -22,12 +22,12 @@ from solver.parameter import check, parameter
 from solver.slab import SCHEMES, Scheme, Slab
 from study.dataset.collect import collect
 from study.dataset.description import described, page
-from study.dataset.store import Store
 from study.manifest.problems import ManifestError
 from study.manifest.reader import load_manifest
 from study.plan.plan import Plan, make_plan
 from study.plan.tasks import run_task
 from study.report.summary import scalar_table
+from study.results.store import Store
 from tests.conftest import Main
 
 Campaign = Callable[[str], tuple[Plan, xr.Dataset]]

@@ -30,15 +30,16 @@ ORDER = {
     "stick_slip regime",
     "solver.dynamics.kernels": "state teeth slips oscillator roots segment_end friction_law recording cruise event_driven rigid "
     "runge_kutta",
-    "study": "shipped toml_text xarray_accessor provenance origin manifest discretization plan dataset execution figures report "
-    "accuracy api commands __main__",
+    "study": "shipped toml_text xarray_accessor provenance origin manifest discretization plan results dataset execution figures "
+    "report accuracy api commands __main__",
     "study.manifest": "parameters problems columns drives manifest checker named_files drive_tables reader "
     "effects cases one_case",
     "study.discretization": "front targets",
-    "study.plan": "task keys cost kinds tasks plan endings attempts size flags spans memory",
+    "study.plan": "task keys cost kinds tasks plan endings size flags spans memory",
     "study.plan.cost": "condensation sliding seconds arrays drive",
     "study.plan.kinds": "kind compliance contact record statistics states drive",
-    "study.dataset": "store groups file variables ensemble description ragged layout collect access comparison "
+    "study.results": "whole_file sealed attempts store",
+    "study.dataset": "groups file variables ensemble description ragged layout collect access comparison "
     "pair verification agreement",
     "study.dataset.agreement": "matching verdicts facts",
     "study.dataset.access": "selection single accessor tidy placement concatenation",

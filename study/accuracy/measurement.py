@@ -20,8 +20,9 @@ from study.accuracy.table import as_markdown
 from study.accuracy.timing import machine
 from study.dataset.file import write as write_dataset
 from study.dataset.groups import carrying
-from study.dataset.store import StoreError, written_whole
 from study.discretization.front import Measured, as_text
+from study.results.store import StoreError
+from study.results.whole_file import written_whole
 
 STEM: Final = "accuracy"
 """Name of all files but for their endings."""

@@ -25,7 +25,6 @@ from study.dataset.file import CHOSEN, FORMAT, MIXED, VERSION
 from study.dataset.groups import carrying
 from study.dataset.layout import Layout, coordinates, layout_of
 from study.dataset.ragged import Runs, texts
-from study.dataset.store import Store
 from study.dataset.variables import (
     ADVICE,
     COMPUTED_BY,
@@ -50,6 +49,7 @@ from study.plan.kinds.kind import left_out
 from study.plan.plan import CaseTasks, Plan
 from study.plan.task import TaskResult
 from study.plan.tasks import KINDS, needed_kinds
+from study.results.store import Store
 
 
 def collect(plan: Plan, store: Store) -> xr.Dataset:

@@ -8,7 +8,8 @@ from typing import Any, Final
 import xarray as xr
 
 from study.dataset.groups import carrying, opened, tree_of
-from study.dataset.store import StoreError, written_whole
+from study.results.store import StoreError
+from study.results.whole_file import written_whole
 
 FILE: Final = "results.nc"
 FORMAT: Final = "nanoslip_format"

@@ -30,7 +30,6 @@ from study.dataset.collect import collect
 from study.dataset.groups import loaded
 from study.dataset.layout import Layout, layout_of
 from study.dataset.pair import Finding, Pair, Shared, finding_of, place_of
-from study.dataset.store import Store, StoreError
 from study.dataset.variables import OUTCOMES
 from study.manifest.cases import CampaignCase
 from study.manifest.manifest import Manifest
@@ -40,6 +39,7 @@ from study.plan.endings import PENDING
 from study.plan.plan import Plan, make_plan
 from study.plan.task import Task
 from study.provenance import UNKNOWN
+from study.results.store import Store, StoreError
 
 _BESIDE: Final = ("table", "roughness", "front")
 """Keys of a manifest that name a file, whose text is the attribute manifest_<key>."""

@@ -5,11 +5,12 @@ from functools import partial
 from pathlib import Path
 
 from solver.outcome import Ending, Outcome
-from study.dataset.store import CorruptResultError, Store, StoreError
 from study.execution.ledger import CannotGoOnError
 from study.plan.plan import Plan
 from study.plan.task import TaskResult
 from study.plan.tasks import Task, run_task
+from study.results.sealed import CorruptResultError
+from study.results.store import Store, StoreError
 
 
 def executor(out: Path) -> Callable[[Task], Outcome]:

@@ -6,13 +6,13 @@ from collections.abc import Callable, Collection
 from dataclasses import dataclass
 from pathlib import Path
 
-from study.dataset.store import Store
 from study.execution.ledger import Done
 from study.origin import here
-from study.plan import attempts
-from study.plan.attempts import Attempt
 from study.plan.plan import Plan
 from study.plan.tasks import Task
+from study.results import attempts
+from study.results.attempts import Attempt
+from study.results.store import Store
 
 
 @dataclass(frozen=True, slots=True)

@@ -10,8 +10,8 @@ from tempfile import TemporaryDirectory
 from solver.case import Case
 from solver.compiled import told_of_compiling
 from solver.drive import Drive
-from study.dataset.store import Store
 from study.plan.tasks import Task, compliance_task, contact_task, drive_task, record_task, run_task
+from study.results.store import Store
 
 
 def warm_up(tasks: Sequence[Task], say: Callable[[], object]) -> None:

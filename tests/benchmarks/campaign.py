@@ -16,7 +16,6 @@ from typing import Any, TypeVar
 import numpy as np
 
 from solver.outcome import COMPLETED, Outcome
-from study.dataset.store import Store
 from study.execution.farms.farm import Farm
 from study.execution.farms.opening import open_farm
 from study.execution.farms.processes import ProcessFarm
@@ -27,6 +26,7 @@ from study.execution.warmup import warm_up
 from study.manifest.reader import load_manifest
 from study.plan.plan import Plan, make_plan
 from study.plan.tasks import Task, TaskResult, run_task
+from study.results.store import Store
 from tests.benchmarks import campaign
 from tests.benchmarks.ranks import found
 from tests.benchmarks.replay import Timed, replay

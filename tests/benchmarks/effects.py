@@ -22,8 +22,8 @@ from solver.elasticity.compliance import surface_compliance
 from solver.elasticity.interior import interior_fields
 from solver.slab import Slab
 from solver.sliding.events import slide, states_at
-from study.dataset.store import Store
 from study.plan.tasks import compliance_task, contact_task, record_task, run_task
+from study.results.store import Store
 from tests.benchmarks.dynamics import PAPER, STEP, UNIT
 from tests.benchmarks.table import Row, best, seconds, verdict
 

@@ -13,10 +13,10 @@ from tempfile import TemporaryDirectory
 
 from solver.case import Case
 from solver.slab import Slab
-from study.dataset.store import Store
 from study.manifest.reader import load_manifest
 from study.plan.plan import make_plan
 from study.plan.tasks import compliance_task, record_task, run_task
+from study.results.store import Store
 from tests.benchmarks.table import Row, verdict
 
 SLAB = Slab(n_x=1025)

@@ -9,7 +9,7 @@ from pathlib import Path
 
 import pytest
 
-from study.dataset.store import FOLDER
+from study.results.store import FOLDER
 from tests.conftest import SMALL, launcher
 
 pytestmark = pytest.mark.mpi

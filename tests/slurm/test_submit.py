@@ -9,7 +9,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from study.dataset.store import FOLDER, Store
+from study.results.store import FOLDER, Store
 from tests.conftest import ROOT, SMALL, launcher
 
 pytestmark = [pytest.mark.slurm, pytest.mark.slow]

@@ -11,9 +11,9 @@ import xarray as xr
 
 from study import api
 from study.api import open_dataset, run
-from study.dataset.store import FOLDER, StoreError
 from study.execution import executor
 from study.manifest.problems import ManifestError
+from study.results.store import FOLDER, StoreError
 from tests.conftest import SMALL
 
 TINY = {"title": "tiny", "axes": {"normal_load": [1e-3, 2e-3]}, "numerics": {"n_x": 17}, "limits": {"events": 20}}

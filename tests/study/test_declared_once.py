@@ -18,11 +18,11 @@ from study.dataset.access.accessor import Accessor
 from study.dataset.collect import collect
 from study.dataset.description import described, page
 from study.dataset.groups import loaded
-from study.dataset.store import Store
 from study.manifest.reader import load_manifest
 from study.plan.kinds import record as record_kind
 from study.plan.plan import Plan, make_plan
 from study.plan.tasks import KINDS, run_task
+from study.results.store import Store
 from tests.conftest import SMALL
 
 

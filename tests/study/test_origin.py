@@ -8,7 +8,6 @@ from pathlib import Path
 
 from solver.case import Case
 from solver.slab import Slab
-from study.dataset.store import Store
 from study.origin import (
     NOBODY,
     Origin,
@@ -23,6 +22,7 @@ from study.origin import (
     stemming,
 )
 from study.plan.tasks import compliance_task, contact_task, run_task
+from study.results.store import Store
 from tests.conftest import ROOT
 
 HOME = Origin("1.0", "aa", "c0ffee", "3.12.0", "2.1", "1.14", "0.61")

@@ -12,7 +12,6 @@ from study.commands.shared.refusals import refusals
 from study.dataset import file, verification
 from study.dataset.comparison import Verdict
 from study.dataset.pair import Finding
-from study.dataset.store import Store
 from study.execution.farms.opening import open_farm
 from study.execution.interruption import EXIT_CODE
 from study.execution.program import computing
@@ -20,6 +19,7 @@ from study.execution.progress import open_progress
 from study.plan.tasks import Task
 from study.report.console import console, print_sentences, say
 from study.report.summary import MOST_ROWS
+from study.results.store import Store
 
 
 def work(dataset: Path, sample: int | None, as_json: bool) -> None:

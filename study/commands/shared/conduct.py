@@ -9,19 +9,19 @@ from study.commands.shared.datasets import write_dataset
 from study.commands.shared.exits import FAILURES, Refusal, show
 from study.commands.shared.plans import counted, planned, print_foreign
 from study.commands.shared.refusals import refusals
-from study.dataset.store import Store
 from study.execution.executor import drop_intermediates
 from study.execution.failures import Left, diary, left
 from study.execution.farms.farm import Farm
 from study.execution.interruption import EXIT_CODE
 from study.execution.progress import open_progress
 from study.execution.warmup import warm_up
-from study.plan import attempts
 from study.plan.memory import shortages
 from study.plan.plan import Plan
 from study.plan.tasks import Task
 from study.report import costs
 from study.report.console import console, say
+from study.results import attempts
+from study.results.store import Store
 
 
 def conduct(farm: Farm, campaign: Path, out: Path, recompute_foreign: bool, retry: bool) -> int:

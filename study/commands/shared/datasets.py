@@ -6,10 +6,10 @@ import xarray as xr
 
 from study.dataset import file
 from study.dataset.collect import collect
-from study.dataset.store import Store
 from study.plan.plan import Plan
 from study.report.console import print_sentences, print_table, say, whole
 from study.report.summary import drive_summary, failure_summary, flag_summary, scalar_table
+from study.results.store import Store
 
 
 def write_dataset(plan: Plan, out: Path) -> None:

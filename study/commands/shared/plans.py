@@ -7,13 +7,13 @@ from pathlib import Path
 from typing import Any
 
 from study.commands.shared.arguments import folder
-from study.dataset.store import Store
 from study.execution.failures import left
 from study.manifest.reader import load_manifest
 from study.origin import Origins, census, here
 from study.plan.plan import Plan, make_plan
 from study.plan.tasks import Task, estimate
 from study.report.console import say, whole
+from study.results.store import Store
 
 
 def planned(campaign: Path) -> Plan:

@@ -4,8 +4,8 @@ from collections.abc import Iterator
 from contextlib import contextmanager
 
 from study.commands.shared.exits import Refusal
-from study.dataset.store import StoreError
 from study.manifest.problems import ManifestError
+from study.results.store import StoreError
 
 
 @contextmanager

@@ -10,8 +10,8 @@ from study.commands.shared.arguments import folder
 from study.commands.shared.plans import planned
 from study.dataset import file
 from study.dataset.collect import collect
-from study.dataset.store import Store, StoreError
 from study.report.console import say, whole
+from study.results.store import Store, StoreError
 
 
 @contextmanager

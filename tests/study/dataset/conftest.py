@@ -10,9 +10,9 @@ import xarray as xr
 
 from study.dataset import file
 from study.dataset.collect import collect
-from study.dataset.store import Store
 from study.manifest.reader import load_manifest
 from study.plan.plan import Plan, make_plan
+from study.results.store import Store
 from tests.conftest import SMALL
 from tests.study.dataset.campaigns import TABLE, Build, compute
 from tests.study.dataset.verifying import Change, computed

@@ -13,11 +13,11 @@ from study.dataset import file
 from study.dataset.access.accessor import Accessor
 from study.dataset.collect import collect
 from study.dataset.groups import groups_of
-from study.dataset.store import Store, StoreError
 from study.discretization.front import load_front
 from study.origin import Origin, here
 from study.plan.plan import Plan
 from study.plan.tasks import TaskResult
+from study.results.store import Store, StoreError
 from tests.conftest import SMALL
 from tests.study.dataset.campaigns import CASE_DIMS, changed
 

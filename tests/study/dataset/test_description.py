@@ -10,10 +10,10 @@ from solver.sliding.validity import FLAGS
 from study.dataset.collect import collect
 from study.dataset.description import Described, described, page, rows, text_of
 from study.dataset.groups import flattened, groups_of
-from study.dataset.store import Store
 from study.manifest.reader import load_manifest
 from study.plan.plan import make_plan
 from study.plan.tasks import run_task
+from study.results.store import Store
 from tests.conftest import ROOT, SMALL
 
 ALL = (

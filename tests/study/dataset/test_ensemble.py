@@ -18,7 +18,6 @@ from study.dataset import file
 from study.dataset.collect import collect
 from study.dataset.ensemble import ensemble_name, observables, over_members
 from study.dataset.groups import groups_of
-from study.dataset.store import Store
 from study.manifest.cases import MEMBER, CampaignCase, expand
 from study.manifest.manifest import SEEDS, Ensemble, Manifest
 from study.manifest.problems import ManifestError
@@ -27,6 +26,7 @@ from study.plan.plan import Plan, make_plan
 from study.plan.tasks import run_task
 from study.report import page as report_page
 from study.report.summary import points, scalar_table
+from study.results.store import Store
 
 Build = Callable[[str], tuple[Plan, xr.Dataset]]
 HEAD = 'title = "x"\nnumerics.n_x = 17\nlimits.events = 150\n'

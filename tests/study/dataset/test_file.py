@@ -9,7 +9,7 @@ import xarray as xr
 
 from study.dataset import file
 from study.dataset.groups import carrying, groups_of
-from study.dataset.store import StoreError
+from study.results.store import StoreError
 
 
 def made(size: int) -> xr.Dataset:

@@ -10,11 +10,11 @@ import pytest
 from solver.slab import Slab
 from study.dataset import file, verification
 from study.dataset.comparison import Verdict
-from study.dataset.store import Store, StoreError
 from study.discretization.front import Measured, as_text
 from study.manifest.problems import ManifestError
 from study.origin import here
 from study.plan.tasks import Task, run_task
+from study.results.store import Store, StoreError
 from tests.conftest import SMALL
 from tests.study.dataset.verifying import RECORDS, computed, verdicts, verified
 

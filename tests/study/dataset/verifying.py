@@ -10,10 +10,10 @@ from study.dataset import file, verification
 from study.dataset.collect import collect
 from study.dataset.comparison import Verdict
 from study.dataset.pair import Finding
-from study.dataset.store import Store
 from study.manifest.reader import load_manifest
 from study.plan.plan import make_plan
 from study.plan.tasks import Task, TaskResult, run_task
+from study.results.store import Store
 from tests.conftest import SMALL
 
 Change = Callable[[netCDF4.Dataset], None]

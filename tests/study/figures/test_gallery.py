@@ -5,9 +5,9 @@ from pathlib import Path
 import pytest
 
 from study import shipped
-from study.dataset.store import StoreError
 from study.figures.catalogue import FIGURES
 from study.figures.gallery import INDEX, campaigns_of, place, write, write_indexes
+from study.results.store import StoreError
 from tests.study.figures.shipped_small import small
 
 

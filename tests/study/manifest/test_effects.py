@@ -18,7 +18,6 @@ from solver.slab import Slab
 from solver.sliding.events import slide_to_state
 from study.dataset.collect import collect
 from study.dataset.groups import groups_of
-from study.dataset.store import Store
 from study.manifest.drives import NamedDrive
 from study.manifest.effects import effects
 from study.manifest.problems import ManifestError
@@ -38,6 +37,7 @@ from study.plan.tasks import (
     run_task,
     states_task,
 )
+from study.results.store import Store
 
 DRIVES = '[[drives]]\nname = "a"\nsamples = 40\n'
 TINY = "numerics.n_x = 17\nconstants.radius = 50\nlimits.events = 60\n"

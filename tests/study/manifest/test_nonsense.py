@@ -13,7 +13,6 @@ import pytest
 from solver.drive import Scales
 from study.dataset import file
 from study.dataset.collect import collect
-from study.dataset.store import Store
 from study.dataset.variables import factors
 from study.discretization.front import SHIPPED, load_front
 from study.manifest.drives import drive_parameters
@@ -22,6 +21,7 @@ from study.manifest.parameters import TABLES, words_of
 from study.manifest.problems import ManifestError
 from study.manifest.reader import load_manifest
 from study.plan.plan import make_plan
+from study.results.store import Store
 
 NONSENSE = {
     "2^53": str(2**53),

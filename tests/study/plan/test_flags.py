@@ -17,7 +17,6 @@ from solver.sliding.events import slide
 from solver.sliding.validity import FEW_NODES, FLAGS, NEAR_ENDS, WHOLE_SLAB, advice_on, flags_in
 from study.dataset import file
 from study.dataset.collect import collect
-from study.dataset.store import Store
 from study.manifest.reader import load_manifest
 from study.plan.cost.sliding import expected_displacement
 from study.plan.flags import expected_lines, flag_lines
@@ -25,6 +24,7 @@ from study.plan.plan import Plan, make_plan
 from study.plan.tasks import run_task
 from study.report import page as report_page
 from study.report.summary import flag_summary, scalar_table
+from study.results.store import Store
 from tests.conftest import ROOT
 
 MAP = """\

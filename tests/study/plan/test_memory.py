@@ -10,7 +10,6 @@ from solver.elasticity.compliance import surface_compliance
 from solver.outcome import Ending, Outcome
 from solver.slab import Slab
 from study.commands import cli
-from study.dataset.store import Store
 from study.execution.launch import processes_here
 from study.execution.ledger import ATTEMPTS, Ledger, attempt
 from study.manifest.reader import load_manifest
@@ -18,6 +17,7 @@ from study.plan import memory
 from study.plan.kinds import compliance as compliance_kind
 from study.plan.plan import Plan, make_plan
 from study.plan.tasks import compliance_task, run_task
+from study.results.store import Store
 
 MB = 1e6
 

@@ -9,10 +9,10 @@ import pytest
 import xarray as xr
 
 from study.dataset.groups import carrying, groups_of
-from study.dataset.store import StoreError
 from study.figures.views.catalogue import SORTS
 from study.report import page as report_page
 from study.report import summary
+from study.results.store import StoreError
 
 
 def made_up(design: str = "product", outcome: str = "completed", drives: int = 1) -> xr.Dataset:

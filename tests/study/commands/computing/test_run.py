@@ -7,9 +7,9 @@ from pathlib import Path
 
 import xarray as xr
 
-from study.dataset.store import Store, StoreError
 from study.execution import executor
 from study.origin import here
+from study.results.store import Store, StoreError
 from tests.conftest import SMALL
 
 

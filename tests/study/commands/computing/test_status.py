@@ -7,7 +7,7 @@ import time
 import pytest
 
 from study.commands.computing import status
-from study.dataset.store import Store
+from study.results.store import Store
 from tests.conftest import SMALL
 
 

@@ -2,7 +2,7 @@
 
 import pytest
 
-from study.dataset.store import Store
+from study.results.store import Store
 from tests.conftest import SMALL
 
 ONE = ("intrinsic_friction=0.5", "radius=50")

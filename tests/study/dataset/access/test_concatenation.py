@@ -7,7 +7,7 @@ import xarray as xr
 from study.api import concat, open_dataset, run
 from study.dataset.access.placement import NotJoinableError
 from study.dataset.groups import groups_of
-from study.dataset.store import StoreError
+from study.results.store import StoreError
 from tests.study.dataset.access.conftest import FULL
 
 

@@ -18,8 +18,10 @@ import pytest
 
 from solver.outcome import COMPLETED, Ending, Outcome
 from solver.slab import Slab
-from study.dataset.store import CorruptResultError, Store, StoreError, written_whole
 from study.plan.tasks import TaskResult, compliance_task, run_task
+from study.results.sealed import CorruptResultError
+from study.results.store import Store, StoreError
+from study.results.whole_file import written_whole
 
 RECORD = TaskResult(
     "0123456789abcdef0123",
@@ -273,7 +275,7 @@ def test_two_processes_that_compute_one_compliance_at_once_do_no_harm(store, env
     program = (
         "import sys; from study.execution.launch import pin_threads; pin_threads()\n"
         "from pathlib import Path; from solver.case import Slab\n"
-        "from study.dataset.store import Store; from study.plan.tasks import compliance_task, run_task\n"
+        "from study.results.store import Store; from study.plan.tasks import compliance_task, run_task\n"
         "task, store = compliance_task(Slab(n_x=33)), Store(Path(sys.argv[1]))\n"
         "print('ready', flush=True); sys.stdin.readline()\n"
         "for _ in range(10): store.write(run_task(task, {}))\n"

@@ -5,8 +5,8 @@ from pathlib import Path
 import pytest
 
 from solver.outcome import Ending
-from study.plan import attempts
-from study.plan.attempts import ADVICE, FILE, Attempt
+from study.results import attempts
+from study.results.attempts import ADVICE, FILE, Attempt
 
 
 def attempt(task: str, ending: Ending = Ending.CRASHED, final: bool = True, software: str = "this") -> Attempt:

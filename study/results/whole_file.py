@@ -1,0 +1,78 @@
+"""Files that appear whole or not at all, and what killed writers leave of them."""
+
+import itertools
+import os
+import re
+import socket
+import threading
+import time
+from collections.abc import Iterator
+from contextlib import contextmanager
+from pathlib import Path
+
+ABANDONED = 86_400.0
+"""Seconds after which another host's scratch file is taken for a killed run's."""
+_SCRATCH = ".scratch"
+_SCRATCH_NAME = re.compile(rf"\..+\.([^.]+)\.(\d{{1,9}})\.\d+{re.escape(_SCRATCH)}")
+"""As `written_whole` makes it: host and process of its writer. Other files that end so are somebody else's."""
+
+
+@contextmanager
+def written_whole(path: Path) -> Iterator[Path]:
+    """Yield a scratch name beside `path` to write to, then put it in its place: readers see the old or the new, whole.
+
+    The mode is what the umask leaves of 0666, as for any file others shall read.
+    """
+    scratch = path.with_name(f".{path.name}.{_host()}.{os.getpid()}.{threading.get_ident()}{_SCRATCH}")
+    try:
+        yield scratch
+        with scratch.open("rb") as file:
+            os.fsync(file.fileno())
+        if path.is_dir() and not path.is_symlink():
+            path.rename(_free_name(path))  # nothing of it is lost
+        os.replace(scratch, path)
+    finally:
+        scratch.unlink(missing_ok=True)
+
+
+def _host() -> str:
+    return socket.gethostname().replace(".", "-")
+
+
+def clear_away(folder: Path) -> None:
+    """Remove the scratch files of processes that have ended."""
+    for leftover in folder.glob(f".*{_SCRATCH}"):
+        named = _SCRATCH_NAME.fullmatch(leftover.name)
+        if named and not _writer_lives(leftover, *named.groups()):
+            leftover.unlink(missing_ok=True)
+
+
+def _writer_lives(scratch: Path, host: str, process: str) -> bool:
+    """Whether the process that writes this scratch file may still be at it."""
+    if host != _host():
+        try:
+            return time.time() - scratch.stat().st_mtime < ABANDONED
+        except FileNotFoundError:
+            return True  # it was, until just now
+    try:
+        os.kill(int(process), 0)
+    except ProcessLookupError:
+        return False
+    except PermissionError:
+        return True
+    return not _is_zombie(int(process))
+
+
+def _is_zombie(process: int) -> bool:
+    """Whether a process is a zombie (exited, not yet reaped): containers often have no init that reaps."""
+    try:
+        fields = Path(f"/proc/{process}/stat").read_text()
+    except OSError:
+        return False  # no such file system here, or gone meanwhile: the next run clears away
+    return fields.rpartition(")")[2].split()[0] == "Z"
+
+
+def _free_name(path: Path) -> Path:
+    """A name beside it that nothing has."""
+    names = (path.with_name(f"{path.name}.set-aside-{number}") for number in itertools.count(1))
+    return next(name for name in names if not name.exists())
