@@ -36,9 +36,11 @@ def console(stderr: bool = False) -> rich.console.Console:
     return rich.console.Console(stderr=stderr, width=WIDE, highlight=False, markup=False)
 
 
-def print_table(table: Table) -> None:
-    """Print a table to standard output, between empty lines."""
-    _print([Line(""), *table_lines(table, console().width), Line("")])
+def print_table(*tables: Table) -> None:
+    """Print tables to standard output, between empty lines."""
+    for table in tables:
+        _print([Line(""), *table_lines(table, console().width)])
+    _print([Line("")])
 
 
 def print_sentences(sentences: Iterable[str], sort: str = "", stderr: bool = False) -> None:

@@ -35,8 +35,7 @@ def work(campaign: Path, out: Path | None, watch: bool, as_json: bool) -> None:
             _watch(found)
         else:
             say(found.plan.manifest.title)
-            for table in _tables(found):
-                print_table(table)
+            print_table(*_tables(found))
             if found.given_up:
                 say(f"{counted(len(found.given_up), 'task')} {_GIVEN_UP}")
             print_foreign(found.foreign, campaign)

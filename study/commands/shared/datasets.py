@@ -7,6 +7,7 @@ import xarray as xr
 from study.dataset import file
 from study.dataset.collect import collect
 from study.plan.plan import Plan
+from study.report.common import said_once
 from study.report.console import print_sentences, print_table, say, whole
 from study.report.summary import drive_summary, failure_summary, flag_summary, scalar_table
 from study.results.store import Store
@@ -25,7 +26,9 @@ def write_dataset(plan: Plan, out: Path) -> None:
 
 def print_summary(dataset: xr.Dataset) -> None:
     """Print the table of a dataset's cases, how its drives ended, why and what to do, and the advice of its validity flags."""
-    print_table(scalar_table(dataset, why=False))
+    table, alike = said_once(scalar_table(dataset, why=False))
+    print_table(table)
+    print_sentences(alike)
     print_sentences(drive_summary(dataset))
     print_sentences(failure_summary(dataset), "failed")
     print_sentences(flag_summary(dataset))
