@@ -34,6 +34,7 @@ from study.plan.plan import Plan, make_plan
 from study.plan.tasks import Task
 from study.report import costs
 from study.report.console import console
+from study.results.lease import Lease
 from study.results.store import Store, StoreError
 from study.toml_text import as_toml
 
@@ -67,8 +68,8 @@ def run(
     retry: try again what has failed.
     progress: print progress on standard error. None: on a terminal and in a notebook.
 
-    Raises ManifestError where the campaign is wrong, StoreError where the folder cannot be used, MemoryError where a task
-    needs more memory than this machine has. A task that fails is a warning, and the outcome of its cases.
+    Raises ManifestError where the campaign is wrong, StoreError where the folder cannot be used or another run is at work there,
+    MemoryError where a task needs more memory than this machine has. A task that fails is a warning, and an outcome of its cases.
 
     >>> import nanoslip
     >>> data = nanoslip.run({
@@ -84,6 +85,7 @@ def run(
     with ExitStack() as stack:
         stack.enter_context(threadpoolctl.threadpool_limits(limits=1))  # sums depend on the number of threads
         folder = Path(stack.enter_context(TemporaryDirectory()) if out is None else out)
+        stack.enter_context(Lease(folder))
         _compute(plan, folder, recompute_foreign, retry, progress)
         path = folder / file.FILE
         file.write(collect(plan, Store(folder)), path)

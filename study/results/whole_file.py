@@ -54,13 +54,18 @@ def _writer_lives(scratch: Path, host: str, process: str) -> bool:
             return time.time() - scratch.stat().st_mtime < ABANDONED
         except FileNotFoundError:
             return True  # it was, until just now
+    return lives(int(process))
+
+
+def lives(process: int) -> bool:
+    """Whether a process of this machine has not ended."""
     try:
-        os.kill(int(process), 0)
-    except ProcessLookupError:
+        os.kill(process, 0)
+    except (ProcessLookupError, OverflowError):
         return False
     except PermissionError:
         return True
-    return not _is_zombie(int(process))
+    return not _is_zombie(process)
 
 
 def _is_zombie(process: int) -> bool:

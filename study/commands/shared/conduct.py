@@ -1,6 +1,7 @@
 """The root's part of `nanoslip run`: plan, hand out tasks, collect. Other ranks do not import this file."""
 
 import time
+from contextlib import ExitStack
 from pathlib import Path
 
 import click
@@ -21,14 +22,16 @@ from study.plan.tasks import Task
 from study.report import costs
 from study.report.console import console, say
 from study.results import attempts
+from study.results.lease import Lease
 from study.results.store import Store
 
 
 def conduct(farm: Farm, campaign: Path, out: Path, recompute_foreign: bool, retry: bool) -> int:
     """Compute what is left of a campaign on this farm, and write its dataset; returns the exit code of all ranks."""
     try:
-        with refusals():
+        with refusals(), ExitStack() as stack:
             plan, store = planned(campaign), Store(out)
+            stack.enter_context(Lease(out))
             store.prepare()
             finished = store.inventory()
             foreign = plan.foreign(finished)

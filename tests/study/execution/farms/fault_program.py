@@ -1,5 +1,6 @@
-"""A program for two ranks: one fault among 19 sound tasks. `fault_program FAULT RANK FOLDER`; prints what came of it."""
+"""A program for two ranks: one fault among 19 sound tasks. `fault_program FAULT RANK FOLDER`; prints what came of it as JSON."""
 
+import json
 import sys
 from pathlib import Path
 
@@ -23,9 +24,14 @@ def main(fault: str, rank: int, folder: Path) -> None:
         if not farm.root:
             farm.leave(farm.serve())
         tally = farm.run(tasks, lambda task, outcome, _: ended.update({task.key: outcome}), fail)
-        as_expected = faults.as_expected(fault, ended[fault]) and where[0] == f"rank {rank}"
-        said = "as expected" if as_expected else f"{ended[fault]} at {where}"
-        print(f"{tally.done} done, {tally.crashed} crashed, {said}", flush=True)
+        said = {
+            "done": tally.done,
+            "crashed": tally.crashed,
+            "ending": ended[fault].ending,
+            "as_expected": faults.as_expected(fault, ended[fault]),
+            "where": where[0],
+        }
+        print(json.dumps(said), flush=True)
         farm.leave(3 if tally.crashed else 0)
 
 

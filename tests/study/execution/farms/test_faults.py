@@ -1,5 +1,6 @@
 """Whatever a task does to its process, the other tasks are computed, and what it did is on record."""
 
+import json
 import subprocess
 import sys
 from pathlib import Path
@@ -124,4 +125,5 @@ def test_a_fault_on_a_rank_costs_its_own_task(environment, tmp_path: Path, fault
     ]
     done = subprocess.run(words, env=environment, capture_output=True, text=True, timeout=60.0, check=False)
     assert done.returncode == 3, done.stderr
-    assert done.stdout == "19 done, 1 crashed, as expected\n"
+    wanted = {"done": 19, "crashed": 1, "ending": FAULTS[fault][1], "as_expected": True, "where": f"rank {rank}"}
+    assert json.loads(done.stdout) == wanted

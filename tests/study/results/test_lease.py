@@ -1,0 +1,152 @@
+"""One run at a time works in a folder; one that was killed keeps nobody out."""
+
+import json
+import os
+import socket
+import subprocess
+import sys
+import threading
+import time
+from collections.abc import Iterator
+from contextlib import contextmanager
+from pathlib import Path
+
+import pytest
+
+from study.results import lease
+from study.results.lease import FILE, Lease
+from study.results.store import StoreError
+
+SOON = 1.0
+"""Seconds that stand for the minute after which a lease is stale."""
+
+
+@pytest.fixture(autouse=True)
+def quick(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(lease, "FRESH", SOON)
+    monkeypatch.setattr(lease, "BEAT", SOON / 5.0)
+
+
+def left_behind(out: Path, host: str, process: int) -> Path:
+    """The lease of a run that did not give it back."""
+    path = out / FILE
+    path.write_text(json.dumps({"host": host, "process": process, "started": "2026-01-01 00:00:00 UTC"}))
+    return path
+
+
+@contextmanager
+def touched(path: Path) -> Iterator[None]:
+    """Somebody keeps a file fresh."""
+    over = threading.Event()
+
+    def touch() -> None:
+        while not over.wait(SOON / 10.0):
+            os.utime(path)
+
+    thread = threading.Thread(target=touch)
+    thread.start()
+    yield
+    over.set()
+    thread.join()
+
+
+def test_a_second_run_is_refused_with_who_is_at_work_until_the_first_has_ended(tmp_path: Path) -> None:
+    out = tmp_path / "deep" / "out"
+    with Lease(out):
+        time.sleep(1.5 * SOON)  # it stays fresh
+        with (
+            pytest.raises(StoreError, match=f"process {os.getpid()} on {socket.gethostname()}, since .* another --out"),
+            Lease(out),
+        ):
+            pytest.fail("two runs at once")
+    assert list(out.iterdir()) == []
+    with Lease(out):
+        pass
+
+
+def test_the_lease_of_a_process_of_this_machine_that_has_ended_is_taken_over_at_once(tmp_path: Path) -> None:
+    killed = subprocess.Popen(["true"])
+    killed.wait()
+    left_behind(tmp_path, socket.gethostname(), killed.pid)
+    begun = time.monotonic()
+    with Lease(tmp_path):
+        assert time.monotonic() - begun < SOON / 2.0
+        assert json.loads((tmp_path / FILE).read_text())["process"] == os.getpid()
+
+
+def test_the_lease_of_another_machine_counts_until_it_has_been_silent_for_long(tmp_path: Path, capsys) -> None:
+    path = left_behind(tmp_path, "elsewhere", 1)
+    with touched(path), pytest.raises(StoreError, match="process 1 on elsewhere"), Lease(tmp_path):
+        pytest.fail("two runs at once")
+    with Lease(tmp_path):
+        assert "it is silent" in capsys.readouterr().err
+    old = left_behind(tmp_path, "elsewhere", 1)
+    os.utime(old, (0, 0))
+    begun = time.monotonic()
+    with Lease(tmp_path):
+        assert time.monotonic() - begun < SOON / 2.0
+
+
+@pytest.mark.parametrize(
+    "text", ["", "nonsense", "[]", "{}", '{"process": -1}', '{"process": true}', "[" * 10**5, "\0\x1b[31m"]
+)
+def test_a_file_that_no_run_has_written_keeps_nobody_out_for_long(tmp_path: Path, text: str) -> None:
+    path = tmp_path / FILE
+    path.write_text(text)
+    os.utime(path, (time.time() + 1e6,) * 2)  # whatever times it claims
+    with Lease(tmp_path):
+        assert json.loads(path.read_text())["process"] == os.getpid()
+
+
+def test_what_is_no_file_is_put_aside_or_refused(tmp_path: Path) -> None:
+    path = tmp_path / FILE
+    os.mkfifo(path)
+    with Lease(tmp_path):
+        assert path.is_file()
+    path.symlink_to(tmp_path / "nothing")
+    with Lease(tmp_path):
+        assert path.is_file()
+    assert not (tmp_path / "nothing").exists()
+    path.mkdir()
+    with pytest.raises(StoreError, match="a folder"), Lease(tmp_path):
+        pytest.fail("no lease")
+
+
+def test_a_lease_that_another_run_has_taken_is_left_to_it(tmp_path: Path) -> None:
+    with Lease(tmp_path):
+        path = left_behind(tmp_path, "elsewhere", 1)
+    assert json.loads(path.read_text())["host"] == "elsewhere"
+
+
+RACE = """
+import sys, time
+from pathlib import Path
+from study.results.lease import Lease
+from study.results.store import StoreError
+while time.time() < float(sys.argv[2]):
+    pass
+try:
+    with Lease(Path(sys.argv[1])):
+        print("mine", flush=True)
+        time.sleep(3.0)
+except StoreError:
+    print("refused", flush=True)
+"""
+
+
+def test_of_several_runs_that_find_a_stale_lease_one_takes_it(tmp_path: Path, environment: dict[str, str]) -> None:
+    killed = subprocess.Popen(["true"])
+    killed.wait()
+    left_behind(tmp_path, socket.gethostname(), killed.pid)
+    words = [sys.executable, "-c", RACE, str(tmp_path), str(time.time() + 5.0)]
+    runs = [subprocess.Popen(words, env=environment, stdout=subprocess.PIPE, text=True) for _ in range(4)]
+    said = sorted(run.communicate(timeout=60.0)[0] for run in runs)
+    assert said == ["mine\n", *["refused\n"] * 3]
+
+
+def test_a_run_in_a_folder_where_another_is_at_work_is_exit_code_2(main, campaign: Path) -> None:
+    out = campaign.parent / "out"
+    with Lease(out):
+        code, _, errors = main("run", campaign, "--out", out, "--serial")
+        assert (code, errors.count("a run is at work there")) == (2, 1)
+        assert main("status", campaign, "--out", out)[0] == 0
