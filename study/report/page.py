@@ -10,8 +10,10 @@ from typing import Final
 
 import jinja2
 import xarray as xr
+from markupsafe import Markup, escape
 
 from study.figures.shared.files import write_files
+from study.figures.sweep.label import SYMBOL
 from study.figures.views.catalogue import SORTS
 from study.figures.views.choice import spread
 from study.figures.views.view import Sort
@@ -81,6 +83,7 @@ def page(dataset: xr.Dataset, cost: str) -> str:
         trim_blocks=True,
         lstrip_blocks=True,
     )
+    environment.filters["lowered"] = lowered
     sections = tuple(found for sort in SORTS.values() if (found := section(dataset, sort)))
     table, alike = said_once(scalar_table(dataset))
     return environment.get_template("report.html.j2").render(
@@ -100,6 +103,11 @@ def page(dataset: xr.Dataset, cost: str) -> str:
         table=table,
         alike=alike,
     )
+
+
+def lowered(text: str) -> Markup:
+    """Text with the subscripts of its symbols lowered, as HTML."""
+    return Markup(SYMBOL.sub(r"\1<sub>\2</sub>", str(escape(text))))
 
 
 def section(dataset: xr.Dataset, sort: Sort) -> Section | None:

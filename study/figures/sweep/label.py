@@ -60,9 +60,13 @@ def readable(units: str) -> str:
     return "" if units == "1" else _UNITS.get(units, units)
 
 
+SYMBOL: Final = re.compile(r"\b([^\W_])_([^\W_]{1,2})\b")
+"""A letter with its index, as L_x and μ_i; `right_side` is no symbol."""
+
+
 def typeset(text: str) -> str:
-    """Text with the subscripts of its symbols lowered, in matplotlib's notation; `right_side` is no symbol."""
-    return re.sub(r"\b([^\W_])_([^\W_]{1,2})\b", r"$\1_{\2}$", text.replace("$", r"\$"))
+    """Text with the subscripts of its symbols lowered, in matplotlib's notation."""
+    return SYMBOL.sub(r"$\1_{\2}$", text.replace("$", r"\$"))
 
 
 def said(value: Any) -> str:

@@ -105,7 +105,7 @@ def test_the_table_is_sorted_by_number_with_the_keyboard(browser: Chromium, page
     browser.show(pages["failing"], 1200)
     column = '[...document.querySelectorAll("#cases tbody tr")].map(each => each.cells[0].textContent)'
     names = browser.value('[...document.querySelectorAll("#cases th")].map(each => each.textContent)')
-    assert names[0] == "R/L_x"
+    assert names[0] == "R/Lx"
     before = browser.value(column)
     browser.value('document.querySelector("#cases th button").focus()')
     browser.press("Enter")

@@ -107,7 +107,10 @@ def test_the_page_holds_all_of_it_and_needs_no_other_file(failing):
     text = failing.read_text("utf-8")
     assert [path.name for path in failing.parent.iterdir()] == [report_page.FILE]
     assert text.count('<img src="data:image/svg+xml;base64,') == text.count("<img") == 2  # record and drive
-    assert "F/W on the plateau over μ_i: 0.5728 ± 0.0017 at μ_i = 0.25, the only one of 2 that has it." in text
+    assert (
+        "F/W on the plateau over μ<sub>i</sub>: 0.5728 ± 0.0017 at μ<sub>i</sub> = 0.25, the only one of 2 that has it."
+        in text
+    )
     assert "http" not in text
     assert "0.1432 ± 0.0004" in text
     assert "Made &lt;up&gt;" in text
@@ -176,3 +179,11 @@ def test_a_folder_that_cannot_be_written_is_named(tmp_path):
     (tmp_path / "file").touch()
     with pytest.raises(StoreError, match=r"report\.html: cannot be written"):
         report_page.write(made_up()[["outcome", "message"]], Path(tmp_path / "file"))
+
+
+def test_symbols_have_their_indices_lowered_and_names_of_keys_stay_as_they_are() -> None:
+    """And nothing of a title becomes HTML."""
+    assert str(report_page.lowered("R/L_x & W/(G·L_x·L_y) <b>")) == (
+        "R/L<sub>x</sub> &amp; W/(G·L<sub>x</sub>·L<sub>y</sub>) &lt;b&gt;"
+    )
+    assert str(report_page.lowered("bottom_row, near_ends, _x, stick_slip")) == "bottom_row, near_ends, _x, stick_slip"
