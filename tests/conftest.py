@@ -2,6 +2,7 @@
 
 import os
 import shutil
+import signal
 import subprocess
 import sys
 from collections.abc import Callable
@@ -45,6 +46,16 @@ name = "fast"
 samples = 40
 """
 
+OPEN_MPI = {
+    "OMPI_ALLOW_RUN_AS_ROOT": "1",
+    "OMPI_ALLOW_RUN_AS_ROOT_CONFIRM": "1",
+    "PRTE_MCA_rmaps_default_mapping_policy": ":oversubscribe",
+    "PRTE_MCA_hwloc_default_binding_policy": "none",
+    "OMPI_MCA_btl": "^ofi",
+}
+"""What Open MPI needs to start more ranks than cores, as root too, without binding children to one core, and at once. Other
+libraries do not read it."""
+
 Command = Callable[..., "subprocess.CompletedProcess[str]"]
 Main = Callable[..., tuple[int, str, str]]
 THREADS = ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS", "BLIS_NUM_THREADS", "NUMBA_NUM_THREADS")
@@ -65,7 +76,7 @@ def environment() -> dict[str, str]:
     Without git the source commit is "unknown": datasets stay comparable while somebody commits.
     """
     kept = {name: value for name, value in UNPINNED.items() if not name.startswith(("PMI", "OMPI", "SLURM", "COLUMNS"))}
-    return kept | {"PYTHONPATH": str(ROOT), "PATH": str(Path(sys.executable).parent)}
+    return kept | OPEN_MPI | {"PYTHONPATH": str(ROOT), "PATH": str(Path(sys.executable).parent)}
 
 
 @pytest.fixture(scope="session")
@@ -101,6 +112,12 @@ def main(monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]) ->
         return int(ended.value.code or 0), *capsys.readouterr()
 
     return call
+
+
+def polite_signal() -> signal.Signals:
+    """What asks all ranks of a launcher to end: SIGTERM, but Open MPI's kills them a moment later."""
+    version = subprocess.run([*launcher(1)[:1], "--version"], capture_output=True, text=True, check=False).stdout
+    return signal.SIGUSR1 if "Open MPI" in version else signal.SIGTERM
 
 
 def launcher(ranks: int) -> list[str]:

@@ -10,7 +10,7 @@ from pathlib import Path
 import pytest
 
 from study.results.store import FOLDER
-from tests.conftest import SMALL, launcher
+from tests.conftest import SMALL, launcher, polite_signal
 
 pytestmark = pytest.mark.mpi
 
@@ -70,8 +70,8 @@ def test_a_wrong_option_is_said_once_by_all_ranks_together(nanoslip, campaign):
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("number", [signal.SIGKILL, signal.SIGTERM], ids=["killed", "told to stop"])
-def test_a_run_cut_short_goes_on_to_the_same_dataset(nanoslip, environment, tmp_path, number):
+@pytest.mark.parametrize("kill", [True, False], ids=["killed", "told to stop"])
+def test_a_run_cut_short_goes_on_to_the_same_dataset(nanoslip, environment, tmp_path, kill):
     campaign = tmp_path / "long.toml"
     campaign.write_text(LONG)
     whole, cut = tmp_path / "whole", tmp_path / "cut"
@@ -81,12 +81,12 @@ def test_a_run_cut_short_goes_on_to_the_same_dataset(nanoslip, environment, tmp_
     while len(list(cut.glob(f"{FOLDER}/*.npz"))) < 5:
         assert running.poll() is None
         time.sleep(0.002)
-    if number == signal.SIGKILL:
-        os.killpg(running.pid, number)  # launcher and ranks at once
+    if kill:
+        os.killpg(running.pid, signal.SIGKILL)  # launcher and ranks at once
     else:
-        running.send_signal(number)
+        running.send_signal(polite_signal())
     running.communicate(timeout=60)
-    assert running.returncode == (99 if number == signal.SIGTERM else -number)
+    assert running.returncode == (-signal.SIGKILL if kill else 99)
     assert not (cut / "results.nc").exists()
     stamps = _stamps(cut)
     assert len(stamps) < len(_stamps(whole))

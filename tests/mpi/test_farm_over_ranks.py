@@ -7,7 +7,7 @@ import time
 
 import pytest
 
-from tests.conftest import launcher
+from tests.conftest import launcher, polite_signal
 
 pytestmark = pytest.mark.mpi
 PROGRAM = "tests.mpi.farm_program"
@@ -55,7 +55,7 @@ def test_a_signal_ends_all_ranks_after_their_task_with_code_99(environment, rank
     running = start("stop", ranks, environment, *interpreter)
     assert running.stdout is not None
     assert running.stdout.readline() == "started\n"
-    running.send_signal(signal.SIGTERM)
+    running.send_signal(polite_signal() if ranks else signal.SIGTERM)
     said, errors = running.communicate(timeout=PATIENCE)
     assert running.returncode == 99, errors
     done = int(said.split(" done")[0])
@@ -79,7 +79,7 @@ def test_ranks_that_are_stuck_are_left_after_the_grace_with_code_99(environment)
     assert running.stdout is not None
     running.stdout.readline()
     begun = time.perf_counter()
-    running.send_signal(signal.SIGTERM)
+    running.send_signal(polite_signal())
     _, errors = running.communicate(timeout=PATIENCE)
     assert time.perf_counter() - begun < 10.0  # the grace is 1 s, the tasks take 60 s
     assert running.returncode == 99

@@ -6,11 +6,13 @@
 
 import os
 import signal
+import time
 from importlib import import_module
 from typing import Final
 
 import click
 
+from study.execution.interruption import LAST_WORDS
 from study.execution.launch import launcher_rank, processes_started
 
 CRASHED: Final = 1
@@ -29,12 +31,13 @@ class Refusal(click.ClickException):
 
 def show(error: click.ClickException) -> None:
     """Print an error once, however many processes were started together."""
-    if launcher_rank():
-        return
-    if isinstance(error, Refusal):
-        import_module(_CONSOLE).print_error(error.message)
-    else:
-        error.show()
+    if launcher_rank() == 0:
+        if isinstance(error, Refusal):
+            import_module(_CONSOLE).print_error(error.message)
+        else:
+            error.show()
+    if processes_started() > 1:
+        time.sleep(LAST_WORDS)  # the end of one rank is that of all, and of what it has not been heard to say
 
 
 def aborted() -> int:
