@@ -7,6 +7,7 @@ from pathlib import Path
 from typing import Any
 
 import jinja2
+from jinja2.sandbox import SandboxedEnvironment
 
 from study import shipped
 from study.execution.interruption import EXIT_CODE
@@ -80,10 +81,16 @@ def _template(settings: Path, name: str) -> Path:
 
 
 def script(name: str, campaign: Path, out: Path, site: Site, template: str) -> str:
-    """The batch script that runs a campaign as one MPI job and puts itself back into the queue until it is finished."""
-    environment = jinja2.Environment(undefined=jinja2.StrictUndefined, trim_blocks=True, keep_trailing_newline=True)
+    """The batch script that runs a campaign as one MPI job and puts itself back into the queue until it is finished.
+
+    A template can do nothing but lay out text. Raises SiteError where it tries, or is wrong.
+    """
+    environment = SandboxedEnvironment(undefined=jinja2.StrictUndefined, trim_blocks=True, keep_trailing_newline=True)
     settings: dict[str, Any] = {item.name: getattr(site, item.name) for item in fields(site)}
     run = f"{site.command} run {shlex.quote(str(campaign))} --out {shlex.quote(str(out))}"
-    return environment.from_string(template).render(
-        settings, name=shlex.quote(name), run=run, log=shlex.quote(str(out / "slurm-%j.log")), again=EXIT_CODE
-    )
+    log = shlex.quote(str(out / "slurm-%j.log"))
+    try:
+        made = environment.from_string(template)
+        return made.render(settings, name=shlex.quote(name), run=run, log=log, again=EXIT_CODE)
+    except (jinja2.TemplateError, ArithmeticError, LookupError, TypeError, ValueError) as error:
+        raise SiteError(f"{site.template}: {error}") from None

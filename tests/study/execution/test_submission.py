@@ -60,3 +60,20 @@ def test_wrong_settings_are_named_with_what_is_needed(tmp_path, line, wrong):
 def test_missing_settings_are_named(tmp_path):
     with pytest.raises(SiteError, match=r"site\.toml: cannot be read: No such file"):
         load_site(tmp_path / "site.toml")
+
+
+@pytest.mark.parametrize(
+    "template",
+    [
+        "{{ ''.__class__.__mro__ }}",
+        "{{ run.__init__.__globals__ }}",
+        "{{ nothing }}",
+        "{% for %}",
+        "{{ 1 / }}",
+        "{{ 1 / 0 }}",
+        "{{ 1 / 0 }}",
+    ],
+)
+def test_a_template_that_is_wrong_or_reaches_for_python_is_refused_by_name(template):
+    with pytest.raises(SiteError, match=r"^job\.sh\.j2: "):
+        script("name", Path("mine.toml"), Path("out"), Site(), template)
