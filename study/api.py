@@ -20,7 +20,7 @@ from study.dataset.access.concatenation import joined
 from study.dataset.collect import collect
 from study.dataset.groups import loaded
 from study.execution.executor import drop_intermediates
-from study.execution.failures import diary, left
+from study.execution.failures import Diary, left
 from study.execution.farms.farm import SerialFarm
 from study.execution.ledger import Tally
 from study.execution.program import computing
@@ -147,7 +147,8 @@ def _compute(plan: Plan, folder: Path, recompute_foreign: bool, retry: bool, pro
     store.prepare()
     finished = store.inventory()
     foreign = plan.foreign(finished) if recompute_foreign else {}
-    tasks = left(plan, store, finished.keys() - foreign.keys(), retry).tasks
+    work = left(plan, store, finished.keys() - foreign.keys(), retry)
+    tasks = work.tasks
     if short := shortages(plan, tasks, 1):
         raise MemoryError("\n".join(short))
     started = time.time()
@@ -156,8 +157,8 @@ def _compute(plan: Plan, folder: Path, recompute_foreign: bool, retry: bool, pro
         costs.add(folder, costs.since(started, time.time(), 1, tally.seconds, tally.done + tally.crashed))
     if tally.halt:
         raise StoreError(tally.halt)
-    if tally.crashed:
-        said = f"{tally.crashed} tasks failed, or needed one that did (see standard error, and `outcome`)"
+    if failed := tally.crashed + len(work.given_up):
+        said = f"{failed} tasks failed, now or before, or needed one that did (see `outcome` and `message`)"
         warnings.warn(said, RuntimeWarning, stacklevel=3)
     else:
         drop_intermediates(plan, tasks, store)
@@ -168,10 +169,10 @@ def _run_tasks(tasks: Sequence[Task], folder: Path, progress: bool | None) -> Ta
     errors = console(stderr=True)
     watched = bool(tasks) and (errors.is_terminal or errors.is_jupyter)
     farm = SerialFarm(computing(folder).load)
-    if not (watched if progress is None else progress):
-        return farm.run(tasks, _silent, diary(folder))
-    with open_progress(tasks, errors) as bar:
-        return farm.run(tasks, bar, diary(folder))
+    with ExitStack() as stack:
+        shown = watched if progress is None else progress
+        diary = Diary(folder, stack.enter_context(open_progress(tasks, errors)) if shown else _silent)
+        return farm.run(tasks, diary.report, diary.fail)
 
 
 def _silent(_task: Task, _outcome: Outcome, _seconds: float) -> None:

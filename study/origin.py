@@ -46,6 +46,11 @@ class Origin:
         """What can change a last digit: the source and the libraries that compute. A commit of prose is no other source."""
         return (self.source_hash, self.numpy_version, self.scipy_version, self.numba_version)
 
+    @property
+    def solver(self) -> str:
+        """A short name of what decides (8 hexadecimal digits): the same wherever the same is computed."""
+        return content_hash(list(self.deciding), length=8)
+
     def alike(self, other: "Origin") -> bool:
         """Whether both compute the same; what is unknown is like nothing."""
         return UNKNOWN not in self.deciding and self.deciding == other.deciding

@@ -43,7 +43,7 @@ ORDER = {
     "pair verification agreement",
     "study.dataset.agreement": "matching verdicts facts",
     "study.dataset.access": "selection single accessor tidy placement concatenation",
-    "study.execution": "launch interruption program queue forecast progress ledger dispatch farms executor failures warmup "
+    "study.execution": "launch interruption program queue forecast progress ledger dispatch farms warmup executor failures "
     "submission",
     "study.execution.farms": "child process agent farm processes ranks opening",
     "study.report": "columns console common summary interchange case_table curves text_plot costs overview picture page",

@@ -62,6 +62,8 @@ def collect(plan: Plan, store: Store) -> xr.Dataset:
     front = load_front(manifest.front, manifest.front_text)
     makers: dict[str, Origins] = {}
     failed = {key: attempt.outcome for key, attempt in store.failures().items()}
+    finished = store.outcomes() if failed else {}
+    failed = plan.outcomes(finished, failed) if failed else {}
     for case in plan.cases:
         if case.case is not None:
             table.put(DISCRETIZATION_ERROR.name, case, "", front.expected_error(case.case))

@@ -6,6 +6,7 @@ from pathlib import Path
 
 from solver.outcome import Ending, Outcome
 from study.execution.ledger import CannotGoOnError
+from study.execution.warmup import WarmUp
 from study.plan.plan import Plan
 from study.plan.task import TaskResult
 from study.plan.tasks import Task, run_task
@@ -13,12 +14,14 @@ from study.results.sealed import CorruptResultError
 from study.results.store import Store, StoreError
 
 
-def executor(out: Path) -> Callable[[Task], Outcome]:
+def executor(out: Path) -> Callable[[Task | WarmUp], Outcome]:
     """The function that computes a task with the results in this folder and returns its outcome."""
     return partial(_execute, Store(out))
 
 
-def _execute(store: Store, task: Task) -> Outcome:
+def _execute(store: Store, task: Task | WarmUp) -> Outcome:
+    if isinstance(task, WarmUp):
+        return task.run()
     result = run_task(task, {key: _read(store, key) for key in task.needs})
     if result.outcome.ending is not Ending.OUT_OF_MEMORY:  # another machine, or fewer ranks, may compute it
         try:
@@ -37,6 +40,6 @@ def _read(store: Store, key: str) -> TaskResult:
 
 def drop_intermediates(plan: Plan, computed: Sequence[Task], store: Store) -> None:
     """Remove records that only other tasks needed and that no unfinished task still needs. Raises StoreError."""
-    if any(task.intermediate and task.kind == "record" for task in computed):
+    if computed and any(task.intermediate and task.kind == "record" for task in plan.tasks):
         for key in plan.obsolete(store.finished()):
             store.drop(key)

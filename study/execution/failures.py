@@ -2,11 +2,12 @@
 
 import datetime
 import sys
-from collections.abc import Callable, Collection
+from collections.abc import Collection
 from dataclasses import dataclass
 from pathlib import Path
 
-from study.execution.ledger import Done
+from solver.outcome import UNDONE, Ending, Outcome
+from study.execution.ledger import Done, Report
 from study.origin import here
 from study.plan.plan import Plan
 from study.plan.tasks import Task
@@ -28,20 +29,44 @@ class Left:
 def left(plan: Plan, store: Store, finished: Collection[str], retry: bool = False) -> Left:
     """What is left, given the keys that are finished. retry: nothing is given up."""
     tasks, failures = plan.remaining(finished), store.failures()
-    given_up = [] if retry else [key for key, attempt in failures.items() if attempt.given_up]
-    tried = plan.possible(tasks, given_up, failures)
+    given_up = {key for key, attempt in failures.items() if attempt.given_up and not retry}
+    tried = plan.possible(tasks, given_up - set(finished), failures)
     keys = {task.key for task in tried}
     return Left(tried, tuple(task for task in tasks if task.key not in keys))
 
 
-def diary(out: Path) -> Callable[[Task, Done, bool], None]:
-    """What keeps all that is known of an attempt that failed."""
+class Diary:
+    """Keeps all that is known of attempts that fail, and that a task which has failed has not in the end."""
 
-    def note(task: Task, done: Done, final: bool) -> None:
+    def __init__(self, out: Path, report: Report[Task]) -> None:
+        """report: hears how each task ends, as this does."""
+        self._out, self._report = out, report
+        self._failed = set(attempts.final(out, here().solver))
+
+    def report(self, task: Task, outcome: Outcome, seconds: float) -> None:
+        """Note how a task has ended."""
+        if task.key in self._failed and outcome.ending not in UNDONE and outcome.ending is not Ending.NEEDS_FAILED:
+            self._note(task, Done(task.key, outcome, seconds), final=False)
+        self._report(task, outcome, seconds)
+
+    def fail(self, task: Task, done: Done, final: bool) -> None:
+        """Note an attempt that has failed."""
+        self._failed.add(task.key)
+        self._note(task, done, final)
+
+    def _note(self, task: Task, done: Done, final: bool) -> None:
         ended = datetime.datetime.now(datetime.UTC).isoformat(timespec="seconds")
-        ending, message = done.outcome.ending.value, done.outcome.message
-        attempt = Attempt(task.key, task.label, ending, message, final, here().name, done.where, ended, done.trace)
-        if problem := attempts.add(out, attempt):
+        attempt = Attempt(
+            task=task.key,
+            label=task.label,
+            ending=done.outcome.ending.value,
+            message=done.outcome.message,
+            final=final,
+            passing=done.passing,
+            solver=here().solver,
+            where=done.where,
+            ended=ended,
+            trace=done.trace,
+        )
+        if problem := attempts.add(self._out, attempt):
             sys.stderr.write(f"{problem}\n")
-
-    return note

@@ -39,12 +39,14 @@ class Done:
     """Traceback where it crashed."""
     again: bool = False
     """Of a failure: whether it may end differently if it is tried again."""
+    passing: bool = False
+    """Of a failure: whether the machine is at fault, so that it may end differently in another run."""
     halt: str = ""
     """Why no task can be finished any more; the outcome is nothing then."""
 
 
 Fail = Callable[[W, Done, bool], None]
-"""Hears of each failed attempt, and of what cannot be begun: the task, how it ended, whether that is final."""
+"""Hears of each failed attempt: the task, how it ended, whether that is final."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -77,11 +79,13 @@ def attempt(
     except survive as error:
         seconds = time.perf_counter() - start
         # An error of the machine may be over next time, one of the program is not.
-        again = isinstance(error, OSError | MemoryError)
+        machine = isinstance(error, OSError | MemoryError)
         ending = Ending.OUT_OF_MEMORY if isinstance(error, MemoryError) else Ending.CRASHED
-        return Done(task.key, Outcome(ending, _in_a_line(error)), seconds, where, traceback.format_exc(), again)
-    again = outcome.ending is Ending.OUT_OF_MEMORY
-    return Done(task.key, outcome, time.perf_counter() - start, where, again=again)
+        return Done(
+            task.key, Outcome(ending, _in_a_line(error)), seconds, where, traceback.format_exc(), machine, machine
+        )
+    machine = outcome.ending is Ending.OUT_OF_MEMORY
+    return Done(task.key, outcome, time.perf_counter() - start, where, again=machine, passing=machine)
 
 
 def _in_a_line(error: BaseException) -> str:
@@ -161,9 +165,7 @@ class Ledger(Generic[W]):
         self._report(task, done.outcome, done.seconds)
         for lost in self.queue.abandon(task.key):
             self._crashed += 1
-            outcome = Outcome(Ending.NEEDS_FAILED, f"{task.label} {UNDONE[done.outcome.ending]}")
-            self._fail(lost, Done(lost.key, outcome, 0.0, done.where), True)
-            self._report(lost, outcome, 0.0)
+            self._report(lost, Outcome(Ending.NEEDS_FAILED, f"{task.label} {UNDONE[done.outcome.ending]}"), 0.0)
 
     def expected(self, task: W) -> float:
         """Estimated seconds of this task, scaled by what its kind took so far; infinite before any of its kind ended."""

@@ -1,21 +1,46 @@
-"""Compile the kernels that a run needs before it begins, on one rank: the others load them from numba's cache."""
+"""Compile the kernels that a run needs before it begins, in one process: the others load them from numba's cache."""
 
+import sys
 from collections.abc import Callable, Sequence
 from contextlib import suppress
-from dataclasses import replace
+from dataclasses import dataclass, replace
 from functools import cache
 from pathlib import Path
 from tempfile import TemporaryDirectory
+from typing import Final
 
 from solver.case import Case
 from solver.compiled import told_of_compiling
 from solver.drive import Drive
+from solver.outcome import COMPLETED, Outcome
 from study.plan.tasks import Task, compliance_task, contact_task, drive_task, record_task, run_task
 from study.results.store import Store
 
 
+@dataclass(frozen=True, slots=True)
+class WarmUp:
+    """The compiling as a task of its own: what it does to its process costs nobody another one."""
+
+    tasks: tuple[Task, ...]
+    """Small ones, that run every kernel of a run's."""
+    key: str = "warm_up"
+    kind: str = "warm_up"
+    label: str = "compiling kernels"
+    needs: tuple[str, ...] = ()
+    cost: float = 60.0
+    limit: float = 3600.0
+
+    def run(self) -> Outcome:
+        """Compile, and say so first where the cache has not all of it."""
+        warm_up(self.tasks, lambda: sys.stderr.write(f"{COMPILING}\n"))
+        return COMPLETED
+
+
+COMPILING: Final = "compiling kernels, once: about a minute; later runs load them"
+
+
 def warm_up(tasks: Sequence[Task], say: Callable[[], object]) -> None:
-    """Run small tasks of the same kinds, through a store: kernels are compiled for its read-only arrays.
+    """Run `miniatures` of tasks, through a store: kernels are compiled for its read-only arrays.
 
     say: called once, before the first kernel is compiled; not where all are in the cache.
     """
@@ -23,7 +48,7 @@ def warm_up(tasks: Sequence[Task], say: Callable[[], object]) -> None:
     with TemporaryDirectory() as folder, suppress(Exception), told_of_compiling(cache(say)):
         store = Store(Path(folder))
         store.prepare()
-        for task in miniatures(tasks):
+        for task in tasks:
             store.write(run_task(task, {key: store.read(key) for key in task.needs}))
 
 

@@ -4,6 +4,7 @@ from collections.abc import Collection, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from typing import Final
 
+from solver.outcome import UNDONE, Ending, Outcome
 from study.discretization.targets import settled
 from study.manifest.cases import MEMBER, CampaignCase, expand
 from study.manifest.manifest import Manifest
@@ -76,6 +77,23 @@ class Plan:
             if not lost.isdisjoint(task.needs):
                 lost.add(task.key)
         return tuple(sorted((task for task in left if task.key not in lost), key=lambda task: task.key in failed))
+
+    def outcomes(self, finished: Mapping[str, Outcome], failed: Mapping[str, Outcome]) -> dict[str, Outcome]:
+        """How tasks ended, those included that cannot be begun, as what they need has failed.
+
+        finished: of the results that are there, which count more than failures. failed: of attempts.
+        """
+        found = {key: outcome for key, outcome in failed.items() if key not in finished}
+        tasks = {task.key: task for task in self.tasks}
+        for task in sorted(self.tasks, key=stage_of):
+            lost = next((need for need in task.needs if need in found), None)
+            if lost is None or task.key in finished or task.key in found:
+                continue
+            outcome, need = found[lost], tasks[lost]
+            message = f"its {need.kind} {UNDONE.get(outcome.ending, 'failed')}: {outcome.message}"
+            own = need.kind == task.kind  # the scalars of a record
+            found[task.key] = outcome if own else Outcome(Ending.NEEDS_FAILED, message)
+        return found | dict(finished)
 
     def foreign(self, finished: Mapping[str, Origins]) -> dict[str, Origins]:
         """The plan's results that other software than this had a hand in, given all that are finished."""

@@ -1,9 +1,11 @@
 """What became of tasks that failed: a line for each attempt, beside the results. Only this file says where, when and how often.
 
-A failure holds for the software that it happened to: another state of it tries again.
+The last line of a task decides; one that ends well after it has failed gets a line, too. A failure holds for the solver that it
+happened to: another one tries again.
 """
 
 import json
+import os
 from collections.abc import Mapping
 from dataclasses import asdict, dataclass, fields
 from pathlib import Path
@@ -25,9 +27,11 @@ class Attempt:
     ending: str
     message: str
     final: bool
-    """Whether the task is not tried again by itself."""
-    software: str
-    """Name of the origin (study.origin) that failed."""
+    """Whether that run did not try again."""
+    passing: bool
+    """Whether the machine was at fault, not the task: the next run tries again."""
+    solver: str
+    """Name of what failed (study.origin.Origin.solver)."""
     where: str
     """Rank and host."""
     ended: str
@@ -41,29 +45,30 @@ class Attempt:
 
     @property
     def given_up(self) -> bool:
-        """Whether no further run tries it. Memory may be there next time, and what it needs may be."""
-        return self.final and self.ending in (Ending.CRASHED, Ending.TIMED_OUT)
+        """Whether no further run tries it by itself."""
+        return self.final and not self.passing
 
 
 def add(out: Path, attempt: Attempt) -> str:
     """Write an attempt down behind the others; returns why that could not be, empty where it was."""
     try:
-        with (out / FILE).open("ab") as file:
-            torn = file.tell() > 0 and not (out / FILE).read_bytes().endswith(b"\n")
-            file.write(b"\n" * torn + json.dumps(asdict(attempt)).encode() + b"\n")
+        with (out / FILE).open("ab+") as file:
+            torn = file.tell() > 0 and file.seek(-1, os.SEEK_END) and file.read(1) != b"\n"
+            file.write(b"\n" * bool(torn) + json.dumps(asdict(attempt)).encode() + b"\n")
     except OSError as error:
         return f"{out / FILE}: cannot be written, the next run tries again what failed: {error.strerror or error}"
     return ""
 
 
-def final(out: Path, software: str) -> dict[str, Attempt]:
-    """Key -> the last attempt of this software at each task, where that was final; lines that no run wrote are left out."""
+def final(out: Path, solver: str) -> dict[str, Attempt]:
+    """Key -> the last attempt of this solver at each task, where that was final; lines that no run wrote are left out."""
     try:
         lines = (out / FILE).read_text("utf-8", errors="replace").splitlines()
     except OSError:
         return {}
-    found = (attempt for line in lines if (attempt := _attempt(line)) and attempt.software == software)
-    return {attempt.task: attempt for attempt in found if attempt.final}
+    found = (attempt for line in lines if (attempt := _attempt(line)) and attempt.solver == solver)
+    last = {attempt.task: attempt for attempt in found}
+    return {key: attempt for key, attempt in last.items() if attempt.final}
 
 
 def _attempt(line: str) -> Attempt | None:

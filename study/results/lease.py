@@ -33,7 +33,7 @@ class Lease:
     def __init__(self, out: Path) -> None:
         self._path = out / FILE
         started = time.strftime("%Y-%m-%d %H:%M:%S UTC", time.gmtime())
-        owner = {"host": socket.gethostname(), "process": os.getpid(), "started": started}
+        owner = {"host": socket.gethostname(), "process": os.getpid(), "started": started, "machine": _machine()}
         self._text = json.dumps(owner)
         self._over = threading.Event()
         self._beat = threading.Thread(target=self._keep_fresh, name="lease", daemon=True)
@@ -61,8 +61,12 @@ class Lease:
             opened = os.open(self._path, os.O_WRONLY | os.O_CREAT | os.O_EXCL, 0o666)
         except FileExistsError:
             return False
-        with open(opened, "w", encoding="utf-8") as file:
-            file.write(self._text)
+        try:
+            with open(opened, "w", encoding="utf-8") as file:
+                file.write(self._text)
+        except OSError:
+            self._path.unlink(missing_ok=True)
+            raise
         time.sleep(CALM)
         return self._is_ours()
 
@@ -89,7 +93,7 @@ class Lease:
     def _stale(self) -> bool:
         """Whether the run that holds the lease has ended; waits until that is known."""
         owner = self._owner()
-        here = owner.get("host") == socket.gethostname()
+        here = owner.get("host") == socket.gethostname() and owner.get("machine") == _machine()
         if here and not lives(owner["process"]):
             return True
         (first, age), patience = self._touched(), time.monotonic() + FRESH  # whatever times the file claims
@@ -129,7 +133,16 @@ class Lease:
     def _keep_fresh(self) -> None:
         while not self._over.wait(BEAT):
             with suppress(OSError):
-                os.utime(self._path)
+                if self._is_ours():  # a run that was stopped for long may have lost it
+                    os.utime(self._path)
+
+
+def _machine() -> str:
+    """What tells machines of one name apart, and containers in them: their processes have other numbers."""
+    with suppress(OSError):
+        boot = Path("/proc/sys/kernel/random/boot_id").read_text("ascii").strip()
+        return f"{boot} {os.readlink('/proc/self/ns/pid')}"
+    return ""
 
 
 def _words(owner: dict[str, Any]) -> dict[str, str]:

@@ -57,13 +57,12 @@ class Store:
         return {key: from_data(meta.get(_ORIGINS, ())) for key, meta in self._sound()}
 
     def outcomes(self) -> dict[str, Outcome]:
-        """How each task ended: the finished results, as `finished` counts them, and what failed."""
-        failed = {key: attempt.outcome for key, attempt in self.failures().items()}
-        return failed | {key: Outcome(Ending(meta["ending"]), meta["message"]) for key, meta in self._sound()}
+        """The finished results, as `finished` counts them, and how each ended."""
+        return {key: Outcome(Ending(meta["ending"]), meta["message"]) for key, meta in self._sound()}
 
     def failures(self) -> dict[str, Attempt]:
-        """The last attempt of this software at every task that has failed for good; it may have a result since."""
-        return attempts.final(self._out, here().name)
+        """The last attempt of this solver at every task that has failed; it may have a result nevertheless."""
+        return attempts.final(self._out, here().solver)
 
     def write(self, result: TaskResult) -> None:
         """Keep a result. Raises StoreError where the disk refuses."""

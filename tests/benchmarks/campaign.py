@@ -22,7 +22,7 @@ from study.execution.farms.processes import ProcessFarm
 from study.execution.farms.ranks import MPIFarm
 from study.execution.ledger import Done
 from study.execution.program import Program
-from study.execution.warmup import warm_up
+from study.execution.warmup import miniatures, warm_up
 from study.manifest.reader import load_manifest
 from study.plan.plan import Plan, make_plan
 from study.plan.tasks import Task, TaskResult, run_task
@@ -241,7 +241,7 @@ def executor(given: tuple[str, Path, str]) -> Callable[[Any], Outcome]:
         return lambda task: COMPLETED
     if mode == "written":
         return _files(folder)
-    warm_up(_plan(folder).tasks, lambda: None)
+    warm_up(miniatures(_plan(folder).tasks), lambda: None)
     compute = _executor(Store(folder / what))
     return lambda task: COMPLETED if isinstance(task, Trivial) else compute(task)
 
@@ -350,7 +350,7 @@ def _futures(folder: Path, what: str) -> None:
     from mpi4py.futures import MPICommExecutor
 
     _store = Store(folder / what)
-    warm_up(_plan(folder).tasks)
+    warm_up(miniatures(_plan(folder).tasks), lambda: None)
     with MPICommExecutor() as executor:
         if executor is not None:
             plan = _plan(folder)

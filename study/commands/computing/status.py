@@ -9,7 +9,7 @@ from typing import Any, Final
 import click
 from rich.live import Live
 
-from solver.outcome import Ending
+from solver.outcome import Ending, Outcome
 from study.commands.shared.machine import print_json
 from study.commands.shared.plans import Standing, counted, counts, counts_as_data, print_foreign, standing
 from study.commands.shared.refusals import refusals
@@ -79,7 +79,7 @@ def _tables(found: Standing) -> tuple[Table, Table]:
         (kind, str(each.finished), str(each.left), duration(each.core_seconds_left), str(each.all))
         for kind, each in counts(found).items()
     ]
-    cases, drives = endings(found.plan, found.store.outcomes())
+    cases, drives = endings(found.plan, _outcomes(found))
     words = sorted(cases | drives, key=lambda word: (word != _COMPLETED, word == PENDING, word))
     header = ("outcome", "cases", "drives") if drives else ("outcome", "cases")
     rows = [(word, str(cases[word]), str(drives[word]))[: len(header)] for word in words]
@@ -88,10 +88,16 @@ def _tables(found: Standing) -> tuple[Table, Table]:
     return Table(titles, tuple(tasks)), Table(header, tuple(rows), len(header), failed)
 
 
+def _outcomes(found: Standing) -> dict[str, Outcome]:
+    """How tasks have ended: results, what failed, and what needs that."""
+    failed = {key: attempt.outcome for key, attempt in found.store.failures().items()}
+    return found.plan.outcomes(found.store.outcomes(), failed)
+
+
 def _line(found: Standing) -> str:
     """The state in one line."""
-    cases, drives = endings(found.plan, found.store.outcomes())
-    done = len(found.plan.tasks) - len(found.remaining)
+    cases, drives = endings(found.plan, _outcomes(found))
+    done = len(found.plan.tasks) - len(found.remaining) - len(found.given_up)
     parts = [f"{done} of {len(found.plan.tasks)} tasks", f"cases: {_words(cases)}"]
     return "; ".join([*parts, *([f"drives: {_words(drives)}"] if drives else [])])
 
@@ -102,10 +108,10 @@ def _words(counted: Counter[str]) -> str:
 
 def _data(found: Standing) -> dict[str, Any]:
     """The state for scripts."""
-    cases, drives = endings(found.plan, found.store.outcomes())
+    cases, drives = endings(found.plan, _outcomes(found))
     return {
         "title": found.plan.manifest.title,
-        "finished": not found.remaining,
+        "finished": not found.remaining and not found.given_up,
         "tasks": counts_as_data(found),
         "cases": dict(cases),
         "drives": dict(drives),

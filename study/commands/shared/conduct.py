@@ -11,11 +11,11 @@ from study.commands.shared.exits import FAILURES, Refusal, show
 from study.commands.shared.plans import counted, planned, print_foreign
 from study.commands.shared.refusals import refusals
 from study.execution.executor import drop_intermediates
-from study.execution.failures import Left, diary, left
+from study.execution.failures import Diary, Left, left
 from study.execution.farms.farm import Farm
 from study.execution.interruption import EXIT_CODE
 from study.execution.progress import open_progress
-from study.execution.warmup import warm_up
+from study.execution.warmup import WarmUp, miniatures
 from study.plan.memory import shortages
 from study.plan.plan import Plan
 from study.plan.tasks import Task
@@ -50,12 +50,13 @@ def _compute(farm: Farm, plan: Plan, out: Path, work: Left) -> int:
     tasks = work.tasks
     _refuse_shortages(farm, plan, tasks)
     if tasks:
-        warm_up(tasks, lambda: say("compiling kernels, once: about a minute; later runs load them", stderr=True))
+        farm.run([WarmUp(tuple(miniatures(tasks)))], lambda *_: None)
     said = f"{counted(len(plan.cases), 'case')}, {counted(len(tasks), 'task')} left, {farm.size} {farm.unit}"
     say(f"{plan.manifest.title}: {said}", stderr=True)
     started = time.time()
     with open_progress(tasks, console(stderr=True), farm.size) as progress:
-        tally = farm.run(tasks, progress, diary(out))
+        diary = Diary(out, progress)
+        tally = farm.run(tasks, diary.report, diary.fail)
     took = costs.since(started, time.time(), farm.size, tally.seconds, tally.done + tally.crashed)
     if tasks and (problem := costs.add(out, took)):
         say(problem, stderr=True)

@@ -54,6 +54,7 @@ class KindCount:
     all: int
     finished: int
     left: int
+    given_up: int
     core_seconds_left: float
     memory_bytes: float
     """Of the largest one."""
@@ -66,11 +67,12 @@ def counts(standing: Standing) -> dict[str, KindCount]:
     tasks, remaining = standing.plan.tasks, standing.remaining
     every, left = Counter(task.kind for task in tasks), Counter(task.kind for task in remaining)
     found = {}
+    lost = Counter(task.kind for task in standing.given_up)
     for kind, count in every.items():
         costs = [estimate(task) for task in tasks if task.kind == kind]
         seconds = sum(task.cost for task in remaining if task.kind == kind)
         memory, disk = max(each.memory for each in costs), sum(each.disk for each in costs)
-        found[kind] = KindCount(count, count - left[kind], left[kind], seconds, memory, disk)
+        found[kind] = KindCount(count, count - left[kind] - lost[kind], left[kind], lost[kind], seconds, memory, disk)
     return found
 
 

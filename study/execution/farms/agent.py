@@ -17,6 +17,8 @@ from study.execution.ledger import Done, tell
 from study.execution.program import Program
 from study.execution.queue import Work
 
+START: Final = 300.0
+"""Seconds that a child has to start in; a crowded file system may need a while."""
 FALSE_STARTS: Final = 5
 """Children of one agent that end before they can compute, one after the other, until it gives up."""
 
@@ -91,7 +93,10 @@ class Agent:
             done = child.receive()
         except (EOFError, OSError):
             return self._dead(task, child)
-        if done is None and child.seconds > task.limit:
+        if done is None and not child.ready and child.seconds > START:
+            child.stop()
+            return self._dead(task, child)
+        if done is None and child.ready and child.seconds > task.limit:
             outcome = Outcome(Ending.TIMED_OUT, _TIMED_OUT.format(task.limit))
             return self._lost(task, child, outcome, again=False)
         return done

@@ -17,6 +17,8 @@ from study.execution.ledger import Done
 from study.execution.program import Program
 from study.execution.queue import Work
 
+LONGEST_LOOK: Final = 1.0
+"""Seconds between two looks at a child; more of them were not lived through."""
 LAST_BREATH: Final = 2.0
 """Seconds that a child which has cut its connection has to end by itself."""
 _MOST_WORDS: Final = 10_000
@@ -32,6 +34,7 @@ class ChildProcess:
 
     def __init__(self, program: Program, number: int) -> None:
         self.ready = False
+        """Whether it can compute; `seconds` is how long it has been starting until then, and at its task from then on."""
         ours, theirs = socket.socketpair()
         self._last_words = tempfile.TemporaryFile()  # noqa: SIM115  closed with the child
         with theirs:
@@ -45,17 +48,19 @@ class ChildProcess:
                 signal.pthread_sigmask(signal.SIG_UNBLOCK, SIGNALS)
         self.pipe: Connection[Any, Any] = Connection(ours.detach())
         self._deaths = deaths_for_memory()
-        self._since = time.monotonic()
+        self.seconds = 0.0
+        self._seen = time.monotonic()
         self._tell((program, number))
 
-    @property
-    def seconds(self) -> float:
-        """Since it began with its task; none before it can compute."""
-        return time.monotonic() - self._since if self.ready else 0.0
+    def look(self) -> None:
+        """Add the time since the last look to `seconds`, less that in which this process was stopped, and the child with it."""
+        now = time.monotonic()
+        self.seconds += min(now - self._seen, LONGEST_LOOK)
+        self._seen = now
 
     def begin(self, task: Work) -> None:
         """Have it compute a task."""
-        self._since = time.monotonic()
+        self.seconds, self._seen = 0.0, time.monotonic()
         self._tell(task)
 
     def receive(self) -> Done | None:
@@ -65,8 +70,13 @@ class ChildProcess:
             if message != READY:
                 return message  # type: ignore[no-any-return]
             self.ready = True
-            self._since = time.monotonic()
+            self.seconds, self._seen = 0.0, time.monotonic()
+        self.look()
         return None
+
+    def stop(self) -> None:
+        """End its process, whose last words can still be heard."""
+        self._process.kill()
 
     def kill(self) -> None:
         """End it at once."""

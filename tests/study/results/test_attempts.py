@@ -9,24 +9,28 @@ from study.results import attempts
 from study.results.attempts import ADVICE, FILE, Attempt
 
 
-def attempt(task: str, ending: Ending = Ending.CRASHED, final: bool = True, software: str = "this") -> Attempt:
-    return Attempt(
-        task, f"record {task}", ending.value, "why", final, software, "rank 0 on here", "2026-01-01T00:00:00+00:00"
-    )
+def attempt(
+    task: str, ending: Ending = Ending.CRASHED, final: bool = True, passing: bool = False, solver: str = "this"
+) -> Attempt:
+    where, ended = "rank 0 on here", "2026-01-01T00:00:00+00:00"
+    return Attempt(task, f"record {task}", ending.value, "why", final, passing, solver, where, ended)
 
 
-def test_the_last_attempt_of_this_software_counts_where_it_was_final(tmp_path: Path) -> None:
-    given = [attempt("a", final=False), attempt("a"), attempt("b", final=False), attempt("c", software="other")]
-    assert [attempts.add(tmp_path, each) for each in given] == [""] * 4
+def test_the_last_attempt_of_this_solver_counts_where_it_was_final(tmp_path: Path) -> None:
+    """What came well out of a later attempt, or is being tried again, has not failed."""
+    well = attempt("d", Ending.COMPLETED, final=False)
+    given = [attempt("a", final=False), attempt("a"), attempt("b", final=False), attempt("c", solver="other")]
+    given += [attempt("d"), well, attempt("e"), attempt("e", final=False)]
+    assert [attempts.add(tmp_path, each) for each in given] == [""] * 8
     assert attempts.final(tmp_path, "this") == {"a": given[1]}
     assert attempts.final(tmp_path / "nowhere", "this") == {}
 
 
-@pytest.mark.parametrize("ending", [Ending.CRASHED, Ending.TIMED_OUT, Ending.OUT_OF_MEMORY, Ending.NEEDS_FAILED])
-def test_only_what_would_end_the_same_way_is_given_up_and_says_how_to_try_again(ending: Ending) -> None:
-    """Another machine may have the memory, and what a task needs may be there next time."""
-    found = attempt("a", ending)
-    assert found.given_up == (ending in (Ending.CRASHED, Ending.TIMED_OUT))
+@pytest.mark.parametrize("passing", [True, False])
+def test_only_what_would_end_the_same_way_is_given_up_and_says_how_to_try_again(passing: bool) -> None:
+    """Another machine may have the memory."""
+    found = attempt("a", passing=passing)
+    assert found.given_up == (not passing)
     assert found.outcome.message.endswith(ADVICE) == found.given_up
     assert "here" not in found.outcome.message  # a dataset knows no host
 
@@ -42,10 +46,10 @@ def test_only_what_would_end_the_same_way_is_given_up_and_says_how_to_try_again(
         b"\xff\xfe",
         b"[" * 10**5,
         b'{"task": 1}',
-        b'{"task": "a", "label": "", "ending": "magic", "message": "", "final": true, "software": "this", "where": "", '
-        b'"ended": "", "trace": ""}',
-        b'{"task": "a", "label": "", "ending": "crashed", "message": 3, "final": true, "software": "this", "where": "", '
-        b'"ended": "", "trace": ""}',
+        b'{"task": "a", "label": "", "ending": "magic", "message": "", "final": true, "passing": false, "solver": '
+        b'"this", "where": "", "ended": "", "trace": ""}',
+        b'{"task": "a", "label": "", "ending": "crashed", "message": 3, "final": true, "passing": false, "solver": '
+        b'"this", "where": "", "ended": "", "trace": ""}',
     ],
 )
 def test_lines_that_no_run_wrote_are_left_out(tmp_path: Path, line: bytes) -> None:

@@ -30,7 +30,8 @@ def quick(monkeypatch: pytest.MonkeyPatch) -> None:
 def left_behind(out: Path, host: str, process: int) -> Path:
     """The lease of a run that did not give it back."""
     path = out / FILE
-    path.write_text(json.dumps({"host": host, "process": process, "started": "2026-01-01 00:00:00 UTC"}))
+    owner = {"host": host, "process": process, "started": "2026-01-01 00:00:00 UTC", "machine": lease._machine()}
+    path.write_text(json.dumps(owner))
     return path
 
 
@@ -116,6 +117,22 @@ def test_a_lease_that_another_run_has_taken_is_left_to_it(tmp_path: Path) -> Non
     with Lease(tmp_path):
         path = left_behind(tmp_path, "elsewhere", 1)
     assert json.loads(path.read_text())["host"] == "elsewhere"
+
+
+def test_a_process_of_another_container_of_this_name_is_not_taken_for_dead(tmp_path: Path) -> None:
+    """Numbers of processes mean nothing there."""
+    path = left_behind(tmp_path, socket.gethostname(), 2**22 - 1)
+    path.write_text(path.read_text().replace("pid:[", "pid:[1"))
+    with touched(path), pytest.raises(StoreError, match="a run is at work there"), Lease(tmp_path):
+        pytest.fail("two runs at once")
+
+
+def test_a_run_that_has_lost_its_lease_does_not_keep_another_ones_fresh(tmp_path: Path) -> None:
+    with Lease(tmp_path):
+        path = left_behind(tmp_path, "elsewhere", 1)
+        os.utime(path, (0, 0))
+        time.sleep(SOON)
+        assert path.stat().st_mtime == 0.0
 
 
 RACE = """

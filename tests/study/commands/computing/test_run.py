@@ -1,5 +1,6 @@
 """A run computes what is not finished, keeps what it can, and names what other software computed; refused cases are results."""
 
+import json
 import subprocess
 import sys
 from dataclasses import replace
@@ -127,6 +128,66 @@ def test_a_task_that_crashes_is_an_outcome_and_exit_code_3_until_it_is_tried_aga
     code, said, errors = main("run", campaign, "--out", out, "--serial", "--retry")
     assert (code, "6 tasks left" in errors) == (0, True)
     assert [said.count(word) for word in ("completed", "no_slip", "crashed")] == [6, 2, 0]
+
+
+DROPPED = SMALL + "[outputs]\nrecords = false\ntrajectory = false\n"
+
+
+def failing(kind: str, radius: float):
+    """A solver that crashes in the tasks of a kind at a radius; of records only in those that are dropped later."""
+    compute = executor.run_task
+
+    def defective(task, inputs):
+        if task.kind == kind and task.case.radius == radius and not task.scalars_only:
+            raise RuntimeError("a defect")
+        return compute(task, inputs)
+
+    return defective
+
+
+def test_what_was_tried_again_with_success_and_dropped_has_not_failed(main, campaign, monkeypatch):
+    """Drives that are added later are computed, from a record that is computed for them once more."""
+    campaign.write_text(DROPPED)
+    out = campaign.parent / "out"
+    with monkeypatch.context() as once:
+        once.setattr(executor, "run_task", failing("record", 100.0))
+        code, said, _ = main("run", campaign, "--out", out, "--serial")
+    assert (code, "crashed: 2 of 4 cases" in said) == (3, True)  # of which the scalars alone are kept
+    assert main("run", campaign, "--out", out, "--serial", "--retry")[0] == 0
+    campaign.write_text(DROPPED + '[[drives]]\nname = "third"\nstage_velocity = 5e-3\nsamples = 40\n')
+    code, said, errors = main("run", campaign, "--out", out, "--serial")
+    assert (code, "failed before" in errors, "pending" in said) == (0, False, False)
+
+
+def test_a_drive_that_is_not_computed_is_never_completed(main, campaign, monkeypatch):
+    """Its record failed, was computed in the next run, and that was interrupted before the drive."""
+    out = campaign.parent / "out"
+    with monkeypatch.context() as once:
+        once.setattr(executor, "run_task", failing("record", 100.0))
+        assert main("run", campaign, "--out", out, "--serial")[0] == 3
+    counted = json.loads(main("status", campaign, "--out", out, "--json")[1])
+    assert counted["tasks"]["drive"] | {"core_seconds_left": 0, "memory_bytes": 0, "disk_bytes": 0} == {
+        **{"all": 8, "finished": 4, "left": 0, "given_up": 4},
+        **{"core_seconds_left": 0, "memory_bytes": 0, "disk_bytes": 0},
+    }
+    assert (counted["finished"], counted["drives"].get("crashed")) == (False, 4)  # as their cases
+    full = Store.write
+
+    def interrupted(store, result):
+        if result.kind == "drive":
+            raise StoreError("no space")
+        full(store, result)
+
+    with monkeypatch.context() as once:
+        once.setattr(Store, "write", interrupted)
+        assert main("run", campaign, "--out", out, "--serial", "--retry")[0] == 2
+    counted = json.loads(main("status", campaign, "--out", out, "--json")[1])
+    drives = counted["tasks"]["drive"]
+    assert counted["drives"]["pending"] == drives["left"] > 0
+    assert (
+        counted["drives"]["crashed"] == drives["given_up"] == 4 - drives["left"]
+    )  # of the record that was not reached
+    assert main("run", campaign, "--out", out, "--serial", "--retry")[0] == 0
 
 
 def test_a_full_disk_is_one_message_and_exit_code_2(main, campaign, monkeypatch):

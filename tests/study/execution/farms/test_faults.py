@@ -3,6 +3,7 @@
 import json
 import subprocess
 import sys
+import time
 from pathlib import Path
 
 import pytest
@@ -48,7 +49,7 @@ def test_a_fault_costs_its_own_task(tmp_path: Path, fault: str) -> None:
     assert faults.as_expected(fault, reported[fault]), reported[fault]
     assert reported["after"].ending is Ending.NEEDS_FAILED
     assert all(reported[task.key].ok and (tmp_path / task.key).exists() for task in SOUND)
-    assert {done.key for done in failed} == {fault, "after"}
+    assert {done.key for done in failed} == {fault}
     assert all(done.where.startswith("rank 0 on ") for done in failed)
 
 
@@ -78,6 +79,38 @@ def test_tasks_behind_one_that_hangs_go_elsewhere(tmp_path: Path) -> None:
     tally, reported, _ = run(tasks, tmp_path, 2)
     assert tally == Tally(done=61, crashed=1)
     assert list(reported)[-1] == hanging.key  # all others ended before it was given up
+
+
+def test_a_fault_while_kernels_are_compiled_leaves_a_farm_that_computes(tmp_path: Path) -> None:
+    """The compiling is a task of its own, before all others."""
+    reported: list[str] = []
+    with ProcessFarm([Agent(faults.program(tmp_path), 0)]) as farm:
+        farm.run([Work("segmentation fault")], lambda *_: None)
+        tally = farm.run(SOUND, lambda task, outcome, _: reported.append(task.key))
+    assert (tally, len(reported)) == (Tally(done=19), 19)
+
+
+def test_time_in_which_both_processes_are_stopped_is_not_the_task_s(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """A suspended job is: its clock jumps between two looks at a child."""
+    clock, jump = time.monotonic, 0.0
+
+    def jumping() -> float:
+        return clock() + jump
+
+    monkeypatch.setattr(process.time, "monotonic", jumping)
+    child = process.ChildProcess(faults.program(tmp_path), 0)
+    try:
+        while not child.ready:
+            child.receive()
+        child.begin(Work("endless loop"))
+        for _ in range(3):
+            jump += 1000.0
+            assert child.receive() is None
+        assert 3.0 * process.LONGEST_LOOK <= child.seconds < 10.0
+    finally:
+        child.kill()
 
 
 def test_a_child_that_is_killed_before_it_computes_is_replaced(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
