@@ -39,7 +39,7 @@ ORDER = {
     "study.plan.cost": "condensation sliding seconds arrays drive",
     "study.plan.kinds": "kind compliance contact record statistics states drive",
     "study.results": "whole_file sealed attempts store lease",
-    "study.dataset": "groups file variables ensemble description ragged layout collect access comparison "
+    "study.dataset": "seal groups file variables ensemble description ragged layout collect access comparison "
     "pair verification agreement",
     "study.dataset.agreement": "matching verdicts facts",
     "study.dataset.access": "selection single accessor tidy placement concatenation",

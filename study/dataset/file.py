@@ -8,6 +8,7 @@ from typing import Any, Final
 import xarray as xr
 
 from study.dataset.groups import carrying, opened, tree_of
+from study.dataset.seal import broken, seal
 from study.results.store import StoreError
 from study.results.whole_file import written_whole
 
@@ -20,6 +21,9 @@ CHOSEN: Final = "numerics_chosen"
 MIXED: Final = "mixed_software"
 """Attribute of a dataset whose results are not all by the same software: names all of it, with counts."""
 
+MOST_CHECKED: Final = 2**30
+"""Bytes of a file that are checked when it is opened, in about a second; `nanoslip verify` checks any."""
+
 _REFUSALS: Final = (OSError, RuntimeError)
 """What netCDF raises where bytes are missing or wrong, or the disk is full."""
 
@@ -31,13 +35,19 @@ def write(dataset: xr.Dataset, path: Path) -> None:
         path.parent.mkdir(parents=True, exist_ok=True)
         with written_whole(path) as scratch:
             tree.to_netcdf(scratch, engine="netcdf4", format="NETCDF4", encoding=_encodings(tree))
+            seal(scratch)
     except _REFUSALS as error:
         raise StoreError(f"{path}: cannot be written: {_reason(error)}") from None
 
 
 def read(path: Path) -> xr.Dataset:
-    """Open a dataset with its groups; values are read when they are used, so close it (or use `with`). Raises StoreError."""
+    """Open a dataset with its groups; values are read when they are used, so close it (or use `with`). Raises StoreError.
+
+    A file of up to MOST_CHECKED bytes is refused where any of them has changed since it was collected.
+    """
     try:
+        if path.stat().st_size <= MOST_CHECKED:
+            check(path)
         root, groups = opened(path)
     except _REFUSALS as error:
         raise StoreError(f"{path}: no dataset ({_reason(error)}); run or collect the campaign first") from None
@@ -52,6 +62,14 @@ def read(path: Path) -> xr.Dataset:
             f"{path}: {has}; this nanoslip reads format {VERSION}: collect the campaign again with it (nanoslip collect)"
         )
     return carrying(root, groups)
+
+
+def check(path: Path) -> None:
+    """Raises StoreError where a byte of the file has changed since it was collected, OSError."""
+    if broken(path):
+        raise StoreError(
+            f"{path}: its bytes are not those that were collected: damaged? nanoslip collect writes it anew"
+        )
 
 
 @contextmanager

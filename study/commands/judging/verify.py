@@ -26,6 +26,7 @@ def work(dataset: Path, sample: int | None, as_json: bool) -> None:
     """Compute a dataset's cases again, print which differ, and end the process with the exit code for the worst."""
     dataset = dataset / file.FILE if dataset.is_dir() else dataset
     with refusals(), TemporaryDirectory() as folder, file.reading(dataset) as found:
+        file.check(dataset)  # however large it is
         plan = verification.rebuilt(found, dataset)
         cases = verification.computed(plan, found)
         chosen = verification.sample(cases, sample)

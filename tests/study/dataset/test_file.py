@@ -51,6 +51,40 @@ def test_a_file_of_another_format_is_refused_with_what_to_do(tmp_path, has, said
         file.read(path)
 
 
+def test_no_bit_of_a_dataset_changes_without_being_found(tmp_path):
+    path = tmp_path / "one.nc"
+    file.write(made(100), path)
+    whole = path.read_bytes()
+    with file.read(path):
+        pass  # nothing is wrong with it
+    seal = len(whole) - len("\nsha256 \n") - 64
+    for bit in np.random.default_rng(1).permutation(8 * seal)[:500]:
+        changed = bytearray(whole)
+        changed[bit // 8] ^= 1 << bit % 8
+        path.write_bytes(changed)
+        with pytest.raises(
+            StoreError, match=r"one\.nc: its bytes are not those that were collected: .*nanoslip collect"
+        ):
+            file.read(path)
+
+
+def test_a_dataset_that_another_program_has_changed_is_read_as_it_is(tmp_path):
+    """netCDF drops what stands behind a file that it changes."""
+    path = tmp_path / "one.nc"
+    file.write(made(100), path)
+    with netCDF4.Dataset(path, "a") as changed:
+        changed.setncattr("note", "mine " * 1000)
+    with file.read(path) as found:
+        assert found.attrs["note"].startswith("mine")
+
+
+@pytest.fixture
+def unchecked(monkeypatch: pytest.MonkeyPatch) -> None:
+    """As a file that is too large to be checked when it is opened."""
+    monkeypatch.setattr(file, "MOST_CHECKED", 0)
+
+
+@pytest.mark.usefixtures("unchecked")
 def test_bytes_that_were_damaged_are_refused_when_they_are_read(tmp_path):
     """Not when the file is opened: a compressed column is unpacked when somebody asks for it."""
     path = tmp_path / "one.nc"
@@ -62,6 +96,7 @@ def test_bytes_that_were_damaged_are_refused_when_they_are_read(tmp_path):
         groups_of(again)["record"]["force"].load()
 
 
+@pytest.mark.usefixtures("unchecked")
 def test_a_text_that_was_damaged_is_refused_when_the_file_is_opened(tmp_path):
     path = tmp_path / "one.nc"
     words = np.array([str(number) * 9 for number in np.random.default_rng(1).random(4096)], object)
