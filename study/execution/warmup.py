@@ -12,7 +12,7 @@ from typing import Final
 from solver.case import Case
 from solver.compiled import told_of_compiling
 from solver.drive import Drive
-from solver.outcome import COMPLETED, Outcome
+from solver.outcome import COMPLETED, InvalidInput, Outcome
 from study.plan.tasks import Task, compliance_task, contact_task, drive_task, record_task, run_task
 from study.results.store import Store
 
@@ -57,16 +57,16 @@ def miniatures(tasks: Sequence[Task]) -> list[Task]:
     found = {_COMPLIANCE.key: _COMPLIANCE}
     drives: dict[tuple[object, ...], Task] = {}
     for task in tasks:
-        if task.drive is not None:
-            choices = _choices(task.drive)
-            if choices not in drives:
-                drives[choices] = _short(task.drive)
-            small = [record_task(_STEADY), drives[choices]]
-        elif task.case is not None:
-            make = contact_task if task.kind == "contact" else record_task
-            small = [make(_tiny(task.case))]
-        else:
-            small = []
+        small: list[Task] = []
+        with suppress(InvalidInput):  # what cannot be made small compiles its kernels itself
+            if task.drive is not None:
+                choices = _choices(task.drive)
+                if choices not in drives:
+                    drives[choices] = _short(task.drive)
+                small = [record_task(_STEADY), drives[choices]]
+            elif task.case is not None:
+                make = contact_task if task.kind == "contact" else record_task
+                small = [make(_tiny(task.case))]
         found |= {each.key: each for each in small}
     return list(found.values())
 
@@ -77,7 +77,10 @@ def _choices(drive: Drive) -> tuple[object, ...]:
 
 
 def _short(drive: Drive) -> Task:
-    return drive_task(_STEADY, replace(drive, duration=drive.duration / 100, samples=2))
+    """The drive over a hundredth of its duration, or all of it where that is less than a step of its integrator."""
+    with suppress(InvalidInput):
+        return drive_task(_STEADY, replace(drive, duration=drive.duration / 100, samples=2))
+    return drive_task(_STEADY, replace(drive, samples=2))
 
 
 _NUMBERS = {"n_x": 17, "radius": 50.0, "max_events": 60}

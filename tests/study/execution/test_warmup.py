@@ -82,6 +82,15 @@ def test_drives_that_differ_in_numbers_alone_are_one_miniature(tmp_path):
     assert sorted(drive.surface_compliance for drive in small) == [False, True]
 
 
+def test_a_drive_of_few_steps_is_as_short_as_they_allow(tmp_path):
+    """A step of its integrator must fit into it."""
+    path = tmp_path / "steps.toml"
+    few = 'integrator = "rk4"\nduration = 1e-2\ntime_step = 3e-3\n'
+    path.write_text(SMALL.replace('name = "slow"\n', f'name = "slow"\n{few}'))
+    small = [task.drive for task in miniatures(make_plan(load_manifest(path)).tasks) if task.drive]
+    assert sorted(drive.integrator.name for drive in small) == ["exact", "rk4"]
+
+
 @pytest.mark.slow
 def test_that_kernels_are_compiled_is_said_once_and_not_when_they_are_kept(nanoslip, campaign, tmp_path):
     """Whoever waits for a first run reads why."""
