@@ -56,17 +56,15 @@ class Lease:
             self._path.unlink(missing_ok=True)
 
     def _taken(self) -> bool:
-        """Make the file, unless it is there."""
+        """Make the file, with all that it says, unless it is there."""
+        scratch = self._path.with_name(f".{FILE}.{socket.gethostname()}.{os.getpid()}.new")
         try:
-            opened = os.open(self._path, os.O_WRONLY | os.O_CREAT | os.O_EXCL, 0o666)
+            scratch.write_text(self._text, "utf-8")
+            os.link(scratch, self._path)
         except FileExistsError:
             return False
-        try:
-            with open(opened, "w", encoding="utf-8") as file:
-                file.write(self._text)
-        except OSError:
-            self._path.unlink(missing_ok=True)
-            raise
+        finally:
+            scratch.unlink(missing_ok=True)
         time.sleep(CALM)
         return self._is_ours()
 
