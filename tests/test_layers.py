@@ -38,7 +38,7 @@ ORDER = {
     "study.plan": "task keys cost kinds tasks plan endings size flags spans memory",
     "study.plan.cost": "condensation sliding seconds arrays drive",
     "study.plan.kinds": "kind compliance contact record statistics states drive",
-    "study.results": "whole_file sealed attempts store lease",
+    "study.results": "whole_file entry own log logs attempts store lease",
     "study.dataset": "seal groups file variables ensemble description ragged layout collect access comparison "
     "pair verification agreement",
     "study.dataset.agreement": "matching verdicts facts",

@@ -10,7 +10,7 @@ from study.execution.warmup import WarmUp
 from study.plan.plan import Plan
 from study.plan.task import TaskResult
 from study.plan.tasks import Task, run_task
-from study.results.sealed import CorruptResultError
+from study.results.entry import CorruptResultError
 from study.results.store import Store, StoreError
 
 
@@ -25,7 +25,7 @@ def _execute(store: Store, task: Task | WarmUp) -> Outcome:
     result = run_task(task, {key: _read(store, key) for key in task.needs})
     if result.outcome.ending is not Ending.OUT_OF_MEMORY:  # another machine, or fewer ranks, may compute it
         try:
-            store.write(result)
+            store.write(result, task.shared)
         except StoreError as error:
             raise CannotGoOnError(str(error)) from error
     return result.outcome

@@ -49,7 +49,7 @@ def warm_up(tasks: Sequence[Task], say: Callable[[], object]) -> None:
         store = Store(Path(folder))
         store.prepare()
         for task in tasks:
-            store.write(run_task(task, {key: store.read(key) for key in task.needs}))
+            store.write(run_task(task, {key: store.read(key) for key in task.needs}), task.shared)
 
 
 def miniatures(tasks: Sequence[Task]) -> list[Task]:

@@ -37,6 +37,8 @@ class Task:
     """Whether the closed form is fitted to the motion; drive tasks only."""
     intermediate: bool = False
     """Whether the result is wanted by other tasks only, not by the campaign."""
+    shared: bool = field(default=False, compare=False)
+    """Whether other tasks read the result."""
     needs: tuple[str, ...] = ()
     """Keys of the tasks whose results this one reads."""
     cost: float = 0.0

@@ -1,27 +1,27 @@
-"""Results on disk: one file per finished task, whole or not there at all. The only writer of results.
+"""Results on disk: whole or not there at all. The only writer of results.
 
-`results/<key>.npz` holds a result's arrays and, as JSON, its outcome and scalars. A compliance is `<key>.npy`, which
-readers map into memory so that the ranks of a node hold one copy, and a `<key>.json` with its checksum. Both say their key and
-are sealed: no bit of a file can change, and no two files can change places, without being found.
+What other tasks read (a compliance, a record that is driven) is a file of its own, `results/<key>.result`. Everything else stands
+in logs, `results/*.log`, one of each process that computed: files grow with ranks and runs, not with tasks. Both hold entries
+(study.results.entry), which say their key and are sealed: no bit of them can change, and no two files can change places, without
+being found.
 """
 
+import os
 import sys
-from collections.abc import Iterator
 from pathlib import Path
-from typing import Any, Final
+from typing import Final
 
-import numpy as np
-
-from solver.outcome import Ending, Outcome
-from study.origin import Origins, as_data, from_data, here
-from study.plan.tasks import TaskResult
-from study.results import attempts, sealed
+from solver.outcome import Outcome
+from study.origin import Origins, here
+from study.plan.task import TaskResult
+from study.results import attempts, own
 from study.results.attempts import Attempt
-from study.results.sealed import KEY, MAPPED, CorruptResultError
+from study.results.entry import CorruptResultError, Head, packed
+from study.results.log import LogWriter
+from study.results.logs import Logs
 from study.results.whole_file import clear_away, written_whole
 
 FOLDER: Final = "results"
-_ORIGINS: Final = "origins"
 
 
 class StoreError(Exception):
@@ -31,10 +31,13 @@ class StoreError(Exception):
 class Store:
     """The results of a campaign in DIR/results. Two processes that write one result write the same bytes: no harm."""
 
-    def __init__(self, out: Path) -> None:
+    def __init__(self, out: Path, whole: bool = True) -> None:
+        """whole: results count as finished when every byte is sound, else when what they say of themselves is."""
         self.folder = out / FOLDER
         self._out = out
-        self._checked: dict[Path, tuple[object, dict[str, Any]]] = {}
+        self._log = LogWriter(self.folder)
+        self._logs = Logs(self.folder, whole)
+        self._checked: dict[Path, tuple[object, Head]] = {}
 
     def prepare(self) -> None:
         """Make the folder, try that it can be written and clear away what killed runs left. Raises StoreError."""
@@ -45,50 +48,51 @@ class Store:
             with written_whole(self.folder / ".probe") as scratch:
                 scratch.touch()
             (self.folder / ".probe").unlink(missing_ok=True)
+            self._logs.mend()
         except OSError as error:
             raise StoreError(f"{self.folder}: cannot write results there: {error.strerror or error}") from None
 
     def finished(self) -> set[str]:
-        """Keys of all results that are there and sound; an unsound file is named on stderr and not counted."""
-        return set(self.inventory())
+        """Keys of all results that are there and sound; an unsound one is named on stderr and not counted."""
+        return set(self._sound())
 
     def inventory(self) -> dict[str, Origins]:
         """The finished results, as `finished` counts them, and the software that each stems from."""
-        return {key: from_data(meta.get(_ORIGINS, ())) for key, meta in self._sound()}
+        return {key: head.meta.origins for key, head in self._sound().items()}
 
     def outcomes(self) -> dict[str, Outcome]:
         """The finished results, as `finished` counts them, and how each ended."""
-        return {key: Outcome(Ending(meta["ending"]), meta["message"]) for key, meta in self._sound()}
+        return {key: head.meta.outcome for key, head in self._sound().items()}
 
     def failures(self) -> dict[str, Attempt]:
         """The last attempt of this solver at every task that has failed; it may have a result nevertheless."""
         return attempts.final(self._out, here().solver)
 
-    def write(self, result: TaskResult) -> None:
-        """Keep a result. Raises StoreError where the disk refuses."""
-        meta = {
-            KEY: result.key,
-            "kind": result.kind,
-            "ending": result.outcome.ending.value,
-            "message": result.outcome.message,
-            "scalars": dict(result.scalars),
-            _ORIGINS: as_data(result.origins),
-        }
+    def write(self, result: TaskResult, shared: bool = False) -> None:
+        """Keep a result; shared: in a file of its own, as other tasks read it. Raises StoreError where the disk refuses."""
+        entry, path = packed(result), own.path_of(self.folder, result.key)
         try:
-            if MAPPED in result.arrays:
-                self._write_mapped(result, meta)
+            if shared:
+                own.write(path, entry)
             else:
-                with written_whole(self.folder / f"{result.key}.npz") as scratch:
-                    scratch.write_bytes(sealed.archived(meta, result.arrays))
+                self._log.add(entry)
+                if path.is_file():
+                    path.unlink(missing_ok=True)  # it would count more
         except OSError as error:
             raise StoreError(f"{self.folder}: cannot write {result.key}: {error.strerror or error}") from error
 
     def read(self, key: str) -> TaskResult:
         """A result; its arrays are read-only. Raises CorruptResultError, FileNotFoundError."""
-        meta, arrays = sealed.read(self.folder, key)
-        outcome = Outcome(Ending(meta["ending"]), meta["message"])
-        origins = from_data(meta.get(_ORIGINS, ()))
-        return TaskResult(key, meta["kind"], outcome, meta["scalars"], arrays, origins)
+        path = own.path_of(self.folder, key)
+        if os.path.lexists(path):
+            try:
+                return own.read(path)
+            except CorruptResultError:
+                if not self._logs.find(key):
+                    raise
+        if place := self._logs.find(key):
+            return self._logs.read(place)
+        raise FileNotFoundError(f"{self.folder}: no result {key}")
 
     def find(self, key: str) -> TaskResult | None:
         """A result as `read` gives it; None where there is none, or an unsound one, which is named on stderr."""
@@ -100,35 +104,36 @@ class Store:
             _say_unsound(error)
             return None
 
+    def settle(self) -> None:
+        """Have all results outlast a loss of power. Raises StoreError where the disk refuses."""
+        try:
+            self._logs.settle()
+        except OSError as error:
+            raise StoreError(f"{self.folder}: cannot keep results: {error.strerror or error}") from error
+
     def drop(self, key: str) -> None:
-        """Remove a result that nothing needs any more. Raises StoreError."""
-        path = self.folder / f"{key}.npz"
+        """Remove a result that other tasks have read and nothing needs any more. Raises StoreError."""
+        path = own.path_of(self.folder, key)
         try:
             path.unlink(missing_ok=True)
         except OSError as error:
             raise StoreError(f"{path}: cannot be removed: {error.strerror or error}") from error
 
-    def _sound(self) -> Iterator[tuple[str, dict[str, Any]]]:
-        """Key and meta data of every sound result. A file that has not changed since the last time is not checked again."""
-        for path in sorted(self.folder.glob("*.npz")) + sorted(self.folder.glob("*.json")):
+    def _sound(self) -> dict[str, Head]:
+        """The head of every sound result. What has not changed since the last time is not checked again."""
+        self._logs.look()
+        found = {key: place.head for key, place in self._logs.places.items()}
+        for path in sorted(self.folder.glob(f"*{own.ENDING}")):
             try:
-                stamp = sealed.stamp(path)
+                stamp = own.stamp(path)
                 if path not in self._checked or self._checked[path][0] != stamp:
-                    self._checked[path] = stamp, sealed.checked(path)
-                yield path.stem, self._checked[path][1]
+                    self._checked[path] = stamp, own.checked(path)
+                found[path.stem] = self._checked[path][1]
             except CorruptResultError as error:
                 _say_unsound(error)
             except FileNotFoundError:
                 continue  # a run that goes on meanwhile has dropped it
-
-    def _write_mapped(self, result: TaskResult, meta: dict[str, Any]) -> None:
-        matrix = self.folder / f"{result.key}.npy"
-        with written_whole(matrix) as scratch:
-            with scratch.open("wb") as file:
-                np.save(file, result.arrays[MAPPED], allow_pickle=False)
-            said = sealed.described(meta, scratch.read_bytes())
-        with written_whole(matrix.with_suffix(".json")) as scratch:
-            scratch.write_bytes(said)
+        return found
 
 
 def _say_unsound(error: CorruptResultError) -> None:

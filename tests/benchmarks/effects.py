@@ -23,6 +23,7 @@ from solver.elasticity.interior import interior_fields
 from solver.slab import Slab
 from solver.sliding.events import slide, states_at
 from study.plan.tasks import compliance_task, contact_task, record_task, run_task
+from study.results.entry import packed
 from study.results.store import Store
 from tests.benchmarks.dynamics import PAPER, STEP, UNIT
 from tests.benchmarks.table import Row, best, seconds, verdict
@@ -138,7 +139,7 @@ def _files() -> list[Row]:
             for only in (True, False):
                 task = make(CASE, scalars_only=only)
                 store.write(run_task(task, {compliance.key: compliance}))
-                size[only] = (store.folder / f"{task.key}.npz").stat().st_size / 1e3
+                size[only] = len(packed(store.read(task.key))) / 1e3
             found.append(
                 Row(
                     f"file of {name}, scalars only",

@@ -16,6 +16,7 @@ from solver.slab import Slab
 from study.manifest.reader import load_manifest
 from study.plan.plan import make_plan
 from study.plan.tasks import compliance_task, record_task, run_task
+from study.results import own
 from study.results.store import Store
 from tests.benchmarks.table import Row, verdict
 
@@ -42,7 +43,7 @@ def rows() -> list[Row]:
 def _shared(folder: Path) -> list[Row]:
     store, task = Store(folder), compliance_task(SLAB)
     store.prepare()
-    store.write(run_task(task, {}))
+    store.write(run_task(task, {}), shared=True)
     size = (2 * SLAB.n_x) ** 2 * 8 / 1e6
     found = []
     for ranks in (1, 4):
@@ -115,7 +116,7 @@ def _program(folder: Path, key: str) -> None:
     assert result.outcome.usable, result.outcome
     print("ready", flush=True)
     sys.stdin.readline()
-    print(json.dumps(_memory(f"{key}.npy")), flush=True)
+    print(json.dumps(_memory(own.path_of(folder, key).name)), flush=True)
     sys.stdin.readline()
 
 

@@ -9,8 +9,9 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from study.results.store import FOLDER, Store
+from study.results.store import Store
 from tests.conftest import ROOT, SMALL, launcher
+from tests.study.results.results import written
 
 pytestmark = [pytest.mark.slurm, pytest.mark.slow]
 
@@ -71,7 +72,7 @@ def test_a_job_told_to_stop_is_requeued_and_goes_on_to_the_end(slurm, site, nano
         SMALL.replace("[50.0, 100.0]", str(radii)).replace("n_x = 17", "n_x = 65").replace("= 60", "= 600")
     )
     number, out = submitted(slurm, campaign, site)
-    while len(list(out.glob(f"{FOLDER}/*.npz"))) < 3:
+    while len(written(out)) < 3:
         assert slurm.job(number)["JobState"] in ("PENDING", "RUNNING")
         time.sleep(0.02)
     slurm("scancel", "--signal", signal.SIGTERM.name, number)  # to the ranks, as before the time limit

@@ -13,6 +13,7 @@ from study import api
 from study.api import open_dataset, run
 from study.execution import executor
 from study.manifest.problems import ManifestError
+from study.results import own
 from study.results.store import FOLDER, StoreError
 from tests.conftest import SMALL
 
@@ -108,7 +109,7 @@ def test_an_interrupted_run_keeps_what_is_finished_and_raises(monkeypatch, tmp_p
     monkeypatch.setattr(executor, "run_task", interrupted)
     with pytest.raises(KeyboardInterrupt):
         run(TINY, tmp_path)
-    assert len(list((tmp_path / FOLDER).glob("*.npy"))) == 1  # the compliance
+    assert len(list((tmp_path / FOLDER).glob(f"*{own.ENDING}"))) == 1  # the compliance
 
 
 def test_what_does_not_fit_the_memory_is_refused(monkeypatch):

@@ -17,7 +17,7 @@ NAME = "compliance"
 @lru_cache(maxsize=64)  # hashed once for all cases on it
 def compliance_task(slab: Slab) -> Task:
     """The surface compliance of a slab."""
-    return Task(task_key(NAME, slab), NAME, slab, intermediate=True)
+    return Task(task_key(NAME, slab), NAME, slab, intermediate=True, shared=True)
 
 
 def _needed(manifest: Manifest) -> bool:

@@ -59,9 +59,10 @@ def _kept(manifest: Manifest) -> bool:
 
 
 def _tasks(case: Case, manifest: Manifest) -> tuple[Wanted, ...]:
-    if _kept(manifest) or not ("dynamics" in manifest.stages or manifest.outputs.statistics):
-        return (Wanted(record_task(case, scalars_only=not _kept(manifest))),)
-    record = replace(record_task(case), intermediate=True)
+    shared = "dynamics" in manifest.stages or manifest.outputs.statistics
+    if _kept(manifest) or not shared:
+        return (Wanted(replace(record_task(case, scalars_only=not _kept(manifest)), shared=shared)),)
+    record = replace(record_task(case), intermediate=True, shared=True)
     return Wanted(record), Wanted(record_scalars_task(record), free=True)
 
 

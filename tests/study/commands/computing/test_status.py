@@ -38,14 +38,12 @@ def test_a_campaign_is_watched_until_it_is_finished_a_line_for_each_change(main,
     monkeypatch.setattr(status, "INTERVAL", 0.01)
     whole, out = campaign.parent / "whole", campaign.parent / "out"
     assert main("run", campaign, "--out", whole, "--serial")[0] == 0
-    keys = sorted(Store(whole).finished())
-    Store(out).prepare()
+    known, arriving = Store(whole), Store(out)
+    arriving.prepare()
 
     def arrive() -> None:
-        for key in keys:
-            for path in (whole / "results").glob(f"{key}.*"):
-                (out / "results" / f".{path.name}").write_bytes(path.read_bytes())
-                (out / "results" / f".{path.name}").rename(out / "results" / path.name)
+        for key in sorted(known.finished()):
+            arriving.write(known.read(key))
             time.sleep(0.02)
 
     other = threading.Thread(target=arrive)

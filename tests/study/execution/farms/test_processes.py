@@ -19,6 +19,7 @@ from study.execution.ledger import Tally
 from study.execution.program import Program
 from tests.conftest import SMALL
 from tests.study.execution.farms.faults import Work, program
+from tests.study.results.results import written
 
 NOTHING = Program("builtins", "callable")
 
@@ -78,7 +79,7 @@ def test_a_signal_ends_all_processes_and_the_next_run_goes_on(environment, tmp_p
     )
     words = [sys.executable, "-m", "study", "run", str(campaign), "--out", str(out), "-j", "2"]
     running = subprocess.Popen(words, env=environment, stderr=subprocess.PIPE, text=True, start_new_session=True)
-    while len(list(out.glob("results/*.npz"))) < 4:
+    while len(written(out)) < 4:
         assert running.poll() is None
         time.sleep(0.01)
     if number == signal.SIGINT:
@@ -88,6 +89,6 @@ def test_a_signal_ends_all_processes_and_the_next_run_goes_on(environment, tmp_p
     _, said = running.communicate(timeout=PATIENCE)  # all that held standard error have ended
     assert running.returncode == (99 if number == signal.SIGINT else -signal.SIGKILL)
     assert "Traceback" not in said
-    kept = {path.name: path.stat().st_mtime_ns for path in out.glob("results/*.npz")}
+    kept = written(out)
     assert 4 <= len(kept) < 3 * 80
     assert not (out / "results.nc").exists()

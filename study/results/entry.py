@@ -1,0 +1,146 @@
+"""A result as bytes: all of them count towards a checksum, so that none can change without being found.
+
+An entry is a head, what the result says of itself (JSON), a table of its numbers (JSON) and its arrays as they lie in memory,
+each part filled up to a multiple of ALIGNED bytes. It stands by itself, or behind others in a log.
+"""
+
+import json
+import struct
+import zlib
+from collections.abc import Iterator
+from functools import lru_cache
+from typing import Any, BinaryIO, Final, NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from solver.outcome import Ending, Outcome
+from study.origin import Origins, as_data, from_data
+from study.plan.task import TaskResult
+
+
+class CorruptResultError(Exception):
+    """Bytes are not those of a result as it was written."""
+
+
+class TornError(CorruptResultError):
+    """There are fewer bytes than were written, or are to come."""
+
+
+MARK: Final = b"nslip 1\n"
+"""How every entry begins; the number is the format's."""
+ALIGNED: Final = 64
+"""Bytes: numbers of any type lie in memory as kernels want them."""
+_HEAD: Final = struct.Struct("<8s20sIIQI")
+"""Mark, key, length of what it says of itself, of its table, of table and arrays; checksum of table and arrays."""
+_CHECKSUM: Final = struct.Struct("<I")
+"""Of the head and what the result says of itself."""
+LEAST: Final = _HEAD.size + _CHECKSUM.size
+
+
+class Meta(NamedTuple):
+    """What a result says of itself, its numbers apart."""
+
+    kind: str
+    outcome: Outcome
+    origins: Origins
+
+
+class Head(NamedTuple):
+    """The beginning of an entry."""
+
+    key: str
+    meta: Meta
+    table: int
+    """Bytes of the table."""
+    numbers: int
+    """Bytes of table and arrays."""
+    checksum: int
+    length: int
+    """Bytes of the whole entry."""
+
+
+def packed(result: TaskResult) -> bytes:
+    """A result as an entry; the same result is the same bytes. Raises ValueError where its key is none."""
+    key = result.key.encode("ascii")
+    if len(key) != _KEY:
+        raise ValueError(f"{result.key!r}: no key of a result; needs {_KEY} letters")
+    arrays = {name: np.asanyarray(array) for name, array in result.arrays.items()}
+    if any(array.dtype.hasobject for array in arrays.values()):
+        raise ValueError(f"{result.key}: an array of objects; needs numbers or texts")
+    rows = [(name, array.dtype.str, array.shape, _fortran(array)) for name, array in arrays.items()]
+    table = _filled(_json({"scalars": dict(result.scalars), "arrays": rows}), b" ")
+    body = b"".join((table, *(_filled(array.tobytes("A"), b"\0") for array in arrays.values())))
+    outcome = {"ending": result.outcome.ending.value, "message": result.outcome.message}
+    meta = _filled(_json({"kind": result.kind, **outcome, "origins": as_data(result.origins)}), b" ", LEAST)
+    head = _HEAD.pack(MARK, key, len(meta), len(table), len(body), zlib.crc32(body))
+    return b"".join((head, _CHECKSUM.pack(zlib.crc32(meta, zlib.crc32(head))), meta, body))
+
+
+def read_head(file: BinaryIO) -> Head:
+    """The head of the entry that begins here; the file stands behind it then. Raises TornError, CorruptResultError."""
+    begin = file.read(LEAST)
+    if len(begin) < LEAST:
+        raise TornError("it ends too early")
+    mark, key, meta_length, table, numbers, checksum = _HEAD.unpack_from(begin)
+    if mark != MARK or meta_length > _MOST:
+        raise CorruptResultError("no result begins there")
+    meta = file.read(meta_length)
+    sound = zlib.crc32(meta, zlib.crc32(begin[: _HEAD.size])) == _CHECKSUM.unpack_from(begin, _HEAD.size)[0]
+    if not sound:  # a length that was damaged leads anywhere
+        raise (TornError if len(meta) < meta_length else CorruptResultError)(CHANGED)
+    return Head(key.decode("ascii"), _meta(meta), table, numbers, checksum, LEAST + meta_length + numbers)
+
+
+def check(head: Head, numbers: Any) -> None:
+    """Raises TornError, CorruptResultError unless these are the numbers of the entry with this head, in any buffer."""
+    if len(numbers) < head.numbers:
+        raise TornError("it ends too early")
+    if zlib.crc32(numbers) != head.checksum:
+        raise CorruptResultError(CHANGED)
+
+
+def result_of(head: Head, numbers: Any) -> TaskResult:
+    """The result whose entry has this head and these numbers (a buffer that nobody writes to). Its arrays are read-only."""
+    table = json.loads(bytes(numbers[: head.table]))
+    arrays = dict(_arrays(table["arrays"], numbers, head.table))
+    return TaskResult(head.key, head.meta.kind, head.meta.outcome, table["scalars"], arrays, head.meta.origins)
+
+
+def _arrays(rows: list[Any], numbers: Any, at: int) -> Iterator[tuple[str, NDArray[Any]]]:
+    for name, kind, shape, fortran in rows:
+        dtype = np.dtype(kind)
+        count = int(np.prod(shape))
+        found = np.frombuffer(numbers, dtype, count, at) if count else np.empty(0, dtype)
+        found.flags.writeable = False
+        yield name, found.reshape(shape, order="F" if fortran else "C")
+        at += _rounded(count * dtype.itemsize)
+
+
+@lru_cache(maxsize=1024)  # most results say the same of themselves
+def _meta(text: bytes) -> Meta:
+    found = json.loads(text)
+    return Meta(found["kind"], Outcome(Ending(found["ending"]), found["message"]), from_data(found["origins"]))
+
+
+def _fortran(array: NDArray[Any]) -> bool:
+    """Whether its columns lie in one piece, not its rows: sums that BLAS makes of it depend on that."""
+    return array.flags.f_contiguous and not array.flags.c_contiguous
+
+
+def _json(content: object) -> bytes:
+    return json.dumps(content, sort_keys=True, default=lambda number: number.item()).encode()
+
+
+def _filled(content: bytes, filling: bytes, before: int = 0) -> bytes:
+    return content + filling * (_rounded(before + len(content)) - before - len(content))
+
+
+def _rounded(length: int) -> int:
+    return -(-length // ALIGNED) * ALIGNED
+
+
+_KEY: Final = 20
+_MOST: Final = 1 << 20
+"""Bytes that a result says of itself: more are damage."""
+CHANGED: Final = "its bytes are not those that were written"

@@ -1,0 +1,119 @@
+"""All logs of a folder, as one: where each result is, found once and then only in what has been added since."""
+
+import os
+import sys
+from contextlib import suppress
+from functools import lru_cache
+from pathlib import Path
+from typing import Final, NamedTuple
+
+from study.plan.task import TaskResult
+from study.results.entry import CorruptResultError, TornError, check, result_of
+from study.results.log import ENDING, Fault, Opened, Place, scan
+from study.results.whole_file import written_whole
+
+_OPEN: Final = 64
+"""Logs that are held open to be read."""
+
+
+class _Seen(NamedTuple):
+    """How far a log was looked through, and what it was then."""
+
+    end: int
+    inode: int
+    changed: int
+
+
+class Logs:
+    """The results in logs of this folder."""
+
+    def __init__(self, folder: Path, whole: bool) -> None:
+        """whole: numbers are checked when results are looked for, else only when they are read."""
+        self._folder, self._whole = folder, whole
+        self._seen: dict[Path, _Seen] = {}
+        self._opened = lru_cache(_OPEN)(Opened)
+        self.places: dict[str, Place] = {}
+        """Key -> where its result is, as far as was looked."""
+
+    def look(self) -> None:
+        """Look for what has been added; what is no result is named on stderr, a torn end is not: its writer may be at it."""
+        for path in self._paths():
+            with suppress(FileNotFoundError):  # a run that goes on meanwhile has mended it
+                self._look_into(path)
+
+    def find(self, key: str) -> Place | None:
+        """Where the result of a task is; None where it is in no log."""
+        if key not in self.places:
+            self.look()
+        return self.places.get(key)
+
+    def mend(self) -> None:
+        """Look, and remove what is no result; nobody may be writing. Raises OSError."""
+        for path in self._paths():
+            faults = self._look_into(path)
+            if not faults:
+                continue
+            if isinstance(faults[0].error, TornError):
+                sys.stderr.write(f"{path}: its end was torn; what was there will be computed again\n")
+                os.truncate(path, faults[0].begin)
+            else:
+                self._leave_out(path)
+
+    def settle(self) -> None:
+        """Have what was added outlast a loss of power. Raises OSError."""
+        for path in self._paths():
+            with path.open("rb") as file:
+                os.fsync(file.fileno())
+
+    def read(self, place: Place) -> TaskResult:
+        """The result there. Raises CorruptResultError, FileNotFoundError."""
+        head, path, begin = place
+        numbers = os.pread(self._opened(path).number, head.numbers, begin + head.length - head.numbers)
+        try:
+            check(head, numbers)
+        except CorruptResultError as error:
+            raise CorruptResultError(_named(path, Fault(begin, begin + head.length, error))) from error
+        return result_of(head, numbers)
+
+    def _paths(self) -> list[Path]:
+        return sorted(path for path in self._folder.glob(f"*{ENDING}") if path.is_file())
+
+    def _look_into(self, path: Path) -> list[Fault]:
+        """Find what a log has that was not seen yet (all, where it is another one than it was); returns what is no result."""
+        state = path.stat()
+        seen = self._seen.get(path, _Seen(0, state.st_ino, 0))
+        if (state.st_size, state.st_ino, state.st_mtime_ns) == seen:
+            return []
+        end, faults = seen.end, []
+        if state.st_ino != seen.inode or state.st_size <= seen.end:
+            end = 0
+            self.places = {key: place for key, place in self.places.items() if place.path != path}
+            self._opened.cache_clear()
+        for found in scan(path, end, self._whole):
+            if isinstance(found, Place):
+                self._enter(found)
+                end = found.begin + found.head.length
+                continue
+            faults.append(found)
+            if not isinstance(found.error, TornError):
+                sys.stderr.write(f"{_named(path, found)}; what was there will be computed again\n")
+                end = found.end
+        self._seen[path] = _Seen(end, state.st_ino, state.st_mtime_ns)
+        return faults
+
+    def _enter(self, place: Place) -> None:
+        """Of two results of one task that of the later log counts: somebody had it computed again."""
+        known = self.places.get(place.head.key)
+        if known is None or known.path <= place.path:
+            self.places[place.head.key] = place
+
+    def _leave_out(self, path: Path) -> None:
+        """Write a log anew, with nothing but the results that are in it."""
+        mine = sorted((place.begin, place.head.length) for place in self.places.values() if place.path == path)
+        with path.open("rb") as file, written_whole(path) as scratch, scratch.open("wb") as mended:
+            for begin, length in mine:
+                mended.write(os.pread(file.fileno(), length, begin))
+
+
+def _named(path: Path, fault: Fault) -> str:
+    return f"{path}: bytes {fault.begin} to {fault.end} are no whole result ({fault.error})"

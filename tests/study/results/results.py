@@ -1,0 +1,60 @@
+"""Made-up results, as tests of their files share them, and what is done to files."""
+
+from collections import Counter
+from dataclasses import replace
+from pathlib import Path
+from typing import Final
+
+import numpy as np
+
+from solver.outcome import COMPLETED, Ending, Outcome
+from study.plan.tasks import TaskResult
+from study.results import log, own
+from study.results.store import FOLDER
+
+RECORD: Final = TaskResult(
+    "0123456789abcdef0123",
+    "record",
+    Outcome(Ending.CASCADE_LIMIT, "one event needed more slips than slip.cascade_limit (μ_i = 0.5)"),
+    {"plateau_mean": 0.1 + 0.2, "plateau_std": float("nan"), "events": np.int64(3)},
+    {
+        "displacement": np.array([0.1, 0.2, 0.3]),
+        "kind": np.array([0, 1, 2], dtype=np.int8),
+        "none": np.empty(0),
+        "columns": np.asfortranarray(np.arange(6.0).reshape(2, 3)),
+    },
+)
+COMPLIANCE: Final = TaskResult(
+    "fedcba98765432100123", "compliance", COMPLETED, {}, {"matrix": np.arange(16.0).reshape(4, 4)}
+)
+REFUSED: Final = TaskResult("00000000000000000000", "compliance", Outcome(Ending.SINGULAR_OPERATOR, "no support"))
+OTHER: Final = replace(RECORD, key="aaaaaaaaaaaaaaaaaaaa", scalars={"plateau_mean": 0.5})
+ALL: Final = (RECORD, COMPLIANCE, REFUSED, OTHER)
+
+
+def written(out: Path) -> Counter[str]:
+    """How often each result of a campaign was kept, in whatever file."""
+    folder = out / FOLDER
+    places = (found for path in folder.glob(f"*{log.ENDING}") for found in log.scan(path))
+    kept = Counter(found.head.key for found in places if isinstance(found, log.Place))
+    return kept + Counter(path.stem for path in folder.glob(f"*{own.ENDING}"))
+
+
+def same(one: TaskResult, other: TaskResult) -> bool:
+    """Whether two results say the same, to the last bit, in arrays that lie in memory alike."""
+    return (
+        (one.key, one.kind, one.outcome, one.origins) == (other.key, other.kind, other.outcome, other.origins)
+        and one.scalars.keys() == other.scalars.keys()
+        and all(np.array_equal(one.scalars[name], other.scalars[name], equal_nan=True) for name in one.scalars)
+        and one.arrays.keys() == other.arrays.keys()
+        and all(np.array_equal(one.arrays[name], other.arrays[name]) for name in one.arrays)
+        and all(one.arrays[name].dtype == other.arrays[name].dtype for name in one.arrays)
+        and all(one.arrays[name].strides == other.arrays[name].strides for name in one.arrays)
+    )
+
+
+def flip(path: Path, bit: int) -> None:
+    """Change one bit of a file."""
+    content = bytearray(path.read_bytes())
+    content[bit // 8] ^= 1 << bit % 8
+    path.write_bytes(content)

@@ -1,0 +1,63 @@
+"""A result as bytes says the same as the value it was, always in the same bytes, none of which can change unseen."""
+
+import io
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from study.origin import here
+from study.plan.task import TaskResult
+from study.results.entry import ALIGNED, CorruptResultError, TornError, check, packed, read_head, result_of
+from tests.study.results.results import ALL, RECORD, same
+
+
+def unpacked(content: bytes) -> TaskResult:
+    file = io.BytesIO(content)
+    head = read_head(file)
+    numbers = file.read(head.numbers)
+    check(head, numbers)
+    assert head.length == len(content)
+    return result_of(head, numbers)
+
+
+@pytest.mark.parametrize("result", ALL, ids=lambda result: result.kind)
+def test_what_is_packed_is_unpacked(result):
+    known = replace(result, origins=(here(),))
+    assert same(unpacked(packed(known)), known)
+
+
+def test_the_same_result_is_the_same_bytes():
+    backwards = replace(RECORD, scalars=dict(reversed(list(RECORD.scalars.items()))))
+    assert packed(backwards) == packed(RECORD)
+
+
+def test_arrays_lie_as_kernels_want_them_and_cannot_be_changed():
+    content = packed(RECORD)
+    assert len(content) % ALIGNED == 0
+    for array in unpacked(content).arrays.values():
+        assert array.flags.aligned
+        assert not array.flags.writeable
+
+
+def test_no_bit_of_an_entry_changes_without_being_found():
+    content = packed(RECORD)
+    for bit in range(8 * len(content)):
+        changed = bytearray(content)
+        changed[bit // 8] ^= 1 << bit % 8
+        with pytest.raises(CorruptResultError):
+            unpacked(bytes(changed))
+
+
+def test_an_entry_cut_short_anywhere_is_torn():
+    content = packed(RECORD)
+    for length in range(len(content)):
+        with pytest.raises(TornError):
+            unpacked(content[:length])
+
+
+def test_what_no_result_holds_is_refused():
+    with pytest.raises(ValueError, match="no key of a result"):
+        packed(replace(RECORD, key="short"))
+    with pytest.raises(ValueError, match="objects"):
+        packed(replace(RECORD, arrays={"words": np.array(["a", None], dtype=object)}))

@@ -1,0 +1,107 @@
+"""The logs of a folder together: every sound result is found, what is none is named once and mended when nobody writes."""
+
+from dataclasses import replace
+from pathlib import Path
+
+import pytest
+
+from study.results.entry import CorruptResultError, packed
+from study.results.log import ENDING, LogWriter
+from study.results.logs import Logs
+from tests.study.results.results import ALL, OTHER, RECORD, flip, same
+
+
+@pytest.fixture
+def writer(tmp_path: Path) -> LogWriter:
+    found = LogWriter(tmp_path)
+    for result in ALL:
+        found.add(packed(result))
+    return found
+
+
+def log(folder: Path) -> Path:
+    (path,) = folder.glob(f"*{ENDING}")
+    return path
+
+
+def test_results_are_found_as_they_are_added(tmp_path):
+    logs, writers = Logs(tmp_path, whole=True), [LogWriter(tmp_path), LogWriter(tmp_path)]
+    assert logs.find(RECORD.key) is None
+    for number, result in enumerate(ALL):
+        writers[number % 2].add(packed(result))
+        place = logs.find(result.key)
+        assert place is not None
+        assert same(logs.read(place), result)
+    logs.look()
+    assert set(logs.places) == {result.key for result in ALL}
+
+
+def test_what_is_being_written_is_not_yet_there_and_nothing_is_said(tmp_path, capsys):
+    logs, content = Logs(tmp_path, whole=True), packed(OTHER)
+    path = tmp_path / f"000001-a{ENDING}"
+    path.write_bytes(packed(RECORD) + content[:-1])
+    assert logs.find(OTHER.key) is None
+    path.write_bytes(packed(RECORD) + content)
+    assert logs.find(OTHER.key) is not None
+    assert capsys.readouterr().err == ""
+
+
+def test_of_two_results_of_a_task_the_later_one_counts(tmp_path):
+    for mean in (0.1, 0.2, 0.3):
+        LogWriter(tmp_path).add(packed(replace(RECORD, scalars={"plateau_mean": mean})))
+    logs = Logs(tmp_path, whole=True)
+    place = logs.find(RECORD.key)
+    assert place is not None
+    assert logs.read(place).scalars == {"plateau_mean": 0.3}
+
+
+@pytest.mark.usefixtures("writer")
+@pytest.mark.parametrize("whole", [True, False])
+def test_a_damaged_result_is_named_when_it_is_looked_for_or_read(tmp_path, whole, capsys):
+    logs = Logs(tmp_path, whole)
+    path, place = log(tmp_path), Logs(tmp_path, whole=True).find(RECORD.key)
+    assert place is not None
+    flip(path, 8 * (place.begin + place.head.length - place.head.numbers))
+    found = logs.find(RECORD.key)
+    if whole:
+        assert found is None
+        assert capsys.readouterr().err.count(f"{path}: bytes {place.begin} to ") == 1
+    else:
+        assert found is not None
+        with pytest.raises(CorruptResultError, match="bytes 0 to"):
+            logs.read(found)
+    logs.look()
+    assert capsys.readouterr().err == ""  # said once
+
+
+@pytest.mark.usefixtures("writer")
+def test_a_log_is_mended_once_and_its_other_results_stay_as_they_are(tmp_path, capsys):
+    path = log(tmp_path)
+    whole = path.read_bytes()
+    flip(path, 8 * 100)
+    Logs(tmp_path, whole=True).mend()
+    assert "computed again" in capsys.readouterr().err
+    logs = Logs(tmp_path, whole=True)
+    logs.mend()
+    assert capsys.readouterr().err == ""
+    assert set(logs.places) == {result.key for result in ALL[1:]}
+    assert path.read_bytes() == whole[len(packed(ALL[0])) :]
+
+
+def test_a_torn_end_is_cut_and_the_writer_may_go_on(tmp_path, writer, capsys):
+    path, logs = log(tmp_path), Logs(tmp_path, whole=True)
+    whole = path.read_bytes()
+    path.write_bytes(whole[:-1])
+    logs.mend()
+    assert "its end was torn" in capsys.readouterr().err
+    writer.add(packed(ALL[-1]))
+    assert path.read_bytes() == whole
+    logs.look()
+    assert set(logs.places) == {result.key for result in ALL}
+
+
+def test_what_is_no_file_is_no_log(tmp_path):
+    (tmp_path / f"000001-a{ENDING}").mkdir()
+    (tmp_path / f"000001-b{ENDING}").symlink_to(tmp_path / "nothing")
+    Logs(tmp_path, whole=True).mend()
+    assert sorted(path.name for path in tmp_path.iterdir()) == [f"000001-a{ENDING}", f"000001-b{ENDING}"]
