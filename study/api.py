@@ -17,7 +17,7 @@ from study import shipped
 from study.dataset import file
 from study.dataset.access import accessor
 from study.dataset.access.concatenation import joined
-from study.dataset.collect import collect
+from study.dataset.collection.collect import collect
 from study.dataset.groups import loaded
 from study.execution.executor import drop_intermediates
 from study.execution.failures import Diary, left

@@ -20,7 +20,7 @@ from solver.dynamics.rk4 import integrate_rk4
 from solver.outcome import InvalidInput, Outcome
 from solver.parameter import check, parameter
 from solver.slab import SCHEMES, Scheme, Slab
-from study.dataset.collect import collect
+from study.dataset.collection.collect import collect
 from study.dataset.description import described, page
 from study.manifest.problems import ManifestError
 from study.manifest.reader import load_manifest

@@ -9,7 +9,7 @@ from collections.abc import Iterable, Iterator
 from dataclasses import dataclass
 
 from solver.quantity import Quantity
-from study.dataset.ensemble import ensemble_quantities, observables
+from study.dataset.collection.ensemble import ensemble_quantities, observables
 from study.dataset.variables import (
     ADVICE,
     CASE_ID,

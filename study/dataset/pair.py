@@ -9,6 +9,7 @@ import xarray as xr
 from numpy.typing import NDArray
 
 from study.dataset import file
+from study.dataset.collection.ragged import windows
 from study.dataset.comparison import (
     ROUNDING,
     STANDARD_ERRORS,
@@ -22,7 +23,6 @@ from study.dataset.comparison import (
     worst,
 )
 from study.dataset.groups import flattened, groups_of
-from study.dataset.ragged import windows
 from study.dataset.variables import (
     COMPUTED_BY,
     DISCRETIZATION_ERROR,

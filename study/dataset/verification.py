@@ -26,9 +26,9 @@ import xarray as xr
 from numpy.typing import NDArray
 
 from study.dataset import file
-from study.dataset.collect import collect
+from study.dataset.collection.collect import collect
+from study.dataset.collection.layout import Layout, layout_of
 from study.dataset.groups import loaded
-from study.dataset.layout import Layout, layout_of
 from study.dataset.pair import Finding, Pair, Shared, finding_of, place_of
 from study.dataset.variables import OUTCOMES
 from study.manifest.cases import CampaignCase

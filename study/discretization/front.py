@@ -13,6 +13,7 @@ import json
 import math
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, field
+from functools import lru_cache
 from importlib import resources
 from pathlib import Path
 from typing import Any
@@ -74,12 +75,18 @@ class Front:
         measured = case.pin == "parabola" and not case.heterogeneity.roughness
         if row is None or not measured or not self.contacts[0] <= half_width <= self.contacts[-1]:
             return math.nan
-        errors = zip(self.contacts, row.errors, strict=True)
-        return max((error for contact, error in errors if alike(contact, half_width)), default=math.nan)
+        return _largest(self.contacts, row.errors, half_width)
 
     def like(self, slab: Slab) -> tuple[Measured, ...]:
         """The measured discretizations of slabs with the same height, Poisson's ratio and support."""
         return tuple(row for row in self.rows if physics(row.slab) == physics(slab))
+
+
+@lru_cache(maxsize=4096)  # contacts of many cases are equally wide
+def _largest(contacts: tuple[float, ...], errors: tuple[float, ...], half_width: float) -> float:
+    """The largest error of contacts that are about as wide."""
+    found = zip(contacts, errors, strict=True)
+    return max((error for contact, error in found if alike(contact, half_width)), default=math.nan)
 
 
 def alike(one: float, other: float) -> bool:

@@ -7,7 +7,7 @@ from typing import Any, Final
 import xarray as xr
 
 from solver.view import with_error
-from study.dataset.ensemble import ensemble_name, observables
+from study.dataset.collection.ensemble import ensemble_name, observables
 from study.dataset.variables import OUTCOMES, VALIDITY, all_groups
 from study.figures.sweep.label import readable
 from study.report.console import Table

@@ -15,7 +15,7 @@ from solver.outcome import Ending
 from solver.quantity import GRID_ERROR
 from solver.sliding.validity import flags_in
 from solver.view import with_error
-from study.dataset.ensemble import over_members
+from study.dataset.collection.ensemble import over_members
 from study.dataset.variables import OUTCOMES, VALIDITY, parameters, scalars
 from study.figures.sweep.label import in_unit, said, unit_of
 from study.figures.sweep.points import listed

@@ -15,7 +15,7 @@ from solver.sliding.record import FrictionRecord, event
 from solver.sliding.statistics import EventStatistics, event_statistics
 from study.dataset import file
 from study.dataset.access.accessor import Accessor
-from study.dataset.collect import collect
+from study.dataset.collection.collect import collect
 from study.dataset.description import described, page
 from study.dataset.groups import loaded
 from study.manifest.reader import load_manifest

@@ -12,8 +12,8 @@ from study.commands.shared.sources import dataset_of
 from study.dataset.agreement.facts import differing
 from study.dataset.agreement.matching import KINDS, Matched, NotComparableError, Pair, matched
 from study.dataset.agreement.verdicts import STANDARD_DEVIATIONS, Observed, observed, unjudged
+from study.dataset.collection.ensemble import over_members
 from study.dataset.comparison import Verdict
-from study.dataset.ensemble import over_members
 from study.dataset.variables import OUTCOMES
 from study.report.console import Table, print_sentences, print_table, say
 from study.report.summary import words

@@ -5,7 +5,7 @@ from pathlib import Path
 import xarray as xr
 
 from study.dataset import file
-from study.dataset.collect import collect
+from study.dataset.collection.collect import collect
 from study.plan.plan import Plan
 from study.report.common import said_once
 from study.report.console import print_sentences, print_table, say, whole

@@ -10,7 +10,7 @@ import xarray as xr
 from study.commands.shared.exits import Refusal
 from study.commands.shared.refusals import refusals
 from study.dataset.access.single import one_case
-from study.dataset.ensemble import over_members
+from study.dataset.collection.ensemble import over_members
 from study.figures.shared.canvas import column, format_of, image
 from study.figures.shared.files import write_files
 from study.manifest.cases import MEMBER

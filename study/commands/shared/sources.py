@@ -9,7 +9,7 @@ import xarray as xr
 from study.commands.shared.arguments import folder
 from study.commands.shared.plans import planned
 from study.dataset import file
-from study.dataset.collect import collect
+from study.dataset.collection.collect import collect
 from study.report.console import say, whole
 from study.results.store import Store, StoreError
 

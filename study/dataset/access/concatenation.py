@@ -8,9 +8,9 @@ import xarray as xr
 from numpy.typing import NDArray
 
 from study.dataset.access.placement import NotJoinableError, axes_of, placed
+from study.dataset.collection.ragged import windows
 from study.dataset.file import FORMAT, VERSION
 from study.dataset.groups import carrying, groups_of
-from study.dataset.ragged import windows
 from study.dataset.variables import SOFTWARE, Group, all_groups
 
 _TITLE: Final = "title"

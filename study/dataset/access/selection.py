@@ -9,8 +9,8 @@ import numpy as np
 import xarray as xr
 from numpy.typing import NDArray
 
+from study.dataset.collection.ragged import windows
 from study.dataset.groups import groups_of
-from study.dataset.ragged import windows
 from study.dataset.variables import all_groups
 
 Selection = Mapping[str, Any]

@@ -11,8 +11,8 @@ import xarray as xr
 from solver.quantity import GRID_ERROR
 from study.dataset.access.tidy import values_over
 from study.dataset.agreement.matching import Matched, Pair, ending_of
+from study.dataset.collection.ensemble import ensemble_name, observables
 from study.dataset.comparison import ROUNDING, Verdict, identical, magnitude
-from study.dataset.ensemble import ensemble_name, observables
 from study.dataset.variables import COMPUTED_BY, DRIVE, OUTCOMES, all_groups, companions, scalars
 from study.manifest.parameters import Value
 

@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 
 from solver.quantity import GRID_ERROR
 from study.dataset.access.selection import Places, places
-from study.dataset.ensemble import over_members
+from study.dataset.collection.ensemble import over_members
 from study.dataset.variables import OUTCOMES, VALIDITY, parameters
 from study.figures.sweep.label import known, label, said, symbol
 

@@ -7,7 +7,7 @@ import numpy as np
 import xarray as xr
 from matplotlib.figure import Figure
 
-from study.dataset.ensemble import over_members
+from study.dataset.collection.ensemble import over_members
 from study.figures.sweep.label import symbol, words
 from study.figures.sweep.lines import draw_lines, draw_scattered
 from study.figures.sweep.points import Points, points_of

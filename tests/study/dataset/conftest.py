@@ -9,7 +9,7 @@ import pytest
 import xarray as xr
 
 from study.dataset import file
-from study.dataset.collect import collect
+from study.dataset.collection.collect import collect
 from study.manifest.reader import load_manifest
 from study.plan.plan import Plan, make_plan
 from study.results.store import Store

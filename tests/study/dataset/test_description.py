@@ -7,7 +7,7 @@ import xarray as xr
 
 from solver.sliding.record import EVENT_KINDS, FrictionRecord
 from solver.sliding.validity import FLAGS
-from study.dataset.collect import collect
+from study.dataset.collection.collect import collect
 from study.dataset.description import Described, described, page, rows, text_of
 from study.dataset.groups import flattened, groups_of
 from study.manifest.reader import load_manifest

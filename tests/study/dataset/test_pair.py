@@ -10,7 +10,7 @@ import pytest
 import xarray as xr
 
 from study.dataset import verification
-from study.dataset.collect import collect
+from study.dataset.collection.collect import collect
 from study.dataset.comparison import Verdict
 from study.plan.tasks import Task, TaskResult, run_task
 from tests.conftest import SMALL

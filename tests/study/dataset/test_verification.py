@@ -156,7 +156,7 @@ def test_a_front_that_was_measured_anew_chooses_nothing_and_judges_nothing(tmp_p
     load = front.load_front
     (tmp_path / "new.json").write_text(FRONT)
     anew = replace(load(tmp_path / "new.json"), name="front.json")
-    monkeypatch.setattr("study.dataset.collect.load_front", lambda *_: anew)
+    monkeypatch.setattr("study.dataset.collection.collect.load_front", lambda *_: anew)
     monkeypatch.setattr("study.discretization.targets.load_front", lambda *_: anew)
     assert verdicts(verified(path, tmp_path)) == 5 * [Verdict.IDENTICAL]
 

@@ -7,7 +7,7 @@ from pathlib import Path
 import netCDF4
 
 from study.dataset import file, verification
-from study.dataset.collect import collect
+from study.dataset.collection.collect import collect
 from study.dataset.comparison import Verdict
 from study.dataset.pair import Finding
 from study.manifest.reader import load_manifest

@@ -16,7 +16,7 @@ from solver.elasticity.grid_scheme import stiffness
 from solver.outcome import Ending
 from solver.slab import Slab
 from solver.sliding.events import slide_to_state
-from study.dataset.collect import collect
+from study.dataset.collection.collect import collect
 from study.dataset.groups import groups_of
 from study.manifest.drives import NamedDrive
 from study.manifest.effects import effects

@@ -12,7 +12,7 @@ import pytest
 
 from solver.drive import Scales
 from study.dataset import file
-from study.dataset.collect import collect
+from study.dataset.collection.collect import collect
 from study.dataset.variables import factors
 from study.discretization.front import SHIPPED, load_front
 from study.manifest.drives import drive_parameters

@@ -16,7 +16,7 @@ from solver.slab import Slab
 from solver.sliding.events import slide
 from solver.sliding.validity import FEW_NODES, FLAGS, NEAR_ENDS, WHOLE_SLAB, advice_on, flags_in
 from study.dataset import file
-from study.dataset.collect import collect
+from study.dataset.collection.collect import collect
 from study.manifest.reader import load_manifest
 from study.plan.cost.sliding import expected_displacement
 from study.plan.flags import expected_lines, flag_lines

@@ -3,7 +3,7 @@
 import xarray as xr
 
 from study.dataset.access.single import one_case
-from study.dataset.ensemble import over_members
+from study.dataset.collection.ensemble import over_members
 from study.report.case_table import case_table, ending_lines
 from tests.study.report.test_page import made_up
 

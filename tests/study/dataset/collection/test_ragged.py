@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from study.dataset.access.accessor import Accessor
-from study.dataset.collect import collect
+from study.dataset.collection.collect import collect
 from study.dataset.groups import groups_of
 from study.dataset.variables import all_groups
 from tests.study.dataset.campaigns import CASE_DIMS, changed

@@ -7,7 +7,7 @@ from typing import Any
 import numpy as np
 
 from solver.quantity import Quantity, attributes
-from study.dataset.ragged import texts
+from study.dataset.collection.ragged import texts
 from study.dataset.variables import CASE_ID, DRIVE_NAME, parameters
 from study.manifest.cases import MEMBER, CampaignCase
 from study.manifest.manifest import VARIED, Manifest

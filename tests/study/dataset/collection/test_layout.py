@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from study.dataset.access.accessor import Accessor
-from study.dataset.collect import collect
+from study.dataset.collection.collect import collect
 from study.report.summary import scalar_table
 from tests.conftest import SMALL
 from tests.study.dataset.campaigns import CASE_DIMS, changed

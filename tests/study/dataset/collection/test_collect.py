@@ -11,7 +11,7 @@ import pytest
 from solver.outcome import Ending, Outcome
 from study.dataset import file
 from study.dataset.access.accessor import Accessor
-from study.dataset.collect import collect
+from study.dataset.collection.collect import collect
 from study.dataset.groups import groups_of
 from study.discretization.front import load_front
 from study.origin import Origin, here

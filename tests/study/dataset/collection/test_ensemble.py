@@ -15,8 +15,8 @@ from solver.slab import Slab
 from solver.sliding.sampling import EVENLY, SHARED
 from solver.view import with_error
 from study.dataset import file
-from study.dataset.collect import collect
-from study.dataset.ensemble import ensemble_name, observables, over_members
+from study.dataset.collection.collect import collect
+from study.dataset.collection.ensemble import ensemble_name, observables, over_members
 from study.dataset.groups import groups_of
 from study.manifest.cases import MEMBER, CampaignCase, expand
 from study.manifest.manifest import SEEDS, Ensemble, Manifest
@@ -138,7 +138,7 @@ def test_every_member_says_where_it_started(build: Build, text: str, own: list[f
 
 
 def by_hand(name: str, values: np.ndarray, weights: np.ndarray, stated: np.ndarray) -> tuple[float, float, float]:
-    """Mean, standard error and standard deviation, as solver.sliding.sampling and study.dataset.ensemble say in words."""
+    """Mean, standard error and standard deviation, as solver.sliding.sampling and the ensemble of a dataset say in words."""
     here = np.isfinite(values)
     if not here.any():
         return math.nan, math.nan, math.nan

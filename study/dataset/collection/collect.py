@@ -1,0 +1,156 @@
+"""Results -> one labelled dataset. The same results give the same bytes, whatever computed them, when, in what order.
+
+The root has scalars over the cases: over `intrinsic_friction`, `radius`, `aspect_ratio`, `n_x` and every further axis of
+several values where the design is a full product, over `case` otherwise. Those of drives lie over `drive` too where there are
+several tables of them, and over every drive axis of several values. Records, trajectories, contacts and the inside of slabs
+differ in length: each sort is a group of contiguous ragged arrays, which `study.dataset.access` cuts apart. Who computed them
+is in the group `software`.
+"""
+
+import json
+from collections import Counter
+from collections.abc import Mapping
+from dataclasses import fields
+from typing import Any
+
+import numpy as np
+import xarray as xr
+
+from solver.drive import Scales
+from solver.outcome import Outcome
+from solver.quantity import attributes
+from study.dataset.collection.ensemble import ensemble_variables
+from study.dataset.collection.layout import coordinates, layout_of
+from study.dataset.collection.ragged import Runs, texts
+from study.dataset.collection.table import Table
+from study.dataset.file import CHOSEN, FORMAT, MIXED, VERSION
+from study.dataset.groups import carrying
+from study.dataset.variables import (
+    DISCRETIZATION_ERROR,
+    SOFTWARE,
+    Group,
+    all_groups,
+    factors,
+)
+from study.discretization.front import Front, load_front
+from study.discretization.targets import chosen
+from study.manifest.cases import CampaignCase
+from study.manifest.manifest import Manifest
+from study.origin import Origin, Origins, census, mixture
+from study.plan.endings import case_outcome, drive_outcome
+from study.plan.plan import Plan
+from study.plan.task import TaskResult
+from study.plan.tasks import needed_kinds
+from study.results.store import Store
+
+
+def collect(plan: Plan, store: Store) -> xr.Dataset:
+    """The dataset of a campaign with its groups, finished or not: what is not computed is NaN, with the outcome `pending`."""
+    manifest, layout, runs = plan.manifest, layout_of(plan), _runs(plan.manifest)
+    table = Table(manifest, layout, [each.group for each in runs])
+    front = load_front(manifest.front, manifest.front_text)
+    finished, makers = store.outcomes(), dict[str, Origins]()
+    outcomes = _with_failures(plan, store, finished)
+    for case in plan.cases:
+        keys = plan.case_tasks[case.case_id].keys
+        results = {task: store.find(key) for task, key in keys.items() if key in finished and task[0] != "compliance"}
+        for task, result in results.items():
+            if result is None:  # damaged since
+                del outcomes[keys[task]]
+            else:
+                makers[keys[task]] = result.origins
+        _say_outcomes(table, plan, case, outcomes)
+        table.say_makers(case, results)
+        if case.case is not None:
+            table.put(DISCRETIZATION_ERROR.name, case, "", front.expected_error(case.case))
+            _enter(table, runs, manifest, case, {task: result for task, result in results.items() if result})
+    counts, variables = census(makers.values()), table.variables
+    facts = _attributes(manifest, front, counts)
+    root = xr.Dataset(variables | ensemble_variables(variables), coordinates(plan, layout), facts)
+    return carrying(root, {each.group.name: each.dataset() for each in runs} | {SOFTWARE[0].name: _software(counts)})
+
+
+def _with_failures(plan: Plan, store: Store, finished: Mapping[str, Outcome]) -> dict[str, Outcome]:
+    """How tasks ended: those that are finished, what failed, and what needs that."""
+    failed = {key: attempt.outcome for key, attempt in store.failures().items()}
+    return plan.outcomes(finished, failed) if failed else dict(finished)
+
+
+def _say_outcomes(table: Table, plan: Plan, case: CampaignCase, outcomes: Mapping[str, Outcome]) -> None:
+    table.say_outcome(case, case_outcome(plan, case, outcomes))
+    for drive in plan.manifest.drives:
+        table.say_outcome(case, drive_outcome(plan, case, drive, outcomes), drive.label)
+
+
+def _enter(
+    table: Table, runs: list[Runs], manifest: Manifest, case: CampaignCase, results: dict[tuple[str, str], TaskResult]
+) -> None:
+    """Enter the numbers of a case."""
+    assert case.case is not None
+    drives = {drive.label: drive.drive for drive in manifest.drives}
+    by = {name: factors(case.case, manifest.scales, drives.get(name)) for _, name in results}
+    for (_, name), result in results.items():
+        table.enter(case, name, result, by[name])
+    for each in runs:
+        for name in drives if each.group.driven else ("",):
+            parts = [found for kind in each.group.kinds if (found := results.get((kind, name)))]
+            if parts:
+                table.put(each.group.id.name, case, name, each.add(parts, by[name], case.case_id, name))
+
+
+def _runs(manifest: Manifest) -> list[Runs]:
+    kinds = needed_kinds(manifest)
+    found = []
+    for group in all_groups().values():
+        series = tuple(each for each in group.series if each.kind in kinds and each.ragged.wanted(manifest))
+        if series:
+            found.append(Runs(Group(group.name, series)))
+    return found
+
+
+def _software(counts: Mapping[Origin, int]) -> xr.Dataset:
+    """The software that computed the results, one origin each."""
+    origins = sorted(counts)
+    name, count, *facts = SOFTWARE
+    found: dict[str, Any] = {
+        name.name: (name.name, texts(origin.name for origin in origins), attributes(name)),
+        count.name: (name.name, np.array([counts[origin] for origin in origins], np.int64), attributes(count)),
+    }
+    for item, quantity in zip(fields(Origin), facts, strict=True):
+        found[quantity.name] = (name.name, texts(getattr(each, item.name) for each in origins), attributes(quantity))
+    return xr.Dataset(found)
+
+
+def _makers(counts: Mapping[Origin, int]) -> dict[str, str]:
+    """What the software is that computed the results; where several did, all of it, the most frequent first."""
+    found = {}
+    for item in fields(Origin):
+        values: Counter[str] = Counter()
+        for origin, count in counts.items():
+            values[getattr(origin, item.name)] += count
+        several = [f"{value} ({count} results)" for value, count in sorted(values.items(), key=lambda v: (-v[1], v[0]))]
+        found[item.name] = ", ".join(several if len(several) > 1 else values) or "nothing is computed yet"
+    mixed = mixture(counts)
+    return {**found, MIXED: mixed} if mixed else found
+
+
+def _attributes(manifest: Manifest, front: Front, counts: Mapping[Origin, int]) -> dict[str, Any]:
+    texts = {
+        "manifest_table": manifest.table_text,
+        "manifest_roughness": manifest.profile_text,
+        "manifest_front": manifest.front_text,
+        CHOSEN: None if manifest.accuracy is None else json.dumps(chosen(manifest)),
+    }
+    return {
+        FORMAT: VERSION,
+        "title": manifest.title,
+        "Conventions": "CF-1.11",
+        "history": "computed and collected by nanoslip",  # without a date: the same results give the same bytes
+        "manifest": manifest.text,
+        **{name: text for name, text in texts.items() if text is not None},
+        "manifest_sha256": manifest.sha256,
+        "discretization_front": f"{front.name}, sha256 {front.sha256}",
+        **_makers(counts),
+        **{item.name: getattr(manifest.scales, item.name) for item in fields(Scales)},
+        "scales": "slab_width L_x in m, slab_depth L_y in m, shear_modulus G in Pa",
+    }

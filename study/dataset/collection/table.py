@@ -1,0 +1,189 @@
+"""The variables over the cases of a campaign, and over the drives where they vary: the same ones whatever the results."""
+
+import math
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+from functools import lru_cache
+from typing import Any, Final
+
+import numpy as np
+import xarray as xr
+from numpy.typing import NDArray
+
+from solver.outcome import Outcome
+from solver.quantity import Quantity, attributes
+from solver.sliding.validity import advice_on, flags_in
+from study.dataset.collection.layout import Layout
+from study.dataset.variables import (
+    ADVICE,
+    COMPUTED_BY,
+    DISCRETIZATION_ERROR,
+    OUTCOMES,
+    VALIDITY,
+    Group,
+    companions,
+    scalars,
+)
+from study.manifest.cases import CampaignCase
+from study.manifest.manifest import Manifest
+from study.origin import NOBODY, Origins, stemming
+from study.plan.endings import PENDING
+from study.plan.flags import flags_of
+from study.plan.kinds.kind import left_out
+from study.plan.task import TaskResult
+from study.plan.tasks import KINDS, needed_kinds
+
+PIECE: Final = 4096
+"""Results whose numbers are entered together."""
+
+Results = Mapping[tuple[str, str], TaskResult | None]
+"""Kind of task and label of its drive ("" without one) -> its result, None where it is not finished."""
+
+
+@dataclass(slots=True)
+class _Rows:
+    """Results of one kind that wait to be entered: where, which numbers, and by what they are multiplied."""
+
+    places: list[int] = field(default_factory=list)
+    scalars: list[Mapping[str, float | int]] = field(default_factory=list)
+    factors: list[Mapping[str, float]] = field(default_factory=list)
+
+
+class Table:
+    """Values of cases, and of their drives, each at its place."""
+
+    def __init__(self, manifest: Manifest, layout: Layout, groups: list[Group]) -> None:
+        """groups: of runs, whose names stand over the cases or drives."""
+        self._dims = {"": _lengths(layout.axes), "drive": _lengths(layout.axes | layout.drive_axes)}
+        self._drives = math.prod(_lengths(layout.drive_axes).values())
+        self._case_place = _places(layout.position, _lengths(layout.axes))
+        self._drive_place = _places(layout.drive_position, _lengths(layout.drive_axes))
+        self._of: dict[str, str] = {}
+        self._quantities: dict[str, Quantity] = {}
+        self._values: dict[str, NDArray[Any]] = {}
+        self._waiting = {kind: _Rows() for kind in KINDS}
+        self._declare_all(manifest, groups)
+
+    def _declare_all(self, manifest: Manifest, groups: list[Group]) -> None:
+        kinds = needed_kinds(manifest)
+        for kind in ("", "drive"):
+            if not kind or kind in kinds:
+                ending, message = OUTCOMES[kind]
+                self._declare(kind, ending, PENDING)
+                self._declare(kind, message, "")
+                self._declare(kind, COMPUTED_BY[kind], "")
+        self._declare("", DISCRETIZATION_ERROR, np.nan)
+        self._declare("", ADVICE, "")
+        for kind in KINDS:
+            if kind in kinds:
+                apart = left_out(KINDS[kind], manifest)
+                for name, quantity in (*scalars(kind).items(), *companions(kind).items()):
+                    if name not in apart:
+                        self._declare(kind, quantity, _nothing(quantity))
+        for each in groups:
+            self._declare("drive" if each.driven else "", each.id, "")
+
+    def _declare(self, kind: str, quantity: Quantity, fill: object) -> None:
+        of = "drive" if kind == "drive" else ""
+        length = math.prod(self._dims[of].values())
+        self._of[quantity.name], self._quantities[quantity.name] = of, quantity
+        self._values[quantity.name] = np.full(length, fill, dtype=object if isinstance(fill, str) else None)
+
+    @property
+    def variables(self) -> dict[str, xr.Variable]:
+        """All of them, by name."""
+        for kind in self._waiting:
+            self._enter_waiting(kind)
+        found = {}
+        for name, values in self._values.items():
+            dims = self._dims[self._of[name]]
+            found[name] = xr.Variable(
+                tuple(dims), values.reshape(tuple(dims.values())), attributes(self._quantities[name])
+            )
+        return found
+
+    def put(self, name: str, case: CampaignCase, drive: str, value: object) -> None:
+        """Set one value."""
+        self._values[name][self._place(self._of[name], case, drive)] = value
+
+    def say_outcome(self, case: CampaignCase, outcome: Outcome | None, drive: str = "") -> None:
+        """Set how a case, or its drive, ended; None leaves it pending."""
+        if outcome is not None:
+            ending, message = OUTCOMES["drive" if drive else ""]
+            self.put(ending.name, case, drive, outcome.ending.value)
+            self.put(message.name, case, drive, outcome.message)
+
+    def say_makers(self, case: CampaignCase, results: Results) -> None:
+        """Set which software a case, and each of its drives, stems from."""
+        found: dict[str, list[Origins]] = {}
+        for (kind, name), result in results.items():
+            if result is not None and kind != "compliance":
+                found.setdefault(name, []).append(result.origins or (NOBODY,))
+        for name, parts in found.items():
+            self.put(COMPUTED_BY["drive" if name else ""].name, case, name, _names(tuple(parts)))
+
+    def enter(self, case: CampaignCase, drive: str, result: TaskResult, by: Mapping[str, float]) -> None:
+        """Set all scalars of a result. by: `Quantity.per` -> what a value is multiplied with."""
+        waiting = self._waiting[result.kind]
+        waiting.places.append(self._place("drive" if result.kind == "drive" else "", case, drive))
+        waiting.scalars.append(result.scalars)
+        waiting.factors.append(by)
+        if len(waiting.places) >= PIECE:
+            self._enter_waiting(result.kind)
+        if case.case is not None and (flags := flags_of(case.case, result)) is not None:
+            self.put(VALIDITY.name, case, drive, flags)
+            self.put(ADVICE.name, case, drive, _advice(flags))
+
+    def _place(self, of: str, case: CampaignCase, drive: str) -> int:
+        place = self._case_place[case.case_id]
+        return place * self._drives + self._drive_place[drive] if of else place
+
+    def _enter_waiting(self, kind: str) -> None:
+        """Set the scalars of the results that wait, a variable after the other."""
+        waiting, self._waiting[kind] = self._waiting[kind], _Rows()
+        units: dict[str, NDArray[Any]] = {}
+        for known in (scalars(kind), companions(kind)):
+            for name, quantity in known.items():
+                if quantity is VALIDITY or not any(name in row for row in waiting.scalars):
+                    continue
+                if quantity.per not in units:
+                    units[quantity.per] = np.array([by[quantity.per] for by in waiting.factors])
+                held = [number for number, row in enumerate(waiting.scalars) if name in row]
+                places = np.array(waiting.places)[held]
+                numbers = [waiting.scalars[number][name] for number in held]
+                if quantity.words:
+                    self._values[quantity.name][places] = [_word(quantity, number) for number in numbers]
+                else:
+                    self._values[quantity.name][places] = np.array(numbers) * units[quantity.per][held]
+
+
+def _lengths(axes: Mapping[str, tuple[Any, ...]]) -> dict[str, int]:
+    return {name: len(values) for name, values in axes.items()}
+
+
+def _places(positions: Mapping[str, tuple[int, ...]], dims: Mapping[str, int]) -> dict[str, int]:
+    """Where each position lies, counted through all of them."""
+    steps = [math.prod(list(dims.values())[number + 1 :]) for number in range(len(dims))]
+    return {name: sum(map(int.__mul__, at, steps)) for name, at in positions.items()}
+
+
+def _nothing(quantity: Quantity) -> object:
+    """What stands for a number that is not there."""
+    if quantity.words:
+        return ""
+    return np.int32(0) if quantity.flags else np.nan
+
+
+def _word(quantity: Quantity, number: float | int) -> str:
+    """The word that a result's number stands for."""
+    return "" if math.isnan(number) else quantity.words[int(number)]
+
+
+@lru_cache
+def _advice(flags: int) -> str:
+    return advice_on(flags_in(flags))
+
+
+@lru_cache
+def _names(parts: tuple[Origins, ...]) -> str:
+    return " ".join(origin.name for origin in stemming(*parts))
