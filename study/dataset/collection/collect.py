@@ -8,9 +8,11 @@ is in the group `software`.
 """
 
 import json
+import os
 from collections import Counter
 from collections.abc import Mapping
 from dataclasses import fields
+from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -46,7 +48,7 @@ from study.results.store import Store
 
 def collect(plan: Plan, store: Store) -> xr.Dataset:
     """The dataset of a campaign with its groups, finished or not: what is not computed is NaN, with the outcome `pending`."""
-    manifest, layout, runs = plan.manifest, layout_of(plan), _runs(plan.manifest)
+    manifest, layout, runs = plan.manifest, layout_of(plan), _runs(plan.manifest, store.folder)
     table = Table(manifest, layout, [each.group for each in runs])
     front = load_front(manifest.front, manifest.front_text)
     finished, makers = store.outcomes(), dict[str, Origins]()
@@ -98,13 +100,14 @@ def _enter(
                 table.put(each.group.id.name, case, name, each.add(parts, by[name], case.case_id, name))
 
 
-def _runs(manifest: Manifest) -> list[Runs]:
+def _runs(manifest: Manifest, folder: Path) -> list[Runs]:
+    meanwhile = folder if os.access(folder, os.W_OK) else None
     kinds = needed_kinds(manifest)
     found = []
     for group in all_groups().values():
         series = tuple(each for each in group.series if each.kind in kinds and each.ragged.wanted(manifest))
         if series:
-            found.append(Runs(Group(group.name, series)))
+            found.append(Runs(Group(group.name, series), meanwhile))
     return found
 
 

@@ -1,11 +1,13 @@
 """Runs of different length, one behind the other: CF contiguous ragged arrays with the labels of what they belong to."""
 
 from collections.abc import Iterable, Mapping, Sequence
-from typing import Any, Final
+from pathlib import Path
+from tempfile import TemporaryFile
+from typing import IO, Any, Final
 
 import numpy as np
 import xarray as xr
-from numpy.typing import NDArray
+from numpy.typing import DTypeLike, NDArray
 
 from solver.quantity import attributes
 from study.dataset.variables import Group, Series
@@ -16,15 +18,49 @@ NAME_LENGTH: Final = 12
 """Hexadecimal digits of a run's name."""
 
 
+HELD: Final = 1 << 23
+"""Bytes of a column that are held in memory: longer ones go to disk meanwhile."""
+
+
+class Column:
+    """Values one behind the other: however many there are, few of them in memory."""
+
+    def __init__(self, folder: Path | None) -> None:
+        """folder: where a long column lies until nobody has it any more, without a name; None for the system's own."""
+        self._folder = folder
+        self._runs: list[NDArray[Any]] = []
+        self._held = 0
+        self._file: IO[bytes] | None = None
+
+    def add(self, run: NDArray[Any]) -> None:
+        """Append values; all runs are of one type. Raises OSError where the disk refuses."""
+        self._runs.append(run.copy())  # a view would keep all of its result
+        self._held += run.nbytes
+        if self._held > HELD:
+            self._file = self._file or TemporaryFile(dir=self._folder)  # noqa: SIM115  the values are mapped from it
+            np.concatenate(self._runs).tofile(self._file)
+            self._runs, self._held = [run[:0].copy()], 0
+
+    def values(self, dtype: DTypeLike) -> NDArray[Any]:
+        """All of them; of this type where there are none."""
+        rest = np.concatenate(self._runs) if self._runs else np.empty(0, dtype)
+        if self._file is None:
+            return rest
+        with self._file as file:
+            rest.tofile(file)
+            return np.memmap(file, rest.dtype, "c")
+
+
 class Runs:
     """The runs of one group. Results that several cases share are kept once."""
 
-    def __init__(self, group: Group) -> None:
+    def __init__(self, group: Group, folder: Path | None = None) -> None:
+        """folder: where long columns lie meanwhile."""
         self.group = group
         self._names: dict[tuple[str, ...], str] = {}
         self._owners: list[tuple[str, str]] = []
         self._counts: dict[str, list[int]] = {name: [] for name in group.samples}
-        self._columns: dict[str, list[NDArray[Any]]] = {name: [] for name in group.columns}
+        self._columns = {name: Column(folder) for name in group.columns}
 
     def add(self, results: Sequence[TaskResult], factors: Mapping[str, float], case_id: str, drive: str) -> str:
         """Append the run of a case's results of the group's kinds; returns its name, empty where there is nothing.
@@ -41,7 +77,7 @@ class Runs:
             for each, result in pairs:
                 for name, quantity in each.columns.items():
                     run = result.arrays[name]
-                    self._columns[quantity.name].append(run * factors[quantity.per] if quantity.per else run)
+                    self._columns[quantity.name].add(run * factors[quantity.per] if quantity.per else run)
         self._owners.append((case_id, drive))
         name = keys[0][:NAME_LENGTH] if len(keys) == 1 else content_hash(keys, length=NAME_LENGTH)
         return self._names.setdefault(keys, name)
@@ -58,9 +94,7 @@ class Runs:
             counts = np.array(self._counts[sample], np.int64)
             found[count.name] = (self.group.name, counts, {**attributes(count), "sample_dimension": sample})
         for name, quantity in self.group.columns.items():
-            runs = self._columns[name]
-            values = np.concatenate(runs) if runs else np.empty(0, quantity.dtype)
-            found[name] = (quantity.along, values, attributes(quantity))
+            found[name] = (quantity.along, self._columns[name].values(quantity.dtype), attributes(quantity))
         places = [name for name, quantity in self.group.columns.items() if quantity.coordinate]
         return xr.Dataset(found).set_coords(places).assign_coords(self._labels())
 

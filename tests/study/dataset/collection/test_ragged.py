@@ -3,8 +3,11 @@
 import numpy as np
 import pytest
 
+from study.dataset import file
 from study.dataset.access.accessor import Accessor
+from study.dataset.collection import ragged
 from study.dataset.collection.collect import collect
+from study.dataset.collection.ragged import Column
 from study.dataset.groups import groups_of
 from study.dataset.variables import all_groups
 from tests.study.dataset.campaigns import CASE_DIMS, changed
@@ -60,3 +63,26 @@ def test_cases_that_share_a_result_share_its_record(build):
     found = collect(plan, store)
     first, second = groups_of(found)["record"]["record"].values.tolist()
     assert found["record_id"].values.ravel().tolist() == [first, first, second, second]
+
+
+@pytest.mark.parametrize("held", [0, 100, 1 << 26])
+def test_long_columns_lie_on_disk_meanwhile_and_are_the_same(tmp_path, monkeypatch, held):
+    """Without a name: nothing is left of them, whatever happens."""
+    monkeypatch.setattr(ragged, "HELD", held)
+    column = Column(tmp_path)
+    runs = [np.arange(number, dtype=np.int8) for number in (0, 7, 70, 0, 3)]
+    for run in runs:
+        column.add(run)
+    values = column.values(np.float64)
+    np.testing.assert_array_equal(values, np.concatenate(runs))
+    assert (values.dtype, isinstance(values, np.memmap)) == (np.int8, held < 100)
+    assert Column(tmp_path).values(np.int32).dtype == np.int32
+    assert not list(tmp_path.iterdir())
+
+
+def test_a_dataset_of_long_columns_is_the_same(small, monkeypatch, tmp_path):
+    plan, store, found = small
+    monkeypatch.setattr(ragged, "HELD", 0)
+    for number, dataset in enumerate((found, collect(plan, store))):
+        file.write(dataset, tmp_path / f"{number}.nc")
+    assert (tmp_path / "0.nc").read_bytes() == (tmp_path / "1.nc").read_bytes()
