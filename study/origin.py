@@ -87,6 +87,13 @@ def source_files() -> tuple[Path, ...]:
     return tuple(path for folder in folders for path in Path(folder).rglob("*.py"))
 
 
+@lru_cache(maxsize=1)
+def all_sources_hash() -> str:
+    """Hash of the whole program: what it makes of results, too, may change with each file."""
+    folders = [folder for package in (PACKAGE, __package__) for folder in _folders(package)]
+    return source_hash(path for folder in folders for path in Path(folder).rglob("*.py"))
+
+
 def _folders(package: str) -> list[str]:
     found = importlib.util.find_spec(package)
     assert found is not None  # without it this would not run

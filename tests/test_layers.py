@@ -39,7 +39,7 @@ ORDER = {
     "study.plan.cost": "condensation sliding seconds arrays drive",
     "study.plan.kinds": "kind compliance contact record statistics states drive",
     "study.results": "whole_file entry own log logs attempts store lease",
-    "study.dataset": "seal groups file variables collection description access comparison pair verification agreement",
+    "study.dataset": "seal groups file made_of variables collection description access comparison pair verification agreement",
     "study.dataset.collection": "ensemble ragged layout table collect",
     "study.dataset.agreement": "matching verdicts facts",
     "study.dataset.access": "selection single accessor tidy placement concatenation",

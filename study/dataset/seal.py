@@ -19,13 +19,19 @@ def seal(path: Path) -> None:
 
 def broken(path: Path) -> bool:
     """Whether a byte of a sealed file has changed; a file without the line has nothing to break. Raises OSError."""
+    written = seal_of(path)
+    return written is not None and written != _digest(path, path.stat().st_size - _LENGTH)
+
+
+def seal_of(path: Path) -> str | None:
+    """The checksum that a file ends with, None where it has none. Raises OSError."""
     length = path.stat().st_size - _LENGTH
     if length < 0:
-        return False
+        return None
     with path.open("rb") as file:
         file.seek(length)
         line = _LINE.fullmatch(file.read())
-    return line is not None and line[1].decode("ascii") != _digest(path, length)
+    return line[1].decode("ascii") if line else None
 
 
 def _digest(path: Path, length: int) -> str:

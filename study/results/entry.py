@@ -56,6 +56,9 @@ class Head(NamedTuple):
     numbers: int
     """Bytes of table and arrays."""
     checksum: int
+    """Of the numbers."""
+    seal: int
+    """Of the head itself, and so of all that the result says."""
     length: int
     """Bytes of the whole entry."""
 
@@ -86,10 +89,10 @@ def read_head(file: BinaryIO) -> Head:
     if mark != MARK or meta_length > _MOST:
         raise CorruptResultError("no result begins there")
     meta = file.read(meta_length)
-    sound = zlib.crc32(meta, zlib.crc32(begin[: _HEAD.size])) == _CHECKSUM.unpack_from(begin, _HEAD.size)[0]
-    if not sound:  # a length that was damaged leads anywhere
+    (seal,) = _CHECKSUM.unpack_from(begin, _HEAD.size)
+    if seal != zlib.crc32(meta, zlib.crc32(begin[: _HEAD.size])):  # a length that was damaged leads anywhere
         raise (TornError if len(meta) < meta_length else CorruptResultError)(CHANGED)
-    return Head(key.decode("ascii"), _meta(meta), table, numbers, checksum, LEAST + meta_length + numbers)
+    return Head(key.decode("ascii"), _meta(meta), table, numbers, checksum, seal, LEAST + meta_length + numbers)
 
 
 def check(head: Head, numbers: Any) -> None:

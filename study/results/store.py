@@ -64,6 +64,10 @@ class Store:
         """The finished results, as `finished` counts them, and how each ended."""
         return {key: head.meta.outcome for key, head in self._sound().items()}
 
+    def seals(self) -> dict[str, int]:
+        """The finished results, as `finished` counts them, and a checksum of all that each says."""
+        return {key: head.seal for key, head in self._sound().items()}
+
     def failures(self) -> dict[str, Attempt]:
         """The last attempt of this solver at every task that has failed; it may have a result nevertheless."""
         return attempts.final(self._out, here().solver)
@@ -76,6 +80,7 @@ class Store:
                 own.write(path, entry)
             else:
                 self._log.add(entry)
+                self._logs.places.pop(result.key, None)  # to be found anew
                 if path.is_file():
                     path.unlink(missing_ok=True)  # it would count more
         except OSError as error:

@@ -11,4 +11,4 @@ from study.commands.shared.refusals import refusals
 def work(campaign: Path, out: Path | None) -> None:
     """Write and print the dataset of a campaign's results."""
     with refusals():
-        write_dataset(planned(campaign), folder(campaign, out))
+        write_dataset(planned(campaign), folder(campaign, out), anew=True)

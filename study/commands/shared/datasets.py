@@ -1,26 +1,41 @@
 """A campaign's dataset: written from its results, and printed as a table."""
 
+from contextlib import suppress
 from pathlib import Path
 
 import xarray as xr
 
 from study.dataset import file
 from study.dataset.collection.collect import collect
+from study.dataset.made_of import is_made_of, made_of, note
 from study.plan.plan import Plan
 from study.report.common import said_once
 from study.report.console import print_sentences, print_table, say, whole
 from study.report.summary import drive_summary, failure_summary, flag_summary, scalar_table
-from study.results.store import Store
+from study.results.store import Store, StoreError
 
 
-def write_dataset(plan: Plan, out: Path) -> None:
-    """Write the dataset of the results that are there, and print it. Raises StoreError."""
-    collected = collect(plan, Store(out))
-    path = out / file.FILE
+def write_dataset(plan: Plan, out: Path, anew: bool = False) -> None:
+    """Write the dataset of the results that are there, and print it. Raises StoreError.
+
+    anew: also where it is there already.
+    """
+    path, store = out / file.FILE, Store(out)
+    now = made_of(plan, store)
+    if not anew and is_made_of(path, store, now):
+        with suppress(StoreError), file.reading(path) as found:  # else it was damaged
+            _print(found, path)
+            return
+    collected = collect(plan, store)
     file.write(collected, path)
-    print_summary(collected)
+    note(path, store, now)
+    _print(collected, path)
+
+
+def _print(dataset: xr.Dataset, path: Path) -> None:
+    print_summary(dataset)
     say(whole(f"dataset: {path}"))
-    if mixed := collected.attrs.get(file.MIXED):
+    if mixed := dataset.attrs.get(file.MIXED):
         say(f"{mixed} (computed_by says which case is whose)")
 
 

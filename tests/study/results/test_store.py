@@ -66,6 +66,14 @@ def test_what_is_computed_again_counts(store, before, shared):
 
 
 @EACH_PLACE
+def test_what_is_written_twice_is_read_as_it_was_the_second_time(store, shared):
+    for mean in (0.1, 0.2):
+        again = replace(RECORD, scalars={"plateau_mean": mean})
+        store.write(again, shared)
+        assert same(store.read(RECORD.key), again)
+
+
+@EACH_PLACE
 def test_an_unsound_result_is_named_and_its_repetition_counts(store, shared, capsys):
     for result in (OTHER, RECORD):
         store.write(result, shared)

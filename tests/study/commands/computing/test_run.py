@@ -8,6 +8,7 @@ from pathlib import Path
 
 import xarray as xr
 
+from study.commands.shared import datasets
 from study.execution import executor
 from study.origin import here
 from study.results import own
@@ -218,3 +219,18 @@ def test_a_rank_that_computes_loads_no_more_than_it_uses(environment):
     )
     done = subprocess.run([sys.executable, "-c", program], env=environment, capture_output=True, text=True, check=True)
     assert done.stdout == "[]\n"
+
+
+def test_a_run_with_nothing_to_do_does_not_collect_again_what_is_whole(main, campaign, monkeypatch):
+    out = campaign.parent / "out"
+    _, said, _ = main("run", campaign, "--out", out, "--serial")
+    whole = (out / "results.nc").read_bytes()
+    with monkeypatch.context() as once:
+        once.setattr(datasets, "collect", None)  # would be called in vain
+        code, again, _ = main("run", campaign, "--out", out, "--serial")
+        assert (code, again) == (0, said)
+    damaged = bytearray(whole)
+    damaged[len(whole) // 2] ^= 1
+    (out / "results.nc").write_bytes(damaged)
+    assert main("run", campaign, "--out", out, "--serial")[0] == 0
+    assert (out / "results.nc").read_bytes() == whole

@@ -1,0 +1,54 @@
+"""Whether a dataset's file is made of the results that are there: a campaign with nothing to do need not collect them again."""
+
+import hashlib
+import json
+from contextlib import suppress
+from pathlib import Path
+from typing import Final
+
+from study.dataset.seal import seal_of
+from study.discretization.front import load_front
+from study.origin import all_sources_hash
+from study.plan.plan import Plan
+from study.provenance import content_hash
+from study.results.store import Store
+from study.results.whole_file import written_whole
+
+NOTE: Final = "dataset.json"
+"""File among the results that says what the dataset beside them was made of."""
+
+
+def made_of(plan: Plan, store: Store) -> str:
+    """A hash of all that decides a dataset: the campaign, its results and failures, and the code that collects them."""
+    manifest = plan.manifest
+    texts = (
+        manifest.text,
+        manifest.table_text,
+        manifest.profile_text,
+        load_front(manifest.front, manifest.front_text).sha256,
+    )
+    found = hashlib.sha256(content_hash(all_sources_hash(), str(manifest.path.name), *texts).encode())
+    for key, seal in sorted(store.seals().items()):
+        found.update(f"{key} {seal}\n".encode())
+    for key, attempt in sorted(store.failures().items()):
+        found.update(f"{key} {attempt.outcome}\n".encode())
+    return found.hexdigest()
+
+
+def is_made_of(path: Path, store: Store, expected: str) -> bool:
+    """Whether the file is the one that was last written, of just these results. Its bytes are checked when it is opened."""
+    try:
+        said = json.loads((store.folder / NOTE).read_text("utf-8"))
+        return bool(said == _said(path, expected))
+    except (OSError, ValueError, RecursionError):
+        return False
+
+
+def note(path: Path, store: Store, made: str) -> None:
+    """Write down of what the file was made; where that cannot be, it is collected again next time."""
+    with suppress(OSError), written_whole(store.folder / NOTE) as scratch:
+        scratch.write_text(json.dumps(_said(path, made)), "utf-8")
+
+
+def _said(path: Path, made: str) -> dict[str, object]:
+    return {"made_of": made, "seal": seal_of(path), "bytes": path.stat().st_size}
