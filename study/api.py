@@ -85,8 +85,11 @@ def run(
     with ExitStack() as stack:
         stack.enter_context(threadpoolctl.threadpool_limits(limits=1))  # sums depend on the number of threads
         folder = Path(stack.enter_context(TemporaryDirectory()) if out is None else out)
-        stack.enter_context(Lease(folder))
-        _compute(plan, folder, recompute_foreign, retry, progress)
+        farm = SerialFarm(computing(folder).load)
+        lease = stack.enter_context(Lease(folder, farm.interruption.request))
+        _compute(farm, plan, folder, recompute_foreign, retry, progress)
+        if lease.lost:
+            raise StoreError(lease.lost)
         path = folder / file.FILE
         file.write(collect(plan, Store(folder)), path)
         if out is not None:
@@ -142,7 +145,9 @@ def _files_named_in(campaign: Mapping[str, Any]) -> dict[str, str]:
     return {key: read_text(Path(name))[1] for key, name in named.items() if isinstance(name, str | os.PathLike)}
 
 
-def _compute(plan: Plan, folder: Path, recompute_foreign: bool, retry: bool, progress: bool | None) -> None:
+def _compute(
+    farm: SerialFarm, plan: Plan, folder: Path, recompute_foreign: bool, retry: bool, progress: bool | None
+) -> None:
     store = Store(folder)
     store.prepare()
     finished = store.inventory()
@@ -152,7 +157,7 @@ def _compute(plan: Plan, folder: Path, recompute_foreign: bool, retry: bool, pro
     if short := shortages(plan, tasks, 1):
         raise MemoryError("\n".join(short))
     started = time.time()
-    tally = _run_tasks(tasks, folder, progress)
+    tally = _run_tasks(farm, tasks, folder, progress)
     if tasks:
         costs.add(folder, costs.since(started, time.time(), 1, tally.seconds, tally.done + tally.crashed))
     if tally.halt:
@@ -160,15 +165,14 @@ def _compute(plan: Plan, folder: Path, recompute_foreign: bool, retry: bool, pro
     if failed := tally.crashed + len(work.given_up):
         said = f"{failed} tasks failed, now or before, or needed one that did (see `outcome` and `message`)"
         warnings.warn(said, RuntimeWarning, stacklevel=3)
-    else:
+    elif not tally.interrupted:
         drop_intermediates(plan, tasks, store)
 
 
-def _run_tasks(tasks: Sequence[Task], folder: Path, progress: bool | None) -> Tally:
+def _run_tasks(farm: SerialFarm, tasks: Sequence[Task], folder: Path, progress: bool | None) -> Tally:
     """Compute tasks. The farm is not entered: Ctrl-C stays Python's, and results are whole files."""
     errors = console(stderr=True)
     watched = bool(tasks) and (errors.is_terminal or errors.is_jupyter)
-    farm = SerialFarm(computing(folder).load)
     with ExitStack() as stack:
         shown = watched if progress is None else progress
         diary = Diary(folder, stack.enter_context(open_progress(tasks, errors)) if shown else _silent)

@@ -31,7 +31,7 @@ def conduct(farm: Farm, campaign: Path, out: Path, recompute_foreign: bool, retr
     try:
         with refusals(), ExitStack() as stack:
             plan, store = planned(campaign), Store(out)
-            stack.enter_context(Lease(out))
+            lease = stack.enter_context(Lease(out, farm.interruption.request))
             store.prepare()
             finished = store.inventory()
             foreign = plan.foreign(finished)
@@ -40,13 +40,13 @@ def conduct(farm: Farm, campaign: Path, out: Path, recompute_foreign: bool, retr
                 finished = {key: origins for key, origins in finished.items() if key not in foreign}
             else:
                 print_foreign(foreign, campaign, stderr=True)
-            return _compute(farm, plan, out, left(plan, store, finished, retry))
+            return _compute(farm, plan, out, left(plan, store, finished, retry), lease)
     except click.ClickException as error:
         show(error)
         return error.exit_code
 
 
-def _compute(farm: Farm, plan: Plan, out: Path, work: Left) -> int:
+def _compute(farm: Farm, plan: Plan, out: Path, work: Left, lease: Lease) -> int:
     tasks = work.tasks
     _refuse_shortages(farm, plan, tasks)
     if tasks:
@@ -62,6 +62,8 @@ def _compute(farm: Farm, plan: Plan, out: Path, work: Left) -> int:
         say(problem, stderr=True)
     if tally.halt:
         raise Refusal(f"{tally.halt}; what is finished is kept: run again to continue")
+    if lease.lost:
+        return EXIT_CODE
     if tally.interrupted:
         say("interrupted: what is finished is kept; run again to continue", stderr=True)
         return EXIT_CODE

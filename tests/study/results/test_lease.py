@@ -1,5 +1,6 @@
 """One run at a time works in a folder; one that was killed keeps nobody out."""
 
+import errno
 import json
 import os
 import socket
@@ -7,12 +8,16 @@ import subprocess
 import sys
 import threading
 import time
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 from contextlib import contextmanager
 from pathlib import Path
 
 import pytest
 
+import nanoslip
+from study.execution import executor
+from study.plan.task import TaskResult
+from study.plan.tasks import Task
 from study.results import lease
 from study.results.lease import FILE, Lease
 from study.results.store import StoreError
@@ -140,25 +145,99 @@ import sys, time
 from pathlib import Path
 from study.results.lease import Lease
 from study.results.store import StoreError
-while time.time() < float(sys.argv[2]):
-    pass
+
+out, marks, runs = Path(sys.argv[1]), Path(sys.argv[2]), int(sys.argv[3])
+
+def until(kind):
+    (marks / f"{kind}.{sys.argv[4]}").touch()
+    while len(list(marks.glob(f"{kind}.*"))) < runs:
+        time.sleep(1e-3)
+
+until("there")
 try:
-    with Lease(Path(sys.argv[1])):
+    with Lease(out):
         print("mine", flush=True)
-        time.sleep(3.0)
+        until("judged")
 except StoreError:
     print("refused", flush=True)
+    until("judged")
 """
 
 
 def test_of_several_runs_that_find_a_stale_lease_one_takes_it(tmp_path: Path, environment: dict[str, str]) -> None:
     killed = subprocess.Popen(["true"])
     killed.wait()
-    left_behind(tmp_path, socket.gethostname(), killed.pid)
-    words = [sys.executable, "-c", RACE, str(tmp_path), str(time.time() + 5.0)]
-    runs = [subprocess.Popen(words, env=environment, stdout=subprocess.PIPE, text=True) for _ in range(4)]
+    out, marks = tmp_path / "out", tmp_path / "marks"
+    out.mkdir()
+    marks.mkdir()
+    left_behind(out, socket.gethostname(), killed.pid)
+    words = [sys.executable, "-c", RACE, str(out), str(marks), "4"]
+    runs = [
+        subprocess.Popen([*words, str(run)], env=environment, stdout=subprocess.PIPE, text=True) for run in range(4)
+    ]
     said = sorted(run.communicate(timeout=60.0)[0] for run in runs)
     assert said == ["mine\n", *["refused\n"] * 3]
+    assert list(out.iterdir()) == []
+
+
+def test_a_stale_lease_that_another_run_takes_while_it_is_judged_is_left_to_it(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    killed = subprocess.Popen(["true"])
+    killed.wait()
+    left_behind(tmp_path, socket.gethostname(), killed.pid)
+
+    def taken_meanwhile(process: int) -> bool:
+        (tmp_path / FILE).unlink()
+        left_behind(tmp_path, socket.gethostname(), os.getpid())
+        monkeypatch.setattr(lease, "lives", lambda _: True)
+        return False
+
+    monkeypatch.setattr(lease, "lives", taken_meanwhile)
+    with pytest.raises(StoreError, match=f"process {os.getpid()} on"), Lease(tmp_path):
+        pytest.fail("two runs at once")
+
+
+def test_where_the_file_system_knows_no_locks_a_stale_lease_is_taken_over_all_the_same(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    def unknown(*_: object) -> None:
+        raise OSError(errno.EBADF, "no locks here")
+
+    monkeypatch.setattr("fcntl.flock", unknown)
+    os.utime(left_behind(tmp_path, "elsewhere", 1), (0, 0))
+    with Lease(tmp_path), pytest.raises(StoreError, match="a run is at work there"), Lease(tmp_path):
+        pytest.fail("two runs at once")
+
+
+def test_a_run_that_was_silent_until_another_took_over_stops_and_names_it(tmp_path: Path, capsys) -> None:
+    stopped = threading.Event()
+    with Lease(tmp_path, stopped.set) as ours:
+        assert not ours.lost
+        left_behind(tmp_path, "elsewhere", 1)
+        assert stopped.wait(5.0 * SOON)
+    assert "another run has taken over, process 1 on elsewhere" in ours.lost
+    assert capsys.readouterr().err == f"{ours.lost}\n"
+
+
+def test_the_command_whose_lease_is_lost_ends_with_exit_code_99_and_in_python_it_is_an_error(
+    main, campaign: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    compute, out = executor.run_task, campaign.parent / "out"
+
+    def overtaken(task: Task, inputs: Mapping[str, TaskResult]) -> TaskResult:
+        left_behind(out, "elsewhere", 1)
+        time.sleep(SOON)
+        return compute(task, inputs)
+
+    monkeypatch.setattr(executor, "run_task", overtaken)
+    code, _, errors = main("run", campaign, "--out", out, "--serial")
+    assert (code, errors.count("another run has taken over")) == (99, 1)
+    assert json.loads((out / FILE).read_text())["host"] == "elsewhere"
+    assert not (out / "results.nc").exists()
+    (out / FILE).unlink()
+    with pytest.raises(StoreError, match="another run has taken over"):
+        nanoslip.run(campaign, out)
 
 
 def test_a_run_in_a_folder_where_another_is_at_work_is_exit_code_2(main, campaign: Path) -> None:
