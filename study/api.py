@@ -1,7 +1,6 @@
 """Campaigns from Python: compute one in this process and get its dataset, or open a dataset that is there."""
 
 import os
-import time
 import warnings
 from collections.abc import Iterable, Mapping, Sequence
 from contextlib import ExitStack
@@ -22,9 +21,11 @@ from study.dataset.groups import loaded
 from study.execution.executor import drop_intermediates
 from study.execution.failures import Diary, left
 from study.execution.farms.farm import SerialFarm
+from study.execution.journal import Journal
 from study.execution.ledger import Tally
 from study.execution.program import computing
 from study.execution.progress import open_progress
+from study.exit_codes import FAILURES, WRONG_INPUT
 from study.manifest.columns import read_text
 from study.manifest.manifest import Manifest
 from study.manifest.problems import ManifestError
@@ -32,7 +33,6 @@ from study.manifest.reader import load_manifest, parse_manifest
 from study.plan.memory import shortages
 from study.plan.plan import Plan, make_plan
 from study.plan.tasks import Task
-from study.report import costs
 from study.report.console import console
 from study.results.lease import Lease
 from study.results.store import Store, StoreError
@@ -156,13 +156,16 @@ def _compute(
     tasks = work.tasks
     if short := shortages(plan, tasks, 1):
         raise MemoryError("\n".join(short))
-    started = time.time()
-    tally = _run_tasks(farm, tasks, folder, progress)
+    journal = Journal(folder, "nanoslip.run")
     if tasks:
-        costs.add(folder, costs.since(started, time.time(), 1, tally.seconds, tally.done + tally.crashed))
+        journal.begin(farm.size, farm.unit)
+    tally = _run_tasks(farm, tasks, folder, progress)
+    journal.computed(tally)
+    failed = tally.crashed + len(work.given_up)
+    journal.end(WRONG_INPUT if tally.halt else FAILURES if failed else 0)
     if tally.halt:
         raise StoreError(tally.halt)
-    if failed := tally.crashed + len(work.given_up):
+    if failed:
         said = f"{failed} tasks failed, now or before, or needed one that did (see `outcome` and `message`)"
         warnings.warn(said, RuntimeWarning, stacklevel=3)
     elif not tally.interrupted:

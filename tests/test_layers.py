@@ -30,23 +30,24 @@ ORDER = {
     "stick_slip regime",
     "solver.dynamics.kernels": "state teeth slips oscillator roots segment_end friction_law recording cruise event_driven rigid "
     "runge_kutta",
-    "study": "shipped toml_text xarray_accessor provenance origin manifest discretization plan results dataset execution figures "
-    "report accuracy api commands __main__",
+    "study": "shipped toml_text exit_codes xarray_accessor provenance origin machine manifest discretization plan results "
+    "dataset execution figures report accuracy api commands __main__",
     "study.manifest": "parameters problems columns drives manifest checker named_files drive_tables reader "
     "effects cases one_case",
     "study.discretization": "front targets",
     "study.plan": "task keys cost kinds tasks plan endings size flags spans memory",
     "study.plan.cost": "condensation sliding seconds arrays drive",
     "study.plan.kinds": "kind compliance contact record statistics states drive",
-    "study.results": "whole_file entry own log logs attempts store lease",
+    "study.results": "whole_file entry own log logs attempts runs store lease",
     "study.dataset": "seal groups file made_of variables collection description access comparison pair verification agreement",
     "study.dataset.collection": "ensemble ragged layout table collect",
     "study.dataset.agreement": "matching verdicts facts",
     "study.dataset.access": "selection single accessor tidy placement concatenation",
     "study.execution": "launch interruption program queue forecast progress ledger dispatch farms warmup executor failures "
-    "submission",
+    "journal batch",
+    "study.execution.batch": "submission",
     "study.execution.farms": "child process agent farm processes ranks opening",
-    "study.report": "columns console common summary interchange case_table curves text_plot costs overview picture page",
+    "study.report": "columns console common summary interchange case_table curves text_plot journal overview picture page",
     "study.figures": "shared sweep frames recipes views reproduction further catalogue gallery",
     "study.figures.shared": "paper claims canvas files figure power_law closed_form independence tiles",
     "study.figures.sweep": "label points names roles scale lines tiles",

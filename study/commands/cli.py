@@ -12,7 +12,8 @@ from study.commands.preparing import declared as preparing
 from study.commands.computing import declared as computing
 from study.commands.looking import declared as looking
 from study.commands.judging import declared as judging
-from study.commands.shared.exits import WRONG_INPUT, Refusal, aborted, show
+from study.commands.shared.exits import Refusal, aborted, show
+from study.exit_codes import WRONG_INPUT
 from study.commands.shared.group import cli
 
 __all__ = ["cli", "computing", "judging", "looking", "main", "preparing"]

@@ -10,9 +10,9 @@ import types
 from collections.abc import Callable
 from typing import Self
 
+from study.exit_codes import INTERRUPTED
+
 SIGNALS = (signal.SIGTERM, signal.SIGINT, signal.SIGUSR1)
-EXIT_CODE = 99
-"""Exit code of an interrupted run: a batch script can tell it from an error and run it again."""
 GRACE = 20.0
 """Seconds that a running task has to finish after a signal."""
 ECHO = 2.0
@@ -91,7 +91,7 @@ class Interruption:
         sys.stderr.write(f"{reason}: left in the middle of a task; run again to continue\n")
         sys.stderr.flush()
         time.sleep(LAST_WORDS)
-        self._end(EXIT_CODE)
+        self._end(INTERRUPTED)
 
 
 def _note_nothing(_number: int, _frame: types.FrameType | None) -> None:

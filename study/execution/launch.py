@@ -31,6 +31,19 @@ def processes_here() -> int:
     return max([*sizes, *([int(first)] if first.isdigit() else [])], default=processes_started())
 
 
+def launcher_name() -> str:
+    """What started these processes together, as far as their environment says; empty without a launcher."""
+    names = {"MPI_LOCALNRANKS": "Hydra", "OMPI_COMM_WORLD_SIZE": "Open MPI", "SLURM_STEP_NUM_TASKS": "srun"}
+    found = [launcher for name, launcher in names.items() if os.environ.get(name)]
+    return found[0] if found else "PMI" if os.environ.get("PMI_SIZE") else ""
+
+
+def slurm_job() -> str:
+    """Number of the job of Slurm that this process is part of, and of the element of an array; empty outside."""
+    job, array = os.environ.get("SLURM_JOB_ID", ""), os.environ.get("SLURM_ARRAY_JOB_ID", "")
+    return f"{array}_{os.environ.get('SLURM_ARRAY_TASK_ID', '')}" if array else job
+
+
 def cores() -> int:
     """Number of cores that this process may use."""
     return len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count() or 1

@@ -5,7 +5,7 @@ import sys
 import time
 import traceback
 from collections import Counter, defaultdict
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field
 from typing import Final, Generic, TypeVar
 
@@ -54,7 +54,7 @@ class Tally:
     """Tasks done; tasks that crashed, ran out of memory or time or needed one that did; whether tasks were left undone.
 
     interrupted: by a signal. halt: why no task could be finished any more. seconds: of all processes together in the tasks that
-    ended; tallies that differ in nothing else are equal.
+    ended. hosts: how many processes there have ended a task. Tallies that differ in nothing else are equal.
     """
 
     done: int = 0
@@ -62,6 +62,7 @@ class Tally:
     interrupted: bool = False
     halt: str = ""
     seconds: float = field(default=0.0, compare=False)
+    hosts: Mapping[str, int] = field(default_factory=dict, compare=False)
 
 
 def attempt(
@@ -121,6 +122,7 @@ class Ledger(Generic[W]):
         self._estimated: dict[str, float] = defaultdict(float)
         self._measured: dict[str, float] = defaultdict(float)
         self._seconds = 0.0
+        self._places: set[str] = set()
 
     @property
     def unfinished(self) -> bool:
@@ -145,6 +147,7 @@ class Ledger(Generic[W]):
             return
         self._away -= 1
         self._seconds += done.seconds
+        self._places.add(done.where)
         if done.outcome.ending in UNDONE:
             self._enter_failure(task, done)
             return
@@ -175,4 +178,5 @@ class Ledger(Generic[W]):
     def tally(self, interrupted: bool) -> Tally:
         """The counts so far. A signal that came after the last task interrupted nothing."""
         left = self.unfinished
-        return Tally(self._done, self._crashed, interrupted and left and not self.halt, self.halt, self._seconds)
+        hosts = Counter(where.partition(" on ")[2] for where in self._places if where)
+        return Tally(self._done, self._crashed, interrupted and left and not self.halt, self.halt, self._seconds, hosts)

@@ -1,7 +1,7 @@
-"""What a page says before its figures: how cases ended, what they cost, how accurate they are, what the numbers stand for."""
+"""What a page says before its figures: how cases ended, how accurate they are, what the numbers stand for."""
 
 from collections import Counter
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator
 from dataclasses import dataclass
 from typing import Any, Final
 
@@ -14,7 +14,6 @@ from study.dataset.variables import DISCRETIZATION_ERROR, OUTCOMES
 from study.figures.shared.closed_form import scales_of
 from study.figures.sweep.label import label
 from study.manifest.cases import MEMBER
-from study.report.costs import Cost
 from study.report.summary import alike
 
 COMPLETED: Final = "completed"
@@ -81,25 +80,6 @@ def regimes(dataset: xr.Dataset) -> str:
     if len(counts) < 2:
         return ""
     return ", ".join(f"{count} {word.replace('_', '-')}" for word, count in counts.most_common())
-
-
-def cost(runs: Sequence[Cost]) -> str:
-    """Time and processes of all runs of a campaign, in a sentence."""
-    if not runs:
-        return "Not known: nothing beside the dataset says what its runs took."
-    wall, core = sum(run.wall_seconds for run in runs), sum(run.core_seconds for run in runs)
-    most = max(run.processes for run in runs)
-    processes = "one process" if most == 1 else f"up to {most} processes"
-    times = f"{len(runs)} runs" if len(runs) > 1 else "one run"
-    tasks = sum(run.tasks for run in runs)
-    return f"{_time(wall)} in {times} with {processes}; {tasks} tasks took {_time(core)} of one core."
-
-
-def _time(seconds: float) -> str:
-    for unit, size in (("h", 3600.0), ("min", 60.0)):
-        if seconds >= 2 * size:
-            return f"{seconds / size:.3g} {unit}"
-    return f"{seconds:.3g} s"
 
 
 def accuracy(dataset: xr.Dataset) -> Iterator[str]:

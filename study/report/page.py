@@ -17,10 +17,13 @@ from study.figures.sweep.label import SYMBOL
 from study.figures.views.catalogue import SORTS
 from study.figures.views.choice import spread
 from study.figures.views.view import Sort
-from study.report import costs, overview
+from study.report import overview
 from study.report.common import said_once
+from study.report.journal import cost, run_table
 from study.report.picture import Picture, picture
 from study.report.summary import MOST_ROWS, flag_summary, scalar_table
+from study.results import runs
+from study.results.runs import Run
 
 FILE: Final = "report.html"
 MOST_SINGLE: Final = 24
@@ -68,14 +71,14 @@ def placed(sections: Sequence[Section]) -> list[tuple[str, Section]]:
 
 
 def write(dataset: xr.Dataset, out: Path) -> Path:
-    """Write the page of a dataset into a folder, with the cost of the runs that are written down there. Raises StoreError."""
+    """Write the page of a dataset into a folder, with the runs that are written down there. Raises StoreError."""
     path = out / FILE
-    write_files({path: page(dataset, overview.cost(costs.read(out))).encode()})
+    write_files({path: page(dataset, runs.read(out)).encode()})
     return path
 
 
-def page(dataset: xr.Dataset, cost: str) -> str:
-    """The page as HTML. cost: a sentence."""
+def page(dataset: xr.Dataset, journal: Sequence[Run]) -> str:
+    """The page as HTML. journal: the runs that computed its results, as far as they are known."""
     environment = jinja2.Environment(
         loader=jinja2.PackageLoader("study.report"),
         autoescape=True,
@@ -94,7 +97,7 @@ def page(dataset: xr.Dataset, cost: str) -> str:
         regimes=overview.regimes(dataset),
         flags=flag_summary(dataset),
         facts={
-            "Cost": [cost],
+            "Cost": [cost(journal)],
             "Accuracy": list(overview.accuracy(dataset)),
             "Scales": list(overview.scales(dataset)),
             "Not shown": list(_not_shown(dataset, sections, len(table.rows))),
@@ -102,6 +105,7 @@ def page(dataset: xr.Dataset, cost: str) -> str:
         sections=placed(sections),
         table=table,
         alike=alike,
+        runs=run_table(journal),
     )
 
 

@@ -9,8 +9,8 @@ from study.commands.shared.arguments import folder
 from study.commands.shared.exits import Refusal
 from study.commands.shared.plans import planned
 from study.commands.shared.refusals import refusals
-from study.execution import submission
-from study.execution.submission import SiteError
+from study.execution.batch import submission
+from study.execution.batch.submission import SiteError
 from study.figures.shared.files import write_files
 from study.report.console import say, whole
 

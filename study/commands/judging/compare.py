@@ -6,7 +6,6 @@ from collections.abc import Sequence
 from pathlib import Path
 from typing import Final
 
-from study.commands.shared.exits import CRASHED
 from study.commands.shared.refusals import refusals
 from study.commands.shared.sources import dataset_of
 from study.dataset.agreement.facts import differing
@@ -15,6 +14,7 @@ from study.dataset.agreement.verdicts import STANDARD_DEVIATIONS, Observed, obse
 from study.dataset.collection.ensemble import over_members
 from study.dataset.comparison import Verdict
 from study.dataset.variables import OUTCOMES
+from study.exit_codes import CRASHED
 from study.report.console import Table, print_sentences, print_table, say
 from study.report.summary import words
 

@@ -6,16 +6,16 @@ from pathlib import Path
 from tempfile import TemporaryDirectory
 from typing import Any, NamedTuple
 
-from study.commands.shared.exits import CRASHED, Refusal
+from study.commands.shared.exits import Refusal
 from study.commands.shared.machine import print_json
 from study.commands.shared.refusals import refusals
 from study.dataset import file, verification
 from study.dataset.comparison import Verdict
 from study.dataset.pair import Finding
 from study.execution.farms.opening import open_farm
-from study.execution.interruption import EXIT_CODE
 from study.execution.program import computing
 from study.execution.progress import open_progress
+from study.exit_codes import CRASHED, INTERRUPTED
 from study.plan.tasks import Task
 from study.report.console import console, print_sentences, say
 from study.report.summary import MOST_ROWS
@@ -60,7 +60,7 @@ def _recompute(tasks: tuple[Task, ...], out: Path) -> int:
         raise Refusal(tally.halt)
     if tally.interrupted:
         say("interrupted: nothing is compared", stderr=True)
-        return EXIT_CODE
+        return INTERRUPTED
     return CRASHED if tally.crashed else 0
 
 

@@ -1,8 +1,4 @@
-"""Exit codes of the command line, and errors that are shown as one message without a traceback.
-
-0: done, whatever the physics said. 1: a defect, or a recomputed value differs. 2: the input is wrong, or nothing can be written.
-3: complete but for tasks that failed. 99: interrupted, run again (study.execution.interruption).
-"""
+"""Errors that are shown as one message without a traceback, and the end by Ctrl-C."""
 
 import os
 import signal
@@ -14,11 +10,8 @@ import click
 
 from study.execution.interruption import LAST_WORDS
 from study.execution.launch import launcher_rank, processes_started
+from study.exit_codes import ABORTED, WRONG_INPUT
 
-CRASHED: Final = 1
-WRONG_INPUT: Final = 2
-FAILURES: Final = 3
-ABORTED: Final = 130
 _CONSOLE: Final = "study.report.console"
 """Imported where there is something to say: help needs no terminal's width."""
 

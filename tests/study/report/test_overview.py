@@ -4,7 +4,6 @@ import numpy as np
 import xarray as xr
 
 from study.report import overview
-from study.report.costs import Cost
 
 
 def ended(
@@ -47,13 +46,6 @@ def test_what_a_drive_inherits_from_its_case_is_said_of_the_case_alone() -> None
 def test_more_messages_than_are_shown_are_counted() -> None:
     (found,) = overview.endings(ended(["odd"] * 9, list("abcdefghi")))
     assert len(found.advice) + found.more == 9
-
-
-def test_the_cost_is_that_of_all_runs_or_unknown() -> None:
-    assert overview.cost([]).startswith("Not known")
-    runs = [Cost("2026-01-01T00:00:00+00:00", processes, 60.0, 100.0, 5) for processes in (1, 8)]
-    assert overview.cost(runs) == "2 min in 2 runs with up to 8 processes; 10 tasks took 3.33 min of one core."
-    assert overview.cost(runs[:1]) == "60 s in one run with one process; 5 tasks took 100 s of one core."
 
 
 def test_accuracy_names_what_is_not_known() -> None:

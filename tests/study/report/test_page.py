@@ -116,7 +116,7 @@ def test_the_page_holds_all_of_it_and_needs_no_other_file(failing):
     assert "Made &lt;up&gt;" in text
     assert "Made <up>" not in text
     assert "Lines of many points are thinned" in text
-    assert "thinned" not in report_page.page(made_up()[["outcome", "message"]], "nothing")
+    assert "thinned" not in report_page.page(made_up()[["outcome", "message"]], [])
     assert "Not known: nothing beside the dataset says" in text
 
 
@@ -133,7 +133,7 @@ def test_the_numbers_of_a_figure_are_behind_its_link(failing):
     assert data_of(text, "records_1").split() == record.split()
     data = made_up()
     data["plateau_mean"][1] = 0.3
-    answer = data_of(report_page.page(data, "nothing"), "plateau_mean_over_intrinsic_friction").splitlines()
+    answer = data_of(report_page.page(data, []), "plateau_mean_over_intrinsic_friction").splitlines()
     assert answer[1].startswith("0.25,0.57284,")
     assert answer[2] == "0.5,0.6,,False"
 

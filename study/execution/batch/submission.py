@@ -10,7 +10,7 @@ import jinja2
 from jinja2.sandbox import SandboxedEnvironment
 
 from study import shipped
-from study.execution.interruption import EXIT_CODE
+from study.exit_codes import INTERRUPTED
 
 TEMPLATE = "job.sh.j2"
 
@@ -91,6 +91,6 @@ def script(name: str, campaign: Path, out: Path, site: Site, template: str) -> s
     log = shlex.quote(str(out / "slurm-%j.log"))
     try:
         made = environment.from_string(template)
-        return made.render(settings, name=shlex.quote(name), run=run, log=log, again=EXIT_CODE)
+        return made.render(settings, name=shlex.quote(name), run=run, log=log, again=INTERRUPTED)
     except (jinja2.TemplateError, ArithmeticError, LookupError, TypeError, ValueError) as error:
         raise SiteError(f"{site.template}: {error}") from None

@@ -5,7 +5,7 @@ from pathlib import Path
 
 import pytest
 
-from study.execution.submission import Site, SiteError, load_site, script
+from study.execution.batch.submission import Site, SiteError, load_site, script
 from tests.conftest import ROOT
 
 RECORDED = Path(__file__).with_name("job.sh")

@@ -1,0 +1,80 @@
+"""What a run writes down of itself: a line when it begins to compute, and one when it has ended."""
+
+import datetime
+import secrets
+import shlex
+import sys
+import time
+from dataclasses import replace
+from pathlib import Path
+
+from study.execution.launch import launcher_name, slurm_job
+from study.execution.ledger import Tally
+from study.machine import this_machine, user
+from study.origin import here
+from study.results import runs
+from study.results.runs import Run
+
+
+class Journal:
+    """The lines of one run. What cannot be written is said once and stands in the way of nothing."""
+
+    def __init__(self, out: Path, command: str = "") -> None:
+        """command: what was asked for; without it the command line."""
+        self._out = out
+        self._command = command or shlex.join(("nanoslip", *sys.argv[1:]))
+        self._run: Run | None = None
+        self._started = 0.0
+        self._said = ""
+
+    def begin(self, processes: int, unit: str) -> None:
+        """Write down who begins to compute here, and with what else."""
+        machine, home = this_machine(), here()
+        self._run = Run(
+            run=secrets.token_hex(6),
+            begun=_now(),
+            processes=processes,
+            unit=unit,
+            user=user(),
+            command=self._command,
+            nanoslip=home.nanoslip_version,
+            solver=home.solver,
+            source_commit=home.source_commit,
+            host=machine.host,
+            launcher=launcher_name(),
+            mpi=machine.mpi,
+            slurm_job=slurm_job(),
+            processor=machine.processor,
+            features=machine.features,
+            blas=machine.blas,
+            python=machine.python,
+            libraries=machine.libraries,
+        )
+        self._started = time.monotonic()
+        self._add(self._run)
+
+    def computed(self, tally: Tally) -> None:
+        """Note what became of its tasks."""
+        if self._run:
+            self._run = replace(
+                self._run,
+                hosts=dict(sorted(tally.hosts.items())),
+                done=tally.done,
+                failed=tally.crashed,
+                wall_seconds=round(time.monotonic() - self._started, 3),
+                core_seconds=round(tally.seconds, 3),
+            )
+
+    def end(self, code: int) -> None:
+        """Write down that it has ended, where it had begun to compute. code: exit code of the command."""
+        if self._run:
+            self._add(replace(self._run, ended=_now(), exit_code=code))
+
+    def _add(self, run: Run) -> None:
+        if (problem := runs.add(self._out, run)) and problem != self._said:
+            self._said = problem
+            sys.stderr.write(f"{problem}\n")
+
+
+def _now() -> str:
+    return datetime.datetime.now(datetime.UTC).isoformat(timespec="seconds")

@@ -1,0 +1,14 @@
+"""What a command says by its exit code. 0: done, whatever the physics said."""
+
+from typing import Final
+
+CRASHED: Final = 1
+"""A defect, or a recomputed value differs."""
+WRONG_INPUT: Final = 2
+"""The input is wrong, or nothing can be written."""
+FAILURES: Final = 3
+"""Complete but for tasks that failed."""
+INTERRUPTED: Final = 99
+"""Stopped before all was done: a batch script can tell it from an error and run it again."""
+ABORTED: Final = 130
+"""Ended by Ctrl-C."""

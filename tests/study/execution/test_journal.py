@@ -1,0 +1,86 @@
+"""A run writes down who computes, where, when and with what, beside the dataset; the dataset has nothing of it."""
+
+import sys
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+import nanoslip
+from study.execution import executor
+from study.execution.journal import Journal
+from study.execution.ledger import Tally
+from study.origin import here
+from study.results import runs
+from tests.conftest import Main
+
+
+def test_a_run_has_a_line_when_it_begins_and_one_when_it_has_ended(tmp_path: Path) -> None:
+    journal = Journal(tmp_path, "nanoslip run mine.toml")
+    journal.end(0)
+    assert runs.read(tmp_path) == []  # it has computed nothing
+    journal.begin(2, "ranks")
+    (begun,) = runs.read(tmp_path)
+    assert (begun.ended, begun.processes, begun.unit, begun.command) == ("", 2, "ranks", "nanoslip run mine.toml")
+    journal.computed(Tally(3, 1, seconds=7.0, hosts={"n2": 1, "n1": 1}))
+    journal.end(3)
+    (run,) = runs.read(tmp_path)
+    assert (run.run, run.done, run.failed, run.core_seconds, run.exit_code) == (begun.run, 3, 1, 7.0, 3)
+    assert begun.begun <= run.ended
+    assert list(run.hosts) == ["n1", "n2"]
+    assert len((tmp_path / runs.FILE).read_text().splitlines()) == 2
+
+
+def test_it_names_software_machine_and_job(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    for name, value in {"ARRAY_JOB_ID": "12", "ARRAY_TASK_ID": "3", "JOB_ID": "15", "STEP_NUM_TASKS": "2"}.items():
+        monkeypatch.setenv(f"SLURM_{name}", value)
+    monkeypatch.setattr(sys, "argv", ["/somewhere/nanoslip", "run", "my campaign.toml"])
+    Journal(tmp_path).begin(1, "process")
+    (run,) = runs.read(tmp_path)
+    assert run.command == "nanoslip run 'my campaign.toml'"
+    assert (run.nanoslip, run.solver) == (here().nanoslip_version, here().solver)
+    assert (run.launcher, run.slurm_job, run.mpi) == ("srun", "12_3", "")
+    assert run.libraries["numpy"] == np.__version__
+    assert run.user
+    assert run.host
+    assert run.python
+    if sys.platform == "linux":
+        assert run.processor
+        assert "openblas" in run.blas.lower() or run.blas
+
+
+def test_a_campaign_has_its_dataset_where_its_journal_cannot_be_written(
+    main: Main, campaign: Path, tmp_path: Path
+) -> None:
+    out = tmp_path / "out"
+    (out / runs.FILE).mkdir(parents=True)
+    code, _, said = main("run", campaign, "--out", out, "--serial")
+    assert code == 0
+    assert said.count("runs.jsonl: cannot be written") == 1
+    assert (out / "results.nc").is_file()
+
+
+def test_a_run_that_computes_is_written_down_and_one_that_does_not_is_not(tmp_path: Path) -> None:
+    campaign = {"title": "Pressed", "stages": ["contact"], "numerics": {"n_x": 17}}
+    for _ in range(2):
+        nanoslip.run(campaign, tmp_path).close()
+        (run,) = runs.read(tmp_path)
+    assert (run.processes, run.done, run.failed, run.exit_code) == (1, 2, 0, 0)  # a compliance and a contact
+    assert run.hosts == {run.host: 1}
+    assert 0.0 <= run.core_seconds <= run.wall_seconds
+
+
+def test_the_line_of_a_command_has_its_exit_code(
+    main: Main, campaign: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    compute = executor.run_task
+
+    def failing(task, inputs):  # type: ignore[no-untyped-def]
+        if task.kind == "drive":
+            raise RuntimeError("a defect")
+        return compute(task, inputs)
+
+    monkeypatch.setattr(executor, "run_task", failing)
+    assert main("run", campaign, "--out", tmp_path, "--serial")[0] == 3
+    (run,) = runs.read(tmp_path)
+    assert (run.exit_code, run.failed) == (3, 8)
