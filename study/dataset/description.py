@@ -5,10 +5,12 @@
 
 import difflib
 import sys
-from collections.abc import Iterable, Iterator
-from dataclasses import dataclass
+from collections import Counter
+from collections.abc import Iterable, Iterator, Mapping
+from dataclasses import dataclass, replace
 
 from solver.quantity import Quantity
+from solver.sliding.distributions.record import SIZES
 from study.dataset.collection.ensemble import ensemble_quantities, observables
 from study.dataset.variables import (
     ADVICE,
@@ -85,16 +87,62 @@ def text_of(variable: Described) -> str:
 
 
 def page() -> str:
-    """All variables as Markdown."""
-    lines = [_HEAD]
-    group = ""
+    """All variables as Markdown: a section for each group, those that differ in one word as one row."""
+    sections: dict[str, list[Described]] = {}
     for each in rows():
-        if each.group != group:
-            group = each.group
-            lines += [f"\n## {group[0].upper()}{group[1:]}\n", *_COLUMNS]
-        lines.append(_line(each))
+        sections.setdefault(each.group, []).append(each)
+    lines = [_HEAD, "", "| section | variables |", "|---|---|"]
+    lines += [f"| [{_title(group)}](#{_anchor(group)}) | {len(found)} |" for group, found in sections.items()]
+    for group, found in sections.items():
+        family = _FAMILIES.get(group)
+        lines += [f"\n## {_title(group)}\n", *(family.lines if family else ())]
+        lines += [*_COLUMNS, *map(_line, family.folded(found) if family else found)]
     return "\n".join(lines) + "\n"
 
+
+def _title(group: str) -> str:
+    return f"{group[0].upper()}{group[1:]}"
+
+
+def _anchor(group: str) -> str:
+    return group.replace(" ", "-")
+
+
+@dataclass(frozen=True, slots=True)
+class _Family:
+    """Variables that there is one of for each of several words, which their names begin with."""
+
+    mark: str
+    """What stands for the word."""
+    words: Mapping[str, str]
+    """Word -> what it stands for in sentences."""
+
+    @property
+    def lines(self) -> list[str]:
+        return [f"{self.mark} is one of", "", *(f"- `{word}`: {meaning}" for word, meaning in self.words.items()), ""]
+
+    def folded(self, found: Iterable[Described]) -> list[Described]:
+        """Those that there is one of for each word, alike but for it, as one; the others as they are."""
+        marked = {each: self._marked(each) for each in found}
+        counts = Counter(marked.values())
+        return list(dict.fromkeys(new if counts[new] == len(self.words) else each for each, new in marked.items()))
+
+    def _marked(self, each: Described) -> Described:
+        word = next((word for word in self.words if each.name.startswith(f"{word}_")), None)
+        if word is None:
+            return each
+        texts = (each.name, each.uncertainty, each.meaning, each.comment)
+        name, uncertainty, meaning, comment = (
+            text.replace(self.words[word], self.mark).replace(word, self.mark) for text in texts
+        )
+        return replace(each, name=name, uncertainty=uncertainty, meaning=meaning, comment=comment)
+
+
+_FAMILIES = {
+    "statistics": _Family("SIZE", SIZES),
+    "the ensemble": _Family("NAME", {each.name: each.long_name for each in observables().values()}),
+}
+"""Sections whose rows are folded."""
 
 _HEAD = """# Variables of a dataset
 
@@ -102,7 +150,8 @@ What `results.nc` can hold; which of it a campaign has follows from its stages a
 forces over the load W, stiffness in G·L_y, where no SI unit is given. `cases` stands for the dimensions of the cases:
 `intrinsic_friction`, `radius`, `aspect_ratio`, `n_x` and every further axis, or `case`; `drive` is a dimension where there are
 several drives. The root of the file has scalars and parameters; records, trajectories, contacts, the inside of slabs and the
-software are groups of their own. This page is written by `python -m study.dataset.description`."""
+software are groups of their own. `nanoslip describe NAME` says the same of one variable.
+This page is written by `python -m study.dataset.description`."""
 
 
 _COLUMNS = ("| variable | along | unit | meaning | symbol | uncertainty | remark |", "|---|---|---|---|---|---|---|")

@@ -1,13 +1,16 @@
 """What is declared is described: every variable of a dataset, on one page that is never behind."""
 
+import re
 from dataclasses import fields
 
 import pytest
 import xarray as xr
 
+from solver.sliding.distributions.record import SIZES
 from solver.sliding.record import EVENT_KINDS, FrictionRecord
 from solver.sliding.validity import FLAGS
 from study.dataset.collection.collect import collect
+from study.dataset.collection.ensemble import observables
 from study.dataset.description import Described, described, page, rows, text_of
 from study.dataset.groups import flattened, groups_of
 from study.manifest.reader import load_manifest
@@ -116,8 +119,24 @@ def test_the_page_of_all_variables_is_as_declared() -> None:
     assert kept == page(), "run python -m study.dataset.description > campaigns/variables.md"
 
 
+def test_the_page_names_every_variable_by_itself_or_with_those_that_differ_from_it_in_one_word() -> None:
+    told = set(re.findall(r"^\| `(\w+)` \|", page(), re.MULTILINE))
+    words = {"SIZE": SIZES, "NAME": observables()}
+    unfolded = {name.replace(mark, word, 1) for name in told for mark in words for word in words[mark]}
+    assert unfolded - {name for name in unfolded if name.startswith(tuple(words))} == {row.name for row in rows()}
+    assert {"SIZE_cutoff", "slips_exponent", "drop_step_correlation", "NAME_ensemble_std"} < told
+    assert page().count("\n") <= 350
+
+
+def test_the_table_of_contents_leads_to_every_section() -> None:
+    anchors = re.findall(r"\]\(#([\w-]+)\)", page())
+    titles = re.findall(r"^## (.+)$", page(), re.MULTILINE)
+    assert anchors == [title.lower().replace(" ", "-") for title in titles]
+
+
 def test_a_cell_of_the_page_ends_where_a_column_does() -> None:
-    header, *lines = [line for line in page().splitlines() if line.startswith("|")]
+    _, *tables = page().split("\n## ")
+    header, *lines = [line for line in "\n".join(tables).splitlines() if line.startswith("|")]
     assert header.count("|") == 8
     assert all(line.replace("\\|", "").count("|") == 8 for line in lines)
 
