@@ -35,6 +35,7 @@ from study.plan.plan import Plan, make_plan
 from study.plan.tasks import Task
 from study.report.console import console
 from study.results.lease import Lease
+from study.results.merging import merge_shards
 from study.results.store import Store, StoreError
 from study.toml_text import as_toml
 
@@ -150,9 +151,11 @@ def _compute(
 ) -> None:
     store = Store(folder)
     store.prepare()
+    for problem in merge_shards(folder):
+        warnings.warn(problem, RuntimeWarning, stacklevel=3)
     finished = store.inventory()
     foreign = plan.foreign(finished) if recompute_foreign else {}
-    work = left(plan, store, finished.keys() - foreign.keys(), retry)
+    work = left(plan, store.failures(), finished.keys() - foreign.keys(), retry)
     tasks = work.tasks
     if short := shortages(plan, tasks, 1):
         raise MemoryError("\n".join(short))

@@ -38,14 +38,14 @@ ORDER = {
     "study.plan": "task keys cost kinds tasks plan endings size flags spans memory",
     "study.plan.cost": "condensation sliding seconds arrays drive",
     "study.plan.kinds": "kind compliance contact record statistics states drive",
-    "study.results": "whole_file entry own log logs attempts runs store lease",
+    "study.results": "whole_file lines entry own log logs attempts runs store lease shard merging",
     "study.dataset": "seal groups file made_of variables collection description access comparison pair verification agreement",
     "study.dataset.collection": "ensemble ragged layout table collect",
     "study.dataset.agreement": "matching verdicts facts",
     "study.dataset.access": "selection single accessor tidy placement concatenation",
     "study.execution": "launch interruption program queue forecast progress ledger dispatch farms warmup executor failures "
     "journal batch",
-    "study.execution.batch": "submission",
+    "study.execution.batch": "cutting submission",
     "study.execution.farms": "child process agent farm processes ranks opening",
     "study.report": "columns console common summary interchange case_table curves text_plot journal overview picture page",
     "study.figures": "shared sweep frames recipes views reproduction further catalogue gallery",
@@ -56,12 +56,13 @@ ORDER = {
     "study.figures.reproduction": "punch records resolution drive stick motion scores choices",
     "study.figures.further": "findings modulation continuum chains sizes correlations nodes stick_slip_map friction_map schemes",
     "study.accuracy": "timing setup diagram elastic_operator slip_numerics integrators picture table measurement",
-    "study.commands": "shared preparing computing looking judging cli",
+    "study.commands": "shared preparing running computing looking judging cli",
+    "study.commands.running": "order conduct",
     "study.commands.preparing": "declared campaigns new check plan",
-    "study.commands.computing": "declared run status collect submit",
+    "study.commands.computing": "declared run status collect merge submit",
     "study.commands.looking": "declared report figure show try frames",
     "study.commands.judging": "declared export compare verify describe accuracy",
-    "study.commands.shared": "exits refusals lazy arguments group machine plans datasets sources choice one_case conduct",
+    "study.commands.shared": "exits refusals lazy arguments group machine plans datasets sources choice one_case",
 }
 """Folder -> what is in it, from the first to the last; `__init__` of a folder may import all of it."""
 

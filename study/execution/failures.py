@@ -2,7 +2,7 @@
 
 import datetime
 import sys
-from collections.abc import Collection
+from collections.abc import Collection, Mapping
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -13,7 +13,6 @@ from study.plan.plan import Plan
 from study.plan.tasks import Task
 from study.results import attempts
 from study.results.attempts import Attempt
-from study.results.store import Store
 
 
 @dataclass(frozen=True, slots=True)
@@ -26,13 +25,17 @@ class Left:
     """Those that failed for good, and those that need one of them."""
 
 
-def left(plan: Plan, store: Store, finished: Collection[str], retry: bool = False) -> Left:
-    """What is left, given the keys that are finished. retry: nothing is given up."""
-    tasks, failures = plan.remaining(finished), store.failures()
-    given_up = {key for key, attempt in failures.items() if attempt.given_up and not retry}
-    tried = plan.possible(tasks, given_up - set(finished), failures)
+def left(plan: Plan, failures: Mapping[str, Attempt], finished: Collection[str], retry: bool = False) -> Left:
+    """What is left, given the keys that are finished and the tasks that have failed. retry: nothing is given up."""
+    tasks = plan.remaining(finished)
+    tried = plan.possible(tasks, given_up(failures, retry) - set(finished), failures)
     keys = {task.key for task in tried}
     return Left(tried, tuple(task for task in tasks if task.key not in keys))
+
+
+def given_up(failures: Mapping[str, Attempt], retry: bool = False) -> set[str]:
+    """Keys of the tasks that a run does not try again by itself; none where it is to retry."""
+    return {key for key, attempt in failures.items() if attempt.given_up and not retry}
 
 
 class Diary:

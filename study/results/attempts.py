@@ -5,13 +5,13 @@ happened to: another one tries again.
 """
 
 import json
-import os
 from collections.abc import Mapping
 from dataclasses import asdict, dataclass, fields
 from pathlib import Path
 from typing import Any, Final
 
 from solver.outcome import Ending, Outcome
+from study.results import lines
 
 FILE: Final = "attempts.jsonl"
 ADVICE: Final = "; `nanoslip run --retry` tries again"
@@ -52,9 +52,7 @@ class Attempt:
 def add(out: Path, attempt: Attempt) -> str:
     """Write an attempt down behind the others; returns why that could not be, empty where it was."""
     try:
-        with (out / FILE).open("ab+") as file:
-            torn = file.tell() > 0 and file.seek(-1, os.SEEK_END) and file.read(1) != b"\n"
-            file.write(b"\n" * bool(torn) + json.dumps(asdict(attempt)).encode() + b"\n")
+        lines.add(out / FILE, json.dumps(asdict(attempt)).encode() + b"\n")
     except OSError as error:
         return f"{out / FILE}: cannot be written, the next run tries again what failed: {error.strerror or error}"
     return ""
@@ -63,10 +61,10 @@ def add(out: Path, attempt: Attempt) -> str:
 def final(out: Path, solver: str) -> dict[str, Attempt]:
     """Key -> the last attempt of this solver at each task, where that was final; lines that no run wrote are left out."""
     try:
-        lines = (out / FILE).read_text("utf-8", errors="replace").splitlines()
+        told = (out / FILE).read_text("utf-8", errors="replace").splitlines()
     except OSError:
         return {}
-    found = (attempt for line in lines if (attempt := _attempt(line)) and attempt.solver == solver)
+    found = (attempt for line in told if (attempt := _attempt(line)) and attempt.solver == solver)
     last = {attempt.task: attempt for attempt in found}
     return {key: attempt for key, attempt in last.items() if attempt.final}
 

@@ -62,16 +62,20 @@ class LogWriter:
 
     def _opened(self) -> Opened:
         if self._file is None or self._process != os.getpid():  # a log has one writer, whoever forks
-            path = self._folder / f"{_later(self._folder)}-{secrets.token_hex(_RANDOM)}{ENDING}"
+            path = later(self._folder, f"{secrets.token_hex(_RANDOM)}{ENDING}")
             self._file = Opened(path, os.O_WRONLY | os.O_APPEND | os.O_CREAT | os.O_EXCL)
             self._process, self._synced = os.getpid(), time.monotonic()
         return self._file
 
 
-def _later(folder: Path) -> str:
-    """What a log's name begins with so that it sorts behind all that are there: of two results the later one counts."""
+def later(folder: Path, name: str) -> Path:
+    """The path of a log of this name, so that it sorts behind all that are there: of two results the later one counts.
+
+    The number that the name may begin with was its place in another folder.
+    """
     numbers = (path.name.partition("-")[0] for path in folder.glob(f"*-*{ENDING}"))
-    return f"{1 + max((int(number) for number in numbers if number.isdecimal()), default=0):06d}"
+    number = 1 + max((int(each) for each in numbers if each.isdecimal()), default=0)
+    return folder / f"{number:06d}-{name.rpartition('-')[2]}"
 
 
 class Place(NamedTuple):

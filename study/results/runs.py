@@ -7,11 +7,12 @@ counts. One that was killed has only its first.
 
 import json
 import math
-import os
 from collections.abc import Iterable, Mapping
 from dataclasses import asdict, dataclass, field, fields
 from pathlib import Path
 from typing import Any, Final
+
+from study.results import lines
 
 FILE: Final = "runs.jsonl"
 MOST_PROCESSES: Final = 10**7
@@ -70,9 +71,7 @@ class Run:
 def add(out: Path, *runs: Run) -> str:
     """Write lines behind the others; returns why that could not be, empty where it was: no result depends on it."""
     try:
-        with (out / FILE).open("ab+") as file:
-            torn = file.tell() > 0 and file.seek(-1, os.SEEK_END) and file.read(1) != b"\n"
-            file.write(b"\n" * bool(torn) + b"".join(json.dumps(asdict(run)).encode() + b"\n" for run in runs))
+        lines.add(out / FILE, b"".join(json.dumps(asdict(run)).encode() + b"\n" for run in runs))
     except OSError as error:
         return (
             f"{out / FILE}: cannot be written, who computed here and how long is not known: {error.strerror or error}"
@@ -83,10 +82,10 @@ def add(out: Path, *runs: Run) -> str:
 def read(out: Path) -> list[Run]:
     """All runs that are written down in a folder, by their begin; lines that no run wrote are passed over."""
     try:
-        lines = (out / FILE).read_text("utf-8", errors="replace").splitlines()
+        told = (out / FILE).read_text("utf-8", errors="replace").splitlines()
     except OSError:
         return []
-    return _last(found for line in lines if (found := _run(line)))
+    return _last(found for line in told if (found := _run(line)))
 
 
 def _last(runs: Iterable[Run]) -> list[Run]:

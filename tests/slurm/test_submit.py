@@ -9,6 +9,8 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from study.results import runs
+from study.results.shard import Shard
 from study.results.store import Store
 from tests.conftest import ROOT, SMALL, launcher
 from tests.study.results.results import written
@@ -34,8 +36,8 @@ def site(tmp_path: Path) -> Path:
     return path
 
 
-def submitted(slurm, campaign: Path, site: Path) -> tuple[str, Path]:
-    """Hand a campaign to sbatch as a user would; the job's number and the folder of results."""
+def submitted(slurm, campaign: Path, site: Path, *options: object) -> tuple[str, Path]:
+    """Hand a campaign to sbatch as a user would; the last job's number and the folder of results."""
     out = campaign.parent / "out"
     said = slurm(
         "env",
@@ -50,6 +52,7 @@ def submitted(slurm, campaign: Path, site: Path) -> tuple[str, Path]:
         "--site",
         site,
         "--submit",
+        *options,
     )
     return said.split()[-1], out
 
@@ -105,6 +108,31 @@ def test_ranks_that_cannot_see_each_other_end_the_job_with_code_2(slurm, site):
     log = (out / f"slurm-{number}.log").read_text()
     assert (job["JobState"], job["ExitCode"]) == ("FAILED", "2:0"), log
     assert log.count("2 processes were started, but each sees only itself") == 1
+
+
+def test_an_array_of_small_jobs_is_requeued_job_by_job_and_merged_at_its_end(slurm, site, nanoslip):
+    site.write_text(site.read_text().replace("nodes = 2", "nodes = 1").replace("tasks = 2", "tasks = 1"))
+    campaign = site.with_name("array.toml")
+    radii = [50.0 + number for number in range(20)]
+    campaign.write_text(
+        SMALL.replace("[50.0, 100.0]", str(radii)).replace("n_x = 17", "n_x = 65").replace("= 60", "= 600")
+    )
+    merging, out = submitted(slurm, campaign, site, "--shards", 3)
+    array = str(int(merging) - 1)
+    first = Shard(1, 3).folder(out)
+    while not runs.read(first):  # until it computes
+        assert slurm.job(f"{array}_1")["JobState"] in ("PENDING", "RUNNING")
+        time.sleep(0.02)
+    slurm("scancel", "--signal", signal.SIGTERM.name, f"{array}_1")
+    told = slurm.wait(f"{array}_1", "COMPLETED", "FAILED")
+    job = slurm.wait(merging, "COMPLETED", "FAILED")
+    logs = {path.name: path.read_text() for path in out.glob("slurm-*.log")}
+    assert (job["JobState"], job["ExitCode"], told["Restarts"]) == ("COMPLETED", "0:0", "1"), logs
+    assert sorted(logs) == sorted([*(f"slurm-{array}_{number}.log" for number in (1, 2, 3)), f"slurm-{merging}.log"])
+    assert (out / "results.nc").is_file()
+    assert not (out / "shards").exists()
+    assert {run.slurm_job for run in runs.read(out)} == {f"{array}_{number}" for number in (1, 2, 3)}
+    assert '"finished": true' in nanoslip("status", campaign, "--out", out, "--json").stdout
 
 
 def _tasks_left(line: str) -> int:

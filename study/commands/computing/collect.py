@@ -4,11 +4,16 @@ from pathlib import Path
 
 from study.commands.shared.arguments import folder
 from study.commands.shared.datasets import write_dataset
-from study.commands.shared.plans import planned
+from study.commands.shared.plans import counted, planned
 from study.commands.shared.refusals import refusals
+from study.report.console import say, whole
+from study.results.shard import folders
 
 
 def work(campaign: Path, out: Path | None) -> None:
     """Write and print the dataset of a campaign's results."""
+    into = folder(campaign, out)
     with refusals():
-        write_dataset(planned(campaign), folder(campaign, out), anew=True)
+        write_dataset(planned(campaign), into, anew=True)
+    if shards := folders(into):
+        say(f"without {counted(len(shards), 'shard')}; {whole(f'nanoslip merge {campaign}')} takes them in")

@@ -4,6 +4,7 @@ from collections.abc import Callable
 from importlib import import_module
 from pathlib import Path
 
+from study.commands.running.order import Order
 from study.commands.shared.arguments import folder
 from study.commands.shared.refusals import refusals
 from study.execution.farms.farm import FarmError
@@ -11,8 +12,9 @@ from study.execution.farms.opening import open_farm
 from study.execution.launch import launcher_rank
 from study.execution.program import computing
 from study.origin import here
+from study.results.shard import Shard
 
-_CONDUCT = "study.commands.shared.conduct"
+_CONDUCT = "study.commands.running.conduct"
 """Imported by the root alone: the other ranks need neither datasets nor a terminal."""
 
 
@@ -24,15 +26,19 @@ def work(
     grace: float,
     recompute_foreign: bool,
     retry: bool,
+    shard: Shard | None,
 ) -> None:
-    """Compute a campaign's tasks that are left, with all ranks or processes, and write its dataset. Ends the process."""
+    """Compute a campaign's tasks that are left, with all ranks or processes, and write its dataset. Ends the process.
+
+    shard: compute this part alone, and write no dataset.
+    """
     if launcher_rank() == 0:
         here()  # starts git, and a process that uses MPI should start none
-    into = folder(campaign, out)
+    order = Order(campaign, folder(campaign, out), shard, recompute_foreign, retry)
     with refusals(FarmError):
-        farm = open_farm(computing(into), grace, serial, jobs)
+        farm = open_farm(computing(order.into), grace, serial, jobs)
     with farm:
         if not farm.root:
             farm.leave(farm.serve())
         conduct: Callable[..., int] = import_module(_CONDUCT).conduct
-        farm.leave(conduct(farm, campaign, into, recompute_foreign, retry))
+        farm.leave(conduct(farm, order))

@@ -9,16 +9,17 @@ from typing import Any, Final
 import click
 from rich.live import Live
 
-from solver.outcome import Ending, Outcome
+from solver.outcome import Ending
 from study.commands.shared.machine import print_json
 from study.commands.shared.plans import Standing, counted, counts, counts_as_data, print_foreign, standing
 from study.commands.shared.refusals import refusals
 from study.execution.forecast import duration
 from study.plan.endings import PENDING, endings
 from study.report.columns import Table
-from study.report.console import console, print_table, say, table_text
+from study.report.console import console, print_table, say, table_text, whole
 
 _GIVEN_UP: Final = "are not tried any more: failed, or need one that has; nanoslip run --retry tries again"
+_UNMERGED: Final = "counted with what {shards} are at or have finished; {merge} brings them together"
 INTERVAL: Final = 2.0
 """Seconds between two looks at the results."""
 
@@ -38,6 +39,12 @@ def work(campaign: Path, out: Path | None, watch: bool, as_json: bool) -> None:
             print_table(*_tables(found))
             if found.given_up:
                 say(f"{counted(len(found.given_up), 'task')} {_GIVEN_UP}")
+            if len(found.stores) > 1:
+                say(
+                    _UNMERGED.format(
+                        shards=counted(len(found.stores) - 1, "shard"), merge=whole(f"nanoslip merge {campaign}")
+                    )
+                )
             print_foreign(found.foreign, campaign)
 
 
@@ -69,7 +76,7 @@ def _again(found: Standing) -> Iterator[Standing]:
     yield found
     while found.remaining:
         time.sleep(INTERVAL)
-        found = standing(found.campaign, None, found.plan, found.store)
+        found = found.again()
         yield found
 
 
@@ -79,7 +86,7 @@ def _tables(found: Standing) -> tuple[Table, Table]:
         (kind, str(each.finished), str(each.left), duration(each.core_seconds_left), str(each.all))
         for kind, each in counts(found).items()
     ]
-    cases, drives = endings(found.plan, _outcomes(found))
+    cases, drives = endings(found.plan, found.outcomes)
     words = sorted(cases | drives, key=lambda word: (word != _COMPLETED, word == PENDING, word))
     header = ("outcome", "cases", "drives") if drives else ("outcome", "cases")
     rows = [(word, str(cases[word]), str(drives[word]))[: len(header)] for word in words]
@@ -88,15 +95,9 @@ def _tables(found: Standing) -> tuple[Table, Table]:
     return Table(titles, tuple(tasks)), Table(header, tuple(rows), len(header), failed)
 
 
-def _outcomes(found: Standing) -> dict[str, Outcome]:
-    """How tasks have ended: results, what failed, and what needs that."""
-    failed = {key: attempt.outcome for key, attempt in found.store.failures().items()}
-    return found.plan.outcomes(found.store.outcomes(), failed)
-
-
 def _line(found: Standing) -> str:
     """The state in one line."""
-    cases, drives = endings(found.plan, _outcomes(found))
+    cases, drives = endings(found.plan, found.outcomes)
     done = len(found.plan.tasks) - len(found.remaining) - len(found.given_up)
     parts = [f"{done} of {len(found.plan.tasks)} tasks", f"cases: {_words(cases)}"]
     return "; ".join([*parts, *([f"drives: {_words(drives)}"] if drives else [])])
@@ -108,7 +109,7 @@ def _words(counted: Counter[str]) -> str:
 
 def _data(found: Standing) -> dict[str, Any]:
     """The state for scripts."""
-    cases, drives = endings(found.plan, _outcomes(found))
+    cases, drives = endings(found.plan, found.outcomes)
     return {
         "title": found.plan.manifest.title,
         "finished": not found.remaining and not found.given_up,

@@ -1,4 +1,4 @@
-"""`nanoslip submit`: the batch script that runs a campaign as one MPI job under Slurm."""
+"""`nanoslip submit`: the batch scripts that run a campaign under Slurm, as one MPI job or as an array of small jobs."""
 
 import subprocess
 import sys
@@ -9,31 +9,49 @@ from study.commands.shared.arguments import folder
 from study.commands.shared.exits import Refusal
 from study.commands.shared.plans import planned
 from study.commands.shared.refusals import refusals
-from study.execution.batch import submission
-from study.execution.batch.submission import SiteError
+from study.execution.batch.submission import Job, SiteError, array_script, load_site, merge_script, script
 from study.figures.shared.files import write_files
 from study.report.console import say, whole
 
 
-def work(campaign: Path, out: Path | None, site: Path | None, submit: bool) -> None:
-    """Write the batch script of a campaign; with `submit` hand it to sbatch and end the process."""
+def work(campaign: Path, out: Path | None, site: Path | None, shards: int | None, submit: bool) -> None:
+    """Write the batch scripts of a campaign; with `submit` hand them to sbatch and end the process."""
     used = site or shipped.folder("slurm") / "site.toml"
     with refusals(SiteError):
         planned(campaign)  # what is wrong with it is better known before the queue than after
-        settings, template = submission.load_site(used)
+        settings, template = load_site(used)
         into = folder(campaign, out).absolute()
-        text = submission.script(campaign.stem, campaign.absolute(), into, settings, template)
-        path = into / "job.sh"
-        write_files({path: text.encode()})  # the scheduler opens its log in that folder before anything runs
+        job = Job(campaign.stem, campaign.absolute(), into)
+        if shards is None:
+            texts = {into / "job.sh": script(job, settings, template)}
+        else:
+            array = array_script(job, shards, settings, template)
+            texts = {into / "array.sh": array, into / "merge.sh": merge_script(job, settings, template)}
+        write_files({path: text.encode() for path, text in texts.items()})  # logs are opened there before anything runs
     if site is None:
         say(f"settings: {whole(used)}; copy the file, change it and give it by --site")
     if submit:
-        sys.exit(_submit(path))
-    say(f"{whole(path)}: sbatch it, or use --submit")
+        sys.exit(_submit(list(texts)))
+    first, *then = map(str, texts)
+    said = f"{whole(first)}: sbatch it, or use --submit"
+    say(f"{said}; {whole(then[0])} behind it: sbatch --dependency=afterany:NUMBER" if then else said)
 
 
-def _submit(path: Path) -> int:
-    try:
-        return subprocess.run(["sbatch", str(path)], check=False).returncode
-    except FileNotFoundError:
-        raise Refusal("sbatch: not found; is this a machine of the cluster?") from None
+def _submit(scripts: list[Path]) -> int:
+    """Hand over the scripts, each to start when the one before it has ended, however that ended."""
+    before: list[str] = []
+    for path in scripts:
+        try:
+            done = subprocess.run(["sbatch", *before, str(path)], check=False, stdout=subprocess.PIPE, text=True)
+        except FileNotFoundError:
+            raise Refusal("sbatch: not found; is this a machine of the cluster?") from None
+        sys.stdout.write(done.stdout)
+        if done.returncode:
+            return done.returncode
+        before = [f"--dependency=afterany:{_number(done.stdout)}"]
+    return 0
+
+
+def _number(said: str) -> str:
+    """The number of the job: `Submitted batch job 12`, or `… 12 on cluster …`."""
+    return next(word for word in said.split() if word.isdigit())

@@ -1,11 +1,12 @@
 """A campaign's plan, and what `plan`, `status` and `run` print of it."""
 
 from collections import Counter
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping
 from dataclasses import asdict, dataclass
 from pathlib import Path
 from typing import Any
 
+from solver.outcome import Outcome
 from study.commands.shared.arguments import folder
 from study.execution.failures import left
 from study.manifest.reader import load_manifest
@@ -13,6 +14,8 @@ from study.origin import Origins, census, here
 from study.plan.plan import Plan, make_plan
 from study.plan.tasks import Task, estimate
 from study.report.console import say, whole
+from study.results.attempts import Attempt
+from study.results.shard import folders
 from study.results.store import Store
 
 
@@ -27,7 +30,8 @@ class Standing:
 
     campaign: Path
     plan: Plan
-    store: Store
+    stores: tuple[Store, ...]
+    """The campaign's own, and those of shards that are not merged."""
     remaining: tuple[Task, ...]
     """Tasks that the next run would try."""
     given_up: tuple[Task, ...]
@@ -35,16 +39,35 @@ class Standing:
     foreign: Mapping[str, Origins]
     """Finished results of other software."""
 
+    def again(self) -> "Standing":
+        """How far it is by now."""
+        return _standing(self.campaign, self.plan, self.stores)
 
-def standing(campaign: Path, out: Path | None, plan: Plan | None = None, store: Store | None = None) -> Standing:
-    """How far a campaign is. Raises ManifestError.
+    @property
+    def outcomes(self) -> dict[str, Outcome]:
+        """Key -> how each task has ended: results, what failed, and what needs that."""
+        failed = {key: attempt.outcome for key, attempt in _failures(self.stores).items()}
+        finished = {key: outcome for store in self.stores for key, outcome in store.outcomes().items()}
+        return self.plan.outcomes(finished, failed)
 
-    out: folder of the results, None for the campaign's own. plan, store: where they are known from before.
-    """
-    plan, store = plan or planned(campaign), store or Store(folder(campaign, out))
-    found = store.inventory()
-    work = left(plan, store, found)
-    return Standing(campaign, plan, store, work.tasks, work.given_up, plan.foreign(found))
+
+def standing(campaign: Path, out: Path | None) -> Standing:
+    """How far a campaign is. Raises ManifestError. out: folder of the results, None for the campaign's own."""
+    return _standing(campaign, planned(campaign), (Store(folder(campaign, out)),))
+
+
+def _standing(campaign: Path, plan: Plan, known: tuple[Store, ...]) -> Standing:
+    """known: stores that have been looked at; what has not changed in them is not looked at again."""
+    have = {store.folder.parent: store for store in known}
+    out = known[0].folder.parent
+    stores = tuple(have.get(each) or Store(each) for each in (out, *folders(out)))
+    found = {key: origins for store in stores for key, origins in store.inventory().items()}
+    work = left(plan, _failures(stores), found)
+    return Standing(campaign, plan, stores, work.tasks, work.given_up, plan.foreign(found))
+
+
+def _failures(stores: Iterable[Store]) -> dict[str, Attempt]:
+    return {key: attempt for store in stores for key, attempt in store.failures().items()}
 
 
 @dataclass(frozen=True, slots=True)

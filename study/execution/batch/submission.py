@@ -1,8 +1,8 @@
-"""The batch script of a campaign: a pure function of the campaign's path, the settings of a cluster and a template."""
+"""The batch scripts of a campaign: pure functions of the campaign's path, the settings of a cluster and a template."""
 
 import shlex
 import tomllib
-from dataclasses import dataclass, fields
+from dataclasses import dataclass, fields, replace
 from pathlib import Path
 from typing import Any
 
@@ -51,8 +51,9 @@ class Site:
             fits = isinstance(value, kind) and not isinstance(value, bool)
             if not fits or (kind is tuple and not all(isinstance(line, str) for line in value)):
                 raise ValueError(f"{item.name} = {value!r}: needs {_KINDS[kind]}")
-            if kind is int and value < 1:
-                raise ValueError(f"{item.name} = {value!r}: needs at least 1")
+            least = 0 if item.name == "restarts" else 1
+            if kind is int and value < least:
+                raise ValueError(f"{item.name} = {value!r}: needs at least {least}")
 
 
 _KINDS: dict[type, str] = {str: "a text", int: "a whole number", tuple: "a list of texts"}
@@ -80,17 +81,53 @@ def _template(settings: Path, name: str) -> Path:
     return beside if name != TEMPLATE or beside.exists() else shipped.folder("slurm") / name
 
 
-def script(name: str, campaign: Path, out: Path, site: Site, template: str) -> str:
+@dataclass(frozen=True, slots=True)
+class Job:
+    """What a campaign is to the batch system: its name, its file, and the folder of its results."""
+
+    name: str
+    campaign: Path
+    out: Path
+
+    def words(self, command: str) -> str:
+        """A command of nanoslip for it, as the shell reads it."""
+        return f"{command} {shlex.quote(str(self.campaign))} --out {shlex.quote(str(self.out))}"
+
+
+def script(job: Job, site: Site, template: str) -> str:
     """The batch script that runs a campaign as one MPI job and puts itself back into the queue until it is finished.
 
     A template can do nothing but lay out text. Raises SiteError where it tries, or is wrong.
     """
+    return _script(job, site, template, run=job.words("run"))
+
+
+def array_script(job: Job, shards: int, site: Site, template: str) -> str:
+    """The script of an array of jobs, each of which computes a shard and puts itself back into the queue. Raises SiteError."""
+    site = replace(site, options=(*site.options, f"--array=1-{shards}"))
+    run = f'{job.words("run")} --shard "$SLURM_ARRAY_TASK_ID/{shards}"'
+    return _script(job, site, template, run, "%A_%a", '"${SLURM_ARRAY_JOB_ID}_$SLURM_ARRAY_TASK_ID"')
+
+
+def merge_script(job: Job, site: Site, template: str) -> str:
+    """The script of the job behind an array that merges what the shards have finished. Raises SiteError."""
+    return _script(job, replace(site, nodes=1, tasks=1, restarts=0), template, job.words("merge"))
+
+
+def _script(
+    job: Job, site: Site, template: str, run: str, number: str = "%j", this_job: str = '"$SLURM_JOB_ID"'
+) -> str:
+    """number: of the job, in the name of its log. this_job: the same to the shell."""
     environment = SandboxedEnvironment(undefined=jinja2.StrictUndefined, trim_blocks=True, keep_trailing_newline=True)
     settings: dict[str, Any] = {item.name: getattr(site, item.name) for item in fields(site)}
-    run = f"{site.command} run {shlex.quote(str(campaign))} --out {shlex.quote(str(out))}"
-    log = shlex.quote(str(out / "slurm-%j.log"))
+    given = {
+        "name": shlex.quote(job.name),
+        "run": f"{site.command} {run}",
+        "log": shlex.quote(str(job.out / f"slurm-{number}.log")),
+        "this_job": this_job,
+        "again": INTERRUPTED,
+    }
     try:
-        made = environment.from_string(template)
-        return made.render(settings, name=shlex.quote(name), run=run, log=log, again=INTERRUPTED)
+        return environment.from_string(template).render(settings, **given)
     except (jinja2.TemplateError, ArithmeticError, LookupError, TypeError, ValueError) as error:
         raise SiteError(f"{site.template}: {error}") from None

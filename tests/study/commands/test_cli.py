@@ -18,7 +18,7 @@ COMMANDS = ROOT / "study" / "commands"
 WORKS = {
     path.stem: f"study.commands.{path.parent.name}.{path.stem}"
     for path in COMMANDS.glob("*/*.py")
-    if path.parent.name != "shared" and path.stem not in ("__init__", "declared")
+    if path.with_name("declared.py").exists() and path.stem not in ("__init__", "declared")
 }
 """Command -> the module that does its work."""
 

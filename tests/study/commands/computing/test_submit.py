@@ -1,6 +1,11 @@
 """The batch script is written beside the results it will have."""
 
-from tests.conftest import ROOT
+import os
+from pathlib import Path
+
+import pytest
+
+from tests.conftest import ROOT, Main
 
 
 def test_submit_writes_the_script_and_its_folder(main, campaign):
@@ -25,3 +30,22 @@ def test_settings_without_a_template_beside_them_use_the_one_that_comes_with_nan
     site.write_text("tasks = 7\n")
     assert main("submit", campaign, "--out", campaign.parent, "--site", site)[0] == 0
     assert "#SBATCH --ntasks=7" in campaign.with_name("job.sh").read_text()
+
+
+def test_an_array_and_the_job_that_merges_are_handed_over_one_behind_the_other(
+    main: Main, campaign: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    out, programs = tmp_path / "out", tmp_path / "bin"
+    programs.mkdir()
+    sbatch = programs / "sbatch"
+    sbatch.write_text(
+        f'#!/bin/bash\necho "$@" >> {tmp_path}/asked\necho Submitted batch job 4$(wc -l < {tmp_path}/asked)\n'
+    )
+    sbatch.chmod(0o755)
+    monkeypatch.setenv("PATH", f"{programs}:{os.environ['PATH']}")
+    code, said, _ = main("submit", campaign, "--out", out, "--shards", "10")
+    assert (code, f"{out / 'array.sh'}: sbatch it" in said, "afterany:NUMBER" in said) == (0, True, True)
+    assert '--shard "$SLURM_ARRAY_TASK_ID/10"' in (out / "array.sh").read_text()
+    assert main("submit", campaign, "--out", out, "--shards", "10", "--submit")[0] == 0
+    asked = (tmp_path / "asked").read_text().splitlines()
+    assert asked == [str(out / "array.sh"), f"--dependency=afterany:41 {out / 'merge.sh'}"]

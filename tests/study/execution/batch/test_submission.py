@@ -5,10 +5,11 @@ from pathlib import Path
 
 import pytest
 
-from study.execution.batch.submission import Site, SiteError, load_site, script
+from study.execution.batch.submission import Job, Site, SiteError, array_script, load_site, merge_script, script
 from tests.conftest import ROOT
 
 RECORDED = Path(__file__).with_name("job.sh")
+JOB = Job("streator2022", Path("/home/me/my campaigns/streator2022.toml"), Path("/scratch/out"))
 
 
 def test_the_script_is_the_recorded_one():
@@ -22,8 +23,36 @@ def test_the_script_is_the_recorded_one():
         setup=("module load mpich", "export OMP_PLACES=cores"),
     )
     template = (ROOT / "slurm" / "job.sh.j2").read_text("utf-8")
-    text = script("streator2022", Path("/home/me/my campaigns/streator2022.toml"), Path("/scratch/out"), site, template)
+    text = script(JOB, site, template)
     assert text == RECORDED.read_text("utf-8")
+
+
+def test_an_array_differs_from_the_job_in_what_each_computes_where_it_logs_and_what_it_requeues():
+    _, template = load_site(ROOT / "slurm" / "site.toml")
+    one, array = script(JOB, Site(), template), array_script(JOB, 12, Site(), template)
+    run = "nanoslip run '/home/me/my campaigns/streator2022.toml' --out /scratch/out"
+    assert changes(one, array) == [
+        "#SBATCH --output=/scratch/out/slurm-%A_%a.log",
+        "#SBATCH --array=1-12",
+        f'srun --mpi=pmi2 --wait=60 {run} --shard "$SLURM_ARRAY_TASK_ID/12"',
+        '    scontrol requeue "${SLURM_ARRAY_JOB_ID}_$SLURM_ARRAY_TASK_ID" && sleep 60',
+    ]
+    subprocess.run(["bash", "-n"], input=array, text=True, check=True)
+
+
+def test_the_job_behind_it_merges_in_one_process_and_is_not_requeued():
+    site, template = load_site(ROOT / "slurm" / "site.toml")
+    found = changes(script(JOB, site, template), merge_script(JOB, site, template))
+    assert found == [
+        "#SBATCH --ntasks=1",
+        "srun --mpi=pmi2 --wait=60 nanoslip merge '/home/me/my campaigns/streator2022.toml' --out /scratch/out",
+        'if [ "$code" -eq 99 ] && [ "${SLURM_RESTART_COUNT:-0}" -lt 0 ]; then',
+    ]
+
+
+def changes(one: str, other: str) -> list[str]:
+    """Lines of another text that the one does not have."""
+    return [line for line in other.splitlines() if line not in one.splitlines()]
 
 
 def test_the_script_is_a_shell_script():
@@ -41,6 +70,7 @@ def test_the_settings_in_the_repository_are_the_defaults_and_load():
     [
         ("task = 4", "task: unknown; needs one of template, tasks"),
         ("tasks = 0", "tasks = 0: needs at least 1"),
+        ("restarts = -1", "restarts = -1: needs at least 0"),
         ("tasks = true", "tasks = True: needs a whole number"),
         ('nodes = "two"', "nodes = 'two': needs a whole number"),
         ("time = 60", "time = 60: needs a text"),
@@ -75,4 +105,4 @@ def test_missing_settings_are_named(tmp_path):
 )
 def test_a_template_that_is_wrong_or_reaches_for_python_is_refused_by_name(template):
     with pytest.raises(SiteError, match=r"^job\.sh\.j2: "):
-        script("name", Path("mine.toml"), Path("out"), Site(), template)
+        script(Job("name", Path("mine.toml"), Path("out")), Site(), template)

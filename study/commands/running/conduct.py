@@ -1,64 +1,83 @@
 """The root's part of `nanoslip run`: plan, hand out tasks, collect. Other ranks do not import this file."""
 
+from collections.abc import Mapping
 from contextlib import ExitStack
-from pathlib import Path
 
 import click
 
+from study.commands.running.order import Order
 from study.commands.shared.datasets import write_dataset
 from study.commands.shared.exits import Refusal, show
 from study.commands.shared.plans import counted, planned, print_foreign
 from study.commands.shared.refusals import refusals
+from study.execution.batch.cutting import finished_with, part
 from study.execution.executor import drop_intermediates
-from study.execution.failures import Diary, Left, left
+from study.execution.failures import Diary, Left, given_up, left
 from study.execution.farms.farm import Farm
 from study.execution.journal import Journal
 from study.execution.progress import open_progress
 from study.execution.warmup import WarmUp, miniatures
 from study.exit_codes import FAILURES, INTERRUPTED
+from study.origin import Origins
 from study.plan.memory import shortages
 from study.plan.plan import Plan
 from study.plan.tasks import Task
-from study.report.console import console, say
+from study.report.console import console, say, whole
 from study.results import attempts
+from study.results.attempts import Attempt
 from study.results.lease import Lease
+from study.results.merging import merge_shards
 from study.results.store import Store
 
 
-def conduct(farm: Farm, campaign: Path, out: Path, recompute_foreign: bool, retry: bool) -> int:
+def conduct(farm: Farm, order: Order) -> int:
     """Compute what is left of a campaign on this farm, and write its dataset; returns the exit code of all ranks."""
-    journal = Journal(out)
-    code = _conducted(farm, journal, campaign, out, recompute_foreign, retry)
+    journal = Journal(order.into)
+    code = _conducted(farm, journal, order)
     journal.end(code)
     return code
 
 
-def _conducted(farm: Farm, journal: Journal, campaign: Path, out: Path, recompute_foreign: bool, retry: bool) -> int:
+def _conducted(farm: Farm, journal: Journal, order: Order) -> int:
     try:
         with refusals(), ExitStack() as stack:
-            plan, store = planned(campaign), Store(out)
-            lease = stack.enter_context(Lease(out, farm.interruption.request))
+            plan, store = planned(order.campaign), Store(order.into)
+            plan = part(plan, order.shard) if order.shard else plan
+            lease = stack.enter_context(Lease(order.into, farm.interruption.request))
             store.prepare()
-            finished = store.inventory()
+            finished, failures = _known(plan, order, store)
             foreign = plan.foreign(finished)
-            if recompute_foreign:
+            if order.recompute_foreign:
                 say(f"{len(foreign)} results of other software count as not finished", stderr=True)
                 finished = {key: origins for key, origins in finished.items() if key not in foreign}
             else:
-                print_foreign(foreign, campaign, stderr=True)
-            return _compute(farm, journal, plan, out, left(plan, store, finished, retry), lease)
+                print_foreign(foreign, order.campaign, stderr=True)
+            return _compute(farm, journal, plan, order, left(plan, failures, finished, order.retry), lease)
     except click.ClickException as error:
         show(error)
         return error.exit_code
 
 
-def _compute(farm: Farm, journal: Journal, plan: Plan, out: Path, work: Left, lease: Lease) -> int:
-    tasks = work.tasks
+def _known(plan: Plan, order: Order, store: Store) -> tuple[dict[str, Origins], Mapping[str, Attempt]]:
+    """Which tasks are finished, and which have failed. A shard looks at what was merged, too; the whole takes shards in."""
+    if order.shard:
+        merged = Store(order.out)
+        failures = {**merged.failures(), **store.failures()}
+        known = finished_with(plan, store.inventory(), merged.inventory(), given_up(failures, order.retry))
+        return known, failures
+    for problem in merge_shards(order.out):
+        say(problem, stderr=True)
+    return store.inventory(), store.failures()
+
+
+def _compute(farm: Farm, journal: Journal, plan: Plan, order: Order, work: Left, lease: Lease) -> int:
+    tasks, out = work.tasks, order.into
     _refuse_shortages(farm, plan, tasks)
     if tasks:
         farm.run([WarmUp(tuple(miniatures(tasks)))], lambda *_: None)
     said = f"{counted(len(plan.cases), 'case')}, {counted(len(tasks), 'task')} left, {farm.size} {farm.unit}"
-    say(f"{plan.manifest.title}: {said}", stderr=True)
+    title = f"{plan.manifest.title}, {order.shard}" if order.shard else plan.manifest.title
+    say(f"{title}: {said}", stderr=True)
     if tasks:
         journal.begin(farm.size, farm.unit)
     with open_progress(tasks, console(stderr=True), farm.size) as progress:
@@ -73,14 +92,18 @@ def _compute(farm: Farm, journal: Journal, plan: Plan, out: Path, work: Left, le
         say("interrupted: what is finished is kept; run again to continue", stderr=True)
         return INTERRUPTED
     drop_intermediates(plan, tasks, Store(out))
-    write_dataset(plan, out)
-    return _conclude(tally.crashed, len(work.given_up), out)
+    if order.shard:
+        say(f"{order.shard} is done; {whole(f'nanoslip merge {order.campaign}')} brings all shards together")
+    else:
+        write_dataset(plan, out)
+    return _conclude(tally.crashed, len(work.given_up), order)
 
 
-def _conclude(failed: int, given_up: int, out: Path) -> int:
+def _conclude(failed: int, given_up: int, order: Order) -> int:
     """Say what has failed, now and before; returns the exit code."""
     if failed:
-        say(f"{counted(failed, 'task')} failed, or needed one that did: see {out / attempts.FILE}", stderr=True)
+        said = f"{counted(failed, 'task')} failed, or needed one that did: see {order.into / attempts.FILE}"
+        say(said, stderr=True)
     if given_up:
         say(f"{counted(given_up, 'task')} failed before, or needed one that did: --retry tries again", stderr=True)
     return FAILURES if failed or given_up else 0

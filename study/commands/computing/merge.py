@@ -1,0 +1,38 @@
+"""`nanoslip merge`: what shards have finished becomes the campaign's, and its dataset is written."""
+
+import sys
+from contextlib import ExitStack
+from pathlib import Path
+
+from study.commands.shared.arguments import folder
+from study.commands.shared.datasets import write_dataset
+from study.commands.shared.plans import counted, planned
+from study.commands.shared.refusals import refusals
+from study.execution.executor import drop_intermediates
+from study.execution.failures import left
+from study.exit_codes import FAILURES, INTERRUPTED
+from study.report.console import say, whole
+from study.results.lease import Lease
+from study.results.merging import merge_shards
+from study.results.store import Store
+
+
+def work(campaign: Path, out: Path | None) -> None:
+    """Move the results of all shards into the campaign's, and write and print its dataset. Ends the process."""
+    into = folder(campaign, out)
+    with refusals(), ExitStack() as stack:
+        plan, store = planned(campaign), Store(into)
+        stack.enter_context(Lease(into))
+        store.prepare()
+        problems = merge_shards(into)
+        drop_intermediates(plan, plan.tasks, store)
+        write_dataset(plan, into)
+        rest = left(plan, store.failures(), store.finished())
+    for problem in problems:
+        say(problem, stderr=True)
+    if rest.given_up:
+        said = f"{counted(len(rest.given_up), 'task')} failed, or need one that did"
+        say(f"{said}: {whole(f'nanoslip run {campaign} --retry')} tries again", stderr=True)
+    if rest.tasks:
+        say(f"{counted(len(rest.tasks), 'task')} left: {whole(f'nanoslip run {campaign}')} computes them", stderr=True)
+    sys.exit(INTERRUPTED if rest.tasks else FAILURES if rest.given_up else 0)

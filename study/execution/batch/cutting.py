@@ -1,0 +1,71 @@
+"""Which cases are a shard's: blocks of neighbours that cost about the same.
+
+Neighbours mostly share slabs. What several shards need, a compliance for example, each of them computes for itself.
+"""
+
+from collections import Counter
+from collections.abc import Collection, Mapping
+from dataclasses import replace
+from itertools import accumulate
+from typing import Final, TypeVar
+
+from study.plan.plan import Plan
+from study.results.shard import Shard
+
+LEAST: Final = 1e-3
+"""Seconds that any case counts: those that are refused are spread, too."""
+
+Known = TypeVar("Known")
+
+
+def part(plan: Plan, shard: Shard) -> Plan:
+    """The cases of a shard, and all tasks that they need. Every case is in one of the shards."""
+    needed = _needed(plan)
+    costs = {task.key: task.cost for task in plan.tasks}
+    users = Counter(key for keys in needed.values() for key in keys)
+    weights = [LEAST + sum(costs[key] / users[key] for key in sorted(needed[case.case_id])) for case in plan.cases]
+    ends = list(accumulate(weights))
+    blocks = [int(shard.of * (end - weight / 2.0) / ends[-1]) for end, weight in zip(ends, weights, strict=True)]
+    cases = tuple(case for case, block in zip(plan.cases, blocks, strict=True) if block == shard.number - 1)
+    keys = {key for case in cases for key in needed[case.case_id]}
+    return replace(
+        plan,
+        cases=cases,
+        tasks=tuple(task for task in plan.tasks if task.key in keys),
+        case_tasks={case.case_id: plan.case_tasks[case.case_id] for case in cases},
+    )
+
+
+def finished_with(
+    plan: Plan, own: Mapping[str, Known], merged: Mapping[str, Known], given_up: Collection[str] = ()
+) -> dict[str, Known]:
+    """What a shard need not compute: what it has finished, and what has been merged, unless one of its tasks has to read it.
+
+    given_up: keys of tasks that it does not try.
+    """
+    found = {**merged, **own}
+    while lacking := _read(plan, found, given_up) - own.keys():
+        found = {key: known for key, known in found.items() if key not in lacking}
+    return found
+
+
+def _read(plan: Plan, finished: Collection[str], given_up: Collection[str]) -> set[str]:
+    """Of these results those that a task reads which is left to be tried."""
+    tried = plan.possible(plan.remaining(finished), set(given_up) - set(finished))
+    return {need for task in tried for need in task.needs if need in finished}
+
+
+def _needed(plan: Plan) -> dict[str, set[str]]:
+    """case_id -> keys of its tasks, and of all that they need."""
+    needs = {task.key: task.needs for task in plan.tasks}
+    found = {}
+    for case in plan.cases:
+        keys: set[str] = set()
+        waiting = list(plan.case_tasks[case.case_id].keys.values())
+        while waiting:
+            key = waiting.pop()
+            if key not in keys:
+                keys.add(key)
+                waiting.extend(needs[key])
+        found[case.case_id] = keys
+    return found

@@ -1,0 +1,38 @@
+"""A part of a campaign that a small job computes by itself, in a folder of its own below the campaign's."""
+
+import re
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Final, Self
+
+FOLDER: Final = "shards"
+
+
+@dataclass(frozen=True, slots=True)
+class Shard:
+    """One of so many parts, from 1."""
+
+    number: int
+    of: int
+
+    @classmethod
+    def parse(cls, text: str) -> Self:
+        """`3/10` as a part. Raises ValueError."""
+        found = re.fullmatch(r"(\d{1,6})/(\d{1,6})", text, re.ASCII)
+        number, of = map(int, found.groups()) if found else (0, 0)
+        if not 1 <= number <= of:
+            raise ValueError(f"{text}: needs a number of so many parts, from 1/10 to 10/10 for example")
+        return cls(number, of)
+
+    def folder(self, out: Path) -> Path:
+        """Where its results are, below a campaign's folder."""
+        digits = max(2, len(str(self.of)))
+        return out / FOLDER / f"{self.number:0{digits}d}-of-{self.of:0{digits}d}"
+
+    def __str__(self) -> str:
+        return f"shard {self.number} of {self.of}"
+
+
+def folders(out: Path) -> list[Path]:
+    """The folders of all shards that have something, of a campaign's folder."""
+    return sorted(path for path in (out / FOLDER).glob("*-of-*") if path.is_dir())
