@@ -1,10 +1,11 @@
 """The dataset as a file: its name, the attributes that say what it is, reading and writing it whole."""
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 from contextlib import contextmanager
 from pathlib import Path
 from typing import Any, Final
 
+import numpy as np
 import xarray as xr
 
 from study.dataset.groups import carrying, opened, tree_of
@@ -51,17 +52,23 @@ def read(path: Path) -> xr.Dataset:
         root, groups = opened(path)
     except _REFUSALS as error:
         raise StoreError(f"{path}: no dataset ({_reason(error)}); run or collect the campaign first") from None
-    if root.attrs.get(FORMAT) != VERSION:
+    if problem := _other_format(root.attrs):
         root.close()
-        has = (
-            f"has format {root.attrs[FORMAT]}"
-            if FORMAT in root.attrs
-            else "has no format: older, or no dataset of nanoslip"
-        )
-        raise StoreError(
-            f"{path}: {has}; this nanoslip reads format {VERSION}: collect the campaign again with it (nanoslip collect)"
-        )
+        raise StoreError(f"{path}: {problem}")
     return carrying(root, groups)
+
+
+def _other_format(said: Mapping[str, Any]) -> str:
+    """Why a file with these attributes cannot be read by this nanoslip, and what can; empty where it can."""
+    form = said.get(FORMAT)
+    if not isinstance(form, int | np.integer):
+        return f"no dataset of nanoslip: it has no attribute {FORMAT}"
+    if form > VERSION:
+        maker = f" (its results are by {said['nanoslip_version']})" if "nanoslip_version" in said else ""
+        return f"has format {form}, of a newer nanoslip{maker}; this one reads format {VERSION}: read it with the newer one"
+    if form < VERSION:
+        return f"has format {form}, of an older nanoslip; this one reads format {VERSION}: nanoslip run writes it anew"
+    return ""
 
 
 def check(path: Path) -> None:

@@ -42,12 +42,24 @@ def test_texts_that_are_all_empty_or_none_at_all_are_kept(tmp_path):
 
 
 @pytest.mark.parametrize(
-    ("has", "said"), [(2, "has format 2; this nanoslip reads format 3"), (None, "has no format: older")]
+    ("has", "said"),
+    [
+        ({file.FORMAT: 2}, "has format 2, of an older nanoslip; this one reads format 3: nanoslip run writes it anew"),
+        ({file.FORMAT: 4}, "has format 4, of a newer nanoslip; this one reads format 3: read it with the newer one"),
+        (
+            {file.FORMAT: 99, "nanoslip_version": "9.1"},
+            r"has format 99, of a newer nanoslip \(its results are by 9.1\); this one",
+        ),
+        ({}, "no dataset of nanoslip: it has no attribute nanoslip_format"),
+        ({file.FORMAT: "3"}, "no dataset of nanoslip"),
+        ({file.FORMAT: [3, 3]}, "no dataset of nanoslip"),
+        ({file.FORMAT: 3.5}, "no dataset of nanoslip"),
+    ],
 )
-def test_a_file_of_another_format_is_refused_with_what_to_do(tmp_path, has, said):
+def test_a_file_of_another_format_is_refused_with_what_reads_it(tmp_path, has, said):
     path = tmp_path / "old.nc"
-    xr.Dataset({"a": 1.0}, attrs={} if has is None else {file.FORMAT: has}).to_netcdf(path)
-    with pytest.raises(StoreError, match=rf"old\.nc: {said}.*collect the campaign again"):
+    xr.Dataset({"a": 1.0}, attrs=has).to_netcdf(path)
+    with pytest.raises(StoreError, match=rf"old\.nc: {said}"):
         file.read(path)
 
 
