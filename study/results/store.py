@@ -7,6 +7,7 @@ being found.
 """
 
 import os
+import re
 import sys
 from pathlib import Path
 from typing import Final
@@ -22,6 +23,7 @@ from study.results.logs import Logs
 from study.results.whole_file import clear_away, written_whole
 
 FOLDER: Final = "results"
+_KEY: Final = re.compile("[0-9a-f]{20}")
 
 
 class StoreError(Exception):
@@ -123,6 +125,11 @@ class Store:
             path.unlink(missing_ok=True)
         except OSError as error:
             raise StoreError(f"{path}: cannot be removed: {error.strerror or error}") from error
+
+    def outdated(self) -> list[Path]:
+        """Results of an older nanoslip, which kept each in files of its own: this one does not read them."""
+        files = self.folder.glob("*.np[yz]")
+        return sorted(path for path in files if _KEY.fullmatch(path.stem))
 
     def _sound(self) -> dict[str, Head]:
         """The head of every sound result. What has not changed since the last time is not checked again."""

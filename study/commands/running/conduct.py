@@ -45,6 +45,7 @@ def _conducted(farm: Farm, journal: Journal, order: Order) -> int:
             plan = part(plan, order.shard) if order.shard else plan
             lease = stack.enter_context(Lease(order.into, farm.interruption.request))
             store.prepare()
+            _print_outdated(store)
             finished, failures = _known(plan, order, store)
             foreign = plan.foreign(finished)
             if order.recompute_foreign:
@@ -56,6 +57,12 @@ def _conducted(farm: Farm, journal: Journal, order: Order) -> int:
     except click.ClickException as error:
         show(error)
         return error.exit_code
+
+
+def _print_outdated(store: Store) -> None:
+    if found := store.outdated():
+        told = f"{counted(len(found), 'result')} of an older nanoslip there, first {found[0].name}"
+        say(f"{store.folder}: {told}: not read, computed again; the files may be removed", stderr=True)
 
 
 def _known(plan: Plan, order: Order, store: Store) -> tuple[dict[str, Origins], Mapping[str, Attempt]]:

@@ -179,3 +179,15 @@ def test_a_disk_that_refuses_a_result_is_named(store, shared, monkeypatch):
     with pytest.raises(StoreError, match="No space left on device"):
         store.write(RECORD, shared)
     assert store.finished() == set()
+
+
+def test_files_of_an_older_nanoslip_are_told_from_results(tmp_path: Path) -> None:
+    store = Store(tmp_path)
+    assert store.outdated() == []
+    store.prepare()
+    store.write(RECORD)
+    store.write(OTHER, shared=True)
+    assert store.outdated() == []
+    for name in (f"{1:020x}.npz", f"{2:020x}.npy", "dataset.json", "mine.npz"):
+        (store.folder / name).touch()
+    assert [path.suffix for path in store.outdated()] == [".npz", ".npy"]

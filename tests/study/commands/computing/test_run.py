@@ -40,6 +40,14 @@ def test_from_plan_to_report(main, campaign):
     assert "report.html" in said
 
 
+def test_results_of_an_older_nanoslip_are_named_and_computed_again(main, campaign):
+    out = campaign.parent / "out"
+    (out / "results").mkdir(parents=True)
+    (out / "results" / f"{1:020x}.npz").touch()
+    code, _, errors = main("run", campaign, "--out", out, "--serial")
+    assert (code, "1 result of an older nanoslip there, first 0000" in errors) == (0, True)
+
+
 def disown(out: Path, every: int) -> set[str]:
     """Make every so-manieth result another software's; returns the files."""
     store, changed = Store(out), set()
