@@ -98,7 +98,9 @@ def _compute(farm: Farm, journal: Journal, plan: Plan, order: Order, work: Left,
     if tally.interrupted:
         say("interrupted: what is finished is kept; run again to continue", stderr=True)
         return INTERRUPTED
-    drop_intermediates(plan, tasks, Store(out))
+    store = Store(out)
+    store.settle()
+    drop_intermediates(plan, tasks, store)
     if order.shard:
         say(f"{order.shard} is done; {whole(f'nanoslip merge {order.campaign}')} brings all shards together")
     else:
