@@ -164,6 +164,7 @@ def _compute(
         journal.begin(farm.size, farm.unit)
     tally = _run_tasks(farm, tasks, folder, progress)
     journal.computed(tally)
+    store.settle()
     failed = tally.crashed + len(work.given_up)
     journal.end(WRONG_INPUT if tally.halt else FAILURES if failed else 0)
     if tally.halt:

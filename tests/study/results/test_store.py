@@ -1,5 +1,6 @@
 """Results on disk are found again as they were, in logs and in files of their own, whatever happens to a file."""
 
+import os
 import subprocess
 import sys
 import threading
@@ -167,6 +168,16 @@ def test_a_folder_that_cannot_be_written_is_one_clear_message(tmp_path, parent):
     store = Store(Path(parent) if parent.startswith("/") else tmp_path / parent)
     with pytest.raises(StoreError, match=f"{store.folder}: cannot write results there: .+"):
         store.prepare()
+
+
+def test_all_logs_are_made_to_last(store, monkeypatch):
+    """When a run has ended; while it computes, each writer sees to it every second."""
+    for result in ALL:
+        Store(store.folder.parent).write(result)
+    synced, sync = [], os.fsync
+    monkeypatch.setattr("os.fsync", lambda file: synced.append(os.fstat(file).st_ino) or sync(file))
+    store.settle()
+    assert sorted(synced) == sorted(path.stat().st_ino for path in store.folder.glob("*.log"))
 
 
 @EACH_PLACE
