@@ -10,6 +10,7 @@ import sys
 from collections.abc import Callable, Mapping
 from dataclasses import MISSING, dataclass
 from functools import lru_cache
+from operator import attrgetter
 from types import MappingProxyType
 from typing import Any, Literal, NamedTuple, Self, get_args, get_origin
 
@@ -112,9 +113,19 @@ def check(value: Any) -> None:
     """Give every parameter of a frozen value its declared type (200 and 200.0 are one case); refuse what is out of range."""
     kind = type(value)
     if kind not in _checks:
-        _checks[kind] = tuple(_Check.of(item) for item in dataclasses.fields(kind) if _KEY in item.metadata)
-    for each in _checks[kind]:
-        object.__setattr__(value, each.name, each.taken(getattr(value, each.name)))
+        checks = tuple(_Check.of(item) for item in dataclasses.fields(kind) if _KEY in item.metadata)
+        _checks[kind] = checks, attrgetter(*(each.name for each in checks), "__class__"), [_NOTHING] * len(checks)
+    checks, values_of, accepted = _checks[kind]
+    for place, given in enumerate(values_of(value)[:-1]):
+        if given is not accepted[place]:  # of a campaign's many cases most values are the last one's
+            taken = checks[place].taken(given)
+            if taken is given:
+                accepted[place] = given
+            else:
+                object.__setattr__(value, checks[place].name, taken)
+
+
+_NOTHING = object()
 
 
 class _Check(NamedTuple):
@@ -150,8 +161,8 @@ class _Check(NamedTuple):
         return value
 
 
-_checks: dict[type, tuple[_Check, ...]] = {}
-"""What `check` does with the fields of a type: it is asked for every case of a campaign."""
+_checks: dict[type, tuple[tuple[_Check, ...], Callable[[Any], Any], list[Any]]] = {}
+"""What `check` does with the fields of a type: how each is checked, what it holds, and what of each was accepted last."""
 
 
 def choices_of(kind: Any) -> tuple[str, ...]:
@@ -163,7 +174,7 @@ def choices_of(kind: Any) -> tuple[str, ...]:
 def as_float(name: str, given: Any) -> float:
     """A number as a float. Raises InvalidInput where it is none, or more than floats hold."""
     if type(given) is float and not math.isnan(given):
-        return given + 0.0  # -0.0 and 0.0 are one number
+        return given or 0.0  # -0.0 and 0.0 are one number; others stay the objects that they are: millions of cases share them
     fits = not isinstance(given, int) or abs(given) <= sys.float_info.max
     require(name, given, fits, f"a number of at most {sys.float_info.max:.2g}")
     number = not isinstance(given, bool | str) and _converts(float, given) and not math.isnan(float(given))

@@ -6,11 +6,11 @@ import os
 import platform
 import subprocess
 import tomllib
-from collections.abc import Iterable, Mapping
-from dataclasses import fields, is_dataclass
+from collections.abc import Iterable
 from importlib import metadata
 from pathlib import Path
 
+from study.canonical import canonical_text
 from study.shipped import COPIES
 
 DISTRIBUTION = "nanoslip"
@@ -23,26 +23,10 @@ BUILT_FROM = "source_commit"
 def content_hash(*parts: object, length: int = 20) -> str:
     """Hexadecimal hash of values: equal for equal contents, whatever the order in which mappings were filled.
 
-    Takes None, bool, int, float, str, sequences, mappings and dataclasses (type and fields). 200 and
-    200.0 differ here: numbers are expected to have become their declared type.
+    Takes what `canonical_text` takes. 200 and 200.0 differ here: numbers are expected to have become their declared type.
     """
-    text = json.dumps(_canonical(parts), sort_keys=True, separators=(",", ":"))
+    text = f"[{','.join(map(canonical_text, parts))}]"
     return hashlib.sha256(text.encode()).hexdigest()[:length]
-
-
-def _canonical(value: object) -> object:
-    if isinstance(value, float):
-        return {"float": value.hex()}
-    if isinstance(value, bool | int | str | None):
-        return value
-    if is_dataclass(value):
-        kind = {"type": type(value).__name__}  # two types without fields differ
-        return kind | {item.name: _canonical(getattr(value, item.name)) for item in fields(value)}
-    if isinstance(value, Mapping):
-        return {str(key): _canonical(item) for key, item in value.items()}
-    if isinstance(value, tuple | list):
-        return [_canonical(item) for item in value]
-    raise TypeError(f"{value!r}: no canonical form for {type(value).__name__}")
 
 
 def attributes() -> dict[str, str]:

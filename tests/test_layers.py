@@ -30,13 +30,13 @@ ORDER = {
     "stick_slip regime",
     "solver.dynamics.kernels": "state teeth slips oscillator roots segment_end friction_law recording cruise event_driven rigid "
     "runge_kutta",
-    "study": "shipped toml_text exit_codes xarray_accessor provenance origin machine manifest discretization plan results "
-    "dataset execution figures report accuracy api commands __main__",
+    "study": "shipped toml_text exit_codes xarray_accessor canonical provenance origin machine manifest "
+    "discretization plan results dataset execution figures report accuracy api commands __main__",
     "study.manifest": "parameters problems columns drives manifest checker named_files drive_tables reader "
     "effects cases one_case",
     "study.discretization": "front targets",
-    "study.plan": "task keys cost kinds tasks plan endings size flags spans memory",
-    "study.plan.cost": "condensation sliding seconds arrays drive",
+    "study.plan": "task keys cost kinds tasks case_tasks order plan endings size flags spans memory",
+    "study.plan.cost": "last condensation sliding seconds arrays drive",
     "study.plan.kinds": "kind compliance contact record statistics states drive",
     "study.results": "whole_file lines entry own log logs attempts runs store lease shard merging",
     "study.dataset": "seal groups file made_of variables collection description access comparison pair verification agreement",

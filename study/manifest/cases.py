@@ -1,11 +1,14 @@
 """Expand a campaign into cases: one for each combination of its axes (product), each position (zip) or each line of its table."""
 
 import itertools
-from collections.abc import Iterator
-from dataclasses import dataclass
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from dataclasses import dataclass, fields
+from typing import Any, Final, NamedTuple
 
 from solver.case import Case
 from solver.outcome import COMPLETED, InvalidInput, Outcome
+from solver.parameter import declared
+from study.canonical import Texts
 from study.manifest.effects import refusal
 from study.manifest.manifest import Manifest
 from study.manifest.parameters import STANDARD, Value, in_words, make_case
@@ -14,6 +17,28 @@ from study.provenance import content_hash
 
 MEMBER = "member"
 """Label of a case of an ensemble, beside its parameters: its number among the members, from 0."""
+MOST_KINDS: Final = 2**14
+"""Kinds of cases, alike in all but a case's own parameters, that are kept in memory."""
+
+Point = tuple[Value | None, ...]
+"""Values of the axes, and the member's number where there are several. None: a setting that this case does not have."""
+Heard = Callable[[int], None]
+"""Hears how many are done, of many things that take long together."""
+
+
+class Labels(NamedTuple):
+    """What the points of a campaign are values of."""
+
+    names: tuple[str, ...]
+    """Of the axes, and `member` where there are several."""
+    standard: dict[str, Value]
+    """The standard parameters that are no axes: the same for all cases."""
+
+    def parameters(self, point: Point) -> dict[str, Value]:
+        """The labels of a case by name: the standard ones first."""
+        given = dict(zip(self.names, point, strict=True))
+        found = {name: self.standard.get(name, given.get(name)) for name in (*STANDARD, *self.names)}
+        return {name: value for name, value in found.items() if value is not None}
 
 
 @dataclass(frozen=True, slots=True)
@@ -22,12 +47,17 @@ class CampaignCase:
 
     case_id: str
     """Hash of all parameters, 12 hexadecimal digits. The same point has the same hash in every campaign."""
-    parameters: dict[str, Value]
-    """Labels by field name: the four standard parameters, every axis, and the member's number where there are several."""
+    labels: Labels
+    values: Point
     case: Case | None
     """None where the case is refused, as its parameters exclude each other."""
     outcome: Outcome
     """COMPLETED, or the reason why the case is refused, with advice."""
+
+    @property
+    def parameters(self) -> dict[str, Value]:
+        """Labels by field name: the four standard parameters, every axis, and the member's number where there are several."""
+        return self.labels.parameters(self.values)
 
     @property
     def point(self) -> str:
@@ -35,42 +65,114 @@ class CampaignCase:
         return in_words(", ".join(f"{name} = {value}" for name, value in self.parameters.items()))
 
 
-def expand(manifest: Manifest) -> tuple[CampaignCase, ...]:
-    """All cases of a campaign, the last axis varying fastest. Raises ManifestError where two cases are the same."""
-    members = range(manifest.ensemble.members)
-    cases = tuple(_campaign_case(manifest, point, member) for point in _points(manifest) for member in members)
+def expand(manifest: Manifest, heard: Heard = lambda _: None) -> tuple[CampaignCase, ...]:
+    """All cases of a campaign, the last axis varying fastest. Raises ManifestError where two cases are the same.
+
+    heard: hears the number of cases so far, after each.
+    """
+    cases = []
+    for number, case in enumerate(_Expansion(manifest).cases(), 1):
+        cases.append(case)
+        heard(number)
+    if len({case.case_id for case in cases}) < len(cases):
+        raise ManifestError(_same(manifest, cases))
+    return tuple(cases)
+
+
+def _same(manifest: Manifest, cases: Sequence[CampaignCase]) -> Iterator[str]:
+    """A line for each case that is one before it."""
     numbers: dict[str, int] = {}
-    problems = []
     for number, case in enumerate(cases, 1):
         first = numbers.setdefault(case.case_id, number)
         if first != number:
-            problems.append(f"{manifest.path}: cases {first} and {number} are the same: {case.point}")
-    if problems:
-        raise ManifestError(problems)
-    return cases
+            yield f"{manifest.path}: cases {first} and {number} are the same: {case.point}"
 
 
-def _points(manifest: Manifest) -> Iterator[dict[str, Value]]:
-    combine = itertools.product if manifest.design == "product" else zip
-    for values in combine(*manifest.axes.values()):
-        yield dict(zip(manifest.axes, values, strict=True))
+class _Alike:
+    """Cases with the same parameters but a few, given by name. What they have in common is checked and kept once.
+
+    A campaign has millions of cases and few slabs, slip rules, ...: all cases share the parts that are the same.
+    """
+
+    def __init__(self, fixed: Mapping[str, Value], names: Sequence[str]) -> None:
+        """names: of the parameters that differ; a later value of the same name counts."""
+        self._fixed, self._names = fixed, tuple(names)
+        own = {item.name: place for place, item in enumerate(fields(Case)) if item.name in declared(Case)}
+        self._own = [(number, own[name]) for number, name in enumerate(names) if name in own]
+        self._others = [number for number, name in enumerate(names) if name not in own]
+        self._kinds: dict[Point, list[Any]] = {}
+
+    def case(self, values: Point) -> Case:
+        """The case that `make_case` makes of these values beside the fixed ones. Raises InvalidInput as it does."""
+        kind = tuple([values[number] for number in self._others])
+        known = self._kinds.get(kind)
+        if known is None:
+            return self._first(kind, values)
+        for number, place in self._own:
+            known[place] = values[number]
+        try:
+            return Case(*known)
+        except InvalidInput:
+            return self._made(values)  # says the same in the words of a manifest
+
+    def _first(self, kind: Point, values: Point) -> Case:
+        case = self._made(values)
+        if len(self._kinds) >= MOST_KINDS:
+            self._kinds.clear()
+        self._kinds[kind] = [getattr(case, item.name) for item in fields(Case)]
+        return case
+
+    def _made(self, values: Point) -> Case:
+        return make_case({**self._fixed, **dict(zip(self._names, values, strict=True))})
 
 
-def _campaign_case(manifest: Manifest, point: dict[str, Value], member: int) -> CampaignCase:
-    given = {**manifest.fixed, **point}
-    several = manifest.ensemble.members > 1
-    try:
-        case, outcome = make_case(given), COMPLETED
-        if several:
-            given |= manifest.ensemble.varied(case, member)
-            case = make_case(given)
-        if wrong := refusal(manifest, case):
-            raise InvalidInput(wrong)
-    except InvalidInput as error:
-        case, outcome = None, error.outcome
-    full = case.flat if case else {**Case.of({}).flat, **given, **({MEMBER: member} if several else {})}
-    standard = {name: full[name] for name in STANDARD}
-    labels = {name: value for name, value in {**standard, **point}.items() if value is not None}
-    if several:
-        labels[MEMBER] = member
-    return CampaignCase(content_hash("case", full, length=12), labels, case, outcome)
+class _Expansion:
+    """The cases of one campaign."""
+
+    def __init__(self, manifest: Manifest) -> None:
+        self._manifest, self._fixed = manifest, manifest.fixed
+        self._several = manifest.ensemble.members > 1
+        given = {**Case.of({}).flat, **self._fixed}
+        standard = {name: given[name] for name in STANDARD if name not in manifest.axes}
+        self._labels = Labels((*manifest.axes, *([MEMBER] if self._several else [])), standard)
+        self._alike: dict[tuple[str, ...], _Alike] = {}
+
+    def cases(self) -> Iterator[CampaignCase]:
+        """All of them, refused ones included."""
+        manifest = self._manifest
+        combine: Any = itertools.product if manifest.design == "product" else zip
+        for point in combine(*manifest.axes.values()):
+            for member in range(manifest.ensemble.members):
+                yield self._case(point, member)
+
+    def _case(self, point: Point, member: int) -> CampaignCase:
+        names, values = tuple(self._manifest.axes), point
+        case: Case | None
+        try:
+            case = self._made(names, values)
+            if self._several:
+                varied = self._manifest.ensemble.varied(case, member)
+                names, values = (*names, *varied), (*values, *varied.values())
+                case = self._made(names, values)
+            if wrong := refusal(self._manifest, case):
+                raise InvalidInput(wrong)
+        except InvalidInput as error:
+            case, outcome = None, error.outcome
+        else:
+            outcome = COMPLETED
+        label = (*point, member) if self._several else point
+        return CampaignCase(self._id(case, names, values, member), self._labels, label, case, outcome)
+
+    def _made(self, names: tuple[str, ...], values: Point) -> Case:
+        if names not in self._alike:
+            self._alike[names] = _Alike(self._fixed, names)
+        return self._alike[names].case(values)
+
+    def _id(self, case: Case | None, names: tuple[str, ...], values: Point, member: int) -> str:
+        if case is not None:
+            return content_hash("case", _PARAMETERS(case), length=12)
+        given = {**Case.of({}).flat, **self._fixed, **dict(zip(names, values, strict=True))}
+        return content_hash("case", given | ({MEMBER: member} if self._several else {}), length=12)
+
+
+_PARAMETERS = Texts(lambda case: case.flat)

@@ -12,6 +12,7 @@ from solver.case import PARTS, Case
 from solver.drive import Integrator
 from solver.parameter import declared
 from solver.slab import Scheme
+from study.canonical import Texts
 from study.provenance import content_hash
 
 SOLVER_VERSION = "13"
@@ -89,12 +90,21 @@ def task_key(kind: str, *content: object) -> str:
 
 def of_contact(case: Case) -> tuple[object, ...]:
     """All that decides initial contact."""
-    return (deciding(case, OF_CONTACT),)
+    return (_CONTACTS(case),)
 
 
 def of_record(case: Case) -> tuple[object, ...]:
     """All that decides a friction record."""
-    return (deciding(case, OF_RECORD), case.farthest)
+    return (_RECORDS(case), case.farthest)
+
+
+def deciding_texts(exclusions: tuple[Exclusion, ...]) -> Texts:
+    """The canonical texts of what decides, of one case after the other; the same as of `deciding`."""
+    where = tuple(each.where for each in exclusions)
+    return Texts(lambda case: deciding(case, exclusions), lambda case: tuple([holds(case) for holds in where]))
+
+
+_CONTACTS, _RECORDS = deciding_texts(OF_CONTACT), deciding_texts(OF_RECORD)
 
 
 def deciding(case: Case, exclusions: tuple[Exclusion, ...]) -> dict[str, object]:

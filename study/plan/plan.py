@@ -1,49 +1,24 @@
 """Cases -> tasks: each distinct computation once, needed ones before those that need them, longest chain first."""
 
 from collections.abc import Collection, Mapping, Sequence
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass
 from typing import Final
 
 from solver.outcome import UNDONE, Ending, Outcome
 from study.discretization.targets import settled
-from study.manifest.cases import MEMBER, CampaignCase, expand
+from study.manifest.cases import CampaignCase, Heard, expand
 from study.manifest.manifest import Manifest
-from study.manifest.parameters import Value, in_words
 from study.origin import Origins, foreign, here
-from study.plan.task import Task
-from study.plan.tasks import KINDS, estimate, stage_of
+from study.plan.case_tasks import CaseTasks, TaskNames
+from study.plan.kinds.kind import Wanted
+from study.plan.order import longest_chain_first
+from study.plan.task import Label, Task
+from study.plan.tasks import KINDS, estimate, in_stages
 
 DOUBT: Final = 100.0
 """A task that takes so many times longer than estimated is taken to hang; the worst estimates known are 30 times off."""
 LEAST_LIMIT: Final = 600.0
 """Seconds that every task may take."""
-
-
-@dataclass(frozen=True, slots=True)
-class CaseTasks:
-    """Keys of the tasks of one case; none of a case that the physics refuses."""
-
-    keys: Mapping[tuple[str, str], str] = field(default_factory=dict)
-    """Kind of task and label of its drive ("" without one) -> key, in the order of stages."""
-
-    def key(self, kind: str, drive: str = "") -> str | None:
-        """Key of the case's task of this kind; None where there is none."""
-        return self.keys.get((kind, drive))
-
-    @property
-    def compliance(self) -> str | None:
-        """Key of the slab's compliance."""
-        return self.key("compliance")
-
-    @property
-    def record(self) -> str | None:
-        """Key of the friction record, or of its scalars where it is not kept."""
-        return self.key("record")
-
-    @property
-    def drives(self) -> dict[str, str]:
-        """Label of the drive -> key."""
-        return {drive: key for (_, drive), key in self.keys.items() if drive}
 
 
 @dataclass(frozen=True, slots=True)
@@ -62,18 +37,22 @@ class Plan:
 
         Intermediate results are recomputed only if an unfinished task needs them.
         """
-        wanted: set[str] = set()
+        needed: set[str] = set()
+        left = []
         for task in reversed(self.tasks):  # from the ends of the chains to their beginnings
-            if task.key not in finished and (not task.intermediate or task.key in wanted):
-                wanted |= {task.key, *task.needs}
-        return tuple(task for task in self.tasks if task.key in wanted and task.key not in finished)
+            if task.key not in finished and (not task.intermediate or task.key in needed):
+                needed.update(task.needs)
+                left.append(task)
+        return tuple(reversed(left))
 
     def possible(
         self, left: Sequence[Task], given_up: Collection[str], failed: Collection[str] = ()
     ) -> tuple[Task, ...]:
         """Of tasks that are left those that can be tried: not given up, and needing none that is; what has failed comes last."""
+        if not given_up and not failed:
+            return tuple(left)
         lost = set(given_up)
-        for task in sorted(left, key=stage_of):
+        for task in in_stages(left):
             if not lost.isdisjoint(task.needs):
                 lost.add(task.key)
         return tuple(sorted((task for task in left if task.key not in lost), key=lambda task: task.key in failed))
@@ -84,8 +63,8 @@ class Plan:
         finished: of the results that are there, which count more than failures. failed: of attempts.
         """
         found = {key: outcome for key, outcome in failed.items() if key not in finished}
-        tasks = {task.key: task for task in self.tasks}
-        for task in sorted(self.tasks, key=stage_of):
+        tasks = {task.key: task for task in self.tasks} if found else {}
+        for task in in_stages(self.tasks) if found else ():
             lost = next((need for need in task.needs if need in found), None)
             if lost is None or task.key in finished or task.key in found:
                 continue
@@ -103,64 +82,64 @@ class Plan:
 
     def obsolete(self, finished: Collection[str]) -> tuple[str, ...]:
         """Intermediate records that no task needs any more, given the keys that are finished."""
-        wanted = {need for task in self.remaining(finished) for need in task.needs}
-        return tuple(
-            task.key
-            for task in self.tasks
-            if task.intermediate and task.kind == "record" and task.key in finished and task.key not in wanted
-        )
+        ended = [
+            task.key for task in self.tasks if task.intermediate and task.kind == "record" and task.key in finished
+        ]
+        wanted = {need for task in self.remaining(finished) for need in task.needs} if ended else set()
+        return tuple(key for key in ended if key not in wanted)
 
 
-def make_plan(manifest: Manifest) -> Plan:
+def make_plan(manifest: Manifest, heard: Heard = lambda _: None) -> Plan:
     """Everything a campaign has to compute. Raises ManifestError where two cases are the same.
 
     Of an error asked for, the plan's manifest has the numerics that were chosen for it (see study.discretization.targets).
+    heard: hears the number of cases so far, after each.
     """
     manifest = settled(manifest)
-    cases = expand(manifest)
-    tasks: dict[str, Task] = {}
-    case_tasks = {}
-    for case in cases:
-        mine, keys = _tasks_of(manifest, case)
-        case_tasks[case.case_id] = keys
-        for task in mine:
-            tasks.setdefault(task.key, task)
-    return Plan(manifest, cases, _longest_chain_first(tuple(tasks.values())), case_tasks)
+    cases = expand(manifest, heard)
+    tasks = _Tasks(manifest)
+    case_tasks = {case.case_id: tasks.of(case) for case in cases}
+    return Plan(manifest, cases, longest_chain_first(tasks.found.values()), case_tasks)
 
 
-def _tasks_of(manifest: Manifest, campaign_case: CampaignCase) -> tuple[list[Task], CaseTasks]:
-    case = campaign_case.case
-    if case is None:
-        return [], CaseTasks()
-    label = {name: campaign_case.parameters[name] for name in manifest.axes if name in campaign_case.parameters}
-    of_slab = case.slab.flat
-    slab = {"n_x": case.slab.n_x, **{name: value for name, value in label.items() if of_slab.get(name) is not None}}
-    if MEMBER in campaign_case.parameters:
-        label[MEMBER] = campaign_case.parameters[MEMBER]
-    found: list[Task] = []
-    keys: dict[tuple[str, str], str] = {}
-    for kind in KINDS.values():
-        for wanted in kind.tasks(case, manifest) if kind.needed(manifest) else ():
-            task, drive = wanted.task, wanted.drive
-            words = {**label, "drive": drive} if drive else slab if task.case is None else label
-            found.append(_estimated(task, words, wanted.free, manifest.task_seconds))
-            keys[kind.name, drive] = task.key
-    return found, CaseTasks(keys)
+class _Tasks:
+    """The tasks of a campaign's cases, each distinct one once."""
+
+    def __init__(self, manifest: Manifest) -> None:
+        self.found: dict[str, Task] = {}
+        self._manifest = manifest
+        self._kinds = [kind for kind in KINDS.values() if kind.needed(manifest)]
+        self._names: dict[TaskNames, TaskNames] = {}
+
+    def of(self, campaign_case: CampaignCase) -> CaseTasks:
+        """Those of a case, estimated and labelled."""
+        if campaign_case.case is None:
+            return CaseTasks()
+        keys: dict[tuple[str, str], str] = {}
+        for kind in self._kinds:
+            for wanted in kind.tasks(campaign_case.case, self._manifest):
+                key = wanted.task.key
+                if key not in self.found:
+                    self.found[key] = self._planned(wanted, campaign_case)
+                keys[kind.name, wanted.drive] = key
+        names = tuple(keys)
+        return CaseTasks(self._names.setdefault(names, names), tuple(keys.values()))
+
+    def _planned(self, wanted: Wanted, campaign_case: CampaignCase) -> Task:
+        seconds, memory, disk = estimate(wanted.task)
+        cost = 0.0 if wanted.free else seconds
+        limit = self._manifest.task_seconds
+        limit = max(LEAST_LIMIT, DOUBT * cost) if limit is None else limit
+        return wanted.task.planned(cost, memory, disk, limit, _label(wanted, campaign_case))
 
 
-def _longest_chain_first(tasks: Collection[Task]) -> tuple[Task, ...]:
-    """Order by the work that hangs on a task, itself included: what is needed always has more than what needs it."""
-    costs = {task.key: task.cost for task in tasks}
-    chain = dict(costs)
-    # One pass from the last stage back sees every chain whole.
-    for task in sorted(tasks, key=stage_of, reverse=True):
-        for need in task.needs:
-            chain[need] = max(chain[need], costs[need] + chain[task.key])
-    return tuple(sorted(tasks, key=lambda task: (-chain[task.key], stage_of(task))))
-
-
-def _estimated(task: Task, label: Mapping[str, Value], free: bool, limit: float | None) -> Task:
-    words = (f"{name}={value:g}" if isinstance(value, float) else f"{name}={value}" for name, value in label.items())
-    cost = 0.0 if free else estimate(task).seconds
-    limit = max(LEAST_LIMIT, DOUBT * cost) if limit is None else limit
-    return replace(task, cost=cost, limit=limit, label=in_words(" ".join((task.kind, *words))))
+def _label(wanted: Wanted, campaign_case: CampaignCase) -> Label:
+    names, values = campaign_case.labels.names, campaign_case.values
+    if wanted.drive:
+        return (*names, "drive"), (*values, wanted.drive)
+    if wanted.task.case is not None:
+        return names, values
+    of_slab = wanted.task.slab.flat
+    given = dict(zip(names, values, strict=True))
+    found = {"n_x": wanted.task.slab.n_x, **{name: given[name] for name in names if of_slab.get(name) is not None}}
+    return tuple(found), tuple(found.values())

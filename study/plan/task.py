@@ -1,8 +1,10 @@
 """One unit of work, and what came of it. No files, no ranks."""
 
+import itertools
 import math
 from collections.abc import Mapping
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, fields
+from operator import attrgetter
 from typing import Any
 
 from numpy.typing import NDArray
@@ -11,7 +13,12 @@ from solver.case import Case
 from solver.drive import Drive
 from solver.outcome import Outcome
 from solver.slab import Slab
+from study.manifest.parameters import Value, in_words
 from study.origin import Origins
+
+
+Label = tuple[tuple[str, ...], tuple[Value | None, ...]]
+"""What a task is labelled by, names and values: parameters, the ensemble's member, the drive. What is None is left out."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -43,10 +50,34 @@ class Task:
     """Keys of the tasks whose results this one reads."""
     cost: float = 0.0
     """Estimated seconds on one core."""
+    memory: float = field(default=0.0, compare=False)
+    """Estimated bytes of arrays while it runs, beside the compliance that it maps and the program's own."""
+    disk: float = field(default=0.0, compare=False)
+    """Estimated bytes of its result."""
     limit: float = field(default=math.inf, compare=False)
     """Seconds after which it is taken to hang."""
-    label: str = field(default="", compare=False)
-    """For humans."""
+    names: tuple[str, ...] = field(default=(), compare=False)
+    """Of its label, and `values`."""
+    values: tuple[Value | None, ...] = field(default=(), compare=False)
+
+    def planned(self, cost: float, memory: float, disk: float, limit: float, label: Label) -> "Task":
+        """The task with what a plan knows of it."""
+        return Task(*_CONTENT(self), cost, memory, disk, limit, *label)
+
+    @property
+    def label(self) -> str:
+        """For humans, in the words of a manifest."""
+        pairs = zip(self.names, self.values, strict=True)
+        words = [f"{name}={_short(value)}" for name, value in pairs if value is not None]
+        return in_words(" ".join((self.kind, *words)))
+
+
+_CONTENT = attrgetter(*itertools.takewhile(lambda name: name != "cost", (item.name for item in fields(Task))))
+"""All that is not the plan's; faster than `replace`, for millions of tasks."""
+
+
+def _short(value: Value) -> str:
+    return f"{value:g}" if isinstance(value, float) else str(value)
 
 
 @dataclass(frozen=True, slots=True, eq=False)

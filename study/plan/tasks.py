@@ -1,6 +1,7 @@
 """Tasks: the kinds there are, in the order of their stages, and how one is run. The only bridge into the solver."""
 
-from collections.abc import Mapping
+from collections import defaultdict
+from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import replace
 from typing import Final
 
@@ -24,11 +25,11 @@ __all__ = [
     "contact_task",
     "drive_task",
     "estimate",
+    "in_stages",
     "needed_kinds",
     "record_scalars_task",
     "record_task",
     "run_task",
-    "stage_of",
     "states_task",
     "statistics_task",
 ]
@@ -44,8 +45,8 @@ def needed_kinds(manifest: Manifest) -> frozenset[str]:
 
 def estimate(task: Task) -> Estimate:
     """What a task costs, roughly: its own kind's estimate, handing out, reading and writing included."""
-    found = KINDS[task.kind].estimate(task)
-    return found._replace(seconds=min(START + found.seconds, LONGEST))
+    seconds, memory, disk = KINDS[task.kind].estimate(task)
+    return Estimate(min(START + seconds, LONGEST), memory, disk)
 
 
 START: Final = 1e-3
@@ -54,9 +55,14 @@ LONGEST: Final = 1e12
 """Thirty thousand years will do for what never ends."""
 
 
-def stage_of(task: Task) -> tuple[int, bool]:
-    """Where a task comes among all others: by its kind, and what is intermediate before what is made of it."""
-    return list(KINDS).index(task.kind), not task.intermediate
+def in_stages(tasks: Iterable[Task]) -> Iterator[Task]:
+    """Tasks kind after kind, of each what is intermediate before what is made of it: none needs a later one."""
+    stages: defaultdict[tuple[int, bool], list[Task]] = defaultdict(list)
+    places = {kind: place for place, kind in enumerate(KINDS)}
+    for task in tasks:
+        stages[places[task.kind], not task.intermediate].append(task)
+    for stage in sorted(stages):
+        yield from stages[stage]
 
 
 def run_task(task: Task, inputs: Mapping[str, TaskResult]) -> TaskResult:

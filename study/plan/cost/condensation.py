@@ -50,7 +50,7 @@ def condensation_bytes(slab: Slab) -> float:
     return _NODE * _layout(slab).nodes + _SQUARE * slab.n_x**2
 
 
-@lru_cache(maxsize=256)  # asked for time and memory, and by each case on it
+@lru_cache(maxsize=256)  # asked for time and memory
 def _layout(slab: Slab) -> _Layout:
     counts = grid_scheme(slab).grid(trunk(slab)).counts
     groups = [int(counts[0]), *(int(counts[row : row + 2].sum()) for row in range(1, len(counts), 2))]

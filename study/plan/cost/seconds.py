@@ -4,11 +4,21 @@ Measured from 17 to 1025 nodes in contact; a test holds them to a factor of thre
 """
 
 import math
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 
 from solver.case import Case
 from solver.contact.coulomb.motion import LONGEST_STEP
-from study.plan.cost.sliding import contact_nodes, coulomb_path, events_of, hertz_nodes, slips_of, tableau_entries
+from study.plan.cost.last import of_the_last
+from study.plan.cost.sliding import (
+    contact_nodes,
+    coulomb_path,
+    coulomb_within,
+    events_of,
+    events_within,
+    hertz_nodes,
+    slips_of,
+    tableau_entries,
+)
 
 _TOUCH = (4e-4, 2.5e-7, 1.6e-9)  # by powers 0, 2, 3 of the nodes in contact: rounds of dense solves
 _TOUCH_OF_ALL = 0.5  # of that where the contact is all of the surface: nothing is looked for
@@ -26,6 +36,7 @@ _DISTRIBUTIONS = (0.35, 6e-5)  # of event sizes, and of each event: fits of a hu
 _INSIDE = (8e-3, 6e-6)  # inside of the slab, by powers 0, 1.5 of n_x: one sparse factorization
 
 
+@of_the_last
 def contact_seconds(case: Case) -> float:
     """Seconds of initial contact."""
     first, nodes = hertz_nodes(case), contact_nodes(case)
@@ -39,7 +50,17 @@ def contact_seconds(case: Case) -> float:
 
 def record_seconds(case: Case) -> float:
     """Seconds of a case's friction record, initial contact included."""
-    return contact_seconds(case) + _slide_seconds(case, events_of(case))
+    return contact_seconds(case) + _slide_seconds(case, events_of(case), coulomb_path)
+
+
+def spacing_seconds(case: Case) -> float:
+    """The same of a record over one node spacing, whatever limits the case has."""
+    events = events_within(case, case.slab.spacing, None)
+    return contact_seconds(case) + _slide_seconds(case, events, _coulomb_spacing)
+
+
+def _coulomb_spacing(case: Case) -> tuple[float, float]:
+    return coulomb_within(case, case.slab.spacing, None)
 
 
 def statistics_seconds(case: Case) -> float:
@@ -51,13 +72,14 @@ def states_seconds(case: Case, events: Sequence[int], subsurface: bool) -> float
     """Seconds of the contacts after some events of a record, and of the inside of the slab there."""
     last = min(float(max(events, default=0)), events_of(case))
     inside = len(events) * _polynomial(_INSIDE, case.slab.n_x, (0.0, 1.5)) if subsurface else 0.0
-    return contact_seconds(case) + inside + (_slide_seconds(case, last) if last else 0.0)
+    return contact_seconds(case) + inside + (_slide_seconds(case, last, coulomb_path) if last else 0.0)
 
 
-def _slide_seconds(case: Case, events: float) -> float:
+def _slide_seconds(case: Case, events: float, path: Callable[[Case], tuple[float, float]]) -> float:
+    """path: of Coulomb sliding, its events and the displacement they take."""
     nodes = contact_nodes(case)
     if case.slip_rule.residual_shear == 1.0:
-        changes, travel = coulomb_path(case)
+        changes, travel = path(case)
         steps = _SOLVES * changes + travel / (LONGEST_STEP * case.slab.spacing)
         return _polynomial(_COULOMB_STEP, nodes, (0.0, 3.0)) * steps
     if case.effects.pin_translation:
@@ -71,4 +93,4 @@ def _slide_seconds(case: Case, events: float) -> float:
 
 
 def _polynomial(coefficients: tuple[float, ...], base: float, powers: tuple[float, ...]) -> float:
-    return sum(each * math.pow(base, power) for each, power in zip(coefficients, powers, strict=True))
+    return sum([each * math.pow(base, power) for each, power in zip(coefficients, powers, strict=True)])

@@ -17,6 +17,7 @@ from solver.elasticity.schemes.biquadratic import Biquadratic
 from solver.elasticity.schemes.chain import Chain, spring_stiffness
 from solver.sliding.coulomb import OFF_THE_SLAB
 from solver.sliding.kernels.step import STRETCHES
+from study.plan.cost.last import of_the_last
 
 NODE_STIFFNESS = 2.9
 """Of a surface node against its neighbours at rest, in G: slips per displacement, times what they drop, over nodes."""
@@ -34,6 +35,7 @@ CHANGES_PER_SPACING = 0.75
 """Events of Coulomb sliding per node spacing that the pin moves: touches and releases."""
 
 
+@of_the_last
 def contact_nodes(case: Case) -> float:
     """Surface nodes under the pin, about: Hertz's, or fewer on a bonded layer that is thinner than the contact."""
     slab, hertz = case.slab, hertz_nodes(case)
@@ -44,6 +46,7 @@ def contact_nodes(case: Case) -> float:
     return min(hertz, _nodes_across(case, half_width)) if half_width > slab.aspect_ratio else hertz
 
 
+@of_the_last
 def hertz_nodes(case: Case) -> float:
     """The same on a half-plane, or on the springs of a chain: what pressing the pin down begins with."""
     return _nodes_across(case, expected_half_width(case))
@@ -53,6 +56,7 @@ def _nodes_across(case: Case, half_width: float) -> float:
     return min(2.0 * half_width * (case.slab.n_x - 1) + 1.0, float(case.slab.n_x))
 
 
+@of_the_last
 def lateral_stiffness(case: Case) -> float:
     """dF/dδ_p with all nodes stuck, in G·L_y, about: shear and bending of the slab, less what a wide pin holds, in series."""
     height, scheme = case.slab.aspect_ratio, case.slab.scheme
@@ -67,6 +71,7 @@ def lateral_stiffness(case: Case) -> float:
     return 1.0 / (compliance + (1.0 if case.slab.support == "frictionless" else 0.0))
 
 
+@of_the_last
 def mean_step(case: Case) -> float:
     """Displacement from event to event in steady sliding, in L_x."""
     moved = case.normal_load / lateral_stiffness(case)
@@ -74,6 +79,7 @@ def mean_step(case: Case) -> float:
     return max(slips_per_event(case) / _slips_per_displacement(case), floor, LEAST_STEP * moved)
 
 
+@of_the_last
 def slips_per_event(case: Case) -> float:
     """Slips in an event of steady sliding."""
     if isinstance(case.slab.scheme, Chain):
@@ -96,12 +102,20 @@ def _node_stiffness(case: Case) -> float:
     return BIQUADRATIC_NODE_STIFFNESS if isinstance(scheme, Biquadratic) else NODE_STIFFNESS
 
 
+@of_the_last
 def events_of(case: Case) -> float:
     """Events of a record: as many as it may have, or as fit into its displacement, or as the pin finds on its slab."""
-    farthest = min(case.farthest, TRAVEL) if case.effects.pin_translation else case.farthest
-    return min(farthest / mean_step(case), float(case.max_events or MOST_EVENTS))
+    return events_within(case, case.farthest, case.max_events)
 
 
+def events_within(case: Case, farthest: float, most: int | None) -> float:
+    """The same of a record with other limits: δ_p in L_x, and events."""
+    if case.effects.pin_translation:
+        farthest = min(farthest, TRAVEL)
+    return min(farthest / mean_step(case), float(most or MOST_EVENTS))
+
+
+@of_the_last
 def expected_displacement(case: Case) -> float:
     """δ_p that a record reaches, in L_x: its limit, or its events' mean steps."""
     if case.slip_rule.residual_shear == 1.0:
@@ -121,10 +135,16 @@ def _finite(intrinsic_friction: float) -> float:
     return min(intrinsic_friction, 1e6)
 
 
+@of_the_last
 def coulomb_path(case: Case) -> tuple[float, float]:
     """Events of Coulomb sliding, and the displacement they take."""
-    farthest = min(case.farthest, OFF_THE_SLAB)
-    events = float(case.max_events) if case.max_events else math.inf
+    return coulomb_within(case, case.farthest, case.max_events)
+
+
+def coulomb_within(case: Case, farthest: float, most: int | None) -> tuple[float, float]:
+    """The same of a record with other limits: δ_p in L_x, and events."""
+    farthest = min(farthest, OFF_THE_SLAB)
+    events = float(most) if most else math.inf
     # All nodes come to slide first; then the pin touches and releases them one by one.
     onset = 2.0 * contact_nodes(case)
     travel = min(farthest, max(events - onset, 0.0) * case.slab.spacing / CHANGES_PER_SPACING)
@@ -132,6 +152,7 @@ def coulomb_path(case: Case) -> tuple[float, float]:
     return min(events, changes), travel
 
 
+@of_the_last
 def tableau_entries(case: Case) -> float:
     """Entries of a row of the tableau: both directions of all nodes that are followed, and the load."""
     n_x = case.slab.n_x

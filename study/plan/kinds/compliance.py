@@ -14,10 +14,16 @@ from study.plan.task import Inputs, Task
 NAME = "compliance"
 
 
-@lru_cache(maxsize=64)  # hashed once for all cases on it
+@lru_cache(maxsize=4096)  # hashed once for all cases on it
 def compliance_task(slab: Slab) -> Task:
     """The surface compliance of a slab."""
     return Task(task_key(NAME, slab), NAME, slab, intermediate=True, shared=True)
+
+
+@lru_cache(maxsize=4096)  # all cases on it share the text, and the tuple
+def compliance_needs(slab: Slab) -> tuple[str, ...]:
+    """What a task needs that reads the compliance of a slab."""
+    return (compliance_task(slab).key,)
 
 
 def _needed(manifest: Manifest) -> bool:

@@ -19,7 +19,7 @@ from study.manifest.manifest import Manifest
 from study.plan.cost.arrays import contact_bytes
 from study.plan.cost.seconds import contact_seconds
 from study.plan.keys import of_contact, task_key
-from study.plan.kinds.compliance import compliance_task
+from study.plan.kinds.compliance import compliance_needs
 from study.plan.kinds.kind import (
     Computed,
     Estimate,
@@ -55,7 +55,7 @@ class SurfaceNodes:
 
 def contact_task(case: Case, *, scalars_only: bool = False) -> Task:
     """Initial contact of a case."""
-    needs = (compliance_task(case.slab).key,)
+    needs = compliance_needs(case.slab)
     key = task_key(NAME, *of_contact(case), *scalars_only_mark(scalars_only))
     return Task(key, NAME, case.slab, case, needs=needs, scalars_only=scalars_only)
 

@@ -1,5 +1,7 @@
 """The motion of the driven pin over a case's friction record, and what is measured in it."""
 
+from functools import lru_cache
+
 from solver.case import Case
 from solver.drive import Drive
 from solver.dynamics.coefficients import FrictionCoefficients, friction_coefficients
@@ -9,8 +11,10 @@ from solver.dynamics.regime import StickSlipCount, count_sticks
 from solver.dynamics.stick_slip import StickSlipFit, fit_stick_slip
 from solver.sliding.plateau import plateau_of
 from solver.sliding.record import FrictionRecord
+from study.canonical import CanonicalText, canonical_text
 from study.manifest.manifest import Manifest
 from study.plan.cost.drive import drive_seconds
+from study.plan.cost.last import of_the_last
 from study.plan.cost.sliding import events_of
 from study.plan.keys import task_key
 from study.plan.kinds.kind import (
@@ -36,8 +40,13 @@ def drive_task(case: Case, drive: Drive, *, scalars_only: bool = False, fitted: 
     """The motion of the pin over a case's friction record. fitted: whether Eq. 16-19 are fitted to its spring force."""
     record = record_task(case)
     marks = (*scalars_only_mark(scalars_only), *(() if fitted else ("unfitted",)))
-    key = task_key(NAME, record.key, drive, *marks)
+    key = task_key(NAME, record.key, _text(drive), *marks)
     return Task(key, NAME, case.slab, case, drive, needs=(record.key,), scalars_only=scalars_only, fitted=fitted)
+
+
+@lru_cache(maxsize=4096)  # a campaign has few drives and many cases
+def _text(drive: Drive) -> CanonicalText:
+    return canonical_text(drive)
 
 
 def _needed(manifest: Manifest) -> bool:
@@ -58,11 +67,17 @@ def _fitted(manifest: Manifest) -> bool:
 
 def _tasks(case: Case, manifest: Manifest) -> tuple[Wanted, ...]:
     bare = not (_trajectory(manifest) or _phases(manifest))
-    dimensionless = ((each.label, each.drive.dimensionless(manifest.scales)) for each in manifest.drives if each.drive)
     fitted = _fitted(manifest)
     return tuple(
-        Wanted(drive_task(case, drive, scalars_only=bare, fitted=fitted), label) for label, drive in dimensionless
+        Wanted(drive_task(case, drive, scalars_only=bare, fitted=fitted), label)
+        for label, drive in _dimensionless(manifest)
     )
+
+
+@of_the_last
+def _dimensionless(manifest: Manifest) -> tuple[tuple[str, Drive], ...]:
+    """Label and numbers of the campaign's drives."""
+    return tuple((each.label, each.drive.dimensionless(manifest.scales)) for each in manifest.drives if each.drive)
 
 
 def _run(task: Task, inputs: Inputs) -> Computed:

@@ -78,6 +78,7 @@ class Estimate(NamedTuple):
     """Bytes of its result."""
 
 
+@lru_cache(maxsize=256)  # the tasks of a campaign share the number itself
 def disk_of(scalars: float, arrays: float = 0.0) -> float:
     """Bytes of a result with so many scalars and so many numbers in arrays."""
     return _ARCHIVE + _SCALAR * scalars + 8.0 * arrays

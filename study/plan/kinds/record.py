@@ -19,7 +19,7 @@ from study.plan.cost.arrays import record_bytes, sliding_bytes
 from study.plan.cost.seconds import record_seconds
 from study.plan.cost.sliding import events_of
 from study.plan.keys import of_record, task_key
-from study.plan.kinds.compliance import compliance_task
+from study.plan.kinds.compliance import compliance_needs
 from study.plan.kinds.kind import (
     Computed,
     Estimate,
@@ -41,7 +41,7 @@ NAME = "record"
 def record_task(case: Case, *, scalars_only: bool = False) -> Task:
     """The friction record of a case."""
     key = task_key(NAME, *of_record(case), *scalars_only_mark(scalars_only))
-    needs = (compliance_task(case.slab).key,)
+    needs = compliance_needs(case.slab)
     return Task(key, NAME, case.slab, case, needs=needs, scalars_only=scalars_only)
 
 
@@ -77,7 +77,7 @@ def _run(task: Task, inputs: Inputs) -> Computed:
 
 def _estimate(task: Task) -> Estimate:
     case = case_of(task)
-    if any(each != compliance_task(case.slab).key for each in task.needs):  # another record's scalars
+    if task.needs != compliance_needs(case.slab):  # another record's scalars
         return Estimate(0.0, 0.0, disk_of(_SCALARS))
     arrays = 0.0 if task.scalars_only else _ARRAYS + _PER_EVENT * events_of(case) + _PER_NODE * case.slab.n_x
     return Estimate(record_seconds(case), sliding_bytes(case) + record_bytes(case), disk_of(_SCALARS, arrays))

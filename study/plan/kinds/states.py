@@ -15,7 +15,7 @@ from study.manifest.manifest import Manifest
 from study.plan.cost.arrays import inside_bytes, sliding_bytes
 from study.plan.cost.seconds import states_seconds
 from study.plan.keys import of_contact, of_record, task_key
-from study.plan.kinds.compliance import compliance_task
+from study.plan.kinds.compliance import compliance_needs
 from study.plan.kinds.contact import SurfaceNodes, seen_after
 from study.plan.kinds.kind import Computed, Estimate, Kind, Part, Ragged, Wanted, case_of, compliance_of, disk_of
 from study.plan.task import Inputs, Task
@@ -47,7 +47,7 @@ def states_task(case: Case, events: tuple[int, ...], subsurface: bool) -> Task:
     """The contact of a case after each of some events of its record, and the inside of the slab."""
     physics = of_record(case) if any(events) else of_contact(case)
     key = task_key(NAME, *physics, events, subsurface)
-    needs = (compliance_task(case.slab).key,)
+    needs = compliance_needs(case.slab)
     return Task(key, NAME, case.slab, case, events=events, subsurface=subsurface, needs=needs)
 
 

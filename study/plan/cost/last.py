@@ -1,0 +1,23 @@
+"""What several estimates of one case need is computed once: a function that remembers its last answer."""
+
+from collections.abc import Callable
+from functools import wraps
+from typing import TypeVar
+
+Of = TypeVar("Of")
+Answer = TypeVar("Answer")
+
+
+def of_the_last(function: Callable[[Of], Answer]) -> Callable[[Of], Answer]:
+    """The function of a frozen value, which is not computed again for the very value that it was last asked for."""
+    known: tuple[Of, Answer] | None = None
+
+    @wraps(function)
+    def found(value: Of) -> Answer:
+        nonlocal known
+        last = known  # another thread may ask meanwhile
+        if last is None or last[0] is not value:
+            known = last = value, function(value)
+        return last[1]
+
+    return found
