@@ -174,7 +174,9 @@ def choices_of(kind: Any) -> tuple[str, ...]:
 def as_float(name: str, given: Any) -> float:
     """A number as a float. Raises InvalidInput where it is none, or more than floats hold."""
     if type(given) is float and not math.isnan(given):
-        return given or 0.0  # -0.0 and 0.0 are one number; others stay the objects that they are: millions of cases share them
+        return (
+            given or 0.0
+        )  # -0.0 and 0.0 are one number; others stay the objects that they are: millions of cases share them
     fits = not isinstance(given, int) or abs(given) <= sys.float_info.max
     require(name, given, fits, f"a number of at most {sys.float_info.max:.2g}")
     number = not isinstance(given, bool | str) and _converts(float, given) and not math.isnan(float(given))

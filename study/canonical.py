@@ -1,5 +1,6 @@
 """The canonical text of a value: what content hashes are made of. Equal contents have equal texts, and no others have."""
 
+import json
 from collections.abc import Callable, Hashable, Mapping
 from dataclasses import fields, is_dataclass
 from json.encoder import encode_basestring_ascii
@@ -13,45 +14,52 @@ class CanonicalText(str):
     __slots__ = ()
 
 
-def canonical_text(value: object) -> CanonicalText:
+def canonical_text(value: object) -> str:
     """A value as text, whatever the order in which mappings were filled.
 
     Takes None, bool, int, float, str, sequences, mappings and dataclasses (type and fields). 200 and 200.0 differ here.
     """
-    return value if isinstance(value, CanonicalText) else CanonicalText(_text(value))
-
-
-def _text(value: object) -> str:
+    if isinstance(value, str):
+        return value if isinstance(value, CanonicalText) else encode_basestring_ascii(value)
     if isinstance(value, float):
         return _NUMBER % value.hex()
-    if isinstance(value, CanonicalText):
-        return value
-    if isinstance(value, str):
-        return encode_basestring_ascii(value)
-    if value is None or isinstance(value, bool):
-        return _WORDS[value]
-    if isinstance(value, int):
-        return int.__repr__(value)
+    if value is None or isinstance(value, bool | int):
+        return json.dumps(value)
     if is_dataclass(value):
         kind = {"type": type(value).__name__}  # two types without fields differ
         return _of_mapping(kind | {item.name: getattr(value, item.name) for item in fields(value)})
     if isinstance(value, Mapping):
         return _of_mapping({str(key): item for key, item in value.items()})
     if isinstance(value, tuple | list):
-        return f"[{','.join(map(_text, value))}]"
+        return f"[{','.join(map(canonical_text, value))}]"
     raise TypeError(f"{value!r}: no canonical form for {type(value).__name__}")
 
 
 def _of_mapping(content: Mapping[str, object]) -> str:
-    return "{%s}" % ",".join([f"{encode_basestring_ascii(key)}:{_text(content[key])}" for key in sorted(content)])
+    items = [f"{encode_basestring_ascii(key)}:{canonical_text(content[key])}" for key in sorted(content)]
+    return f"{{{','.join(items)}}}"
 
 
 _NUMBER: Final = '{"float":"%s"}'
-_WORDS: Final = {None: "null", True: "true", False: "false"}
 _HOLE: Final = "\0"
 """A place for a number: no text has this character, as it is escaped in strings."""
 MOST_PATTERNS: Final = 2**14
 """Patterns that are kept: one for each case of the largest ensemble, at 1 kB or two each."""
+
+
+class _Digits(dict[float, str]):
+    """Number -> its hexadecimal digits, kept for those that are asked for again and again."""
+
+    def __missing__(self, number: float) -> str:
+        digits = number.hex()
+        if number:  # 0.0 and -0.0 are equal
+            if len(self) >= MOST_PATTERNS:
+                self.clear()
+            self[number] = digits
+        return digits
+
+
+_digits: Final = _Digits()
 
 
 class _Pattern(NamedTuple):
@@ -67,7 +75,9 @@ class Texts:
     A text is made anew only where more differs than floats among the value's own fields.
     """
 
-    def __init__(self, content: Callable[[Any], Mapping[str, object]], others: Callable[[Any], Hashable] = lambda _: ()) -> None:
+    def __init__(
+        self, content: Callable[[Any], Mapping[str, object]], others: Callable[[Any], Hashable] = lambda _: ()
+    ) -> None:
         """content: what is written of a value. Of its own floats nothing may depend but entries that are they, by their names,
         and `others`: whatever else of the content they decide.
         """
@@ -89,7 +99,7 @@ class Texts:
             if len(self._patterns) >= MOST_PATTERNS:
                 self._patterns.clear()
             found = self._patterns[alike] = self._pattern(value, names, own)
-        return CanonicalText(found.text % tuple([own[place].hex() for place in found.places]))
+        return CanonicalText(found.text % tuple([_digits[own[place]] for place in found.places]))
 
     def _pattern(self, value: Any, names: tuple[str, ...], own: tuple[Any, ...]) -> _Pattern:
         content = dict(self._content(value))

@@ -65,24 +65,27 @@ class CampaignCase:
         return in_words(", ".join(f"{name} = {value}" for name, value in self.parameters.items()))
 
 
-def expand(manifest: Manifest, heard: Heard = lambda _: None) -> tuple[CampaignCase, ...]:
-    """All cases of a campaign, the last axis varying fastest. Raises ManifestError where two cases are the same.
-
-    heard: hears the number of cases so far, after each.
-    """
-    cases = []
-    for number, case in enumerate(_Expansion(manifest).cases(), 1):
-        cases.append(case)
-        heard(number)
-    if len({case.case_id for case in cases}) < len(cases):
-        raise ManifestError(_same(manifest, cases))
-    return tuple(cases)
+def expand(manifest: Manifest) -> tuple[CampaignCase, ...]:
+    """All cases of a campaign, the last axis varying fastest. Raises ManifestError where two cases are the same."""
+    return tuple(expanding(manifest))
 
 
-def _same(manifest: Manifest, cases: Sequence[CampaignCase]) -> Iterator[str]:
+def expanding(manifest: Manifest) -> Iterator[CampaignCase]:
+    """The same one by one. Raises ManifestError after the last one."""
+    known: set[str] = set()
+    count = 0
+    for case in _Expansion(manifest).cases():
+        known.add(case.case_id)
+        count += 1
+        yield case
+    if len(known) < count:
+        raise ManifestError(_same(manifest))
+
+
+def _same(manifest: Manifest) -> Iterator[str]:
     """A line for each case that is one before it."""
     numbers: dict[str, int] = {}
-    for number, case in enumerate(cases, 1):
+    for number, case in enumerate(_Expansion(manifest).cases(), 1):
         first = numbers.setdefault(case.case_id, number)
         if first != number:
             yield f"{manifest.path}: cases {first} and {number} are the same: {case.point}"

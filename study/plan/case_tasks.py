@@ -1,6 +1,11 @@
 """The tasks of each case."""
 
-from dataclasses import dataclass
+from array import array
+from collections.abc import Iterator, Mapping
+from dataclasses import dataclass, field
+from functools import cached_property
+
+from study.manifest.cases import CampaignCase
 
 TaskNames = tuple[tuple[str, str], ...]
 """Kinds of tasks, each with the label of its drive ("" without one)."""
@@ -8,17 +13,10 @@ TaskNames = tuple[tuple[str, str], ...]
 
 @dataclass(frozen=True, slots=True)
 class CaseTasks:
-    """Keys of the tasks of one case, in the order of stages; none of a case that the physics refuses."""
+    """Keys of the tasks of one case; none of a case that the physics refuses."""
 
-    names: TaskNames = ()
-    """Which tasks: the same of all cases, or nearly."""
-    found: tuple[str, ...] = ()
-    """Their keys."""
-
-    @property
-    def keys(self) -> dict[tuple[str, str], str]:
-        """Kind of task and label of its drive -> key."""
-        return dict(zip(self.names, self.found, strict=True))
+    keys: Mapping[tuple[str, str], str] = field(default_factory=dict)
+    """Kind of task and label of its drive ("" without one) -> key, in the order of stages."""
 
     def key(self, kind: str, drive: str = "") -> str | None:
         """Key of the case's task of this kind; None where there is none."""
@@ -38,3 +36,37 @@ class CaseTasks:
     def drives(self) -> dict[str, str]:
         """Label of the drive -> key."""
         return {drive: key for (_, drive), key in self.keys.items() if drive}
+
+
+class TasksOfCases(Mapping[str, CaseTasks]):
+    """case_id -> its tasks. Of millions of cases little is kept: the kinds of tasks that they share, and keys in one list."""
+
+    def __init__(self) -> None:
+        self._cases: list[CampaignCase] = []
+        self._names: list[TaskNames] = []
+        self._known: dict[TaskNames, TaskNames] = {}
+        self._keys: list[str] = []
+        self._begins = array("Q")
+
+    def add(self, case: CampaignCase, keys: Mapping[tuple[str, str], str]) -> None:
+        """keys: of its tasks, by kind and label of the drive, in the order of stages."""
+        names = tuple(keys)
+        self._cases.append(case)
+        self._names.append(self._known.setdefault(names, names))
+        self._begins.append(len(self._keys))
+        self._keys += keys.values()
+
+    def __getitem__(self, case_id: str) -> CaseTasks:
+        place = self._places[case_id]
+        names, begin = self._names[place], self._begins[place]
+        return CaseTasks(dict(zip(names, self._keys[begin : begin + len(names)], strict=True)))
+
+    def __iter__(self) -> Iterator[str]:
+        return (case.case_id for case in self._cases)
+
+    def __len__(self) -> int:
+        return len(self._cases)
+
+    @cached_property
+    def _places(self) -> dict[str, int]:
+        return {case.case_id: place for place, case in enumerate(self._cases)}

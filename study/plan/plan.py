@@ -4,12 +4,14 @@ from collections.abc import Collection, Mapping, Sequence
 from dataclasses import dataclass
 from typing import Final
 
+from solver.case import Case
 from solver.outcome import UNDONE, Ending, Outcome
 from study.discretization.targets import settled
-from study.manifest.cases import CampaignCase, Heard, expand
+from study.garbage import all_kept
+from study.manifest.cases import CampaignCase, Heard, expanding
 from study.manifest.manifest import Manifest
 from study.origin import Origins, foreign, here
-from study.plan.case_tasks import CaseTasks, TaskNames
+from study.plan.case_tasks import CaseTasks, TasksOfCases
 from study.plan.kinds.kind import Wanted
 from study.plan.order import longest_chain_first
 from study.plan.task import Label, Task
@@ -95,35 +97,45 @@ def make_plan(manifest: Manifest, heard: Heard = lambda _: None) -> Plan:
     Of an error asked for, the plan's manifest has the numerics that were chosen for it (see study.discretization.targets).
     heard: hears the number of cases so far, after each.
     """
-    manifest = settled(manifest)
-    cases = expand(manifest, heard)
-    tasks = _Tasks(manifest)
-    case_tasks = {case.case_id: tasks.of(case) for case in cases}
-    return Plan(manifest, cases, longest_chain_first(tasks.found.values()), case_tasks)
+    with all_kept():
+        manifest = settled(manifest)
+        making = _Tasks(manifest)
+        for number, case in enumerate(expanding(manifest), 1):
+            making.add(case)
+            heard(number)
+        return Plan(manifest, tuple(making.cases), longest_chain_first(making.taken()), making.of_cases)
 
 
 class _Tasks:
-    """The tasks of a campaign's cases, each distinct one once."""
+    """A campaign's cases and their tasks, each distinct task once."""
 
     def __init__(self, manifest: Manifest) -> None:
-        self.found: dict[str, Task] = {}
+        self.cases: list[CampaignCase] = []
+        self.of_cases = TasksOfCases()
         self._manifest = manifest
         self._kinds = [kind for kind in KINDS.values() if kind.needed(manifest)]
-        self._names: dict[TaskNames, TaskNames] = {}
+        self._found: dict[str, Task] = {}
 
-    def of(self, campaign_case: CampaignCase) -> CaseTasks:
-        """Those of a case, estimated and labelled."""
-        if campaign_case.case is None:
-            return CaseTasks()
+    def add(self, campaign_case: CampaignCase) -> None:
+        """Another case: its tasks, estimated and labelled; none where it is refused."""
+        case = campaign_case.case
         keys: dict[tuple[str, str], str] = {}
-        for kind in self._kinds:
-            for wanted in kind.tasks(campaign_case.case, self._manifest):
-                key = wanted.task.key
-                if key not in self.found:
-                    self.found[key] = self._planned(wanted, campaign_case)
-                keys[kind.name, wanted.drive] = key
-        names = tuple(keys)
-        return CaseTasks(self._names.setdefault(names, names), tuple(keys.values()))
+        for wanted in self._wanted(case) if case is not None else ():
+            task = wanted.task
+            if task.key not in self._found:
+                self._found[task.key] = self._planned(wanted, campaign_case)
+            keys[task.kind, wanted.drive] = task.key
+        self.cases.append(campaign_case)
+        self.of_cases.add(campaign_case, keys)
+
+    def taken(self) -> list[Task]:
+        """All tasks, which are no longer kept here: memory is what limits the size of a plan."""
+        tasks = list(self._found.values())
+        self._found.clear()
+        return tasks
+
+    def _wanted(self, case: Case) -> list[Wanted]:
+        return [wanted for kind in self._kinds for wanted in kind.tasks(case, self._manifest)]
 
     def _planned(self, wanted: Wanted, campaign_case: CampaignCase) -> Task:
         seconds, memory, disk = estimate(wanted.task)

@@ -23,4 +23,3 @@ def span_line(plan: Plan) -> str:
         f"node spacings that records span, to a factor of two: {low if low == high else f'{low} to {high}'}; what the pin meets "
         f"repeats with them. One for each record: {float(f'{price:.2g}'):g} core seconds"
     )
-

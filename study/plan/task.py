@@ -16,7 +16,6 @@ from solver.slab import Slab
 from study.manifest.parameters import Value, in_words
 from study.origin import Origins
 
-
 Label = tuple[tuple[str, ...], tuple[Value | None, ...]]
 """What a task is labelled by, names and values: parameters, the ensemble's member, the drive. What is None is left out."""
 
@@ -62,7 +61,9 @@ class Task:
 
     def planned(self, cost: float, memory: float, disk: float, limit: float, label: Label) -> "Task":
         """The task with what a plan knows of it."""
-        return Task(*_CONTENT(self), cost, memory, disk, limit, *label)
+        make: Any = Task
+        planned: Task = make(*_CONTENT(self), cost, memory, disk, limit, *label)
+        return planned
 
     @property
     def label(self) -> str:

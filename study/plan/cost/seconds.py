@@ -93,4 +93,7 @@ def _slide_seconds(case: Case, events: float, path: Callable[[Case], tuple[float
 
 
 def _polynomial(coefficients: tuple[float, ...], base: float, powers: tuple[float, ...]) -> float:
-    return sum([each * math.pow(base, power) for each, power in zip(coefficients, powers, strict=True)])
+    total = 0.0
+    for each, power in zip(coefficients, powers, strict=True):
+        total += each * base**power
+    return total

@@ -46,7 +46,7 @@ def drive_task(case: Case, drive: Drive, *, scalars_only: bool = False, fitted: 
 
 @lru_cache(maxsize=4096)  # a campaign has few drives and many cases
 def _text(drive: Drive) -> CanonicalText:
-    return canonical_text(drive)
+    return CanonicalText(canonical_text(drive))
 
 
 def _needed(manifest: Manifest) -> bool:

@@ -5,7 +5,6 @@ scalars.
 """
 
 from dataclasses import replace
-from functools import lru_cache
 
 from solver.case import Case
 from solver.contact.initial import initial_contact
@@ -16,6 +15,7 @@ from solver.sliding.statistics import EventStatistics, event_statistics
 from solver.sliding.validity import Validity, record_validity
 from study.manifest.manifest import Manifest
 from study.plan.cost.arrays import record_bytes, sliding_bytes
+from study.plan.cost.last import of_the_last
 from study.plan.cost.seconds import record_seconds
 from study.plan.cost.sliding import events_of
 from study.plan.keys import of_record, task_key
@@ -37,12 +37,19 @@ from study.plan.task import Inputs, Task
 NAME = "record"
 
 
-@lru_cache(maxsize=64)  # asked again by each of its drives
 def record_task(case: Case, *, scalars_only: bool = False) -> Task:
     """The friction record of a case."""
-    key = task_key(NAME, *of_record(case), *scalars_only_mark(scalars_only))
-    needs = compliance_needs(case.slab)
-    return Task(key, NAME, case.slab, case, needs=needs, scalars_only=scalars_only)
+    return _scalars_task(case) if scalars_only else _whole_task(case)
+
+
+@of_the_last  # asked again by each of its drives
+def _whole_task(case: Case) -> Task:
+    return Task(task_key(NAME, *of_record(case)), NAME, case.slab, case, needs=compliance_needs(case.slab))
+
+
+def _scalars_task(case: Case) -> Task:
+    key = task_key(NAME, *of_record(case), *scalars_only_mark(scalars_only=True))
+    return Task(key, NAME, case.slab, case, needs=compliance_needs(case.slab), scalars_only=True)
 
 
 def record_scalars_task(record: Task) -> Task:

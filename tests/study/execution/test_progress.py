@@ -12,8 +12,8 @@ from study.plan.tasks import Task, compliance_task, record_task
 from tests.study.plan.running import CASE
 
 TASKS = [
-    replace(compliance_task(CASE.slab), label="compliance n_x=33"),
-    replace(record_task(CASE), label="record intrinsic_friction=0.5 radius=50"),
+    replace(compliance_task(CASE.slab), names=("n_x",), values=(33,)),
+    replace(record_task(CASE), names=("intrinsic_friction", "radius"), values=(0.5, 50.0)),
 ]
 
 
