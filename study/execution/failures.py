@@ -28,7 +28,9 @@ class Left:
 def left(plan: Plan, failures: Mapping[str, Attempt], finished: Collection[str], retry: bool = False) -> Left:
     """What is left, given the keys that are finished and the tasks that have failed. retry: nothing is given up."""
     tasks = plan.remaining(finished)
-    tried = plan.possible(tasks, given_up(failures, retry) - set(finished), failures)
+    tried = plan.possible(tasks, given_up(failures, retry).difference(finished), failures)
+    if len(tried) == len(tasks):
+        return Left(tried, ())
     keys = {task.key for task in tried}
     return Left(tried, tuple(task for task in tasks if task.key not in keys))
 

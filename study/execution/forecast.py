@@ -22,9 +22,10 @@ class Forecast:
     def __init__(self, tasks: Sequence[Work], ranks: int = 1) -> None:
         self._ranks = ranks
         self._left: defaultdict[str, float] = defaultdict(float)
+        count: Counter[str] = Counter()
         for task in tasks:
             self._left[task.kind] += task.cost
-        count = Counter(task.kind for task in tasks)
+            count[task.kind] += 1
         self._keep = {kind: 0.5 ** (1.0 / max(MEMORY * number, 1.0)) for kind, number in count.items()}
         self._doubt = {kind: DOUBT * cost / count[kind] for kind, cost in self._left.items()}
         self._done = 0.0
@@ -66,6 +67,8 @@ def _scaled(measured: float, estimated: float, doubt: float, else_: float) -> fl
 
 def makespan(tasks: Sequence[Work], ranks: int) -> float:
     """Seconds until so many ranks have done all tasks, each after its needs, every rank taking the next ready one."""
+    if ranks == 1:
+        return sum((task.cost for task in tasks), 0.0)
     queue: TaskQueue[Any] = TaskQueue(tasks)
     running: list[tuple[float, str]] = []
     now = 0.0

@@ -1,9 +1,8 @@
 """A priority queue of tasks with dependencies: a task is ready once all that it needs is finished. No ranks here."""
 
 import heapq
-from collections import defaultdict
 from collections.abc import Sequence
-from typing import Generic, Protocol, TypeVar
+from typing import Final, Generic, Protocol, TypeVar
 
 
 class Work(Protocol):
@@ -42,27 +41,34 @@ class Work(Protocol):
 
 W = TypeVar("W", bound=Work)
 
+GONE: Final = -1
+"""Stands for the missing needs of a task that is not in the queue."""
+
 
 class TaskQueue(Generic[W]):
     """Tasks not yet handed out. Of the ready ones the first in the given order is next (a plan's: longest chain of work first).
 
-    A need that is not among the tasks counts as finished.
+    A need that is not among the tasks counts as finished. Of millions of tasks little is kept: their places in the order.
     """
 
     def __init__(self, tasks: Sequence[W]) -> None:
-        self._tasks = tuple(tasks)
-        self._position = {task.key: position for position, task in enumerate(tasks)}
-        self._missing = {task.key: {need for need in task.needs if need in self._position} for task in tasks}
-        self._dependents: dict[str, list[str]] = defaultdict(list)
-        for key, needs in self._missing.items():
+        self._tasks = list(tasks)
+        needed = {need for task in tasks for need in task.needs}
+        needed &= {task.key for task in tasks if task.key in needed}
+        self._dependents: dict[str, list[int]] = {key: [] for key in needed}
+        self._missing: list[int] = []  # of each task: how many of its needs are not finished, or GONE
+        for place, task in enumerate(tasks):
+            needs = {need for need in task.needs if need in needed}
             for need in needs:
-                self._dependents[need].append(key)
-        self._ready = [self._position[key] for key, needs in self._missing.items() if not needs]
-        heapq.heapify(self._ready)
+                self._dependents[need].append(place)
+            self._missing.append(len(needs))
+        self._ready = [place for place, missing in enumerate(self._missing) if not missing]  # sorted, so it is a heap
+        self._taken: dict[str, int] = {}
+        self._count = len(self._tasks)
 
     def __len__(self) -> int:
         """Number of tasks in the queue, ready or not."""
-        return len(self._missing)
+        return self._count
 
     def first(self) -> W | None:
         """The task to hand out next; None while no task is ready."""
@@ -70,34 +76,44 @@ class TaskQueue(Generic[W]):
 
     def take(self) -> W:
         """Remove and return the task that `first` returns."""
-        task = self._tasks[heapq.heappop(self._ready)]
-        del self._missing[task.key]
+        place = heapq.heappop(self._ready)
+        task = self._tasks[place]
+        self._taken[task.key] = place
+        self._missing[place] = GONE
+        self._count -= 1
         return task
 
     def put_back(self, task: W) -> None:
         """Undo the taking of a task."""
-        self._missing[task.key] = set()
-        heapq.heappush(self._ready, self._position[task.key])
+        place = self._taken.pop(task.key)
+        self._missing[place] = 0
+        self._count += 1
+        heapq.heappush(self._ready, place)
 
     def put_last(self, task: W) -> None:
         """Put a taken task back, behind all others."""
-        self._tasks += (task,)
-        self._position[task.key] = len(self._tasks) - 1
+        self._taken[task.key] = len(self._tasks)
+        self._tasks.append(task)
+        self._missing.append(GONE)
         self.put_back(task)
 
     def finish(self, key: str) -> None:
         """Mark a taken task as finished: tasks that needed only this one become ready."""
-        for dependent in self._dependents[key]:
-            needs = self._missing.get(dependent)
-            if needs is not None:
-                needs.discard(key)
-                if not needs:
-                    heapq.heappush(self._ready, self._position[dependent])
+        self._taken.pop(key, None)
+        for place in self._dependents.pop(key, ()):
+            if self._missing[place] != GONE:
+                self._missing[place] -= 1
+                if not self._missing[place]:
+                    heapq.heappush(self._ready, place)
 
     def abandon(self, key: str) -> list[W]:
         """Remove and return all tasks that need a taken task, directly or through others: it will never finish."""
+        self._taken.pop(key, None)
         lost = []
-        for dependent in self._dependents[key]:
-            if self._missing.pop(dependent, None) is not None:
-                lost += [self._tasks[self._position[dependent]], *self.abandon(dependent)]
+        for place in self._dependents.pop(key, ()):
+            if self._missing[place] != GONE:
+                self._missing[place] = GONE
+                self._count -= 1
+                task = self._tasks[place]
+                lost += [task, *self.abandon(task.key)]
         return lost

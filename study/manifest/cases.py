@@ -139,6 +139,7 @@ class _Expansion:
         standard = {name: given[name] for name in STANDARD if name not in manifest.axes}
         self._labels = Labels((*manifest.axes, *([MEMBER] if self._several else [])), standard)
         self._alike: dict[tuple[str, ...], _Alike] = {}
+        self._texts = Texts(lambda case: case.flat)
 
     def cases(self) -> Iterator[CampaignCase]:
         """All of them, refused ones included."""
@@ -173,9 +174,6 @@ class _Expansion:
 
     def _id(self, case: Case | None, names: tuple[str, ...], values: Point, member: int) -> str:
         if case is not None:
-            return content_hash("case", _PARAMETERS(case), length=12)
+            return content_hash("case", self._texts(case), length=12)
         given = {**Case.of({}).flat, **self._fixed, **dict(zip(names, values, strict=True))}
         return content_hash("case", given | ({MEMBER: member} if self._several else {}), length=12)
-
-
-_PARAMETERS = Texts(lambda case: case.flat)

@@ -47,6 +47,7 @@ class TasksOfCases(Mapping[str, CaseTasks]):
         self._known: dict[TaskNames, TaskNames] = {}
         self._keys: list[str] = []
         self._begins = array("Q")
+        self._last = "", CaseTasks()
 
     def add(self, case: CampaignCase, keys: Mapping[tuple[str, str], str]) -> None:
         """keys: of its tasks, by kind and label of the drive, in the order of stages."""
@@ -57,9 +58,13 @@ class TasksOfCases(Mapping[str, CaseTasks]):
         self._keys += keys.values()
 
     def __getitem__(self, case_id: str) -> CaseTasks:
-        place = self._places[case_id]
-        names, begin = self._names[place], self._begins[place]
-        return CaseTasks(dict(zip(names, self._keys[begin : begin + len(names)], strict=True)))
+        last = self._last
+        if last[0] != case_id:  # a case is asked for again by each of its drives
+            place = self._places[case_id]
+            names, begin = self._names[place], self._begins[place]
+            keys = dict(zip(names, self._keys[begin : begin + len(names)], strict=True))
+            self._last = last = case_id, CaseTasks(keys)
+        return last[1]
 
     def __iter__(self) -> Iterator[str]:
         return (case.case_id for case in self._cases)

@@ -20,8 +20,9 @@ def case_outcome(plan: Plan, case: CampaignCase, outcomes: Mapping[str, Outcome]
     outcomes: key of each finished task -> how it ended.
     """
     outcome: Outcome | None = case.outcome
+    tasks = plan.case_tasks[case.case_id]
     for kind in KINDS:
-        key = plan.case_tasks[case.case_id].key(kind)
+        key = tasks.key(kind)
         if key is None or (kind == "compliance" and key not in outcomes):
             continue  # a compliance is intermediate: once used it may go without being missed
         if outcome is None or not outcome.usable:

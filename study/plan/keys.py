@@ -6,6 +6,7 @@ What is new in a case therefore tells its results apart at once; a field is left
 import itertools
 from collections.abc import Callable, Iterator
 from dataclasses import fields, is_dataclass
+from functools import lru_cache
 from typing import Any, NamedTuple
 
 from solver.case import PARTS, Case
@@ -74,7 +75,11 @@ OF_RECORD = (
 
 def without_effect(case: Case, exclusions: tuple[Exclusion, ...] = OF_ALL) -> frozenset[str]:
     """Names of the parameters of a case that change no result."""
-    names = {name for each in exclusions if each.where(case) for name in each.names}
+    return _all_parameters(tuple([name for each in exclusions if each.where(case) for name in each.names]))
+
+
+@lru_cache(maxsize=256)  # asked for every case of a campaign
+def _all_parameters(names: tuple[str, ...]) -> frozenset[str]:
     return frozenset(itertools.chain.from_iterable(_parameters(name) for name in names))
 
 

@@ -1,12 +1,13 @@
 """Whether tasks fit the memory of the machine that is to compute them: it depends on the machine, so it is no case's outcome."""
 
+import heapq
 import math
 import os
 from collections.abc import Sequence
 
 from study.plan.cost.arrays import record_bytes
 from study.plan.plan import Plan
-from study.plan.tasks import Task, compliance_task, estimate
+from study.plan.tasks import Task, compliance_needs
 
 PROGRAM = 2e8
 """Bytes of a process that has computed nothing yet."""
@@ -26,11 +27,12 @@ def shortages(planned: Plan, tasks: Sequence[Task], ranks: int = 1) -> tuple[str
     """One line for each of these tasks that this machine has no memory for, the worst first; else one where it has none for
     the largest ones at once, as many as it has ranks. Empty where all fit."""
     there, path = machine_memory(), planned.manifest.path
-    worst = sorted(tasks, key=need_of, reverse=True)
-    large = [task for task in worst if need_of(task) > there]
-    lines = [f"{path}: {_named(task)}: {_short(need_of(task), there)}: {_advice(task)}" for task in large[:NAMED]]
-    if len(large) > NAMED:
-        lines.append(f"{path}: {len(large) - NAMED} more tasks need more memory than this machine has")
+    worst = heapq.nlargest(max(NAMED, ranks), tasks, key=need_of)
+    large = sum(need_of(task) > there for task in tasks) if need_of(*worst[:1]) > there else 0
+    named = worst[: min(large, NAMED)]
+    lines = [f"{path}: {_named(task)}: {_short(need_of(task), there)}: {_advice(task)}" for task in named]
+    if large > NAMED:
+        lines.append(f"{path}: {large - NAMED} more tasks need more memory than this machine has")
     together = need_of(*worst[:ranks])
     if not large and together > there:
         fitting = max(count for count in range(1, ranks) if need_of(*worst[:count]) <= there)
@@ -40,9 +42,9 @@ def shortages(planned: Plan, tasks: Sequence[Task], ranks: int = 1) -> tuple[str
 
 
 def need_of(*tasks: Task) -> float:
-    """Bytes that processes with one task each need; all that read a compliance map the same copy of it."""
-    read = {task.slab for task in tasks if compliance_task(task.slab).key in task.needs}
-    return sum(8.0 * (2.0 * slab.n_x) ** 2 for slab in read) + sum(PROGRAM + estimate(task).memory for task in tasks)
+    """Bytes that processes with one task of a plan each need; all that read a compliance map the same copy of it."""
+    read = {task.slab for task in tasks if task.needs == compliance_needs(task.slab)}
+    return sum(8.0 * (2.0 * slab.n_x) ** 2 for slab in read) + sum(PROGRAM + task.memory for task in tasks)
 
 
 def _named(task: Task) -> str:
@@ -56,6 +58,6 @@ def _short(need: float, there: float) -> str:
 
 
 def _advice(task: Task) -> str:
-    if task.kind == "record" and task.case is not None and record_bytes(task.case) > estimate(task).memory / 2.0:
+    if task.kind == "record" and task.case is not None and record_bytes(task.case) > task.memory / 2.0:
         return "use fewer limits.events, a shorter limits.displacement, or a machine with more memory"
     return "use a smaller n_x, or a machine with more memory"

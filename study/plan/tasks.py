@@ -8,7 +8,7 @@ from typing import Final
 from solver.outcome import Ending, Outcome, SolverError
 from study.manifest.manifest import Manifest
 from study.origin import here, stemming
-from study.plan.kinds.compliance import COMPLIANCE, compliance_task
+from study.plan.kinds.compliance import COMPLIANCE, compliance_needs, compliance_task
 from study.plan.kinds.contact import CONTACT, contact_task
 from study.plan.kinds.drive import DRIVE, drive_task
 from study.plan.kinds.kind import Estimate, Kind, numbers
@@ -21,6 +21,7 @@ __all__ = [
     "KINDS",
     "Task",
     "TaskResult",
+    "compliance_needs",
     "compliance_task",
     "contact_task",
     "drive_task",

@@ -1,6 +1,6 @@
 """A campaign's plan, and what `plan`, `status` and `run` print of it."""
 
-from collections import Counter
+from collections import Counter, defaultdict
 from collections.abc import Iterable, Mapping
 from dataclasses import asdict, dataclass
 from pathlib import Path
@@ -12,7 +12,7 @@ from study.execution.failures import left
 from study.manifest.reader import load_manifest
 from study.origin import Origins, census, here
 from study.plan.plan import Plan, make_plan
-from study.plan.tasks import Task, estimate
+from study.plan.tasks import Task
 from study.report.console import say, whole
 from study.results.attempts import Attempt
 from study.results.shard import folders
@@ -87,15 +87,18 @@ class KindCount:
 
 def counts(standing: Standing) -> dict[str, KindCount]:
     """Kind of task -> count and costs, in the order in which they begin."""
-    tasks, remaining = standing.plan.tasks, standing.remaining
-    every, left = Counter(task.kind for task in tasks), Counter(task.kind for task in remaining)
+    lost, left = Counter(task.kind for task in standing.given_up), Counter(task.kind for task in standing.remaining)
+    seconds: dict[str, float] = {}
+    for task in standing.remaining:
+        seconds[task.kind] = seconds.get(task.kind, 0) + task.cost
+    kinds: defaultdict[str, list[Task]] = defaultdict(list)
+    for task in standing.plan.tasks:
+        kinds[task.kind].append(task)
     found = {}
-    lost = Counter(task.kind for task in standing.given_up)
-    for kind, count in every.items():
-        costs = [estimate(task) for task in tasks if task.kind == kind]
-        seconds = sum(task.cost for task in remaining if task.kind == kind)
-        memory, disk = max(each.memory for each in costs), sum(each.disk for each in costs)
-        found[kind] = KindCount(count, count - left[kind] - lost[kind], left[kind], lost[kind], seconds, memory, disk)
+    for kind, every in kinds.items():
+        count, memory, disk = len(every), max(task.memory for task in every), sum(task.disk for task in every)
+        finished = count - left[kind] - lost[kind]
+        found[kind] = KindCount(count, finished, left[kind], lost[kind], seconds.get(kind, 0), memory, disk)
     return found
 
 

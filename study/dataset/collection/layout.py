@@ -1,10 +1,12 @@
 """Where each case and drive of a campaign lies in its dataset: the dimensions, and every parameter along them."""
 
+import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
+from numpy.typing import NDArray
 
 from solver.quantity import Quantity, attributes
 from study.dataset.collection.ragged import texts
@@ -62,43 +64,94 @@ def _of_cases(plan: Plan) -> tuple[dict[str, tuple[Value, ...]], dict[str, tuple
     given = plan.manifest.axes
     names = (*STANDARD, *(name for name, values in given.items() if name not in STANDARD and len(values) > 1))
     axes = {name: tuple(given.get(name, (plan.cases[0].parameters[name],))) for name in names} | ensemble
-    return axes, {case.case_id: tuple(axes[name].index(case.parameters[name]) for name in axes) for case in plan.cases}
+    numbers = {name: {value: number for number, value in enumerate(values)} for name, values in axes.items()}
+    points = ((case.case_id, case.parameters) for case in plan.cases)
+    return axes, {case_id: tuple([numbers[name][point[name]] for name in axes]) for case_id, point in points}
 
 
 def coordinates(plan: Plan, layout: Layout) -> dict[str, Any]:
     """Every parameter that matters: along its dimension, over the cases where it varies, else once; and the drives'."""
     shape = tuple(len(values) for values in layout.axes.values())
     along = set(plan.manifest.axes) | set(STANDARD) if "case" in layout.axes else set()
-    ids = np.full(shape, "", dtype=object)
-    for case in plan.cases:
-        ids[layout.position[case.case_id]] = case.case_id
+    places = np.ravel_multi_index(np.array([layout.position[case.case_id] for case in plan.cases]).T, shape)
+    ids = np.full(math.prod(shape), "", dtype=object)
+    ids[places] = [case.case_id for case in plan.cases]
     found: dict[str, Any] = {
         name: (name, _array(values), attributes(_parameter(name))) for name, values in layout.axes.items()
     }
-    found["case_id"] = (tuple(layout.axes), ids, attributes(CASE_ID))
+    found["case_id"] = (tuple(layout.axes), ids.reshape(shape), attributes(CASE_ID))
     # Of what varies between members, an axis says where the first of them is: the case itself knows better.
     exclusions = OF_ALL if "record" in needed_kinds(plan.manifest) else OF_CONTACT
-    points = {case.case_id: _mattering(case, exclusions) for case in plan.cases}
+    columns = _columns(plan, exclusions, [name for name in parameters() if name not in layout.axes])
     able = sum(case.case is not None for case in plan.cases)
-    for name in parameters():
-        values = {case_id: point[name] for case_id, point in points.items() if point.get(name) is not None}
-        if name in layout.axes or not values:
+    for name, column in columns.items():
+        values = column.values
+        if not values:
             continue
-        if len(set(values.values())) == 1 and len(values) >= able and name not in along:
-            found[name] = ((), next(iter(values.values())), attributes(_parameter(name)))
+        if len(values) == 1 and column.count >= able and name not in along:
+            found[name] = ((), values[0], attributes(_parameter(name)))
             continue
-        sample = next(iter(values.values()))
-        # Whole numbers stay whole, as floats lose digits beyond 2^53, except where some are missing.
-        whole = isinstance(sample, int) and len(values) == len(plan.cases)
-        kind: Any = object if isinstance(sample, str) else np.int64 if whole else float
-        spread = np.full(shape, "" if isinstance(sample, str) else 0 if whole else np.nan, kind)
-        for case_id, value in values.items():
-            spread[layout.position[case_id]] = value
-        dims = tuple(layout.axes)
+        spread, dims = column.spread(places, math.prod(shape)).reshape(shape), tuple(layout.axes)
         if dims[-1] == MEMBER and name not in VARIED:
             spread, dims = spread[..., 0], dims[:-1]
         found[name] = (dims, spread, attributes(_parameter(name)))
     return found | _drive_coordinates(plan.manifest, layout)
+
+
+class _Column:
+    """A parameter of every case: its distinct values, and which of them each case has. Little is kept of one that is constant."""
+
+    def __init__(self, cases: int) -> None:
+        self._cases = cases
+        self._numbers: dict[Any, int] = {}
+        self._seen = 0
+        self._of_case: NDArray[np.int32] | None = None
+
+    def add(self, value: Any) -> None:
+        """The value of the next case; None where it has none."""
+        number = self._numbers.setdefault(value, len(self._numbers))
+        if number and self._of_case is None:  # all before had the first
+            self._of_case = np.zeros(self._cases, np.int32)
+        if self._of_case is not None:
+            self._of_case[self._seen] = number
+        self._seen += 1
+
+    @property
+    def values(self) -> list[Any]:
+        """The distinct ones."""
+        return [value for value in self._numbers if value is not None]
+
+    @property
+    def count(self) -> int:
+        """Cases that have one."""
+        return int(np.count_nonzero(self._having()))
+
+    def spread(self, places: NDArray[np.intp], size: int) -> NDArray[Any]:
+        """The values at the places of their cases, which are so many at least."""
+        sample, having = self.values[0], self._having()
+        # Whole numbers stay whole, as floats lose digits beyond 2^53, except where some are missing.
+        whole = isinstance(sample, int) and bool(having.all())
+        kind: Any = object if isinstance(sample, str) else np.int64 if whole else float
+        missing: Any = "" if isinstance(sample, str) else 0 if whole else np.nan
+        known = np.array([missing if value is None else value for value in self._numbers], kind)
+        found = np.full(size, missing, kind)
+        found[places] = known[self._of_each()]
+        return found
+
+    def _of_each(self) -> NDArray[np.int32]:
+        return np.zeros(self._cases, np.int32) if self._of_case is None else self._of_case
+
+    def _having(self) -> NDArray[np.bool_]:
+        return np.not_equal(self._of_each(), self._numbers.get(None, -1))
+
+
+def _columns(plan: Plan, exclusions: tuple[Exclusion, ...], names: Sequence[str]) -> dict[str, _Column]:
+    columns = {name: _Column(len(plan.cases)) for name in names}
+    for case in plan.cases:
+        point = _mattering(case, exclusions)
+        for name, column in columns.items():
+            column.add(point.get(name))
+    return columns
 
 
 def _mattering(case: CampaignCase, exclusions: tuple[Exclusion, ...]) -> dict[str, Any]:
