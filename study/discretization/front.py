@@ -71,11 +71,20 @@ class Front:
         NaN where nothing comparable was measured: for a flat punch (its pressure is singular) and a rough pin, for
         another discretization or slab, and for a contact whose width is unlike all that were measured.
         """
-        row, half_width = self._row_of.get(case.slab), hertz_half_width(case)
+        return self.worst_error(case.slab, self.comparable(case))
+
+    def comparable(self, case: Case) -> frozenset[int]:
+        """Numbers of the contacts that say what to expect of a case; none where nothing comparable was measured."""
+        half_width = hertz_half_width(case)
         measured = case.pin == "parabola" and not case.heterogeneity.roughness
-        if row is None or not measured or not self.contacts[0] <= half_width <= self.contacts[-1]:
-            return math.nan
-        return _largest(self.contacts, row.errors, half_width)
+        if not measured or not self.contacts[0] <= half_width <= self.contacts[-1]:
+            return frozenset()
+        return _about_as_wide(self.contacts, half_width)
+
+    def worst_error(self, slab: Slab, contacts: Iterable[int]) -> float:
+        """The largest relative error of a discretized slab under these contacts; NaN where it was not measured."""
+        row = self._row_of.get(slab)
+        return math.nan if row is None else max((row.errors[number] for number in contacts), default=math.nan)
 
     def like(self, slab: Slab) -> tuple[Measured, ...]:
         """The measured discretizations of slabs with the same height, Poisson's ratio and support."""
@@ -83,10 +92,9 @@ class Front:
 
 
 @lru_cache(maxsize=4096)  # contacts of many cases are equally wide
-def _largest(contacts: tuple[float, ...], errors: tuple[float, ...], half_width: float) -> float:
-    """The largest error of contacts that are about as wide."""
-    found = zip(contacts, errors, strict=True)
-    return max((error for contact, error in found if alike(contact, half_width)), default=math.nan)
+def _about_as_wide(contacts: tuple[float, ...], half_width: float) -> frozenset[int]:
+    """Numbers of the contacts that are about as wide."""
+    return frozenset(number for number, contact in enumerate(contacts) if alike(contact, half_width))
 
 
 def alike(one: float, other: float) -> bool:

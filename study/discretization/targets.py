@@ -1,5 +1,6 @@
 """The choice of a discretization for `accuracy = 0.01`: the fastest measured one whose error is at most that in every case."""
 
+import itertools
 import math
 from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import replace
@@ -7,9 +8,9 @@ from typing import Final
 
 from solver.case import Case
 from solver.slab import Slab
-from study.discretization.front import Front, discretized, hertz_half_width, load_front, physics, settings
+from study.discretization.front import Front, discretized, load_front, settings
 from study.manifest import parameters
-from study.manifest.cases import expand
+from study.manifest.cases import expanding
 from study.manifest.manifest import Manifest
 from study.manifest.parameters import Value
 from study.manifest.problems import ManifestError
@@ -19,7 +20,7 @@ SCHEME: Final = "galerkin"
 
 
 def settled(manifest: Manifest) -> Manifest:
-    """The manifest with the discretization chosen for its `accuracy`; unchanged where it has none.
+    """The manifest with the discretization chosen for its `accuracy`; unchanged where it has none, or no case to compute.
 
     All cases get the same discretization, so that their differences are physical. Raises ManifestError where no measured one
     is accurate enough; its message names the best.
@@ -30,9 +31,12 @@ def settled(manifest: Manifest) -> Manifest:
     front = load_front(manifest.front, manifest.front_text)
     if manifest.accuracy is None:
         return manifest
-    cases = [case.case for case in expand(manifest) if case.case is not None]
+    cases = (case.case for case in expanding(manifest) if case.case is not None)
+    first = next(cases, None)
+    if first is None:  # all are refused, and say why themselves
+        return manifest
     try:
-        chosen = cheapest(front, cases, manifest.accuracy)
+        chosen = cheapest(front, itertools.chain([first], cases), manifest.accuracy)
     except UnreachableError as error:
         raise ManifestError([f"{manifest.path}: accuracy = {manifest.accuracy!r}: {error}"]) from None
     return replace(manifest, numerics={**manifest.numerics, **_given(chosen)})
@@ -57,11 +61,7 @@ def cheapest(front: Front, cases: Iterable[Case], accuracy: float) -> Slab:
 
     Returns the slab of the front's row. Raises UnreachableError where there is none.
     """
-    alike = {
-        (case.pin, case.heterogeneity.roughness, hertz_half_width(case), *physics(case.slab).values()): case
-        for case in cases
-    }
-    known = [found for found in _expected(front, list(alike.values())) if not math.isnan(found[0])]
+    known = [found for found in _expected(front, _comparable(front, cases)) if not math.isnan(found[0])]
     if not known:
         raise UnreachableError(
             f"needs a slab and a contact that {front.name} has (a smooth parabolic pin; its own front is measured by "
@@ -75,12 +75,24 @@ def cheapest(front: Front, cases: Iterable[Case], accuracy: float) -> Slab:
     return min(good, key=lambda found: found[:2])[2]
 
 
-def _expected(front: Front, cases: list[Case]) -> Iterator[tuple[float, float, Slab]]:
-    """Worst expected error, seconds and slab of every discretization that was measured on the first case's slab."""
-    for row in front.like(cases[0].slab):
+def _comparable(front: Front, cases: Iterable[Case]) -> dict[Slab, set[int]]:
+    """Slab -> the measured contacts that say what to expect of the cases on it; none where some case has none."""
+    found: dict[Slab, set[int]] = {}
+    unknown: set[Slab] = set()
+    for case in cases:
+        contacts = front.comparable(case)
+        found.setdefault(case.slab, set()).update(contacts)
+        if not contacts:
+            unknown.add(case.slab)
+    return {slab: set() if slab in unknown else contacts for slab, contacts in found.items()}
+
+
+def _expected(front: Front, contacts: Mapping[Slab, Iterable[int]]) -> Iterator[tuple[float, float, Slab]]:
+    """Worst expected error, seconds and slab of every discretization that was measured on the first slab."""
+    for row in front.like(next(iter(contacts))) if contacts else ():
         if row.slab.scheme.name == SCHEME:
-            same = [replace(case, slab=discretized(case.slab, settings(row.slab))) for case in cases]
-            errors = [front.expected_error(case) for case in same]
+            same = [(discretized(slab, settings(row.slab)), each) for slab, each in contacts.items()]
+            errors = [front.worst_error(slab, each) for slab, each in same]
             yield (math.nan if any(map(math.isnan, errors)) else max(errors)), row.seconds, row.slab
 
 

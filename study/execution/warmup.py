@@ -3,16 +3,18 @@
 import sys
 from collections.abc import Callable, Sequence
 from contextlib import suppress
-from dataclasses import dataclass, replace
-from functools import cache
+from dataclasses import dataclass, fields, replace
+from functools import cache, lru_cache
+from operator import attrgetter
 from pathlib import Path
 from tempfile import TemporaryDirectory
 from typing import Final
 
-from solver.case import Case
+from solver.case import PARTS, Case, Effects, Heterogeneity, SlipRule
 from solver.compiled import told_of_compiling
 from solver.drive import Drive
 from solver.outcome import COMPLETED, InvalidInput, Outcome
+from solver.parameter import choices_of, declared
 from study.plan.tasks import Task, compliance_task, contact_task, drive_task, record_task, run_task
 from study.results.store import Store
 
@@ -55,25 +57,43 @@ def warm_up(tasks: Sequence[Task], say: Callable[[], object]) -> None:
 def miniatures(tasks: Sequence[Task]) -> list[Task]:
     """Small tasks that run every kernel of these tasks, needs first."""
     found = {_COMPLIANCE.key: _COMPLIANCE}
-    drives: dict[tuple[object, ...], Task] = {}
+    seen: set[tuple[object, ...]] = set()
     for task in tasks:
-        small: list[Task] = []
-        with suppress(InvalidInput):  # what cannot be made small compiles its kernels itself
-            if task.drive is not None:
-                choices = _choices(task.drive)
-                if choices not in drives:
-                    drives[choices] = _short(task.drive)
-                small = [record_task(_STEADY), drives[choices]]
-            elif task.case is not None:
-                make = contact_task if task.kind == "contact" else record_task
-                small = [make(_tiny(task.case))]
-        found |= {each.key: each for each in small}
+        choices = _choices_of(task)
+        if choices not in seen:
+            seen.add(choices)
+            with suppress(InvalidInput):  # what cannot be made small compiles its kernels itself
+                found |= {each.key: each for each in _small(task)}
     return list(found.values())
 
 
-def _choices(drive: Drive) -> tuple[object, ...]:
-    """Words and switches of a drive: they decide which kernels run, the numbers do not."""
-    return tuple((name, value) for name, value in drive.flat.items() if isinstance(value, str | bool))
+def _choices_of(task: Task) -> tuple[object, ...]:
+    """All that decides which kernels a task runs: the words and switches of its drive, or of its case."""
+    if task.drive is not None:
+        return (_choices(task.drive),)
+    if task.case is None:
+        return ()
+    case = task.case
+    parts = (_choices(getattr(case, part)) for part in PARTS)
+    return (task.kind == "contact", bool(case.heterogeneity.roughness), *_own_choices(case), *parts)
+
+
+@lru_cache(maxsize=4096)
+def _choices(part: Drive | SlipRule | Effects | Heterogeneity) -> tuple[object, ...]:
+    """Words and switches: they decide which kernels run, the numbers do not."""
+    flat = part.flat if isinstance(part, Drive) else {name: getattr(part, name) for name in declared(type(part))}
+    return tuple((name, value) for name, value in flat.items() if isinstance(value, str | bool))
+
+
+_own_choices = attrgetter(*(item.name for item in fields(Case) if choices_of(item.type) or item.type is bool))
+
+
+def _small(task: Task) -> list[Task]:
+    if task.drive is not None:
+        return [record_task(_STEADY), _short(task.drive)]
+    if task.case is not None:
+        return [(contact_task if task.kind == "contact" else record_task)(_tiny(task.case))]
+    return []
 
 
 def _short(drive: Drive) -> Task:

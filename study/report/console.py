@@ -2,10 +2,13 @@
 
 import os
 import sys
-from collections.abc import Iterable, Mapping
+import time
+from collections.abc import Callable, Iterable, Iterator, Mapping
+from contextlib import ExitStack, contextmanager
 from typing import Final
 
 import rich.console
+import rich.status
 import rich.text
 
 from study.report.columns import Line, Table, table_lines, whole, wrapped
@@ -14,6 +17,7 @@ __all__ = [
     "WIDE",
     "Table",
     "console",
+    "counting",
     "print_entries",
     "print_error",
     "print_sentences",
@@ -25,6 +29,10 @@ __all__ = [
 
 WIDE: Final = 200
 """Width in characters of output that goes to a pipe or a file, where COLUMNS does not say another one."""
+PATIENCE: Final = 2.0
+"""Seconds in which `counting` shows nothing."""
+STEP: Final = 1000
+"""Of so many numbers it looks at one, as looking takes time, too."""
 _STYLES: Final = {"header": "bold", "failed": "red", "": ""}
 
 
@@ -77,6 +85,26 @@ def table_text(title: str, tables: Iterable[Table]) -> rich.text.Text:
         for line in [Line(""), *table_lines(table, console().width)]:
             text.append("\n").append(line.text, _STYLES[line.sort])
     return text
+
+
+@contextmanager
+def counting(words: str) -> Iterator[Callable[[int], None]]:
+    """A function that hears the number done so far; a terminal shows it while it grows, where that takes long.
+
+    words: `{} cases planned`.
+    """
+    out, begun = console(stderr=True), time.monotonic()
+    shown: list[rich.status.Status] = []
+    with ExitStack() as stack:
+
+        def heard(number: int) -> None:
+            if number % STEP or time.monotonic() < begun + PATIENCE:
+                return
+            if not shown:
+                shown.append(stack.enter_context(out.status("")))
+            shown[0].update(words.format(number))
+
+        yield heard if out.is_terminal else lambda _: None
 
 
 def _room(stderr: bool = False) -> int:

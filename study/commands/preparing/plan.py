@@ -1,6 +1,7 @@
 """`nanoslip plan`: tasks, time, disk, effects and expected flags of a campaign, before anything is computed."""
 
-from collections import defaultdict
+import itertools
+from collections import Counter
 from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
@@ -11,6 +12,8 @@ from study.commands.shared.refusals import refusals
 from study.discretization.targets import choice
 from study.execution.forecast import duration, makespan
 from study.execution.launch import cores
+from study.manifest.cases import CampaignCase
+from study.manifest.drives import CampaignDrive
 from study.manifest.effects import effects
 from study.plan.flags import expected_lines
 from study.plan.memory import shortages
@@ -65,8 +68,8 @@ def _cases(plan: Plan) -> Iterator[str]:
     if manifest.drive_axes and manifest.drives:
         impossible = sum(drive.drive is None for drive in manifest.drives)
         yield f"{len(manifest.drives)} drives of each case, {impossible} of them refused"
-    if manifest.accuracy is not None:
-        yield f"accuracy = {manifest.accuracy:g}: {choice(manifest)}"
+    if manifest.accuracy is not None and (grid := choice(manifest)):
+        yield f"accuracy = {manifest.accuracy:g}: {grid}"
     if left_out := manifest.drives_left_out:
         yield f'drives left out, as stages leave out "dynamics": {", ".join(left_out)}'
 
@@ -103,15 +106,17 @@ def _disk(plan: Plan) -> str:
 
 def _refused(plan: Plan) -> Iterator[str]:
     """One line for each reason of a refusal: the first case or drive that has it, and how many more."""
-    places: dict[str, list[str]] = defaultdict(list)
-    for case in plan.cases:
-        if case.case is None:
-            places[case.outcome.message].append(case.point)
-    for drive in plan.manifest.drives:
-        if drive.drive is None:
-            places[drive.outcome.message].append(f"drive {drive.label}")
-    for message, where in places.items():
-        yield f"{where[0]}: {message}" + (f" (and {len(where) - 1} more)" if len(where) > 1 else "")
+    cases: Iterator[tuple[str, CampaignCase | CampaignDrive]]
+    cases = ((case.outcome.message, case) for case in plan.cases if case.case is None)
+    drives = ((drive.outcome.message, drive) for drive in plan.manifest.drives if drive.drive is None)
+    first: dict[str, CampaignCase | CampaignDrive] = {}
+    count: Counter[str] = Counter()
+    for message, refused in itertools.chain(cases, drives):
+        first.setdefault(message, refused)
+        count[message] += 1
+    for message, refused in first.items():
+        where = refused.point if isinstance(refused, CampaignCase) else f"drive {refused.label}"
+        yield f"{where}: {message}" + (f" (and {count[message] - 1} more)" if count[message] > 1 else "")
 
 
 def _data(found: Standing, ranks: int) -> dict[str, Any]:

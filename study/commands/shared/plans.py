@@ -13,7 +13,7 @@ from study.manifest.reader import load_manifest
 from study.origin import Origins, census, here
 from study.plan.plan import Plan, make_plan
 from study.plan.tasks import Task
-from study.report.console import say, whole
+from study.report.console import counting, say, whole
 from study.results.attempts import Attempt
 from study.results.shard import folders
 from study.results.store import Store
@@ -21,7 +21,8 @@ from study.results.store import Store
 
 def planned(campaign: Path) -> Plan:
     """The plan of a campaign file. Raises ManifestError."""
-    return make_plan(load_manifest(campaign))
+    with counting("{} cases planned") as heard:
+        return make_plan(load_manifest(campaign), heard)
 
 
 @dataclass(frozen=True, slots=True)

@@ -87,6 +87,16 @@ def test_the_command_says_which_grid_was_chosen(main: Main, campaign: Path):
     )
 
 
+def test_a_campaign_whose_cases_are_all_refused_says_why_though_there_is_no_grid_to_choose(main: Main, campaign: Path):
+    """Its plan was an IndexError."""
+    campaign.write_text(campaign.read_text() + "[constants]\nintrinsic_friction = inf\n[slip]\nresidual_shear = 1.0\n")
+    code, said, _ = main("plan", campaign)
+    assert code == 0
+    assert "2 cases, 2 of them refused" in said
+    assert "sliding at μ_i·pressure needs a finite μ_i (and 1 more)" in said
+    assert "accuracy" not in said
+
+
 def test_a_front_that_is_not_there_is_missed_before_anything_is_computed(campaign):
     campaign.write_text(campaign.read_text().replace("accuracy = 0.1\n", "").replace("here.json", "there.json"))
     with pytest.raises(ManifestError, match=r"there\.json: cannot be read"):

@@ -1,8 +1,12 @@
 """Sentences are as wide as the terminal; paths, and words to be typed, stay whole; a program reads one line each."""
 
+import io
+
 import pytest
+import rich.console
 from rich.cells import cell_len
 
+from study.report import console
 from study.report.console import print_entries, print_error, say, whole
 
 PROSE = "The drives of four cases did not slip, as the spring that pulls them is too soft for the time they have. " * 2
@@ -53,3 +57,26 @@ def test_what_names_stand_for_is_in_one_column(
     assert last == "friction_map  short"
     assert lines[0].startswith("sweep" + " " * 9 + "The")
     assert all(line.startswith(" " * 14) for line in lines[1:])
+
+
+def shown_while_counting(monkeypatch: pytest.MonkeyPatch, terminal: bool, patience: float) -> str:
+    """What stands on standard error after 2500 things."""
+    screen = io.StringIO()
+    out = rich.console.Console(file=screen, force_terminal=terminal, width=80)
+    monkeypatch.setattr(console, "console", lambda stderr: out)
+    monkeypatch.setattr(console, "PATIENCE", patience)
+    with console.counting("{} cases planned") as heard:
+        for number in range(1, 2501):
+            heard(number)
+    return screen.getvalue()
+
+
+def test_a_terminal_shows_how_far_it_is_where_that_takes_long(monkeypatch: pytest.MonkeyPatch) -> None:
+    assert "2000 cases planned" in shown_while_counting(monkeypatch, terminal=True, patience=0.0)
+
+
+@pytest.mark.parametrize(("terminal", "patience"), [(True, 60.0), (False, 0.0)])
+def test_no_count_is_shown_where_it_is_quick_or_nobody_looks(
+    monkeypatch: pytest.MonkeyPatch, terminal: bool, patience: float
+) -> None:
+    assert shown_while_counting(monkeypatch, terminal, patience) == ""
