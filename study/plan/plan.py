@@ -1,5 +1,6 @@
 """Cases -> tasks: each distinct computation once, needed ones before those that need them, longest chain first."""
 
+import itertools
 from collections.abc import Collection, Mapping, Sequence
 from dataclasses import dataclass
 from typing import Final
@@ -21,6 +22,8 @@ DOUBT: Final = 100.0
 """A task that takes so many times longer than estimated is taken to hang; the worst estimates known are 30 times off."""
 LEAST_LIMIT: Final = 600.0
 """Seconds that every task may take."""
+TOGETHER: Final = 512
+"""Cases that are planned together, step by step: the processor's caches hold one step's program, not all of them."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -95,14 +98,15 @@ def make_plan(manifest: Manifest, heard: Heard = lambda _: None) -> Plan:
     """Everything a campaign has to compute. Raises ManifestError where two cases are the same.
 
     Of an error asked for, the plan's manifest has the numerics that were chosen for it (see study.discretization.targets).
-    heard: hears the number of cases so far, after each.
+    heard: hears the number of cases so far, again and again.
     """
     with all_kept():
         manifest = settled(manifest)
         making = _Tasks(manifest)
-        for number, case in enumerate(expanding(manifest), 1):
-            making.add(case)
-            heard(number)
+        cases = expanding(manifest)
+        while together := list(itertools.islice(cases, TOGETHER)):
+            making.add(together)
+            heard(len(making.cases))
         return Plan(manifest, tuple(making.cases), longest_chain_first(making.taken()), making.of_cases)
 
 
@@ -116,17 +120,16 @@ class _Tasks:
         self._kinds = [kind for kind in KINDS.values() if kind.needed(manifest)]
         self._found: dict[str, Task] = {}
 
-    def add(self, campaign_case: CampaignCase) -> None:
-        """Another case: its tasks, estimated and labelled; none where it is refused."""
-        case = campaign_case.case
-        keys: dict[tuple[str, str], str] = {}
-        for wanted in self._wanted(case) if case is not None else ():
-            task = wanted.task
-            if task.key not in self._found:
-                self._found[task.key] = self._planned(wanted, campaign_case)
-            keys[task.kind, wanted.drive] = task.key
-        self.cases.append(campaign_case)
-        self.of_cases.add(campaign_case, keys)
+    def add(self, cases: list[CampaignCase]) -> None:
+        """More cases: their tasks, estimated and labelled; none of one that is refused."""
+        wanted = [self._wanted(case.case) if case.case is not None else [] for case in cases]
+        for case, its in zip(cases, wanted, strict=True):
+            for each in its:
+                if each.task.key not in self._found:
+                    self._found[each.task.key] = self._planned(each, case)
+        for case, its in zip(cases, wanted, strict=True):
+            self.of_cases.add(case, {(each.task.kind, each.drive): each.task.key for each in its})
+        self.cases += cases
 
     def taken(self) -> list[Task]:
         """All tasks, which are no longer kept here: memory is what limits the size of a plan."""

@@ -31,8 +31,6 @@ WIDE: Final = 200
 """Width in characters of output that goes to a pipe or a file, where COLUMNS does not say another one."""
 PATIENCE: Final = 2.0
 """Seconds in which `counting` shows nothing."""
-STEP: Final = 1000
-"""Of so many numbers it looks at one, as looking takes time, too."""
 _STYLES: Final = {"header": "bold", "failed": "red", "": ""}
 
 
@@ -98,7 +96,7 @@ def counting(words: str) -> Iterator[Callable[[int], None]]:
     with ExitStack() as stack:
 
         def heard(number: int) -> None:
-            if number % STEP or time.monotonic() < begun + PATIENCE:
+            if time.monotonic() < begun + PATIENCE:
                 return
             if not shown:
                 shown.append(stack.enter_context(out.status("")))

@@ -8,7 +8,6 @@ from collections.abc import Callable, Sequence
 
 from solver.case import Case
 from solver.contact.coulomb.motion import LONGEST_STEP
-from study.plan.cost.last import of_the_last
 from study.plan.cost.sliding import (
     contact_nodes,
     coulomb_path,
@@ -36,7 +35,6 @@ _DISTRIBUTIONS = (0.35, 6e-5)  # of event sizes, and of each event: fits of a hu
 _INSIDE = (8e-3, 6e-6)  # inside of the slab, by powers 0, 1.5 of n_x: one sparse factorization
 
 
-@of_the_last
 def contact_seconds(case: Case) -> float:
     """Seconds of initial contact."""
     first, nodes = hertz_nodes(case), contact_nodes(case)

@@ -9,6 +9,7 @@ of their springs, and the root of their coupling says how many slip together.
 """
 
 import math
+from typing import NamedTuple
 
 from solver.case import MOST_EVENTS, Case
 from solver.contact.compiled_contact import margin
@@ -56,42 +57,55 @@ def _nodes_across(case: Case, half_width: float) -> float:
     return min(2.0 * half_width * (case.slab.n_x - 1) + 1.0, float(case.slab.n_x))
 
 
+class _Steady(NamedTuple):
+    """What steady sliding of a case is like."""
+
+    stiffness: float
+    slips: float
+    step: float
+
+
 @of_the_last
+def _steady(case: Case) -> _Steady:
+    nodes = contact_nodes(case)
+    stiffness = _lateral_stiffness(case, nodes)
+    slips = _slips_per_event(case, nodes, stiffness)
+    friction, moved = _finite(case.intrinsic_friction), case.normal_load / stiffness
+    floor = case.slip_rule.event_floor * min(case.slab.spacing, STRETCHES * friction * moved)
+    # Each node in contact has to keep up with the pin, at so much a slip.
+    drop = friction * case.normal_load * max(1.0 - case.slip_rule.residual_shear, 1e-6)
+    slips_per_displacement = _node_stiffness(case) * nodes**2 / max(drop, 1e-300)
+    return _Steady(stiffness, slips, max(slips / slips_per_displacement, floor, LEAST_STEP * moved))
+
+
 def lateral_stiffness(case: Case) -> float:
     """dF/dδ_p with all nodes stuck, in G·L_y, about: shear and bending of the slab, less what a wide pin holds, in series."""
-    height, scheme = case.slab.aspect_ratio, case.slab.scheme
+    return _steady(case).stiffness
+
+
+def _lateral_stiffness(case: Case, nodes: float) -> float:
+    slab = case.slab
+    height, scheme = slab.aspect_ratio, slab.scheme
     if isinstance(scheme, Chain):
-        return scheme.lateral_stiffness(case.slab, contact_nodes(case))
-    if case.slab.scheme.endless:
+        return scheme.lateral_stiffness(slab, nodes)
+    if scheme.endless:
         return 1.0 / max(0.56 + 0.21 * math.log(height), 0.05)
-    width = contact_nodes(case) * case.slab.spacing
+    width = nodes * slab.spacing
     compliance = max(0.05 + 1.2 * height + 0.6 * height**3 + 1.3 * min(height, 1.0) * (0.55 - width), 0.05)
-    if case.slab.support == "right_side":
+    if slab.support == "right_side":
         compliance = min(compliance, 0.5)
-    return 1.0 / (compliance + (1.0 if case.slab.support == "frictionless" else 0.0))
+    return 1.0 / (compliance + (1.0 if slab.support == "frictionless" else 0.0))
 
 
-@of_the_last
 def mean_step(case: Case) -> float:
     """Displacement from event to event in steady sliding, in L_x."""
-    moved = case.normal_load / lateral_stiffness(case)
-    floor = case.slip_rule.event_floor * min(case.slab.spacing, STRETCHES * _finite(case.intrinsic_friction) * moved)
-    return max(slips_per_event(case) / _slips_per_displacement(case), floor, LEAST_STEP * moved)
+    return _steady(case).step
 
 
-@of_the_last
-def slips_per_event(case: Case) -> float:
-    """Slips in an event of steady sliding."""
+def _slips_per_event(case: Case, nodes: float, stiffness: float) -> float:
     if isinstance(case.slab.scheme, Chain):
         return max(OF_A_CHAIN * math.sqrt(case.slab.scheme.coupling_stiffness), 1.0)
-    return max(TOGETHER * contact_nodes(case) / lateral_stiffness(case), 1.0)
-
-
-def _slips_per_displacement(case: Case) -> float:
-    """Each node in contact has to keep up with the pin, at so much a slip."""
-    nodes = contact_nodes(case)
-    drop = _finite(case.intrinsic_friction) * case.normal_load * max(1.0 - case.slip_rule.residual_shear, 1e-6)
-    return _node_stiffness(case) * nodes**2 / max(drop, 1e-300)
+    return max(TOGETHER * nodes / stiffness, 1.0)
 
 
 def _node_stiffness(case: Case) -> float:
@@ -115,7 +129,6 @@ def events_within(case: Case, farthest: float, most: int | None) -> float:
     return min(farthest / mean_step(case), float(most or MOST_EVENTS))
 
 
-@of_the_last
 def expected_displacement(case: Case) -> float:
     """δ_p that a record reaches, in L_x: its limit, or its events' mean steps."""
     if case.slip_rule.residual_shear == 1.0:
@@ -125,9 +138,10 @@ def expected_displacement(case: Case) -> float:
 
 def slips_of(case: Case, events: float) -> float:
     """Slips of so many events: fewer in each while the pin is not yet sliding as a whole, after F/K."""
-    to_full_sliding = _finite(case.intrinsic_friction) * case.normal_load / lateral_stiffness(case)
-    under_way = min(events * mean_step(case) / max(to_full_sliding, 1e-300), 1.0)
-    return events * max(slips_per_event(case) * under_way, 1.0)
+    steady = _steady(case)
+    to_full_sliding = _finite(case.intrinsic_friction) * case.normal_load / steady.stiffness
+    under_way = min(events * steady.step / max(to_full_sliding, 1e-300), 1.0)
+    return events * max(steady.slips * under_way, 1.0)
 
 
 def _finite(intrinsic_friction: float) -> float:
@@ -135,7 +149,6 @@ def _finite(intrinsic_friction: float) -> float:
     return min(intrinsic_friction, 1e6)
 
 
-@of_the_last
 def coulomb_path(case: Case) -> tuple[float, float]:
     """Events of Coulomb sliding, and the displacement they take."""
     return coulomb_within(case, case.farthest, case.max_events)
