@@ -7,6 +7,8 @@ from json.encoder import encode_basestring_ascii
 from operator import attrgetter
 from typing import Any, Final, NamedTuple
 
+from solver.parameter import declared
+
 
 class CanonicalText(str):
     """A canonical text that is known already: it stands for its value in another one."""
@@ -63,47 +65,57 @@ _digits: Final = _Digits()
 
 
 class _Pattern(NamedTuple):
-    """A text with places for numbers, and which of a value's fields go there."""
+    """A text with places for numbers, and which of a value's numbers go there."""
 
     text: str
     places: tuple[int, ...]
 
 
+class _Fields(NamedTuple):
+    """The fields of a type: those that are floats whatever they are given, as they are declared and checked, and the rest."""
+
+    names: tuple[str, ...]
+    numbers: Callable[[Any], Any]
+    rest: Callable[[Any], Any]
+
+
 class Texts:
     """Canonical texts of many dataclass values that differ in few of their fields, each from what is alike in them.
 
-    A text is made anew only where more differs than floats among the value's own fields.
+    A text is made anew only where more differs than parameters of the value itself that are declared as floats.
     """
 
     def __init__(
         self, content: Callable[[Any], Mapping[str, object]], others: Callable[[Any], Hashable] = lambda _: ()
     ) -> None:
-        """content: what is written of a value. Of its own floats nothing may depend but entries that are they, by their names,
-        and `others`: whatever else of the content they decide.
+        """content: what is written of a value. Nothing of it may depend on those parameters but entries that are they, by
+        their names, and `others`: whatever else of the content they decide.
         """
         self._content, self._others = content, others
-        self._getters: dict[type, tuple[tuple[str, ...], Callable[[Any], Any]]] = {}
+        self._fields: dict[type, _Fields] = {}
         self._patterns: dict[Hashable, _Pattern] = {}
 
     def __call__(self, value: Any) -> CanonicalText:
         """The text of what is to be written of a value."""
-        kind = type(value)
-        if kind not in self._getters:
-            names = tuple(item.name for item in fields(kind))
-            self._getters[kind] = names, attrgetter(*names)
-        names, getter = self._getters[kind]
-        own = getter(value)
-        alike = kind, self._others(value), *[float if type(each) is float else each for each in own]
+        its = self._fields.get(type(value)) or self._fields.setdefault(type(value), _fields_of(type(value)))
+        alike = self._others(value), its.rest(value)
         found = self._patterns.get(alike)
         if found is None:
             if len(self._patterns) >= MOST_PATTERNS:
                 self._patterns.clear()
-            found = self._patterns[alike] = self._pattern(value, names, own)
-        return CanonicalText(found.text % tuple([_digits[own[place]] for place in found.places]))
+            found = self._patterns[alike] = _pattern(self._content(value), its.names)
+        numbers = its.numbers(value)
+        return CanonicalText(found.text % tuple([_digits[numbers[place]] for place in found.places]))
 
-    def _pattern(self, value: Any, names: tuple[str, ...], own: tuple[Any, ...]) -> _Pattern:
-        content = dict(self._content(value))
-        numbers = {name: place for place, name in enumerate(names) if type(own[place]) is float and name in content}
-        text = _of_mapping(content | dict.fromkeys(numbers, CanonicalText(_HOLE)))
-        places = tuple(numbers[name] for name in sorted(numbers))
-        return _Pattern(text.replace("%", "%%").replace(_HOLE, _NUMBER), places)
+
+def _fields_of(kind: type) -> _Fields:
+    names = tuple(item.name for item in fields(kind) if item.type is float and item.name in declared(kind))
+    rest = (item.name for item in fields(kind) if item.name not in names)
+    return _Fields(names, attrgetter(*names, "__class__"), attrgetter(*rest, "__class__"))
+
+
+def _pattern(content: Mapping[str, object], numbers: tuple[str, ...]) -> _Pattern:
+    written = sorted(name for name in numbers if name in content)
+    text = _of_mapping({**content, **dict.fromkeys(written, CanonicalText(_HOLE))})
+    places = tuple(numbers.index(name) for name in written)
+    return _Pattern(text.replace("%", "%%").replace(_HOLE, _NUMBER), places)

@@ -35,7 +35,7 @@ ORDER = {
     "study.manifest": "parameters problems columns drives manifest checker named_files drive_tables reader "
     "effects cases one_case",
     "study.discretization": "front targets",
-    "study.plan": "task keys cost kinds tasks case_tasks order plan endings size flags spans memory",
+    "study.plan": "task keys cost kinds tasks case_tasks order plan endings size outlook flags spans memory",
     "study.plan.cost": "last condensation sliding seconds arrays drive",
     "study.plan.kinds": "kind compliance contact record statistics states drive",
     "study.results": "whole_file lines entry own log logs attempts runs store lease shard merging",

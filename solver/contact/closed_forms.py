@@ -27,9 +27,14 @@ def winkler_half_width(normal_load: float, radius: float, bed_stiffness: float) 
     return math.cbrt(1.5 * normal_load * radius / bed_stiffness)
 
 
+def hertz_half_width(normal_load: float, radius: float, poisson: float) -> float:
+    """Half-width of Hertz's contact on a half-plane, a² = 2WR(1-ν)/(πG), in L_x."""
+    return math.sqrt(2 * normal_load * radius * (1 - poisson) / math.pi)
+
+
 def hertz(normal_load: float, radius: float, poisson: float) -> HertzContact:
     """Line contact of a rigid parabola of `radius` under `normal_load` on a half-plane without friction."""
-    half_width = math.sqrt(2 * normal_load * radius * (1 - poisson) / math.pi)
+    half_width = hertz_half_width(normal_load, radius, poisson)
     return HertzContact(half_width, 2 * normal_load / (math.pi * half_width))
 
 

@@ -11,7 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from solver.case import Case
-from solver.contact.closed_forms import hertz, winkler_half_width
+from solver.contact.closed_forms import hertz_half_width, winkler_half_width
 from solver.contact.pin import pin_of, surface_from_pin
 from solver.elasticity.compliance import SurfaceCompliance
 from solver.outcome import SingularOperator, TooFarApart
@@ -92,7 +92,7 @@ def expected_half_width(case: Case) -> float:
     bed = case.slab.scheme.bed_stiffness
     if bed is not None:
         return winkler_half_width(case.normal_load, case.radius, bed)
-    return hertz(case.normal_load, case.radius, case.slab.poisson).half_width
+    return hertz_half_width(case.normal_load, case.radius, case.slab.poisson)
 
 
 def _forces(

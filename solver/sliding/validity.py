@@ -140,7 +140,8 @@ def expected_flags(case: Case, displacement: float = 0.0) -> Flags:
     """
     half_width, rounding = min(expected_half_width(case), 0.5), 0.499 if case.pin == "flat_punch" else 1e-9
     nodes = min(2 * math.floor(half_width / case.slab.spacing + rounding) + 1, case.slab.n_x)
-    return _judged(case, _Seen(nodes, nodes, half_width, 0.5 - half_width - displacement, displacement))
+    seen = _Seen(nodes, nodes, half_width, 0.5 - half_width - displacement, displacement)
+    return _judged(case, seen, half_width)
 
 
 def contact_flags(case: Case, state: ContactState) -> Flags:
@@ -149,7 +150,8 @@ def contact_flags(case: Case, state: ContactState) -> Flags:
         return ()
     size = int(state.contact.sum())
     margin = _margin(case, np.flatnonzero(state.contact))
-    return _judged(case, _Seen(size, size, contact_half_width(case, state), margin, 0.0))
+    seen = _Seen(size, size, contact_half_width(case, state), margin, 0.0)
+    return _judged(case, seen, expected_half_width(case))
 
 
 def record_flags(case: Case, start: ContactState, record: FrictionRecord, end: ContactState) -> Flags:
@@ -163,7 +165,8 @@ def record_flags(case: Case, start: ContactState, record: FrictionRecord, end: C
     nodes = np.concatenate((np.flatnonzero(start.contact), np.flatnonzero(end.contact), record.node))
     travel = record.final_displacement - start.displacement
     half_width = contact_half_width(case, start)
-    return _judged(case, _Seen(int(sizes.min()), int(sizes.max()), half_width, _margin(case, nodes), travel))
+    seen = _Seen(int(sizes.min()), int(sizes.max()), half_width, _margin(case, nodes), travel)
+    return _judged(case, seen, expected_half_width(case))
 
 
 def contact_half_width(case: Case, state: ContactState) -> float:
@@ -179,7 +182,7 @@ def contact_half_width(case: Case, state: ContactState) -> float:
 
 def mask_of(flags: Flags) -> int:
     """The flags as bits of one number."""
-    return sum(flag.mask for flag in flags)
+    return sum([flag.mask for flag in flags])
 
 
 def flags_in(mask: int) -> Flags:
@@ -198,15 +201,16 @@ def _margin(case: Case, nodes: NDArray[Any]) -> float:
     return (between - 0.5) * case.slab.spacing
 
 
-def _judged(case: Case, seen: _Seen) -> Flags:
-    narrowest = min(seen.half_width, expected_half_width(case))  # few nodes make a narrow contact seem wide
+def _judged(case: Case, seen: _Seen, expected: float) -> Flags:
+    """expected: half-width of the contact, before anything is computed."""
+    narrowest = min(seen.half_width, expected)  # few nodes make a narrow contact seem wide
     found = (
         FEW_NODES if seen.fewest < FEWEST_NODES else None,
         _place(case, seen),
         BEYOND_CONTACT if seen.travel > seen.half_width else None,
         LARGE_STRAIN if case.normal_load > LARGEST_PRESSURE * 2 * narrowest else None,
     )
-    return tuple(flag for flag in found if flag)
+    return tuple([flag for flag in found if flag])
 
 
 def _place(case: Case, seen: _Seen) -> Flag | None:

@@ -22,6 +22,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from solver.case import Case
+from solver.contact import closed_forms
 from solver.outcome import InvalidInput, SolverError, quoted
 from solver.parameter import as_float
 from solver.slab import PHYSICS, Slab
@@ -103,8 +104,8 @@ def alike(one: float, other: float) -> bool:
 
 
 def hertz_half_width(case: Case) -> float:
-    """Half-width of Hertz's contact on a half-plane, a² = 2WR(1-ν)/(πG), in L_x."""
-    return math.sqrt(2 * case.normal_load * case.radius * (1 - case.slab.poisson) / math.pi)
+    """Half-width of Hertz's contact of a case on a half-plane, in L_x."""
+    return closed_forms.hertz_half_width(case.normal_load, case.radius, case.slab.poisson)
 
 
 def physics(slab: Slab) -> dict[str, Any]:

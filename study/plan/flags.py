@@ -6,7 +6,7 @@ from collections.abc import Callable, Sequence
 from solver.case import Case
 from solver.sliding.validity import FLAGS, expected_flags, mask_of
 from study.manifest.parameters import Value, in_words
-from study.plan.cost.sliding import expected_displacement
+from study.plan.outlook import Outlook
 from study.plan.plan import Plan
 from study.plan.task import TaskResult
 
@@ -41,20 +41,15 @@ def flags_of(case: Case, result: TaskResult) -> int | None:
     return int(result.scalars["validity_flags"])
 
 
-def expected_lines(plan: Plan) -> list[str]:
+def expected_lines(plan: Plan, outlook: Outlook) -> list[str]:
     """What is to be expected of a plan's cases before anything is computed; nothing of refused ones."""
-    slides = "slip" in plan.manifest.stages
     varying = [name for name, values in plan.manifest.axes.items() if len(values) > 1]
 
     def words(number: int) -> str:
         point = plan.cases[number].parameters
         return in_words(", ".join(f"{name} = {_short(point[name])}" for name in varying if name in point))
 
-    cases = [each.case for each in plan.cases]
-    masks = [
-        mask_of(expected_flags(case, expected_displacement(case) if slides else 0.0)) if case else 0 for case in cases
-    ]
-    return flag_lines(masks, words)
+    return flag_lines(outlook.masks, words)
 
 
 def _short(value: Value) -> str:

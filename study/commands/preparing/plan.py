@@ -17,6 +17,7 @@ from study.manifest.drives import CampaignDrive
 from study.manifest.effects import effects
 from study.plan.flags import expected_lines
 from study.plan.memory import shortages
+from study.plan.outlook import outlook_of
 from study.plan.plan import Plan
 from study.plan.size import disk_of_plan
 from study.plan.spans import span_line
@@ -52,8 +53,9 @@ def _print(found: Standing, ranks: int, show_effects: bool) -> None:
             [f"effects that are off or vary: {', '.join(off) or 'none'} (--effects says what that leaves out)"]
         )
     _print_counts(found)
-    print_sentences([_time(found, ranks), _disk(plan), *filter(None, [span_line(plan)])])
-    print_sentences(f"expected: {line}" for line in expected_lines(plan))
+    outlook = outlook_of(plan)
+    print_sentences([_time(found, ranks), _disk(plan), *filter(None, [span_line(outlook)])])
+    print_sentences(f"expected: {line}" for line in expected_lines(plan, outlook))
     print_sentences(f"refused: {line}" for line in _refused(plan))
     print_sentences(f"does not fit here: {line}" for line in shortages(plan, found.remaining))
     print_foreign(found.foreign, found.campaign)
@@ -138,7 +140,7 @@ def _data(found: Standing, ranks: int) -> dict[str, Any]:
         "tasks": counts_as_data(found),
         "seconds_left": {str(number): makespan(found.remaining, number) for number in sorted({1, ranks})},
         "disk_bytes": {"results": results, "dataset": dataset},
-        "expected": expected_lines(plan),
+        "expected": expected_lines(plan, outlook_of(plan)),
         "does_not_fit": list(shortages(plan, found.remaining)),
         "foreign_results": len(found.foreign),
     }

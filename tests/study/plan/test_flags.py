@@ -20,6 +20,7 @@ from study.dataset.collection.collect import collect
 from study.manifest.reader import load_manifest
 from study.plan.cost.sliding import expected_displacement
 from study.plan.flags import expected_lines, flag_lines
+from study.plan.outlook import outlook_of
 from study.plan.plan import Plan, make_plan
 from study.plan.tasks import run_task
 from study.report import page as report_page
@@ -42,6 +43,10 @@ events = 30
 FOUND = [["few_nodes", "", "whole_slab large_strain"], ["few_nodes", "whole_slab", "whole_slab large_strain"]]
 
 Collected = Callable[[str], xr.Dataset]
+
+
+def expected(plan: Plan) -> list[str]:
+    return expected_lines(plan, outlook_of(plan))
 
 
 def planned(folder: Path, text: str) -> Plan:
@@ -151,7 +156,7 @@ def test_the_report_shows_flags_with_their_advice(collected: Collected, tmp_path
 
 
 def test_a_plan_says_what_is_to_be_expected(tmp_path: Path) -> None:
-    lines = expected_lines(planned(tmp_path, MAP))
+    lines = expected(planned(tmp_path, MAP))
     assert [line.split(": ")[:2] for line in lines] == [
         ["few_nodes", "2 of 6 cases, first radius = 20, normal_load = 0.0001"],
         ["whole_slab", "3 of 6 cases, first radius = 20, normal_load = 0.3"],
@@ -161,20 +166,18 @@ def test_a_plan_says_what_is_to_be_expected(tmp_path: Path) -> None:
 
 def test_a_plan_of_contacts_alone_moves_no_pin(tmp_path: Path) -> None:
     text = MAP.replace("events = 30", "displacement = 0.3").replace("[1e-4, 1e-2, 0.3]", "[1e-2]")
-    assert [line.split(":")[0] for line in expected_lines(planned(tmp_path, text))] == [
+    assert [line.split(":")[0] for line in expected(planned(tmp_path, text))] == [
         "outgrown", "whole_slab", "beyond_contact",
     ]  # fmt: skip
     only = text.replace('["contact", "slip"]', '["contact"]')
-    assert [line.split(":")[0] for line in expected_lines(planned(tmp_path, only))] == ["whole_slab"]
+    assert [line.split(":")[0] for line in expected(planned(tmp_path, only))] == ["whole_slab"]
 
 
 def test_a_plan_expects_nothing_of_what_it_refuses(tmp_path: Path) -> None:
     text = MAP.replace("[numerics]\nn_x = 33", "n_x = [17, 33]\n[numerics]\nscheme = 'biquadratic'\nrows = 6")
     plan = planned(tmp_path, text)
     assert [case.case is None for case in plan.cases] == [True, False] * 6
-    assert expected_lines(plan)[0].startswith(
-        "few_nodes: 2 of 12 cases, first radius = 20, normal_load = 0.0001, n_x = 33:"
-    )
+    assert expected(plan)[0].startswith("few_nodes: 2 of 12 cases, first radius = 20, normal_load = 0.0001, n_x = 33:")
 
 
 @pytest.mark.parametrize(
@@ -201,7 +204,7 @@ def test_the_campaigns_that_come_with_nanoslip_press_pins_well() -> None:
     campaigns = list((ROOT / "campaigns").glob("*.toml"))
     assert len(campaigns) >= 4
     for path in campaigns:
-        assert expected_lines(make_plan(load_manifest(path))) == [], path
+        assert expected(make_plan(load_manifest(path))) == [], path
 
 
 def test_a_line_counts_and_names_the_first() -> None:

@@ -1,0 +1,36 @@
+"""What is to be expected of a plan's cases before anything is computed."""
+
+import math
+from typing import NamedTuple
+
+from solver.sliding.validity import expected_flags, mask_of
+from study.plan.cost.seconds import spacing_seconds
+from study.plan.cost.sliding import expected_displacement
+from study.plan.plan import Plan
+
+
+class Outlook(NamedTuple):
+    """Flags of the cases, and how far their records go."""
+
+    masks: bytes
+    """Flags of every case, as bits; none of a refused one."""
+    shortest: float
+    """Record in node spacings; infinite where nothing slides."""
+    longest: float
+    price: float
+    """Core seconds of one node spacing for each record."""
+
+
+def outlook_of(plan: Plan) -> Outlook:
+    """In one pass, as a plan may have millions of cases."""
+    slides = "slip" in plan.manifest.stages
+    masks, shortest, longest, price = bytearray(), math.inf, 0.0, 0.0
+    for case in (each.case for each in plan.cases):
+        displacement = 0.0
+        if case is not None and slides:
+            displacement = expected_displacement(case)
+            span = displacement / case.slab.spacing
+            shortest, longest = min(shortest, span), max(longest, span)
+            price += spacing_seconds(case)
+        masks.append(mask_of(expected_flags(case, displacement)) if case is not None else 0)
+    return Outlook(bytes(masks), shortest, longest, price)
