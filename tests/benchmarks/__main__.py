@@ -16,7 +16,7 @@ from pathlib import Path
 
 from tests.benchmarks.table import Row, as_markdown
 
-NAMES = ("sliding", "coulomb", "growth", "compliance", "dynamics", "effects", "campaign", "memory", "start_up")
+NAMES = ("sliding", "coulomb", "growth", "compliance", "dynamics", "effects", "campaign", "memory", "start_up", "scale")
 
 
 def main(names: list[str]) -> None:

@@ -1,0 +1,122 @@
+"""Campaigns of very many cases: time and memory of commands that look at all of them, each in a process of its own.
+
+`python -m tests.benchmarks.scale 1000000` prints the rows of campaigns of so many cases; a million take minutes.
+"""
+
+import os
+import subprocess
+import sys
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+from pathlib import Path
+from tempfile import TemporaryDirectory
+
+import numpy as np
+
+from tests.benchmarks.table import Row, as_markdown, seconds, verdict
+
+SIZES = (10_000, 100_000)
+"""Cases of the campaigns that are measured unless others are asked for."""
+CASES = """\
+title = "{count} small cases, of which scalars are kept"
+[axes]
+intrinsic_friction = {intrinsic_friction}
+radius = {radius}
+aspect_ratio = {aspect_ratio}
+[numerics]
+n_x = 33
+[limits]
+events = 50
+[outputs]
+records = false
+"""
+HEIGHTS = 10
+"""Slabs of a campaign."""
+
+
+@dataclass(frozen=True)
+class Most:
+    """What a command may take."""
+
+    seconds: float
+    memory: float = np.inf
+    """Bytes."""
+
+
+@dataclass(frozen=True)
+class Command:
+    """A command that looks at all cases of a campaign."""
+
+    words: tuple[str, ...]
+    most: Mapping[int, Most] = field(default_factory=dict)
+    """Cases -> what is aimed at."""
+
+
+COMMANDS = (Command(("plan",), {100_000: Most(5.0), 1_000_000: Most(60.0, 1e9)}),)
+
+
+@dataclass(frozen=True)
+class Taken:
+    """What a process took."""
+
+    seconds: float
+    """Of processors."""
+    memory: float
+    """Bytes, when they were most."""
+
+
+def rows(sizes: tuple[int, ...] = SIZES) -> list[Row]:
+    """A row for each command and number of cases."""
+    with TemporaryDirectory() as folder:
+        return [_row(command, count, Path(folder)) for command in COMMANDS for count in sizes]
+
+
+def _row(command: Command, count: int, folder: Path) -> Row:
+    words = " ".join(command.words)
+    one = _taken(*command.words, _campaign(1, folder))
+    found = _taken(*command.words, _campaign(count, folder))
+    each = (found.seconds - one.seconds) / count
+    most = command.most.get(count)
+    return Row(
+        f"nanoslip {words}, {count} cases",
+        f"{seconds(found.seconds)}, {found.memory / 1e6:.0f} MB",
+        f"{seconds(one.seconds)}, {one.memory / 1e6:.0f} MB: 1 case",
+        f"{seconds(each)}, {(found.memory - one.memory) / count:.0f} bytes each",
+        _judged(found, most) if most else "",
+    )
+
+
+def _judged(found: Taken, most: Most) -> str:
+    target = f"≤ {seconds(most.seconds)}" + (f", {most.memory / 1e6:.0f} MB" if most.memory < np.inf else "")
+    return verdict(target, found.seconds <= most.seconds and found.memory <= most.memory)
+
+
+def _campaign(count: int, folder: Path) -> Path:
+    """The file of a campaign with so many cases: a multiple of HEIGHTS, or one."""
+    heights = HEIGHTS if count > 1 else 1
+    frictions = max(size for size in range(1, int((count // heights) ** 0.5) + 1) if count // heights % size == 0)
+    path = folder / f"{count}.toml"
+    path.write_text(
+        CASES.format(
+            count=count,
+            intrinsic_friction=np.linspace(0.1, 0.9, frictions).tolist(),
+            radius=np.linspace(20.0, 400.0, count // heights // frictions).tolist(),
+            aspect_ratio=np.linspace(0.5, 3.0, heights).tolist(),
+        ),
+        "utf-8",
+    )
+    return path
+
+
+def _taken(*words: object) -> Taken:
+    """What `nanoslip WORDS` takes. Raises RuntimeError where it fails."""
+    started = subprocess.Popen([sys.executable, "-m", "study", *map(str, words)], stdout=subprocess.DEVNULL)
+    _, status, used = os.wait4(started.pid, 0)
+    started.returncode = os.waitstatus_to_exitcode(status)
+    if started.returncode:
+        raise RuntimeError(f"nanoslip {' '.join(map(str, words))}: exit code {started.returncode}")
+    return Taken(used.ru_utime + used.ru_stime, 1024.0 * used.ru_maxrss)
+
+
+if __name__ == "__main__":
+    print(as_markdown(rows(tuple(map(int, sys.argv[1:])) or SIZES)))
