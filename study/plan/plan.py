@@ -48,7 +48,7 @@ class Plan:
             if task.key not in finished and (not task.intermediate or task.key in needed):
                 needed.update(task.needs)
                 left.append(task)
-        return tuple(reversed(left))
+        return tuple(reversed(left)) if len(left) < len(self.tasks) else self.tasks
 
     def possible(
         self, left: Sequence[Task], given_up: Collection[str], failed: Collection[str] = ()

@@ -23,3 +23,37 @@ def test_the_queue_gives_up_all_that_waits_for_a_task_given_up():
     assert {task.key for task in queue.abandon("a")} == {"b", "c", "d"}
     assert queue.take().key == "e"
     assert len(queue) == 0
+
+
+def test_a_task_that_is_put_back_keeps_its_place_and_one_that_is_put_last_loses_it():
+    queue = TaskQueue(DIAMOND)
+    first, second = queue.take(), queue.take()
+    assert (first.key, second.key, len(queue)) == ("a", "e", 3)
+    queue.put_last(first)
+    queue.put_back(second)
+    assert [queue.take().key, queue.take().key] == ["e", "a"]
+    queue.finish("a")
+    assert [queue.take().key, queue.take().key, len(queue)] == ["b", "c", 1]
+
+
+def test_a_task_counts_as_finished_once():
+    queue = TaskQueue(DIAMOND)
+    queue.take()
+    for _ in range(2):
+        queue.finish("a")
+    assert [queue.take().key, queue.take().key] == ["b", "c"]
+    for _ in range(2):
+        queue.finish("b")
+    assert queue.take().key == "e"
+    assert queue.first() is None  # d needs c, too
+
+
+def test_what_is_given_up_does_not_come_back_by_what_else_it_needs():
+    queue = TaskQueue(DIAMOND)
+    queue.take()
+    queue.finish("a")
+    assert [queue.take().key, queue.take().key] == ["b", "c"]
+    assert [task.key for task in queue.abandon("b")] == ["d"]
+    queue.finish("c")
+    assert queue.take().key == "e"
+    assert (queue.first(), len(queue)) == (None, 0)

@@ -1,19 +1,34 @@
 """Axes become cases; a case is named by its content and by nothing else."""
 
+import itertools
+import math
 from dataclasses import replace
 from pathlib import Path
+from typing import Any
 
 import pytest
 
 from solver.case import Case, SlipRule
 from solver.elasticity.schemes import Galerkin
-from solver.outcome import Ending
+from solver.outcome import Ending, InvalidInput
 from solver.slab import Slab
 from study.manifest.cases import expand
 from study.manifest.manifest import Manifest
 from study.manifest.parameters import LIMITS, TABLES, make_case, words, words_of
 from study.manifest.problems import ManifestError
 from study.manifest.reader import load_manifest
+from study.provenance import content_hash
+
+RECORDED = [
+    "3986593ef000",
+    "bc3eb07f26c0",
+    "b9ea09e521cf",
+    "5e0c1ca130fa",
+    "25bce9ae88e0",
+    "43be68a24f9c",
+    "9d57a8ad66fb",
+    "0732f3195213",
+]
 
 
 def campaign(folder: Path, text: str) -> Manifest:
@@ -24,6 +39,14 @@ def campaign(folder: Path, text: str) -> Manifest:
 
 def ids(manifest: Manifest) -> set[str]:
     return {case.case_id for case in expand(manifest)}
+
+
+def alone(parameters: dict[str, Any]) -> Case | str:
+    """The case with these parameters, or why there is none."""
+    try:
+        return make_case(parameters)
+    except InvalidInput as error:
+        return error.outcome.message
 
 
 def test_a_product_has_every_combination_the_last_axis_fastest(tmp_path: Path) -> None:
@@ -87,6 +110,34 @@ def test_the_name_knows_content_only(tmp_path: Path) -> None:
 )  # fmt: skip
 def test_every_parameter_is_in_the_name(tmp_path: Path, other: str) -> None:
     assert ids(campaign(tmp_path, "")).isdisjoint(ids(campaign(tmp_path, other)))
+
+
+@pytest.mark.parametrize(
+    "text",
+    [
+        "axes.radius = [50, 60]\naxes.aspect_ratio = [1, 2]\naxes.events = [5, 6]",
+        "axes.intrinsic_friction = [0.5, inf]\naxes.residual_shear = [0, 1]\naxes.spread = [0, 0.1]",
+        "axes.radius = [50, 60]\naxes.n_x = [17, 33]\nnumerics = {rows = 6, scheme = 'biquadratic'}",
+        "axes.spacings = [1, 2]\naxes.pin = ['parabola', 'flat_punch']\nlimits.displacement = 0.1",
+    ],
+)
+def test_each_case_is_what_its_parameters_make_alone(tmp_path: Path, text: str) -> None:
+    """Cases share what they have in common; nothing of one is in another."""
+    manifest = campaign(tmp_path, text)
+    cases = expand(manifest)
+    assert len(cases) == math.prod(map(len, manifest.axes.values()))
+    for case, values in zip(cases, itertools.product(*manifest.axes.values()), strict=True):
+        given = {**manifest.fixed, **dict(zip(manifest.axes, values, strict=True))}
+        assert (case.case or case.outcome.message) == alone(given)
+        if case.case is not None:
+            assert case.case_id == content_hash("case", case.case.flat, length=12)
+        assert all(case.parameters[name] == given[name] for name in manifest.axes)
+
+
+def test_the_names_of_cases_are_what_they_were(tmp_path: Path) -> None:
+    """They are coordinates of datasets that are there."""
+    text = "numerics.n_x = 17\naxes.radius = [50, 60.5]\naxes.spread = [0, 0.1]\nensemble.members = 2"
+    assert [case.case_id for case in expand(campaign(tmp_path, text))] == RECORDED
 
 
 def test_equal_cases_are_refused_naming_both(tmp_path: Path) -> None:

@@ -1,11 +1,15 @@
 """A plan holds each computation once, needs first, the longest chain first; resuming leaves out what is finished."""
 
+import cProfile
 import math
+import pickle
 import time
+import tracemalloc
 from pathlib import Path
 
 import pytest
 
+from study.manifest.manifest import Manifest
 from study.manifest.reader import load_manifest
 from study.plan.plan import Plan, make_plan
 from study.plan.tasks import TaskResult, run_task
@@ -194,3 +198,64 @@ def test_a_wider_axis_keeps_what_was_computed(tmp_path: Path) -> None:
 def test_the_papers_campaign_has_the_papers_cases() -> None:
     planned = make_plan(load_manifest(CAMPAIGNS / "streator2022.toml"))
     assert kinds(planned) == {"compliance": 1, "contact": 4, "record": 4, "drive": 4}
+
+
+MANY = """
+stages = ["contact", "slip"]
+outputs.records = false
+limits.events = 50
+[numerics]
+n_x = 33
+[axes]
+intrinsic_friction = [{}]
+radius = [20, 30, 40, 50, 60]
+aspect_ratio = [0.5, 1.0]
+"""
+
+
+def many(folder: Path, cases: int) -> Manifest:
+    """A campaign of so many small cases."""
+    path = folder / f"{cases}.toml"
+    path.write_text('title = "x"' + MANY.format(", ".join(f"0.1{number:03}" for number in range(cases // 10))), "utf-8")
+    return load_manifest(path)
+
+
+def test_a_million_cases_fit_a_gigabyte(tmp_path: Path) -> None:
+    """What a case more takes: it, its task, and how they find each other. 690 bytes seen."""
+    taken = {}
+    for cases in (1000, 3000):
+        manifest = many(tmp_path, cases)
+        tracemalloc.start()
+        try:
+            planned = make_plan(manifest)
+            taken[cases] = tracemalloc.get_traced_memory()[1]
+        finally:
+            tracemalloc.stop()
+        assert len(planned.tasks) == cases + 2
+    assert (taken[3000] - taken[1000]) / 2000 < 850
+
+
+def test_planning_a_case_more_is_little_work(tmp_path: Path) -> None:
+    """Counted in calls of functions, as clocks are no law. 250 seen, built-in ones included; 1790 when each case was made by itself."""
+    calls = {}
+    for cases in (1000, 3000):
+        manifest, profile = many(tmp_path, cases), cProfile.Profile()
+        profile.runcall(make_plan, manifest)
+        calls[cases] = sum(entry.callcount for entry in profile.getstats())
+    assert (calls[3000] - calls[1000]) / 2000 < 300
+
+
+def test_labels_are_made_when_they_are_asked_for(tmp_path: Path) -> None:
+    planned = plan(tmp_path, "axes.radius = [50, 200]\nensemble.members = 2\n" + DRIVES)
+    labels = [task.label for task in planned.tasks]
+    assert "record radius=50 member=1" in labels
+    assert "drive radius=200 member=0 drive=b" in labels
+    assert [pickle.loads(pickle.dumps(task)).label for task in planned.tasks] == labels
+
+
+def test_whoever_waits_hears_how_many_cases_are_planned(tmp_path: Path) -> None:
+    heard: list[int] = []
+    make_plan(many(tmp_path, 1500), heard.append)
+    assert heard == sorted(heard)
+    assert len(heard) > 1
+    assert heard[-1] == 1500

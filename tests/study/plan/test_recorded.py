@@ -1,10 +1,12 @@
-"""Results of a few tiny cases, as recorded: a solver that gives others needs another version, or old results pass for new.
+"""Results and keys of a few tiny cases, as recorded: a solver that gives others needs another version, or old results pass for
+new.
 
 `python -m tests.study.plan.test_recorded` records them anew.
 """
 
 import json
 import math
+from dataclasses import replace
 from pathlib import Path
 
 import pytest
@@ -22,6 +24,7 @@ from study.plan.tasks import (
     drive_task,
     record_task,
     run_task,
+    states_task,
     statistics_task,
 )
 
@@ -31,6 +34,7 @@ STEADY = Case(radius=50.0, slab=SLAB, max_events=60)
 SMOOTH: Drive = NamedDrive.of("paper", samples=50, profile="mean").dimensionless(Scales())
 """Over the teeth themselves a last digit of the record turns the motion."""
 FIRST_TEETH: Drive = NamedDrive.of("paper", samples=50, duration=0.005).dimensionless(Scales())
+ROUGH = Heterogeneity(roughness=((-0.1, 0.0), (0.1, 1e-6)))
 TASKS: dict[str, tuple[Task, ...]] = {
     "contact of a punch": (contact_task(Case(pin="flat_punch", slab=SLAB)),),
     "gradual contact": (contact_task(Case(radius=50.0, slab=SLAB, initial_contact="gradual")),),
@@ -49,6 +53,22 @@ TASKS: dict[str, tuple[Task, ...]] = {
     "drive against the mean force": (record_task(STEADY), drive_task(STEADY, SMOOTH)),
     "drive over teeth": (record_task(STEADY), drive_task(STEADY, FIRST_TEETH)),
 }
+NAMED: dict[str, Task] = {
+    "compliance": compliance_task(SLAB),
+    "compliance of a chain": compliance_task(Slab(17, scheme="chain")),
+    "contact of a punch, scalars": contact_task(Case(pin="flat_punch", slab=SLAB), scalars_only=True),
+    "contact without coupling": contact_task(replace(STEADY, effects=Effects(coupling=False))),
+    "record, scalars": record_task(STEADY, scalars_only=True),
+    "record without friction": record_task(replace(STEADY, intrinsic_friction=0.0)),
+    "record of adhesive stick": record_task(replace(STEADY, intrinsic_friction=math.inf)),
+    "record of a rough pin": record_task(replace(STEADY, heterogeneity=ROUGH)),
+    "record to a displacement": record_task(replace(STEADY, max_events=None, max_spacings=2.0, start=0.25)),
+    "states": states_task(STEADY, (0, 3), False),
+    "states at first, inside": states_task(STEADY, (0,), True),
+    "drive, scalars, unfitted": drive_task(STEADY, SMOOTH, scalars_only=True, fitted=False),
+    **{f"last of: {label}": tasks[-1] for label, tasks in TASKS.items()},
+}
+"""Tasks whose keys are recorded."""
 TOLERANCE = 1e-9
 """Libraries and threads round differently, 3e-11 was seen; a change of the solver that is one moves a number further."""
 
@@ -76,9 +96,20 @@ def test_a_result_that_changed_has_another_solver_version(label: str) -> None:
     )
 
 
+def test_a_key_that_changed_has_another_solver_version() -> None:
+    """Else a campaign that is half done would begin again."""
+    recorded = json.loads(RECORDED.read_text("utf-8"))
+    assert recorded["solver_version"] == SOLVER_VERSION, "run python -m tests.study.plan.test_recorded"
+    assert {label: task.key for label, task in NAMED.items()} == recorded["keys"]
+
+
 def record_anew() -> None:
     """Write what the solver gives now."""
-    content = {"solver_version": SOLVER_VERSION, "results": {label: computed(label) for label in TASKS}}
+    content = {
+        "solver_version": SOLVER_VERSION,
+        "keys": {label: task.key for label, task in NAMED.items()},
+        "results": {label: computed(label) for label in TASKS},
+    }
     RECORDED.write_text(json.dumps(content, indent=1, ensure_ascii=False) + "\n", "utf-8")
 
 

@@ -7,6 +7,7 @@ import pytest
 from solver import friction_record
 from solver.case import Case, Heterogeneity, SlipRule
 from solver.slab import Slab
+from study.plan.cost.seconds import record_seconds, spacing_seconds
 from study.plan.cost.sliding import mean_step
 
 CASES = {
@@ -35,3 +36,10 @@ def test_the_mean_step_of_an_ordinary_record_is_foretold_to_a_factor_of_two(case
     assert record.outcome.ok
     ratio = mean_step(case) / (record.final_displacement / len(record.displacement))
     assert 0.5 < ratio < 2.0
+
+
+@pytest.mark.parametrize("case", [*CASES.values(), Case(slip_rule=SlipRule(residual_shear=1.0))])
+def test_a_record_of_one_spacing_costs_the_same_whatever_limits_the_case_has(case: Case) -> None:
+    over = replace(case, max_events=None, max_displacement=None, max_spacings=1.0)
+    for limits in ({"max_events": 5}, {"max_displacement": 1e-3}, {"max_spacings": 3.0, "max_events": None}):
+        assert spacing_seconds(replace(case, **limits)) == record_seconds(over)

@@ -1,0 +1,30 @@
+"""Each case finds its own tasks, however many cases there are."""
+
+from collections.abc import Iterator
+
+from solver.outcome import COMPLETED
+from study.manifest.cases import CampaignCase, Labels
+from study.plan.case_tasks import TasksOfCases
+
+KEYS: list[dict[tuple[str, str], str]] = [
+    {("compliance", ""): "c", ("record", ""): "r0"},
+    {},
+    {("compliance", ""): "c", ("record", ""): "r2", ("drive", "a"): "d2", ("drive", "b"): "e2"},
+    {("compliance", ""): "c", ("record", ""): "r0"},
+]
+
+
+def cases() -> Iterator[CampaignCase]:
+    for number in range(len(KEYS)):
+        yield CampaignCase(f"case {number}", Labels((), {}), (), None, COMPLETED)
+
+
+def test_a_case_has_the_tasks_that_were_given_for_it() -> None:
+    found = TasksOfCases()
+    for case, keys in zip(cases(), KEYS, strict=True):
+        found.add(case, keys)
+    assert list(found) == [case.case_id for case in cases()]
+    assert [found[case_id].keys for case_id in found] == KEYS
+    assert [found[f"case {number}"].record for number in (2, 0, 1, 2)] == ["r2", "r0", None, "r2"]
+    assert found["case 2"].drives == {"a": "d2", "b": "e2"}
+    assert "case 9" not in found
