@@ -1,25 +1,21 @@
 """Expand a campaign into cases: one for each combination of its axes (product), each position (zip) or each line of its table."""
 
 import itertools
-from collections.abc import Callable, Iterator, Mapping, Sequence
-from dataclasses import dataclass, fields
-from typing import Any, Final, NamedTuple
+from collections.abc import Callable, Iterator
+from dataclasses import dataclass
+from typing import Any, NamedTuple
 
 from solver.case import Case
 from solver.outcome import COMPLETED, InvalidInput, Outcome
-from solver.parameter import declared
 from study.canonical import Texts
 from study.manifest.effects import refusal
 from study.manifest.manifest import Manifest
-from study.manifest.parameters import STANDARD, Value, in_words, make_case
+from study.manifest.parameters import STANDARD, Alike, Value, in_words
 from study.manifest.problems import ManifestError
 from study.provenance import content_hash
 
 MEMBER = "member"
 """Label of a case of an ensemble, beside its parameters: its number among the members, from 0."""
-MOST_KINDS: Final = 2**14
-"""Kinds of cases, alike in all but a case's own parameters, that are kept in memory."""
-
 Point = tuple[Value | None, ...]
 """Values of the axes, and the member's number where there are several. None: a setting that this case does not have."""
 Heard = Callable[[int], None]
@@ -91,44 +87,6 @@ def _same(manifest: Manifest) -> Iterator[str]:
             yield f"{manifest.path}: cases {first} and {number} are the same: {case.point}"
 
 
-class _Alike:
-    """Cases with the same parameters but a few, given by name. What they have in common is checked and kept once.
-
-    A campaign has millions of cases and few slabs, slip rules, ...: all cases share the parts that are the same.
-    """
-
-    def __init__(self, fixed: Mapping[str, Value], names: Sequence[str]) -> None:
-        """names: of the parameters that differ; a later value of the same name counts."""
-        self._fixed, self._names = fixed, tuple(names)
-        own = {item.name: place for place, item in enumerate(fields(Case)) if item.name in declared(Case)}
-        self._own = [(number, own[name]) for number, name in enumerate(names) if name in own]
-        self._others = [number for number, name in enumerate(names) if name not in own]
-        self._kinds: dict[Point, list[Any]] = {}
-
-    def case(self, values: Point) -> Case:
-        """The case that `make_case` makes of these values beside the fixed ones. Raises InvalidInput as it does."""
-        kind = tuple([values[number] for number in self._others])
-        known = self._kinds.get(kind)
-        if known is None:
-            return self._first(kind, values)
-        for number, place in self._own:
-            known[place] = values[number]
-        try:
-            return Case(*known)
-        except InvalidInput:
-            return self._made(values)  # says the same in the words of a manifest
-
-    def _first(self, kind: Point, values: Point) -> Case:
-        case = self._made(values)
-        if len(self._kinds) >= MOST_KINDS:
-            self._kinds.clear()
-        self._kinds[kind] = [getattr(case, item.name) for item in fields(Case)]
-        return case
-
-    def _made(self, values: Point) -> Case:
-        return make_case({**self._fixed, **dict(zip(self._names, values, strict=True))})
-
-
 class _Expansion:
     """The cases of one campaign."""
 
@@ -138,7 +96,7 @@ class _Expansion:
         given = {**Case.of({}).flat, **self._fixed}
         standard = {name: given[name] for name in STANDARD if name not in manifest.axes}
         self._labels = Labels((*manifest.axes, *([MEMBER] if self._several else [])), standard)
-        self._alike: dict[tuple[str, ...], _Alike] = {}
+        self._alike: dict[tuple[str, ...], Alike] = {}
         self._texts = Texts(lambda case: case.flat)
 
     def cases(self) -> Iterator[CampaignCase]:
@@ -169,7 +127,7 @@ class _Expansion:
 
     def _made(self, names: tuple[str, ...], values: Point) -> Case:
         if names not in self._alike:
-            self._alike[names] = _Alike(self._fixed, names)
+            self._alike[names] = Alike(self._fixed, names)
         return self._alike[names].case(values)
 
     def _id(self, case: Case | None, names: tuple[str, ...], values: Point, member: int) -> str:

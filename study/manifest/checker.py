@@ -5,9 +5,12 @@ from functools import partial
 from pathlib import Path
 from typing import Any
 
+from solver.case import Case
+from solver.outcome import InvalidInput
+from solver.parameter import declared
 from solver.slab import SCHEMES
 from study.manifest.columns import Columns, Given
-from study.manifest.parameters import Value, make_case, words, words_of
+from study.manifest.parameters import Alike, Value, make_case, words, words_of
 from study.manifest.problems import key_shown, need, shown, unknown
 
 
@@ -53,9 +56,13 @@ class Checker:
         for word, given in columns.items():
             name = words()[word]
             taken: list[Any] = []
+            quick = _quick(name)
             for where, value in given:
                 if value is None:
                     taken.append(None)
+                    continue
+                if quick and (case := quick(value)):
+                    taken.append(getattr(case, name))
                     continue
                 points = [{**slab, name: value} for slab in slabs] if name in SCHEMES.settings() else [{name: value}]
                 wrong = {index: need(make_case, point) for index, point in enumerate(points)}
@@ -83,3 +90,21 @@ class Checker:
             else:
                 good[key] = value
         return good
+
+
+def _quick(name: str) -> Callable[[Any], Case | None] | None:
+    """What makes a case with a value of a case's own parameter; None for other parameters, and of a value that is refused.
+
+    A table has millions of values.
+    """
+    if name not in declared(Case):
+        return None
+    alike = Alike({}, (name,))
+
+    def made(value: Any) -> Case | None:
+        try:
+            return alike.case((value,))
+        except InvalidInput:
+            return None  # is looked at more closely
+
+    return made

@@ -2,7 +2,8 @@
 
 import math
 import re
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
+from dataclasses import fields
 from typing import Any, Final
 
 from solver.case import Case, parameters_of_a_case
@@ -58,6 +59,10 @@ spacings lets the effect of initial contact fade. The limit of events bounds the
 millions of events in a spacing."""
 
 
+MOST_KINDS: Final = 2**14
+"""Kinds of cases, alike in all but a case's own parameters, that `Alike` keeps."""
+
+
 def make_case(parameters: Mapping[str, Any]) -> Case:
     """The case with these parameters by field name, defaults for the rest.
 
@@ -76,3 +81,43 @@ def make_case(parameters: Mapping[str, Any]) -> Case:
         return Case.of({**limits, **parameters})
     except InvalidInput as error:
         raise InvalidInput(in_words(str(error))) from None
+
+
+class Alike:
+    """Cases with the same parameters but a few, given by name. What they have in common is checked and kept once.
+
+    A campaign has millions of cases and few slabs, slip rules, ...: all cases share the parts that are the same.
+    """
+
+    def __init__(self, fixed: Mapping[str, Value], names: Sequence[str]) -> None:
+        """names: of the parameters that differ; a later value of the same name counts."""
+        self._fixed, self._names = fixed, tuple(names)
+        own = {item.name: place for place, item in enumerate(fields(Case)) if item.name in declared(Case)}
+        self._own = [(number, own[name]) for number, name in enumerate(names) if name in own]
+        self._others = [number for number, name in enumerate(names) if name not in own]
+        self._kinds: dict[tuple[Any, ...], list[Any]] = {}
+
+    def case(self, values: tuple[Any, ...]) -> Case:
+        """The case that `make_case` makes of these values beside the fixed ones. Raises InvalidInput as it does."""
+        kind = tuple([values[number] for number in self._others])
+        known = self._kinds.get(kind)
+        if known is None:
+            return self._first(kind, values)
+        if math.inf in values:  # which some take that a campaign refuses
+            return self._made(values)
+        for number, place in self._own:
+            known[place] = values[number]
+        try:
+            return Case(*known)
+        except InvalidInput:
+            return self._made(values)  # says the same in the words of a manifest
+
+    def _first(self, kind: tuple[Any, ...], values: tuple[Any, ...]) -> Case:
+        case = self._made(values)
+        if len(self._kinds) >= MOST_KINDS:
+            self._kinds.clear()
+        self._kinds[kind] = [getattr(case, item.name) for item in fields(Case)]
+        return case
+
+    def _made(self, values: tuple[Any, ...]) -> Case:
+        return make_case({**self._fixed, **dict(zip(self._names, values, strict=True))})

@@ -236,7 +236,7 @@ def test_a_million_cases_fit_a_gigabyte(tmp_path: Path) -> None:
 
 
 def test_planning_a_case_more_is_little_work(tmp_path: Path) -> None:
-    """Counted in calls of functions, as clocks are no law. 250 seen, built-in ones included; 1790 when each case was made by itself."""
+    """Counted in calls of functions, built-in ones too, as clocks are no law. 250 seen; 1790 when each case was made alone."""
     calls = {}
     for cases in (1000, 3000):
         manifest, profile = many(tmp_path, cases), cProfile.Profile()
