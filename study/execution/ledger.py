@@ -166,9 +166,10 @@ class Ledger(Generic[W]):
             return
         self._crashed += 1
         self._report(task, done.outcome, done.seconds)
+        needs_failed = Outcome(Ending.NEEDS_FAILED, f"{task.label} {UNDONE[done.outcome.ending]}")
         for lost in self.queue.abandon(task.key):
             self._crashed += 1
-            self._report(lost, Outcome(Ending.NEEDS_FAILED, f"{task.label} {UNDONE[done.outcome.ending]}"), 0.0)
+            self._report(lost, needs_failed, 0.0)
 
     def expected(self, task: W) -> float:
         """Estimated seconds of this task, scaled by what its kind took so far; infinite before any of its kind ended."""

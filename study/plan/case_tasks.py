@@ -42,7 +42,7 @@ class TasksOfCases(Mapping[str, CaseTasks]):
     """case_id -> its tasks. Of millions of cases little is kept: the kinds of tasks that they share, and keys in one list."""
 
     def __init__(self) -> None:
-        self._cases: list[CampaignCase] = []
+        self.cases: list[CampaignCase] = []
         self._names: list[TaskNames] = []
         self._known: dict[TaskNames, TaskNames] = {}
         self._keys: list[str] = []
@@ -52,7 +52,7 @@ class TasksOfCases(Mapping[str, CaseTasks]):
     def add(self, case: CampaignCase, keys: Mapping[tuple[str, str], str]) -> None:
         """keys: of its tasks, by kind and label of the drive, in the order of stages."""
         names = tuple(keys)
-        self._cases.append(case)
+        self.cases.append(case)
         self._names.append(self._known.setdefault(names, names))
         self._begins.append(len(self._keys))
         self._keys += keys.values()
@@ -67,11 +67,11 @@ class TasksOfCases(Mapping[str, CaseTasks]):
         return last[1]
 
     def __iter__(self) -> Iterator[str]:
-        return (case.case_id for case in self._cases)
+        return (case.case_id for case in self.cases)
 
     def __len__(self) -> int:
-        return len(self._cases)
+        return len(self.cases)
 
     @cached_property
     def _places(self) -> dict[str, int]:
-        return {case.case_id: place for place, case in enumerate(self._cases)}
+        return {case.case_id: place for place, case in enumerate(self.cases)}

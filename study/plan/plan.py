@@ -106,15 +106,15 @@ def make_plan(manifest: Manifest, heard: Heard = lambda _: None) -> Plan:
         cases = expanding(manifest)
         while together := list(itertools.islice(cases, TOGETHER)):
             making.add(together)
-            heard(len(making.cases))
-        return Plan(manifest, tuple(making.cases), longest_chain_first(making.taken()), making.of_cases)
+            heard(len(making.of_cases))
+        tasks = longest_chain_first(making.taken())
+        return Plan(manifest, tuple(making.of_cases.cases), tasks, making.of_cases)
 
 
 class _Tasks:
     """A campaign's cases and their tasks, each distinct task once."""
 
     def __init__(self, manifest: Manifest) -> None:
-        self.cases: list[CampaignCase] = []
         self.of_cases = TasksOfCases()
         self._manifest = manifest
         self._kinds = [kind for kind in KINDS.values() if kind.needed(manifest)]
@@ -129,7 +129,6 @@ class _Tasks:
                     self._found[each.task.key] = self._planned(each, case)
         for case, its in zip(cases, wanted, strict=True):
             self.of_cases.add(case, {(each.task.kind, each.drive): each.task.key for each in its})
-        self.cases += cases
 
     def taken(self) -> list[Task]:
         """All tasks, which are no longer kept here: memory is what limits the size of a plan."""

@@ -23,27 +23,29 @@ def assignments(given: Sequence[str]) -> dict[str, str]:
 
 def chosen(cases: Sequence[CampaignCase], given: Mapping[str, str]) -> CampaignCase:
     """The one case that has all of these values, keys as in a manifest. Raises ManifestError where none or several have."""
-    found = list(cases)
+    points = [case.parameters for case in cases]
+    found = list(range(len(points)))
     for key, value in given.items():
         name = words().get(key, key)
-        there = list(dict.fromkeys(case.parameters[name] for case in cases if name in case.parameters))
+        there = list(dict.fromkeys(point[name] for point in points if name in point))
         if not there:
-            known = in_words(", ".join(dict.fromkeys(name for case in cases for name in case.parameters)))
+            known = in_words(", ".join(dict.fromkeys(name for point in points for name in point)))
             raise ManifestError([f"{key}={value}: these cases are told apart by {known}"])
-        found = [case for case in found if _is(case.parameters.get(name), value)]
+        found = [number for number in found if _is(points[number].get(name), value)]
         if not any(_is(each, value) for each in there):
             raise ManifestError([f"{key}={value}: no such case; there are {', '.join(map(str, there))}"])
     said = " ".join(f"{key}={value}" for key, value in given.items()) or "no selection"
     if not found:
         raise ManifestError([f"{said}: no case is all of that"])
     if len(found) > 1:
-        raise ManifestError([f"{said}: {len(found)} cases are like that; {_differing(found)}"])
-    return found[0]
+        differing = _differing([points[number] for number in found])
+        raise ManifestError([f"{said}: {len(found)} cases are like that; {differing}"])
+    return cases[found[0]]
 
 
-def _differing(cases: Sequence[CampaignCase]) -> str:
+def _differing(points: Sequence[Mapping[str, Value]]) -> str:
     """What tells cases apart, as advice."""
-    values = {name: list(dict.fromkeys(case.parameters.get(name) for case in cases)) for name in cases[0].parameters}
+    values = {name: list(dict.fromkeys(point.get(name) for point in points)) for name in points[0]}
     told = (f"{name} = {' or '.join(map(str, each[:4]))}" for name, each in values.items() if len(each) > 1)
     return in_words(f"say {', '.join(told)}")
 
