@@ -72,7 +72,7 @@ def shown_while_counting(monkeypatch: pytest.MonkeyPatch, terminal: bool, patien
 
 
 def test_a_terminal_shows_how_far_it_is_where_that_takes_long(monkeypatch: pytest.MonkeyPatch) -> None:
-    assert "2000 cases planned" in shown_while_counting(monkeypatch, terminal=True, patience=0.0)
+    assert "2500 cases planned" in shown_while_counting(monkeypatch, terminal=True, patience=0.0)
 
 
 @pytest.mark.parametrize(("terminal", "patience"), [(True, 60.0), (False, 0.0)])
