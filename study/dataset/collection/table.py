@@ -144,7 +144,7 @@ class Table:
         units: dict[str, NDArray[Any]] = {}
         for known in (scalars(kind), companions(kind)):
             for name, quantity in known.items():
-                if quantity is VALIDITY or not any(name in row for row in waiting.scalars):
+                if quantity.name == VALIDITY.name or not any(name in row for row in waiting.scalars):
                     continue
                 if quantity.per not in units:
                     units[quantity.per] = np.array([by[quantity.per] for by in waiting.factors])
