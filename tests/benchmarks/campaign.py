@@ -8,7 +8,6 @@ import os
 import sys
 import time
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass
 from pathlib import Path
 from tempfile import TemporaryDirectory
 from typing import Any, TypeVar
@@ -31,6 +30,7 @@ from tests.benchmarks import campaign
 from tests.benchmarks.ranks import found
 from tests.benchmarks.replay import Timed, replay
 from tests.benchmarks.table import Row, seconds, verdict
+from tests.study.execution.made_up import Work
 
 T = TypeVar("T")
 CASES = """\
@@ -171,14 +171,17 @@ def _resampled(durations: Mapping[str, list[float]]) -> list[Timed]:
     records = generator.choice(durations["record"], REPLAYED)
     drives = generator.choice(durations["drive"], REPLAYED)
     mean = {kind: float(np.mean(values)) for kind, values in durations.items()}
-    first = Timed("compliance", mean["compliance"], mean["compliance"], kind="compliance")
+    first = Timed("compliance", (), mean["compliance"], "compliance", seconds=mean["compliance"])
     return [
         first,
         *(
-            Timed(f"f{case}", float(took), mean["record"], ("compliance",), "record")
+            Timed(f"f{case}", ("compliance",), mean["record"], "record", seconds=float(took))
             for case, took in enumerate(records)
         ),
-        *(Timed(f"d{case}", float(took), mean["drive"], (f"f{case}",), "drive") for case, took in enumerate(drives)),
+        *(
+            Timed(f"d{case}", (f"f{case}",), mean["drive"], "drive", seconds=float(took))
+            for case, took in enumerate(drives)
+        ),
     ]
 
 
@@ -191,18 +194,6 @@ def _describe(folder: Path, count: int, stages: str, drive: str = "") -> None:
     (folder / "cases.toml").write_text(
         CASES.format(count=count, stages=stages, intrinsic_friction=friction) + drive, "utf-8"
     )
-
-
-@dataclass(frozen=True, slots=True)
-class Trivial:
-    """A task that is nothing but handed out and reported."""
-
-    key: str
-    needs: tuple[str, ...] = ()
-    cost: float = 1e-4
-    kind: str = "any"
-    label: str = "nothing"
-    limit: float = 600.0
 
 
 def _program(mode: str, folder: Path, what: str) -> None:
@@ -225,7 +216,7 @@ def _program(mode: str, folder: Path, what: str) -> None:
             finding: Any = _messages(farm, _plan(folder).tasks, int(what))
         elif made_up:
             Store(folder).prepare()
-            tasks = [Trivial(f"{number:020x}") for number in range(int(what))]
+            tasks = [Work(f"{number:020x}") for number in range(int(what))]
             _begin(farm)
             _, finding = _timed(lambda: farm.run(tasks, lambda *_: None))
         else:
@@ -243,12 +234,12 @@ def executor(given: tuple[str, Path, str]) -> Callable[[Any], Outcome]:
         return _files(folder)
     warm_up(miniatures(_plan(folder).tasks), lambda: None)
     compute = _executor(Store(folder / what))
-    return lambda task: COMPLETED if isinstance(task, Trivial) else compute(task)
+    return lambda task: COMPLETED if isinstance(task, Work) else compute(task)
 
 
 def _begin(farm: Farm) -> None:
     """Have every child started, its libraries loaded."""
-    farm.run([Trivial(f"begin {number}") for number in range(farm.size)], lambda *_: None)
+    farm.run([Work(f"begin {number}") for number in range(farm.size)], lambda *_: None)
 
 
 def _processor_seconds(farm: Farm) -> float:
@@ -313,7 +304,7 @@ def _executor(store: Store) -> Callable[[Task], Outcome]:
 def _files(folder: Path) -> Callable[[Any], Outcome]:
     store = Store(folder)
 
-    def execute(task: Trivial) -> Outcome:
+    def execute(task: Work) -> Outcome:
         store.write(TaskResult(task.key, "record", COMPLETED, {"plateau_mean": 0.0}, {"step": np.zeros(10)}))
         return COMPLETED
 

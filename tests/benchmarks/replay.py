@@ -9,7 +9,7 @@ from typing import Any
 from solver.outcome import COMPLETED
 from study.execution.dispatch import Dispatcher
 from study.execution.ledger import Done, Ledger
-from study.execution.queue import Work
+from tests.study.execution.made_up import Work
 
 
 @dataclass(frozen=True)
@@ -21,17 +21,11 @@ class Replay:
     """Time that the coordinator was at work."""
 
 
-@dataclass(frozen=True, slots=True)
-class Timed:
-    """A task whose duration (s) is known."""
+@dataclass(frozen=True)
+class Timed(Work):
+    """A task whose duration is known."""
 
-    key: str
-    seconds: float
-    cost: float
-    needs: tuple[str, ...] = ()
-    kind: str = "any"
-    label: str = ""
-    limit: float = 600.0
+    seconds: float = 0.0
 
 
 def replay(tasks: Sequence[Timed], ranks: int, per_task: float) -> Replay:

@@ -7,8 +7,8 @@ from tests.benchmarks.replay import Timed, replay
 
 def campaign(count: int, seconds: float) -> list[Timed]:
     """Equal tasks of known cost that all need a first one."""
-    first = Timed("first", seconds, seconds)
-    return [first, *(Timed(str(number), seconds, seconds, needs=("first",)) for number in range(count))]
+    first = Timed("first", cost=seconds, seconds=seconds)
+    return [first, *(Timed(str(number), ("first",), seconds, seconds=seconds) for number in range(count))]
 
 
 def test_a_lone_rank_takes_the_sum() -> None:
@@ -26,5 +26,5 @@ def test_more_ranks_than_the_coordinator_can_feed_take_its_time() -> None:
 
 
 def test_without_enough_tasks_the_longest_is_the_limit() -> None:
-    tasks = [Timed("long", 5.0, 5.0), *(Timed(str(number), 0.1, 0.1) for number in range(20))]
+    tasks = [Timed("long", cost=5.0, seconds=5.0), *(Timed(str(number), cost=0.1, seconds=0.1) for number in range(20))]
     assert replay(tasks, ranks=8, per_task=0.0).makespan == pytest.approx(5.0)

@@ -4,35 +4,24 @@ import os
 import signal
 import sys
 import time
-from dataclasses import dataclass
 
 from solver.outcome import COMPLETED, Outcome
 from study.execution.farms.opening import open_farm
 from study.execution.ledger import Execute
 from study.execution.program import Program
-
-
-@dataclass(frozen=True)
-class Work:
-    key: str
-    needs: tuple[str, ...] = ()
-    cost: float = 0.01
-    kind: str = "any"
-    limit: float = 100.0
-    seconds: float = 0.01
-
-    @property
-    def label(self) -> str:
-        return f"task {self.key}"
+from tests.study.execution.made_up import Work
 
 
 def tasks(what: str) -> list[Work]:
-    """A hundred short tasks; with `chain` each needs the one before it, with `stop` they outlast the signal."""
+    """A hundred short tasks; with `chain` each needs the one before it, with `stop` they outlast the signal.
+
+    A task sleeps as long as it costs.
+    """
     if what == "pace":
-        return [Work(str(number), cost=0.05, seconds=0.05) for number in range(40)]
+        return [Work(str(number), cost=0.05) for number in range(40)]
     seconds = {"stop": 0.3, "stuck": 60.0}.get(what, 0.01)
     needs = [(str(number - 1),) if what == "chain" and number else () for number in range(100)]
-    return [Work(str(number), needs[number], seconds=seconds) for number in range(100)]
+    return [Work(str(number), needs[number], seconds, limit=100.0) for number in range(100)]
 
 
 def executor(what: str) -> Execute[Work]:
@@ -43,7 +32,7 @@ def executor(what: str) -> Execute[Work]:
             raise ZeroDivisionError("a defect")
         if what in ("stop", "stuck") and task.key == "0":
             print("started", flush=True)
-        time.sleep(task.seconds)
+        time.sleep(task.cost)
         return COMPLETED
 
     return execute

@@ -1,18 +1,22 @@
 """Made-up tasks, and what notes what becomes of them."""
 
-import math
 from dataclasses import dataclass
 
 from solver.outcome import COMPLETED, Outcome
 
+LIMIT = 4.0
+"""Seconds that a task may take that never ends."""
+
 
 @dataclass(frozen=True)
 class Work:
+    """A task for any program: what its key or its cost means is the program's own affair."""
+
     key: str
     needs: tuple[str, ...] = ()
-    cost: float = 1.0
+    cost: float = 0.01
     kind: str = "any"
-    limit: float = math.inf
+    limit: float = LIMIT
 
     @property
     def label(self) -> str:

@@ -1,7 +1,5 @@
 """Each ready task goes to the rank with the least estimated work, in one message per rank."""
 
-import math
-from dataclasses import dataclass
 from functools import partial
 
 import pytest
@@ -9,16 +7,7 @@ import pytest
 from solver.outcome import COMPLETED
 from study.execution.dispatch import LOOKAHEAD, STRANDED, Dispatcher
 from study.execution.ledger import Done, Ledger
-
-
-@dataclass(frozen=True)
-class Work:
-    key: str
-    cost: float
-    needs: tuple[str, ...] = ()
-    kind: str = "any"
-    limit: float = math.inf
-    label: str = ""
+from tests.study.execution.made_up import Work
 
 
 class Harness:
@@ -42,13 +31,13 @@ class Harness:
 
 
 def test_before_any_duration_is_known_each_rank_gets_one_task():
-    harness = Harness(3, [Work(str(number), 0.01) for number in range(10)])
+    harness = Harness(3, [Work(str(number)) for number in range(10)])
     assert harness.hand_out() == [(0, ["0"]), (1, ["1"]), (2, ["2"])]
     assert harness.hand_out() == []
 
 
 def test_short_tasks_travel_together_and_no_further_ahead_than_agreed():
-    harness = Harness(2, [Work(str(number), 0.01) for number in range(100)])
+    harness = Harness(2, [Work(str(number)) for number in range(100)])
     harness.hand_out()
     harness.finish(1, "1", 0.01)
     (rank, keys), *others = harness.hand_out()
@@ -57,7 +46,7 @@ def test_short_tasks_travel_together_and_no_further_ahead_than_agreed():
 
 
 def test_long_tasks_are_kept_for_the_rank_that_is_free_first():
-    harness = Harness(2, [Work(str(number), 1.0) for number in range(4)])
+    harness = Harness(2, [Work(str(number), cost=1.0) for number in range(4)])
     harness.hand_out()
     harness.finish(1, "1", 1.0)
     assert harness.hand_out() == [(1, ["2"])]
@@ -68,7 +57,7 @@ def test_long_tasks_are_kept_for_the_rank_that_is_free_first():
 def test_what_waits_behind_a_task_that_hangs_is_handed_out_elsewhere(monkeypatch):
     now = [100.0]
     monkeypatch.setattr("study.execution.dispatch.time.monotonic", lambda: now[0])
-    harness = Harness(2, [Work(str(number), 0.01) for number in range(45)])
+    harness = Harness(2, [Work(str(number)) for number in range(45)])
     harness.hand_out()
     harness.finish(0, "0", 0.01)
     ((_, keys),) = harness.hand_out()

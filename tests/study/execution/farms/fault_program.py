@@ -8,7 +8,7 @@ from solver.outcome import Outcome
 from study.execution.farms.opening import open_farm
 from study.execution.ledger import Done
 from tests.study.execution.farms import faults
-from tests.study.execution.farms.faults import Work
+from tests.study.execution.made_up import Work
 
 
 def main(fault: str, rank: int, folder: Path) -> None:

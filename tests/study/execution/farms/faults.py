@@ -1,4 +1,4 @@
-"""What a task can do to the process that computes it, each fault by its name, and tasks that do it."""
+"""What a task can do to the process that computes it, each fault by its name, and the program that does it."""
 
 import ctypes
 import os
@@ -7,30 +7,12 @@ import signal
 import sys
 import time
 from collections.abc import Callable
-from dataclasses import dataclass
 from pathlib import Path
 
 from solver.outcome import COMPLETED, Ending, Outcome
 from study.execution.ledger import Execute
 from study.execution.program import Program
-
-LIMIT = 4.0
-"""Seconds that a task may take that never ends."""
-
-
-@dataclass(frozen=True)
-class Work:
-    """A task that does the fault of its key; any other key is a sound one, which leaves a file of that name."""
-
-    key: str
-    needs: tuple[str, ...] = ()
-    cost: float = 0.01
-    kind: str = "any"
-    limit: float = LIMIT
-
-    @property
-    def label(self) -> str:
-        return f"task {self.key}"
+from tests.study.execution.made_up import Work
 
 
 class Unspeakable(Exception):
@@ -98,7 +80,7 @@ FAULTS: dict[str, tuple[Callable[[], object], Ending, str]] = {
 
 
 def executor(folder: Path) -> Execute[Work]:
-    """The function that computes such a task; `folder` takes what sound ones leave."""
+    """What computes a task: it does the fault of its key; any other key is a sound one, which leaves a file of that name."""
 
     def execute(task: Work) -> Outcome:
         assert all((folder / need).exists() for need in task.needs)

@@ -8,7 +8,8 @@ from pathlib import Path
 from tempfile import TemporaryDirectory
 
 from tests.conftest import launcher
-from tests.study.execution.farms.faults import FAULTS, LIMIT
+from tests.study.execution.farms.faults import FAULTS
+from tests.study.execution.made_up import LIMIT
 
 README = Path(__file__).with_name("README.md")
 PROGRAM = "tests.study.execution.farms.fault_program"

@@ -16,7 +16,8 @@ from study.execution.ledger import Done, Tally
 from study.execution.program import Program
 from tests.conftest import launcher
 from tests.study.execution.farms import faults
-from tests.study.execution.farms.faults import FAULTS, Work
+from tests.study.execution.farms.faults import FAULTS
+from tests.study.execution.made_up import Work
 
 
 class Unknown(str):

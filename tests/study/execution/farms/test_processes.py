@@ -18,7 +18,8 @@ from study.execution.farms.processes import ProcessFarm
 from study.execution.ledger import Tally
 from study.execution.program import Program
 from tests.conftest import SMALL
-from tests.study.execution.farms.faults import Work, program
+from tests.study.execution.farms.faults import program
+from tests.study.execution.made_up import Work
 from tests.study.results.results import written
 
 NOTHING = Program("builtins", "callable")
