@@ -3,13 +3,11 @@
 import socket
 import sys
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass
 from types import TracebackType
 from typing import Any, NoReturn, Protocol, Self, TypeVar
 
-from study.execution.dispatch import Dispatcher
 from study.execution.interruption import GRACE, Interruption
-from study.execution.ledger import Done, Execute, Fail, Ledger, Report, Tally, attempt, tell
+from study.execution.ledger import Execute, Fail, Ledger, Report, Tally, attempt, tell
 from study.execution.queue import Work
 
 W = TypeVar("W", bound=Work)
@@ -90,19 +88,3 @@ class SerialFarm(LocalFarm):
             tell(task, done)
             ledger.enter(task, done)
         return ledger.tally(self.interruption.requested)
-
-
-@dataclass(frozen=True, slots=True)
-class Returned:
-    """News of a rank: keys of the tasks that it has not begun and will not."""
-
-    keys: tuple[str, ...]
-
-
-def take_in(ledger: Ledger[Any], dispatcher: Dispatcher, rank: int, news: Done | Returned) -> None:
-    """Enter what a rank says of its tasks."""
-    if isinstance(news, Done):
-        ledger.enter(dispatcher.take_back(rank, news.key), news)
-        return
-    for key in news.keys:
-        ledger.give_back(dispatcher.take_back(rank, key))

@@ -4,11 +4,11 @@ from collections.abc import Sequence
 from multiprocessing.connection import wait
 from typing import Any, Final, TypeVar
 
-from study.execution.dispatch import Dispatcher
 from study.execution.farms.agent import Agent
-from study.execution.farms.farm import LocalFarm, Returned, take_in
+from study.execution.farms.coordinator import News, Returned, coordinate
+from study.execution.farms.farm import LocalFarm
 from study.execution.interruption import GRACE
-from study.execution.ledger import Fail, Ledger, Report, Tally
+from study.execution.ledger import Fail, Report, Tally
 from study.execution.queue import Work
 
 PATIENCE: Final = 0.1
@@ -32,24 +32,17 @@ class ProcessFarm(LocalFarm):
 
     def run(self, tasks: Sequence[W], report: Report[W], fail: Fail[W] = lambda *_: None) -> Tally:
         """Hand out tasks, idle processes first; several at once where they are short."""
-        ledger = Ledger(tasks, report, fail)
-        dispatcher = Dispatcher([agent.give for agent in self._agents])
-        while ledger.unfinished and not (self.interruption.requested or ledger.halt):
-            dispatcher.hand_out(ledger)
-            self._arrivals(dispatcher, ledger)
-            self._take_back(dispatcher.stranded(), dispatcher, ledger)
-        self._take_back(range(self.size), dispatcher, ledger)
-        while dispatcher.busy:
-            self._arrivals(dispatcher, ledger)
-        return ledger.tally(self.interruption.requested)
+        return coordinate(self, self.interruption, tasks, report, fail)
 
-    def _arrivals(self, dispatcher: Dispatcher, ledger: Ledger[Any]) -> None:
-        """Wait for news, and enter the tasks that have ended."""
+    def give(self, rank: int, tasks: list[Any]) -> None:
+        """Have a process compute tasks, behind those that it has."""
+        self._agents[rank].give(tasks)
+
+    def take_back(self, rank: int) -> Returned:
+        """Have a process return the tasks that it has not begun."""
+        return Returned(self._agents[rank].give_back())
+
+    def news(self) -> list[tuple[int, News]]:
+        """Wait for a task to end; returns those that have."""
         wait([agent.pipe for agent in self._agents if agent.busy and agent.pipe], PATIENCE)
-        for number, agent in enumerate(self._agents):
-            for done in agent.arrived():
-                take_in(ledger, dispatcher, number, done)
-
-    def _take_back(self, numbers: Sequence[int], dispatcher: Dispatcher, ledger: Ledger[Any]) -> None:
-        for number in numbers:
-            take_in(ledger, dispatcher, number, Returned(self._agents[number].give_back()))
+        return [(number, done) for number, agent in enumerate(self._agents) for done in agent.arrived()]

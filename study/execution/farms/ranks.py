@@ -10,17 +10,15 @@ import traceback
 from collections import deque
 from collections.abc import Sequence
 from dataclasses import dataclass
-from functools import partial
 from multiprocessing.connection import wait
 from types import TracebackType
 from typing import Any, Final, NoReturn, Self, TypeVar
 
-from study.execution.dispatch import Dispatcher
 from study.execution.farms.agent import Agent
-from study.execution.farms.farm import Returned, take_in
+from study.execution.farms.coordinator import News, Returned, coordinate
 from study.execution.interruption import LAST_WORDS, Interruption
 from study.execution.launch import processes_here
-from study.execution.ledger import Fail, Ledger, Report, Tally, say
+from study.execution.ledger import Fail, Report, Tally, say
 from study.execution.queue import Work
 
 SHORTEST_PAUSE: Final = 1e-4
@@ -47,6 +45,7 @@ class MPIFarm:
         self.root = self.rank == 0
         self.here = min(self.size, processes_here())
         self._sent: deque[Any] = deque()
+        self._pause = _Pause(agent)
 
     def __enter__(self) -> Self:
         self.interruption.__enter__()
@@ -64,23 +63,36 @@ class MPIFarm:
 
     def run(self, tasks: Sequence[W], report: Report[W], fail: Fail[W] = lambda *_: None) -> Tally:
         """Hand out tasks, idle ranks first; several at once where they are short."""
-        ledger = Ledger(tasks, report, fail)
-        pause = _Pause(self._agent)
-        dispatcher = Dispatcher([self._agent.give, *(partial(self._send, rank) for rank in range(1, self.size))])
-        while ledger.unfinished and not (self.interruption.requested or ledger.halt):
-            arrived = self._arrivals(dispatcher, ledger)
-            given = dispatcher.hand_out(ledger)
-            self._take_back(dispatcher.stranded(), dispatcher, ledger)
-            pause.after(bool(arrived or given))
-        self._take_back(range(self.size), dispatcher, ledger)
-        while dispatcher.busy:
-            pause.after(bool(self._arrivals(dispatcher, ledger)))
-        return ledger.tally(self.interruption.requested)
+        return coordinate(self, self.interruption, tasks, report, fail)
+
+    def give(self, rank: int, tasks: list[Any]) -> None:
+        """Have a rank compute tasks, behind those that it has."""
+        if rank:
+            self._send(rank, tasks)
+        else:
+            self._agent.give(tasks)
+
+    def take_back(self, rank: int) -> Returned:
+        """Have a rank return the tasks that it has not begun: this one at once, others as news."""
+        if rank:
+            self._send(rank, _GiveBack())
+            return Returned(())
+        return Returned(self._agent.give_back())
+
+    def news(self) -> list[tuple[int, News]]:
+        """What has arrived from other ranks and from this one's child; waits a little where nothing has."""
+        found: list[tuple[int, News]] = [(0, done) for done in self._agent.arrived()]
+        for rank, message in self._messages():
+            if isinstance(message, _Interrupted):
+                self.interruption.request()
+            else:
+                found.append((rank, message))
+        self._pause.after(bool(found))
+        return found
 
     def serve(self) -> int:
         """Compute what rank 0 sends, first come first served, until it leaves."""
         told = False
-        pause = _Pause(self._agent)
         while True:
             arrived: list[Any] = [message for _, message in self._messages()]
             for message in arrived:
@@ -98,7 +110,7 @@ class MPIFarm:
                 self._world.send(_Interrupted(), dest=0)
             if self.interruption.requested:
                 self._return_tasks()
-            pause.after(bool(arrived))
+            self._pause.after(bool(arrived))
 
     def leave(self, code: int) -> NoReturn:
         """Rank 0 tells the others; all end together with one exit code, under any launcher."""
@@ -127,23 +139,6 @@ class MPIFarm:
     def _return_tasks(self) -> None:
         if keys := self._agent.give_back():
             self._world.send(Returned(keys), dest=0)
-
-    def _arrivals(self, dispatcher: Dispatcher, ledger: Ledger[Any]) -> int:
-        messages = [(0, done) for done in self._agent.arrived()] + self._messages()
-        for rank, message in messages:
-            if isinstance(message, _Interrupted):
-                self.interruption.request()
-            else:
-                take_in(ledger, dispatcher, rank, message)
-        return len(messages)
-
-    def _take_back(self, ranks: Sequence[int], dispatcher: Dispatcher, ledger: Ledger[Any]) -> None:
-        """Have ranks return the tasks that they have not begun."""
-        for rank in ranks:
-            if rank:
-                self._send(rank, _GiveBack())
-            else:
-                take_in(ledger, dispatcher, 0, Returned(self._agent.give_back()))
 
 
 @dataclass(frozen=True, slots=True)

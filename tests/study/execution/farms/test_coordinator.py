@@ -1,0 +1,65 @@
+"""Whoever computes, and however it is reached: every task is computed once, and after a signal only what has been begun."""
+
+from solver.outcome import COMPLETED
+from study.execution.farms.coordinator import News, Returned, coordinate
+from study.execution.interruption import Interruption
+from study.execution.ledger import Done, Tally
+from tests.study.execution.made_up import DIAMOND, Diary, Work
+
+
+class MadeUpRanks:
+    """Ranks that compute one task each between two looks at their news; only the first one is near."""
+
+    def __init__(self, size: int, seconds: float = 0.01) -> None:
+        self.size = size
+        self.computed: list[str] = []
+        self._seconds = seconds
+        self._waiting: list[list[Work]] = [[] for _ in range(size)]
+        self._returned: list[tuple[int, News]] = []
+
+    def give(self, rank: int, tasks: list[Work]) -> None:
+        self._waiting[rank].extend(tasks)
+
+    def take_back(self, rank: int) -> Returned:
+        returned = Returned(tuple(task.key for task in self._waiting[rank][1:]))
+        del self._waiting[rank][1:]
+        if rank == 0:
+            return returned
+        self._returned.append((rank, returned))
+        return Returned(())
+
+    def news(self) -> list[tuple[int, News]]:
+        found, self._returned = self._returned, []
+        for rank, tasks in enumerate(self._waiting):
+            if tasks:
+                key = tasks.pop(0).key
+                self.computed.append(key)
+                found.append((rank, Done(key, COMPLETED, self._seconds)))
+        return found
+
+
+def coordinated(ranks: MadeUpRanks, tasks: tuple[Work, ...], stop_after: str = "") -> tuple[Tally, Diary]:
+    diary, interruption = Diary(), Interruption(grace=1.0)
+
+    def report(task: Work, outcome: object, seconds: float) -> None:
+        diary.report(task, COMPLETED, seconds)
+        if task.key == stop_after:
+            interruption.request()
+
+    return coordinate(ranks, interruption, tasks, report, lambda *_: None), diary
+
+
+def test_every_task_is_computed_once_after_its_needs() -> None:
+    ranks = MadeUpRanks(3)
+    tally, diary = coordinated(ranks, DIAMOND)
+    assert tally == Tally(done=5)
+    assert sorted(ranks.computed) == sorted(diary.reported) == list("abcde")
+    assert ranks.computed.index("a") < min(map(ranks.computed.index, "bc"))
+    assert ranks.computed.index("d") > max(map(ranks.computed.index, "bc"))
+
+
+def test_after_a_signal_what_has_not_been_begun_comes_back() -> None:
+    ranks = MadeUpRanks(2)
+    tally, diary = coordinated(ranks, tuple(Work(str(number)) for number in range(100)), stop_after="10")
+    assert tally.interrupted
+    assert tally.done == len(diary.reported) == len(ranks.computed) < 15
