@@ -1,6 +1,7 @@
 """How long tasks take on several ranks, from what each is estimated to cost and what others of its kind have cost so far."""
 
 import heapq
+import math
 from collections import Counter, defaultdict
 from collections.abc import Sequence
 from typing import Any, Final
@@ -11,6 +12,28 @@ MEMORY: Final = 0.05
 """Share of the tasks of a kind after which an ended one counts half: what is left is like those that ended last."""
 DOUBT: Final = 2.0
 """An estimate counts as much as so many finished tasks of its kind."""
+
+
+LEAST: Final = 1e-3
+"""Lower bound of a task's expected seconds: its files and messages, however little it computes."""
+
+
+class Expectation:
+    """How long a task will take: its estimate, scaled by what tasks of its kind took over what they were estimated to."""
+
+    def __init__(self) -> None:
+        self._estimated: defaultdict[str, float] = defaultdict(float)
+        self._measured: defaultdict[str, float] = defaultdict(float)
+
+    def learn(self, task: Work, seconds: float) -> None:
+        """Note that a task has ended after so many seconds."""
+        self._estimated[task.kind] += task.cost
+        self._measured[task.kind] += seconds
+
+    def seconds(self, task: Work) -> float:
+        """Expected seconds of a task; infinite before any of its kind has ended."""
+        estimated = self._estimated[task.kind]
+        return max(task.cost * self._measured[task.kind] / estimated, LEAST) if estimated > 0.0 else math.inf
 
 
 class Forecast:

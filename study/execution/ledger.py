@@ -1,23 +1,21 @@
 """The state of a run: queued tasks, outcomes of finished ones, and measured seconds of each kind of task."""
 
-import math
 import sys
 import time
 import traceback
-from collections import Counter, defaultdict
+from collections import Counter
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field
 from typing import Final, Generic, TypeVar
 
 from solver.outcome import UNDONE, Ending, Outcome
+from study.execution.forecast import Expectation
 from study.execution.queue import TaskQueue, Work
 
 W = TypeVar("W", bound=Work)
 Execute = Callable[[W], Outcome]
 Report = Callable[[W, Outcome, float], None]
 
-LEAST: Final = 1e-3
-"""Lower bound of a task's estimated seconds: its files and messages, however little it computes."""
 ATTEMPTS: Final = 2
 """How often a task is begun whose process dies: what killed it may have been no fault of its own."""
 
@@ -119,8 +117,7 @@ class Ledger(Generic[W]):
         self._done = 0
         self._crashed = 0
         self._failed: Counter[str] = Counter()
-        self._estimated: dict[str, float] = defaultdict(float)
-        self._measured: dict[str, float] = defaultdict(float)
+        self._expectation = Expectation()
         self._seconds = 0.0
         self._places: set[str] = set()
 
@@ -151,8 +148,7 @@ class Ledger(Generic[W]):
         if done.outcome.ending in UNDONE:
             self._enter_failure(task, done)
             return
-        self._estimated[task.kind] += task.cost
-        self._measured[task.kind] += done.seconds
+        self._expectation.learn(task, done.seconds)
         self._done += 1
         self._report(task, done.outcome, done.seconds)
         self.queue.finish(task.key)
@@ -173,8 +169,7 @@ class Ledger(Generic[W]):
 
     def expected(self, task: W) -> float:
         """Estimated seconds of this task, scaled by what its kind took so far; infinite before any of its kind ended."""
-        estimated = self._estimated[task.kind]
-        return max(task.cost * self._measured[task.kind] / estimated, LEAST) if estimated > 0.0 else math.inf
+        return self._expectation.seconds(task)
 
     def tally(self, interrupted: bool) -> Tally:
         """The counts so far. A signal that came after the last task interrupted nothing."""

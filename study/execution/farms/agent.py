@@ -1,7 +1,8 @@
-"""Whoever computes through a child: hands it one task after the other, and outlives what a task does to it.
+"""Whoever computes through a child: hands it tasks, a few at a time where they are short, and outlives what one does to it.
 
 A child that dies (segmentation fault, killed, out of memory, `os._exit`) takes the task with it that it computed; one that does
-not end in time is killed. Another child goes on with the next task. All that costs a task 0.1 ms, a new child half a second.
+not end in time is killed. How tasks ended comes back in their order: the first one not heard of is the one in its hands. Another
+child goes on with the next, half a second later.
 """
 
 import socket
@@ -13,12 +14,15 @@ from typing import Any, Final
 from solver.outcome import Ending, Outcome
 from study.execution.farms.child import NO_TASK
 from study.execution.farms.process import ChildProcess
+from study.execution.forecast import Expectation
 from study.execution.ledger import Done, tell
 from study.execution.program import Program
 from study.execution.queue import Work
 
 START: Final = 300.0
 """Seconds that a child has to start in; a crowded file system may need a while."""
+AHEAD: Final = 0.01
+"""Seconds of work that a child has at hand: it need not wait until this process has its turn."""
 FALSE_STARTS: Final = 5
 """Children of one agent that end before they can compute, one after the other, until it gives up."""
 
@@ -35,13 +39,19 @@ class Agent:
         self._program, self._number = program, number
         self._child: ChildProcess | None = None
         self._waiting: deque[Work] = deque()
-        self._doing: Work | None = None
+        self._begun: deque[Work] = deque()
+        self._expectation = Expectation()
         self._false_starts = 0
 
     @property
     def busy(self) -> bool:
         """Whether it computes a task."""
-        return self._doing is not None
+        return bool(self._begun)
+
+    @property
+    def waiting(self) -> int:
+        """Number of its tasks that it has not begun."""
+        return len(self._waiting)
 
     @property
     def pipe(self) -> "Connection[Any, Any] | None":
@@ -60,7 +70,7 @@ class Agent:
         self._feed()
 
     def give_back(self) -> tuple[str, ...]:
-        """Drop all tasks that it has not begun, and return their keys."""
+        """Drop all tasks that the child has not got yet, and return their keys."""
         keys = tuple(task.key for task in self._waiting)
         self._waiting.clear()
         return keys
@@ -68,10 +78,9 @@ class Agent:
     def arrived(self) -> list[Done]:
         """The tasks that have ended since. Raises BrokenProgramError where no child can be started."""
         found = []
-        while self._doing is not None and (done := self._ended(self._doing)) is not None:
-            self._doing = None
+        while self._begun and (done := self._ended(self._begun[0])) is not None:
             found.append(done)
-            self._feed()
+        self._feed()
         return found
 
     def close(self) -> None:
@@ -81,9 +90,24 @@ class Agent:
             self._child = None
 
     def _feed(self) -> None:
-        if self._doing is None and self._waiting:
-            self._doing = self._waiting.popleft()
-            self.start().begin(self._doing)
+        """Keep the child at work: what it has got it does not return."""
+        while self._waiting and (not self._begun or self._ahead() <= AHEAD):
+            task = self._waiting.popleft()
+            if self._begun:
+                self.start().add(task)
+            else:
+                self.start().begin(task)
+            self._begun.append(task)
+
+    def _ahead(self) -> float:
+        """Expected seconds of all that the child would have with one task more."""
+        return sum(map(self._expectation.seconds, (*self._begun, self._waiting[0])))
+
+    def _begin_again(self) -> None:
+        """Have another child, when there is one, do what this one has not."""
+        self.close()
+        self._waiting.extendleft(reversed(self._begun))
+        self._begun.clear()
 
     def _ended(self, task: Work) -> Done | None:
         """How a task has ended; None while it has not."""
@@ -99,6 +123,8 @@ class Agent:
         if done is None and child.ready and child.seconds > task.limit:
             outcome = Outcome(Ending.TIMED_OUT, _TIMED_OUT.format(task.limit))
             return self._lost(task, child, outcome, again=False)
+        if done is not None:
+            self._expectation.learn(self._begun.popleft(), done.seconds)
         return done
 
     def _dead(self, task: Work, child: ChildProcess) -> Done | None:
@@ -110,15 +136,15 @@ class Agent:
             raise BrokenProgramError(f"a process that computes does not begin: {outcome.message}") from None
         if child.ready:
             return self._lost(task, child, outcome, again=True)
-        self.close()
-        self.start().begin(task)
+        self._begin_again()
+        self._feed()
         return None
 
     def _lost(self, task: Work, child: ChildProcess, outcome: Outcome, again: bool) -> Done:
         where = f"rank {self._number} on {socket.gethostname()}"
         done = Done(task.key, outcome, child.seconds, where, child.last_words(), again)
-        child.kill()
-        self._child = None
+        self._begun.popleft()
+        self._begin_again()
         tell(task, done)
         return done
 

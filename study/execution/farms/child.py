@@ -1,4 +1,4 @@
-"""The process that computes: tasks come one at a time, how each ended goes back. What a task does to it, it does alone.
+"""The process that computes: tasks come, and how each has ended goes back, in their order. What one does to it, it does alone.
 
 It knows nothing of MPI and imports the solver, which the process that hands tasks to it does not.
 """
@@ -15,6 +15,7 @@ from multiprocessing.connection import Connection
 from pathlib import Path
 from typing import Any, Final
 
+from study.execution.farms.pickling import dumps, loads
 from study.execution.interruption import SIGNALS
 from study.execution.ledger import attempt, tell
 from study.execution.program import Program
@@ -47,13 +48,13 @@ def main(descriptor: int, last_words: int) -> None:
 
 def _serve(parent: "Connection[Any, Any]") -> None:
     program: Program
-    program, number = parent.recv()
+    program, number = loads(parent.recv_bytes())
     execute = program.load()
-    parent.send(READY)
+    parent.send_bytes(dumps(READY))
     where = f"rank {number} on {socket.gethostname()}"
     while True:
         try:
-            task = parent.recv()
+            task = loads(parent.recv_bytes())
         except (EOFError, OSError):
             return  # nobody is there any more
         except BaseException:
@@ -61,7 +62,7 @@ def _serve(parent: "Connection[Any, Any]") -> None:
             os._exit(NO_TASK)
         done = attempt(execute, task, where, survive=BaseException)
         tell(task, done)
-        parent.send(done)
+        parent.send_bytes(dumps(done))
 
 
 def _end_with(parent: int) -> None:

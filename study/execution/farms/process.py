@@ -1,5 +1,6 @@
 """A child that computes, from this side: started, told what to do, heard, ended."""
 
+import select
 import signal
 import socket
 import subprocess
@@ -12,6 +13,7 @@ from pathlib import Path
 from typing import Any, Final
 
 from study.execution.farms.child import READY
+from study.execution.farms.pickling import dumps, loads
 from study.execution.interruption import SIGNALS
 from study.execution.ledger import Done
 from study.execution.program import Program
@@ -47,6 +49,8 @@ class ChildProcess:
             finally:
                 signal.pthread_sigmask(signal.SIG_UNBLOCK, SIGNALS)
         self.pipe: Connection[Any, Any] = Connection(ours.detach())
+        self._poll = select.poll()  # that of the connection makes a new one each time
+        self._poll.register(self.pipe, select.POLLIN)
         self._deaths = deaths_for_memory()
         self.seconds = 0.0
         self._seen = time.monotonic()
@@ -59,18 +63,22 @@ class ChildProcess:
         self._seen = now
 
     def begin(self, task: Work) -> None:
-        """Have it compute a task."""
+        """Have it compute a task, now that it has none."""
         self.seconds, self._seen = 0.0, time.monotonic()
+        self.add(task)
+
+    def add(self, task: Work) -> None:
+        """Have it compute a task after those that it has."""
         self._tell(task)
 
     def receive(self) -> Done | None:
         """How its task has ended; None while it has not. Raises EOFError, OSError where the process has."""
-        while self.pipe.poll():
-            message = self.pipe.recv()
+        while self._poll.poll(0):
+            message = loads(self.pipe.recv_bytes())
+            self.seconds, self._seen = 0.0, time.monotonic()  # its next task's, if it has one
             if message != READY:
                 return message  # type: ignore[no-any-return]
             self.ready = True
-            self.seconds, self._seen = 0.0, time.monotonic()
         self.look()
         return None
 
@@ -103,7 +111,7 @@ class ChildProcess:
 
     def _tell(self, message: object) -> None:
         with suppress(OSError):  # it has died, as the other direction will say
-            self.pipe.send(message)
+            self.pipe.send_bytes(dumps(message))
 
 
 def deaths_for_memory() -> int:

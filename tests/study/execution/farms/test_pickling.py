@@ -1,0 +1,79 @@
+"""What is pickled fast comes back as pickle would have brought it."""
+
+import pickle
+from dataclasses import dataclass
+from typing import Any
+
+import pytest
+
+from solver.case import Case
+from solver.drive import Drive
+from solver.outcome import COMPLETED, Ending, Outcome
+from solver.slab import Slab
+from study.execution.farms.coordinator import Returned
+from study.execution.farms.pickling import dumps, loads
+from study.execution.ledger import Done
+from study.plan.task import Task
+from tests.study.execution.made_up import Work
+
+
+@dataclass(frozen=True, slots=True)
+class Nothing:
+    """Has no field."""
+
+
+@dataclass(frozen=True, slots=True)
+class Own:
+    """Says itself how it is pickled."""
+
+    value: int
+
+    def __reduce__(self) -> tuple[Any, ...]:
+        return Own, (self.value + 1,)
+
+
+@dataclass(frozen=True)
+class Half:
+    """Has no slots."""
+
+    first: int = 1
+
+
+@dataclass(frozen=True, slots=True)
+class Mixed(Half):
+    second: int = 2
+
+
+TASK = Task(
+    "key",
+    "drive",
+    Slab(),
+    Case(),
+    Drive(0.1, 0.1, 1.0, 1.0),
+    needs=("other",),
+    limit=3.0,
+    names=("radius",),
+    values=(50.0,),
+)
+MESSAGES = [
+    [TASK, TASK],
+    [Done("key", COMPLETED, 0.5), Done("other", Outcome(Ending.CRASHED, "why"), 0.1, "rank 1", "trace", again=True)],
+    Returned(("a", "b")),
+    (Nothing(), Own(1), Half(3), Mixed(4, 5), Work("a")),
+    "ready",
+]
+
+
+@pytest.mark.parametrize("message", MESSAGES, ids=lambda message: type(message).__name__)
+def test_messages_come_back_as_pickle_brings_them(message: object) -> None:
+    assert loads(dumps(message)) == pickle.loads(pickle.dumps(message))
+
+
+def test_what_is_one_object_stays_one() -> None:
+    first, second = loads(dumps([TASK, TASK]))
+    assert first is second
+
+
+def test_limits_and_labels_that_do_not_make_a_task_another_one_come_along() -> None:
+    (back,) = loads(dumps([TASK]))
+    assert (back.limit, back.label) == (3.0, TASK.label)
