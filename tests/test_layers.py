@@ -46,7 +46,7 @@ ORDER = {
     "study.execution": "launch interruption program queue forecast progress ledger dispatch farms warmup executor failures "
     "journal batch",
     "study.execution.batch": "cutting submission",
-    "study.execution.farms": "pickling child process agent coordinator farm processes ranks opening",
+    "study.execution.farms": "pickling outbox mail child process agent coordinator farm processes ranks opening",
     "study.report": "columns console common summary interchange case_table curves text_plot journal overview picture page",
     "study.figures": "shared sweep frames recipes views reproduction further catalogue gallery",
     "study.figures.shared": "paper claims canvas files figure power_law closed_form independence tiles",

@@ -1,21 +1,32 @@
-"""Dynamic load balancing: each ready task goes to the rank with the least estimated work. Ranks are numbers here: no MPI."""
+"""Dynamic load balancing: ready tasks go in parcels to the rank with the least estimated work. Ranks are numbers here: no MPI."""
 
 import heapq
 import math
 import time
 from collections import defaultdict
 from collections.abc import Callable, Sequence
-from typing import Any
+from typing import Any, Final
 
 from study.execution.ledger import Ledger
 
-LOOKAHEAD = 0.2
-"""Seconds of work that may wait at a rank beyond the task it computes: hides the latency of messages."""
+LOOKAHEAD: Final = 0.2
+"""Seconds of work that may wait at a rank beyond the task it computes, of few ranks: hides the latency of messages."""
 
-STRANDED = 1.0
-"""Seconds without news from a rank after which the tasks that wait there are handed out again."""
+INTERVAL: Final = 2e-4
+"""Seconds between two parcels, of all ranks together: so long that messages cost rank 0 less than the tasks in them."""
+
+STRANDED: Final = 1.0
+"""Seconds (or twice the lookahead) without news from a rank after which the tasks that wait there are handed out again."""
+
+PARCELS: Final = 2
+"""Each rank's share of the ready tasks comes in at least so many parcels: towards the end they become smaller."""
 
 Send = Callable[[list[Any]], None]
+
+
+def lookahead(ranks: int) -> float:
+    """Seconds of work that may wait at one of so many ranks."""
+    return max(LOOKAHEAD, INTERVAL * ranks)
 
 
 class Dispatcher:
@@ -24,51 +35,74 @@ class Dispatcher:
     def __init__(self, sends: Sequence[Send]) -> None:
         """sends: `sends[rank]` sends a list of tasks to that rank."""
         self._sends = sends
+        self._lookahead = lookahead(len(sends))
         self._doing: list[dict[str, tuple[Any, float]]] = [{} for _ in sends]
         self._load = [0.0] * len(sends)
         self._news = [0.0] * len(sends)
+        self._next_look = 0.0
         # (load, rank), least first. A rank's entries other than its present load are stale: dropped when they surface or crowd.
         self._least = [(0.0, rank) for rank in range(len(sends))]
+        self._lighter: set[int] = set()  # ranks whose present load has no entry
 
     @property
     def busy(self) -> bool:
         """Whether any rank has a task that it has not reported."""
         return any(self._doing)
 
-    def hand_out(self, ledger: Ledger[Any]) -> int:
-        """Send ready tasks to the least loaded rank while it is idle or will be within the lookahead; returns how many."""
+    def hand_out(self, ledger: Ledger[Any]) -> None:
+        """Send ready tasks to the least loaded rank while it is idle or will be within the lookahead."""
+        for rank in self._lighter:
+            self._set_load(rank, self._load[rank])
+        self._lighter.clear()
         parcels: dict[int, list[Any]] = defaultdict(list)
-        given = 0
-        while (task := ledger.queue.first()) is not None:
-            rank, seconds = self._least_loaded(), ledger.expected(task)
-            if self._doing[rank] and self._load[rank] + seconds > LOOKAHEAD:
+        while ledger.queue.first() is not None:
+            rank = self._least_loaded()
+            if not (tasks := self._parcel(rank, ledger)):
                 break
-            if not self._doing[rank]:
-                self._news[rank] = time.monotonic()
-            parcels[rank].append(ledger.take())
-            self._doing[rank][task.key] = (task, seconds)
-            self._set_load(rank, self._load[rank] + seconds)
-            given += 1
+            parcels[rank] += tasks
         for rank, tasks in parcels.items():
             self._sends[rank](tasks)
-        return given
 
     def take_back(self, rank: int, key: str) -> Any:
         """Remove and return the task of this key, which that rank reported or gave back."""
-        task, seconds = self._doing[rank].pop(key)
+        doing = self._doing[rank]
+        task, seconds = doing.pop(key)
         self._news[rank] = time.monotonic()
         # Exactly nothing where nothing is left, whatever was rounded, and infinite while unknown.
-        self._set_load(rank, self._load[rank] - seconds if self._doing[rank] else 0.0)
+        self._load[rank] = self._load[rank] - seconds if doing else 0.0
+        self._lighter.add(rank)
         return task
 
     def stranded(self) -> list[int]:
         """Ranks whose task takes so much longer than expected that those behind it had better go elsewhere; none twice."""
-        late = time.monotonic() - STRANDED
+        now = time.monotonic()
+        if now < self._next_look:
+            return []
+        self._next_look = now + 0.1 * STRANDED  # a look at all ranks takes its time
+        late = now - max(STRANDED, 2.0 * self._lookahead)
         found = [rank for rank, tasks in enumerate(self._doing) if len(tasks) > 1 and self._news[rank] < late]
         for rank in found:
             self._set_load(rank, math.inf)  # until it is idle
             self._news[rank] = math.inf
         return found
+
+    def _parcel(self, rank: int, ledger: Ledger[Any]) -> list[Any]:
+        """Take the next tasks for a rank: one if it is idle, and more while they are short and enough are left for others."""
+        queue, doing, load = ledger.queue, self._doing[rank], self._load[rank]
+        if not doing:
+            self._news[rank] = time.monotonic()
+        most = max(queue.ready // (PARCELS * len(self._load)), 1)
+        tasks: list[Any] = []
+        while len(tasks) < most and (task := queue.first()) is not None:
+            seconds = ledger.expected(task)
+            if doing and load + seconds > self._lookahead:
+                break
+            tasks.append(ledger.take())
+            doing[task.key] = (task, seconds)
+            load += seconds
+        if tasks:
+            self._set_load(rank, load)
+        return tasks
 
     def _set_load(self, rank: int, seconds: float) -> None:
         self._load[rank] = seconds

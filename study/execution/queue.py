@@ -70,6 +70,11 @@ class TaskQueue(Generic[W]):
         """Number of tasks in the queue, ready or not."""
         return self._count
 
+    @property
+    def ready(self) -> int:
+        """Number of tasks that could be handed out at once."""
+        return len(self._ready)
+
     def first(self) -> W | None:
         """The task to hand out next; None while no task is ready."""
         return self._tasks[self._ready[0]] if self._ready else None

@@ -15,11 +15,11 @@ from typing import Any, TypeVar
 import numpy as np
 
 from solver.outcome import COMPLETED, Outcome
+from study.execution.dispatch import lookahead
 from study.execution.farms.farm import Farm
 from study.execution.farms.opening import open_farm
 from study.execution.farms.processes import ProcessFarm
 from study.execution.farms.ranks import MPIFarm
-from study.execution.ledger import Done
 from study.execution.program import Program
 from study.execution.warmup import miniatures, warm_up
 from study.manifest.reader import load_manifest
@@ -28,7 +28,7 @@ from study.plan.tasks import Task, TaskResult, run_task
 from study.results.store import Store
 from tests.benchmarks import campaign
 from tests.benchmarks.ranks import found
-from tests.benchmarks.replay import Timed, replay
+from tests.benchmarks.replay import Cost, Timed, replay
 from tests.benchmarks.table import Row, seconds, verdict
 from tests.study.execution.made_up import Work
 
@@ -45,6 +45,8 @@ events = 2000
 DRIVE = '[[drives]]\nname = "paper"\n'
 TRIVIAL = 10_000
 RANKS = (64, 1024, 16384)
+MESSAGES, PARCELS = 2000, (1, 16)
+"""Parcels that are timed, and how many tasks are in each."""
 OTHER = "processor"
 """File in which a rank but the root leaves its processor seconds."""
 REPLAYED = 50_000
@@ -120,16 +122,23 @@ def _replayed(folder: Path) -> list[Row]:
     driven.mkdir()
     _describe(driven, 20, '["contact", "slip", "dynamics"]', DRIVE)
     tasks = _resampled(found(0, __name__, "durations", driven, "out"))
-    per_task = _run("messages", driven, 2000, 2)
+    cost = _cost(driven, tasks)
+    return [*(_replay_row(tasks, ranks, cost) for ranks in RANKS), *_limits(tasks, cost, alone)]
+
+
+def _cost(driven: Path, tasks: list[Timed]) -> Cost:
+    """What the root is at work for, from what many parcels of one task take it and few of many."""
+    seen = [found(2, __name__, "messages", driven, size) for size in PARCELS]
+    equations = [[count, messages] for _, count, messages in seen]
+    per_task, per_message = np.linalg.solve(equations, [took for took, _, _ in seen])
     start = time.thread_time()
-    replay(tasks, RANKS[1], 0.0)
+    replay(tasks, RANKS[1], Cost(0.0))
     # Ledger and dispatcher are the farm's own: what they take in the replay (its simulation included) they take in a run.
-    per_task += (time.thread_time() - start) / len(tasks)
-    return [*(_replay_row(tasks, ranks, per_task) for ranks in RANKS), *_limits(tasks, per_task, alone)]
+    return Cost(float(per_task) + (time.thread_time() - start) / len(tasks), float(per_message))
 
 
-def _replay_row(tasks: list[Timed], ranks: int, per_task: float) -> Row:
-    seen = replay(tasks, ranks, per_task)
+def _replay_row(tasks: list[Timed], ranks: int, cost: Cost) -> Row:
+    seen = replay(tasks, ranks, cost)
     bound = max(sum(task.seconds for task in tasks) / ranks, *(task.seconds for task in tasks))
     return Row(
         f"replay: {len(tasks)} tasks on {ranks} ranks; coordinator at work {seen.coordinating / seen.makespan:.0%}, "
@@ -141,15 +150,17 @@ def _replay_row(tasks: list[Timed], ranks: int, per_task: float) -> Row:
     )
 
 
-def _limits(tasks: list[Timed], per_task: float, alone: Mapping[str, float]) -> list[Row]:
+def _limits(tasks: list[Timed], cost: Cost, alone: Mapping[str, float]) -> list[Row]:
     """What gives way first as ranks are added: the coordinator, or the root alone before and after the run."""
     mean = sum(task.seconds for task in tasks) / len(tasks)
     root = sum(alone.values())
+    # A message there and one back in half the lookahead of each rank.
+    share = 1.0 - RANKS[-1] * 2.0 * cost.message / (lookahead(RANKS[-1]) / 2.0)
     return [
         Row(
-            f"what breaks first, during the run: the coordinator, {seconds(per_task)} a task; {RANKS[-1]} ranks need "
-            f"tasks of {seconds(RANKS[-1] * per_task)}",
-            f"feeds {mean / per_task:.0f} ranks",
+            f"what breaks first, during the run: the coordinator, {seconds(cost.task)} a task and {seconds(cost.message)} "
+            f"a message; {RANKS[-1]} ranks need tasks of {seconds(RANKS[-1] * cost.task / share)}",
+            f"feeds {mean * share / cost.task:.0f} ranks",
             f"tasks of {seconds(mean)} on average, as measured",
             "",
             "",
@@ -311,20 +322,20 @@ def _files(folder: Path) -> Callable[[Any], Outcome]:
     return execute
 
 
-def _messages(farm: MPIFarm, tasks: Sequence[Task], count: int) -> float:
-    """Processor seconds of the root per task for its messages: a task there in a parcel of its own, the news back."""
-    news = 0
+def _messages(farm: MPIFarm, tasks: Sequence[Task], size: int) -> tuple[float, int, int]:
+    """Processor seconds of the root for parcels of this size, there, and their news back; how many tasks and messages."""
+    given, ended, messages = MESSAGES * size, 0, MESSAGES
+    some = [tasks[number % len(tasks)] for number in range(given)]
     start = time.thread_time()
-    for number in range(count):
-        farm._send(1, [tasks[number % len(tasks)]])
-        news += len(farm._messages())
-    while news < count:
-        arrived = farm._messages()
-        assert all(isinstance(message, Done) for _, message in arrived)
-        news += len(arrived)
+    for first in range(0, given, size):
+        farm._mail.send(1, some[first : first + size])
+    while ended < given:
+        arrived = farm._mail.received()
+        messages += len(arrived)
+        ended += sum(len(news) for _, news in arrived)
         if not arrived:
             time.sleep(1e-3)
-    return (time.thread_time() - start) / count
+    return time.thread_time() - start, given, messages
 
 
 _store: Store | None = None

@@ -4,10 +4,10 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import partial
 from heapq import heappop, heappush
-from typing import Any
 
 from solver.outcome import COMPLETED
-from study.execution.dispatch import Dispatcher
+from study.execution.dispatch import Dispatcher, lookahead
+from study.execution.farms.outbox import Outbox
 from study.execution.ledger import Done, Ledger
 from tests.study.execution.made_up import Work
 
@@ -28,45 +28,67 @@ class Timed(Work):
     seconds: float = 0.0
 
 
-def replay(tasks: Sequence[Timed], ranks: int, per_task: float) -> Replay:
-    """Run the farm's ledger and dispatcher on simulated ranks; the coordinator books one task after another, each `per_task` s.
+@dataclass(frozen=True, slots=True)
+class Cost:
+    """What the coordinator is at work for, s."""
+
+    task: float
+    """Each task: chosen, written, its news read and entered."""
+    message: float = 0.0
+    """Each message, beyond what is in it."""
+
+
+def replay(tasks: Sequence[Timed], ranks: int, cost: Cost) -> Replay:
+    """Run the farm's ledger, dispatcher and outboxes on simulated ranks; the coordinator does one thing after the other.
 
     A rank does what it was given in that order. Messages take no time beyond the coordinator's; files are in `seconds`.
     """
-    simulation = _Simulation(ranks, per_task)
+    simulation = _Simulation(ranks, cost)
     ledger: Ledger[Work] = Ledger(tasks, lambda *_: None)
     dispatcher = Dispatcher([partial(simulation.give, rank) for rank in range(ranks)])
     while ledger.unfinished:
         dispatcher.hand_out(ledger)
-        rank, task = simulation.next_news()
-        ledger.enter(dispatcher.take_back(rank, task.key), Done(task.key, COMPLETED, task.seconds))
+        for rank, ended in simulation.news():
+            for task in ended:
+                ledger.enter(dispatcher.take_back(rank, task.key), Done(task.key, COMPLETED, task.seconds))
     return Replay(simulation.last_end, simulation.coordinating)
 
 
 class _Simulation:
     """Ranks that compute, and the clock of the coordinator."""
 
-    def __init__(self, ranks: int, per_task: float) -> None:
+    def __init__(self, ranks: int, cost: Cost) -> None:
         self.now = self.coordinating = self.last_end = 0.0
-        self._per_task = per_task
+        self._cost = cost
         self._free = [0.0] * ranks
-        self._news: list[tuple[float, int, int, Any]] = []
+        self._left = [0] * ranks
+        self._outboxes: list[Outbox[Timed]] = [Outbox(lookahead(ranks) / 2.0) for _ in range(ranks)]
+        self._ends: list[tuple[float, int, int, Timed]] = []
         self._count = 0
 
-    def give(self, rank: int, tasks: list[Any]) -> None:
+    def give(self, rank: int, tasks: list[Timed]) -> None:
+        self._work(self._cost.message + len(tasks) * self._cost.task)
+        self._left[rank] += len(tasks)
         for task in tasks:
-            self._work()
             end = max(self.now, self._free[rank]) + task.seconds
             self._free[rank] = end
             self.last_end = max(self.last_end, end)
-            heappush(self._news, (end, self._count, rank, task))
+            heappush(self._ends, (end, self._count, rank, task))
             self._count += 1
 
-    def next_news(self) -> tuple[int, Any]:
-        end, _, rank, task = heappop(self._news)
-        self.now = max(self.now, end)
-        return rank, task
+    def news(self) -> list[tuple[int, list[Timed]]]:
+        """All messages that have arrived; the next one where none has."""
+        found: list[tuple[int, list[Timed]]] = []
+        while self._ends and (not found or self._ends[0][0] <= self.now):
+            end, _, rank, task = heappop(self._ends)
+            self._left[rank] -= 1
+            self._outboxes[rank].add([task], end)
+            if due := self._outboxes[rank].due(max(self._left[rank] - 1, 0), end):
+                self.now = max(self.now, end)
+                self._work(self._cost.message)
+                found.append((rank, due))
+        return found
 
-    def _work(self) -> None:
-        self.now += self._per_task
-        self.coordinating += self._per_task
+    def _work(self, seconds: float) -> None:
+        self.now += seconds
+        self.coordinating += seconds

@@ -2,7 +2,7 @@
 
 import pytest
 
-from tests.benchmarks.replay import Timed, replay
+from tests.benchmarks.replay import Cost, Timed, replay
 
 
 def campaign(count: int, seconds: float) -> list[Timed]:
@@ -12,19 +12,19 @@ def campaign(count: int, seconds: float) -> list[Timed]:
 
 
 def test_a_lone_rank_takes_the_sum() -> None:
-    assert replay(campaign(10, 0.5), ranks=1, per_task=0.0).makespan == pytest.approx(5.5)
+    assert replay(campaign(10, 0.5), ranks=1, cost=Cost(0.0)).makespan == pytest.approx(5.5)
 
 
 def test_ranks_share_what_follows_the_first_task() -> None:
-    assert replay(campaign(40, 0.5), ranks=4, per_task=0.0).makespan == pytest.approx(0.5 + 40 * 0.5 / 4)
+    assert replay(campaign(40, 0.5), ranks=4, cost=Cost(0.0)).makespan == pytest.approx(0.5 + 40 * 0.5 / 4)
 
 
 def test_more_ranks_than_the_coordinator_can_feed_take_its_time() -> None:
-    seen = replay(campaign(2000, 0.01), ranks=1000, per_task=1e-3)
+    seen = replay(campaign(2000, 0.01), ranks=1000, cost=Cost(1e-3))
     assert seen.coordinating == pytest.approx(2001 * 1e-3)
     assert seen.makespan == pytest.approx(seen.coordinating, rel=0.02)  # and the first and the last task
 
 
 def test_without_enough_tasks_the_longest_is_the_limit() -> None:
     tasks = [Timed("long", cost=5.0, seconds=5.0), *(Timed(str(number), cost=0.1, seconds=0.1) for number in range(20))]
-    assert replay(tasks, ranks=8, per_task=0.0).makespan == pytest.approx(5.0)
+    assert replay(tasks, ranks=8, cost=Cost(0.0)).makespan == pytest.approx(5.0)

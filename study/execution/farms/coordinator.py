@@ -34,7 +34,7 @@ class Ranks(Protocol):
     def take_back(self, rank: int) -> Returned:
         """Have a rank return the tasks that it has not begun: at once, or as news."""
 
-    def news(self) -> Sequence[tuple[int, News]]:
+    def news(self) -> Sequence[tuple[int, Sequence[News]]]:
         """What ranks have said since, each time with the rank that said it; waits a little where none has."""
 
 
@@ -48,10 +48,10 @@ def coordinate(ranks: Ranks, interruption: Interruption, tasks: Sequence[W], rep
     while ledger.unfinished and not (interruption.requested or ledger.halt):
         dispatcher.hand_out(ledger)
         for rank in dispatcher.stranded():
-            _take_in(ledger, dispatcher, rank, ranks.take_back(rank))
+            _take_in(ledger, dispatcher, rank, [ranks.take_back(rank)])
         _hear(ranks, ledger, dispatcher)
     for rank in range(ranks.size):
-        _take_in(ledger, dispatcher, rank, ranks.take_back(rank))
+        _take_in(ledger, dispatcher, rank, [ranks.take_back(rank)])
     while dispatcher.busy:
         _hear(ranks, ledger, dispatcher)
     return ledger.tally(interruption.requested)
@@ -62,10 +62,11 @@ def _hear(ranks: Ranks, ledger: Ledger[Any], dispatcher: Dispatcher) -> None:
         _take_in(ledger, dispatcher, rank, news)
 
 
-def _take_in(ledger: Ledger[Any], dispatcher: Dispatcher, rank: int, news: News) -> None:
+def _take_in(ledger: Ledger[Any], dispatcher: Dispatcher, rank: int, news: Sequence[News]) -> None:
     """Enter what a rank says of its tasks."""
-    if isinstance(news, Done):
-        ledger.enter(dispatcher.take_back(rank, news.key), news)
-        return
-    for key in news.keys:
-        ledger.give_back(dispatcher.take_back(rank, key))
+    for each in news:
+        if isinstance(each, Done):
+            ledger.enter(dispatcher.take_back(rank, each.key), each)
+        else:
+            for key in each.keys:
+                ledger.give_back(dispatcher.take_back(rank, key))

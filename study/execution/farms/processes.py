@@ -42,7 +42,7 @@ class ProcessFarm(LocalFarm):
         """Have a process return the tasks that it has not begun."""
         return Returned(self._agents[rank].give_back())
 
-    def news(self) -> list[tuple[int, News]]:
+    def news(self) -> list[tuple[int, Sequence[News]]]:
         """Wait for a task to end; returns those that have."""
         wait([agent.pipe for agent in self._agents if agent.busy and agent.pipe], PATIENCE)
-        return [(number, done) for number, agent in enumerate(self._agents) for done in agent.arrived()]
+        return [(number, agent.arrived()) for number, agent in enumerate(self._agents)]

@@ -7,15 +7,17 @@ import socket
 import sys
 import time
 import traceback
-from collections import deque
 from collections.abc import Sequence
 from dataclasses import dataclass
 from multiprocessing.connection import wait
 from types import TracebackType
 from typing import Any, Final, NoReturn, Self, TypeVar
 
+from study.execution.dispatch import lookahead
 from study.execution.farms.agent import Agent
 from study.execution.farms.coordinator import News, Returned, coordinate
+from study.execution.farms.mail import Mail
+from study.execution.farms.outbox import Outbox
 from study.execution.interruption import LAST_WORDS, Interruption
 from study.execution.launch import processes_here
 from study.execution.ledger import Fail, Report, Tally, say
@@ -44,7 +46,7 @@ class MPIFarm:
         self.size = int(self._world.Get_size())
         self.root = self.rank == 0
         self.here = min(self.size, processes_here())
-        self._sent: deque[Any] = deque()
+        self._mail = Mail(mpi)
         self._pause = _Pause(agent)
 
     def __enter__(self) -> Self:
@@ -68,21 +70,22 @@ class MPIFarm:
     def give(self, rank: int, tasks: list[Any]) -> None:
         """Have a rank compute tasks, behind those that it has."""
         if rank:
-            self._send(rank, tasks)
+            self._mail.send(rank, tasks)
         else:
             self._agent.give(tasks)
 
     def take_back(self, rank: int) -> Returned:
         """Have a rank return the tasks that it has not begun: this one at once, others as news."""
         if rank:
-            self._send(rank, _GiveBack())
+            self._mail.send(rank, _GiveBack())
             return Returned(())
         return Returned(self._agent.give_back())
 
-    def news(self) -> list[tuple[int, News]]:
+    def news(self) -> list[tuple[int, Sequence[News]]]:
         """What has arrived from other ranks and from this one's child; waits a little where nothing has."""
-        found: list[tuple[int, News]] = [(0, done) for done in self._agent.arrived()]
-        for rank, message in self._messages():
+        done = self._agent.arrived()
+        found: list[tuple[int, Sequence[News]]] = [(0, done)] if done else []
+        for rank, message in self._mail.received():
             if isinstance(message, _Interrupted):
                 self.interruption.request()
             else:
@@ -92,53 +95,40 @@ class MPIFarm:
 
     def serve(self) -> int:
         """Compute what rank 0 sends, first come first served, until it leaves."""
+        outbox: Outbox[News] = Outbox(lookahead(self.size) / 2.0)
         told = False
         while True:
-            arrived: list[Any] = [message for _, message in self._messages()]
-            for message in arrived:
+            messages = [message for _, message in self._mail.received()]
+            for message in messages:
                 if isinstance(message, _Leave):
                     return message.code
-                if isinstance(message, _GiveBack):
-                    self._return_tasks()
-                else:
+                if isinstance(message, list):
                     self._agent.give(message)
-            for done in self._agent.arrived():
-                arrived.append(done)
-                self._world.send(done, dest=0)
-            if self.interruption.requested and not told:
+            news: list[News] = [*self._agent.arrived()]
+            interrupted = self.interruption.requested
+            if interrupted and not told:
                 told = True
-                self._world.send(_Interrupted(), dest=0)
-            if self.interruption.requested:
-                self._return_tasks()
-            self._pause.after(bool(arrived))
+                self._mail.send(0, _Interrupted())
+            if interrupted or any(isinstance(message, _GiveBack) for message in messages):
+                news += self._returned()
+            outbox.add(news, time.monotonic())
+            if due := outbox.due(self._agent.waiting, time.monotonic()):
+                self._mail.send(0, due)
+            self._pause.after(bool(messages or news))
+
+    def _returned(self) -> list[Returned]:
+        keys = self._agent.give_back()
+        return [Returned(keys)] if keys else []
 
     def leave(self, code: int) -> NoReturn:
         """Rank 0 tells the others; all end together with one exit code, under any launcher."""
         if self.root:
             for rank in range(1, self.size):
-                self._send(rank, _Leave(code))
+                self._mail.send(rank, _Leave(code))
         self._agent.close()
         # Finalized first, a nonzero code is no abort to `python -m mpi4py`; os._exit would skip MPICH's own farewell.
         self._mpi.Finalize()
         sys.exit(code)
-
-    def _send(self, rank: int, message: object) -> None:
-        while self._sent and self._sent[0].test()[0]:
-            self._sent.popleft()
-        self._sent.append(self._world.isend(message, dest=rank))
-
-    def _messages(self) -> list[tuple[int, Any]]:
-        """All messages that have arrived, each with the rank that sent it."""
-        status = self._mpi.Status()
-        found = []
-        while self._world.iprobe(source=self._mpi.ANY_SOURCE, tag=self._mpi.ANY_TAG, status=status):
-            rank = status.Get_source()
-            found.append((rank, self._world.recv(source=rank)))
-        return found
-
-    def _return_tasks(self) -> None:
-        if keys := self._agent.give_back():
-            self._world.send(Returned(keys), dest=0)
 
 
 @dataclass(frozen=True, slots=True)

@@ -15,7 +15,7 @@ class MadeUpRanks:
         self.computed: list[str] = []
         self._seconds = seconds
         self._waiting: list[list[Work]] = [[] for _ in range(size)]
-        self._returned: list[tuple[int, News]] = []
+        self._returned: list[tuple[int, list[News]]] = []
 
     def give(self, rank: int, tasks: list[Work]) -> None:
         self._waiting[rank].extend(tasks)
@@ -25,16 +25,16 @@ class MadeUpRanks:
         del self._waiting[rank][1:]
         if rank == 0:
             return returned
-        self._returned.append((rank, returned))
+        self._returned.append((rank, [returned]))
         return Returned(())
 
-    def news(self) -> list[tuple[int, News]]:
+    def news(self) -> list[tuple[int, list[News]]]:
         found, self._returned = self._returned, []
         for rank, tasks in enumerate(self._waiting):
             if tasks:
                 key = tasks.pop(0).key
                 self.computed.append(key)
-                found.append((rank, Done(key, COMPLETED, self._seconds)))
+                found.append((rank, [Done(key, COMPLETED, self._seconds)]))
         return found
 
 
@@ -62,4 +62,4 @@ def test_after_a_signal_what_has_not_been_begun_comes_back() -> None:
     ranks = MadeUpRanks(2)
     tally, diary = coordinated(ranks, tuple(Work(str(number)) for number in range(100)), stop_after="10")
     assert tally.interrupted
-    assert tally.done == len(diary.reported) == len(ranks.computed) < 15
+    assert tally.done == len(diary.reported) == len(ranks.computed) < 30

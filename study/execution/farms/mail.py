@@ -1,0 +1,30 @@
+"""Messages between ranks, whatever they say. None waits inside MPI: that would spin and take a core from those who compute."""
+
+from collections import deque
+from typing import Any
+
+from study.execution.farms.pickling import dumps, loads
+
+
+class Mail:
+    """What this rank sends to others and receives from them."""
+
+    def __init__(self, mpi: Any) -> None:
+        self._mpi = mpi
+        self._world = mpi.COMM_WORLD
+        self._sent: deque[Any] = deque()
+
+    def send(self, rank: int, message: object) -> None:
+        """Send a message to a rank, which need not be listening."""
+        while self._sent and self._sent[0].test()[0]:
+            self._sent.popleft()
+        self._sent.append(self._world.isend(dumps(message), dest=rank))
+
+    def received(self) -> list[tuple[int, Any]]:
+        """All messages that have arrived, each with the rank that sent it."""
+        status = self._mpi.Status()
+        found = []
+        while self._world.iprobe(source=self._mpi.ANY_SOURCE, tag=self._mpi.ANY_TAG, status=status):
+            rank = status.Get_source()
+            found.append((rank, loads(self._world.recv(source=rank))))
+        return found
