@@ -131,10 +131,8 @@ def _cost(driven: Path, tasks: list[Timed]) -> Cost:
     seen = [found(2, __name__, "messages", driven, size) for size in PARCELS]
     equations = [[count, messages] for _, count, messages in seen]
     per_task, per_message = np.linalg.solve(equations, [took for took, _, _ in seen])
-    start = time.thread_time()
-    replay(tasks, RANKS[1], Cost(0.0))
-    # Ledger and dispatcher are the farm's own: what they take in the replay (its simulation included) they take in a run.
-    return Cost(float(per_task) + (time.thread_time() - start) / len(tasks), float(per_message))
+    own = replay(tasks, RANKS[1], Cost(0.0)).own / len(tasks)
+    return Cost(float(per_task) + own, float(per_message))
 
 
 def _replay_row(tasks: list[Timed], ranks: int, cost: Cost) -> Row:
