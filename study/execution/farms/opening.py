@@ -1,16 +1,29 @@
 """Which farm a process is part of. The only importer of mpi4py."""
 
-import warnings
+import atexit
+import ctypes
+import os
+import threading
+import time
 from contextlib import ExitStack
-from typing import Any
+from typing import Any, Final
 
 from study.execution.farms.agent import Agent
 from study.execution.farms.farm import Farm, FarmError, SerialFarm
 from study.execution.farms.processes import ProcessFarm
 from study.execution.farms.ranks import MPIFarm
-from study.execution.interruption import GRACE, Interruption
+from study.execution.interruption import GRACE, LAST_WORDS, Interruption
 from study.execution.launch import launcher_rank, processes_started
+from study.execution.ledger import say
 from study.execution.program import Program
+from study.exit_codes import INTERRUPTED
+
+LONGEST_START: Final = 300.0
+"""Seconds after which a start of MPI is taken to hang: thousands of ranks need a minute."""
+_NOT_STARTED: Final = (
+    "Error: MPI has not started within {:g} s: a rank is missing, or the launcher speaks another language (srun --mpi=...); "
+    "nothing was computed, run again to continue\n"
+)
 
 
 def open_farm(program: Program, grace: float = GRACE, serial: bool = False, jobs: int | None = None) -> Farm:
@@ -42,11 +55,10 @@ def _mpi(started: int) -> Any:
     try:
         import mpi4py  # noqa: PLC0415  a run without ranks must not need an MPI library
 
-        mpi4py.rc.thread_level = "funneled"
-        with warnings.catch_warnings():
-            # Under a foreign launcher mpi4py warns in every process; the error says it once.
-            warnings.filterwarnings("ignore", message="suspicious MPI execution environment")
-            from mpi4py import MPI as mpi  # noqa: N811, PLC0415
+        mpi4py.rc.initialize = False
+        from mpi4py import MPI as mpi  # noqa: N811, PLC0415
+
+        _start(mpi)
     except (ImportError, RuntimeError) as error:
         if started > 1:
             raise FarmError(f"{started} processes were started, but none can use MPI: {error}") from error
@@ -59,6 +71,36 @@ def _mpi(started: int) -> Any:
             "belongs to another MPI. Use the mpiexec of this library, or srun with the --mpi type that it speaks"
         )
     return None
+
+
+def _start(mpi: Any) -> None:
+    """Start the library by its own function: mpi4py calls that with the interpreter locked, and no other thread could give up."""
+    if mpi.Is_initialized():  # by `python -m mpi4py`
+        return
+    watch = threading.Timer(LONGEST_START, _give_up)
+    watch.daemon = True
+    watch.start()
+    # The extension's handle finds the symbols of the library that it was linked with.
+    code = ctypes.CDLL(mpi.__file__).MPI_Init_thread(None, None, mpi.THREAD_FUNNELED, ctypes.byref(ctypes.c_int()))
+    watch.cancel()
+    if code:
+        raise RuntimeError(f"MPI_Init_thread returned {code}")
+    for communicator in (mpi.COMM_WORLD, mpi.COMM_SELF):
+        communicator.Set_errhandler(mpi.ERRORS_RETURN)  # as mpi4py does: errors become exceptions
+    atexit.register(_end, mpi)
+
+
+def _give_up() -> None:
+    """End this process as an interrupted run does: a batch script starts it again."""
+    if launcher_rank() == 0:
+        say(_NOT_STARTED.format(LONGEST_START))
+    time.sleep(LAST_WORDS)
+    os._exit(INTERRUPTED)
+
+
+def _end(mpi: Any) -> None:
+    if not mpi.Is_finalized():
+        mpi.Finalize()
 
 
 def _library(mpi: Any) -> str:

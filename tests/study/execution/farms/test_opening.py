@@ -1,5 +1,7 @@
 """A run never becomes N lone processes that each do everything."""
 
+import socket
+import subprocess
 import sys
 
 import pytest
@@ -63,3 +65,29 @@ def test_without_an_mpi_library_one_process_computes_and_several_refuse(nanoslip
     several = nanoslip("run", campaign, **missing, OMPI_COMM_WORLD_SIZE="2")
     assert several.returncode == 2
     assert several.stderr.startswith("Error: 2 processes were started, but none can use MPI: cannot load MPI library")
+
+
+@pytest.mark.mpi
+@pytest.mark.parametrize(("rank", "messages"), [(0, 1), (1, 0)])
+def test_a_start_of_mpi_that_hangs_is_given_up_with_one_message_and_code_99(environment, rank, messages):
+    """A launcher that never answers, as MPICH hears it."""
+    program = (
+        "from study.execution.farms import opening; from study.execution.program import Program; "
+        "opening.LONGEST_START = 0.5; opening.open_farm(Program('builtins', 'callable'))"
+    )
+    ours, theirs = socket.socketpair()
+    with ours, theirs:
+        mute = {"PMI_FD": str(theirs.fileno()), "PMI_RANK": str(rank), "PMI_SIZE": "2"}
+        done = subprocess.run(
+            [sys.executable, "-c", program],
+            env=environment | mute,
+            pass_fds=[theirs.fileno()],
+            capture_output=True,
+            text=True,
+            timeout=60.0,
+            check=False,
+        )
+    if "each sees only itself" in done.stderr:
+        pytest.skip("not MPICH: it asks nobody at that place")
+    assert (done.returncode, done.stderr.count("MPI has not started within 0.5 s")) == (99, messages), done.stderr
+    assert "Traceback" not in done.stderr
