@@ -55,7 +55,7 @@ class Dispatcher:
             self._set_load(rank, self._load[rank])
         self._lighter.clear()
         parcels: dict[int, list[Any]] = defaultdict(list)
-        while ledger.queue.first() is not None:
+        while ledger.first() is not None:
             rank = self._least_loaded()
             if not (tasks := self._parcel(rank, ledger)):
                 break
@@ -88,12 +88,12 @@ class Dispatcher:
 
     def _parcel(self, rank: int, ledger: Ledger[Any]) -> list[Any]:
         """Take the next tasks for a rank: one if it is idle, and more while they are short and enough are left for others."""
-        queue, doing, load = ledger.queue, self._doing[rank], self._load[rank]
+        doing, load = self._doing[rank], self._load[rank]
         if not doing:
             self._news[rank] = time.monotonic()
-        most = max(queue.ready // (PARCELS * len(self._load)), 1)
+        most = max(ledger.queue.ready // (PARCELS * len(self._load)), 1)
         tasks: list[Any] = []
-        while len(tasks) < most and (task := queue.first()) is not None:
+        while len(tasks) < most and (task := ledger.first()) is not None:
             seconds = ledger.expected(task)
             if doing and load + seconds > self._lookahead:
                 break

@@ -1,9 +1,22 @@
-"""Rank and number of processes as the launcher's environment gives them, and the number of threads. Imports no library."""
+"""Rank, number of processes and end of the job as the launcher says in the environment; number of threads. Imports no library."""
 
+import math
 import os
 import sys
+from collections.abc import Mapping
+from typing import Final
 
 _THREADS = ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS", "BLIS_NUM_THREADS", "NUMBA_NUM_THREADS")
+
+
+WARNING: Final = 90
+"""Seconds before the end of a job at which its ranks are told to stop."""
+
+
+def end_of_time(environment: Mapping[str, str]) -> float:
+    """When no task may run any more, in seconds since the epoch; infinite where the environment does not say. Slurm >= 22.05."""
+    end = environment.get("SLURM_JOB_END_TIME", "")
+    return float(end) - WARNING if end.isdigit() else math.inf
 
 
 def launcher_rank() -> int:

@@ -1,5 +1,6 @@
 """The state of a run: queued tasks, outcomes of finished ones, and measured seconds of each kind of task."""
 
+import math
 import sys
 import time
 import traceback
@@ -51,14 +52,16 @@ Fail = Callable[[W, Done, bool], None]
 class Tally:
     """Tasks done; tasks that crashed, ran out of memory or time or needed one that did; whether tasks were left undone.
 
-    interrupted: by a signal. halt: why no task could be finished any more. seconds: of all processes together in the tasks that
-    ended. hosts: how many processes there have ended a task. Tallies that differ in nothing else are equal.
+    interrupted: by a signal, or as all that is left would outlast the job. halt: why no task could be finished any more.
+    outlasting: tasks that would. seconds: of all processes together in the tasks that ended. hosts: how many processes there have
+    ended a task. Tallies that differ in nothing else are equal.
     """
 
     done: int = 0
     crashed: int = 0
     interrupted: bool = False
     halt: str = ""
+    outlasting: int = 0
     seconds: float = field(default=0.0, compare=False)
     hosts: Mapping[str, int] = field(default_factory=dict, compare=False)
 
@@ -109,10 +112,13 @@ def say(text: str) -> None:
 class Ledger(Generic[W]):
     """Counts tasks taken from the queue and tasks finished, and reports each end."""
 
-    def __init__(self, tasks: Sequence[W], report: Report[W], fail: Fail[W] = lambda *_: None) -> None:
+    def __init__(
+        self, tasks: Sequence[W], report: Report[W], fail: Fail[W] = lambda *_: None, until: float = math.inf
+    ) -> None:
+        """until: when all tasks have to have ended, in seconds since the epoch."""
         self.queue = TaskQueue(tasks)
         self.halt = ""
-        self._report, self._fail = report, fail
+        self._report, self._fail, self._until = report, fail, until
         self._away = 0
         self._done = 0
         self._crashed = 0
@@ -123,8 +129,17 @@ class Ledger(Generic[W]):
 
     @property
     def unfinished(self) -> bool:
-        """Whether a task is queued or being computed."""
-        return len(self.queue) + self._away > 0
+        """Whether a task is being computed or can be."""
+        return self._away + self.queue.ready > 0
+
+    def first(self) -> W | None:
+        """The task to hand out next; None while none is ready. One that would not end in time is set aside, now and for good.
+
+        What is not known to take too long is tried: else a task longer than any job would never be.
+        """
+        while (task := self.queue.first()) is not None and self._outlasts(task):
+            self.queue.set_aside()
+        return task
 
     def take(self) -> W:
         """Take the next task from the queue to be computed."""
@@ -173,6 +188,11 @@ class Ledger(Generic[W]):
 
     def tally(self, interrupted: bool) -> Tally:
         """The counts so far. A signal that came after the last task interrupted nothing."""
-        left = self.unfinished
+        left = len(self.queue) + self._away > 0
+        stopped = left and not self.halt and (interrupted or self.queue.aside > 0)
         hosts = Counter(where.partition(" on ")[2] for where in self._places if where)
-        return Tally(self._done, self._crashed, interrupted and left and not self.halt, self.halt, self._seconds, hosts)
+        return Tally(self._done, self._crashed, stopped, self.halt, self.queue.aside, self._seconds, hosts)
+
+    def _outlasts(self, task: W) -> bool:
+        seconds = self.expected(task)
+        return self._until < math.inf and seconds < math.inf and time.time() + seconds > self._until

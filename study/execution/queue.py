@@ -65,6 +65,7 @@ class TaskQueue(Generic[W]):
         self._ready = [place for place, missing in enumerate(self._missing) if not missing]  # sorted, so it is a heap
         self._taken: dict[str, int] = {}
         self._count = len(self._tasks)
+        self._aside = 0
 
     def __len__(self) -> int:
         """Number of tasks in the queue, ready or not."""
@@ -78,6 +79,16 @@ class TaskQueue(Generic[W]):
     def first(self) -> W | None:
         """The task to hand out next; None while no task is ready."""
         return self._tasks[self._ready[0]] if self._ready else None
+
+    @property
+    def aside(self) -> int:
+        """Number of tasks that were set aside."""
+        return self._aside
+
+    def set_aside(self) -> None:
+        """Leave the task that `first` returns in the queue, and never hand it out."""
+        heapq.heappop(self._ready)
+        self._aside += 1
 
     def take(self) -> W:
         """Remove and return the task that `first` returns."""

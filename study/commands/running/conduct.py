@@ -96,7 +96,8 @@ def _compute(farm: Farm, journal: Journal, plan: Plan, order: Order, work: Left,
     if lease.lost:
         return INTERRUPTED
     if tally.interrupted:
-        say("interrupted: what is finished is kept; run again to continue", stderr=True)
+        late = f"{counted(tally.outlasting, 'task')} left would outlast this job; " if tally.outlasting else ""
+        say(f"interrupted: {late}what is finished is kept; run again to continue", stderr=True)
         return INTERRUPTED
     store = Store(out)
     store.settle()

@@ -10,6 +10,7 @@ import jinja2
 from jinja2.sandbox import SandboxedEnvironment
 
 from study import shipped
+from study.execution.launch import WARNING
 from study.exit_codes import INTERRUPTED
 
 TEMPLATE = "job.sh.j2"
@@ -34,7 +35,7 @@ class Site:
     account: str = ""
     mpi: str = "pmi2"
     """What `srun --mpi` is given: pmi2 for MPICH and its kin, pmix for Open MPI."""
-    warning: int = 90
+    warning: int = WARNING
     """Seconds before the limit at which the ranks are told to stop; tasks that take longer are started again."""
     restarts: int = 50
     """Times a job is put back into the queue before it gives up."""

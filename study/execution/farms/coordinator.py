@@ -1,5 +1,6 @@
 """What all farms of several processes do: hand out tasks, hear how they end, take back what waits too long, until all is done."""
 
+import os
 from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import partial
@@ -7,6 +8,7 @@ from typing import Any, Protocol, TypeVar
 
 from study.execution.dispatch import Dispatcher
 from study.execution.interruption import Interruption
+from study.execution.launch import end_of_time
 from study.execution.ledger import Done, Fail, Ledger, Report, Tally
 from study.execution.queue import Work
 
@@ -39,11 +41,11 @@ class Ranks(Protocol):
 
 
 def coordinate(ranks: Ranks, interruption: Interruption, tasks: Sequence[W], report: Report[W], fail: Fail[W]) -> Tally:
-    """Compute all tasks, each after its needs; after a signal only those that have been begun.
+    """Compute all tasks, each after its needs; after a signal only those that have been begun. None that would outlast the job.
 
     report: hears how each task ends. fail: hears of each attempt that fails.
     """
-    ledger = Ledger(tasks, report, fail)
+    ledger = Ledger(tasks, report, fail, end_of_time(os.environ))
     dispatcher = Dispatcher([partial(ranks.give, rank) for rank in range(ranks.size)])
     while ledger.unfinished and not (interruption.requested or ledger.halt):
         dispatcher.hand_out(ledger)

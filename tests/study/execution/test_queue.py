@@ -17,6 +17,13 @@ def test_the_queue_hands_out_needs_first_and_otherwise_in_the_order_given():
     assert len(queue) == 0
 
 
+def test_what_is_set_aside_stays_in_the_queue_and_is_not_handed_out():
+    queue = TaskQueue(DIAMOND)
+    queue.set_aside()
+    assert (queue.take().key, queue.first(), queue.ready) == ("e", None, 0)
+    assert (queue.aside, len(queue)) == (1, 4)  # it and the three that need it
+
+
 def test_the_queue_gives_up_all_that_waits_for_a_task_given_up():
     queue = TaskQueue(DIAMOND)
     queue.take()

@@ -1,8 +1,14 @@
 """Whoever computes, and however it is reached: every task is computed once, and after a signal only what has been begun."""
 
+import time
+from collections.abc import Callable
+
+import pytest
+
 from solver.outcome import COMPLETED
 from study.execution.farms.coordinator import News, Returned, coordinate
 from study.execution.interruption import Interruption
+from study.execution.launch import WARNING
 from study.execution.ledger import Done, Tally
 from tests.study.execution.made_up import DIAMOND, Diary, Work
 
@@ -56,6 +62,40 @@ def test_every_task_is_computed_once_after_its_needs() -> None:
     assert sorted(ranks.computed) == sorted(diary.reported) == list("abcde")
     assert ranks.computed.index("a") < min(map(ranks.computed.index, "bc"))
     assert ranks.computed.index("d") > max(map(ranks.computed.index, "bc"))
+
+
+@pytest.fixture
+def job(monkeypatch: pytest.MonkeyPatch) -> Callable[[float], None]:
+    """Let this process be part of a job that has so many seconds left for tasks."""
+
+    def part_of_a_job(seconds: float) -> None:
+        monkeypatch.setenv("SLURM_JOB_END_TIME", str(round(time.time() + seconds) + WARNING))
+
+    return part_of_a_job
+
+
+def test_what_would_outlast_the_job_is_left_and_shorter_tasks_are_done(job: Callable[[float], None]) -> None:
+    job(1000.0)
+    known, long = Work("known", cost=1.0), Work("long", ("known",), cost=5000.0)
+    short = [Work(f"short {number}", ("known",), cost=1.0) for number in range(10)]
+    ranks = MadeUpRanks(2, seconds=1.0)
+    tally, diary = coordinated(ranks, (known, long, Work("after", ("long",)), *short))
+    assert tally == Tally(done=11, interrupted=True, outlasting=1)
+    assert not {"long", "after"} & set(diary.reported)
+
+
+def test_a_task_longer_than_any_job_is_tried_by_a_run_that_has_nothing_else(job: Callable[[float], None]) -> None:
+    job(1000.0)
+    tally, _ = coordinated(MadeUpRanks(1, seconds=5000.0), (Work("long", cost=5000.0), Work("longer", cost=6000.0)))
+    assert tally == Tally(
+        done=1, interrupted=True, outlasting=1
+    )  # from the first it is known how long the second takes
+
+
+def test_without_the_end_of_a_job_all_is_done(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.delenv("SLURM_JOB_END_TIME", raising=False)
+    tally, _ = coordinated(MadeUpRanks(1, seconds=1e9), tuple(Work(str(number)) for number in range(5)))
+    assert tally == Tally(done=5)
 
 
 def test_after_a_signal_what_has_not_been_begun_comes_back() -> None:

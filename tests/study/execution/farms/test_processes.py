@@ -59,6 +59,17 @@ def test_the_dataset_is_the_same_as_that_of_one_process(nanoslip, campaign, tmp_
     assert sha256(tmp_path / "two") == sha256(tmp_path / "one")
 
 
+def test_a_run_whose_job_ends_before_its_tasks_would_ends_as_if_interrupted(nanoslip, campaign, tmp_path: Path) -> None:
+    done = nanoslip("run", campaign, "--out", tmp_path / "out", SLURM_JOB_END_TIME="1")
+    assert done.returncode == 99
+    # The first record, and the first of its two drives, say how long the three others and the second would take.
+    assert (
+        "interrupted: 4 tasks left would outlast this job; what is finished is kept; run again to continue"
+        in done.stderr
+    )
+    assert not (tmp_path / "out" / "results.nc").exists()
+
+
 @pytest.mark.slow
 @pytest.mark.mpi
 def test_the_dataset_is_the_same_as_that_of_ranks(nanoslip, campaign, tmp_path: Path) -> None:
