@@ -46,7 +46,7 @@ ORDER = {
     "study.execution": "launch interruption program queue forecast progress ledger dispatch farms warmup executor failures "
     "journal batch",
     "study.execution.batch": "cutting submission",
-    "study.execution.farms": "pickling outbox mail child process agent coordinator farm processes ranks opening",
+    "study.execution.farms": "begun pickling outbox mail child process agent coordinator farm processes ranks opening",
     "study.report": "columns console common summary interchange case_table curves text_plot journal overview picture page",
     "study.figures": "shared sweep frames recipes views reproduction further catalogue gallery",
     "study.figures.shared": "paper claims canvas files figure power_law closed_form independence tiles",
@@ -57,7 +57,7 @@ ORDER = {
     "study.figures.further": "findings modulation continuum chains sizes correlations nodes stick_slip_map friction_map schemes",
     "study.accuracy": "timing setup diagram elastic_operator slip_numerics integrators picture table measurement",
     "study.commands": "shared preparing running computing looking judging cli",
-    "study.commands.running": "order conduct",
+    "study.commands.running": "order killed conduct",
     "study.commands.preparing": "declared campaigns new check plan",
     "study.commands.computing": "declared run status collect merge submit",
     "study.commands.looking": "declared report figure show try frames",

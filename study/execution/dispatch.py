@@ -7,7 +7,7 @@ from collections import defaultdict
 from collections.abc import Callable, Sequence
 from typing import Any, Final
 
-from study.execution.ledger import Ledger
+from study.execution.ledger import Begin, Ledger
 
 LOOKAHEAD: Final = 0.2
 """Seconds of work that may wait at a rank beyond the task it computes, of few ranks: hides the latency of messages."""
@@ -32,9 +32,9 @@ def lookahead(ranks: int) -> float:
 class Dispatcher:
     """Tasks given to each rank and not reported yet. Choosing a rank costs the same for two ranks as for thousands."""
 
-    def __init__(self, sends: Sequence[Send]) -> None:
-        """sends: `sends[rank]` sends a list of tasks to that rank."""
-        self._sends = sends
+    def __init__(self, sends: Sequence[Send], begin: Begin[Any] = lambda *_: None) -> None:
+        """sends: `sends[rank]` sends a list of tasks to that rank. begin: hears of each."""
+        self._sends, self._begin = sends, begin
         self._lookahead = lookahead(len(sends))
         self._doing: list[dict[str, tuple[Any, float]]] = [{} for _ in sends]
         self._load = [0.0] * len(sends)
@@ -98,6 +98,7 @@ class Dispatcher:
             if doing and load + seconds > self._lookahead:
                 break
             tasks.append(ledger.take())
+            self._begin(task, seconds)
             doing[task.key] = (task, seconds)
             load += seconds
         if tasks:

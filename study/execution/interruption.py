@@ -32,6 +32,7 @@ class Interruption:
     def __init__(self, grace: float) -> None:
         self._grace = grace
         self._end: Callable[[int], object] = os._exit
+        self._at_request: Callable[[], object] = _do_nothing
         self._requested = threading.Event()
         self._patience: threading.Timer | None = None
         self._watcher: threading.Thread | None = None
@@ -39,6 +40,10 @@ class Interruption:
     def end_by(self, end: Callable[[int], object]) -> None:
         """End the process so, with its exit code, where that cannot wait."""
         self._end = end
+
+    def at_request(self, act: Callable[[], object]) -> None:
+        """Do this as soon as the process is asked to stop, in whichever thread hears of it."""
+        self._at_request = act
 
     @property
     def requested(self) -> bool:
@@ -48,6 +53,7 @@ class Interruption:
     def request(self) -> None:
         """Ask this process to stop, as a signal would (without the grace)."""
         self._requested.set()
+        self._at_request()
 
     def __enter__(self) -> Self:
         if self._watcher is not None:
@@ -82,7 +88,7 @@ class Interruption:
                 self._leave("asked again to stop")
             if self._patience is None:
                 first = time.monotonic()
-                self._requested.set()
+                self.request()
                 self._patience = threading.Timer(self._grace, self._leave, [f"{self._grace:g} s to finish are over"])
                 self._patience.daemon = True
                 self._patience.start()
@@ -92,6 +98,10 @@ class Interruption:
         sys.stderr.flush()
         time.sleep(LAST_WORDS)
         self._end(INTERRUPTED)
+
+
+def _do_nothing() -> None:
+    """At a request, unless something is to be done."""
 
 
 def _note_nothing(_number: int, _frame: types.FrameType | None) -> None:

@@ -48,6 +48,10 @@ Fail = Callable[[W, Done, bool], None]
 """Hears of each failed attempt: the task, how it ended, whether that is final."""
 
 
+Begin = Callable[[W, float], None]
+"""Hears of each task that is handed out, and how many seconds it is expected to take: infinite while unknown."""
+
+
 @dataclass(frozen=True, slots=True)
 class Tally:
     """Tasks done; tasks that crashed, ran out of memory or time or needed one that did; whether tasks were left undone.

@@ -1,10 +1,11 @@
 """The root's part of `nanoslip run`: plan, hand out tasks, collect. Other ranks do not import this file."""
 
 from collections.abc import Mapping
-from contextlib import ExitStack
+from contextlib import ExitStack, closing
 
 import click
 
+from study.commands.running.killed import blame
 from study.commands.running.order import Order
 from study.commands.shared.datasets import write_dataset
 from study.commands.shared.exits import Refusal, show
@@ -13,6 +14,7 @@ from study.commands.shared.refusals import refusals
 from study.execution.batch.cutting import finished_with, part
 from study.execution.executor import drop_intermediates
 from study.execution.failures import Diary, Left, given_up, left
+from study.execution.farms.begun import Begun
 from study.execution.farms.farm import Farm
 from study.execution.journal import Journal
 from study.execution.progress import open_progress
@@ -45,6 +47,7 @@ def _conducted(farm: Farm, journal: Journal, order: Order) -> int:
             plan = part(plan, order.shard) if order.shard else plan
             lease = stack.enter_context(Lease(order.into, farm.interruption.request))
             store.prepare()
+            blame(plan, store, order.into)
             _print_outdated(store)
             finished, failures = _known(plan, order, store)
             foreign = plan.foreign(finished)
@@ -87,9 +90,11 @@ def _compute(farm: Farm, journal: Journal, plan: Plan, order: Order, work: Left,
     say(f"{title}: {said}", stderr=True)
     if tasks:
         journal.begin(farm.size, farm.unit)
-    with open_progress(tasks, console(stderr=True), farm.size) as progress:
+    begun = Begun(out)
+    farm.interruption.at_request(begun.close)  # whatever ends the run from then on is no task
+    with open_progress(tasks, console(stderr=True), farm.size) as progress, closing(begun):
         diary = Diary(out, progress)
-        tally = farm.run(tasks, diary.report, diary.fail)
+        tally = farm.run(tasks, diary.report, diary.fail, begun.begin)
     journal.computed(tally)
     if tally.halt:
         raise Refusal(f"{tally.halt}; what is finished is kept: run again to continue")

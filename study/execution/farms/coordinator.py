@@ -9,7 +9,7 @@ from typing import Any, Protocol, TypeVar
 from study.execution.dispatch import Dispatcher
 from study.execution.interruption import Interruption
 from study.execution.launch import end_of_time
-from study.execution.ledger import Done, Fail, Ledger, Report, Tally
+from study.execution.ledger import Begin, Done, Fail, Ledger, Report, Tally
 from study.execution.queue import Work
 
 W = TypeVar("W", bound=Work)
@@ -40,13 +40,20 @@ class Ranks(Protocol):
         """What ranks have said since, each time with the rank that said it; waits a little where none has."""
 
 
-def coordinate(ranks: Ranks, interruption: Interruption, tasks: Sequence[W], report: Report[W], fail: Fail[W]) -> Tally:
+def coordinate(
+    ranks: Ranks,
+    interruption: Interruption,
+    tasks: Sequence[W],
+    report: Report[W],
+    fail: Fail[W],
+    begin: Begin[W] = lambda *_: None,
+) -> Tally:
     """Compute all tasks, each after its needs; after a signal only those that have been begun. None that would outlast the job.
 
-    report: hears how each task ends. fail: hears of each attempt that fails.
+    report: hears how each task ends. fail: hears of each attempt that fails. begin: hears what is handed out.
     """
     ledger = Ledger(tasks, report, fail, end_of_time(os.environ))
-    dispatcher = Dispatcher([partial(ranks.give, rank) for rank in range(ranks.size)])
+    dispatcher = Dispatcher([partial(ranks.give, rank) for rank in range(ranks.size)], begin)
     while ledger.unfinished and not (interruption.requested or ledger.halt):
         dispatcher.hand_out(ledger)
         for rank in dispatcher.stranded():

@@ -7,7 +7,7 @@ from types import TracebackType
 from typing import Any, NoReturn, Protocol, Self, TypeVar
 
 from study.execution.interruption import GRACE, Interruption
-from study.execution.ledger import Execute, Fail, Ledger, Report, Tally, attempt, tell
+from study.execution.ledger import Begin, Execute, Fail, Ledger, Report, Tally, attempt, tell
 from study.execution.queue import Work
 
 W = TypeVar("W", bound=Work)
@@ -28,8 +28,11 @@ class Farm(Protocol):
     """What they are called."""
     interruption: Interruption
 
-    def run(self, tasks: Sequence[W], report: Report[W], fail: Fail[W] = ...) -> Tally:
-        """Compute all tasks, each after its needs; `report` hears how each ends, `fail` of each attempt that fails."""
+    def run(self, tasks: Sequence[W], report: Report[W], fail: Fail[W] = ..., begin: Begin[W] = ...) -> Tally:
+        """Compute all tasks, each after its needs.
+
+        report: hears how each ends. fail: hears of each attempt that fails. begin: hears of each before it is computed.
+        """
 
     def serve(self) -> int:
         """Compute what the root sends until it leaves; returns its exit code."""
@@ -78,12 +81,19 @@ class SerialFarm(LocalFarm):
         super().__init__(1, grace)
         self._load = load
 
-    def run(self, tasks: Sequence[W], report: Report[W], fail: Fail[W] = lambda *_: None) -> Tally:
+    def run(
+        self,
+        tasks: Sequence[W],
+        report: Report[W],
+        fail: Fail[W] = lambda *_: None,
+        begin: Begin[W] = lambda *_: None,
+    ) -> Tally:
         """Compute one task after the other, in the order of the queue."""
         ledger, execute = Ledger(tasks, report, fail), self._load()
         where = f"rank 0 on {socket.gethostname()}"
         while ledger.unfinished and not (self.interruption.requested or ledger.halt):
             task = ledger.take()
+            begin(task, ledger.expected(task))
             done = attempt(execute, task, where, survive=(Exception, SystemExit, GeneratorExit))
             tell(task, done)
             ledger.enter(task, done)

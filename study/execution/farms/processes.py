@@ -8,7 +8,7 @@ from study.execution.farms.agent import Agent
 from study.execution.farms.coordinator import News, Returned, coordinate
 from study.execution.farms.farm import LocalFarm
 from study.execution.interruption import GRACE
-from study.execution.ledger import Fail, Report, Tally
+from study.execution.ledger import Begin, Fail, Report, Tally
 from study.execution.queue import Work
 
 PATIENCE: Final = 0.1
@@ -30,9 +30,15 @@ class ProcessFarm(LocalFarm):
             agent.close()
         super().__exit__(*error)
 
-    def run(self, tasks: Sequence[W], report: Report[W], fail: Fail[W] = lambda *_: None) -> Tally:
+    def run(
+        self,
+        tasks: Sequence[W],
+        report: Report[W],
+        fail: Fail[W] = lambda *_: None,
+        begin: Begin[W] = lambda *_: None,
+    ) -> Tally:
         """Hand out tasks, idle processes first; several at once where they are short."""
-        return coordinate(self, self.interruption, tasks, report, fail)
+        return coordinate(self, self.interruption, tasks, report, fail, begin)
 
     def give(self, rank: int, tasks: list[Any]) -> None:
         """Have a process compute tasks, behind those that it has."""

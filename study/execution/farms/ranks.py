@@ -20,7 +20,7 @@ from study.execution.farms.mail import Mail
 from study.execution.farms.outbox import Outbox
 from study.execution.interruption import LAST_WORDS, Interruption
 from study.execution.launch import processes_here
-from study.execution.ledger import Fail, Report, Tally, say
+from study.execution.ledger import Begin, Fail, Report, Tally, say
 from study.execution.queue import Work
 
 SHORTEST_PAUSE: Final = 1e-4
@@ -63,9 +63,15 @@ class MPIFarm:
             time.sleep(LAST_WORDS)
             self._world.Abort(1)  # the others wait for this rank's messages and would wait for ever
 
-    def run(self, tasks: Sequence[W], report: Report[W], fail: Fail[W] = lambda *_: None) -> Tally:
+    def run(
+        self,
+        tasks: Sequence[W],
+        report: Report[W],
+        fail: Fail[W] = lambda *_: None,
+        begin: Begin[W] = lambda *_: None,
+    ) -> Tally:
         """Hand out tasks, idle ranks first; several at once where they are short."""
-        return coordinate(self, self.interruption, tasks, report, fail)
+        return coordinate(self, self.interruption, tasks, report, fail, begin)
 
     def give(self, rank: int, tasks: list[Any]) -> None:
         """Have a rank compute tasks, behind those that it has."""

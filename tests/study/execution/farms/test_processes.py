@@ -101,6 +101,7 @@ def test_a_signal_ends_all_processes_and_the_next_run_goes_on(environment, tmp_p
     _, said = running.communicate(timeout=PATIENCE)  # all that held standard error have ended
     assert running.returncode == (99 if number == signal.SIGINT else -signal.SIGKILL)
     assert "Traceback" not in said
+    assert (out / "begun.txt").exists() == (number == signal.SIGKILL)
     kept = written(out)
     assert 4 <= len(kept) < 3 * 80
     assert not (out / "results.nc").exists()

@@ -1,0 +1,28 @@
+"""What is done about the tasks that a run was at when it was killed as a whole: they come last, and fail at the second time."""
+
+from pathlib import Path
+from typing import Final
+
+from solver.outcome import Ending, Outcome
+from study.execution.failures import Diary
+from study.execution.farms.begun import Begun
+from study.execution.ledger import Done
+from study.plan.plan import Plan
+from study.results.store import Store
+
+KILLED: Final = (
+    "all processes of its run ended while it was computed: a defect or too little memory, its own or another task's"
+)
+
+
+def blame(plan: Plan, store: Store, out: Path) -> None:
+    """Write down as failed what a run in this folder left begun, for good if that is so for the second time."""
+    begun = Begun(out)
+    if keys := begun.read().difference(store.inventory()):
+        before, diary = store.failures(), Diary(out, lambda *_: None)
+        for task in plan.tasks:
+            known = before.get(task.key)
+            if task.key in keys and not (known and known.given_up):
+                second = known is not None and known.message == KILLED
+                diary.fail(task, Done(task.key, Outcome(Ending.CRASHED, KILLED), 0.0, passing=not second), final=True)
+    begun.close()

@@ -1,0 +1,96 @@
+"""A run that is killed as a whole leaves word of the long tasks that it was at; one that ends otherwise does not."""
+
+import json
+import math
+from pathlib import Path
+
+import pytest
+
+from study.commands.running.killed import KILLED, blame
+from study.execution.failures import left
+from study.execution.farms.begun import LONG, Begun
+from study.execution.farms.coordinator import coordinate
+from study.execution.interruption import Interruption
+from study.manifest.reader import load_manifest
+from study.plan.plan import Plan, make_plan
+from study.results.store import Store
+from tests.study.execution.farms.test_coordinator import MadeUpRanks
+from tests.study.execution.made_up import DIAMOND, Work
+
+
+def test_long_tasks_are_noted_and_those_of_which_nothing_is_known(tmp_path: Path) -> None:
+    begun = Begun(tmp_path)
+    for key, seconds in (("short", 0.5 * LONG), ("long", 2.0 * LONG), ("unknown", math.inf)):
+        begun.begin(Work(key), seconds)
+    assert Begun(tmp_path).read() == {"long", "unknown"}
+
+
+def test_a_run_that_ends_by_itself_leaves_nothing(tmp_path: Path) -> None:
+    begun = Begun(tmp_path)
+    begun.begin(Work("long"), math.inf)
+    begun.close()
+    begun.begin(Work("later"), math.inf)
+    assert (begun.read(), list(tmp_path.iterdir())) == (frozenset(), [])
+
+
+def test_a_disk_that_takes_nothing_does_not_stop_a_run(tmp_path: Path) -> None:
+    begun = Begun(tmp_path / "nowhere")
+    begun.begin(Work("long"), math.inf)
+    begun.close()
+
+
+class Killed(BaseException):
+    """The end of the process."""
+
+
+@pytest.mark.parametrize(("told", "noted"), [(False, {"a", "e"}), (True, set())])
+def test_what_is_in_hand_when_a_run_is_killed_is_noted_unless_it_was_told_to_stop(
+    tmp_path: Path, told: bool, noted: set[str]
+) -> None:
+    class Dying(MadeUpRanks):
+        def news(self) -> list[tuple[int, list[object]]]:
+            if told:
+                interruption.request()
+            raise Killed
+
+    begun, interruption = Begun(tmp_path), Interruption(grace=1.0)
+    interruption.at_request(begun.close)
+    with pytest.raises(Killed):
+        coordinate(Dying(2), interruption, DIAMOND, lambda *_: None, lambda *_: None, begun.begin)
+    assert begun.read() == noted
+
+
+@pytest.fixture
+def plan(campaign: Path) -> Plan:
+    return make_plan(load_manifest(campaign))
+
+
+def killed(plan: Plan, out: Path, key: str) -> None:
+    """A run that is killed at this task, and the beginning of the next one."""
+    Begun(out).begin(Work(key), math.inf)
+    blame(plan, Store(out), out)
+
+
+def test_what_a_killed_run_was_at_comes_last_and_is_given_up_at_the_second_time(plan: Plan, tmp_path: Path) -> None:
+    store, record = Store(tmp_path), next(task for task in plan.tasks if task.kind == "record")
+    killed(plan, tmp_path, record.key)
+    work = left(plan, store.failures(), ())
+    assert (work.tasks[-1], work.given_up) == (record, ())
+    killed(plan, tmp_path, record.key)
+    work = left(plan, store.failures(), ())
+    assert record in work.given_up
+    assert store.failures()[record.key].outcome.message.startswith(KILLED)
+    assert left(plan, store.failures(), (), retry=True).given_up == ()
+
+
+def test_a_task_that_was_at_hand_by_accident_is_computed_and_forgiven(nanoslip, campaign: Path, plan: Plan) -> None:
+    out = campaign.parent / "out"
+    record = next(task for task in plan.tasks if task.kind == "record")
+    out.mkdir()
+    Begun(out).begin(record, math.inf)
+    done = nanoslip("run", campaign, "--out", out)
+    assert done.returncode == 0, done.stderr
+    lines = [json.loads(line) for line in (out / "attempts.jsonl").read_text().splitlines()]
+    assert [(line["task"], line["ending"]) for line in lines] == [(record.key, "crashed"), (record.key, "completed")]
+    assert not (out / "begun.txt").exists()
+    assert Store(out).failures() == {}
