@@ -55,10 +55,7 @@ class Dispatcher:
             self._set_load(rank, self._load[rank])
         self._lighter.clear()
         parcels: dict[int, list[Any]] = defaultdict(list)
-        while ledger.first() is not None:
-            rank = self._least_loaded()
-            if not (tasks := self._parcel(rank, ledger)):
-                break
+        while tasks := self._parcel(rank := self._least_loaded(), ledger):
             parcels[rank] += tasks
         for rank, tasks in parcels.items():
             self._sends[rank](tasks)
@@ -87,7 +84,10 @@ class Dispatcher:
         return found
 
     def _parcel(self, rank: int, ledger: Ledger[Any]) -> list[Any]:
-        """Take the next tasks for a rank: one if it is idle, and more while they are short and enough are left for others."""
+        """Take the next tasks for a rank: one if it is idle, and more while they are short and enough are left for others.
+
+        Nothing where no task is ready, or the rank has enough to do.
+        """
         doing, load = self._doing[rank], self._load[rank]
         if not doing:
             self._news[rank] = time.monotonic()
