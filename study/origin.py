@@ -131,6 +131,13 @@ def foreign(origins: Origins, home: Origin) -> bool:
     return not origins or not all(origin.alike(home) for origin in origins)
 
 
+def foreign_among(results: Mapping[str, Origins]) -> dict[str, Origins]:
+    """Those of these results that other software than what runs here had a hand in."""
+    home = here()
+    known = {origins: foreign(origins, home) for origins in set(results.values())}
+    return {key: origins for key, origins in results.items() if known[origins]}
+
+
 def census(results: Iterable[Origins]) -> Counter[Origin]:
     """How many of these results stem from which software; a result of several counts for each."""
     return Counter(origin for origins in results for origin in (origins or (NOBODY,)))

@@ -35,8 +35,9 @@ ORDER = {
     "study.manifest": "parameters problems columns drives manifest checker named_files drive_tables reader "
     "effects cases one_case",
     "study.discretization": "front targets",
-    "study.plan": "task keys cost kinds tasks case_tasks order plan endings size outlook flags spans memory",
+    "study.plan": "task keys cost kinds tasks case_tasks order plan standing size outlook flags spans memory",
     "study.plan.cost": "last condensation sliding seconds arrays drive",
+    "study.plan.standing": "endings outline",
     "study.plan.kinds": "kind compliance contact record statistics states drive",
     "study.results": "whole_file lines entry own log logs attempts runs store lease shard merging",
     "study.dataset": "seal groups file made_of variables collection description access comparison pair verification agreement",
@@ -62,7 +63,7 @@ ORDER = {
     "study.commands.computing": "declared run status collect merge submit",
     "study.commands.looking": "declared report figure show try frames",
     "study.commands.judging": "declared export compare verify describe accuracy",
-    "study.commands.shared": "exits refusals lazy arguments group machine plans datasets sources choice one_case",
+    "study.commands.shared": "exits refusals lazy arguments group machine plans glance datasets sources choice one_case",
 }
 """Folder -> what is in it, from the first to the last; `__init__` of a folder may import all of it."""
 

@@ -28,8 +28,8 @@ def made_of(plan: Plan, store: Store) -> str:
         load_front(manifest.front, manifest.front_text).sha256,
     )
     found = hashlib.sha256(content_hash(all_sources_hash(), str(manifest.path.name), *texts).encode())
-    for key, seal in sorted(store.seals().items()):
-        found.update(f"{key} {seal}\n".encode())
+    for key, head in sorted(store.heads().items()):
+        found.update(f"{key} {head.seal}\n".encode())
     for key, attempt in sorted(store.failures().items()):
         found.update(f"{key} {attempt.outcome}\n".encode())
     return found.hexdigest()

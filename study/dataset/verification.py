@@ -35,8 +35,8 @@ from study.manifest.cases import CampaignCase
 from study.manifest.manifest import Manifest
 from study.manifest.reader import parse_manifest
 from study.origin import Origin, here
-from study.plan.endings import PENDING
 from study.plan.plan import Plan, make_plan
+from study.plan.standing.endings import PENDING
 from study.plan.task import Task
 from study.provenance import UNKNOWN
 from study.results.store import Store, StoreError

@@ -11,7 +11,7 @@ from study.discretization.targets import settled
 from study.garbage import all_kept
 from study.manifest.cases import CampaignCase, Heard, expanding
 from study.manifest.manifest import Manifest
-from study.origin import Origins, foreign, here
+from study.origin import Origins, foreign_among
 from study.plan.case_tasks import CaseTasks, TasksOfCases
 from study.plan.kinds.kind import Wanted
 from study.plan.order import longest_chain_first
@@ -81,9 +81,7 @@ class Plan:
 
     def foreign(self, finished: Mapping[str, Origins]) -> dict[str, Origins]:
         """The plan's results that other software than this had a hand in, given all that are finished."""
-        home = here()
-        mine = (task.key for task in self.tasks if task.key in finished)
-        return {key: finished[key] for key in mine if foreign(finished[key], home)}
+        return foreign_among({task.key: finished[task.key] for task in self.tasks if task.key in finished})
 
     def obsolete(self, finished: Collection[str]) -> tuple[str, ...]:
         """Intermediate records that no task needs any more, given the keys that are finished."""

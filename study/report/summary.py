@@ -20,8 +20,8 @@ from study.dataset.variables import OUTCOMES, VALIDITY, parameters, scalars
 from study.figures.sweep.label import in_unit, said, unit_of
 from study.figures.sweep.points import listed
 from study.manifest.parameters import Value
-from study.plan.endings import PENDING
 from study.plan.flags import flag_lines
+from study.plan.standing.endings import PENDING
 from study.plan.tasks import KINDS
 from study.report.columns import Table
 

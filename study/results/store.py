@@ -56,19 +56,31 @@ class Store:
 
     def finished(self) -> set[str]:
         """Keys of all results that are there and sound; an unsound one is named on stderr and not counted."""
-        return set(self._sound())
+        return set(self.heads())
 
     def inventory(self) -> dict[str, Origins]:
         """The finished results, as `finished` counts them, and the software that each stems from."""
-        return {key: head.meta.origins for key, head in self._sound().items()}
+        return {key: head.meta.origins for key, head in self.heads().items()}
 
     def outcomes(self) -> dict[str, Outcome]:
         """The finished results, as `finished` counts them, and how each ended."""
-        return {key: head.meta.outcome for key, head in self._sound().items()}
+        return {key: head.meta.outcome for key, head in self.heads().items()}
 
-    def seals(self) -> dict[str, int]:
-        """The finished results, as `finished` counts them, and a checksum of all that each says."""
-        return {key: head.seal for key, head in self._sound().items()}
+    def heads(self) -> dict[str, Head]:
+        """The head of every sound result. What has not changed since the last time is not checked again."""
+        self._logs.look()
+        found = {key: place.head for key, place in self._logs.places.items()}
+        for path in sorted(self.folder.glob(f"*{own.ENDING}")):
+            try:
+                stamp = own.stamp(path)
+                if path not in self._checked or self._checked[path][0] != stamp:
+                    self._checked[path] = stamp, own.checked(path)
+                found[path.stem] = self._checked[path][1]
+            except CorruptResultError as error:
+                _say_unsound(error)
+            except FileNotFoundError:
+                continue  # a run that goes on meanwhile has dropped it
+        return found
 
     def failures(self) -> dict[str, Attempt]:
         """The last attempt of this solver at every task that has failed; it may have a result nevertheless."""
@@ -130,22 +142,6 @@ class Store:
         """Results of an older nanoslip, which kept each in files of its own: this one does not read them."""
         files = self.folder.glob("*.np[yz]")
         return sorted(path for path in files if _KEY.fullmatch(path.stem))
-
-    def _sound(self) -> dict[str, Head]:
-        """The head of every sound result. What has not changed since the last time is not checked again."""
-        self._logs.look()
-        found = {key: place.head for key, place in self._logs.places.items()}
-        for path in sorted(self.folder.glob(f"*{own.ENDING}")):
-            try:
-                stamp = own.stamp(path)
-                if path not in self._checked or self._checked[path][0] != stamp:
-                    self._checked[path] = stamp, own.checked(path)
-                found[path.stem] = self._checked[path][1]
-            except CorruptResultError as error:
-                _say_unsound(error)
-            except FileNotFoundError:
-                continue  # a run that goes on meanwhile has dropped it
-        return found
 
 
 def _say_unsound(error: CorruptResultError) -> None:

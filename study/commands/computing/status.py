@@ -10,11 +10,13 @@ import click
 from rich.live import Live
 
 from solver.outcome import Ending
+from study.commands.shared.arguments import folder
+from study.commands.shared.glance import Glance, glance
 from study.commands.shared.machine import print_json
-from study.commands.shared.plans import Standing, counted, counts, counts_as_data, print_foreign, standing
+from study.commands.shared.plans import counted, kinds_as_data, print_foreign
 from study.commands.shared.refusals import refusals
 from study.execution.forecast import duration
-from study.plan.endings import PENDING, endings
+from study.plan.standing.endings import PENDING
 from study.report.columns import Table
 from study.report.console import console, print_table, say, table_text, whole
 
@@ -29,16 +31,16 @@ def work(campaign: Path, out: Path | None, watch: bool, as_json: bool) -> None:
     if watch and as_json:
         raise click.UsageError("--watch and --json exclude each other")
     with refusals():
-        found = standing(campaign, out)
+        found = glance(campaign, folder(campaign, out))
         if as_json:
             print_json(_data(found))
         elif watch:
             _watch(found)
         else:
-            say(found.plan.manifest.title)
+            say(found.title)
             print_table(*_tables(found))
-            if found.given_up:
-                say(f"{counted(len(found.given_up), 'task')} {_GIVEN_UP}")
+            if found.look.given_up:
+                say(f"{counted(found.look.given_up, 'task')} {_GIVEN_UP}")
             if len(found.stores) > 1:
                 say(
                     _UNMERGED.format(
@@ -48,7 +50,7 @@ def work(campaign: Path, out: Path | None, watch: bool, as_json: bool) -> None:
             print_foreign(found.foreign, campaign)
 
 
-def _watch(found: Standing) -> None:
+def _watch(found: Glance) -> None:
     """Redraw on a terminal, else print a line whenever something has changed; ends with the last task, or by Ctrl-C."""
     out = console()
     try:
@@ -57,12 +59,12 @@ def _watch(found: Standing) -> None:
             return
         with Live(console=out, auto_refresh=False) as screen:
             for each in _again(found):
-                screen.update(table_text(each.plan.manifest.title, _tables(each)), refresh=True)
+                screen.update(table_text(each.title, _tables(each)), refresh=True)
     except KeyboardInterrupt:
         return
 
 
-def _print_changes(found: Standing) -> None:
+def _print_changes(found: Glance) -> None:
     said = ""
     for each in _again(found):
         line = _line(each)
@@ -71,22 +73,22 @@ def _print_changes(found: Standing) -> None:
             said = line
 
 
-def _again(found: Standing) -> Iterator[Standing]:
+def _again(found: Glance) -> Iterator[Glance]:
     """The state of a campaign now and every few seconds, the last time when nothing is left."""
     yield found
-    while found.remaining:
+    while found.look.left:
         time.sleep(INTERVAL)
         found = found.again()
         yield found
 
 
-def _tables(found: Standing) -> tuple[Table, Table]:
+def _tables(found: Glance) -> tuple[Table, Table]:
     """Tasks by kind, and cases and drives by outcome."""
     tasks = [
         (kind, str(each.finished), str(each.left), duration(each.core_seconds_left), str(each.all))
-        for kind, each in counts(found).items()
+        for kind, each in found.look.kinds.items()
     ]
-    cases, drives = endings(found.plan, found.outcomes)
+    cases, drives = found.look.cases, found.look.drives
     words = sorted(cases | drives, key=lambda word: (word != _COMPLETED, word == PENDING, word))
     header = ("outcome", "cases", "drives") if drives else ("outcome", "cases")
     rows = [(word, str(cases[word]), str(drives[word]))[: len(header)] for word in words]
@@ -95,11 +97,11 @@ def _tables(found: Standing) -> tuple[Table, Table]:
     return Table(titles, tuple(tasks)), Table(header, tuple(rows), len(header), failed)
 
 
-def _line(found: Standing) -> str:
+def _line(found: Glance) -> str:
     """The state in one line."""
-    cases, drives = endings(found.plan, found.outcomes)
-    done = len(found.plan.tasks) - len(found.remaining) - len(found.given_up)
-    parts = [f"{done} of {len(found.plan.tasks)} tasks", f"cases: {_words(cases)}"]
+    cases, drives = found.look.cases, found.look.drives
+    look = found.look
+    parts = [f"{look.all - look.left - look.given_up} of {look.all} tasks", f"cases: {_words(cases)}"]
     return "; ".join([*parts, *([f"drives: {_words(drives)}"] if drives else [])])
 
 
@@ -107,16 +109,16 @@ def _words(counted: Counter[str]) -> str:
     return ", ".join(f"{count} {word}" for word, count in counted.most_common())
 
 
-def _data(found: Standing) -> dict[str, Any]:
+def _data(found: Glance) -> dict[str, Any]:
     """The state for scripts."""
-    cases, drives = endings(found.plan, found.outcomes)
+    cases, drives = found.look.cases, found.look.drives
     return {
-        "title": found.plan.manifest.title,
-        "finished": not found.remaining and not found.given_up,
-        "tasks": counts_as_data(found),
+        "title": found.title,
+        "finished": not found.look.left and not found.look.given_up,
+        "tasks": kinds_as_data(found.look.kinds),
         "cases": dict(cases),
         "drives": dict(drives),
-        "given_up": len(found.given_up),
+        "given_up": found.look.given_up,
         "foreign_results": len(found.foreign),
     }
 

@@ -7,7 +7,7 @@ from pathlib import Path
 from typing import Any
 
 from study.commands.shared.machine import print_json
-from study.commands.shared.plans import Standing, counted, counts, counts_as_data, print_foreign, standing
+from study.commands.shared.plans import Standing, counted, kinds_as_data, print_foreign, standing
 from study.commands.shared.refusals import refusals
 from study.discretization.targets import choice
 from study.execution.forecast import duration, makespan
@@ -88,7 +88,7 @@ def _print_counts(found: Standing) -> None:
             str(each.finished),
             str(each.all),
         )
-        for kind, each in counts(found).items()
+        for kind, each in found.kinds.items()
     ]
     print_table(Table(header, tuple(rows)))
 
@@ -137,7 +137,7 @@ def _data(found: Standing, ranks: int) -> dict[str, Any]:
             for each in plan.manifest.drives
         ],
         "effects": {each.name: each.setting for each in effects(plan.manifest)},
-        "tasks": counts_as_data(found),
+        "tasks": kinds_as_data(found.kinds),
         "seconds_left": {str(number): makespan(found.remaining, number) for number in sorted({1, ranks})},
         "disk_bytes": {"results": results, "dataset": dataset},
         "expected": expected_lines(plan, outlook_of(plan)),

@@ -9,6 +9,7 @@ from study.commands.running.killed import blame
 from study.commands.running.order import Order
 from study.commands.shared.datasets import write_dataset
 from study.commands.shared.exits import Refusal, show
+from study.commands.shared.glance import leave
 from study.commands.shared.plans import counted, planned, print_foreign
 from study.commands.shared.refusals import refusals
 from study.execution.batch.cutting import finished_with, part
@@ -89,6 +90,7 @@ def _compute(farm: Farm, journal: Journal, plan: Plan, order: Order, work: Left,
     title = f"{plan.manifest.title}, {order.shard}" if order.shard else plan.manifest.title
     say(f"{title}: {said}", stderr=True)
     if tasks:
+        leave(plan, out)
         journal.begin(farm.size, farm.unit)
     begun = Begun(out)
     farm.interruption.at_request(begun.close)  # whatever ends the run from then on is no task

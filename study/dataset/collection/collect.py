@@ -39,8 +39,8 @@ from study.discretization.targets import chosen
 from study.manifest.cases import CampaignCase
 from study.manifest.manifest import Manifest
 from study.origin import Origin, Origins, census, mixture
-from study.plan.endings import case_outcome, drive_outcome
 from study.plan.plan import Plan
+from study.plan.standing.endings import case_outcome, drive_outcome
 from study.plan.task import TaskResult
 from study.plan.tasks import needed_kinds
 from study.results.store import Store

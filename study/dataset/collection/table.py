@@ -27,9 +27,9 @@ from study.dataset.variables import (
 from study.manifest.cases import CampaignCase
 from study.manifest.manifest import Manifest
 from study.origin import NOBODY, Origins, stemming
-from study.plan.endings import PENDING
 from study.plan.flags import flags_of
 from study.plan.kinds.kind import left_out
+from study.plan.standing.endings import PENDING
 from study.plan.task import TaskResult
 from study.plan.tasks import KINDS, needed_kinds
 

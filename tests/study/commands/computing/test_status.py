@@ -52,7 +52,7 @@ def test_a_campaign_is_watched_until_it_is_finished_a_line_for_each_change(main,
     other.join()
     lines = said.splitlines()
     assert code == 0
-    assert lines[-1] == "13 of 13 tasks; cases: 4 completed; drives: 6 completed, 1 no_slip, 1 no_plateau"
+    assert lines[-1] == "13 of 13 tasks; cases: 4 completed; drives: 6 completed, 1 no_plateau, 1 no_slip"
     done = [int(line.split()[0]) for line in lines]
     assert done == sorted(done)
     assert len(set(lines)) == len(lines) > 2

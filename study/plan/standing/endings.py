@@ -1,6 +1,5 @@
 """How the cases and drives of a plan ended, from the outcomes of their tasks."""
 
-from collections import Counter
 from collections.abc import Mapping
 from typing import Final
 
@@ -43,15 +42,3 @@ def drive_outcome(
     if found is not None and found.ending is Ending.NEEDS_FAILED:
         return case_outcome(plan, case, outcomes)
     return found
-
-
-def endings(plan: Plan, outcomes: Mapping[str, Outcome]) -> tuple[Counter[str], Counter[str]]:
-    """How many cases, and how many drives of cases, ended how; `pending` counts those that are not finished."""
-    cases = Counter(_word(case_outcome(plan, case, outcomes)) for case in plan.cases)
-    drives = plan.manifest.drives if "dynamics" in plan.manifest.stages else ()
-    driven = Counter(_word(drive_outcome(plan, case, drive, outcomes)) for case in plan.cases for drive in drives)
-    return cases, driven
-
-
-def _word(outcome: Outcome | None) -> str:
-    return outcome.ending.value if outcome else PENDING

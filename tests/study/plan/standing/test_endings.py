@@ -1,11 +1,13 @@
 """A case and its drives end as the first of their tasks that failed: one word for it, wherever it is said."""
 
+from collections import Counter
 from pathlib import Path
 
 from solver.outcome import COMPLETED, Ending, Outcome
 from study.manifest.reader import parse_manifest
-from study.plan.endings import PENDING, drive_outcome, endings
 from study.plan.plan import Plan, make_plan
+from study.plan.standing.endings import PENDING, drive_outcome
+from study.plan.standing.outline import outline_of
 from tests.conftest import SMALL
 
 LIMIT = Outcome(Ending.CASCADE_LIMIT, "one event needed too many slips")
@@ -18,6 +20,11 @@ def outcomes_of(plan: Plan, **by_kind: Outcome) -> dict[str, Outcome]:
 
 def small() -> Plan:
     return make_plan(parse_manifest(Path("small.toml"), SMALL, {}))
+
+
+def endings(plan: Plan, found: dict[str, Outcome]) -> tuple[Counter[str], Counter[str]]:
+    look = outline_of(plan).look(found, {}, ())
+    return look.cases, look.drives
 
 
 def test_a_drive_whose_record_failed_ended_as_its_case() -> None:

@@ -1,0 +1,91 @@
+"""How far a campaign is, from the files of its results and the outline of its plan.
+
+A run leaves the outline of a large plan among the results, so that looking need not plan anew.
+"""
+
+import zipfile
+from collections.abc import Mapping
+from contextlib import suppress
+from dataclasses import dataclass, fields
+from pathlib import Path
+from typing import Any, Final
+
+import numpy as np
+
+from study.commands.shared.plans import planned
+from study.execution.failures import given_up
+from study.manifest.reader import load_manifest
+from study.origin import Origins, foreign_among
+from study.plan.plan import Plan
+from study.plan.standing.outline import Look, Outline, asked, outline_of
+from study.results.attempts import Attempt
+from study.results.shard import folders
+from study.results.store import FOLDER, Store
+from study.results.whole_file import written_whole
+
+FILE: Final = "outline.npz"
+LARGE: Final = 5000
+"""Tasks from which a run leaves it: fewer are planned in no time."""
+_ASKED: Final = "asked"
+
+
+@dataclass(frozen=True, slots=True)
+class Glance:
+    """A campaign, and how far it is."""
+
+    campaign: Path
+    title: str
+    outline: Outline
+    stores: tuple[Store, ...]
+    """The campaign's own, and those of shards that are not merged."""
+    look: Look
+    foreign: Mapping[str, Origins]
+    """Finished results of other software."""
+
+    def again(self) -> "Glance":
+        """How far it is by now; what has not changed is not looked at again."""
+        return _glance(self.campaign, self.title, self.outline, self.stores)
+
+
+def glance(campaign: Path, out: Path) -> Glance:
+    """How far a campaign is. Raises ManifestError."""
+    manifest = load_manifest(campaign)
+    found = _outline(out / FOLDER / FILE, asked(manifest)) or outline_of(planned(campaign))
+    return _glance(campaign, manifest.title, found, (Store(out, whole=False),))
+
+
+def _glance(campaign: Path, title: str, outline: Outline, known: tuple[Store, ...]) -> Glance:
+    have = {store.folder.parent: store for store in known}
+    out = known[0].folder.parent
+    stores = tuple(have.get(each) or Store(each, whole=False) for each in (out, *folders(out)))
+    heads = {key: head for store in stores for key, head in store.heads().items()}
+    failures: dict[str, Attempt] = {key: attempt for store in stores for key, attempt in store.failures().items()}
+    look = outline.look(
+        {key: head.meta.outcome for key, head in heads.items()},
+        {key: attempt.outcome for key, attempt in failures.items()},
+        given_up(failures),
+    )
+    mine = {key: heads[key].meta.origins for key in outline.names if key in heads}
+    return Glance(campaign, title, outline, stores, look, foreign_among(mine))
+
+
+def leave(plan: Plan, out: Path) -> None:
+    """Leave the outline of a large plan among its results, for whoever looks how far it is."""
+    if len(plan.tasks) < LARGE:
+        return
+    found = outline_of(plan)
+    columns: dict[str, Any] = {item.name: getattr(found, item.name) for item in fields(Outline)}
+    columns[_ASKED] = np.array(asked(plan.manifest))
+    # Without it, looking takes longer: that is all.
+    with suppress(OSError), written_whole(out / FOLDER / FILE) as scratch, scratch.open("wb") as file:
+        np.savez(file, **columns)
+
+
+def _outline(path: Path, expected: str) -> Outline | None:
+    """The outline that a run has left there; None where it has not, or another one."""
+    with suppress(OSError, ValueError, KeyError, EOFError, zipfile.BadZipFile):
+        if path.is_file():
+            with np.load(path, allow_pickle=False) as found:
+                if str(found[_ASKED]) == expected:
+                    return Outline(**{item.name: found[item.name] for item in fields(Outline)})
+    return None

@@ -1,0 +1,84 @@
+"""A plan in little says of every state of a campaign just what the plan and its cases say, one by one."""
+
+from collections import Counter
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from solver.outcome import COMPLETED, UNDONE, Ending, Outcome
+from study.manifest.reader import parse_manifest
+from study.plan.plan import Plan, make_plan
+from study.plan.standing.endings import PENDING, case_outcome, drive_outcome
+from study.plan.standing.outline import Look, outline_of
+from tests.conftest import SMALL
+
+CAMPAIGNS = {
+    "drives": SMALL,
+    "scalars": SMALL + "[outputs]\nrecords = false\nstatistics = true\ntractions_at = [3]\n",
+    "contact": 'title = "t"\nstages = ["contact"]\n[axes]\nradius = [50.0, 60.0]\nn_x = [17, 33]\n',
+    "refused": SMALL.replace("n_x = 17", 'scheme = "biquadratic"').replace(
+        "[axes]", "[axes]\nrows = [4, 5]\nn_x = [9, 17]"
+    ),
+    "all refused": 'title = "t"\n[constants]\nnormal_load = 1.0\nradius = 1e-12\n',
+    "drive refused": SMALL.split("[[drives]]")[0]
+    + '[drive_axes]\ntime_step = [1e-6, 1e-3]\nduration = [1e-4, 1e-2]\n[[drives]]\nname = "a"\nintegrator = "rk4"\n',
+}
+ENDINGS = (COMPLETED, *(Outcome(ending, "why") for ending in Ending if ending not in UNDONE))
+FAILURES = tuple(Outcome(ending, "why") for ending in UNDONE)
+
+
+def planned(name: str) -> Plan:
+    return make_plan(parse_manifest(Path("small.toml"), CAMPAIGNS[name], {}))
+
+
+def one_by_one(plan: Plan, finished: dict[str, Outcome], failed: dict[str, Outcome], given_up: set[str]) -> Look:
+    """The same without columns."""
+    left = plan.remaining(finished)
+    tried = {task.key for task in plan.possible(left, given_up - set(finished))}
+    outcomes = plan.outcomes(finished, failed)
+    cases = Counter(word(case_outcome(plan, case, outcomes)) for case in plan.cases)
+    drives = plan.manifest.drives if "dynamics" in plan.manifest.stages else ()
+    driven = Counter(word(drive_outcome(plan, case, drive, outcomes)) for case in plan.cases for drive in drives)
+    assert len(tried) == sum(task.key in tried for task in left)
+    found = outline_of(plan).look(finished, failed, given_up)
+    for kind, count in found.kinds.items():
+        every = [task for task in plan.tasks if task.kind == kind]
+        lost = [task for task in left if task.kind == kind and task.key not in tried]
+        here = [task for task in left if task.kind == kind and task.key in tried]
+        assert (count.all, count.left, count.given_up) == (len(every), len(here), len(lost))
+        assert count.finished == count.all - count.left - count.given_up
+        assert count.core_seconds_left == pytest.approx(sum(task.cost for task in here), rel=1e-12)
+        assert count.memory_bytes == max(task.memory for task in every)
+        assert count.disk_bytes == pytest.approx(sum(task.disk for task in every), rel=1e-12)
+    return Look(found.kinds, cases, driven)
+
+
+def word(outcome: Outcome | None) -> str:
+    return outcome.ending.value if outcome else PENDING
+
+
+@pytest.mark.parametrize("name", CAMPAIGNS)
+def test_any_state_is_counted_as_one_by_one(name):
+    plan, rng = planned(name), np.random.default_rng(3)
+    keys = [task.key for task in plan.tasks]
+    for _ in range(60):
+        share, good = rng.random(2)
+        finished = {
+            key: COMPLETED if rng.random() < good else ENDINGS[rng.integers(len(ENDINGS))]
+            for key in keys
+            if rng.random() < share
+        }
+        failed = {key: FAILURES[rng.integers(len(FAILURES))] for key in keys if rng.random() < 0.3 * rng.integers(2)}
+        given_up = {key for key in failed if rng.random() < 0.7}
+        found = outline_of(plan).look(finished, failed, given_up)
+        assert found == one_by_one(plan, finished, failed, given_up)
+        assert found.all == len(plan.tasks)
+
+
+def test_the_whole_and_the_empty():
+    plan = planned("drives")
+    found = outline_of(plan).look({task.key: COMPLETED for task in plan.tasks}, {}, ())
+    assert (found.left, found.given_up, found.cases) == (0, 0, Counter(completed=4))
+    found = outline_of(plan).look({}, {}, ())
+    assert (found.left, found.cases, found.drives) == (len(plan.tasks), Counter(pending=4), Counter(pending=8))
