@@ -8,12 +8,13 @@ from study.commands.shared.plans import counted, planned
 from study.commands.shared.refusals import refusals
 from study.report.console import say, whole
 from study.results.shard import folders
+from study.results.store import Store
 
 
 def work(campaign: Path, out: Path | None) -> None:
     """Write and print the dataset of a campaign's results."""
     into = folder(campaign, out)
     with refusals():
-        write_dataset(planned(campaign), into, anew=True)
+        write_dataset(planned(campaign), Store(into), anew=True)
     if shards := folders(into):
         say(f"without {counted(len(shards), 'shard')}; {whole(f'nanoslip merge {campaign}')} takes them in")

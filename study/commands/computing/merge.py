@@ -26,7 +26,7 @@ def work(campaign: Path, out: Path | None) -> None:
         store.prepare()
         problems = merge_shards(into)
         drop_intermediates(plan, plan.tasks, store)
-        write_dataset(plan, into)
+        write_dataset(plan, store)
         rest = left(plan, store.failures(), store.finished())
     for problem in problems:
         say(problem, stderr=True)

@@ -57,7 +57,8 @@ def _conducted(farm: Farm, journal: Journal, order: Order) -> int:
                 finished = {key: origins for key, origins in finished.items() if key not in foreign}
             else:
                 print_foreign(foreign, order.campaign, stderr=True)
-            return _compute(farm, journal, plan, order, left(plan, failures, finished, order.retry), lease)
+            work = left(plan, failures, finished, order.retry)
+            return _compute(farm, journal, plan, order, store, work, lease)
     except click.ClickException as error:
         show(error)
         return error.exit_code
@@ -81,7 +82,7 @@ def _known(plan: Plan, order: Order, store: Store) -> tuple[dict[str, Origins], 
     return store.inventory(), store.failures()
 
 
-def _compute(farm: Farm, journal: Journal, plan: Plan, order: Order, work: Left, lease: Lease) -> int:
+def _compute(farm: Farm, journal: Journal, plan: Plan, order: Order, store: Store, work: Left, lease: Lease) -> int:
     tasks, out = work.tasks, order.into
     _refuse_shortages(farm, plan, tasks)
     if tasks:
@@ -106,13 +107,12 @@ def _compute(farm: Farm, journal: Journal, plan: Plan, order: Order, work: Left,
         late = f"{counted(tally.outlasting, 'task')} left would outlast this job; " if tally.outlasting else ""
         say(f"interrupted: {late}what is finished is kept; run again to continue", stderr=True)
         return INTERRUPTED
-    store = Store(out)
     store.settle()
     drop_intermediates(plan, tasks, store)
     if order.shard:
         say(f"{order.shard} is done; {whole(f'nanoslip merge {order.campaign}')} brings all shards together")
     else:
-        write_dataset(plan, out)
+        write_dataset(plan, store)
     return _conclude(tally.crashed, len(work.given_up), order)
 
 

@@ -15,12 +15,12 @@ from study.report.summary import drive_summary, failure_summary, flag_summary, s
 from study.results.store import Store, StoreError
 
 
-def write_dataset(plan: Plan, out: Path, anew: bool = False) -> None:
+def write_dataset(plan: Plan, store: Store, anew: bool = False) -> None:
     """Write the dataset of the results that are there, and print it. Raises StoreError.
 
     anew: also where it is there already.
     """
-    path, store = out / file.FILE, Store(out)
+    path = store.folder.parent / file.FILE
     now = made_of(plan, store)
     if not anew and is_made_of(path, store, now):
         with suppress(StoreError), file.reading(path) as found:  # else it was damaged
