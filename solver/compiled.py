@@ -1,100 +1,89 @@
-"""Compile numerical kernels once and keep them on disk; the only place that sets numba up.
+"""Numerical kernels: declared as plain functions, compiled by numba when they are first called.
 
-Kernels stand in several files and call each other. Numba's own disk cache watches only the file of the function that it
-keeps, so a change of a function or a constant elsewhere would go unnoticed and old numbers would come back. Here what is
-kept is valid for one content of all kernel files of the package together: a change in any of them compiles all afresh.
+Numba takes longer to load than all else that a campaign is planned with, so nothing here imports it before a kernel runs.
+How a kernel is compiled, and kept on disk, is in solver.compiling.
 """
 
-import hashlib
-from collections.abc import Callable, Iterator
-from contextlib import contextmanager, suppress
-from functools import cache
-from pathlib import Path
+from collections.abc import Callable
+from contextlib import AbstractContextManager
+from functools import cached_property, update_wrapper
+from importlib import import_module
 from typing import Any, TypeVar
-
-from numba import njit
-from numba.core import event
-from numba.core.caching import CompileResultCacheImpl, FunctionCache
 
 Function = TypeVar("Function", bound=Callable[..., object])
 
-_PACKAGE = Path(__file__).parent
 KERNEL_FILES = "*/kernels/*.py"
 """Files that hold kernels and all that kernels import from this package, relative to it."""
 
 
+class Kernel:
+    """A function of which numba compiles one version for each combination of argument types."""
+
+    def __init__(self, function: Callable[..., object], options: dict[str, Any]) -> None:
+        """options: of numba's `njit`."""
+        update_wrapper(self, function)
+        self._function, self._options = function, options
+
+    @cached_property
+    def dispatcher(self) -> Any:
+        """Numba's own object, which holds the compiled versions."""
+        _register()
+        return _compiling().dispatcher_of(self._function, self._options)
+
+    @property
+    def _numba_type_(self) -> Any:
+        """What numba asks an object for that it does not know: other kernels call this one as its dispatcher."""
+        return self.dispatcher._numba_type_
+
+    def __call__(self, *arguments: object) -> object:
+        return self.dispatcher(*arguments)
+
+
 def compiled(**options: Any) -> Callable[[Function], Function]:
-    """Decorator: numba's `njit` without the interpreter's lock, with `options` of its own, and kept on disk.
+    """Decorator: numba's `njit` without the interpreter's lock, with `options` of its own, and kept on disk."""
 
-    Where no folder for what is compiled can be written or read, every process compiles for itself.
-    """
+    def declared(function: Function) -> Function:
+        kernel: Any = Kernel(function, options)
+        return kernel  # type: ignore[no-any-return]
 
-    def compile_function(function: Function) -> Function:
-        dispatcher: Any = njit(nogil=True, **options)(function)
-        with suppress(RuntimeError, OSError):  # no folder to keep it in, or no files to watch
-            dispatcher._cache = _KernelCache(function)  # what njit(cache=True) does, with a cache of our own
-        kernel: Function = dispatcher
-        return kernel
-
-    return compile_function
+    return declared
 
 
-@cache
-def source_stamp() -> str:
-    """Hash of the names and contents of all kernel files, as they were when this process first asked."""
-    stamp = hashlib.sha256()
-    for path in (Path(__file__), *sorted(_PACKAGE.glob(KERNEL_FILES))):
-        content = path.read_bytes()
-        stamp.update(f"{path.relative_to(_PACKAGE)} {len(content)} ".encode())
-        stamp.update(content)
-    return stamp.hexdigest()
+def inlined(function: Function) -> Function:
+    """Decorator: a function that kernels call, compiled with each of them; for Python it stays as it is."""
+    _unregistered.append(lambda: _compiling().register_jitable(function))
+    return function
 
 
-@contextmanager
-def told_of_compiling(tell: Callable[[], object]) -> Iterator[None]:
+def chosen_by_type(stub: Callable[..., object]) -> Callable[[Function], Function]:
+    """Decorator of a function from types of arguments to what kernels call instead of `stub` for these types."""
+
+    def declared(choose: Function) -> Function:
+        _unregistered.append(lambda: _compiling().overload(stub, strict=False)(choose))
+        return choose
+
+    return declared
+
+
+def is_named_tuple(kind: object) -> bool:
+    """Whether a type of numba's, as `chosen_by_type` hands it on, is that of a named tuple."""
+    return isinstance(kind, _compiling().types.BaseNamedTuple)
+
+
+def told_of_compiling(tell: Callable[[], object]) -> AbstractContextManager[None]:
     """While entered, `tell` is called as a kernel begins to be compiled; not for one that is kept on disk."""
-    listener = _Starts(tell)
-    event.register("numba:compile", listener)
-    try:
-        yield
-    finally:
-        event.unregister("numba:compile", listener)
+    found: AbstractContextManager[None] = _compiling().told_of_compiling(tell)
+    return found
 
 
-class _Starts(event.Listener):
-    """Calls a function at the start of every event."""
-
-    def __init__(self, tell: Callable[[], object]) -> None:
-        self._tell = tell
-
-    def on_start(self, event: object) -> None:
-        """Tell it."""
-        self._tell()
-
-    def on_end(self, event: object) -> None:
-        """Nothing is told of ends."""
+_unregistered: list[Callable[[], object]] = []
+"""What kernels need to be told to numba before one of them is compiled."""
 
 
-class _StampedResults(CompileResultCacheImpl):
-    """Compiled functions on disk, valid for one `source_stamp`."""
-
-    def __init__(self, function: Callable[..., object]) -> None:
-        super().__init__(function)
-        self.locator.get_source_stamp = source_stamp
+def _register() -> None:
+    while _unregistered:
+        _unregistered.pop(0)()
 
 
-class _KernelCache(FunctionCache):
-    """Numba's cache of one function; a disk that does not answer is as good as an empty cache."""
-
-    _impl_class = _StampedResults
-
-    def load_overload(self, sig: object, target_context: object) -> object:
-        """The compiled function for these argument types, None where there is none."""
-        with suppress(OSError):
-            return super().load_overload(sig, target_context)
-        return None
-
-    def save_overload(self, sig: object, data: object) -> None:
-        """Keep a compiled function, if that is possible."""
-        with suppress(OSError):
-            super().save_overload(sig, data)
+def _compiling() -> Any:
+    return import_module("solver.compiling")

@@ -4,8 +4,8 @@ import math
 from dataclasses import dataclass
 
 import numpy as np
+import scipy
 from numpy.typing import NDArray
-from scipy.special import beta, betainc
 
 Floats = NDArray[np.float64]
 
@@ -84,13 +84,13 @@ class SlidingContact:
         """Pressure at x from the pin's middle, |x - centre| < a."""
         t = (np.asarray(x) - self.centre) / self.half_width
         behind, ahead = self.power - self.skew, self.power + self.skew
-        norm = self.half_width * 2 ** (2 * self.power + 1) * beta(1 + behind, 1 + ahead)
+        norm = self.half_width * 2 ** (2 * self.power + 1) * scipy.special.beta(1 + behind, 1 + ahead)
         return np.asarray(self.normal_load / norm * (1 + t) ** behind * (1 - t) ** ahead)
 
     def share_left_of(self, x: Floats) -> Floats:
         """The load's share left of x (any shape), x from the pin's middle."""
         t = np.clip((np.asarray(x) - self.centre) / self.half_width, -1.0, 1.0)
-        return np.asarray(betainc(1 + self.power - self.skew, 1 + self.power + self.skew, (1 + t) / 2))
+        return np.asarray(scipy.special.betainc(1 + self.power - self.skew, 1 + self.power + self.skew, (1 + t) / 2))
 
 
 def sliding_punch(normal_load: float, half_width: float, friction_coefficient: float, poisson: float) -> SlidingContact:

@@ -4,8 +4,8 @@ import math
 from collections.abc import Callable
 
 import numpy as np
+import scipy
 from numpy.typing import NDArray
-from scipy.special import ndtri
 
 from solver.case import Case, Distribution, Heterogeneity
 
@@ -28,12 +28,12 @@ def _factors(drawn: Heterogeneity, n: int) -> NDArray[np.float64]:
 
 def _lognormal(uniform: Vector, spread: float) -> Vector:
     sigma = math.sqrt(math.log1p(spread**2))
-    return np.asarray(np.exp(sigma * ndtri(uniform) - sigma**2 / 2.0))
+    return np.asarray(np.exp(sigma * scipy.special.ndtri(uniform) - sigma**2 / 2.0))
 
 
 DISTRIBUTIONS: dict[Distribution, Callable[[Vector, float], Vector]] = {
     "lognormal": _lognormal,
     "uniform": lambda uniform, spread: np.asarray(1.0 + math.sqrt(3.0) * spread * (2.0 * uniform - 1.0)),
-    "normal": lambda uniform, spread: np.maximum(1.0 + spread * ndtri(uniform), 0.0),
+    "normal": lambda uniform, spread: np.maximum(1.0 + spread * scipy.special.ndtri(uniform), 0.0),
 }
 """Distribution -> its numbers of mean 1 and this standard deviation, from uniform ones in (0, 1)."""

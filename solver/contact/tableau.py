@@ -8,7 +8,7 @@ gives the tableau that contact and sliding work with: prescribed values in, unkn
 import warnings
 
 import numpy as np
-import scipy.linalg as la
+import scipy
 from numpy.typing import NDArray
 
 from solver.outcome import SingularOperator
@@ -50,9 +50,10 @@ def inverse(block: NDArray[np.float64], name: str) -> NDArray[np.float64]:
     """block⁻¹ of a `name`; SingularOperator where not a digit of it is sure."""
     try:
         with warnings.catch_warnings():
-            warnings.simplefilter("error", la.LinAlgWarning)  # its reciprocal condition is below machine precision
-            return np.asarray(la.inv(block))
-    except (la.LinAlgError, la.LinAlgWarning, ValueError) as error:
+            # One whose reciprocal condition is below machine precision.
+            warnings.simplefilter("error", scipy.linalg.LinAlgWarning)
+            return np.asarray(scipy.linalg.inv(block))
+    except (scipy.linalg.LinAlgError, scipy.linalg.LinAlgWarning, ValueError) as error:
         raise SingularOperator(
             f"the {name} in contact is singular to rounding: use another scheme or n_x, or an aspect_ratio nearer 1"
         ) from error

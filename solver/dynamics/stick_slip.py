@@ -10,8 +10,8 @@ from dataclasses import dataclass, field
 from typing import Final
 
 import numpy as np
+import scipy
 from numpy.typing import NDArray
-from scipy.optimize import brentq, least_squares
 
 from solver.drive import Drive
 from solver.dynamics.integrate import DynamicsResult
@@ -61,9 +61,8 @@ class Oscillator:
             if turn - math.pi / beat >= before:
                 break
             if self._velocity(turn) < -_ROUNDING * self.stage_velocity:
-                stop = float(
-                    brentq(self._velocity, max(turn - math.pi / beat, self.time), turn, xtol=1e-15 * turn, rtol=1e-15)
-                )
+                start = max(turn - math.pi / beat, self.time)
+                stop = float(scipy.optimize.brentq(self._velocity, start, turn, xtol=1e-15 * turn, rtol=1e-15))
                 return stop if stop < before else math.nan
             turn += math.pi / beat
         return math.nan
@@ -210,7 +209,9 @@ def fit_stick_slip(result: DynamicsResult, drive: Drive, normal_load: float) -> 
     laters = first[2], 0.5 * (first[0] + first[2])  # where a re-stick comes and goes the misfit has a kink
     starts = [np.array([first[0], first[1], later]) / normal_load for later in laters]
     fits = [
-        least_squares(target.misfit, start, diff_step=np.full(3, 1e-5), x_scale=1e-2, max_nfev=_MOST_TRIALS)
+        scipy.optimize.least_squares(
+            target.misfit, start, diff_step=np.full(3, 1e-5), x_scale=1e-2, max_nfev=_MOST_TRIALS
+        )
         for start in starts
         if len(target.model(start).slip_time) < MOST_SLIPS
     ]

@@ -3,7 +3,7 @@
 from dataclasses import dataclass
 
 import numpy as np
-import scipy.sparse.linalg as spla
+import scipy
 from numpy.typing import NDArray
 
 from solver.elasticity.stiffness import Stiffness
@@ -71,7 +71,7 @@ def _check_pair(name: str, displacement: Vector, force: Vector, nodes: int) -> N
 def _solve_sparse(matrix: object, right: Vector) -> Vector:
     advice = "prescribe enough displacements to exclude rigid motion (two translations and a rotation)"
     try:
-        factors = spla.splu(matrix.tocsc())  # type: ignore[attr-defined]
+        factors = scipy.sparse.linalg.splu(matrix.tocsc())  # type: ignore[attr-defined]
     except RuntimeError as error:
         raise SingularOperator(f"under-determined: the mixed problem is singular: {advice}") from error
     solution = factors.solve(right)

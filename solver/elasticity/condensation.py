@@ -7,8 +7,7 @@ is eliminated group by group from the bottom up, with dense blocks. Even and odd
 from collections.abc import Callable
 
 import numpy as np
-import scipy.linalg as la
-import scipy.sparse as sp
+import scipy
 from numpy.typing import NDArray
 
 from solver.elasticity.parity import row_bases
@@ -50,24 +49,24 @@ def _surface_inverse(full: Sparse, groups: list[Sparse], surface: int, solve: So
 
 
 def _joined(*rows: Sparse) -> Sparse:
-    return sp.csr_array(sp.hstack(rows))
+    return scipy.sparse.csr_array(scipy.sparse.hstack(rows))
 
 
 def _solve(matrix: Dense, right: Dense) -> Dense:
     """matrix⁻¹ right. Raises SingularOperator where the reciprocal condition number is below machine precision."""
     norm = np.abs(matrix).sum(axis=0).max(initial=0.0)
-    factors, pivots, info = la.lapack.dgetrf(matrix)
-    _check(0.0 if info else float(la.lapack.dgecon(factors, norm)[0]))
-    solution, _ = la.lapack.dgetrs(factors, pivots, right)
+    factors, pivots, info = scipy.linalg.lapack.dgetrf(matrix)
+    _check(0.0 if info else float(scipy.linalg.lapack.dgecon(factors, norm)[0]))
+    solution, _ = scipy.linalg.lapack.dgetrs(factors, pivots, right)
     return np.asarray(solution)
 
 
 def _solve_symmetric(matrix: Dense, right: Dense) -> Dense:
     """The same for a symmetric positive definite matrix, in half the time."""
     norm = np.abs(matrix).sum(axis=0).max(initial=0.0)
-    factor, info = la.lapack.dpotrf(matrix)
-    _check(0.0 if info else float(la.lapack.dpocon(factor, norm)[0]))
-    solution, _ = la.lapack.dpotrs(factor, right)
+    factor, info = scipy.linalg.lapack.dpotrf(matrix)
+    _check(0.0 if info else float(scipy.linalg.lapack.dpocon(factor, norm)[0]))
+    solution, _ = scipy.linalg.lapack.dpotrs(factor, right)
     return np.asarray(solution)
 
 

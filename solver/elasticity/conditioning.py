@@ -3,7 +3,7 @@
 from dataclasses import dataclass, replace
 
 import numpy as np
-import scipy.linalg as la
+import scipy
 from numpy.typing import NDArray
 
 from solver.elasticity.compliance import SurfaceCompliance
@@ -42,9 +42,9 @@ class Conditioning:
 def conditioning(matrix: Dense) -> Conditioning:
     """Condition number, definiteness and symmetry of a compliance, shape (n, n). Costs two factorizations."""
     norm = float(np.abs(matrix).sum(axis=0).max())
-    factors, _, info = la.lapack.dgetrf(matrix)
-    reciprocal = 0.0 if info else float(la.lapack.dgecon(factors, norm)[0])
-    _, failed = la.lapack.dpotrf(matrix + matrix.T)
+    factors, _, info = scipy.linalg.lapack.dgetrf(matrix)
+    reciprocal = 0.0 if info else float(scipy.linalg.lapack.dgecon(factors, norm)[0])
+    _, failed = scipy.linalg.lapack.dpotrf(matrix + matrix.T)
     asymmetry = float(np.abs(matrix - matrix.T).max() / np.abs(matrix).max())
     return Conditioning(reciprocal, not failed, asymmetry)
 

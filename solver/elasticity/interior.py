@@ -12,6 +12,7 @@ from dataclasses import dataclass, field, fields, replace
 from typing import Any
 
 import numpy as np
+import scipy
 from numpy.typing import NDArray
 
 from solver.elasticity.boundary_value import blank, solve_mixed
@@ -125,6 +126,4 @@ def _seen_from(grid: Grid, values: Vector, row: int, here: int) -> Vector:
     """Values of the field of one row, interpolated to the x of the nodes of another row."""
     if grid.counts[row] == grid.counts[here]:
         return values
-    from scipy.interpolate import CubicSpline  # noqa: PLC0415  slow to load, and nothing else needs splines
-
-    return np.asarray(CubicSpline(grid.row_x(row), values)(grid.row_x(here)))
+    return np.asarray(scipy.interpolate.CubicSpline(grid.row_x(row), values)(grid.row_x(here)))

@@ -5,7 +5,7 @@ Two problems of half the size cost a quarter.
 """
 
 import numpy as np
-import scipy.sparse as sp
+import scipy
 from numpy.typing import NDArray
 
 from solver.elasticity.grid import Grid
@@ -37,7 +37,7 @@ def _mirror(grid: Grid) -> NDArray[np.int64]:
 def _basis(k: Stiffness, entries: NDArray[np.int64]) -> Sparse:
     free = entries[~k.fixed[entries]]
     columns = np.arange(len(free))
-    return sp.csr_array((np.ones(len(free)), (free, columns)), shape=(2 * k.grid.nodes, len(free)))
+    return scipy.sparse.csr_array((np.ones(len(free)), (free, columns)), shape=(2 * k.grid.nodes, len(free)))
 
 
 def _parity_basis(k: Stiffness, row: int, sign: float) -> Sparse:
@@ -51,4 +51,4 @@ def _parity_basis(k: Stiffness, row: int, sign: float) -> Sparse:
         blocks.append(pairs * np.sqrt(0.5))
         if parity > 0.0:
             blocks.append(_basis(k, first + middle))
-    return sp.csr_array(sp.hstack(blocks))
+    return scipy.sparse.csr_array(scipy.sparse.hstack(blocks))

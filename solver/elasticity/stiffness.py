@@ -4,7 +4,7 @@ from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
-import scipy.sparse as sp
+import scipy
 from numpy.typing import NDArray
 
 from solver.elasticity.grid import Grid
@@ -39,7 +39,7 @@ class Stiffness:
     @property
     def matrix(self) -> Sparse:
         """Eq. 11 as one sparse matrix, shape (2·nodes, 2·nodes): [f_x; f_z] = matrix @ [u; w]."""
-        return sp.csr_array(sp.block_array([[self.k_u, self.c_uw], [self.c_wu, self.k_w]]))
+        return scipy.sparse.csr_array(scipy.sparse.block_array([[self.k_u, self.c_uw], [self.c_wu, self.k_w]]))
 
     @property
     def fixed(self) -> NDArray[np.bool_]:

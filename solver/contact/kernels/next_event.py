@@ -1,10 +1,8 @@
 """The next event along the rate: the smallest step at which a node slips, is released or touches."""
 
 import numpy as np
-from numba import types
-from numba.extending import overload
 
-from solver.compiled import compiled
+from solver.compiled import chosen_by_type, compiled, is_named_tuple
 from solver.contact.kernels.enumerations import EventKind
 from solver.contact.kernels.pin_height import first_root, knot_ahead, piece_entered, rise_slope, rough_height
 from solver.contact.kernels.state import KernelConstants, KernelState, RoughPin
@@ -49,9 +47,9 @@ def _next_slip_or_release(pin: RoughPin, state: KernelState, opposite: float) ->
     return nearest * (1.0 + 1e-9)  # what comes first by rounding alone is still seen
 
 
-@overload(_horizon, strict=False)
+@chosen_by_type(_horizon)
 def _choose_horizon(pin, state, opposite):  # type: ignore[no-untyped-def]
-    return _next_slip_or_release if isinstance(pin, types.BaseNamedTuple) else _no_horizon
+    return _next_slip_or_release if is_named_tuple(pin) else _no_horizon
 
 
 @compiled()
@@ -137,6 +135,6 @@ def _step_to_rough(
     return np.inf
 
 
-@overload(_step_to_profile, strict=False)
+@chosen_by_type(_step_to_profile)
 def _choose_step(pin, xi, xi_rate, height, height_rate, nearest):  # type: ignore[no-untyped-def]
-    return _step_to_rough if isinstance(pin, types.BaseNamedTuple) else _step_to_smooth
+    return _step_to_rough if is_named_tuple(pin) else _step_to_smooth

@@ -1,10 +1,8 @@
 """Height and slope of the pin: a smooth parabola or flat punch, or a rough parabola from knot to knot."""
 
 import numpy as np
-from numba import types
-from numba.extending import overload, register_jitable
 
-from solver.compiled import compiled
+from solver.compiled import chosen_by_type, compiled, inlined, is_named_tuple
 from solver.contact.kernels.state import KernelConstants, RoughPin
 
 BLUR = 1e-15
@@ -28,7 +26,7 @@ def _smooth_height(curvature: float, xi: float) -> float:
     return 0.5 * curvature * xi * xi
 
 
-@register_jitable
+@inlined
 def rough_height(pin: RoughPin, xi: float) -> float:
     """The same of a rough pin, above the lowest point of its parabola."""
     last = len(pin.knots) - 1
@@ -59,14 +57,14 @@ def _rough_slope(pin: RoughPin, xi: float) -> float:
     return pin.curvature * xi + rise_slope(pin, int(np.searchsorted(pin.knots, xi, side="right")))
 
 
-@overload(pin_slope, strict=False)
+@chosen_by_type(pin_slope)
 def _choose_slope(pin, xi):  # type: ignore[no-untyped-def]
-    return _rough_slope if isinstance(pin, types.BaseNamedTuple) else _smooth_slope
+    return _rough_slope if is_named_tuple(pin) else _smooth_slope
 
 
-@overload(face_height, strict=False)
+@chosen_by_type(face_height)
 def _choose_height(pin, xi):  # type: ignore[no-untyped-def]
-    return rough_height if isinstance(pin, types.BaseNamedTuple) else _smooth_height
+    return rough_height if is_named_tuple(pin) else _smooth_height
 
 
 @compiled()

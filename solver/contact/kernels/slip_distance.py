@@ -1,9 +1,8 @@
 """How far one node slips along the pin until its shear has fallen to what a slip leaves."""
 
 import numpy as np
-from numba import types
-from numba.extending import overload
 
+from solver.compiled import chosen_by_type, is_named_tuple
 from solver.contact.kernels.pin_height import first_root, knot_ahead, piece_entered, rise_slope, rough_height
 from solver.contact.kernels.state import Floats, RoughPin
 
@@ -62,6 +61,6 @@ def slip_on_rough(
         k += sense
 
 
-@overload(slip_move, strict=False)
+@chosen_by_type(slip_move)
 def _choose_slip(y, tableau, node_friction, i, xi, pin, residual_shear):  # type: ignore[no-untyped-def]
-    return slip_on_rough if isinstance(pin, types.BaseNamedTuple) else _slip_on_smooth
+    return slip_on_rough if is_named_tuple(pin) else _slip_on_smooth

@@ -10,7 +10,7 @@ from collections.abc import Iterator
 from dataclasses import dataclass, replace
 
 import numpy as np
-import scipy.sparse as sp
+import scipy
 from numpy.typing import NDArray
 
 from solver.elasticity.grid import FirstSpacing, Grid, binary_hierarchy
@@ -57,8 +57,8 @@ def biquadratic(grid: Grid, poisson: float, support: Support) -> Stiffness:
     rows = np.concatenate([part.rows for part in parts])
     columns = np.concatenate([part.columns for part in parts])
 
-    def block(weights: list[NDArray[np.float64]]) -> sp.csr_array:
-        return sp.csr_array((np.concatenate(weights), (rows, columns)), shape=(grid.nodes, grid.nodes))
+    def block(weights: list[NDArray[np.float64]]) -> scipy.sparse.csr_array:
+        return scipy.sparse.csr_array((np.concatenate(weights), (rows, columns)), shape=(grid.nodes, grid.nodes))
 
     fixed_u, fixed_w = restrained(grid, support)
     # An external nodal force balances the forces of the neighbours, hence the minus signs.

@@ -24,7 +24,7 @@ thresholds are μ_i times pressure. Simultaneous slips are its own order, the wo
 from dataclasses import dataclass
 
 import numpy as np
-import scipy.linalg as la
+import scipy
 from numpy.typing import NDArray
 
 from solver.parameter import check, parameter, require
@@ -111,5 +111,5 @@ def lateral_compliance(chain: Chain, slab: Slab) -> Dense:
     bands = np.full((2, slab.n_x), -coupling)
     bands[1] = leaf + 2.0 * coupling
     bands[1, [0, -1]] -= coupling
-    found = la.solveh_banded(bands, np.eye(slab.n_x))
+    found = scipy.linalg.solveh_banded(bands, np.eye(slab.n_x))
     return np.asarray((found + found.T) / 2)

@@ -25,7 +25,7 @@ from dataclasses import dataclass, replace
 from functools import lru_cache
 
 import numpy as np
-import scipy.sparse as sp
+import scipy
 from numpy.typing import NDArray
 
 from solver.elasticity.condensation import condensed
@@ -112,10 +112,10 @@ def galerkin(grid: Grid, poisson: float, support: Support) -> Stiffness:
     fixed_u, fixed_w = restrained(grid, support)
     return Stiffness(
         grid=grid,
-        k_u=sp.csr_array(k_u),
-        c_uw=sp.csr_array(c_uw),
-        c_wu=sp.csr_array(c_uw.T),
-        k_w=sp.csr_array(k_w),
+        k_u=scipy.sparse.csr_array(k_u),
+        c_uw=scipy.sparse.csr_array(c_uw),
+        c_wu=scipy.sparse.csr_array(c_uw.T),
+        k_w=scipy.sparse.csr_array(k_w),
         fixed_u=fixed_u,
         fixed_w=fixed_w,
         row_groups=((0,), *((row + 1, row + 2) for row in strips)),
@@ -178,7 +178,7 @@ def _assembled(cells: list[int], blocks: Iterable[Dense]) -> Sparse:
         values.append(np.tile(block.ravel(), count))
         first += 3 * across
     indices = (np.concatenate(rows), np.concatenate(columns))
-    return sp.csr_array((np.concatenate(values), indices), shape=(first, first))
+    return scipy.sparse.csr_array((np.concatenate(values), indices), shape=(first, first))
 
 
 def _prolongation(grid: Grid, cells: list[int]) -> Sparse:
@@ -192,7 +192,7 @@ def _prolongation(grid: Grid, cells: list[int]) -> Sparse:
             values.append(weights.ravel())
             first += 2 * count + 1
     indices = (np.concatenate(rows), np.concatenate(columns))
-    matrix = sp.csr_array((np.concatenate(values), indices), shape=(first, grid.nodes))
+    matrix = scipy.sparse.csr_array((np.concatenate(values), indices), shape=(first, grid.nodes))
     matrix.eliminate_zeros()
     return matrix
 

@@ -20,7 +20,7 @@ from collections.abc import Callable
 from dataclasses import dataclass
 
 import numpy as np
-import scipy.linalg as la
+import scipy
 from numpy.typing import NDArray
 
 from solver.outcome import InvalidInput
@@ -56,10 +56,10 @@ def half_plane(slab: Slab) -> Dense:
     nu, nodes = slab.poisson, np.arange(slab.n_x)
     log_distance = math.log(slab.spacing) + _mean_under_hat(_log_primitive, nodes)
     decay = (1 - nu) / np.pi * (math.log(slab.aspect_ratio) - log_distance)
-    across = la.toeplitz((1 - 2 * nu) / 4 * np.sign(nodes), -(1 - 2 * nu) / 4 * np.sign(nodes))
-    along_x, along_z = (la.toeplitz(decay + datum / (2 * np.pi)) for datum in (1.0, -1.0))
+    across = scipy.linalg.toeplitz((1 - 2 * nu) / 4 * np.sign(nodes), -(1 - 2 * nu) / 4 * np.sign(nodes))
+    along_x, along_z = (scipy.linalg.toeplitz(decay + datum / (2 * np.pi)) for datum in (1.0, -1.0))
     matrix = np.block([[along_x, across], [across.T, along_z]])
-    if la.lapack.dpotrf(matrix)[1]:
+    if scipy.linalg.lapack.dpotrf(matrix)[1]:
         raise InvalidInput(
             f"aspect_ratio = {slab.aspect_ratio!r}: needs a deeper datum with scheme half_plane (1 suffices for all ν ≥ 0)"
         )

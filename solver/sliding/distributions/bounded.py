@@ -11,9 +11,8 @@ import math
 from dataclasses import dataclass
 
 import numpy as np
+import scipy
 from numpy.typing import NDArray
-from scipy.optimize import brentq
-from scipy.special import erfc
 
 Vector = NDArray[np.float64]
 
@@ -62,7 +61,9 @@ class BoundedLaw:
         off = self.statistic - self.shares @ self.statistic
         square = off**2 - self.shares @ off**2
         spread = self.shares @ square**2 - (self.shares @ (off * square)) ** 2 / (self.shares @ off**2)
-        return float(erfc(abs(self.counts @ square) / math.sqrt(2.0 * self.total * spread))) if spread > 0.0 else 1.0
+        if not spread > 0.0:
+            return 1.0
+        return float(scipy.special.erfc(abs(self.counts @ square) / math.sqrt(2.0 * self.total * spread)))
 
     def goodness_of_fit(self, rng: np.random.Generator, draws: int) -> float:
         """Share of drawn samples, of as many sizes each, that are at least as far from their own fit as the sizes from theirs."""
@@ -95,7 +96,7 @@ def likeliest(statistic: Vector, widths: Vector, counts: NDArray[np.int64]) -> B
         low *= 2.0
     while excess(high) > 0.0:
         high *= 2.0
-    rate = float(brentq(excess, low, high, xtol=1e-9, rtol=1e-9)) / (statistic[-1] - statistic[0])
+    rate = float(scipy.optimize.brentq(excess, low, high, xtol=1e-9, rtol=1e-9)) / (statistic[-1] - statistic[0])
     return BoundedLaw(statistic, log_widths, counts, rate, _log_shares(np.array(rate), statistic, log_widths))
 
 

@@ -4,8 +4,8 @@ import math
 from typing import Final, NamedTuple
 
 import numpy as np
+import scipy
 from numpy.typing import NDArray
-from scipy.special import erfc
 
 from solver.sliding.distributions.power_law import PowerLaw, Sizes
 from solver.sliding.distributions.rivals import PARAMETERS, log_likelihoods
@@ -37,7 +37,7 @@ def _compared(name: str, differences: NDArray[np.float64], counts: NDArray[np.in
     """Vuong's test; the truncated power law holds the plain one in it, and twice its gain is χ² of one degree (Wilks)."""
     if name == "truncated_power_law":
         ratio = min(float(counts @ differences), 0.0)  # the simplex may stop a rounding short of no truncation
-        return Comparison(name, ratio, float(erfc(math.sqrt(-ratio))))
+        return Comparison(name, ratio, float(scipy.special.erfc(math.sqrt(-ratio))))
     return Comparison(name, *vuong(differences, counts))
 
 
@@ -48,7 +48,7 @@ def vuong(differences: NDArray[np.float64], counts: NDArray[np.int64]) -> tuple[
     """
     ratio = float(counts @ differences)
     spread = float(counts @ (differences - ratio / counts.sum()) ** 2)
-    return ratio, float(erfc(abs(ratio) / math.sqrt(2.0 * spread))) if spread > 0.0 else 1.0
+    return ratio, float(scipy.special.erfc(abs(ratio) / math.sqrt(2.0 * spread))) if spread > 0.0 else 1.0
 
 
 def preferred(rivals: tuple[Comparison, ...]) -> tuple[str, float]:

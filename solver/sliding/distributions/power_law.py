@@ -9,8 +9,8 @@ import math
 from typing import NamedTuple
 
 import numpy as np
+import scipy
 from numpy.typing import NDArray
-from scipy.special import zeta
 
 Vector = NDArray[np.float64]
 
@@ -88,7 +88,7 @@ def discrete_exponents(means: Vector, cutoffs: Vector) -> Vector:
 def _log_zeta_slopes(exponents: Vector, cutoffs: Vector) -> tuple[Vector, Vector]:
     """First and second derivative of ln ζ(τ, k_min) in τ, by differences over a share of its distance from the pole."""
     h = 1e-3 * (exponents - 1.0)
-    below, at, above = (np.log(zeta(exponents + way * h, cutoffs)) for way in (-1, 0, 1))
+    below, at, above = (np.log(scipy.special.zeta(exponents + way * h, cutoffs)) for way in (-1, 0, 1))
     return (above - below) / (2.0 * h), (above - 2.0 * at + below) / h**2
 
 
@@ -102,7 +102,7 @@ def _standard_error(exponent: float, cutoff: float, tail: int, discrete: bool) -
 def survival(values: Vector, exponent: float, cutoff: float, discrete: bool) -> Vector:
     """Share of the power law's sizes that are at least as large as each of these values from the cut-off on."""
     if discrete:
-        return np.asarray(zeta(exponent, values) / zeta(exponent, cutoff))
+        return np.asarray(scipy.special.zeta(exponent, values) / scipy.special.zeta(exponent, cutoff))
     return np.asarray((values / cutoff) ** (1.0 - exponent))
 
 
@@ -141,7 +141,7 @@ def _discrete_distances(values: Vector, firsts: NDArray[np.int64], exponents: Ve
         chosen = _places(len(seen))
         here = numbers[place + chosen]
         at_least = survival(here, exponent, here[0], True)
-        above = at_least - here**-exponent / zeta(exponent, here[0])
+        above = at_least - here**-exponent / scipy.special.zeta(exponent, here[0])
         found[row] = max(np.abs(seen[chosen] - at_least).max(), np.abs(beyond[chosen] - above).max())
     return found
 

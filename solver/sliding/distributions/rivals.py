@@ -8,9 +8,8 @@ from collections.abc import Callable
 from typing import Final
 
 import numpy as np
+import scipy
 from numpy.typing import NDArray
-from scipy.optimize import minimize
-from scipy.special import log_ndtr, zeta
 
 from solver.sliding.distributions.power_law import PowerLaw, Sizes
 
@@ -52,7 +51,7 @@ def log_likelihoods(sizes: Sizes, law: PowerLaw) -> tuple[dict[str, Vector], NDA
 
 def _log_sum_of_powers(tail: Tail, exponent: float) -> float:
     """ln of what the sizes^-τ sum up to, discrete, or integrate to from 1 on."""
-    return float(np.log(zeta(exponent, tail.cutoff))) if tail.discrete else -float(np.log(exponent - 1.0))
+    return float(np.log(scipy.special.zeta(exponent, tail.cutoff))) if tail.discrete else -float(np.log(exponent - 1.0))
 
 
 def _exponential(tail: Tail) -> Vector:
@@ -69,7 +68,9 @@ def _fitted(tail: Tail, likelihood: Likelihood, start: Vector) -> Vector:
         value = -float(tail.counts @ likelihood(parameters)) / tail.total
         return value if np.isfinite(value) else 1e300
 
-    found = minimize(misfit, start, method="Nelder-Mead", options={"xatol": 1e-5, "fatol": 1e-9, "maxiter": 600})
+    found = scipy.optimize.minimize(
+        misfit, start, method="Nelder-Mead", options={"xatol": 1e-5, "fatol": 1e-9, "maxiter": 600}
+    )
     return likelihood(found.x)
 
 
@@ -87,10 +88,10 @@ def _lognormal(tail: Tail) -> Likelihood:
 
     def likelihood(parameters: Vector) -> Vector:
         mean, width = parameters[0], np.exp(np.clip(parameters[1], -20.0, 20.0))
-        above = log_ndtr((mean - lowest) / width)
+        above = scipy.special.log_ndtr((mean - lowest) / width)
         z = (tail.logs - mean) / width
         found = np.asarray(-0.5 * z**2 - 0.5 * np.log(2.0 * np.pi) - np.log(width) - tail.logs)
-        low, high = log_ndtr((mean - edges) / width)  # of the shares above
+        low, high = scipy.special.log_ndtr((mean - edges) / width)  # of the shares above
         # Where both are one number the share between them is its density.
         apart = high < low
         found[np.flatnonzero(whole)[apart]] = (low + np.log(-np.expm1(np.where(apart, high - low, -1.0))))[apart]
