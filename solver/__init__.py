@@ -28,22 +28,29 @@ Eq. 12, §2.2.3    dynamics.integrate (rk4: the paper's; exact: from crossing to
 Eq. 16-19         dynamics.stick_slip (closed form, and its fit)
 """
 
-from solver.case import Case, Effects, Heterogeneity, SlipRule
-from solver.contact.state import ContactState, mirrored
-from solver.drive import Drive, Scales
-from solver.dynamics.coefficients import FrictionCoefficients
-from solver.dynamics.integrate import RK4, DynamicsResult, Exact
-from solver.elasticity.boundary_value import NodalFields, blank, solve_mixed
-from solver.elasticity.compliance import SurfaceCompliance, surface_compliance
-from solver.elasticity.grid_scheme import stiffness
-from solver.elasticity.schemes import Biquadratic, Chain, Galerkin, HalfPlane
-from solver.elasticity.stiffness import Stiffness
-from solver.outcome import Ending, InvalidInput, Outcome, SingularOperator, SolverError
-from solver.simulate import DriveResult, contact_state, drive_result, friction_record
-from solver.slab import Slab
-from solver.sliding.plateau import Plateau, plateau_of
-from solver.sliding.record import FrictionRecord
-from solver.sliding.statistics import event_statistics
+import ast
+from functools import cache
+from importlib import import_module
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+if TYPE_CHECKING:
+    from solver.case import Case, Effects, Heterogeneity, SlipRule
+    from solver.contact.state import ContactState, mirrored
+    from solver.drive import Drive, Scales
+    from solver.dynamics.coefficients import FrictionCoefficients
+    from solver.dynamics.integrate import RK4, DynamicsResult, Exact
+    from solver.elasticity.boundary_value import NodalFields, blank, solve_mixed
+    from solver.elasticity.compliance import SurfaceCompliance, surface_compliance
+    from solver.elasticity.grid_scheme import stiffness
+    from solver.elasticity.schemes import Biquadratic, Chain, Galerkin, HalfPlane
+    from solver.elasticity.stiffness import Stiffness
+    from solver.outcome import Ending, InvalidInput, Outcome, SingularOperator, SolverError
+    from solver.simulate import DriveResult, contact_state, drive_result, friction_record
+    from solver.slab import Slab
+    from solver.sliding.plateau import Plateau, plateau_of
+    from solver.sliding.record import FrictionRecord
+    from solver.sliding.statistics import event_statistics
 
 __all__ = [
     "RK4",
@@ -84,3 +91,29 @@ __all__ = [
     "stiffness",
     "surface_compliance",
 ]
+
+
+def __getattr__(name: str) -> Any:
+    """A public name, imported when it is first used."""
+    if name not in __all__:
+        raise AttributeError(f"module 'solver' has no attribute {name!r}")
+    found = getattr(import_module(_places()[name]), name)
+    globals()[name] = found
+    return found
+
+
+def __dir__() -> list[str]:
+    return sorted({*globals(), *__all__})
+
+
+@cache
+def _places() -> dict[str, str]:
+    """Public name -> its module, read off the imports above, which nothing but a type checker runs."""
+    imports = (
+        node for node in ast.walk(ast.parse(Path(__file__).read_text("utf-8"))) if isinstance(node, ast.ImportFrom)
+    )
+    return {alias.name: str(node.module) for node in imports for alias in node.names}
+
+
+for _family in ("solver.elasticity.schemes", "solver.dynamics.integrate"):
+    import_module(_family)  # whose members register themselves: a scheme or an integrator is chosen by its name
