@@ -5,13 +5,15 @@ import sys
 import time
 from collections.abc import Callable, Iterable, Iterator, Mapping
 from contextlib import ExitStack, contextmanager
-from typing import Final
+from typing import TYPE_CHECKING, Final
 
 import rich.console
-import rich.status
 import rich.text
 
 from study.report.columns import Line, Table, table_lines, whole, wrapped
+
+if TYPE_CHECKING:
+    from rich.status import Status
 
 __all__ = [
     "WIDE",
@@ -92,7 +94,7 @@ def counting(words: str) -> Iterator[Callable[[int], None]]:
     words: `{} cases planned`.
     """
     out, begun = console(stderr=True), time.monotonic()
-    shown: list[rich.status.Status] = []
+    shown: list[Status] = []
     with ExitStack() as stack:
 
         def heard(number: int) -> None:

@@ -7,7 +7,6 @@ from pathlib import Path
 from typing import Any, Final
 
 import click
-from rich.live import Live
 
 from solver.outcome import Ending
 from study.commands.shared.arguments import folder
@@ -57,6 +56,8 @@ def _watch(found: Glance) -> None:
         if not out.is_terminal:
             _print_changes(found)
             return
+        from rich.live import Live  # noqa: PLC0415  slow to load, and only who watches needs it
+
         with Live(console=out, auto_refresh=False) as screen:
             for each in _again(found):
                 screen.update(table_text(each.title, _tables(each)), refresh=True)

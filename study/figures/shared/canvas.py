@@ -8,9 +8,6 @@ from typing import Any, Final
 
 import matplotlib as mpl
 from cycler import cycler
-from matplotlib.backends.backend_agg import FigureCanvasAgg
-from matplotlib.backends.backend_pdf import FigureCanvasPdf
-from matplotlib.backends.backend_svg import FigureCanvasSVG
 from matplotlib.figure import Figure
 
 from solver.outcome import InvalidInput
@@ -38,10 +35,10 @@ _LOOK: Final[dict[Any, Any]] = {
     "pdf.fonttype": 42,
     "svg.hashsalt": "nanoslip",
 }
-_FORMATS: Final[dict[str, tuple[Any, dict[str, Any]]]] = {
-    "pdf": (FigureCanvasPdf, {"metadata": {"CreationDate": None, "Producer": None, "Creator": "nanoslip"}}),
-    "svg": (FigureCanvasSVG, {"metadata": {"Date": None, "Creator": "nanoslip"}}),
-    "png": (FigureCanvasAgg, {"metadata": {"Software": None}, "dpi": 200}),
+_FORMATS: Final[dict[str, dict[str, Any]]] = {
+    "pdf": {"metadata": {"CreationDate": None, "Producer": None, "Creator": "nanoslip"}},
+    "svg": {"metadata": {"Date": None, "Creator": "nanoslip"}},
+    "png": {"metadata": {"Software": None}, "dpi": 200},
 }
 FORMATS: Final = tuple(_FORMATS)
 
@@ -63,8 +60,7 @@ def column(height: float = 2.4, width: float = COLUMN) -> Iterator[Figure]:
 
 def image(figure: Figure, form: str) -> bytes:
     """The figure as a file of one of `FORMATS`. No clock is in it."""
-    canvas, options = _FORMATS[form]
     buffer = io.BytesIO()
-    with mpl.rc_context(_LOOK):
-        canvas(figure).print_figure(buffer, format=form, **options)
+    with mpl.rc_context(_LOOK):  # the canvas of a format is loaded when it is asked for
+        figure.canvas.print_figure(buffer, format=form, **_FORMATS[form])
     return buffer.getvalue()
