@@ -2,7 +2,9 @@
 
 from collections.abc import Callable, Sequence
 from functools import partial
+from importlib import import_module
 from pathlib import Path
+from typing import Final
 
 from solver.outcome import Ending, Outcome
 from study.execution.ledger import CannotGoOnError
@@ -13,9 +15,17 @@ from study.plan.tasks import Task, run_task
 from study.results.entry import CorruptResultError
 from study.results.store import Store, StoreError
 
+_NUMERICS: Final = ("solver.compiling", "scipy.linalg", "scipy.optimize", "scipy.sparse.linalg", "scipy.special")
+"""What the solver computes with and loads when it does. On a crowded file system that takes longer than many a task."""
+
 
 def executor(out: Path) -> Callable[[Task | WarmUp], Outcome]:
-    """The function that computes a task with the results in this folder and returns its outcome."""
+    """The function that computes a task with the results in this folder and returns its outcome.
+
+    Loads all that tasks compute with: a task's time and limit are its own.
+    """
+    for module in _NUMERICS:
+        import_module(module)
     return partial(_execute, Store(out))
 
 
