@@ -12,7 +12,8 @@ import pytest
 ROOT = Path(__file__).parents[1]
 
 ORDER = {
-    "solver": "compiled outcome quantity view parameter family slab case drive elasticity contact sliding dynamics simulate",
+    "solver": "compiled compiling outcome quantity view parameter family slab case drive elasticity contact sliding "
+    "dynamics simulate",
     "solver.elasticity": "grid lagrange support stiffness parity condensation grid_scheme boundary_value schemes interior "
     "compliance conditioning",
     "solver.elasticity.schemes": "grading column biquadratic galerkin half_plane chain",
@@ -86,7 +87,7 @@ HOMES = {
         "study.commands.shared.sources",
     },
     "matplotlib": {"solver.view", "study.accuracy", "study.report", "study.figures"},
-    "numba": {"solver.compiled", "solver.contact.kernels"},
+    "numba": {"solver.compiling"},
 }
 """Library -> the modules and folders that may use it; others may be used everywhere."""
 
@@ -149,6 +150,8 @@ def test_libraries_stay_at_home(path: Path) -> None:
     if module.startswith("solver"):
         shown = {library for library, homes in HOMES.items() if module in homes}  # imported where a user asks to see
         assert libraries <= {"solver", "numpy", "scipy", "numba"} | shown
+        parts = {name for name in imported(path) if name.startswith("scipy.")}
+        assert not parts, f"{path} imports {parts}: `import scipy` loads a part when it is first used"
 
 
 @pytest.mark.parametrize("folder", sorted(ORDER))

@@ -63,7 +63,7 @@ def copy(tmp_path: Path) -> Path:
 
 def called(change: Change, copy: Path, **environment: str) -> tuple[str, int]:
     """What the kernel returns in a fresh process, and how many functions that process compiled for the call."""
-    program = change.program + "print(repr(value), sum(kernel.stats.cache_misses.values()))"
+    program = change.program + "print(repr(value), sum(kernel.dispatcher.stats.cache_misses.values()))"
     known = {**os.environ, "PYTHONPATH": str(copy.parent), "NUMBA_CACHE_DIR": str(copy.parent / "cache"), **environment}
     done = subprocess.run(
         [sys.executable, "-c", program], env=known, cwd=copy.parent, capture_output=True, text=True, check=True

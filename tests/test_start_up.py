@@ -1,0 +1,65 @@
+"""What declares, plans, hands out or reports loads nothing that only computing, drawing or datasets need.
+
+Numba comes with the first kernel that is called, parts of scipy with their first use, all else with the command that needs it.
+"""
+
+import pickle
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+
+from solver.case import Case
+from solver.drive import Drive
+from study.plan.tasks import Task, compliance_task, contact_task, drive_task, record_task, states_task, statistics_task
+from tests.conftest import SMALL
+
+HEAVY = ("numba", "scipy.linalg", "scipy.optimize", "scipy.sparse", "scipy.special", "xarray", "pandas", "matplotlib")
+LIVE = ("rich.live", "rich.progress")
+"""Parts of rich that only what moves on a terminal needs."""
+DECLARED = ("solver", "solver.simulate", "study.plan.tasks", "study.execution.executor", "study.execution.farms.agent")
+
+
+def loaded(program: str, names: tuple[str, ...], environment: dict[str, str]) -> list[str]:
+    """Those of these modules that a program loads in a fresh process."""
+    after = f"\nimport sys; print('loaded', *(name for name in {names} if name in sys.modules))"
+    words = [sys.executable, "-c", program + after]
+    done = subprocess.run(words, env=environment, capture_output=True, text=True, check=True)
+    return done.stdout.splitlines()[-1].split()[1:]
+
+
+@pytest.mark.parametrize("module", DECLARED)
+def test_to_declare_what_can_be_computed_loads_nothing_to_compute_with(environment, module):
+    assert loaded(f"import {module}", (*HEAVY, *LIVE, "rich"), environment) == []
+
+
+@pytest.mark.parametrize("command", ["plan", "status", "check"])
+def test_a_command_that_only_looks_ahead_loads_nothing_to_compute_or_draw_with(environment, tmp_path, command):
+    path = tmp_path / "campaign.toml"
+    path.write_text(SMALL)
+    program = f"from study.commands.cli import cli; cli.main([{command!r}, {str(path)!r}], standalone_mode=False)"
+    assert loaded(program, (*HEAVY, *LIVE), environment) == []
+
+
+def tasks() -> list[Task]:
+    """One of every kind."""
+    case = Case.of({"n_x": 17, "radius": 50.0})
+    drive = Drive.from_si()
+    made = [compliance_task(case.slab), contact_task(case), record_task(case), drive_task(case, drive)]
+    return [*made, states_task(case, (0,), subsurface=True), statistics_task(case)]
+
+
+def test_who_hands_tasks_on_loads_nothing_to_compute_with(environment, tmp_path: Path):
+    path = tmp_path / "tasks"
+    path.write_bytes(pickle.dumps(tasks()))
+    program = f"import pickle, study.execution.farms.agent; pickle.load(open({str(path)!r}, 'rb'))"
+    assert loaded(program, (*HEAVY, "rich"), environment) == []
+
+
+def test_who_computes_has_all_of_it_loaded_before_its_first_task(environment):
+    program = (
+        "from pathlib import Path; from study.execution.program import computing; computing(Path('nowhere')).load()"
+    )
+    numerics = ("numba", "scipy.linalg", "scipy.optimize", "scipy.sparse.linalg", "scipy.special")
+    assert loaded(program, numerics, environment) == list(numerics)
