@@ -8,6 +8,7 @@ from collections.abc import Callable
 from contextlib import AbstractContextManager
 from functools import cached_property, update_wrapper
 from importlib import import_module
+from threading import Lock
 from typing import Any, TypeVar
 
 Function = TypeVar("Function", bound=Callable[..., object])
@@ -80,9 +81,13 @@ _unregistered: list[Callable[[], object]] = []
 """What kernels need to be told to numba before one of them is compiled."""
 
 
+_registering = Lock()
+
+
 def _register() -> None:
-    while _unregistered:
-        _unregistered.pop(0)()
+    with _registering:  # another thread's kernel needs all of them, too
+        while _unregistered:
+            _unregistered.pop(0)()
 
 
 def _compiling() -> Any:

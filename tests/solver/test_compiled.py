@@ -127,3 +127,22 @@ def test_compiling_is_told_as_it_begins_and_only_then() -> None:
     assert told == ["now"]
     assert doubled(3) == 6  # other types, compiled when nobody listens
     assert told == ["now"]
+
+
+THREADS = """
+import sys
+from concurrent.futures import ThreadPoolExecutor
+from solver.contact.kernels.pin_height import first_root, knot_ahead
+from solver.contact.kernels.state import RoughPin
+import numpy as np
+before = "numba" in sys.modules
+pin = RoughPin(1.0, np.array([-0.1, 0.1]), np.zeros(2))
+with ThreadPoolExecutor(4) as threads:
+    found = [threads.submit(first_root, 1.0, -2.0, 1.0), threads.submit(knot_ahead, pin, 1, 1)] * 2
+    print(before, *(each.result() for each in found))
+"""
+
+
+def test_numba_is_loaded_by_the_first_call_of_any_thread(environment: dict[str, str]) -> None:
+    done = subprocess.run([sys.executable, "-c", THREADS], env=environment, capture_output=True, text=True, check=True)
+    assert done.stdout.split() == ["False", "1.0", "0.1", "1.0", "0.1"]

@@ -1,6 +1,6 @@
 """The process that computes: tasks come, and how each has ended goes back, in their order. What one does to it, it does alone.
 
-It knows nothing of MPI and imports the solver, which the process that hands tasks to it does not.
+It knows nothing of MPI and loads what the solver computes with, which the process that hands tasks to it does not.
 """
 
 import ctypes
