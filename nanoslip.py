@@ -32,6 +32,7 @@ the same from a shell.
 import importlib
 import importlib.util
 import os
+import signal
 import sys
 from typing import TYPE_CHECKING, Any
 
@@ -189,7 +190,13 @@ def __dir__() -> list[str]:
 
 def main() -> None:
     """Run the command `nanoslip` with the words of the command line, and exit."""
-    importlib.import_module("study.commands.cli").main()
+    try:
+        commands = importlib.import_module("study.commands.cli")
+    except KeyboardInterrupt:  # as the commands do: one rank that ends by the signal takes the others with it
+        signal.signal(signal.SIGINT, signal.SIG_DFL)
+        os.kill(os.getpid(), signal.SIGINT)
+        raise
+    commands.main()
 
 
 def _found(package: str) -> str:

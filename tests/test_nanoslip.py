@@ -3,6 +3,7 @@
 import ast
 import doctest
 import importlib
+import signal
 import subprocess
 import sys
 from pathlib import Path
@@ -142,3 +143,16 @@ def test_a_drive_in_si_is_the_papers_but_for_what_is_given():
         assert nanoslip.Drive.from_si(**choice).integrator.time_step == 1e-6 / scales.time(0.5)
     with pytest.raises(TypeError, match="stifness"):
         nanoslip.Drive.from_si(stifness=1.0)
+
+
+def test_ctrl_c_while_the_commands_are_imported_ends_the_process_by_that_signal_without_a_traceback(
+    environment, tmp_path
+):
+    program = (
+        "import importlib, nanoslip\n"
+        "def interrupted(name): raise KeyboardInterrupt\n"
+        "importlib.import_module = interrupted\n"
+        "nanoslip.main()"
+    )
+    done = python("-c", program, folder=tmp_path, environment=environment)
+    assert (done.returncode, done.stderr) == (-signal.SIGINT, "")
