@@ -1,5 +1,6 @@
 """The dataset as a file: its name, the attributes that say what it is, reading and writing it whole."""
 
+import errno
 from collections.abc import Iterator, Mapping
 from contextlib import contextmanager
 from pathlib import Path
@@ -10,6 +11,7 @@ import xarray as xr
 
 from study.dataset.groups import carrying, opened, tree_of
 from study.dataset.seal import broken, seal
+from study.results.lines import NO_FILE, is_no_file
 from study.results.store import StoreError
 from study.results.whole_file import written_whole
 
@@ -47,6 +49,8 @@ def read(path: Path) -> xr.Dataset:
     A file of up to MOST_CHECKED bytes is refused where any of them has changed since it was collected.
     """
     try:
+        if is_no_file(path):  # to read a pipe would never end
+            raise OSError(errno.EINVAL, NO_FILE)
         if path.stat().st_size <= MOST_CHECKED:
             check(path)
         root, groups = opened(path)

@@ -38,6 +38,8 @@ def made_of(plan: Plan, store: Store) -> str:
 def is_made_of(path: Path, store: Store, expected: str) -> bool:
     """Whether the file is the one that was last written, of just these results. Its bytes are checked when it is opened."""
     try:
+        if not (store.folder / NOTE).is_file():  # to read a pipe would never end
+            return False
         said = json.loads((store.folder / NOTE).read_text("utf-8"))
         return bool(said == _said(path, expected))
     except (OSError, ValueError, RecursionError):

@@ -9,6 +9,7 @@ from typing import Final, NamedTuple
 
 from study.plan.task import TaskResult
 from study.results.entry import CorruptResultError, TornError, check, result_of
+from study.results.lines import NO_FILE, is_no_file
 from study.results.log import ENDING, Fault, Opened, Place, scan
 from study.results.whole_file import written_whole
 
@@ -32,6 +33,8 @@ class Logs:
         self._folder, self._whole = folder, whole
         self._seen: dict[Path, _Seen] = {}
         self._opened = lru_cache(_OPEN)(Opened)
+        self._no_files: set[Path] = set()
+        """What stands in the place of a log and was named."""
         self.places: dict[str, Place] = {}
         """Key -> where its result is, as far as was looked."""
 
@@ -76,7 +79,13 @@ class Logs:
         return result_of(head, numbers)
 
     def _paths(self) -> list[Path]:
-        return sorted(path for path in self._folder.glob(f"*{ENDING}") if path.is_file())
+        """The logs that are there; what has their name and is no file is named once."""
+        found = sorted(self._folder.glob(f"*{ENDING}"))
+        for path in found:
+            if is_no_file(path) and path not in self._no_files:
+                self._no_files.add(path)
+                sys.stderr.write(f"{path}: {NO_FILE}, so no log of results; what was there will be computed again\n")
+        return [path for path in found if path.is_file()]
 
     def _look_into(self, path: Path) -> list[Fault]:
         """Find what a log has that was not seen yet (all, where it is another one than it was); returns what is no result."""

@@ -81,11 +81,7 @@ def add(out: Path, *runs: Run) -> str:
 
 def read(out: Path) -> list[Run]:
     """All runs that are written down in a folder, by their begin; lines that no run wrote are passed over."""
-    try:
-        told = (out / FILE).read_text("utf-8", errors="replace").splitlines()
-    except OSError:
-        return []
-    return _last(found for line in told if (found := _run(line)))
+    return _last(found for line in lines.read(out / FILE) if (found := _run(line)))
 
 
 def _last(runs: Iterable[Run]) -> list[Run]:

@@ -7,6 +7,7 @@ from threading import Lock
 from typing import Final
 
 from study.execution.queue import Work
+from study.results import lines
 
 FILE: Final = "begun.txt"
 LONG: Final = 1.0
@@ -30,7 +31,8 @@ class Begun:
             if self._closed:
                 return
             if self._file is None:
-                self._file = os.open(self._path, os.O_WRONLY | os.O_CREAT | os.O_APPEND, 0o666)
+                # Without waiting: a pipe in its place would have no reader.
+                self._file = os.open(self._path, os.O_WRONLY | os.O_CREAT | os.O_APPEND | os.O_NONBLOCK, 0o666)
             os.write(self._file, f"{task.key}\n".encode())
 
     def close(self) -> None:
@@ -44,7 +46,4 @@ class Begun:
 
     def read(self) -> frozenset[str]:
         """What a run that was killed has left."""
-        try:
-            return frozenset(self._path.read_text("ascii", errors="replace").split())
-        except OSError:
-            return frozenset()
+        return frozenset(word for line in lines.read(self._path) for word in line.split())

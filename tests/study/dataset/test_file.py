@@ -10,6 +10,7 @@ import xarray as xr
 from study.dataset import file
 from study.dataset.groups import carrying, groups_of
 from study.results.store import StoreError
+from tests.study.results.results import NO_FILES
 
 
 def made(size: int) -> xr.Dataset:
@@ -135,3 +136,10 @@ def test_a_disk_that_refuses_the_dataset_is_named_and_nothing_is_left_of_it(tmp_
     with pytest.raises(StoreError, match=rf"one\.nc: cannot be written: .*{said}"):
         file.write(made(1), tmp_path / "one.nc")
     assert list(tmp_path.iterdir()) == []
+
+
+@NO_FILES
+def test_what_is_no_file_is_refused_and_nobody_waits_for_it(tmp_path, no_file):
+    no_file(tmp_path / "one.nc")
+    with pytest.raises(StoreError, match=r"one\.nc: no dataset \(no regular file\)"):
+        file.read(tmp_path / "one.nc")

@@ -7,12 +7,13 @@ import pytest
 
 from study.dataset import file
 from study.dataset.collection.collect import collect
-from study.dataset.made_of import is_made_of, made_of, note
+from study.dataset.made_of import NOTE, is_made_of, made_of, note
 from study.origin import here
 from study.plan.plan import Plan, make_plan
 from study.results import attempts
 from study.results.attempts import Attempt
-from study.results.store import Store
+from study.results.store import FOLDER, Store
+from tests.study.results.results import NO_FILES
 
 
 @pytest.fixture
@@ -69,4 +70,13 @@ def test_another_file_in_its_place_is_not_up_to_date(made):
         path.write_bytes(other)
         assert not up_to_date(plan, store, path)
     path.unlink()
+    assert not up_to_date(plan, store, path)
+
+
+@NO_FILES
+@pytest.mark.parametrize("name", [f"{FOLDER}/{NOTE}", file.FILE])
+def test_what_is_no_file_is_not_up_to_date_and_nobody_waits_for_it(made, no_file, name):
+    plan, store, path = made
+    (path.parent / name).unlink()
+    no_file(path.parent / name)
     assert not up_to_date(plan, store, path)

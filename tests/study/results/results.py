@@ -1,11 +1,13 @@
 """Made-up results, as tests of their files share them, and what is done to files."""
 
+import os
 from collections import Counter
 from dataclasses import replace
 from pathlib import Path
 from typing import Final
 
 import numpy as np
+import pytest
 
 from solver.outcome import COMPLETED, Ending, Outcome
 from study.plan.tasks import TaskResult
@@ -58,3 +60,21 @@ def flip(path: Path, bit: int) -> None:
     content = bytearray(path.read_bytes())
     content[bit // 8] ^= 1 << bit % 8
     path.write_bytes(content)
+
+
+def _pipe(path: Path) -> None:
+    os.mkfifo(path)
+
+
+def _endless(path: Path) -> None:
+    path.symlink_to("/dev/zero")
+
+
+def _nowhere(path: Path) -> None:
+    path.symlink_to("nothing")
+
+
+NO_FILES: Final = pytest.mark.parametrize(
+    "no_file", [Path.mkdir, _pipe, _endless, _nowhere], ids=["folder", "pipe", "endless device", "link to nothing"]
+)
+"""What can stand where a file should, each put there by a function. To read some of them never ends."""

@@ -8,7 +8,7 @@ import pytest
 from study.results.entry import CorruptResultError, packed
 from study.results.log import ENDING, LogWriter
 from study.results.logs import Logs
-from tests.study.results.results import ALL, OTHER, RECORD, flip, same
+from tests.study.results.results import ALL, NO_FILES, OTHER, RECORD, flip, same
 
 
 @pytest.fixture
@@ -100,8 +100,16 @@ def test_a_torn_end_is_cut_and_the_writer_may_go_on(tmp_path, writer, capsys):
     assert set(logs.places) == {result.key for result in ALL}
 
 
-def test_what_is_no_file_is_no_log(tmp_path):
-    (tmp_path / f"000001-a{ENDING}").mkdir()
-    (tmp_path / f"000001-b{ENDING}").symlink_to(tmp_path / "nothing")
-    Logs(tmp_path, whole=True).mend()
-    assert sorted(path.name for path in tmp_path.iterdir()) == [f"000001-a{ENDING}", f"000001-b{ENDING}"]
+@NO_FILES
+def test_what_is_no_file_is_named_once_and_left_there(tmp_path, no_file, capsys):
+    path = tmp_path / f"000001-a{ENDING}"
+    no_file(path)
+    logs = Logs(tmp_path, whole=True)
+    logs.mend()
+    logs.look()
+    logs.settle()
+    assert (
+        capsys.readouterr().err
+        == f"{path}: no regular file, so no log of results; what was there will be computed again\n"
+    )
+    assert list(tmp_path.iterdir()) == [path]

@@ -8,7 +8,7 @@ import pytest
 
 from study.commands.running.killed import KILLED, blame
 from study.execution.failures import left
-from study.execution.farms.begun import LONG, Begun
+from study.execution.farms.begun import FILE, LONG, Begun
 from study.execution.farms.coordinator import coordinate
 from study.execution.interruption import Interruption
 from study.manifest.reader import load_manifest
@@ -16,6 +16,7 @@ from study.plan.plan import Plan, make_plan
 from study.results.store import Store
 from tests.study.execution.farms.test_coordinator import MadeUpRanks
 from tests.study.execution.made_up import DIAMOND, Work
+from tests.study.results.results import NO_FILES
 
 
 def test_long_tasks_are_noted_and_those_of_which_nothing_is_known(tmp_path: Path) -> None:
@@ -35,6 +36,15 @@ def test_a_run_that_ends_by_itself_leaves_nothing(tmp_path: Path) -> None:
 
 def test_a_disk_that_takes_nothing_does_not_stop_a_run(tmp_path: Path) -> None:
     begun = Begun(tmp_path / "nowhere")
+    begun.begin(Work("long"), math.inf)
+    begun.close()
+
+
+@NO_FILES
+def test_what_is_no_file_is_not_waited_for(tmp_path: Path, no_file) -> None:
+    no_file(tmp_path / FILE)
+    begun = Begun(tmp_path)
+    assert begun.read() == frozenset()
     begun.begin(Work("long"), math.inf)
     begun.close()
 
