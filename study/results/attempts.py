@@ -5,6 +5,7 @@ happened to: another one tries again.
 """
 
 import json
+import zlib
 from collections.abc import Mapping
 from dataclasses import asdict, dataclass, fields
 from pathlib import Path
@@ -52,7 +53,7 @@ class Attempt:
 def add(out: Path, attempt: Attempt) -> str:
     """Write an attempt down behind the others; returns why that could not be, empty where it was."""
     try:
-        lines.add(out / FILE, json.dumps(asdict(attempt)).encode() + b"\n")
+        lines.add(out / FILE, f"{_line(attempt)}\n".encode("ascii"))
     except OSError as error:
         return f"{out / FILE}: cannot be written, the next run tries again what failed: {error.strerror or error}"
     return ""
@@ -60,13 +61,21 @@ def add(out: Path, attempt: Attempt) -> str:
 
 def final(out: Path, solver: str) -> dict[str, Attempt]:
     """Key -> the last attempt of this solver at each task, where that was final; lines that no run wrote are left out."""
-    try:
-        told = (out / FILE).read_text("utf-8", errors="replace").splitlines()
-    except OSError:
-        return {}
-    found = (attempt for line in told if (attempt := _attempt(line)) and attempt.solver == solver)
+    found = (attempt for line in lines.read(out / FILE) if (attempt := _attempt(line)) and attempt.solver == solver)
     last = {attempt.task: attempt for attempt in found}
     return {key: attempt for key, attempt in last.items() if attempt.final}
+
+
+def lost(out: Path) -> str:
+    """Which lines no run wrote, so that nobody knows what failed there; empty where all is well."""
+    path = out / FILE
+    if lines.is_no_file(path):
+        return f"{path}: {lines.NO_FILE}; {_UNKNOWN}"
+    unsound = [number for number, line in enumerate(lines.read(path), 1) if _attempt(line) is None]
+    if not unsound:
+        return ""
+    said = "1 line is none" if len(unsound) == 1 else f"{len(unsound)} lines are none"
+    return f"{path}: {said} that a run wrote (line {', '.join(map(str, unsound[:_SHOWN]))}); {_UNKNOWN}"
 
 
 def _attempt(line: str) -> Attempt | None:
@@ -77,7 +86,16 @@ def _attempt(line: str) -> Attempt | None:
         Ending(data["ending"])
     except (ValueError, KeyError, RecursionError):
         return None
-    return Attempt(**{item.name: data[item.name] for item in _FIELDS})
+    found = Attempt(**{item.name: data[item.name] for item in _FIELDS})
+    return found if line == _line(found) else None
 
 
+def _line(attempt: Attempt) -> str:
+    """What stands in the file, with a checksum: no bit of it can change without being found."""
+    content = asdict(attempt)
+    return json.dumps({**content, "checksum": zlib.crc32(json.dumps(content).encode("ascii"))})
+
+
+_UNKNOWN: Final = "what failed there is tried again"
+_SHOWN: Final = 3
 _FIELDS: Final[Any] = fields(Attempt)

@@ -51,6 +51,8 @@ class Store:
                 scratch.touch()
             (self.folder / ".probe").unlink(missing_ok=True)
             self._logs.mend()
+            if problem := attempts.lost(self._out):
+                sys.stderr.write(f"{problem}\n")
         except OSError as error:
             raise StoreError(f"{self.folder}: cannot write results there: {error.strerror or error}") from None
 

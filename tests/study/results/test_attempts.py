@@ -7,6 +7,7 @@ import pytest
 from solver.outcome import Ending
 from study.results import attempts
 from study.results.attempts import ADVICE, FILE, Attempt
+from tests.study.results.results import NO_FILES, flip
 
 
 def attempt(
@@ -63,4 +64,35 @@ def test_lines_that_no_run_wrote_are_left_out(tmp_path: Path, line: bytes) -> No
 def test_a_file_that_cannot_be_written_is_said_and_stops_nothing(tmp_path: Path) -> None:
     (tmp_path / FILE).mkdir()
     assert "cannot be written" in attempts.add(tmp_path, attempt("a"))
+    assert attempts.final(tmp_path, "this") == {}
+
+
+def test_no_bit_of_an_attempt_changes_without_being_named(tmp_path: Path) -> None:
+    """One that counts for another task, or another solver, would be forgotten; another word would stand in a dataset."""
+    attempts.add(tmp_path, attempt("a"))
+    path = tmp_path / FILE
+    whole = path.read_bytes()
+    for bit in range(8 * (len(whole) - 1)):
+        flip(path, bit)
+        assert attempts.lost(tmp_path)
+        assert attempts.final(tmp_path, "this") == {}
+        path.write_bytes(whole)
+    assert attempts.final(tmp_path, "this") == {"a": attempt("a")}
+
+
+@pytest.mark.parametrize("text", ["nonsense\n", "\n"])
+def test_lines_that_are_no_attempt_are_named(tmp_path: Path, text: str) -> None:
+    """What failed there counts as not tried."""
+    assert attempts.lost(tmp_path) == ""
+    attempts.add(tmp_path, attempt("good"))
+    assert attempts.lost(tmp_path) == ""
+    with (tmp_path / FILE).open("a") as file:
+        file.write(text)
+    assert attempts.lost(tmp_path).startswith(f"{tmp_path / FILE}: 1 line is none that a run wrote (line 2)")
+
+
+@NO_FILES
+def test_what_is_no_file_is_named(tmp_path: Path, no_file) -> None:
+    no_file(tmp_path / FILE)
+    assert attempts.lost(tmp_path).startswith(f"{tmp_path / FILE}: no regular file")
     assert attempts.final(tmp_path, "this") == {}

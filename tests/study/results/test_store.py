@@ -14,7 +14,7 @@ import pytest
 
 from solver.slab import Slab
 from study.plan.tasks import compliance_task, run_task
-from study.results import own
+from study.results import attempts, own
 from study.results.entry import CorruptResultError
 from study.results.store import Store, StoreError
 from tests.study.results.results import ALL, COMPLIANCE, OTHER, RECORD, flip, same
@@ -202,3 +202,13 @@ def test_files_of_an_older_nanoslip_are_told_from_results(tmp_path: Path) -> Non
     for name in (f"{1:020x}.npz", f"{2:020x}.npy", "dataset.json", "mine.npz"):
         (store.folder / name).touch()
     assert [path.suffix for path in store.outdated()] == [".npz", ".npy"]
+
+
+@pytest.mark.parametrize("text", ["nonsense\n", ""])
+def test_what_is_not_known_any_more_of_failures_is_said_when_a_run_begins(tmp_path, text, capsys):
+    (tmp_path / attempts.FILE).write_text(text)
+    store = Store(tmp_path)
+    store.prepare()
+    assert (f"{attempts.FILE}: 1 line" in capsys.readouterr().err) == bool(text)
+    store.failures()
+    assert capsys.readouterr().err == ""
