@@ -61,6 +61,12 @@ Main = Callable[..., tuple[int, str, str]]
 THREADS = ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS", "BLIS_NUM_THREADS", "NUMBA_NUM_THREADS")
 
 
+def clean_environment() -> dict[str, str]:
+    """What the fixture `environment` gives."""
+    kept = {name: value for name, value in UNPINNED.items() if not name.startswith(("PMI", "OMPI", "SLURM", "COLUMNS"))}
+    return kept | OPEN_MPI | {"PYTHONPATH": str(ROOT), "PATH": str(Path(sys.executable).parent)}
+
+
 @pytest.fixture
 def campaign(tmp_path: Path) -> Path:
     """The small campaign as a file."""
@@ -75,8 +81,7 @@ def environment() -> dict[str, str]:
 
     Without git the source commit is "unknown": datasets stay comparable while somebody commits.
     """
-    kept = {name: value for name, value in UNPINNED.items() if not name.startswith(("PMI", "OMPI", "SLURM", "COLUMNS"))}
-    return kept | OPEN_MPI | {"PYTHONPATH": str(ROOT), "PATH": str(Path(sys.executable).parent)}
+    return clean_environment()
 
 
 @pytest.fixture(scope="session")
