@@ -1,0 +1,102 @@
+"""A small campaign that has ended, with one task that failed: the folder whose files are damaged, and what it says."""
+
+from collections.abc import Iterator
+from dataclasses import dataclass, replace
+from pathlib import Path
+from typing import Final
+
+from study.commands.shared.datasets import write_dataset
+from study.dataset import file
+from study.dataset.made_of import NOTE
+from study.execution.executor import executor
+from study.execution.journal import Journal
+from study.execution.ledger import Tally
+from study.manifest.reader import load_manifest
+from study.origin import here
+from study.plan.plan import Plan, make_plan
+from study.plan.task import TaskResult
+from study.results import attempts, lease, log, own, runs
+from study.results.attempts import Attempt
+from study.results.lease import Lease
+from study.results.store import FOLDER, Store
+
+CAMPAIGN: Final = """\
+title = "A campaign whose files are damaged"
+stages = ["contact", "slip", "dynamics"]
+
+[axes]
+intrinsic_friction = [0.25, 0.5]
+
+[constants]
+radius = 100.0
+
+[numerics]
+n_x = 17
+
+[limits]
+events = 20
+
+[outputs]
+fit = false
+
+[[drives]]
+name = "slow"
+stage_velocity = 1e-3
+samples = 10
+
+[[drives]]
+name = "fast"
+samples = 10
+"""
+
+
+@dataclass(frozen=True)
+class Finished:
+    """The campaign, and what its folder has when nothing is damaged."""
+
+    plan: Plan
+    out: Path
+    results: dict[str, TaskResult]
+    failed: Attempt
+    files: dict[str, Path]
+    """Sort of file -> one of that sort, seen from the folder."""
+
+
+def finished(folder: Path) -> Finished:
+    """Compute it in this process."""
+    campaign, out = folder / "damaged.toml", folder / "out"
+    campaign.write_text(CAMPAIGN, "utf-8")
+    plan = make_plan(load_manifest(campaign))
+    *tasks, last = plan.tasks
+    journal, writers = Journal(out, "nanoslip run damaged.toml"), [executor(out), executor(out)]
+    Store(out).prepare()
+    journal.begin(2, "processes")
+    for number, task in enumerate(tasks):
+        writers[number % 2](task)
+    failed = Attempt(
+        last.key, last.label, "crashed", "a defect", True, False, here().solver, "rank 1", "2026-01-01T00:00:00+00:00"
+    )
+    for each in (replace(failed, final=False), failed):
+        attempts.add(out, each)
+    journal.computed(Tally())
+    journal.end(3)
+    with Lease(out):
+        running = (out / lease.FILE).read_text("utf-8")
+    (out / lease.FILE).write_text(running, "utf-8")  # as a run leaves it that is killed
+    write_dataset(plan, Store(out))
+    store = Store(out)
+    results = {key: store.read(key) for key in store.finished()}
+    return Finished(plan, out, results, failed, dict(_files(out)))
+
+
+def seals(out: Path) -> dict[str, int]:
+    """Key -> checksum of all that its result says."""
+    return {key: head.seal for key, head in Store(out).heads().items()}
+
+
+def _files(out: Path) -> Iterator[tuple[str, Path]]:
+    logs = sorted((out / FOLDER).glob(f"*{log.ENDING}"))
+    yield "a log of results", max(logs, key=lambda path: path.stat().st_size).relative_to(out)
+    yield "a result of its own", min((out / FOLDER).glob(f"*{own.ENDING}")).relative_to(out)
+    for name in (attempts.FILE, runs.FILE, lease.FILE, f"{FOLDER}/{NOTE}", file.FILE):
+        yield f"`{name}`", Path(name)
