@@ -39,15 +39,13 @@ class Controller:
     def wait(self, number: str, *states: str, patience: float = 120.0) -> dict[str, str]:
         """Wait until a job is in one of these states; a requeued job starts soon instead of after two minutes."""
         end = time.monotonic() + patience
-        hastened = False
         while time.monotonic() < end:
             job = self.job(number)
             if job["JobState"] in states:
                 return job
-            if job["JobState"] == "PENDING" and job["Restarts"] != "0" and not hastened:
+            if job["JobState"] == "PENDING" and job["Restarts"] != "0":
                 time.sleep(3.0)  # nodes refuse a job in the second in which its last start's credential was revoked
                 self("scontrol", "update", f"JobId={number}", "StartTime=now", check=False)
-                hastened = True
             time.sleep(0.2)
         raise AssertionError(f"job {number} is {job['JobState']} after {patience} s, not {' or '.join(states)}")
 

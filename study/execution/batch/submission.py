@@ -39,6 +39,8 @@ class Site:
     """Seconds before the limit at which the ranks are told to stop; tasks that take longer are started again."""
     restarts: int = 50
     """Times a job is put back into the queue before it gives up."""
+    deaths: int = 5
+    """Likewise where one of its ranks was killed."""
     command: str = "nanoslip"
     """What the ranks execute."""
     options: tuple[str, ...] = ()
@@ -52,7 +54,7 @@ class Site:
             fits = isinstance(value, kind) and not isinstance(value, bool)
             if not fits or (kind is tuple and not all(isinstance(line, str) for line in value)):
                 raise ValueError(f"{item.name} = {value!r}: needs {_KINDS[kind]}")
-            least = 0 if item.name == "restarts" else 1
+            least = 0 if item.name in ("restarts", "deaths") else 1
             if kind is int and value < least:
                 raise ValueError(f"{item.name} = {value!r}: needs at least {least}")
 
@@ -112,7 +114,7 @@ def array_script(job: Job, shards: int, site: Site, template: str) -> str:
 
 def merge_script(job: Job, site: Site, template: str) -> str:
     """The script of the job behind an array that merges what the shards have finished. Raises SiteError."""
-    return _script(job, replace(site, nodes=1, tasks=1, restarts=0), template, job.words("merge"))
+    return _script(job, replace(site, nodes=1, tasks=1, restarts=0, deaths=0), template, job.words("merge"))
 
 
 def _script(
