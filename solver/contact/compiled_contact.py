@@ -77,27 +77,40 @@ def _state(
     case: Case, compliance: SurfaceCompliance, window: slice, contact: NDArray[np.bool_], displacement: float
 ) -> KernelState:
     """The state for a contact set (n,) in the window, before its nodes are displaced; the response is not yet summed."""
-    nodes = np.arange(compliance.slab.n_x)[window]
-    rows = np.concatenate((nodes, nodes + compliance.slab.n_x))
-    # One array type for all, plain and read-only, or the kernels would be compiled once per kind of array.
-    matrix = np.ascontiguousarray(compliance.matrix[np.ix_(rows, rows)]).view(np.ndarray)
-    matrix.setflags(write=False)
+    matrix = _matrix_within(compliance, window)
+    entries, nodes = 2 * len(contact) + 1, len(contact)
+    inputs = np.zeros(entries)
+    inputs[-1] = -case.normal_load
     sticks = math.isinf(case.intrinsic_friction)
-    friction_of_nodes = np.full(len(nodes), 0.0) if sticks else node_friction(case)[window]
+    friction_of_nodes = np.zeros(nodes) if sticks else node_friction(case)[window]
     return KernelState(
         matrix=matrix,
         tableau=in_lines(tableau(matrix, contact)),
-        response=np.zeros(len(rows) + 1),
-        inputs=np.concatenate((np.zeros(len(rows)), [-case.normal_load])),
-        rate=np.zeros(len(rows) + 1),
+        response=np.zeros(entries),
+        inputs=inputs,
+        rate=np.zeros(entries),
         contact=contact.copy(),
-        x=surface_from_pin(case)[window],
+        x=surface_from_pin(case)[window].copy(),  # one array type here too
         node_friction=friction_of_nodes,
-        sticks=np.full(len(nodes), sticks),
+        sticks=np.full(nodes, sticks),
         active_friction=np.where(contact & (not sticks), friction_of_nodes, np.nan),
-        node_slips=np.zeros(len(nodes), np.int64),
+        node_slips=np.zeros(nodes, np.int64),
         scalars=new_scalars(displacement),
     )
+
+
+def _matrix_within(compliance: SurfaceCompliance, window: slice) -> NDArray[np.float64]:
+    """The compliance of the window's nodes among each other, (2n, 2n)."""
+    surface, nodes = compliance.slab.n_x, window.stop - window.start
+    # One array type for all, plain and read-only, or the kernels would be compiled once per kind of array.
+    matrix = np.empty((2 * nodes, 2 * nodes))
+    # Blocks are copied as pieces in a row: much faster than by lists of rows and columns.
+    for i in range(2):
+        for j in range(2):
+            rows, columns = (slice(k * surface + window.start, k * surface + window.stop) for k in (i, j))
+            matrix[i * nodes : (i + 1) * nodes, j * nodes : (j + 1) * nodes] = compliance.matrix[rows, columns]
+    matrix.setflags(write=False)
+    return matrix
 
 
 def rebuild(state: KernelState) -> None:

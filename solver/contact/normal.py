@@ -107,25 +107,31 @@ def _forces(
     both = stuck and coupled
     rows = np.concatenate((nodes, nodes + n)) if both else nodes + n
     xi = (x + (0.0 if stuck else u))[nodes]
-    block = c[np.ix_(rows, rows)]
+    block = c.take(rows, 0).take(rows, 1)  # much faster than a gather by lists of rows and columns
     right = pin.face(xi)
     if both:
         right = np.concatenate((np.zeros(len(nodes)), right))
     elif coupled:
         slope = pin.slope(xi)
-        block = block - slope[:, None] * c[np.ix_(nodes, rows)]
+        block = block - slope[:, None] * c.take(nodes, 0).take(rows, 1)
         right = right - slope * u[nodes]
-    ones = np.zeros(len(rows))
-    ones[-len(nodes) :] = 1.0
-    bordered = np.block([[block, ones[:, None]], [ones[None, :], np.zeros((1, 1))]])
-    solution = _solved(bordered, np.concatenate((right, [-case.normal_load])), len(nodes))
+    solution = _solved(_bordered(block, len(nodes)), np.concatenate((right, [-case.normal_load])), len(nodes))
     forces, approach = solution[:-1], float(solution[-1])
     normal_force = np.zeros(n)
     normal_force[nodes] = -forces[-len(nodes) :]
     if not coupled:
-        return normal_force, np.zeros(n), c[n:, rows] @ forces + approach, approach
-    displacements = c[:, rows] @ forces
+        return normal_force, np.zeros(n), c[n:].T.take(rows, 0).T @ forces + approach, approach
+    displacements = c.T.take(rows, 0).T @ forces  # columns in one piece: sums that BLAS makes depend on that
     return normal_force, np.where(contact & stuck, 0.0, displacements[:n]), displacements[n:] + approach, approach
+
+
+def _bordered(block: NDArray[np.float64], nodes: int) -> NDArray[np.float64]:
+    """The block with a row and a column for the load, whose sum goes over its last entries, one of each of these nodes."""
+    last = len(block)
+    system = np.zeros((last + 1, last + 1))
+    system[:last, :last] = block
+    system[last - nodes : last, last] = system[last, last - nodes : last] = 1.0
+    return system
 
 
 def _solved(system: NDArray[np.float64], right: Vector, nodes: int) -> Vector:

@@ -1,0 +1,28 @@
+"""The tableau against what it means: prescribed values in, unknown values out, wherever the nodes in contact lie."""
+
+import numpy as np
+import pytest
+
+from solver.contact.tableau import tableau
+from solver.elasticity.compliance import surface_compliance
+from solver.slab import Slab
+
+SLAB = Slab(9)
+TOUCHING = {"middle": [3, 4, 5], "with a gap": [1, 2, 6], "at both ends": [0, 8], "all": list(range(9))}
+
+
+@pytest.mark.parametrize("nodes", TOUCHING.values(), ids=TOUCHING)
+def test_the_tableau_exchanges_what_is_given_and_what_is_unknown_in_the_bordered_compliance(nodes: list[int]) -> None:
+    n, matrix = 9, surface_compliance(SLAB).matrix
+    contact = np.isin(np.arange(n), nodes)
+    bordered = np.zeros((2 * n + 1, 2 * n + 1))
+    bordered[:-1, :-1] = matrix
+    bordered[n:-1, -1] = bordered[-1, n:-1] = 1.0
+    exchanged = np.concatenate((contact, contact, [True]))
+    forces = np.random.default_rng(1).standard_normal(2 * n + 1)
+    moved = bordered @ forces
+    given, unknown = np.where(exchanged, moved, forces), np.where(exchanged, forces, moved)
+    # The condition of this compliance is below 1e3.
+    np.testing.assert_allclose(
+        given @ tableau(matrix, contact), unknown, rtol=0.0, atol=1e-12 * np.abs(given).max() * 1e3
+    )
