@@ -7,6 +7,7 @@ not registered is refused by name.
 from abc import ABC, abstractmethod
 from collections.abc import Mapping
 from dataclasses import dataclass
+from functools import lru_cache
 from typing import Any, ClassVar, Literal, Self
 
 import numpy as np
@@ -98,6 +99,14 @@ class Slab:
     def spacing(self) -> float:
         """Distance between surface nodes, in L_x."""
         return 1.0 / (self.n_x - 1)
+
+
+@lru_cache(maxsize=4)  # asked many times for each case, and few campaigns have more grids at a time
+def surface_x(n_x: int) -> NDArray[np.float64]:
+    """Positions of so many surface nodes from the slab's middle, in L_x, (n_x,), read-only."""
+    places = np.linspace(-0.5, 0.5, n_x)
+    places.setflags(write=False)
+    return places
 
 
 PHYSICS = ("aspect_ratio", "poisson", "support")

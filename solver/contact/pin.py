@@ -8,6 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from solver.case import Case, PinShape
+from solver.slab import surface_x
 
 Vector = NDArray[np.float64]
 
@@ -46,8 +47,13 @@ class Pin:
 
 
 def surface_from_pin(case: Case) -> Vector:
-    """The undeformed surface nodes as the pin sees them before it moves: x from its lowest point, shape (n_x,), in L_x."""
-    return np.linspace(-0.5, 0.5, case.slab.n_x) - case.start * case.slab.spacing
+    """The undeformed surface nodes as the pin sees them before it moves: x from its lowest point, (n_x,), in L_x; read-only."""
+    places = surface_x(case.slab.n_x)
+    if case.start == 0.0:
+        return places
+    places = places - case.start * case.slab.spacing
+    places.setflags(write=False)
+    return places
 
 
 def pin_of(case: Case) -> Pin:

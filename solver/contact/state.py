@@ -14,6 +14,7 @@ from solver.contact.pin import pin_of, surface_from_pin
 from solver.elasticity.compliance import SurfaceCompliance
 from solver.outcome import InvalidInput, Outcome
 from solver.quantity import GRID_ERROR, quantity
+from solver.slab import surface_x
 from solver.view import Curve, Labelled, Picture, Viewed, in_words, labelled
 
 Vector = NDArray[np.float64]
@@ -68,8 +69,8 @@ class ContactState(Viewed):
 
     @property
     def x(self) -> Vector:
-        """Positions of the surface nodes from the slab's middle, in L_x, (n,)."""
-        return np.linspace(-0.5, 0.5, len(self.contact))
+        """Positions of the surface nodes from the slab's middle, in L_x, (n,), read-only."""
+        return surface_x(len(self.contact))
 
     def _facts(self) -> Iterator[str]:
         yield f"{self.contact.sum()} of {len(self.contact)} nodes in contact"

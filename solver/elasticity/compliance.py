@@ -6,7 +6,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from solver.slab import Slab
+from solver.slab import Slab, surface_x
 from solver.view import OneLine
 
 Dense = NDArray[np.float64]
@@ -35,8 +35,8 @@ class SurfaceCompliance(OneLine):
 
     @property
     def x(self) -> NDArray[np.float64]:
-        """Positions of the surface nodes in L_x, centred on the slab's middle, shape (n,)."""
-        return np.linspace(-0.5, 0.5, self.slab.n_x)
+        """Positions of the surface nodes in L_x, centred on the slab's middle, shape (n,), read-only."""
+        return surface_x(self.slab.n_x)
 
     @property
     def widths(self) -> NDArray[np.float64]:

@@ -7,6 +7,7 @@ from numpy.typing import NDArray
 
 from solver.case import Case
 from solver.contact.state import ContactState
+from solver.slab import surface_x
 from solver.sliding.kernels.events import Events
 from solver.sliding.record import EVENT_TYPES, FrictionRecord
 
@@ -49,7 +50,7 @@ def friction_record(
 ) -> FrictionRecord:
     """The record of a run of `held` events from `start` to `end`, read-only. node_slips: of each surface node, (n_x,)."""
     columns = {name: column[:held].copy() for name, column in events._asdict().items()}
-    columns |= {"node_x": np.linspace(-0.5, 0.5, case.slab.n_x), "node_slips": node_slips}
+    columns |= {"node_x": surface_x(case.slab.n_x), "node_slips": node_slips}
     for column in columns.values():
         column.setflags(write=False)
     final = (end.displacement, end.friction_force)

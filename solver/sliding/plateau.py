@@ -128,8 +128,9 @@ class Teeth:
     def integral(self, x: NDArray[np.float64]) -> NDArray[np.float64]:
         """∫F from the first edge to each x within the edges, without approximation."""
         width = np.diff(self.edges)
-        whole = np.concatenate(([0.0], np.cumsum(0.5 * width * (self.start + self.end))))
-        piece = np.clip(np.searchsorted(self.edges, x, side="right") - 1, 0, len(width) - 1)
+        whole = np.zeros(len(self.edges))
+        np.cumsum(0.5 * width * (self.start + self.end), out=whole[1:])
+        piece = (self.edges.searchsorted(x, side="right") - 1).clip(0, len(width) - 1)
         part = x - self.edges[piece]
         rise = (self.end - self.start)[piece] * np.divide(part, width[piece], out=np.zeros_like(part), where=part > 0.0)
         return np.asarray(whole[piece] + part * (self.start[piece] + 0.5 * rise))
