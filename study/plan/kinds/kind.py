@@ -126,22 +126,27 @@ def numbers(kind: Kind, values: tuple[object, ...]) -> tuple[dict[str, float | i
     for part, value in zip(
         kind.parts, values, strict=False
     ):  # a result that was not asked for all lacks the last parts
-        known = quantities(part.type, part.prefix)
-        for item in fields(part.type) if value is not None else ():
-            key, number = f"{part.prefix}{item.name}", getattr(value, item.name)
-            if isinstance(number, Outcome) or not (part.whole or key in known):
-                continue
+        for key, field_name, words in _held(part) if value is not None else ():
+            number = getattr(value, field_name)
             if isinstance(number, np.ndarray):
                 arrays[key] = number
-            else:
-                scalars[key] = _coded(number, known[key].words) if key in known else number
+            elif not isinstance(number, Outcome):
+                scalars[key] = _coded(number, words) if words else number
     return scalars, arrays
 
 
+@lru_cache(maxsize=64)
+def _held(part: Part) -> tuple[tuple[str, str, tuple[str, ...]], ...]:
+    """Of each number of a part that results hold: its name in them, its field's, and the words that it stands for."""
+    known = quantities(part.type, part.prefix)
+    named = ((f"{part.prefix}{item.name}", item.name) for item in fields(part.type))
+    return tuple(
+        (key, name, known[key].words if key in known else ()) for key, name in named if part.whole or key in known
+    )
+
+
 def _coded(value: Any, words: tuple[str, ...]) -> float | int:
-    """A number itself; of a text its position, NaN of none."""
-    if not words:
-        return value  # type: ignore[no-any-return]
+    """Of a text its position, NaN of none."""
     return float("nan") if value is None else words.index(value)
 
 
