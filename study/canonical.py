@@ -1,5 +1,6 @@
-"""The canonical text of a value: what content hashes are made of. Equal contents have equal texts, and no others have."""
+"""Content hashes, and the canonical text of a value that they are made of: equal contents have equal texts, no others have."""
 
+import hashlib
 import json
 from collections.abc import Callable, Hashable, Mapping
 from dataclasses import fields, is_dataclass
@@ -14,6 +15,15 @@ class CanonicalText(str):
     """A canonical text that is known already: it stands for its value in another one."""
 
     __slots__ = ()
+
+
+def content_hash(*parts: object, length: int = 20) -> str:
+    """Hexadecimal hash of values: equal for equal contents, whatever the order in which mappings were filled.
+
+    Takes what `canonical_text` takes. 200 and 200.0 differ here: numbers are expected to have become their declared type.
+    """
+    text = f"[{','.join(map(canonical_text, parts))}]"
+    return hashlib.sha256(text.encode()).hexdigest()[:length]
 
 
 def canonical_text(value: object) -> str:

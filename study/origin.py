@@ -15,7 +15,8 @@ from pathlib import Path
 from typing import Final
 
 from study import provenance
-from study.provenance import UNKNOWN, content_hash
+from study.canonical import content_hash
+from study.provenance import UNKNOWN
 
 PACKAGE: Final = "solver"
 BRIDGE: Final = "study.plan.kinds"

@@ -1,6 +1,5 @@
-"""Where a result comes from: content hashes of its inputs, and the software that made it. No clock, host or rank."""
+"""Where a result comes from: the software that made it. No clock, host or rank."""
 
-import hashlib
 import json
 import os
 import platform
@@ -10,7 +9,6 @@ from collections.abc import Iterable
 from importlib import metadata
 from pathlib import Path
 
-from study.canonical import canonical_text
 from study.shipped import COPIES
 
 DISTRIBUTION = "nanoslip"
@@ -18,15 +16,6 @@ LIBRARIES = ("numpy", "scipy", "numba", "xarray", "netCDF4")
 UNKNOWN = "unknown"
 BUILT_FROM = "source_commit"
 """File beside the copies of `study.shipped` that names the commit a wheel was built from."""
-
-
-def content_hash(*parts: object, length: int = 20) -> str:
-    """Hexadecimal hash of values: equal for equal contents, whatever the order in which mappings were filled.
-
-    Takes what `canonical_text` takes. 200 and 200.0 differ here: numbers are expected to have become their declared type.
-    """
-    text = f"[{','.join(map(canonical_text, parts))}]"
-    return hashlib.sha256(text.encode()).hexdigest()[:length]
 
 
 def attributes() -> dict[str, str]:

@@ -6,11 +6,11 @@ from contextlib import suppress
 from pathlib import Path
 from typing import Final
 
+from study.canonical import content_hash
 from study.dataset.seal import seal_of
 from study.discretization.front import load_front
 from study.origin import all_sources_hash
 from study.plan.plan import Plan
-from study.provenance import content_hash
 from study.results.store import Store
 from study.results.whole_file import written_whole
 

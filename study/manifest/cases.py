@@ -7,12 +7,11 @@ from typing import Any, NamedTuple
 
 from solver.case import Case
 from solver.outcome import COMPLETED, InvalidInput, Outcome
-from study.canonical import Texts
+from study.canonical import Texts, content_hash
 from study.manifest.effects import refusal
 from study.manifest.manifest import Manifest
 from study.manifest.parameters import STANDARD, Alike, Value, in_words
 from study.manifest.problems import ManifestError
-from study.provenance import content_hash
 
 MEMBER = "member"
 """Label of a case of an ensemble, beside its parameters: its number among the members, from 0."""

@@ -13,8 +13,7 @@ from solver.case import PARTS, Case
 from solver.drive import Integrator
 from solver.parameter import declared
 from solver.slab import Scheme
-from study.canonical import Texts
-from study.provenance import content_hash
+from study.canonical import Texts, content_hash
 
 SOLVER_VERSION = "13"
 """Part of every key: raise it whenever a change of the solver changes a result, or what numbers it has."""

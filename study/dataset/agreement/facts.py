@@ -8,12 +8,12 @@ from typing import Any, Final
 import xarray as xr
 
 from solver.drive import Scales
+from study.canonical import content_hash
 from study.dataset.agreement.matching import Pair, values
 from study.dataset.variables import DRIVE_NAME, parameters
 from study.manifest.parameters import TABLES, Value
 from study.manifest.problems import shown
 from study.origin import Origin
-from study.provenance import content_hash
 
 _TEXTS: Final = ("manifest_table", "manifest_roughness")
 """Attributes with the text of a file that a campaign names."""

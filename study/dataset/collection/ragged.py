@@ -10,9 +10,9 @@ import xarray as xr
 from numpy.typing import DTypeLike, NDArray
 
 from solver.quantity import attributes
+from study.canonical import content_hash
 from study.dataset.variables import Group, Series
 from study.plan.task import TaskResult
-from study.provenance import content_hash
 
 NAME_LENGTH: Final = 12
 """Hexadecimal digits of a run's name."""

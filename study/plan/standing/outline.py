@@ -12,6 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from solver.outcome import Ending, Outcome
+from study.canonical import content_hash
 from study.discretization.front import load_front
 from study.manifest.manifest import Manifest
 from study.origin import all_sources_hash
@@ -19,7 +20,6 @@ from study.plan.case_tasks import TaskNames
 from study.plan.plan import Plan
 from study.plan.standing.endings import PENDING
 from study.plan.tasks import KINDS
-from study.provenance import content_hash
 
 _ENDINGS: Final = tuple(Ending)
 _CODE: Final = {ending: number for number, ending in enumerate(_ENDINGS)}

@@ -12,12 +12,12 @@ from solver.case import Case, SlipRule
 from solver.elasticity.schemes import Galerkin
 from solver.outcome import Ending, InvalidInput
 from solver.slab import Slab
+from study.canonical import content_hash
 from study.manifest.cases import expand
 from study.manifest.manifest import Manifest
 from study.manifest.parameters import LIMITS, TABLES, make_case, words, words_of
 from study.manifest.problems import ManifestError
 from study.manifest.reader import load_manifest
-from study.provenance import content_hash
 
 RECORDED = [
     "3986593ef000",
