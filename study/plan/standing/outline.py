@@ -118,6 +118,7 @@ class Outline:
         if failed:
             known = np.array([_CODE[failed[key].ending] if key in failed else _NONE for key in keys], np.int8)
             ended = np.where(done, ended, self._with_lost(known, done))
+        ended = np.append(ended, np.int8(_NONE))  # which is at position -1, that of no task
         cases = self._case_endings(ended)
         return Look(self._counts(done, left, lost), _counted(cases), _counted(self._drive_endings(ended, cases)))
 
@@ -157,7 +158,7 @@ class Outline:
         found = self.case_endings.copy()
         for number, kind in enumerate(KINDS):
             tasks = self.cases[:, number]
-            new = np.where(tasks == _NONE, _NONE, ended[tasks])
+            new = ended[tasks]
             there = (tasks != _NONE) & (found != _NONE) & _USABLE[found]
             if kind == "compliance":
                 there &= new != _NONE
@@ -168,7 +169,7 @@ class Outline:
     def _drive_endings(self, ended: Codes, cases: Codes) -> Codes:
         """As study.plan.standing.endings.drive_outcome says it of each case and drive."""
         of_case = np.broadcast_to(cases[:, None], self.drives.shape)
-        new = np.where(self.drives == _NONE, _NONE, ended[self.drives])
+        new = ended[self.drives]
         new = np.where(new == _CODE[Ending.NEEDS_FAILED], of_case, new)
         new = np.where(self.drive_endings != _NONE, self.drive_endings, new)
         refused = (self.cases == _NONE).all(axis=1)[:, None]
@@ -208,7 +209,9 @@ def outline_of(plan: Plan) -> Outline:
         kinds=np.array([number_of[task.kind] for task in plan.tasks], np.int8),
         intermediate=np.array([task.intermediate for task in plan.tasks], np.bool_),
         costs=np.array([(task.cost, task.memory, task.disk) for task in plan.tasks]).reshape(-1, 3).T,
-        needs=np.array([_places(task.needs, place, most) for task in plan.tasks], np.int32).reshape(-1, most),
+        needs=np.array([_places(task.needs, place, most) for task in plan.tasks], np.int32).reshape(
+            len(plan.tasks), most
+        ),
         cases=of_cases[:, : len(KINDS)],
         drives=of_cases[:, len(KINDS) :],
         case_endings=np.array([_CODE[case.outcome.ending] for case in plan.cases], np.int8),

@@ -20,7 +20,7 @@ CAMPAIGNS = {
     "refused": SMALL.replace("n_x = 17", 'scheme = "biquadratic"').replace(
         "[axes]", "[axes]\nrows = [4, 5]\nn_x = [9, 17]"
     ),
-    "all refused": 'title = "t"\n[constants]\nnormal_load = 1.0\nradius = 1e-12\n',
+    "all refused": 'title = "t"\n[constants]\nintrinsic_friction = inf\n[slip]\nresidual_shear = 1.0\n',
     "drive refused": SMALL.split("[[drives]]")[0]
     + '[drive_axes]\ntime_step = [1e-6, 1e-3]\nduration = [1e-4, 1e-2]\n[[drives]]\nname = "a"\nintegrator = "rk4"\n',
 }
