@@ -120,8 +120,8 @@ def _forces(
     normal_force = np.zeros(n)
     normal_force[nodes] = -forces[-len(nodes) :]
     if not coupled:
-        return normal_force, np.zeros(n), c[n:].T.take(rows, 0).T @ forces + approach, approach
-    displacements = c.T.take(rows, 0).T @ forces  # columns in one piece: sums that BLAS makes depend on that
+        return normal_force, np.zeros(n), c[n:, rows] @ forces + approach, approach
+    displacements = c[:, rows] @ forces
     return normal_force, np.where(contact & stuck, 0.0, displacements[:n]), displacements[n:] + approach, approach
 
 
