@@ -6,11 +6,11 @@ from pathlib import Path
 from typing import Any
 
 from study.commands.shared.arguments import folder
-from study.execution.failures import given_up, left
+from study.execution.failures import left
 from study.manifest.reader import load_manifest
 from study.origin import Origins, census, here
 from study.plan.plan import Plan, make_plan
-from study.plan.standing.outline import KindCount, outline_of
+from study.plan.standing.outline import KindCount, kind_counts
 from study.plan.tasks import Task
 from study.report.console import counting, say, whole
 from study.results.shard import folders
@@ -43,11 +43,9 @@ def standing(campaign: Path, out: Path | None) -> Standing:
     stores = [Store(each, whole=False) for each in (into, *folders(into))]
     heads = {key: head for store in stores for key, head in store.heads().items()}
     failures = {key: attempt for store in stores for key, attempt in store.failures().items()}
-    kinds = outline_of(plan).look({key: head.meta.outcome for key, head in heads.items()}, {}, given_up(failures)).kinds
-    remaining = left(plan, failures, heads).tasks
-    return Standing(
-        campaign, plan, kinds, remaining, plan.foreign({key: head.meta.origins for key, head in heads.items()})
-    )
+    work = left(plan, failures, heads)
+    foreign = plan.foreign({key: head.meta.origins for key, head in heads.items()})
+    return Standing(campaign, plan, kind_counts(plan.tasks, work.tasks, work.given_up), work.tasks, foreign)
 
 
 def kinds_as_data(kinds: Mapping[str, KindCount]) -> dict[str, Any]:

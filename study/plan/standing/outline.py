@@ -4,7 +4,7 @@ What is finished and how cases ended is counted from it for very many tasks in a
 """
 
 from collections import Counter, defaultdict
-from collections.abc import Collection, Mapping
+from collections.abc import Collection, Iterable, Mapping
 from dataclasses import dataclass
 from typing import Any, Final
 
@@ -19,6 +19,7 @@ from study.origin import all_sources_hash
 from study.plan.case_tasks import TaskNames
 from study.plan.plan import Plan
 from study.plan.standing.endings import PENDING
+from study.plan.task import Task
 from study.plan.tasks import KINDS
 
 _ENDINGS: Final = tuple(Ending)
@@ -52,6 +53,23 @@ class KindCount:
     """Of the largest one."""
     disk_bytes: float
     """Of all of them."""
+
+
+def kind_counts(tasks: Iterable[Task], left: Iterable[Task], given_up: Iterable[Task]) -> dict[str, KindCount]:
+    """Kind of task -> count and costs, in the order in which they begin, where tasks are at hand themselves."""
+    lost, tried = Counter(task.kind for task in given_up), Counter[str]()
+    seconds: defaultdict[str, float] = defaultdict(float)
+    for task in left:
+        tried[task.kind] += 1
+        seconds[task.kind] += task.cost
+    every: defaultdict[str, list[Task]] = defaultdict(list)
+    for task in tasks:
+        every[task.kind].append(task)
+    found = {}
+    for kind, its in every.items():
+        rest, memory, disk = tried[kind] + lost[kind], max(task.memory for task in its), sum(task.disk for task in its)
+        found[kind] = KindCount(len(its), len(its) - rest, tried[kind], lost[kind], seconds[kind], memory, disk)
+    return found
 
 
 @dataclass(frozen=True, slots=True)

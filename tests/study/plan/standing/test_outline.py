@@ -1,6 +1,8 @@
 """A plan in little says of every state of a campaign just what the plan and its cases say, one by one."""
 
 from collections import Counter
+from collections.abc import Iterable
+from dataclasses import astuple
 from pathlib import Path
 
 import numpy as np
@@ -10,7 +12,8 @@ from solver.outcome import COMPLETED, UNDONE, Ending, Outcome
 from study.manifest.reader import parse_manifest
 from study.plan.plan import Plan, make_plan
 from study.plan.standing.endings import PENDING, case_outcome, drive_outcome
-from study.plan.standing.outline import Look, outline_of
+from study.plan.standing.outline import Look, kind_counts, outline_of
+from study.plan.task import Task
 from tests.conftest import SMALL
 
 CAMPAIGNS = {
@@ -42,16 +45,19 @@ def one_by_one(plan: Plan, finished: dict[str, Outcome], failed: dict[str, Outco
     driven = Counter(word(drive_outcome(plan, case, drive, outcomes)) for case in plan.cases for drive in drives)
     assert len(tried) == sum(task.key in tried for task in left)
     found = outline_of(plan).look(finished, failed, given_up)
+    here = [task for task in left if task.key in tried]
+    lost = [task for task in left if task.key not in tried]
+    counted = kind_counts(plan.tasks, here, lost)
+    assert found.kinds.keys() == counted.keys()
     for kind, count in found.kinds.items():
-        every = [task for task in plan.tasks if task.kind == kind]
-        lost = [task for task in left if task.kind == kind and task.key not in tried]
-        here = [task for task in left if task.kind == kind and task.key in tried]
-        assert (count.all, count.left, count.given_up) == (len(every), len(here), len(lost))
+        assert astuple(count) == pytest.approx(astuple(counted[kind]), rel=1e-12)
+        assert (count.all, count.left) == (kind_of(plan.tasks, kind), kind_of(here, kind))
         assert count.finished == count.all - count.left - count.given_up
-        assert count.core_seconds_left == pytest.approx(sum(task.cost for task in here), rel=1e-12)
-        assert count.memory_bytes == max(task.memory for task in every)
-        assert count.disk_bytes == pytest.approx(sum(task.disk for task in every), rel=1e-12)
     return Look(found.kinds, cases, driven)
+
+
+def kind_of(tasks: Iterable[Task], kind: str) -> int:
+    return sum(task.kind == kind for task in tasks)
 
 
 def word(outcome: Outcome | None) -> str:
