@@ -1,10 +1,11 @@
-"""What all farms of several processes do: hand out tasks, hear how they end, take back what waits too long, until all is done."""
+"""What all farms of several processes do: hand out tasks, hear how they end, take back what waits too long."""
 
 import os
+from abc import ABC, abstractmethod
 from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import partial
-from typing import Any, Protocol, TypeVar
+from typing import Any, TypeVar
 
 from study.execution.dispatch import Dispatcher
 from study.execution.interruption import Interruption
@@ -25,50 +26,53 @@ class Returned:
 News = Done | Returned
 
 
-class Ranks(Protocol):
-    """Those who compute, each known by its number, as far as they can be reached: how is their farm's affair."""
+class Coordinator(ABC):
+    """Whoever hands out tasks to those who compute, each known by its number: how they are reached is a farm's affair."""
 
     size: int
+    """How many compute."""
+    interruption: Interruption
 
+    def run(
+        self,
+        tasks: Sequence[W],
+        report: Report[W],
+        fail: Fail[W] = lambda *_: None,
+        begin: Begin[W] = lambda *_: None,
+    ) -> Tally:
+        """Compute all tasks, each after its needs, idle ranks first; several at once where they are short.
+
+        After a signal only those that have been begun. None that would outlast the job.
+        report: hears how each task ends. fail: hears of each attempt that fails. begin: hears what is handed out.
+        """
+        ledger = Ledger(tasks, report, fail, end_of_time(os.environ))
+        dispatcher = Dispatcher([partial(self.give, rank) for rank in range(self.size)], begin)
+        while ledger.unfinished and not (self.interruption.requested or ledger.halt):
+            dispatcher.hand_out(ledger)
+            for rank in dispatcher.stranded():
+                _take_in(ledger, dispatcher, rank, [self.take_back(rank)])
+            self._hear(ledger, dispatcher)
+        for rank in range(self.size):
+            _take_in(ledger, dispatcher, rank, [self.take_back(rank)])
+        while dispatcher.busy:
+            self._hear(ledger, dispatcher)
+        return ledger.tally(self.interruption.requested)
+
+    @abstractmethod
     def give(self, rank: int, tasks: list[Any]) -> None:
         """Have a rank compute tasks, behind those that it has."""
 
+    @abstractmethod
     def take_back(self, rank: int) -> Returned:
         """Have a rank return the tasks that it has not begun: at once, or as news."""
 
+    @abstractmethod
     def news(self) -> Sequence[tuple[int, Sequence[News]]]:
         """What ranks have said since, each time with the rank that said it; waits a little where none has."""
 
-
-def coordinate(
-    ranks: Ranks,
-    interruption: Interruption,
-    tasks: Sequence[W],
-    report: Report[W],
-    fail: Fail[W],
-    begin: Begin[W] = lambda *_: None,
-) -> Tally:
-    """Compute all tasks, each after its needs; after a signal only those that have been begun. None that would outlast the job.
-
-    report: hears how each task ends. fail: hears of each attempt that fails. begin: hears what is handed out.
-    """
-    ledger = Ledger(tasks, report, fail, end_of_time(os.environ))
-    dispatcher = Dispatcher([partial(ranks.give, rank) for rank in range(ranks.size)], begin)
-    while ledger.unfinished and not (interruption.requested or ledger.halt):
-        dispatcher.hand_out(ledger)
-        for rank in dispatcher.stranded():
-            _take_in(ledger, dispatcher, rank, [ranks.take_back(rank)])
-        _hear(ranks, ledger, dispatcher)
-    for rank in range(ranks.size):
-        _take_in(ledger, dispatcher, rank, [ranks.take_back(rank)])
-    while dispatcher.busy:
-        _hear(ranks, ledger, dispatcher)
-    return ledger.tally(interruption.requested)
-
-
-def _hear(ranks: Ranks, ledger: Ledger[Any], dispatcher: Dispatcher) -> None:
-    for rank, news in ranks.news():
-        _take_in(ledger, dispatcher, rank, news)
+    def _hear(self, ledger: Ledger[Any], dispatcher: Dispatcher) -> None:
+        for rank, news in self.news():
+            _take_in(ledger, dispatcher, rank, news)
 
 
 def _take_in(ledger: Ledger[Any], dispatcher: Dispatcher, rank: int, news: Sequence[News]) -> None:

@@ -2,22 +2,18 @@
 
 from collections.abc import Sequence
 from multiprocessing.connection import wait
-from typing import Any, Final, TypeVar
+from typing import Any, Final
 
 from study.execution.farms.agent import Agent
-from study.execution.farms.coordinator import News, Returned, coordinate
+from study.execution.farms.coordinator import Coordinator, News, Returned
 from study.execution.farms.farm import LocalFarm
 from study.execution.interruption import GRACE
-from study.execution.ledger import Begin, Fail, Report, Tally
-from study.execution.queue import Work
 
 PATIENCE: Final = 0.1
 """Seconds between looks whether a signal or a time limit has come, while no task ends."""
 
-W = TypeVar("W", bound=Work)
 
-
-class ProcessFarm(LocalFarm):
+class ProcessFarm(Coordinator, LocalFarm):
     """Processes of this machine that compute tasks, one of each agent."""
 
     def __init__(self, agents: Sequence[Agent], grace: float = GRACE) -> None:
@@ -29,16 +25,6 @@ class ProcessFarm(LocalFarm):
         for agent in self._agents:
             agent.close()
         super().__exit__(*error)
-
-    def run(
-        self,
-        tasks: Sequence[W],
-        report: Report[W],
-        fail: Fail[W] = lambda *_: None,
-        begin: Begin[W] = lambda *_: None,
-    ) -> Tally:
-        """Hand out tasks, idle processes first; several at once where they are short."""
-        return coordinate(self, self.interruption, tasks, report, fail, begin)
 
     def give(self, rank: int, tasks: list[Any]) -> None:
         """Have a process compute tasks, behind those that it has."""

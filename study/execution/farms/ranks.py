@@ -11,26 +11,23 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from multiprocessing.connection import wait
 from types import TracebackType
-from typing import Any, Final, NoReturn, Self, TypeVar
+from typing import Any, Final, NoReturn, Self
 
 from study.execution.dispatch import lookahead
 from study.execution.farms.agent import Agent
-from study.execution.farms.coordinator import News, Returned, coordinate
+from study.execution.farms.coordinator import Coordinator, News, Returned
 from study.execution.farms.mail import Mail
 from study.execution.farms.outbox import Outbox
 from study.execution.interruption import LAST_WORDS, Interruption
 from study.execution.launch import processes_here
-from study.execution.ledger import Begin, Fail, Report, Tally, say
-from study.execution.queue import Work
+from study.execution.ledger import say
 
 SHORTEST_PAUSE: Final = 1e-4
 LONGEST_PAUSE: Final = 2e-3
 """Seconds between polls for messages: waiting inside MPI would spin and take a core from the children that compute."""
 
-W = TypeVar("W", bound=Work)
 
-
-class MPIFarm:
+class MPIFarm(Coordinator):
     """The ranks of COMM_WORLD. No collective is called, so no rank can be left alone in one."""
 
     unit = "ranks"
@@ -62,16 +59,6 @@ class MPIFarm:
             say(f"rank {self.rank} on {socket.gethostname()} cannot go on:\n{text}")
             time.sleep(LAST_WORDS)
             self._world.Abort(1)  # the others wait for this rank's messages and would wait for ever
-
-    def run(
-        self,
-        tasks: Sequence[W],
-        report: Report[W],
-        fail: Fail[W] = lambda *_: None,
-        begin: Begin[W] = lambda *_: None,
-    ) -> Tally:
-        """Hand out tasks, idle ranks first; several at once where they are short."""
-        return coordinate(self, self.interruption, tasks, report, fail, begin)
 
     def give(self, rank: int, tasks: list[Any]) -> None:
         """Have a rank compute tasks, behind those that it has."""

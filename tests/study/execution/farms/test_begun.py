@@ -9,8 +9,6 @@ import pytest
 from study.commands.running.killed import KILLED, blame
 from study.execution.failures import left
 from study.execution.farms.begun import FILE, LONG, Begun
-from study.execution.farms.coordinator import coordinate
-from study.execution.interruption import Interruption
 from study.manifest.reader import load_manifest
 from study.plan.plan import Plan, make_plan
 from study.results.store import Store
@@ -60,13 +58,13 @@ def test_what_is_in_hand_when_a_run_is_killed_is_noted_unless_it_was_told_to_sto
     class Dying(MadeUpRanks):
         def news(self) -> list[tuple[int, list[object]]]:
             if told:
-                interruption.request()
+                self.interruption.request()
             raise Killed
 
-    begun, interruption = Begun(tmp_path), Interruption(grace=1.0)
-    interruption.at_request(begun.close)
+    begun, ranks = Begun(tmp_path), Dying(2)
+    ranks.interruption.at_request(begun.close)
     with pytest.raises(Killed):
-        coordinate(Dying(2), interruption, DIAMOND, lambda *_: None, lambda *_: None, begun.begin)
+        ranks.run(DIAMOND, lambda *_: None, begin=begun.begin)
     assert begun.read() == noted
 
 

@@ -6,18 +6,19 @@ from collections.abc import Callable
 import pytest
 
 from solver.outcome import COMPLETED
-from study.execution.farms.coordinator import News, Returned, coordinate
+from study.execution.farms.coordinator import Coordinator, News, Returned
 from study.execution.interruption import Interruption
 from study.execution.launch import WARNING
 from study.execution.ledger import Done, Tally
 from tests.study.execution.made_up import DIAMOND, Diary, Work
 
 
-class MadeUpRanks:
+class MadeUpRanks(Coordinator):
     """Ranks that compute one task each between two looks at their news; only the first one is near."""
 
     def __init__(self, size: int, seconds: float = 0.01) -> None:
         self.size = size
+        self.interruption = Interruption(grace=1.0)
         self.computed: list[str] = []
         self._seconds = seconds
         self._waiting: list[list[Work]] = [[] for _ in range(size)]
@@ -45,14 +46,14 @@ class MadeUpRanks:
 
 
 def coordinated(ranks: MadeUpRanks, tasks: tuple[Work, ...], stop_after: str = "") -> tuple[Tally, Diary]:
-    diary, interruption = Diary(), Interruption(grace=1.0)
+    diary = Diary()
 
     def report(task: Work, outcome: object, seconds: float) -> None:
         diary.report(task, COMPLETED, seconds)
         if task.key == stop_after:
-            interruption.request()
+            ranks.interruption.request()
 
-    return coordinate(ranks, interruption, tasks, report, lambda *_: None), diary
+    return ranks.run(tasks, report), diary
 
 
 def test_every_task_is_computed_once_after_its_needs() -> None:
