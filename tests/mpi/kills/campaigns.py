@@ -2,29 +2,11 @@
 
 from typing import Final
 
-KEPT: Final = """\
-title = "Many short tasks"
-stages = ["contact", "slip", "dynamics"]
+from tests.conftest import SMALL
 
-[axes]
-intrinsic_friction = [0.25, 0.3, 0.4, 0.5]
-radius = [50.0, 60.0, 70.0, 80.0, 100.0]
-
-[numerics]
-n_x = 17
-
-[limits]
-events = 60
-
-[[drives]]
-name = "slow"
-stage_velocity = 1e-3
-samples = 40
-
-[[drives]]
-name = "fast"
-samples = 40
-"""
+KEPT: Final = SMALL.replace("[0.25, 0.5]", "[0.25, 0.3, 0.4, 0.5]").replace(
+    "[50.0, 100.0]", "[50.0, 60.0, 70.0, 80.0, 100.0]"
+)
 SCALARS: Final = f"""{KEPT}
 [outputs]
 records = false
