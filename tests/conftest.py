@@ -46,6 +46,19 @@ name = "fast"
 samples = 40
 """
 
+PARTLY_REFUSED = SMALL.replace("n_x = 17", 'scheme = "biquadratic"').replace(
+    "[axes]", "[axes]\nrows = [4, 5]\nn_x = [9, 17]"
+)
+"""Sixteen cases, four of them refused: five rows are too many at n_x = 9."""
+
+
+def longer(radii: int, events: int) -> str:
+    """The small campaign at n_x = 65, of so many radii and events: long enough to be interrupted in the middle."""
+    numbers = [50.0 + number for number in range(radii)]
+    changed = SMALL.replace("[50.0, 100.0]", str(numbers)).replace("n_x = 17", "n_x = 65")
+    return changed.replace("events = 60", f"events = {events}")
+
+
 OPEN_MPI = {
     "OMPI_ALLOW_RUN_AS_ROOT": "1",
     "OMPI_ALLOW_RUN_AS_ROOT_CONFIRM": "1",

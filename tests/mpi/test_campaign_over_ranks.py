@@ -9,17 +9,13 @@ import time
 import pytest
 
 from study.results.store import FOLDER
-from tests.conftest import SMALL, launcher, polite_signal
+from tests.conftest import SMALL, launcher, longer, polite_signal
 from tests.study.results.results import written
 
 pytestmark = pytest.mark.mpi
 
-# Long enough to be interrupted in the middle: a few seconds on two ranks.
-LONG = (
-    SMALL.replace("radius = [50.0, 100.0]", f"radius = {[50.0 + number for number in range(20)]}")
-    .replace("n_x = 17", "n_x = 65")
-    .replace("events = 60", "events = 600")
-)
+LONG = longer(radii=20, events=600)
+"""A few seconds on two ranks."""
 
 
 @pytest.fixture(scope="module")

@@ -14,7 +14,7 @@ import pytest
 from study.results import runs
 from study.results.shard import Shard
 from study.results.store import Store
-from tests.conftest import ROOT, SMALL, launcher
+from tests.conftest import ROOT, SMALL, launcher, longer
 from tests.study.results.results import written
 
 pytestmark = [pytest.mark.slurm, pytest.mark.slow]
@@ -59,6 +59,24 @@ def submitted(slurm, campaign: Path, site: Path, *options: object) -> tuple[str,
     return said.split()[-1], out
 
 
+@pytest.fixture
+def long(site: Path) -> Path:
+    """A campaign that takes some ten seconds on two ranks."""
+    path = site.with_name("long.toml")
+    path.write_text(longer(radii=20, events=600))
+    return path
+
+
+@pytest.fixture
+def at_work(slurm, long: Path, site: Path) -> tuple[str, Path]:
+    """A job whose ranks are at the long campaign; its number and the folder of results, some of which are there."""
+    number, out = submitted(slurm, long, site)
+    while len(written(out)) < 3:
+        assert slurm.job(number)["JobState"] in ("PENDING", "RUNNING", "COMPLETING")
+        time.sleep(0.02)
+    return number, out
+
+
 def test_a_campaign_runs_to_its_end_on_two_nodes(slurm, site):
     campaign = site.with_name("smoke.toml")
     campaign.write_text((ROOT / "campaigns" / "smoke.toml").read_text())
@@ -70,26 +88,17 @@ def test_a_campaign_runs_to_its_end_on_two_nodes(slurm, site):
     assert (out / "results.nc").is_file()
 
 
-def test_a_job_told_to_stop_is_requeued_and_goes_on_to_the_end(slurm, site, nanoslip):
-    campaign = site.with_name("long.toml")
-    radii = [50.0 + number for number in range(20)]
-    campaign.write_text(
-        SMALL.replace("[50.0, 100.0]", str(radii)).replace("n_x = 17", "n_x = 65").replace("= 60", "= 600")
-    )
-    number, out = submitted(slurm, campaign, site)
-    while len(written(out)) < 3:
-        assert slurm.job(number)["JobState"] in ("PENDING", "RUNNING", "COMPLETING")
-        time.sleep(0.02)
+def test_a_job_told_to_stop_is_requeued_and_goes_on_to_the_end(slurm, long, at_work, nanoslip):
+    number, out = at_work
     slurm("scancel", "--signal", signal.SIGTERM.name, number)  # to the ranks, as before the time limit
     job = slurm.wait(number, "COMPLETED", "FAILED")
     log = (out / f"slurm-{number}.log").read_text()
     assert (job["JobState"], int(job["Restarts"]) >= 1) == ("COMPLETED", True), log
-    assert "interrupted: what is finished is kept" in log
-    first, second = (line for line in log.splitlines() if "tasks left, 2 ranks" in line)
-    assert _tasks_left(second) < _tasks_left(first)
+    before, _, after = log.partition("interrupted: what is finished is kept")
+    assert _tasks_left(after) < _tasks_left(before)
 
-    alone = campaign.parent / "alone"
-    assert nanoslip("run", campaign, "--out", alone).returncode == 0
+    alone = long.with_name("alone")
+    assert nanoslip("run", long, "--out", alone).returncode == 0
     assert (out / "results.nc").is_file()
     one, other = Store(alone), Store(out)  # who computed them is not the same: one of the two sees git
     assert one.finished() == other.finished()
@@ -101,16 +110,8 @@ def test_a_job_told_to_stop_is_requeued_and_goes_on_to_the_end(slurm, site, nano
             np.testing.assert_array_equal(array, there.arrays[name])
 
 
-def test_a_rank_that_is_killed_ends_the_step_soon_and_the_job_goes_on_in_another_start(slurm, site):
-    campaign = site.with_name("killed.toml")
-    radii = [50.0 + number for number in range(20)]
-    campaign.write_text(
-        SMALL.replace("[50.0, 100.0]", str(radii)).replace("n_x = 17", "n_x = 65").replace("= 60", "= 600")
-    )
-    number, out = submitted(slurm, campaign, site)
-    while len(written(out)) < 3:
-        assert slurm.job(number)["JobState"] in ("PENDING", "RUNNING", "COMPLETING")
-        time.sleep(0.02)
+def test_a_rank_that_is_killed_ends_the_step_soon_and_the_job_goes_on_in_another_start(slurm, at_work):
+    number, out = at_work
     os.kill(_rank(1, out), signal.SIGKILL)
     killed = time.monotonic()
     while slurm.job(number)["JobState"] == "RUNNING":
@@ -144,14 +145,9 @@ def test_ranks_that_cannot_see_each_other_end_the_job_with_code_2(slurm, site):
     assert log.count("2 processes were started, but each sees only itself") == 1
 
 
-def test_an_array_of_small_jobs_is_requeued_job_by_job_and_merged_at_its_end(slurm, site, nanoslip):
+def test_an_array_of_small_jobs_is_requeued_job_by_job_and_merged_at_its_end(slurm, site, long, nanoslip):
     site.write_text(site.read_text().replace("nodes = 2", "nodes = 1").replace("tasks = 2", "tasks = 1"))
-    campaign = site.with_name("array.toml")
-    radii = [50.0 + number for number in range(20)]
-    campaign.write_text(
-        SMALL.replace("[50.0, 100.0]", str(radii)).replace("n_x = 17", "n_x = 65").replace("= 60", "= 600")
-    )
-    merging, out = submitted(slurm, campaign, site, "--shards", 3)
+    merging, out = submitted(slurm, long, site, "--shards", 3)
     array = str(int(merging) - 1)
     first = Shard(1, 3).folder(out)
     while not runs.read(first):  # until it computes
@@ -166,8 +162,11 @@ def test_an_array_of_small_jobs_is_requeued_job_by_job_and_merged_at_its_end(slu
     assert (out / "results.nc").is_file()
     assert not (out / "shards").exists()
     assert {run.slurm_job for run in runs.read(out)} == {f"{array}_{number}" for number in (1, 2, 3)}
-    assert '"finished": true' in nanoslip("status", campaign, "--out", out, "--json").stdout
+    assert '"finished": true' in nanoslip("status", long, "--out", out, "--json").stdout
 
 
-def _tasks_left(line: str) -> int:
-    return int(line.split(" tasks left", maxsplit=1)[0].rsplit(maxsplit=1)[-1])
+def _tasks_left(log: str) -> int:
+    """How many tasks the only start had left that this part of a job's log tells of."""
+    lines = [line for line in log.splitlines() if "tasks left, 2 ranks" in line]
+    assert len(lines) == 1, log
+    return int(lines[0].split(" tasks left", maxsplit=1)[0].rsplit(maxsplit=1)[-1])

@@ -17,7 +17,7 @@ from study.execution.farms.opening import open_farm
 from study.execution.farms.processes import ProcessFarm
 from study.execution.ledger import Tally
 from study.execution.program import Program
-from tests.conftest import SMALL
+from tests.conftest import longer
 from tests.study.execution.farms.faults import program
 from tests.study.execution.made_up import Work
 from tests.study.results.results import written
@@ -85,10 +85,7 @@ def test_the_dataset_is_the_same_as_that_of_ranks(nanoslip, campaign, tmp_path: 
 def test_a_signal_ends_all_processes_and_the_next_run_goes_on(environment, tmp_path: Path, number: int) -> None:
     """Ctrl-C reaches every process of the terminal; only the first decides. After its death none stays behind."""
     campaign, out = tmp_path / "long.toml", tmp_path / "out"
-    radii = [50.0 + number for number in range(40)]
-    campaign.write_text(
-        SMALL.replace("[50.0, 100.0]", str(radii)).replace("n_x = 17", "n_x = 65").replace("= 60", "= 6000")
-    )
+    campaign.write_text(longer(radii=40, events=6000))
     words = [sys.executable, "-m", "study", "run", str(campaign), "--out", str(out), "-j", "2"]
     running = subprocess.Popen(words, env=environment, stderr=subprocess.PIPE, text=True, start_new_session=True)
     while len(written(out)) < 4:
