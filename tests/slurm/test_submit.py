@@ -112,6 +112,7 @@ def test_a_job_told_to_stop_is_requeued_and_goes_on_to_the_end(slurm, long, at_w
 
 def test_a_rank_that_is_killed_ends_the_step_soon_and_the_job_goes_on_in_another_start(slurm, at_work):
     number, out = at_work
+    starts = int(slurm.job(number)["Restarts"])  # more than none where MPI has failed to start
     os.kill(_rank(1, out), signal.SIGKILL)
     killed = time.monotonic()
     while slurm.job(number)["JobState"] == "RUNNING":
@@ -119,7 +120,9 @@ def test_a_rank_that_is_killed_ends_the_step_soon_and_the_job_goes_on_in_another
         time.sleep(0.1)
     job = slurm.wait(number, "COMPLETED", "FAILED")
     log = (out / f"slurm-{number}.log").read_text()
-    assert (job["JobState"], int(job["Restarts"]) >= 1) == ("COMPLETED", True), log
+    assert (job["JobState"], int(job["Restarts"]) > starts) == ("COMPLETED", True), log
+    before, _, after = log.partition("task 1: Killed")
+    assert _tasks_left(after) < _tasks_left(before)
     assert (out / "results.nc").is_file()
 
 
