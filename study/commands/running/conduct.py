@@ -1,7 +1,8 @@
 """The root's part of `nanoslip run`: plan, hand out tasks, collect. Other ranks do not import this file."""
 
 from collections.abc import Mapping
-from contextlib import ExitStack, closing
+from contextlib import closing
+from pathlib import Path
 
 import click
 
@@ -18,6 +19,7 @@ from study.execution.failures import Diary, Left, given_up, left
 from study.execution.farms.begun import Begun
 from study.execution.farms.farm import Farm
 from study.execution.journal import Journal
+from study.execution.ledger import Tally
 from study.execution.progress import open_progress
 from study.execution.warmup import WarmUp, miniatures
 from study.exit_codes import FAILURES, INTERRUPTED
@@ -36,38 +38,62 @@ from study.results.store import Store
 def conduct(farm: Farm, order: Order) -> int:
     """Compute what is left of a campaign on this farm, and write its dataset; returns the exit code of all ranks."""
     journal = Journal(order.into)
-    code = _conducted(farm, journal, order)
+    try:
+        with refusals():
+            code = _run(farm, journal, order)
+    except click.ClickException as error:
+        show(error)
+        code = error.exit_code
     journal.end(code)
     return code
 
 
-def _conducted(farm: Farm, journal: Journal, order: Order) -> int:
-    try:
-        with refusals(), ExitStack() as stack:
-            plan, store = planned(order.campaign), Store(order.into)
-            plan = part(plan, order.shard) if order.shard else plan
-            lease = stack.enter_context(Lease(order.into, farm.interruption.request))
-            store.prepare()
-            blame(plan, store, order.into)
-            _print_outdated(store)
-            finished, failures = _known(plan, order, store)
-            foreign = plan.foreign(finished)
-            if order.recompute_foreign:
-                say(f"{len(foreign)} results of other software count as not finished", stderr=True)
-                finished = {key: origins for key, origins in finished.items() if key not in foreign}
-            else:
-                print_foreign(foreign, order.campaign, stderr=True)
-            work = left(plan, failures, finished, order.retry)
-            return _compute(farm, journal, plan, order, store, work, lease)
-    except click.ClickException as error:
-        show(error)
-        return error.exit_code
+def _run(farm: Farm, journal: Journal, order: Order) -> int:
+    plan, store = planned(order.campaign), Store(order.into)
+    plan = part(plan, order.shard) if order.shard else plan
+    with Lease(order.into, farm.interruption.request) as lease:
+        store.prepare()
+        blame(plan, store, order.into)
+        _print_outdated(store)
+        work = _left(plan, order, store)
+        _get_ready(farm, plan, order, work.tasks)
+        if work.tasks:
+            leave(plan, order.into)
+            journal.begin(farm.size, farm.unit)
+        tally = _compute(farm, order.into, work.tasks)
+        journal.computed(tally)
+        if tally.halt:
+            raise Refusal(f"{tally.halt}; what is finished is kept: run again to continue")
+        if lease.lost:
+            return INTERRUPTED
+        if tally.interrupted:
+            _print_interrupted(tally)
+            return INTERRUPTED
+        store.settle()
+        drop_intermediates(plan, work.tasks, store)
+        if order.shard:
+            say(f"{order.shard} is done; {whole(f'nanoslip merge {order.campaign}')} brings all shards together")
+        else:
+            write_dataset(plan, store)
+        return _conclude(tally.crashed, len(work.given_up), order)
 
 
 def _print_outdated(store: Store) -> None:
     if found := store.outdated():
         told = f"{counted(len(found), 'result')} of an older nanoslip there, first {found[0].name}"
         say(f"{store.folder}: {told}: not read, computed again; the files may be removed", stderr=True)
+
+
+def _left(plan: Plan, order: Order, store: Store) -> Left:
+    """What is left to do. Results of other software are named, or left out where they are to be computed again."""
+    finished, failures = _known(plan, order, store)
+    foreign = plan.foreign(finished)
+    if order.recompute_foreign:
+        say(f"{len(foreign)} results of other software count as not finished", stderr=True)
+        finished = {key: origins for key, origins in finished.items() if key not in foreign}
+    else:
+        print_foreign(foreign, order.campaign, stderr=True)
+    return left(plan, failures, finished, order.retry)
 
 
 def _known(plan: Plan, order: Order, store: Store) -> tuple[dict[str, Origins], Mapping[str, Attempt]]:
@@ -82,38 +108,28 @@ def _known(plan: Plan, order: Order, store: Store) -> tuple[dict[str, Origins], 
     return store.inventory(), store.failures()
 
 
-def _compute(farm: Farm, journal: Journal, plan: Plan, order: Order, store: Store, work: Left, lease: Lease) -> int:
-    tasks, out = work.tasks, order.into
-    _refuse_shortages(farm, plan, tasks)
+def _get_ready(farm: Farm, plan: Plan, order: Order, tasks: tuple[Task, ...]) -> None:
+    """See that memory suffices, have the kernels compiled, and say what there is to do."""
+    if short := shortages(plan, tasks, farm.here):
+        raise Refusal("\n".join(short))
     if tasks:
         farm.run([WarmUp(tuple(miniatures(tasks)))], lambda *_: None)
     said = f"{counted(len(plan.cases), 'case')}, {counted(len(tasks), 'task')} left, {farm.size} {farm.unit}"
     title = f"{plan.manifest.title}, {order.shard}" if order.shard else plan.manifest.title
     say(f"{title}: {said}", stderr=True)
-    if tasks:
-        leave(plan, out)
-        journal.begin(farm.size, farm.unit)
+
+
+def _compute(farm: Farm, out: Path, tasks: tuple[Task, ...]) -> Tally:
     begun = Begun(out)
     farm.interruption.at_request(begun.close)  # whatever ends the run from then on is no task
     with open_progress(tasks, console(stderr=True), farm.size) as progress, closing(begun):
         diary = Diary(out, progress)
-        tally = farm.run(tasks, diary.report, diary.fail, begun.begin)
-    journal.computed(tally)
-    if tally.halt:
-        raise Refusal(f"{tally.halt}; what is finished is kept: run again to continue")
-    if lease.lost:
-        return INTERRUPTED
-    if tally.interrupted:
-        late = f"{counted(tally.outlasting, 'task')} left would outlast this job; " if tally.outlasting else ""
-        say(f"interrupted: {late}what is finished is kept; run again to continue", stderr=True)
-        return INTERRUPTED
-    store.settle()
-    drop_intermediates(plan, tasks, store)
-    if order.shard:
-        say(f"{order.shard} is done; {whole(f'nanoslip merge {order.campaign}')} brings all shards together")
-    else:
-        write_dataset(plan, store)
-    return _conclude(tally.crashed, len(work.given_up), order)
+        return farm.run(tasks, diary.report, diary.fail, begun.begin)
+
+
+def _print_interrupted(tally: Tally) -> None:
+    late = f"{counted(tally.outlasting, 'task')} left would outlast this job; " if tally.outlasting else ""
+    say(f"interrupted: {late}what is finished is kept; run again to continue", stderr=True)
 
 
 def _conclude(failed: int, given_up: int, order: Order) -> int:
@@ -124,8 +140,3 @@ def _conclude(failed: int, given_up: int, order: Order) -> int:
     if given_up:
         say(f"{counted(given_up, 'task')} failed before, or needed one that did: --retry tries again", stderr=True)
     return FAILURES if failed or given_up else 0
-
-
-def _refuse_shortages(farm: Farm, plan: Plan, tasks: tuple[Task, ...]) -> None:
-    if short := shortages(plan, tasks, farm.here):
-        raise Refusal("\n".join(short))
