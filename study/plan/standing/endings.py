@@ -13,6 +13,23 @@ PENDING: Final = "pending"
 """What stands for the outcome of what is not computed yet."""
 
 
+def after(kind: str, outcome: Outcome | None, found: Outcome | None) -> Outcome | None:
+    """How a case ended with one task more, which is of this kind.
+
+    outcome: how it ended up to there. found: how the task did. None: not yet.
+    """
+    if outcome is None or not outcome.usable:
+        return outcome
+    if found is None:
+        return outcome if kind == "compliance" else None  # it is intermediate: once used it may go without being missed
+    return outcome if found.usable and not outcome.ok else found
+
+
+def as_its_case(found: Outcome | None) -> bool:
+    """Whether a drive ended as its case did, given how its task has."""
+    return found is not None and found.ending is Ending.NEEDS_FAILED
+
+
 def case_outcome(plan: Plan, case: CampaignCase, outcomes: Mapping[str, Outcome]) -> Outcome | None:
     """How a case ended up to its friction record: the first failure, else what is missing; None while unfinished.
 
@@ -22,13 +39,8 @@ def case_outcome(plan: Plan, case: CampaignCase, outcomes: Mapping[str, Outcome]
     tasks = plan.case_tasks[case.case_id]
     for kind in KINDS:
         key = tasks.key(kind)
-        if key is None or (kind == "compliance" and key not in outcomes):
-            continue  # a compliance is intermediate: once used it may go without being missed
-        if outcome is None or not outcome.usable:
-            continue
-        found = outcomes.get(key)
-        if found is None or outcome.ok or not found.usable:
-            outcome = found
+        if key is not None:
+            outcome = after(kind, outcome, outcomes.get(key))
     return outcome
 
 
@@ -39,6 +51,4 @@ def drive_outcome(
     if case.case is None or drive.drive is None:
         return case.outcome if case.case is None else drive.outcome
     found = outcomes.get(plan.case_tasks[case.case_id].key("drive", drive.label) or "")
-    if found is not None and found.ending is Ending.NEEDS_FAILED:
-        return case_outcome(plan, case, outcomes)
-    return found
+    return case_outcome(plan, case, outcomes) if as_its_case(found) else found

@@ -6,6 +6,7 @@ What is finished and how cases ended is counted from it for very many tasks in a
 from collections import Counter, defaultdict
 from collections.abc import Collection, Iterable, Mapping
 from dataclasses import dataclass
+from functools import cache
 from typing import Any, Final
 
 import numpy as np
@@ -18,7 +19,7 @@ from study.manifest.manifest import Manifest
 from study.origin import all_sources_hash
 from study.plan.case_tasks import TaskNames
 from study.plan.plan import Plan
-from study.plan.standing.endings import PENDING
+from study.plan.standing.endings import PENDING, after, as_its_case
 from study.plan.task import Task
 from study.plan.tasks import KINDS
 
@@ -26,11 +27,19 @@ _ENDINGS: Final = tuple(Ending)
 _CODE: Final = {ending: number for number, ending in enumerate(_ENDINGS)}
 _NONE: Final = -1
 """Where there is no task, and the code of what has not ended."""
-_OK: Final = np.array([Outcome(ending).ok for ending in _ENDINGS])
-_USABLE: Final = np.array([Outcome(ending).usable for ending in _ENDINGS])
+_OUTCOMES: Final = (*map(Outcome, _ENDINGS), None)
+"""By their codes."""
+_AS_ITS_CASE: Final = np.array([as_its_case(found) for found in _OUTCOMES])
 
 Codes = NDArray[np.int8]
 Mask = NDArray[np.bool_]
+
+
+@cache
+def _after(kind: str) -> Codes:
+    """How a case ended with one task more: rows by how it had before, columns by how the task has."""
+    found = [[after(kind, before, task) for task in _OUTCOMES] for before in _OUTCOMES]
+    return np.array([[_CODE[each.ending] if each else _NONE for each in row] for row in found], np.int8)
 
 
 def asked(manifest: Manifest) -> str:
@@ -173,22 +182,16 @@ class Outline:
 
     def _case_endings(self, ended: Codes) -> Codes:
         """As study.plan.standing.endings.case_outcome says it of each case."""
-        found = self.case_endings.copy()
-        for number, kind in enumerate(KINDS):
-            tasks = self.cases[:, number]
-            new = ended[tasks]
-            there = (tasks != _NONE) & (found != _NONE) & _USABLE[found]
-            if kind == "compliance":
-                there &= new != _NONE
-            there &= (new == _NONE) | _OK[found] | ~_USABLE[new]
-            found = np.where(there, new, found)
+        found = self.case_endings
+        for tasks, kind in zip(self.cases.T, KINDS, strict=True):
+            found = np.where(tasks != _NONE, _after(kind)[found, ended[tasks]], found)
         return found
 
     def _drive_endings(self, ended: Codes, cases: Codes) -> Codes:
         """As study.plan.standing.endings.drive_outcome says it of each case and drive."""
         of_case = np.broadcast_to(cases[:, None], self.drives.shape)
         new = ended[self.drives]
-        new = np.where(new == _CODE[Ending.NEEDS_FAILED], of_case, new)
+        new = np.where(_AS_ITS_CASE[new], of_case, new)
         new = np.where(self.drive_endings != _NONE, self.drive_endings, new)
         refused = (self.cases == _NONE).all(axis=1)[:, None]
         return np.where(refused, self.case_endings[:, None], new)
