@@ -25,7 +25,7 @@ from solver.outcome import SolverError
 from solver.slab import Slab
 from solver.sliding.events import slide
 from solver.sliding.plateau import plateau_of
-from solver.sliding.record import FrictionRecord
+from solver.sliding.record import EVENT_TYPES, FrictionRecord
 from solver.sliding.sampling import ensemble_uncertainty
 from solver.sliding.statistics import event_statistics
 
@@ -34,18 +34,6 @@ LENGTHS = (0.02, 0.3, 1.0, 4.0)
 STARTS = 8
 MOST_EVENTS = 250_000
 """Cases with more in the longest record are left out: they would take minutes each."""
-COLUMNS = (
-    "displacement",
-    "force_before",
-    "force_after",
-    "stiffness",
-    "dissipated",
-    "kind",
-    "node",
-    "slips",
-    "releases",
-)
-COLUMNS += ("touches", "contact_size")
 PER_EVENT = ("mean step", "mean drop")
 FORMS = (".0%", ".0%", ".2%")
 Reading = dict[str, tuple[float, float]]
@@ -92,7 +80,7 @@ def cut(record: FrictionRecord, spacings: float) -> FrictionRecord:
     """The record as it would be with a limit of so many node spacings."""
     end = spacings * record.spacing
     held = int(np.searchsorted(record.displacement, end, side="right"))
-    columns = {name: getattr(record, name)[:held] for name in COLUMNS}
+    columns = {name: getattr(record, name)[:held] for name in EVENT_TYPES}
     last = record.displacement[held - 1] if held else 0.0
     force = record.force_after[held - 1] if held else record.initial_force
     rate = record.stiffness[held - 1] if held else record.initial_stiffness

@@ -14,22 +14,11 @@ from solver.slab import SCHEMES, Slab
 from solver.sliding.events import slide, slide_to_state
 from solver.sliding.full_contact import RESUMABLE
 from solver.sliding.plateau import plateau_of
+from solver.sliding.record import EVENT_TYPES
 from tests.verification.seen import seen
 from tests.verification.test_energy import total_energy
 
 EVENTS = 20_000
-COLUMNS = (
-    "displacement",
-    "force_before",
-    "force_after",
-    "stiffness",
-    "dissipated",
-    "kind",
-    "node",
-    "slips",
-    "contact_size",
-)
-"""Of a record; all that decides what is made of it."""
 
 
 def long_case(n_x: int, touch: InitialContact = "stick", **changes: object) -> Case:
@@ -85,7 +74,7 @@ def test_a_record_in_pieces_has_the_bits_of_one_in_one(scheme: str) -> None:
     assert len(whole.node) == 2 * RESUMABLE
     first, state = slide_to_state(replace(case, max_events=RESUMABLE), compliance)
     second, last = slide_to_state(replace(case, max_events=RESUMABLE), compliance, state)
-    for name in COLUMNS:
+    for name in EVENT_TYPES:
         np.testing.assert_array_equal(
             np.concatenate((getattr(first, name), getattr(second, name))), getattr(whole, name)
         )
