@@ -13,7 +13,7 @@ from study.execution import executor
 from study.origin import here
 from study.results import own
 from study.results.store import Store, StoreError
-from tests.conftest import SMALL
+from tests.conftest import PARTLY_REFUSED, SMALL
 from tests.study.results.results import written
 
 
@@ -103,8 +103,7 @@ def test_records_that_nobody_wants_are_gone_after_the_run(main, campaign):
 
 
 def test_cases_that_physics_refuses_are_results_and_exit_code_0(main, campaign):
-    text = SMALL.replace("n_x = 17", 'scheme = "biquadratic"').replace("[axes]", "[axes]\nrows = [4, 5]\nn_x = [9, 17]")
-    campaign.write_text(text)
+    campaign.write_text(PARTLY_REFUSED)
     code, said, _ = main("plan", campaign)
     assert (code, "16 cases, 4 of them refused" in said) == (0, True)
     code, said, _ = main("run", campaign, "--out", campaign.parent / "out", "--serial")

@@ -8,13 +8,12 @@ import pytest
 
 from study.commands.computing import status
 from study.results.store import Store
-from tests.conftest import SMALL
+from tests.conftest import PARTLY_REFUSED
 
 
 def test_outcomes_are_counted_as_the_dataset_has_them(main, campaign):
     out = campaign.parent / "out"
-    text = SMALL.replace("n_x = 17", 'scheme = "biquadratic"').replace("[axes]", "[axes]\nrows = [4, 5]\nn_x = [9, 17]")
-    campaign.write_text(text)
+    campaign.write_text(PARTLY_REFUSED)
     code, said, _ = main("status", campaign, "--out", out, "--json")
     assert code == 0
     assert json.loads(said)["cases"] == {"pending": 12, "invalid": 4}

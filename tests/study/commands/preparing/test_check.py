@@ -1,7 +1,7 @@
 """A check finds all problems of all files, and says in a line what those that are fine would compute."""
 
 from study.shipped import campaigns
-from tests.conftest import SMALL
+from tests.conftest import PARTLY_REFUSED, SMALL
 
 
 def test_a_campaign_that_is_fine_is_one_line(main, campaign):
@@ -27,8 +27,7 @@ def test_all_problems_of_all_files_are_shown_and_the_others_are_fine(main, campa
 
 def test_refused_cases_are_results_that_are_counted(main, campaign):
     campaign.write_text(
-        SMALL.replace("n_x = 17", 'scheme = "biquadratic"').replace("[axes]", "[axes]\nrows = [4, 5]\nn_x = [9, 17]")
-        + "[drive_axes]\nintegrator = ['rk4']\nduration = [1e-3, 0.2]\ntime_step = [1e-4, 0.1]\n"
+        PARTLY_REFUSED + "[drive_axes]\nintegrator = ['rk4']\nduration = [1e-3, 0.2]\ntime_step = [1e-4, 0.1]\n"
     )
     code, said, _ = main("check", campaign)
     assert code == 0

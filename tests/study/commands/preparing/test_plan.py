@@ -7,7 +7,7 @@ import xarray as xr
 
 from study.manifest.reader import load_manifest
 from study.plan.plan import make_plan
-from tests.conftest import SMALL
+from tests.conftest import PARTLY_REFUSED, SMALL
 
 
 def test_a_plan_shows_effects_tasks_and_memory(main, campaign):
@@ -57,8 +57,7 @@ def test_disk_space_comes_true(main, campaign):
 
 
 def test_the_same_refusal_is_said_once_with_its_count(main, campaign):
-    rows = SMALL.replace("n_x = 17", 'scheme = "biquadratic"').replace("[axes]", "[axes]\nrows = [4, 5]\nn_x = [9, 17]")
-    campaign.write_text(rows)
+    campaign.write_text(PARTLY_REFUSED)
     _, said, _ = main("plan", campaign)
     assert said.count("refused: ") == 1
     assert "rows = 5: needs 3 to 4 rows at n_x = 9 (and 3 more)" in said

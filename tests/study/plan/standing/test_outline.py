@@ -14,15 +14,13 @@ from study.plan.plan import Plan, make_plan
 from study.plan.standing.endings import PENDING, case_outcome, drive_outcome
 from study.plan.standing.outline import Look, kind_counts, outline_of
 from study.plan.task import Task
-from tests.conftest import SMALL
+from tests.conftest import PARTLY_REFUSED, SMALL
 
 CAMPAIGNS = {
     "drives": SMALL,
     "scalars": SMALL + "[outputs]\nrecords = false\nstatistics = true\ntractions_at = [3]\n",
     "contact": 'title = "t"\nstages = ["contact"]\n[axes]\nradius = [50.0, 60.0]\nn_x = [17, 33]\n',
-    "refused": SMALL.replace("n_x = 17", 'scheme = "biquadratic"').replace(
-        "[axes]", "[axes]\nrows = [4, 5]\nn_x = [9, 17]"
-    ),
+    "refused": PARTLY_REFUSED,
     "all refused": 'title = "t"\n[constants]\nintrinsic_friction = inf\n[slip]\nresidual_shear = 1.0\n',
     "drive refused": SMALL.split("[[drives]]")[0]
     + '[drive_axes]\ntime_step = [1e-6, 1e-3]\nduration = [1e-4, 1e-2]\n[[drives]]\nname = "a"\nintegrator = "rk4"\n',
