@@ -115,7 +115,7 @@ register(
         "standard errors, lines: fitted power laws of the number of spacings. Points are weighted by their errors and by the "
         "law's misfit; ± is half of the exponent's 95 % interval.",
         draw,
-        lambda dataset: tuple(claims(dataset)),
+        claims,
         ("", "", "found", "remark"),
     )
 )

@@ -103,7 +103,7 @@ register(
         "the coefficients of independent events. What lasts for hundreds of events is that sizes change slowly as the pin "
         "moves on.",
         draw,
-        lambda dataset: tuple(claims(dataset)),
+        claims,
         HEADER,
     )
 )

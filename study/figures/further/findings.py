@@ -164,7 +164,7 @@ register(
         "Above: static friction of a start against the highest peak that the pin has met when it runs off, both less the "
         "plateau. Below: kinetic friction against the plateau's mean. Dotted: equal. 32 starts for each μ_i.",
         draw_findings,
-        lambda dataset: tuple(claims_of_findings(dataset)),
+        claims_of_findings,
     )
 )
 register(
@@ -174,6 +174,6 @@ register(
         "How static friction is distributed over starts",
         "Static and kinetic friction over μ_i, sorted within each group of 32 starts; bars: means.",
         draw_static,
-        lambda dataset: tuple(claims_of_static(dataset)),
+        claims_of_static,
     )
 )

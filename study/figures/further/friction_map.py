@@ -105,7 +105,7 @@ register(
         "Map of the plateau over intrinsic friction, load, radius and slab height",
         f"Plateau as a share of μ_i {_WHERE}. {_GREY}",
         lambda dataset: draw_share(dataset, "plateau_mean", "plateau$/\\mu_i$"),
-        lambda dataset: tuple(_claims_of_plateau(dataset)),
+        _claims_of_plateau,
         _HEADER,
     )
 )
@@ -116,7 +116,7 @@ register(
         "Map of static friction over intrinsic friction, load, radius and slab height",
         f"μ_s of the paper's drive as a share of μ_i {_WHERE}. {_GREY}",
         lambda dataset: draw_share(dataset, "static_friction", "$\\mu_s/\\mu_i$"),
-        lambda dataset: tuple(claims_of_share(dataset, "static_friction")),
+        lambda dataset: claims_of_share(dataset, "static_friction"),
         _HEADER,
     )
 )
@@ -128,7 +128,7 @@ register(
         f"Regime of the paper's drive {_WHERE}. White: none, the record has no plateau or the drive ended early. "
         "Contacts that say little (grey in the other maps) are drawn too.",
         draw_drive,
-        lambda dataset: tuple(_claims_of_drive(dataset)),
+        _claims_of_drive,
         _HEADER,
     )
 )

@@ -94,6 +94,6 @@ register(
         "Friction force in 32 parts of a node spacing over its mean along it, for three loads at 129 nodes. Lines: mean over all "
         "spacings of four starts; bands: standard deviation between spacings.",
         draw,
-        lambda dataset: tuple(claims(dataset)),
+        claims,
     )
 )

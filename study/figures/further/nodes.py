@@ -43,7 +43,7 @@ register(
         "Where nodes slip",
         "Share of all slips of a record at each surface node, of an elastic slab and of chains of blocks.",
         draw,
-        lambda dataset: tuple(claims(dataset)),
+        claims,
         HEADER,
     )
 )

@@ -101,7 +101,7 @@ register(
         "R/L_x = 200, μ_i = 0.5, records over two node spacings. Where no support and slip order are named, the slab is bonded "
         "and the worst offender slips first. A half-plane takes no support.",
         draw,
-        lambda dataset: tuple(claims(dataset)),
+        claims,
         ("", "biquadratic", "galerkin", "half_plane"),
     )
 )

@@ -166,7 +166,7 @@ register(
         "the middle of a wide log-normal is one, too. Dotted: mean-field avalanches, and Gutenberg and Richter's law. ± is "
         "the standard error as if events were independent, which they are not.",
         draw,
-        lambda dataset: tuple(claims(dataset)),
+        claims,
         ("", "reference", "exponent", "remark"),
     )
 )

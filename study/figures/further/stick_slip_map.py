@@ -80,7 +80,7 @@ register(
         "What a pin does over one friction record, by mass (rows) and damping ratio (columns). Dashed: the velocity "
         "above which a pin with constant μ_s and μ_k would slide on after its first slip.",
         draw,
-        lambda dataset: tuple(claims(dataset)),
+        claims,
         ("", "", "found", "remark"),
     )
 )

@@ -114,7 +114,7 @@ register(
         "is ranked by how many numbers lie within 2, then by that distance. A combination that scatters widely is forgiven "
         "more. The 13 numbers are not independent: the table says how many independent ones they are worth.",
         draw,
-        lambda dataset: tuple(claims(dataset)),
+        claims,
         ("rank, or number", "choices, or the paper", "score, or nearest of all", "remark"),
     )
 )

@@ -122,6 +122,6 @@ register(
         "Spring force of the driven pin, both intrinsic frictions; dashed: Eq. 16-19 with the coefficients that fit it best; "
         "dotted: with those of the paper.",
         draw,
-        lambda dataset: tuple(claims(dataset)),
+        claims,
     )
 )

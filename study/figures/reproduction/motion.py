@@ -112,7 +112,7 @@ register(
         "Position and velocity at μ_i = 0.5; dashed: Eq. 16-19 as in Figure 9. Below: the velocity until the first "
         "macroscopic slip; ticks: bursts.",
         draw_motion,
-        lambda dataset: tuple(claims_of_motion(dataset)),
+        claims_of_motion,
     )
 )
 register(
@@ -123,6 +123,6 @@ register(
         "Friction force at μ_i = 0.5. Below: its difference from the spring force until the first "
         "macroscopic slip; ticks: bursts.",
         draw_friction,
-        lambda dataset: tuple(claims_of_friction(dataset)),
+        claims_of_friction,
     )
 )

@@ -113,7 +113,7 @@ register(
         "Friction records of 2000 events at 129 nodes and R/L_x = 200. Colour: the pin comes down on the slab's middle. Grey: "
         "other starts within a node spacing. Dotted: the paper's 56 % of μ_i.",
         draw_records,
-        lambda dataset: tuple(claims_of_records(dataset)),
+        claims_of_records,
     )
 )
 register(
@@ -124,6 +124,6 @@ register(
         "Step per event (points, left) and displacement (line, right) of one record of 2000 events at μ_i = 0.5. Divide by a "
         "million to read a slab of 1 mm in nanometres.",
         draw_steps,
-        lambda dataset: tuple(claims_of_steps(dataset)),
+        claims_of_steps,
     )
 )

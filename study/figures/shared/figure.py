@@ -1,6 +1,6 @@
 """What a figure of this package is: a campaign that comes with nanoslip, a drawing of its dataset, and a table of claims."""
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterable
 from dataclasses import dataclass
 from typing import Final
 
@@ -20,7 +20,7 @@ class CampaignFigure:
     title: str
     caption: str
     draw: Callable[[xr.Dataset], Figure]
-    claims: Callable[[xr.Dataset], Sequence[Claim]]
+    claims: Callable[[xr.Dataset], Iterable[Claim]]
     """What stands below it; the remarks hold for the campaign as it comes with nanoslip."""
     header: tuple[str, ...] = ("", "paper", "found", "remark")
 

@@ -31,7 +31,7 @@ def test_a_figure_has_a_journal_s_width_and_data_in_all_axes(name: str) -> None:
 
 @pytest.mark.parametrize("name", FIGURES)
 def test_a_table_has_no_empty_row_and_no_number_that_is_none(name: str) -> None:
-    claims = FIGURES[name].claims(small(FIGURES[name].campaign))
+    claims = tuple(FIGURES[name].claims(small(FIGURES[name].campaign)))
     assert claims
     for claim in claims:
         assert claim.meaning
