@@ -143,6 +143,8 @@ def _files_named_in(campaign: Mapping[str, Any]) -> dict[str, str]:
     heterogeneity = campaign.get("heterogeneity")
     roughness = heterogeneity.get("roughness") if isinstance(heterogeneity, Mapping) else None
     named = {"table": campaign.get("table"), "front": campaign.get("front"), "roughness": roughness}
+    effects = campaign.get("effects")
+    named["influences"] = effects.get("influences") if isinstance(effects, Mapping) else None
     return {key: read_text(Path(name))[1] for key, name in named.items() if isinstance(name, str | os.PathLike)}
 
 

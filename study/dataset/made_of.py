@@ -10,6 +10,7 @@ from study.canonical import content_hash
 from study.dataset.seal import seal_of
 from study.discretization.front import load_front
 from study.origin import all_sources_hash
+from study.plan.influence.table import load_influences
 from study.plan.plan import Plan
 from study.results.store import Store
 from study.results.whole_file import written_whole
@@ -21,11 +22,13 @@ NOTE: Final = "dataset.json"
 def made_of(plan: Plan, store: Store) -> str:
     """A hash of all that decides a dataset: the campaign, its results and failures, and the code that collects them."""
     manifest = plan.manifest
+    tolerated = manifest.tolerated
     texts = (
         manifest.text,
         manifest.table_text,
         manifest.profile_text,
         load_front(manifest.front, manifest.front_text).sha256,
+        str(load_influences(tolerated.influences, tolerated.influences_text)) if tolerated else None,
     )
     found = hashlib.sha256(content_hash(all_sources_hash(), str(manifest.path.name), *texts).encode())
     for key, head in sorted(store.heads().items()):

@@ -20,6 +20,7 @@ from solver.sliding.validity import Validity
 from study.manifest.cases import MEMBER
 from study.manifest.drives import NamedDrive, drive_parameters
 from study.origin import Origin
+from study.plan.influence.scene import OBSERVABLES
 from study.plan.kinds.kind import Ragged, declared
 from study.plan.tasks import KINDS
 
@@ -147,6 +148,22 @@ COMPUTED_BY = {
     DRIVE: Quantity("drive_computed_by", "software of the dynamic stage", "", comment=_BY_NAME),
 }
 """As `OUTCOMES`: the variables that say which software a result stems from, its inputs' included."""
+
+LEFT_OUT: Final = {
+    "": Quantity(
+        "left_out", "effects left out of the case", "", comment="within the campaign's tolerance; empty: none"
+    ),
+    DRIVE: Quantity("drive_left_out", "effects left out of the drive", "", comment="as left_out"),
+}
+"""As `OUTCOMES`: the variables that say what a campaign with a tolerance left out."""
+
+
+def influences() -> dict[str, Quantity]:
+    """Observable -> the variable that says how much it is expected to change by what is left out."""
+    return {name: Quantity(f"{name}_influence", f"expected change of {name}", comment=_CHANGE) for name in OBSERVABLES}
+
+
+_CHANGE = "relative, by all that is left out; from measured influences, NaN where those are not known"
 
 SOFTWARE: Final = (
     Quantity("software", "name of the software", "", comment="a hash of what is known of it"),

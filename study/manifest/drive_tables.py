@@ -132,7 +132,7 @@ def _driven(table: _Table, point: dict[str, Value], scales: Scales) -> CampaignD
         drive.dimensionless(scales)
     except InvalidInput as error:
         return CampaignDrive(table.name, point, drive.flat, None, InvalidInput(f"{_IN_UNITS}{error}").outcome)
-    return CampaignDrive(table.name, point, drive.flat, drive, COMPLETED)
+    return CampaignDrive(table.name, point, drive.flat, drive, COMPLETED, frozenset(given))
 
 
 _DEFAULTS: Final = NamedDrive(DEFAULT)

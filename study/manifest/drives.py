@@ -69,6 +69,8 @@ class CampaignDrive:
     """None where its values exclude each other."""
     outcome: Outcome
     """COMPLETED, or why there is no drive."""
+    given: frozenset[str] = frozenset()
+    """Parameters that the file itself gives, here or on an axis."""
 
     @property
     def label(self) -> str:

@@ -81,6 +81,22 @@ class Ensemble:
 
 
 @dataclass(frozen=True, slots=True)
+class Tolerated:
+    """What may be left out of the cases: every effect whose influence on what is asked for is small enough."""
+
+    within: float
+    """Largest relative change of what is asked for, by all that is left out together, 0 to 1."""
+    observables: tuple[str, ...] = ()
+    """What is asked for: variables of the dataset; empty where the stages decide."""
+    keep: tuple[str, ...] = ()
+    """Effects that are never left out."""
+    influences: Path | None = None
+    """File of measured influences; None for the one that comes with this package."""
+    influences_text: str | None = None
+    """Text of that file."""
+
+
+@dataclass(frozen=True, slots=True)
 class Manifest:
     """A checked campaign. Parameters are listed by field name, their values have the declared type."""
 
@@ -117,6 +133,8 @@ class Manifest:
     """File of the measured front to choose the discretization from; None for the one that comes with this package."""
     front_text: str | None = None
     """Text of that file."""
+    tolerated: Tolerated | None = None
+    """What may be left out of the cases; None: nothing but what the file leaves out itself."""
     drive_axes: Mapping[str, tuple[Value, ...]] = field(default_factory=dict)
     """Parameter of a drive -> its values."""
     drives_left_out: tuple[str, ...] = ()

@@ -1,4 +1,4 @@
-"""Read the files that a campaign names: its table of cases, the pin's roughness, a measured front."""
+"""Read the files that a campaign names: its table of cases, the pin's roughness, a measured front, measured influences."""
 
 from typing import Any
 
@@ -37,13 +37,13 @@ class NamedFiles(Checker):
             self.problems += error.lines
             return None
 
-    def front(self, top: dict[str, Any]) -> str | None:
-        """The text of the measured front; None where the campaign names none or it is refused."""
-        if "front" not in top:
+    def measured(self, key: str, content: dict[str, Any]) -> str | None:
+        """The text of a measured front, or of measured influences; None where the campaign names none or it is refused."""
+        if key not in content:
             return None
         try:
-            given = self._given("front")
-            return read_text(self.path.parent / top["front"])[1] if given is None else given
+            given = self._given(key)
+            return read_text(self.path.parent / content[key])[1] if given is None else given
         except ManifestError as error:
             self.problems += error.lines
             return None

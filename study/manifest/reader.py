@@ -7,14 +7,14 @@ Scales and drives are in SI, the parameters of a case are dimensionless.
 import hashlib
 import math
 import tomllib
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from pathlib import Path
 from typing import Any, Final
 
 from solver.drive import Scales
 from study.manifest.columns import Columns, Given, read_text
 from study.manifest.drive_tables import AXES, Drives, read_drives
-from study.manifest.manifest import STAGES, Design, Ensemble, Manifest, Outputs, Stage, field_names
+from study.manifest.manifest import STAGES, Design, Ensemble, Manifest, Outputs, Stage, Tolerated, field_names
 from study.manifest.named_files import NamedFiles
 from study.manifest.parameters import TABLES, Value, axes, make_case, settings, words
 from study.manifest.problems import ONE_LINE, ManifestError, key_shown, need, one_line, shown, unknown
@@ -30,7 +30,7 @@ def parse_manifest(path: Path, text: str, beside: Mapping[str, str]) -> Manifest
     """The same from texts, without reading any file. Raises ManifestError with one line per problem.
 
     path: name of the campaign file for messages. beside: texts of the files that it names, by the keys that name them (`table`,
-    `roughness`, `front`).
+    `roughness`, `front`, `influences`).
     """
     return _Reader(path, beside).manifest(text.encode(), text, _document(path, text))
 
@@ -56,6 +56,26 @@ _TOP: dict[str, tuple[type | tuple[type, ...], str]] = {
 }
 
 
+def _share(value: Any) -> bool:
+    return isinstance(value, int | float) and not isinstance(value, bool) and 0.0 < value < 1.0
+
+
+def _texts(value: Any) -> bool:
+    return isinstance(value, list) and bool(value) and all(isinstance(each, str) for each in value)
+
+
+_TOLERATED: Final[dict[str, tuple[Callable[[Any], bool], str]]] = {
+    "within": (_share, "a relative change, 0 < within < 1"),
+    "observables": (_texts, "a list of variables of the dataset"),
+    "keep": (_texts, "a list of effects"),
+    "influences": (
+        lambda value: isinstance(value, str),
+        "the path of what nanoslip effects --save wrote, seen from the file",
+    ),
+}
+"""Keys of [effects] that are no effects: whether a value is right, and what is needed."""
+
+
 SECONDS: Final = "seconds"
 """Key of [limits] that limits no case, but how long a task may take."""
 
@@ -69,6 +89,7 @@ class _Reader(NamedFiles):
         given = table.columns if table else self._axes(top.get("axes", {}))
         profile = self.profile(top.get("heterogeneity", {}))
         seconds = self._task_seconds(top)
+        tolerated = self._tolerated(top)
         fixed = {name: self.words_of_table(name, top.get(name, {})) for name in TABLES}
         fixed["heterogeneity"].pop("roughness", None)
         if profile:
@@ -108,7 +129,8 @@ class _Reader(NamedFiles):
             ensemble=Ensemble(**self.checked("ensemble", top.get("ensemble", {}), Ensemble, field_names(Ensemble))),
             accuracy=accuracy,
             front=self.path.parent / top["front"] if "front" in top else None,
-            front_text=self.front(top),
+            front_text=self.measured("front", top),
+            tolerated=tolerated,
         )
         if self.problems:
             raise ManifestError(self.problems)
@@ -141,6 +163,26 @@ class _Reader(NamedFiles):
             self.refuse(f"limits.{SECONDS} = {shown(seconds)}", "needs a number of seconds above 0")
             return None
         return float(seconds)
+
+    def _tolerated(self, top: dict[str, Any]) -> Tolerated | None:
+        """What may be left out; the keys that say so are taken from their table, whose others are effects."""
+        table = dict(top.get("effects", {}))
+        top["effects"] = {key: value for key, value in table.items() if key not in _TOLERATED}
+        given = {key: value for key, value in table.items() if key in _TOLERATED}
+        wrong = [key for key, value in given.items() if not _TOLERATED[key][0](value)]
+        for key in wrong:
+            self.refuse(f"effects.{key} = {shown(given[key])}", f"needs {_TOLERATED[key][1]}")
+        if given and "within" not in given:
+            self.refuse(f"effects.{next(iter(given))}", "needs within = 0.01, or another tolerance, beside it")
+        if wrong or "within" not in given:
+            return None
+        return Tolerated(
+            float(given["within"]),
+            tuple(given.get("observables", ())),
+            tuple(given.get("keep", ())),
+            self.path.parent / given["influences"] if "influences" in given else None,
+            self.measured("influences", given),
+        )
 
     def _stages(self, top: dict[str, Any]) -> tuple[Stage, ...]:
         given = top.get("stages", list(STAGES if "drives" in top or AXES in top else STAGES[:2]))

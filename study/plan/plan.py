@@ -2,10 +2,9 @@
 
 import itertools
 from collections.abc import Collection, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from typing import Final
 
-from solver.case import Case
 from solver.outcome import UNDONE, Ending, Outcome
 from study.discretization.targets import settled
 from study.garbage import all_kept
@@ -13,6 +12,8 @@ from study.manifest.cases import CampaignCase, Heard, expanding
 from study.manifest.manifest import Manifest
 from study.origin import Origins, foreign_among
 from study.plan.case_tasks import CaseTasks, TasksOfCases
+from study.plan.influence.campaign import Decider, tolerance_of
+from study.plan.influence.decision import Decision, Tolerance
 from study.plan.kinds.kind import Wanted
 from study.plan.order import longest_chain_first
 from study.plan.task import Label, Task
@@ -36,6 +37,10 @@ class Plan:
     """Each distinct task once: needs first, then the longest chain of work first."""
     case_tasks: Mapping[str, CaseTasks]
     """case_id -> its tasks."""
+    tolerance: Tolerance | None = None
+    """What may be left out of the cases."""
+    decisions: Mapping[str, Decision] = field(default_factory=dict)
+    """case_id -> what is left out of it, where there is a tolerance; nothing of a case that is refused."""
 
     def remaining(self, finished: Collection[str]) -> tuple[Task, ...]:
         """Tasks still to do, in order, given the keys that are finished.
@@ -106,7 +111,7 @@ def make_plan(manifest: Manifest, heard: Heard = lambda _: None) -> Plan:
             making.add(together)
             heard(len(making.of_cases))
         tasks = longest_chain_first(making.taken())
-        return Plan(manifest, tuple(making.of_cases.cases), tasks, making.of_cases)
+        return Plan(manifest, tuple(making.of_cases.cases), tasks, making.of_cases, making.tolerance, making.decisions)
 
 
 class _Tasks:
@@ -117,10 +122,19 @@ class _Tasks:
         self._manifest = manifest
         self._kinds = [kind for kind in KINDS.values() if kind.needed(manifest)]
         self._found: dict[str, Task] = {}
+        self.tolerance = tolerance_of(manifest)
+        self._decider = Decider(manifest, self.tolerance) if self.tolerance else None
+
+    @property
+    def decisions(self) -> Mapping[str, Decision]:
+        """case_id -> what is left out of it, where there is a tolerance."""
+        return self._decider.decisions if self._decider else {}
 
     def add(self, cases: list[CampaignCase]) -> None:
         """More cases: their tasks, estimated and labelled; none of one that is refused."""
-        wanted = [self._wanted(case.case) if case.case is not None else [] for case in cases]
+        if self._decider:
+            cases = [self._decider.decided(case) for case in cases]
+        wanted = [self._wanted(case) for case in cases]
         for case, its in zip(cases, wanted, strict=True):
             for each in its:
                 if each.task.key not in self._found:
@@ -134,8 +148,11 @@ class _Tasks:
         self._found.clear()
         return tasks
 
-    def _wanted(self, case: Case) -> list[Wanted]:
-        return [wanted for kind in self._kinds for wanted in kind.tasks(case, self._manifest)]
+    def _wanted(self, case: CampaignCase) -> list[Wanted]:
+        if case.case is None:
+            return []
+        manifest = self._decider.manifest_of(case) if self._decider else self._manifest
+        return [wanted for kind in self._kinds for wanted in kind.tasks(case.case, manifest)]
 
     def _planned(self, wanted: Wanted, campaign_case: CampaignCase) -> Task:
         seconds, memory, disk = estimate(wanted.task)

@@ -87,3 +87,26 @@ def accuracy(**given: object) -> None:
     On CAMPAIGN's first case [default: the paper's case].
     """
     work("judging.accuracy", **given)
+
+
+@cli.command()
+@click.option(
+    "--measure", "measured", metavar="N", type=click.IntRange(min=40), help="Measure them on N random scenes."
+)
+@click.option(
+    "--judge", "judged", metavar="N", type=click.IntRange(min=1), help="Try what is left out by them on N other scenes."
+)
+@click.option(
+    "--save", type=click.Path(path_type=Path), help="Write what was measured (JSON) or judged (Markdown) there."
+)
+@click.option("-j", "--processes", type=click.IntRange(min=1), help="Processes [default: cores here]")
+def effects(**given: object) -> None:
+    """Show how much each effect matters.
+
+    What a campaign with `[effects] within = 0.01` leaves out is decided from this. The median is shown, and what 95 % of the
+    scenes do not exceed. A file that --measure --save wrote is used by `[effects] influences = FILE`. --judge compares what is
+    found with everything on and everything off, on scenes that nothing was measured on.
+
+    Example: nanoslip effects --judge 100 --save judged.md
+    """
+    work("judging.effects", **given)

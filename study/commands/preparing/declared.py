@@ -60,3 +60,17 @@ def plan(**given: object) -> None:
     What is finished is left out of the time.
     """
     work("preparing.plan", **given)
+
+
+@cli.command()
+@CAMPAIGN
+@click.argument("parameters", metavar="[KEY=VALUE]...", nargs=-1)
+def explain(**given: object) -> None:
+    """Explain one case of CAMPAIGN before it is computed.
+
+    KEY=VALUE single it out, as in `nanoslip show`. Says which dimensionless groups govern the case, which effects matter in it,
+    what leaving them out changes and saves, what limits its accuracy, and what half of that would cost.
+
+    Example: nanoslip explain campaigns/mine.toml intrinsic_friction=0.5
+    """
+    work("preparing.explain", **given)

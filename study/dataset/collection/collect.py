@@ -25,7 +25,7 @@ from study.dataset.collection.ensemble import ensemble_variables
 from study.dataset.collection.layout import coordinates, layout_of
 from study.dataset.collection.ragged import Runs, texts
 from study.dataset.collection.table import Table
-from study.dataset.file import CHOSEN, FORMAT, MIXED, VERSION
+from study.dataset.file import CHOSEN, FORMAT, INFLUENCES, MIXED, VERSION
 from study.dataset.groups import carrying
 from study.dataset.variables import (
     DISCRETIZATION_ERROR,
@@ -39,6 +39,7 @@ from study.discretization.targets import chosen
 from study.manifest.cases import CampaignCase
 from study.manifest.manifest import Manifest
 from study.origin import Origin, Origins, census, mixture
+from study.plan.influence.table import load_influences
 from study.plan.plan import Plan
 from study.plan.standing.endings import case_outcome, drive_outcome
 from study.plan.task import TaskResult
@@ -64,6 +65,8 @@ def collect(plan: Plan, store: Store) -> xr.Dataset:
         _say_outcomes(table, plan, case, outcomes)
         table.say_makers(case, results)
         if case.case is not None:
+            if case.case_id in plan.decisions:
+                table.say_left_out(case, plan.decisions[case.case_id])
             table.put(DISCRETIZATION_ERROR.name, case, "", front.expected_error(case.case))
             _enter(table, runs, manifest, case, {task: result for task, result in results.items() if result})
     counts, variables = census(makers.values()), table.variables
@@ -138,10 +141,13 @@ def _makers(counts: Mapping[Origin, int]) -> dict[str, str]:
 
 
 def _attributes(manifest: Manifest, front: Front, counts: Mapping[Origin, int]) -> dict[str, Any]:
+    tolerated = manifest.tolerated
     texts = {
         "manifest_table": manifest.table_text,
         "manifest_roughness": manifest.profile_text,
         "manifest_front": manifest.front_text,
+        "manifest_influences": tolerated.influences_text if tolerated else None,
+        INFLUENCES: str(load_influences(tolerated.influences, tolerated.influences_text)) if tolerated else None,
         CHOSEN: None if manifest.accuracy is None else json.dumps(chosen(manifest)),
     }
     return {

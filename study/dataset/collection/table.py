@@ -18,16 +18,21 @@ from study.dataset.variables import (
     ADVICE,
     COMPUTED_BY,
     DISCRETIZATION_ERROR,
+    DRIVE,
+    LEFT_OUT,
     OUTCOMES,
     VALIDITY,
     Group,
     companions,
+    influences,
     scalars,
 )
 from study.manifest.cases import CampaignCase
 from study.manifest.manifest import Manifest
 from study.origin import NOBODY, Origins, stemming
 from study.plan.flags import flags_of
+from study.plan.influence.decision import Decision
+from study.plan.influence.scene import OBSERVABLES, OF_DRIVES
 from study.plan.kinds.kind import left_out
 from study.plan.standing.endings import PENDING
 from study.plan.task import TaskResult
@@ -72,6 +77,11 @@ class Table:
                 self._declare(kind, ending, PENDING)
                 self._declare(kind, message, "")
                 self._declare(kind, COMPUTED_BY[kind], "")
+            if manifest.tolerated and (not kind or kind in kinds):
+                self._declare(kind, LEFT_OUT[kind], "")
+        for name, quantity in influences().items() if manifest.tolerated else ():
+            if name not in OF_DRIVES or DRIVE in kinds:
+                self._declare(DRIVE if name in OF_DRIVES else "", quantity, np.nan)
         self._declare("", DISCRETIZATION_ERROR, np.nan)
         self._declare("", ADVICE, "")
         for kind in KINDS:
@@ -121,6 +131,19 @@ class Table:
                 found.setdefault(name, []).append(result.origins or (NOBODY,))
         for name, parts in found.items():
             self.put(COMPUTED_BY["drive" if name else ""].name, case, name, _names(tuple(parts)))
+
+    def say_left_out(self, case: CampaignCase, decision: Decision) -> None:
+        """Set what a campaign's tolerance left out of a case and its drives, and how much that is expected to change."""
+        of_case = dict(zip(OBSERVABLES, decision.influence(), strict=True))
+        self.put(LEFT_OUT[""].name, case, "", ", ".join(decision.left_out()))
+        for name, quantity in influences().items():
+            if name not in OF_DRIVES:
+                self.put(quantity.name, case, "", of_case[name])
+        for drive in decision.of_drives:
+            changes = dict(zip(OBSERVABLES, decision.influence(drive), strict=True))
+            self.put(LEFT_OUT[DRIVE].name, case, drive, ", ".join(decision.left_out(drive)))
+            for name in OF_DRIVES:
+                self.put(influences()[name].name, case, drive, changes[name])
 
     def enter(self, case: CampaignCase, drive: str, result: TaskResult, by: Mapping[str, float]) -> None:
         """Set all scalars of a result. by: `Quantity.per` -> what a value is multiplied with."""

@@ -14,7 +14,7 @@ from solver.dynamics.stick_slip import MOST_SAMPLES, MOST_SLIPS
 from study.plan.cost.sliding import lateral_stiffness, mean_step
 
 # Rough seconds on one core of an ordinary machine, as in study.plan.cost.seconds.
-_PLATEAU = 0.53  # F/W over μ_i at residual_shear 0, whatever the grid (§3.2.1)
+PLATEAU = 0.53  # F/W over μ_i at residual_shear 0, whatever the grid (§3.2.1)
 _EXCESS = 0.02  # of static friction over kinetic one, for slips after the first
 _PER_SAMPLE = 2e-7  # any integrator
 _PER_SEGMENT = (3.5e-8, 0.9e-6)  # exact integrator: of a pin that runs, and more of one that is slow
@@ -35,7 +35,7 @@ def drive_seconds(drive: Drive, case: Case, fitted: bool = True) -> float:
     A drive that is to end after some slips is followed twice: up to there, and once more to spread its samples over that.
     """
     residual_shear = case.slip_rule.residual_shear
-    force = (1.0 - (1.0 - _PLATEAU) * (1.0 - residual_shear)) * case.intrinsic_friction * case.normal_load
+    force = (1.0 - (1.0 - PLATEAU) * (1.0 - residual_shear)) * case.intrinsic_friction * case.normal_load
     way = drive.stage_velocity * drive.duration - force / drive.spring_stiffness
     if not way > 0.0:
         return _motion_seconds(drive, 0.0, 0.0) + _stuck_seconds(drive, case, force)

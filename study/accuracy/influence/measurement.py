@@ -1,0 +1,59 @@
+"""Measure influences on many random scenes, on several processes."""
+
+from collections.abc import Callable, Iterable, Iterator, Mapping
+from concurrent.futures import ProcessPoolExecutor
+from multiprocessing import get_context
+from typing import Final, TypeVar
+
+import numpy as np
+from numpy.typing import NDArray
+
+from study.accuracy.influence.ensembles import STARTS, influences_in
+from study.accuracy.influence.scenes import random_scene
+from study.accuracy.timing import machine
+from study.plan.influence.omissions import OMISSIONS, Omission
+from study.plan.influence.scene import Scene
+from study.plan.influence.table import Measured, as_text, measured_of
+from study.plan.keys import SOLVER_VERSION
+
+Vector = NDArray[np.float64]
+Result = TypeVar("Result")
+Heard = Callable[[int], None]
+"""Hears how many scenes are done."""
+
+FIRST: Final = 0
+"""Seed of the first scene that is measured; those that promises are tried on come long after the last."""
+
+
+def measure(scenes: int, processes: int, heard: Heard) -> str:
+    """The text of a file of influences, measured on so many scenes."""
+    found = list(spread_out(_measured, range(FIRST, FIRST + scenes), processes, heard))
+    about = {
+        "scenes": f"{scenes} random ones, seeds from {FIRST}",
+        "starts": f"{STARTS} of each scene",
+        "solver_version": SOLVER_VERSION,
+        **machine(),
+    }
+    return as_text(about, {name: _of_effect(each, found) for name, each in OMISSIONS.items()})
+
+
+def spread_out(work: Callable[[int], Result], seeds: Iterable[int], processes: int, heard: Heard) -> Iterator[Result]:
+    """What the work makes of each seed, in their order, computed side by side."""
+    with ProcessPoolExecutor(processes, mp_context=get_context("spawn")) as pool:
+        for number, result in enumerate(pool.map(work, seeds), 1):
+            heard(number)
+            yield result
+
+
+def _measured(seed: int) -> tuple[Scene, Mapping[str, Vector]]:
+    scene = random_scene(seed)
+    return scene, influences_in(scene)
+
+
+def _of_effect(omission: Omission, found: Iterable[tuple[Scene, Mapping[str, Vector]]]) -> Measured:
+    rows = (
+        (np.array([group.place(scene) for group in omission.groups]), influences[omission.name])
+        for scene, influences in found
+        if omission.name in influences
+    )
+    return measured_of(rows, omission)

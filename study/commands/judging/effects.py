@@ -1,0 +1,74 @@
+"""`nanoslip effects`: how much each effect matters, measured; and whether what is left out by it keeps its promise."""
+
+from collections.abc import Sequence
+from pathlib import Path
+from typing import Final
+
+import numpy as np
+
+from study.accuracy.influence.judgement import FIRST, Trial, trial
+from study.accuracy.influence.measurement import measure, spread_out
+from study.accuracy.influence.verdict import as_markdown
+from study.commands.shared.exits import Refusal
+from study.commands.shared.refusals import refusals
+from study.execution.launch import cores
+from study.plan.influence.omissions import OMISSIONS
+from study.plan.influence.scene import ASKED_FOR, OBSERVABLES
+from study.plan.influence.table import Influences, load_influences
+from study.report.columns import Table
+from study.report.console import counting, print_table, say, whole
+from study.results.store import StoreError
+from study.results.whole_file import written_whole
+
+SHOWN: Final = (*ASKED_FOR["contact"], *ASKED_FOR["dynamics"])
+
+
+def work(measured: int | None, judged: int | None, save: Path | None, processes: int | None) -> None:
+    """Print what is known of each effect; or measure it, or try what is made of it, on so many random scenes."""
+    with refusals():
+        if measured and judged:
+            raise Refusal("--measure and --judge: needs one of them at a time")
+        if save and not (measured or judged):
+            raise Refusal("--save: needs --measure or --judge beside it")
+        if not (measured or judged):
+            say(f"relative change by leaving an effect out; measured on {load_influences().about['scenes']}")
+            print_table(_table(load_influences()))
+            return
+        with counting("{} scenes done") as heard:
+            side_by_side = processes or cores()
+            if measured:
+                text = measure(measured, side_by_side, heard)
+            else:
+                seeds = range(FIRST, FIRST + (judged or 0))
+                trials: Sequence[Trial] = list(spread_out(trial, seeds, side_by_side, heard))
+                text = as_markdown(trials)
+        if save is None:
+            print(text, end="")
+            return
+        _write(save, text)
+        say(whole(f"written: {save}"))
+
+
+def _write(path: Path, text: str) -> None:
+    try:
+        path.parent.mkdir(parents=True, exist_ok=True)
+        with written_whole(path) as scratch:
+            scratch.write_text(text, "utf-8")
+    except OSError as error:
+        raise StoreError(f"{path}: cannot be written: {error.strerror or error}") from None
+
+
+def _table(influences: Influences) -> Table:
+    """Median and 95 % of the scenes, effect by effect, and what theory says."""
+    rows = []
+    for name, omission in OMISSIONS.items():
+        columns = [OBSERVABLES.index(each) for each in omission.observables]
+        cells = []
+        for shown in SHOWN:
+            number = OBSERVABLES.index(shown)
+            known = influences.effects[name].influences[:, columns.index(number)] if number in columns else np.array([])
+            known = known[~np.isnan(known)]
+            cells.append(f"{np.median(known):.1g} … {np.quantile(known, 0.95):.1g}" if len(known) else "")
+        governed = ", ".join(group.symbol for group in omission.groups)
+        rows.append((name, *cells, f"governed by {governed}; {omission.theory}"))
+    return Table(("effect", *SHOWN, "theory"), tuple(rows), 1, prose=True)

@@ -1,0 +1,100 @@
+"""`nanoslip explain`: what governs one case, which effects matter in it, what limits its accuracy, and what more would cost."""
+
+import math
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+
+from study.commands.shared.choice import assignments, chosen
+from study.commands.shared.exits import Refusal
+from study.commands.shared.refusals import refusals
+from study.discretization.front import load_front
+from study.discretization.targets import settled
+from study.execution.forecast import duration
+from study.manifest.cases import CampaignCase, expand
+from study.manifest.manifest import Manifest, Tolerated
+from study.manifest.reader import load_manifest
+from study.plan.influence.campaign import Decider, tolerance_of
+from study.plan.influence.decision import Choice, Decision, Tolerance
+from study.plan.influence.limits import limits_of
+from study.plan.influence.omissions import OMISSIONS
+from study.plan.influence.scene import GROUPS, GROUPS_OF_DRIVES, OBSERVABLES, Scene
+from study.report.columns import Table
+from study.report.console import print_sentences, print_table, say
+
+USUAL = 0.01
+"""The tolerance that effects are judged by where a campaign names none."""
+
+
+def work(campaign: Path, parameters: tuple[str, ...]) -> None:
+    """Print what there is to say of the case of a campaign that has these parameters."""
+    with refusals():
+        manifest = settled(load_manifest(campaign))
+        asked = manifest.tolerated is not None
+        if not asked:
+            manifest = _with_a_tolerance(manifest)
+        case = chosen(expand(manifest), assignments(parameters))
+        if case.case is None:
+            raise Refusal(f"{case.point}: {case.outcome.message}")
+        tolerance = tolerance_of(manifest)
+        assert tolerance is not None
+        decider = Decider(manifest, tolerance)
+        decider.decided(case)
+        _print(case, decider, decider.decisions[case.case_id], asked)
+
+
+def _with_a_tolerance(manifest: Manifest) -> Manifest:
+    return replace(manifest, tolerated=Tolerated(USUAL))
+
+
+def _print(case: CampaignCase, decider: Decider, decision: Decision, asked: bool) -> None:
+    assert case.case is not None
+    tolerance = decider.tolerance
+    say(f"case {case.point}")
+    print_table(_groups(case, decider))
+    wanted = f"{tolerance.within:g} of {', '.join(tolerance.asked_for)}"
+    say(
+        f"left out, as its changes stay within {wanted}"
+        if asked
+        else f"with [effects] within = {tolerance.within:g} ({wanted})"
+    )
+    print_table(_effects(decision, tolerance))
+    say(f"estimated time: {duration(decision.seconds)}, {duration(decision.seconds_of_all)} with every effect")
+    front = load_front(decider.manifest.front, decider.manifest.front_text)
+    limits = limits_of(case.case, decision, tolerance, front)
+    rows = tuple((each.what, _number(each.size), each.of, _number(each.costs, " ×"), each.half) for each in limits)
+    print_table(Table(("limit", "relative error", "of", "half of it costs", "by"), rows, 1, prose=True))
+    known = [each for each in limits if math.isfinite(each.size)]
+    if known:
+        print_sentences([f"what limits it most: {known[0].what}"])
+
+
+def _groups(case: CampaignCase, decider: Decider) -> Table:
+    """The dimensionless groups of the case and of its drives."""
+    assert case.case is not None
+    scenes = {label: Scene(case.case, drive) for label, drive in decider.drives.items()}
+    rows = [(each.symbol, _number(each.of(Scene(case.case))), each.name) for each in GROUPS]
+    for label, scene in scenes.items():
+        of = f" of {label}" if len(scenes) > 1 else ""
+        rows += [(each.symbol, _number(each.of(scene)), f"{each.name}{of}") for each in GROUPS_OF_DRIVES]
+    return Table(("group", "here", "meaning"), tuple(row for row in rows if row[1] != "0"), 1, prose=True)
+
+
+def _effects(decision: Decision, tolerance: Tolerance) -> Table:
+    rows = [_effect(each, tolerance, "") for each in decision.of_case]
+    for label, choices in decision.of_drives.items():
+        rows += [_effect(each, tolerance, f" of {label}" if len(decision.of_drives) > 1 else "") for each in choices]
+    header = ("effect", "here", *tolerance.asked_for, "saves", "why")
+    return Table(header, tuple(rows), 2, prose=True)
+
+
+def _effect(choice: Choice, tolerance: Tolerance, of: str) -> tuple[str, ...]:
+    changes = (choice.influence[OBSERVABLES.index(name)] for name in tolerance.asked_for)
+    here = "left out" if choice.left_out else "on"
+    why = choice.reason or OMISSIONS[choice.effect].without
+    return (f"{choice.effect}{of}", here, *map(_number, changes), duration(max(choice.saves, 0.0)), why)
+
+
+def _number(value: float, unit: str = "") -> str:
+    return "" if np.isnan(value) else f"{value:.2g}{unit}"

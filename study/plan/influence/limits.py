@@ -1,0 +1,114 @@
+"""What limits the accuracy of a case's numbers, and what half of each limit would cost."""
+
+import math
+from collections.abc import Iterator
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from solver.case import Case
+from solver.sliding.sampling import Sampling
+from study.discretization.front import Front
+from study.plan.cost.condensation import condensation_seconds
+from study.plan.cost.seconds import contact_seconds, record_seconds
+from study.plan.cost.sliding import contact_nodes, expected_displacement
+from study.plan.influence.decision import Decision, Tolerance
+
+
+@dataclass(frozen=True, slots=True)
+class Limit:
+    """One reason why numbers of a case are not exact."""
+
+    what: str
+    of: str
+    """The numbers that it limits."""
+    size: float
+    """Relative error, or standard error; NaN where it is not known."""
+    half: str
+    """What halves it; empty where nothing does."""
+    costs: float
+    """By how much the time of the case grows then; NaN where nothing halves it."""
+
+
+def limits_of(case: Case, decision: Decision, tolerance: Tolerance, front: Front) -> list[Limit]:
+    """All of them, the largest first. case: as it was asked for."""
+    found = [_grid(decision.case, front, tolerance.slides)]
+    if tolerance.slides:
+        found.append(_length(decision.case))
+    if decision.case.heterogeneity.spread:
+        found.append(_draw(decision.case))
+    found += _left_out(decision, tolerance)
+    return sorted(found, key=lambda each: -each.size if math.isfinite(each.size) else 0.0)
+
+
+def _grid(case: Case, front: Front, slides: bool) -> Limit:
+    """The error of the grid, and the fastest measured grid that has half of it."""
+    error = front.expected_error(case)
+    of = "contact, approach, stiffness"
+    contacts = front.comparable(case)
+    better = [
+        row
+        for row in front.like(case.slab)
+        if row.slab.scheme.name == case.slab.scheme.name and front.worst_error(row.slab, contacts) <= 0.5 * error
+    ]
+    if not better:
+        return Limit("grid", of, error, "", math.nan)
+    best = min(better, key=lambda row: row.seconds)
+    finer = replace(case, slab=best.slab)
+    costs = _seconds(finer, slides) / _seconds(case, slides)
+    return Limit(
+        "grid", of, error, f"n_x = {best.slab.n_x}, {best.slab.scheme} (another surface for what slips)", costs
+    )
+
+
+def _length(case: Case) -> Limit:
+    """What the record's length leaves open of its plateau, and the length that leaves half of it open."""
+    spacings = expected_displacement(case) / case.slab.spacing
+    size = length_uncertainty(case, spacings)
+    longer = (
+        2.0 * spacings
+        if spacings >= 1.0
+        else next(
+            (each for each in np.linspace(spacings, 1.0, 50) if length_uncertainty(case, float(each)) <= 0.5 * size),
+            1.0,
+        )
+    )
+    grown = replace(case, max_events=None, max_displacement=None, max_spacings=float(longer))
+    costs = record_seconds(grown) / record_seconds(case)
+    return Limit("length of the record", "plateau, kinetic friction", size, f"spacings = {longer:.2g}", costs)
+
+
+def length_uncertainty(case: Case, spacings: float) -> float:
+    """Relative standard error of a plateau over so many node spacings, as the model of sampling expects it."""
+    sampling = Sampling(spacings, contact_nodes(case), case.slip_rule.residual_shear)
+    level = 1.0
+    blocks = level + sampling.modulation * np.sin(2.0 * math.pi * np.arange(32) / 32.0) * math.sqrt(2.0)
+    return sampling.of_mean_force(blocks, 0.0)
+
+
+def _draw(case: Case) -> Limit:
+    """What one draw of the nodes' μ_i leaves open, which an ensemble averages."""
+    sampling = Sampling(
+        expected_displacement(case) / case.slab.spacing, contact_nodes(case), spread=case.heterogeneity.spread
+    )
+    return Limit("draw of the nodes' μ_i", "plateau, friction", sampling.disorder, "4 × the members", 4.0)
+
+
+def _left_out(decision: Decision, tolerance: Tolerance) -> Iterator[Limit]:
+    """What effects that are left out change, and what it costs to keep the one that matters most."""
+    for label in decision.of_drives or ("",):
+        changes = decision.influence(label)[tolerance.columns]
+        if not changes.any():
+            continue
+        worst = max(
+            (each for each in (*decision.of_case, *decision.of_drives.get(label, ())) if each.left_out),
+            key=lambda each: float(np.max(each.influence[tolerance.columns])),
+        )
+        costs = (decision.seconds + worst.saves) / decision.seconds
+        what = f"effects left out{f' of {label}' if label else ''}"
+        of = ", ".join(tolerance.asked_for)
+        yield Limit(what, of, float(np.max(changes)), f'keep = ["{worst.effect}"]', costs)
+
+
+def _seconds(case: Case, slides: bool) -> float:
+    return condensation_seconds(case.slab) + (record_seconds(case) if slides else contact_seconds(case))

@@ -1,0 +1,180 @@
+"""The effects that a scene may do without: what each one is, how it is left out, and what governs how much it matters."""
+
+from collections.abc import Callable
+from dataclasses import dataclass, replace
+from typing import Final
+
+from solver.case import Case
+from solver.elasticity.schemes.galerkin import Galerkin
+from solver.elasticity.schemes.half_plane import HalfPlane
+from solver.slab import Slab
+from study.plan.influence.scene import (
+    DAMPING,
+    DEPTH,
+    FRICTION,
+    LATERAL,
+    NODES,
+    OBSERVABLES,
+    OF_DRIVES,
+    POISSON,
+    ROUGHNESS,
+    SLOPE,
+    SPEED,
+    SPREAD,
+    STIFFNESS,
+    WAY,
+    WIDTH,
+    Group,
+    Scene,
+)
+
+
+@dataclass(frozen=True, slots=True)
+class Omission:
+    """An effect that can be left out."""
+
+    name: str
+    without: str
+    """What remains."""
+    groups: tuple[Group, ...]
+    theory: str
+    """How its influence should grow, where that is known."""
+    there: Callable[[Scene], bool]
+    """Whether a scene has the effect, and can do without."""
+    left_out: Callable[[Scene], Scene]
+    """The scene without it."""
+
+    @property
+    def of_drive(self) -> bool:
+        """Whether it is an effect of the driven pin, not of the contact."""
+        return self in OF_THE_DRIVE
+
+    @property
+    def observables(self) -> tuple[str, ...]:
+        """What it can change."""
+        return OF_DRIVES if self.of_drive else OBSERVABLES
+
+
+def _half_plane(scene: Scene) -> Scene:
+    # The datum at one slab width is deep enough for every Poisson's ratio from 0 on.
+    slab = scene.case.slab
+    infinite = Slab(slab.n_x, max(slab.aspect_ratio, 1.0), slab.poisson, scheme=HalfPlane())
+    return scene._replace(case=replace(scene.case, slab=infinite))
+
+
+def _effect(name: str) -> tuple[Callable[[Scene], bool], Callable[[Scene], Scene]]:
+    """Whether an effect of a case is on, and the case without it."""
+    return (
+        lambda scene: bool(scene.case.effects.friction and getattr(scene.case.effects, name)),
+        lambda scene: scene._replace(case=replace(scene.case, effects=replace(scene.case.effects, **{name: False}))),
+    )
+
+
+def _uniform(scene: Scene) -> Scene:
+    return scene._replace(case=replace(scene.case, heterogeneity=replace(scene.case.heterogeneity, spread=0.0)))
+
+
+def _smooth(scene: Scene) -> Scene:
+    return scene._replace(case=replace(scene.case, heterogeneity=replace(scene.case.heterogeneity, roughness=())))
+
+
+def _drive(**changes: object) -> tuple[Callable[[Scene], bool], Callable[[Scene], Scene]]:
+    """Whether a drive differs from one with these settings, and the drive with them."""
+    (name, value), *_ = changes.items()
+
+    def there(scene: Scene) -> bool:
+        return scene.drive is not None and getattr(scene.drive, name) != value and scene.drive.integrator.rests
+
+    def without(scene: Scene) -> Scene:
+        assert scene.drive is not None
+        return scene._replace(drive=replace(scene.drive, **changes))  # type: ignore[arg-type]  # names of its fields
+
+    return there, without
+
+
+OF_THE_CASE: Final = (
+    Omission(
+        "finite_slab",
+        "a half-plane in closed form: no sides, no bottom, no grid below the surface",
+        (LATERAL, WIDTH, DEPTH),
+        "0.6 (a/L_x)² of the pressure",
+        lambda scene: isinstance(scene.case.slab.scheme, Galerkin),
+        _half_plane,
+    ),
+    Omission(
+        "coupling",
+        "tangential forces do not lift the surface, normal ones do not move it sideways",
+        (LATERAL, POISSON, FRICTION),
+        "(1 - 2ν)² of the stiffness (Goodman)",
+        *_effect("coupling"),
+    ),
+    Omission(
+        "pin_translation",
+        "pressures stay those of initial contact",
+        (LATERAL, WAY, NODES),
+        "δ_p/a of the pressures, and 0.3/m of the force, which depends on the start",
+        *_effect("pin_translation"),
+    ),
+    Omission(
+        "spread",
+        "one μ_i for all nodes",
+        (SPREAD, NODES),
+        "spread/√m of the force",
+        lambda scene: scene.case.heterogeneity.spread > 0.0,
+        _uniform,
+    ),
+    Omission(
+        "roughness",
+        "a smooth pin",
+        (ROUGHNESS, SLOPE, NODES),
+        "h_rms·2R/a² of the pressures",
+        lambda scene: bool(scene.case.heterogeneity.roughness),
+        _smooth,
+    ),
+)
+OF_THE_DRIVE: Final = (
+    Omission(
+        "surface_compliance",
+        "the contact is rigid until it slips",
+        (STIFFNESS, SPEED, DAMPING),
+        "k/K of the stretch",
+        *_drive(surface_compliance=False),
+    ),
+    Omission(
+        "reverse_motion",
+        "a pin that would slip back ends its drive",
+        (STIFFNESS, SPEED, DAMPING),
+        "none where the pin never slips back",
+        *_drive(reverse_motion=False),
+    ),
+    Omission(
+        "damping",
+        "no damper",
+        (DAMPING, SPEED, STIFFNESS),
+        "2ζ V_o √(k m)/F of the force",
+        *_drive(damping_ratio=0.0),
+    ),
+    Omission(
+        "teeth",
+        "the plateau's mean force everywhere",
+        (NODES, SPEED, STIFFNESS),
+        "1/m of the force: one slip's drop",
+        *_drive(profile="mean"),
+    ),
+)
+OMISSIONS: Final = {each.name: each for each in (*OF_THE_CASE, *OF_THE_DRIVE)}
+"""Name -> every effect that can be left out, those of the contact first."""
+
+
+def measured_like(case: Case) -> str:
+    """Why nothing can be said of a case; empty where scenes like it were measured."""
+    rule = case.slip_rule
+    if case.pin != "parabola":
+        return "pin = flat_punch"
+    if rule.residual_shear != 0.0 or rule.slip_order != "worst_first" or rule.limited_shear != "both_ways":
+        return "another slip rule than the default"
+    if not isinstance(case.slab.scheme, Galerkin | HalfPlane):
+        return f"scheme = {case.slab.scheme}"
+    if not case.effects.friction:
+        return "friction = false"
+    return ""
