@@ -9,8 +9,9 @@ from typing import Final, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from solver.sliding.sampling import EVENLY
 from study.dataset.variables import scalars
-from study.plan.influence.omissions import OF_THE_CASE, OF_THE_DRIVE, Omission
+from study.plan.influence.omissions import OF_THE_CASE, OF_THE_DRIVE, OMISSIONS
 from study.plan.influence.scene import OBSERVABLES, OF_DRIVES, Scene
 from study.plan.influence.table import LARGEST
 from study.plan.task import Task, TaskResult
@@ -97,7 +98,8 @@ def influence(whole: Vector, reduced: Vector) -> Vector:
     """Influence of what a reduced ensemble leaves out on each observable, (observables,): see study.plan.influence.table.
 
     whole, reduced: (starts, observables). NaN where the whole ensemble does not yield the observable, LARGEST where only the
-    reduced one does not. The starts that lack it in either are left out of both.
+    reduced one does not. The starts that lack it in either are left out of both. One standard error is taken off, of the change
+    and of what certainty is lost: so much two ensembles of the same scene differ that start elsewhere.
     """
     return np.array([_of_one(on, off) for on, off in zip(whole.T, reduced.T, strict=True)])
 
@@ -107,28 +109,47 @@ def _of_one(on: Vector, off: Vector) -> float:
     if known.sum() < FEWEST or not np.mean(on[known]):
         return math.nan
     both = known & ~np.isnan(off)
-    if both.sum() < FEWEST // 2:
+    count = int(both.sum())
+    if count < FEWEST // 2:
         return LARGEST
-    mean = abs(float(np.mean(on[both])))
+    mean, scatter_on, scatter_off = abs(float(np.mean(on[both]))), _scatter(on[both]), _scatter(off[both])
+    even = EVENLY if count == len(on) else 1.0
+    error = even * math.hypot(scatter_on, scatter_off) / math.sqrt(count)
     change = abs(float(np.mean(off[both]) - np.mean(on[both])))
-    lost = max(float(np.std(off[both], ddof=1) - np.std(on[both], ddof=1)), 0.0)
-    return (change + lost) / mean
+    lost = scatter_off * (1.0 - 1.0 / math.sqrt(2.0 * (count - 1))) - scatter_on
+    return (max(change - error, 0.0) + max(lost, 0.0)) / mean
 
 
-def influences_in(scene: Scene) -> Mapping[str, Vector]:
-    """Influence of every effect that a scene has, on what the effect can change: the scene with it against without."""
+def _scatter(values: Vector) -> float:
+    return float(np.std(values, ddof=1))
+
+
+def reduced_in(scene: Scene) -> Iterator[tuple[str, Vector]]:
+    """What a scene yields, (starts, observables): with all its effects (named WHOLE), then without each of them."""
     compliance = compliance_of(scene)
     whole = ensemble_of(scene, compliance)
-    found = {}
+    yield WHOLE, whole.values
     for omission in (each for each in OF_THE_CASE if each.there(scene)):
         without = omission.left_out(scene)
         on = compliance if without.case.slab == scene.case.slab else compliance_of(without)
-        found[omission.name] = _on_its_own(omission, whole, ensemble_of(without, on))
+        yield omission.name, ensemble_of(without, on).values
     for omission in (each for each in OF_THE_DRIVE if each.there(scene)):
-        found[omission.name] = _on_its_own(omission, whole, driven(omission.left_out(scene), whole))
-    return found
+        yield omission.name, driven(omission.left_out(scene), whole).values
 
 
-def _on_its_own(omission: Omission, whole: Ensemble, reduced: Ensemble) -> Vector:
-    columns = [OBSERVABLES.index(name) for name in omission.observables]
-    return influence(whole.values[:, columns], reduced.values[:, columns])
+def influences_among(values: Mapping[str, Vector]) -> dict[str, Vector]:
+    """Influence of every effect on what the effect can change, from what `reduced_in` found."""
+    return {name: _of_effect(name, values[WHOLE], reduced) for name, reduced in values.items() if name != WHOLE}
+
+
+def _of_effect(name: str, whole: Vector, reduced: Vector) -> Vector:
+    columns = [OBSERVABLES.index(each) for each in OMISSIONS[name].observables]
+    found = influence(whole[:, columns], reduced[:, columns])
+    if OMISSIONS[name].of_drive:
+        return found
+    # Whether a pin slides is the drive's matter: a stiff spring stands between the two, which no group of the contact tells.
+    slides = np.array([each not in OF_DRIVES for each in OBSERVABLES]) | (found < LARGEST)
+    return np.where(slides, found, math.nan)
+
+
+WHOLE: Final = "whole"

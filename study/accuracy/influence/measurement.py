@@ -8,7 +8,7 @@ from typing import Final, TypeVar
 import numpy as np
 from numpy.typing import NDArray
 
-from study.accuracy.influence.ensembles import STARTS, influences_in
+from study.accuracy.influence.ensembles import STARTS, influences_among, reduced_in
 from study.accuracy.influence.scenes import random_scene
 from study.accuracy.timing import machine
 from study.plan.influence.omissions import OMISSIONS, Omission
@@ -47,7 +47,7 @@ def spread_out(work: Callable[[int], Result], seeds: Iterable[int], processes: i
 
 def _measured(seed: int) -> tuple[Scene, Mapping[str, Vector]]:
     scene = random_scene(seed)
-    return scene, influences_in(scene)
+    return scene, influences_among(dict(reduced_in(scene)))
 
 
 def _of_effect(omission: Omission, found: Iterable[tuple[Scene, Mapping[str, Vector]]]) -> Measured:

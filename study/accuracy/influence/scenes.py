@@ -20,7 +20,7 @@ SIZES: Final = {33: 0.45, 65: 0.45, 129: 0.1}
 """n_x -> how many of the scenes have it: small ones are quick, and nodes in contact are what counts."""
 FEWEST_NODES: Final = 12.0
 SUPPORTS: Final[tuple[Support, ...]] = ("bonded", "frictionless", "right_side")
-ROUGH: Final = 0.4
+ROUGH: Final = 0.5
 """Share of the scenes with a rough pin."""
 SPREAD_OUT: Final = 0.6
 """Share of those with a spread of μ_i."""
@@ -86,7 +86,7 @@ def _heterogeneity(draw: np.random.Generator, depth: float) -> Heterogeneity:
 def _drive(draw: np.random.Generator, case: Case) -> Drive:
     """A drive whose pin slides for a node spacing at least, and for four of its periods."""
     stiffness, force, spacing = lateral_stiffness(case), friction(case), case.slab.spacing
-    spring = stiffness * _between(draw, 1e-4, 0.3)
+    spring = stiffness * _between(draw, 1e-4, 0.1)
     velocity = _between(draw, 1e-4, 1.0) * force / math.sqrt(spring)
     velocity = max(velocity, SLOWEST * mean_step(case) * math.sqrt(stiffness))
     way = 1.8 * force / spring + max(spacing, 4.0 * velocity * 2.0 * math.pi / math.sqrt(spring))
