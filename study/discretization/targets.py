@@ -52,6 +52,17 @@ def chosen(manifest: Manifest) -> dict[str, Value]:
     return {name: manifest.numerics[name] for name in parameters.settings() if name in manifest.numerics}
 
 
+def reachable(front: Front, manifest: Manifest) -> list[float]:
+    """The errors that can be asked for, each of which takes more time than the last, larger one."""
+    cases = (case.case for case in expanding(manifest) if case.case is not None)
+    found = sorted(_expected(front, _comparable(front, cases)), key=lambda each: each[1])
+    errors: list[float] = []
+    for error, _, _ in found:
+        if not math.isnan(error) and (not errors or _above(error) < errors[-1]):
+            errors.append(_above(error))
+    return errors
+
+
 class UnreachableError(Exception):
     """No measured discretization is accurate enough. The message says what is needed instead."""
 

@@ -1,7 +1,7 @@
 """The effects that a manifest switches on and off: what is left out where one is off, and combinations that are refused."""
 
 from collections.abc import Sequence
-from typing import NamedTuple
+from typing import Final, NamedTuple
 
 from solver.case import Case, Effects
 from solver.elasticity.grid_scheme import GridScheme
@@ -83,7 +83,15 @@ def _setting(manifest: Manifest, name: str) -> str:
 
 def _spread(manifest: Manifest) -> str:
     values = manifest.axes.get("spread", (manifest.fixed.get("spread", 0.0),))
-    return _joint([f"{value:g}" if value else "off" for value in values])
+    there = sorted({float(str(value)) for value in values if value})
+    shown = [f"{value:g}" for value in there]
+    if len(there) > _MOST:
+        shown = [f"{shown[0]} to {shown[-1]}"]
+    return _joint([*shown, *([] if all(values) else ["off"])])
+
+
+_MOST: Final = 6
+"""Values that are named one by one."""
 
 
 def _drive_setting(drive: NamedDrive, name: str) -> str:

@@ -1,6 +1,7 @@
 """The content of a campaign file as frozen values."""
 
 import itertools
+import re
 from collections.abc import Mapping
 from dataclasses import dataclass, field, fields
 from pathlib import Path
@@ -81,6 +82,35 @@ class Ensemble:
 
 
 @dataclass(frozen=True, slots=True)
+class Budget:
+    """Time that a campaign may take, for which the best accuracy is bought.
+
+    time: a number and a unit: `90 s`, `10 min`, `2 h`, `1 d`. ranks: processes that compute.
+    """
+
+    time: str
+    ranks: int = 1
+
+    def __post_init__(self) -> None:
+        if not isinstance(self.time, str) or not _TIME.fullmatch(self.time) or not self.seconds:
+            raise InvalidInput(f'time = {shown(self.time)}: needs a time, as "90 s", "10 min", "2 h" or "1 d"')
+        count: Any = self.ranks
+        if isinstance(count, bool) or not isinstance(count, int) or not 1 <= count <= MOST_RANKS:
+            raise InvalidInput(f"ranks = {shown(count)}: needs a whole number from 1 to {MOST_RANKS}")
+
+    @property
+    def seconds(self) -> float:
+        """The time in s."""
+        number, unit = self.time.split()
+        return float(number) * _SECONDS[unit]
+
+
+MOST_RANKS = 10**6
+_SECONDS = {"s": 1.0, "min": 60.0, "h": 3600.0, "d": 86400.0}
+_TIME = re.compile(r"\d{1,9}(\.\d{1,9})? (s|min|h|d)")
+
+
+@dataclass(frozen=True, slots=True)
 class Tolerated:
     """What may be left out of the cases: every effect whose influence on what is asked for is small enough."""
 
@@ -133,6 +163,8 @@ class Manifest:
     """File of the measured front to choose the discretization from; None for the one that comes with this package."""
     front_text: str | None = None
     """Text of that file."""
+    budget: Budget | None = None
+    """Time to be spent on the best accuracy that it buys."""
     tolerated: Tolerated | None = None
     """What may be left out of the cases; None: nothing but what the file leaves out itself."""
     drive_axes: Mapping[str, tuple[Value, ...]] = field(default_factory=dict)

@@ -14,7 +14,7 @@ from typing import Any, Final
 from solver.drive import Scales
 from study.manifest.columns import Columns, Given, read_text
 from study.manifest.drive_tables import AXES, Drives, read_drives
-from study.manifest.manifest import STAGES, Design, Ensemble, Manifest, Outputs, Stage, Tolerated, field_names
+from study.manifest.manifest import STAGES, Budget, Design, Ensemble, Manifest, Outputs, Stage, Tolerated, field_names
 from study.manifest.named_files import NamedFiles
 from study.manifest.parameters import TABLES, Value, axes, make_case, settings, words
 from study.manifest.problems import ONE_LINE, ManifestError, key_shown, need, one_line, shown, unknown
@@ -50,10 +50,15 @@ _TOP: dict[str, tuple[type | tuple[type, ...], str]] = {
     "accuracy": ((int, float), "a relative error, 0 < accuracy < 1"),
     "front": (str, "the path of what nanoslip accuracy --save wrote, seen from the campaign file"),
     "axes": (dict, "a table [axes]"),
-    **{name: (dict, f"a table [{name}]") for name in (*TABLES, "scales", "outputs", "ensemble")},
+    **{name: (dict, f"a table [{name}]") for name in (*TABLES, "scales", "outputs", "ensemble", "budget")},
     "drives": (list, "tables [[drives]]"),
     AXES: (dict, f"a table [{AXES}]"),
 }
+
+
+def _budget(time: Any = "1 s", ranks: Any = 1) -> Budget:
+    """A budget with one of its entries; the other one is right."""
+    return Budget(time, ranks)
 
 
 def _share(value: Any) -> bool:
@@ -130,6 +135,7 @@ class _Reader(NamedFiles):
             accuracy=accuracy,
             front=self.path.parent / top["front"] if "front" in top else None,
             front_text=self.measured("front", top),
+            budget=self._budget(top),
             tolerated=tolerated,
         )
         if self.problems:
@@ -163,6 +169,14 @@ class _Reader(NamedFiles):
             self.refuse(f"limits.{SECONDS} = {shown(seconds)}", "needs a number of seconds above 0")
             return None
         return float(seconds)
+
+    def _budget(self, top: dict[str, Any]) -> Budget | None:
+        if "budget" not in top:
+            return None
+        good = self.checked("budget", top["budget"], _budget, field_names(Budget))
+        if "time" not in top["budget"]:
+            self.refuse("budget.time", 'missing: needs a time, as "10 min"')
+        return Budget(**good) if "time" in good else None
 
     def _tolerated(self, top: dict[str, Any]) -> Tolerated | None:
         """What may be left out; the keys that say so are taken from their table, whose others are effects."""

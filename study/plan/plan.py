@@ -2,7 +2,7 @@
 
 import itertools
 from collections.abc import Collection, Mapping, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from typing import Final
 
 from solver.outcome import UNDONE, Ending, Outcome
@@ -11,6 +11,7 @@ from study.garbage import all_kept
 from study.manifest.cases import CampaignCase, Heard, expanding
 from study.manifest.manifest import Manifest
 from study.origin import Origins, foreign_among
+from study.plan.budget import seconds_on, spent
 from study.plan.case_tasks import CaseTasks, TasksOfCases
 from study.plan.influence.campaign import Decider, tolerance_of
 from study.plan.influence.decision import Decision, Tolerance
@@ -104,7 +105,10 @@ def make_plan(manifest: Manifest, heard: Heard = lambda _: None) -> Plan:
     heard: hears the number of cases so far, again and again.
     """
     with all_kept():
-        manifest = settled(manifest)
+        budget = manifest.budget
+        if budget is not None:
+            manifest = spent(manifest, lambda tried: seconds_on(make_plan(tried).tasks, budget.ranks))
+        manifest = replace(settled(manifest), budget=budget)
         making = _Tasks(manifest)
         cases = expanding(manifest)
         while together := list(itertools.islice(cases, TOGETHER)):

@@ -8,6 +8,7 @@ import numpy as np
 
 from study.accuracy.influence.judgement import FIRST, Trial, trial
 from study.accuracy.influence.measurement import measure, spread_out
+from study.accuracy.influence.picture import draw
 from study.accuracy.influence.verdict import as_markdown
 from study.commands.shared.exits import Refusal
 from study.commands.shared.refusals import refusals
@@ -34,26 +35,29 @@ def work(measured: int | None, judged: int | None, save: Path | None, processes:
             say(f"relative change by leaving an effect out; measured on {load_influences().about['scenes']}")
             print_table(_table(load_influences()))
             return
+        trials: Sequence[Trial] = ()
         with counting("{} scenes done") as heard:
             side_by_side = processes or cores()
             if measured:
                 text = measure(measured, side_by_side, heard)
             else:
                 seeds = range(FIRST, FIRST + (judged or 0))
-                trials: Sequence[Trial] = list(spread_out(trial, seeds, side_by_side, heard))
+                trials = list(spread_out(trial, seeds, side_by_side, heard))
                 text = as_markdown(trials)
         if save is None:
             print(text, end="")
             return
-        _write(save, text)
-        say(whole(f"written: {save}"))
+        contents = {save: text.encode()} | ({} if measured else {save.with_suffix(".png"): draw(trials)})
+        for path, content in contents.items():
+            _write(path, content)
+            say(whole(f"written: {path}"))
 
 
-def _write(path: Path, text: str) -> None:
+def _write(path: Path, content: bytes) -> None:
     try:
         path.parent.mkdir(parents=True, exist_ok=True)
         with written_whole(path) as scratch:
-            scratch.write_text(text, "utf-8")
+            scratch.write_bytes(content)
     except OSError as error:
         raise StoreError(f"{path}: cannot be written: {error.strerror or error}") from None
 

@@ -16,6 +16,7 @@ from study.execution.launch import cores
 from study.manifest.cases import CampaignCase
 from study.manifest.drives import CampaignDrive
 from study.manifest.effects import effects
+from study.plan.budget import said, seconds_on
 from study.plan.flags import expected_lines
 from study.plan.influence.account import accounts, times_cheaper
 from study.plan.influence.decision import Tolerance
@@ -78,6 +79,10 @@ def _cases(plan: Plan) -> Iterator[str]:
         yield f"{len(manifest.drives)} drives of each case, {impossible} of them refused"
     if manifest.accuracy is not None and (grid := choice(manifest)):
         yield f"accuracy = {manifest.accuracy:g}: {grid}"
+    if manifest.budget is not None:
+        time = duration(seconds_on(plan.tasks, manifest.budget.ranks))
+        on = f"{manifest.budget.time} on {counted(manifest.budget.ranks, 'rank')}"
+        yield f"budget of {on}: buys {said(manifest)}, about {time}"
     if left_out := manifest.drives_left_out:
         yield f'drives left out, as stages leave out "dynamics": {", ".join(left_out)}'
 

@@ -1,0 +1,32 @@
+"""The price of leaving things out: how much the numbers change against the time, one point for each way to choose."""
+
+from collections.abc import Sequence
+
+import numpy as np
+
+from study.accuracy.influence.judgement import EVERYTHING, THUMB, Trial
+from study.accuracy.influence.verdict import change, seconds_of, ways
+from study.figures.shared.canvas import COLORS, column, image
+
+LEAST = 1e-4
+"""A change that stands for all smaller ones."""
+
+
+def draw(trials: Sequence[Trial]) -> bytes:
+    """Median, and 95 %, of the changes over the scenes against the time of all, as PNG."""
+    whole = seconds_of(trials, EVERYTHING)
+    with column(height=2.8) as figure:
+        axes = figure.add_subplot()
+        for way in ways():
+            changes = np.array([change(trial, way) for trial in trials])
+            known = np.maximum(changes[~np.isnan(changes)], LEAST)
+            time = seconds_of(trials, way) / whole
+            color = COLORS[1] if way == THUMB else COLORS[0] if way.startswith("within") else COLORS[5]
+            median, most = (float(np.quantile(known, share)) for share in (0.5, 0.95))
+            axes.plot([time, time], [median, most], color=color)
+            axes.plot([time], [most], "v", [time], [median], "o", color=color)
+            axes.annotate(way, (time, most), xytext=(0, 4), textcoords="offset points", ha="center", fontsize=6.0)
+        axes.set(xscale="log", yscale="log", xlabel="time over that with everything on")
+        axes.set_ylabel("relative change: median (●), 95 % (▼)")
+        axes.margins(0.12)
+        return image(figure, "png")

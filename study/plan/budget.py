@@ -1,0 +1,74 @@
+"""What a budget of time buys: the best accuracy whose plan fits into it.
+
+Where something slides that is the uncertainty of plateaus, for which records are as long as it takes; with initial contact alone it
+is the error of the grid.
+"""
+
+import bisect
+from collections.abc import Callable, Sequence
+from dataclasses import replace
+from typing import Final
+
+from study.discretization.front import load_front
+from study.discretization.targets import reachable
+from study.manifest.manifest import Manifest
+from study.manifest.parameters import settings
+from study.manifest.problems import ManifestError
+from study.plan.task import Task
+
+UNCERTAINTY: Final = "target_uncertainty"
+STEPS: Final = 10
+"""Uncertainties to a decade that are tried."""
+COARSEST: Final = 0.1
+DECADES: Final = 4
+
+Estimate = Callable[[Manifest], float]
+"""Seconds that a manifest without a budget would take on the budget's ranks."""
+
+
+def spent(manifest: Manifest, estimate: Estimate) -> Manifest:
+    """The manifest with what its budget buys. Raises ManifestError where nothing fits, or where the file leaves nothing to buy."""
+    assert manifest.budget is not None
+    tries = list(_uncertainties(manifest) if "slip" in manifest.stages else _errors(manifest))
+    fits = bisect.bisect_right(tries, manifest.budget.seconds, key=estimate)
+    if not fits:
+        least = estimate(tries[0])
+        raise ManifestError(
+            [
+                f"{manifest.path}: budget.time = {manifest.budget.time!r}: needs about {least:.2g} s or more, for {said(tries[0])}"
+            ]
+        )
+    return tries[fits - 1]
+
+
+def said(manifest: Manifest) -> str:
+    """What a budget bought, in the words of a manifest."""
+    if "slip" in manifest.stages:
+        return f"uncertainty = {manifest.limits[UNCERTAINTY]:g} of plateaus"
+    return f"accuracy = {manifest.accuracy:g}"
+
+
+def seconds_on(tasks: Sequence[Task], ranks: int) -> float:
+    """Seconds that tasks take on so many ranks, if nothing waits but for what it needs."""
+    chains: dict[str, float] = {}
+    for task in tasks:  # needs come first
+        chains[task.key] = task.cost + max((chains.get(need, 0.0) for need in task.needs), default=0.0)
+    return max(sum(task.cost for task in tasks) / ranks, max(chains.values(), default=0.0))
+
+
+def _uncertainties(manifest: Manifest) -> Sequence[Manifest]:
+    """The manifest with ever smaller uncertainties."""
+    if UNCERTAINTY in manifest.fixed or UNCERTAINTY in manifest.axes:
+        raise ManifestError([f"{manifest.path}: limits.uncertainty: needs to be left out beside budget, which buys it"])
+    sizes = [float(f"{COARSEST * 10.0 ** (-number / STEPS):.2g}") for number in range(STEPS * DECADES + 1)]
+    return [replace(manifest, limits={**manifest.limits, UNCERTAINTY: size}, budget=None) for size in sizes]
+
+
+def _errors(manifest: Manifest) -> Sequence[Manifest]:
+    """The manifest with ever smaller errors of the grid."""
+    given = [name for name in settings() if name in manifest.fixed or name in manifest.axes]
+    if given or manifest.accuracy is not None:
+        name = given[0] if given else "accuracy"
+        raise ManifestError([f"{manifest.path}: {name}: needs to be left out beside budget, which buys it"])
+    front = load_front(manifest.front, manifest.front_text)
+    return [replace(manifest, accuracy=error, budget=None) for error in reachable(front, manifest)]
