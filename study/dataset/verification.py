@@ -16,6 +16,7 @@ One wrong number in a file is never taken for either.
 import hashlib
 import itertools
 import json
+import math
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import fields, replace
 from pathlib import Path
@@ -35,6 +36,7 @@ from study.manifest.cases import CampaignCase
 from study.manifest.manifest import Manifest
 from study.manifest.reader import parse_manifest
 from study.origin import Origin, here
+from study.plan.budget import UNCERTAINTY
 from study.plan.influence.table import load_influences
 from study.plan.plan import Plan, make_plan
 from study.plan.standing.endings import PENDING
@@ -82,15 +84,21 @@ def _untouched(path: Path, facts: Mapping[str, Any], beside: Mapping[str, str]) 
 
 
 def _planned(manifest: Manifest, facts: Mapping[str, Any], path: Path) -> Plan:
-    """The plan, on the grid that was chosen then: this package's own front may choose another now."""
-    if manifest.accuracy is None:
+    """The plan, with what was chosen then: this package's own front and estimates may choose otherwise now."""
+    if manifest.accuracy is None and manifest.budget is None:
         return make_plan(manifest)
     try:
         chosen = dict(json.loads(facts[file.CHOSEN]))
     except (KeyError, ValueError, TypeError):
-        raise NotVerifiableError(f"{path}: {file.CHOSEN}: missing or damaged: needs the grid of its accuracy") from None
-    plan = make_plan(replace(manifest, accuracy=None, numerics={**manifest.numerics, **chosen}))
-    return replace(plan, manifest=replace(plan.manifest, accuracy=manifest.accuracy))
+        raise NotVerifiableError(
+            f"{path}: {file.CHOSEN}: missing or damaged: needs what its accuracy or budget chose"
+        ) from None
+    limits = {name: chosen.pop(name) for name in (UNCERTAINTY,) if name in chosen}
+    numerics, limits = {**manifest.numerics, **chosen}, {**manifest.limits, **limits}
+    plan = make_plan(replace(manifest, accuracy=None, budget=None, numerics=numerics, limits=limits))
+    # An error that a budget bought is not in the file; that there was one is what the dataset says.
+    accuracy = math.nan if manifest.accuracy is None and chosen else manifest.accuracy
+    return replace(plan, manifest=replace(plan.manifest, accuracy=accuracy, budget=manifest.budget))
 
 
 def other_software(found: xr.Dataset) -> str:

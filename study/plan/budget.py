@@ -1,7 +1,7 @@
 """What a budget of time buys: the best accuracy whose plan fits into it.
 
-Where something slides that is the uncertainty of plateaus, for which records are as long as it takes; with initial contact alone it
-is the error of the grid.
+Where something slides that is the uncertainty of plateaus, for which records are as long as it takes; with initial contact alone
+it is the error of the grid.
 """
 
 import bisect
@@ -10,10 +10,10 @@ from dataclasses import replace
 from typing import Final
 
 from study.discretization.front import load_front
-from study.discretization.targets import reachable
+from study.discretization.targets import chosen, reachable
 from study.manifest.manifest import Manifest
-from study.manifest.parameters import settings
-from study.manifest.problems import ManifestError
+from study.manifest.parameters import Value, settings
+from study.manifest.problems import ManifestError, shown
 from study.plan.task import Task
 
 UNCERTAINTY: Final = "target_uncertainty"
@@ -27,18 +27,23 @@ Estimate = Callable[[Manifest], float]
 
 
 def spent(manifest: Manifest, estimate: Estimate) -> Manifest:
-    """The manifest with what its budget buys. Raises ManifestError where nothing fits, or where the file leaves nothing to buy."""
+    """The manifest with what its budget buys.
+
+    Raises ManifestError where nothing fits, or where the file itself gives what would be bought.
+    """
     assert manifest.budget is not None
     tries = list(_uncertainties(manifest) if "slip" in manifest.stages else _errors(manifest))
     fits = bisect.bisect_right(tries, manifest.budget.seconds, key=estimate)
     if not fits:
-        least = estimate(tries[0])
-        raise ManifestError(
-            [
-                f"{manifest.path}: budget.time = {manifest.budget.time!r}: needs about {least:.2g} s or more, for {said(tries[0])}"
-            ]
-        )
+        least = f"about {estimate(tries[0]):.2g} s or more, for {said(tries[0])}"
+        raise ManifestError([f"{manifest.path}: budget.time = {shown(manifest.budget.time)}: needs {least}"])
     return tries[fits - 1]
+
+
+def bought(manifest: Manifest) -> dict[str, Value]:
+    """What was chosen for a budget or an accuracy, by field name: the manifest is the one of the plan."""
+    limit = {UNCERTAINTY: manifest.limits[UNCERTAINTY]} if manifest.budget and "slip" in manifest.stages else {}
+    return {**(chosen(manifest) if manifest.accuracy is not None else {}), **limit}
 
 
 def said(manifest: Manifest) -> str:

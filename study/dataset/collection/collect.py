@@ -35,10 +35,10 @@ from study.dataset.variables import (
     factors,
 )
 from study.discretization.front import Front, load_front
-from study.discretization.targets import chosen
 from study.manifest.cases import CampaignCase
 from study.manifest.manifest import Manifest
 from study.origin import Origin, Origins, census, mixture
+from study.plan.budget import bought
 from study.plan.influence.table import load_influences
 from study.plan.plan import Plan
 from study.plan.standing.endings import case_outcome, drive_outcome
@@ -148,7 +148,7 @@ def _attributes(manifest: Manifest, front: Front, counts: Mapping[Origin, int]) 
         "manifest_front": manifest.front_text,
         "manifest_influences": tolerated.influences_text if tolerated else None,
         INFLUENCES: str(load_influences(tolerated.influences, tolerated.influences_text)) if tolerated else None,
-        CHOSEN: None if manifest.accuracy is None else json.dumps(chosen(manifest)),
+        CHOSEN: json.dumps(found) if (found := bought(manifest)) else None,
     }
     return {
         FORMAT: VERSION,
