@@ -10,7 +10,6 @@ from solver.elasticity.schemes.half_plane import HalfPlane
 from solver.slab import Slab
 from study.plan.influence.scene import (
     DAMPING,
-    DEPTH,
     FRICTION,
     LATERAL,
     NODES,
@@ -22,7 +21,7 @@ from study.plan.influence.scene import (
     SPEED,
     SPREAD,
     STIFFNESS,
-    WAY,
+    TOOTH,
     WIDTH,
     Group,
     Scene,
@@ -96,7 +95,7 @@ OF_THE_CASE: Final = (
     Omission(
         "finite_slab",
         "a half-plane in closed form: no sides, no bottom, no grid below the surface",
-        (LATERAL, WIDTH, DEPTH),
+        (LATERAL, POISSON, FRICTION, WIDTH),
         "0.6 (a/L_x)² of the pressure",
         lambda scene: isinstance(scene.case.slab.scheme, Galerkin),
         _half_plane,
@@ -111,14 +110,14 @@ OF_THE_CASE: Final = (
     Omission(
         "pin_translation",
         "pressures stay those of initial contact",
-        (LATERAL, WAY, NODES),
+        (LATERAL, FRICTION, NODES),
         "δ_p/a of the pressures, and 0.3/m of the force, which depends on the start",
         *_effect("pin_translation"),
     ),
     Omission(
         "spread",
         "one μ_i for all nodes",
-        (SPREAD, NODES),
+        (SPREAD, NODES, LATERAL),
         "spread/√m of the force",
         lambda scene: scene.case.heterogeneity.spread > 0.0,
         _uniform,
@@ -150,15 +149,15 @@ OF_THE_DRIVE: Final = (
     Omission(
         "damping",
         "no damper",
-        (DAMPING, SPEED, STIFFNESS),
+        (DAMPING, SPEED),
         "2ζ V_o √(k m)/F of the force",
         *_drive(damping_ratio=0.0),
     ),
     Omission(
         "teeth",
         "the plateau's mean force everywhere",
-        (NODES, SPEED, STIFFNESS),
-        "1/m of the force: one slip's drop",
+        (DAMPING, SPEED, TOOTH),
+        "none without a damper; with one, its share of the force that makes the pin ring",
         *_drive(profile="mean"),
     ),
 )

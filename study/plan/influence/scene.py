@@ -11,7 +11,7 @@ from solver.case import Case
 from solver.contact.normal import expected_half_width
 from solver.drive import Drive
 from study.plan.cost.drive import PLATEAU
-from study.plan.cost.sliding import contact_nodes, expected_displacement, lateral_stiffness
+from study.plan.cost.sliding import contact_nodes, expected_displacement, lateral_stiffness, mean_step
 
 OBSERVABLES: Final = (
     "contact_half_width",
@@ -134,7 +134,14 @@ STIFFNESS: Final = Group(
 )
 DAMPING: Final = Group("damping ratio", "ζ", lambda scene: _drive(scene).damping_ratio)
 SPEED: Final = Group("stage velocity", "V_o·√(k·m)/F", _speed)
+TOOTH: Final = Group(
+    "speed of ringing by one tooth over the stage's",
+    "step·√(K/m)/V_o",
+    lambda scene: (
+        mean_step(scene.case) * math.sqrt(lateral_stiffness(scene.case)) / max(_drive(scene).stage_velocity, 1e-300)
+    ),
+)
 GROUPS: Final = (NODES, LATERAL, WIDTH, DEPTH, POISSON, FRICTION, WAY, SPREAD, ROUGHNESS, SLOPE)
 """Of a case."""
-GROUPS_OF_DRIVES: Final = (STIFFNESS, SPEED, DAMPING)
+GROUPS_OF_DRIVES: Final = (STIFFNESS, SPEED, DAMPING, TOOTH)
 """Of a drive over its record."""

@@ -30,7 +30,7 @@ SHIPPED: Final = "influences.json"
 """The influences that come with this package."""
 ALIKE: Final = 19
 """Measured scenes like the new one that an expectation is taken from."""
-LEAST: Final = 1e-4
+LEAST: Final = 1e-3
 """An influence that stands for all smaller ones where a law is fitted."""
 LARGEST: Final = 9.99
 """An influence that stands for all larger ones, and for a scene that cannot be computed without the effect."""
