@@ -98,6 +98,11 @@ class Plateau(Viewed):
     PREFIX: ClassVar[str] = "plateau_"
     """What its numbers get in front in a dataset."""
 
+    @property
+    def relative_uncertainty(self) -> float:
+        """The standard error of the mean over the mean; infinite where there is no plateau, or none that is not 0."""
+        return self.uncertainty / abs(self.mean) if self.outcome.ok and self.mean else math.inf
+
     def _facts(self) -> Iterator[str]:
         if self.outcome.ok:
             yield f"F/W {with_error(self.mean, self.uncertainty)}"
@@ -192,6 +197,8 @@ def _plateau(record: FrictionRecord, whole: Teeth, first: int) -> Plateau:
     steady = Teeth(record.displacement[first:], record.force_after[first:last], record.force_before[first + 1 :])
     mean, std = _moments(steady)
     blocks, sampling = whole.block_means(start, end, BLOCKS), sampling_of(record, first, end - start)
+    count = math.floor(sampling.spacings)
+    spacings = whole.block_means(start, end, count) if count >= 2 else None
     return Plateau(
         start=start,
         end=end,
@@ -199,7 +206,7 @@ def _plateau(record: FrictionRecord, whole: Teeth, first: int) -> Plateau:
         last_event=last,
         mean=mean / record.normal_load,
         std=std / record.normal_load,
-        uncertainty=sampling.of_mean_force(blocks, mean_uncertainty(blocks)) / record.normal_load,
+        uncertainty=sampling.of_mean_force(blocks, mean_uncertainty(blocks), spacings) / record.normal_load,
         peak=float(max(steady.start.max(), steady.end.max())) / record.normal_load,
         spacings=sampling.spacings,
     )

@@ -3,8 +3,10 @@
 What the pin meets repeats with the nodes of the surface, so all that is read off a record depends on where in a node spacing
 the pin is, and one spacing is the longest correlation length there is. Over a stretch that is shorter, blocks agree
 with each other and say nothing of the rest of the spacing: what they miss is taken from the model here. Over whole spacings
-the modulation averages out, and what is left of it falls as one over their number. Constants and how well the result keeps
-its promise: tests/verification/calibration.
+the modulation averages out, and what is left of it falls as one over their number. Most records are not the same in every
+spacing: the scatter of their means is seen, and falls as the root of their number. A record that is the same has found a cycle;
+another start may find another one, of which more of the same says nothing. Constants and how well the result keeps its
+promise: tests/verification/calibration.
 """
 
 import math
@@ -29,6 +31,17 @@ EVENLY: Final = 0.6
 SHARED: Final = (0.2, 0.45)
 """Part of the uncertainty that each member states that all members have in common, from half a node spacing on the second: below,
 most of what a member states is the modulation, which evenly spread starts average out."""
+EXPECTED_BLOCKS: Final = 32
+"""Blocks that a mean force is expected to have."""
+BETWEEN: Final = 0.045
+"""Standard deviation between the means over single node spacings that is to be expected, of their mean, times nodes in contact
+over what a slip drops."""
+CYCLE: Final = 0.002
+"""The same where spacing after spacing is the same but for what initial contact left: the record has found a cycle."""
+CYCLES: Final = 0.03
+"""The same between the cycles that starts find: 0 of most cases, 0.06 of some."""
+SEEN: Final = 0.09
+"""Standard error of blocks over nearly a node spacing, of their mean, times nodes in contact over what a slip drops."""
 KNOWN: Final = 0.1
 """Node spacings below which step and drop per event are not known: initial contact takes about as long to be forgotten."""
 EVENT_LEFT_OVER: Final = 0.1
@@ -65,12 +78,37 @@ class Sampling:
         nodes = max(self.nodes, 1.0)
         return DISORDER * self.spread / math.sqrt(nodes + self.spacings)
 
-    def of_mean_force(self, blocks: NDArray[np.float64], within: float) -> float:
-        """Standard error of the mean force over the stretch, from its block means (b,) and their own standard error `within`."""
+    @property
+    def least_of_mean_force(self) -> float:
+        """What the relative standard error of a mean force is at the least, whatever its blocks are."""
+        share = min(self.spacings, 1.0) ** 2
+        return self.unseen * math.sqrt(1.0 - share) * MODULATION * self.discreteness
+
+    @property
+    def expected_of_mean_force(self) -> float:
+        """The same as far as it is known before there are blocks, to a factor of two."""
+        if self.spacings >= 1.0:
+            whole = math.floor(self.spacings)
+            left_over = LEFT_OVER * MODULATION / math.sqrt(EXPECTED_BLOCKS) / whole
+            sampled = math.hypot(left_over, BETWEEN / math.sqrt(whole) if whole > 1 else 0.0)
+        else:
+            sampled = math.hypot(self.unseen * MODULATION, SEEN * self.spacings)
+        return math.hypot(sampled * self.discreteness, self.disorder)
+
+    def of_mean_force(
+        self, blocks: NDArray[np.float64], within: float, spacings: NDArray[np.float64] | None = None
+    ) -> float:
+        """Standard error of the mean force over the stretch, from its block means (b,) and their own standard error `within`.
+
+        spacings: means over its single spacings, where it is two whole ones or more.
+        """
         mean = abs(float(blocks.mean()))
         seen = float(np.std(blocks, ddof=1))
         if self.spacings >= 1.0:
-            sampled = LEFT_OVER * seen / math.sqrt(len(blocks)) / math.floor(self.spacings)
+            sampled = math.hypot(
+                LEFT_OVER * seen / math.sqrt(len(blocks)) / math.floor(self.spacings),
+                self._between(spacings) if spacings is not None else 0.0,
+            )
         else:
             # What was seen of the modulation tells its size the better the more of a spacing it was.
             share = self.spacings**2
@@ -78,6 +116,15 @@ class Sampling:
             modulation = math.hypot(math.sqrt(1.0 - share) * expected, math.sqrt(share) * seen)
             sampled = math.hypot(within, self.unseen * modulation)
         return math.hypot(sampled, self.disorder * mean)
+
+    def _between(self, spacings: NDArray[np.float64]) -> float:
+        """Standard error of the mean force because single spacings differ, from their means (k,)."""
+        size = self.discreteness * abs(float(spacings.mean()))
+        scatter, count = float(np.std(spacings, ddof=1)), len(spacings)
+        if scatter < CYCLE * size:
+            return CYCLES * size
+        # A few may be alike by chance: what is to be expected counts as one of them.
+        return math.sqrt((count - 1) * scatter**2 + (BETWEEN * size) ** 2) / count
 
     def of_events(self) -> float:
         """Relative standard error of step and drop per event over the stretch, NaN below KNOWN; of disorder alone where slips

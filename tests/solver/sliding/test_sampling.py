@@ -7,6 +7,8 @@ import numpy as np
 import pytest
 
 from solver.sliding.sampling import (
+    BETWEEN,
+    CYCLES,
     DISORDER,
     EVENLY,
     EVENT_LEFT_OVER,
@@ -36,7 +38,48 @@ def test_nothing_is_unseen_from_one_spacing_on(spacings: float) -> None:
     assert Sampling(spacings, 9.0).unseen == 0.0
 
 
-def test_over_whole_spacings_it_falls_as_one_over_their_number() -> None:
+def test_what_single_spacings_differ_by_falls_as_the_root_of_their_number() -> None:
+    """Four spacings whose means scatter like those of sixteen are known half as well."""
+    flat, mean = np.full(32, 10.0), 10.0
+    for scatter in (0.05, 0.5):
+        of = {}
+        for count in (4, 16, 64):
+            means = mean + scatter * np.tile([-1.0, 1.0], count // 2) * math.sqrt((count - 1) / count)
+            of[count] = Sampling(float(count), 9.0).of_mean_force(flat, 0.0, means)
+            # One of them counts as it is to be expected, not as it was seen.
+            expected = math.hypot(scatter * math.sqrt(count - 1), BETWEEN / 9.0 * mean) / count
+            assert of[count] == pytest.approx(expected, rel=1e-12)
+        assert of[4] > of[16] > of[64]
+
+
+def test_spacings_that_are_alike_by_chance_are_not_taken_for_certain() -> None:
+    means = np.array([10.0, 10.0 + 1e-2])
+    assert Sampling(2.0, 9.0).of_mean_force(np.full(32, 10.0), 0.0, means) > 0.5 * BETWEEN / 9.0 * 10.0
+
+
+def test_more_of_the_same_cycle_says_nothing_of_others() -> None:
+    flat = np.full(32, 10.0)
+    known = [Sampling(float(count), 9.0).of_mean_force(flat, 0.0, np.full(count, 10.0)) for count in (2, 8, 64)]
+    assert known == pytest.approx([CYCLES / 9.0 * 10.0] * 3, rel=1e-12)
+
+
+def test_what_is_to_be_expected_falls_with_length_nodes_and_residual() -> None:
+    lengths = [
+        Sampling(spacings, 9.0).expected_of_mean_force for spacings in (0.0, 0.1, 0.3, 0.5, 0.7, 1.0, 2.0, 4.0, 64.0)
+    ]
+    assert np.all(np.diff(lengths) < 0.0)
+    assert lengths[0] == pytest.approx(MODULATION / 9.0, rel=1e-12)
+    assert Sampling(0.3, 40.0).expected_of_mean_force < Sampling(0.3, 9.0).expected_of_mean_force
+    assert Sampling(0.3, 9.0, 1.0).expected_of_mean_force == 0.0
+
+
+def test_no_blocks_bring_it_below_the_least() -> None:
+    for spacings in LENGTHS:
+        stretch = Sampling(spacings, 9.0)
+        assert stretch.of_mean_force(np.full(32, 10.0), 0.0) / 10.0 >= stretch.least_of_mean_force * (1.0 - 1e-12)
+
+
+def test_the_modulation_of_whole_spacings_falls_as_one_over_their_number() -> None:
     one = Sampling(1.0, 9.0).of_mean_force(BLOCKS, 1.0)
     assert one == pytest.approx(LEFT_OVER * SEEN / math.sqrt(32), rel=1e-14)
     for count in range(2, 9):
