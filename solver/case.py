@@ -156,6 +156,8 @@ class Case:
     with the nodes, so starts between two of them sample all there is.
     max_events, max_displacement (L_x), max_spacings (node spacings): the record ends at whichever comes first; at least
     one is needed.
+    target_uncertainty: the record ends before them as soon as the standard error of its plateau, over the plateau, is at most
+    this; they are the most that it may take.
     """
 
     # Forces are known to 1e-12 of the load: a limit of shear must be well above that, or none.
@@ -215,6 +217,15 @@ class Case:
         word="spacings",
         meaning="longest record, in node spacings",
         above=0.0,
+    )
+    target_uncertainty: float | None = parameter(
+        None,
+        table="limits",
+        word="uncertainty",
+        meaning="uncertainty that is enough",
+        comment="a record ends as soon as the standard error of its plateau, over the plateau, is at most this",
+        above=0.0,
+        below=1.0,
     )
 
     def __post_init__(self) -> None:

@@ -22,8 +22,8 @@ ORDER = {
     "solver.contact.kernels": "enumerations state vectors pin_height slip_distance equilibrium contact_change violations cascade "
     "next_event loading",
     "solver.contact.coulomb": "contact roles motion",
-    "solver.sliding": "kernels record columns full_contact tangential coulomb hindsight events sampling plateau statistics "
-    "distributions validity",
+    "solver.sliding": "kernels record columns sampling plateau target full_contact tangential coulomb hindsight events "
+    "statistics distributions validity",
     "solver.sliding.distributions": "power_law goodness rivals comparison histogram bounded scaling size_distribution "
     "events record",
     "solver.sliding.kernels": "events step full_contact tangential",

@@ -20,6 +20,7 @@ from solver.outcome import COMPLETED, Ending
 from solver.sliding.columns import empty_events, friction_record
 from solver.sliding.kernels.events import Events
 from solver.sliding.record import FrictionRecord
+from solver.sliding.target import Target
 
 OFF_THE_SLAB = 2.0
 """δ_p in L_x at which a pin that slides on and on has certainly left the slab."""
@@ -35,7 +36,7 @@ def slide_with_coulomb_friction(
     An event is a node that begins to slide, is released or touches; forces do not jump. The energy dissipated in sliding
     since the last event is counted at the event.
     """
-    run = _Run(case, _contact_at(case, start, compliance if case.effects.coupling else uncoupled(compliance)))
+    run = _Run(case, start, _contact_at(case, start, compliance if case.effects.coupling else uncoupled(compliance)))
     outcome = COMPLETED
     try:
         run.slide_to_limits()
@@ -61,6 +62,7 @@ class _Run:
     """A run in the making: the contact, and a row per event in the order of `Events`."""
 
     case: Case
+    start: ContactState
     solved: CoulombContact
     rows: list[tuple[float, ...]] = field(default_factory=list)
     initial_stiffness: float = math.nan
@@ -80,7 +82,10 @@ class _Run:
         farthest = min(case.farthest, OFF_THE_SLAB)
         rates = stick_and_slide_in_motion(solved, 1.0)
         self.initial_stiffness = float(rates[0][0].sum())
+        target = Target(case, self.start, self.initial_stiffness)
         while len(self.rows) < (case.max_events or math.inf) and solved.displacement < farthest:
+            if len(self.rows) == target.next_look and target.reached(self.events(), len(self.rows)):
+                break
             step, kind, node = next_change(solved, rates, 1.0)
             longest = min(LONGEST_STEP * case.slab.spacing, farthest - solved.displacement)
             self.dissipated += advance(solved, min(step, longest), rates, 1.0)

@@ -21,6 +21,7 @@ from solver.case import Case
 from solver.contact.normal import expected_half_width
 from solver.contact.state import ContactState
 from solver.quantity import GRID_ERROR, quantity
+from solver.sliding.plateau import plateau_of
 from solver.sliding.record import FrictionRecord
 
 FEWEST_NODES = 12
@@ -78,7 +79,13 @@ LARGE_STRAIN = Flag(
     f"mean pressure above {LARGEST_PRESSURE:g} G: strains beyond linear elasticity",
     "lower normal_load, or raise radius (half_width of a punch)",
 )
-FLAGS = (FEW_NODES, NEAR_ENDS, OUTGROWN, WHOLE_SLAB, BEYOND_CONTACT, LARGE_STRAIN)
+UNCERTAIN = Flag(
+    64,
+    "uncertain",
+    "plateau less certain than limits.uncertainty asks for",
+    "raise the record's other limits, or limits.uncertainty",
+)
+FLAGS = (FEW_NODES, NEAR_ENDS, OUTGROWN, WHOLE_SLAB, BEYOND_CONTACT, LARGE_STRAIN, UNCERTAIN)
 """All of them. `near_ends`, `outgrown` and `whole_slab` are degrees of one thing: a contact has the last that applies."""
 
 Flags = tuple[Flag, ...]
@@ -166,7 +173,13 @@ def record_flags(case: Case, start: ContactState, record: FrictionRecord, end: C
     travel = record.final_displacement - start.displacement
     half_width = contact_half_width(case, start)
     seen = _Seen(int(sizes.min()), int(sizes.max()), half_width, _margin(case, nodes), travel)
-    return _judged(case, seen, expected_half_width(case))
+    return _judged(case, seen, expected_half_width(case)) + ((UNCERTAIN,) if _uncertain(case, record) else ())
+
+
+def _uncertain(case: Case, record: FrictionRecord) -> bool:
+    """Whether a record ended before its plateau was as certain as it was to be."""
+    enough = case.target_uncertainty
+    return enough is not None and plateau_of(record).relative_uncertainty > enough
 
 
 def contact_half_width(case: Case, state: ContactState) -> float:

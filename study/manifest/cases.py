@@ -86,6 +86,14 @@ def _same(manifest: Manifest) -> Iterator[str]:
             yield f"{manifest.path}: cases {first} and {number} are the same: {case.point}"
 
 
+def naming(case: Case) -> dict[str, Any]:
+    """Every parameter of a case that is in its name: all, but a target that it does not have."""
+    found = case.flat
+    if case.target_uncertainty is None:  # cases have names since before there were targets
+        del found["target_uncertainty"]
+    return found
+
+
 class _Expansion:
     """The cases of one campaign."""
 
@@ -96,7 +104,7 @@ class _Expansion:
         standard = {name: given[name] for name in STANDARD if name not in manifest.axes}
         self._labels = Labels((*manifest.axes, *([MEMBER] if self._several else [])), standard)
         self._alike: dict[tuple[str, ...], Alike] = {}
-        self._texts = Texts(lambda case: case.flat)
+        self._texts = Texts(naming)
 
     def cases(self) -> Iterator[CampaignCase]:
         """All of them, refused ones included."""
@@ -132,5 +140,5 @@ class _Expansion:
     def _id(self, case: Case | None, names: tuple[str, ...], values: Point, member: int) -> str:
         if case is not None:
             return content_hash("case", self._texts(case), length=12)
-        given = {**Case.of({}).flat, **self._fixed, **dict(zip(names, values, strict=True))}
+        given = {**naming(Case.of({})), **self._fixed, **dict(zip(names, values, strict=True))}
         return content_hash("case", given | ({MEMBER: member} if self._several else {}), length=12)

@@ -7,7 +7,7 @@ from solver.drive import Scales
 from study.manifest.columns import number_or_text
 from study.manifest.drives import drive_parameters
 from study.manifest.manifest import Ensemble, Outputs, field_names
-from study.manifest.parameters import TABLES, Value, words_of
+from study.manifest.parameters import TABLES, Value, words, words_of
 from study.manifest.problems import ManifestError, key_shown, shown, unknown
 
 NAME: Final = "try"
@@ -22,7 +22,8 @@ def tables() -> dict[str, tuple[str, ...]]:
         "scales": field_names(Scales),
         "ensemble": field_names(Ensemble),
         "outputs": field_names(Outputs),
-        _DRIVES: tuple(drive_parameters()),
+        # `uncertainty` is its record's, which decides what any drive can know.
+        _DRIVES: tuple(name for name in drive_parameters() if name not in words()),
     }
 
 

@@ -49,7 +49,10 @@ OF_ALL = (
 """What no result depends on."""
 OF_CONTACT = (
     *OF_ALL,
-    Exclusion(("max_events", "max_displacement", "max_spacings"), "initial contact comes before any limit"),
+    Exclusion(
+        ("max_events", "max_displacement", "max_spacings", "target_uncertainty"),
+        "initial contact comes before any limit",
+    ),
     Exclusion(("effects.pin_translation",), "at initial contact the pin has not moved"),
     Exclusion(
         (
@@ -68,6 +71,11 @@ OF_CONTACT = (
 OF_RECORD = (
     *OF_ALL,
     Exclusion(("max_displacement", "max_spacings"), "both are in the key as the nearer of them, `farthest`"),
+    Exclusion(
+        ("target_uncertainty",),
+        "without one a record is what it was before there were any",
+        lambda case: case.target_uncertainty is None,
+    ),
 )
 """What a friction record does not depend on."""
 

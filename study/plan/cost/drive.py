@@ -11,10 +11,9 @@ import math
 from solver.case import Case
 from solver.drive import Drive
 from solver.dynamics.stick_slip import MOST_SAMPLES, MOST_SLIPS
-from study.plan.cost.sliding import lateral_stiffness, mean_step
+from study.plan.cost.sliding import lateral_stiffness, mean_step, steady_friction
 
 # Rough seconds on one core of an ordinary machine, as in study.plan.cost.seconds.
-PLATEAU = 0.53  # F/W over μ_i at residual_shear 0, whatever the grid (§3.2.1)
 _EXCESS = 0.02  # of static friction over kinetic one, for slips after the first
 _PER_SAMPLE = 2e-7  # any integrator
 _PER_SEGMENT = (3.5e-8, 0.9e-6)  # exact integrator: of a pin that runs, and more of one that is slow
@@ -34,8 +33,7 @@ def drive_seconds(drive: Drive, case: Case, fitted: bool = True) -> float:
 
     A drive that is to end after some slips is followed twice: up to there, and once more to spread its samples over that.
     """
-    residual_shear = case.slip_rule.residual_shear
-    force = (1.0 - (1.0 - PLATEAU) * (1.0 - residual_shear)) * case.intrinsic_friction * case.normal_load
+    force = steady_friction(case) * case.normal_load
     way = drive.stage_velocity * drive.duration - force / drive.spring_stiffness
     if not way > 0.0:
         return _motion_seconds(drive, 0.0, 0.0) + _stuck_seconds(drive, case, force)

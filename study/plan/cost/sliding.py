@@ -18,6 +18,9 @@ from solver.elasticity.schemes.biquadratic import Biquadratic
 from solver.elasticity.schemes.chain import Chain, spring_stiffness
 from solver.sliding.coulomb import OFF_THE_SLAB
 from solver.sliding.kernels.step import STRETCHES
+from solver.sliding.plateau import SETTLING
+from solver.sliding.sampling import Sampling
+from solver.sliding.target import FIRST_LOOK, GROWTH
 from study.plan.cost.last import of_the_last
 
 NODE_STIFFNESS = 2.9
@@ -32,6 +35,12 @@ OF_A_CHAIN = 0.9
 """Slips in an event of a chain, over the root of its coupling: measured for couplings from 1 to 300."""
 TRAVEL = 1.5
 """Displacement at which the pin has left the slab, in L_x."""
+PLATEAU = 0.53
+"""F/W over μ_i of steady sliding at residual_shear 0, whatever the grid (§3.2.1)."""
+SETTLED = 1.5
+"""Stretches of the contact after which a plateau of less than half a node spacing begins."""
+MOST_DOUBLINGS = 20
+"""Of a node spacing, up to the longest record that is thought of: no slab has more."""
 CHANGES_PER_SPACING = 0.75
 """Events of Coulomb sliding per node spacing that the pin moves: touches and releases."""
 
@@ -118,8 +127,66 @@ def _node_stiffness(case: Case) -> float:
 
 @of_the_last
 def events_of(case: Case) -> float:
-    """Events of a record: as many as it may have, or as fit into its displacement, or as the pin finds on its slab."""
-    return events_within(case, case.farthest, case.max_events)
+    """Events of a record: as many as it may have or needs, or as fit into its displacement, or as the pin finds on its slab."""
+    return events_within(case, reach(case), case.max_events)
+
+
+def reach(case: Case) -> float:
+    """δ_p in L_x at which a record ends at the latest: at its limit, or where it knows its plateau well enough."""
+    return min(case.farthest, needed_displacement(case))
+
+
+@of_the_last
+def needed_displacement(case: Case) -> float:
+    """δ_p in L_x at which a record knows its plateau as well as it is to, to a factor of two; infinite without a target."""
+    target = case.target_uncertainty
+    if target is None:
+        return math.inf
+    spacings = _needed_spacings(case, target)
+    if not case.effects.pin_translation and spacings > 0.0:
+        return math.inf
+    stretch = steady_friction(case) * case.normal_load / lateral_stiffness(case)
+    settling = stretch * (SETTLING if spacings >= 0.5 else SETTLED)
+    return max(settling + spacings * case.slab.spacing, FIRST_LOOK * mean_step(case)) * (1.0 + 0.5 / GROWTH)
+
+
+def expected_uncertainty(case: Case) -> float:
+    """The relative uncertainty that the plateau of a record is expected to have, to a factor of two."""
+    repeats = case.effects.pin_translation
+    return _uncertainty_over(case, expected_displacement(case) / case.slab.spacing if repeats else 0.0)
+
+
+def _uncertainty_over(case: Case, spacings: float) -> float:
+    rule, spread = case.slip_rule, case.heterogeneity.spread
+    return Sampling(spacings, contact_nodes(case), rule.residual_shear, spread).expected_of_mean_force
+
+
+def _needed_spacings(case: Case, target: float) -> float:
+    """Node spacings over which a plateau is known so well; infinite where it never is."""
+
+    def enough(spacings: float) -> bool:
+        return _uncertainty_over(case, spacings) <= target
+
+    if enough(0.0):
+        return 0.0
+    whole = next((2.0**power for power in range(MOST_DOUBLINGS) if enough(2.0**power)), math.inf)
+    low, high = (0.0 if whole == 1.0 else whole / 2.0), whole
+    while math.isfinite(whole) and high - low > 0.02 * high:
+        middle = (low + high) / 2.0
+        low, high = (low, middle) if enough(middle) else (middle, high)
+    return high
+
+
+def misses_target(case: Case) -> bool:
+    """Whether other limits are expected to end a record before its plateau is as certain as it is to be: by twice as much."""
+    if case.target_uncertainty is None:
+        return False
+    return needed_displacement(case) > 2.0 * _displacement_within(case, case.farthest)
+
+
+def steady_friction(case: Case) -> float:
+    """F/W of steady sliding, about."""
+    return (1.0 - (1.0 - PLATEAU) * (1.0 - case.slip_rule.residual_shear)) * _finite(case.intrinsic_friction)
 
 
 def events_within(case: Case, farthest: float, most: int | None) -> float:
@@ -131,9 +198,13 @@ def events_within(case: Case, farthest: float, most: int | None) -> float:
 
 def expected_displacement(case: Case) -> float:
     """δ_p that a record reaches, in L_x: its limit, or its events' mean steps."""
+    return _displacement_within(case, reach(case))
+
+
+def _displacement_within(case: Case, farthest: float) -> float:
     if case.slip_rule.residual_shear == 1.0:
-        return coulomb_path(case)[1]
-    return min(case.farthest, events_of(case) * mean_step(case))
+        return coulomb_within(case, farthest, case.max_events)[1]
+    return min(farthest, events_within(case, farthest, case.max_events) * mean_step(case))
 
 
 def slips_of(case: Case, events: float) -> float:
@@ -151,7 +222,7 @@ def _finite(intrinsic_friction: float) -> float:
 
 def coulomb_path(case: Case) -> tuple[float, float]:
     """Events of Coulomb sliding, and the displacement they take."""
-    return coulomb_within(case, case.farthest, case.max_events)
+    return coulomb_within(case, reach(case), case.max_events)
 
 
 def coulomb_within(case: Case, farthest: float, most: int | None) -> tuple[float, float]:

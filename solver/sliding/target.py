@@ -1,0 +1,56 @@
+"""When a record ends that is to know its plateau to a given uncertainty: as soon as it does.
+
+It is looked at after numbers of events that grow by a tenth, so that it is at most about a tenth longer than it had to be, and
+looking costs little. Looking changes nothing: event by event the record is one without a target.
+"""
+
+import math
+from dataclasses import replace
+from typing import Final
+
+import numpy as np
+
+from solver.case import MOST_EVENTS, Case
+from solver.contact.state import ContactState
+from solver.outcome import Ending, Outcome
+from solver.sliding.columns import friction_record
+from solver.sliding.kernels.events import Events
+from solver.sliding.plateau import plateau_of
+from solver.sliding.sampling import Sampling
+
+FIRST_LOOK: Final = 64
+"""Events of a record that is looked at first; a plateau needs 16 at the least."""
+GROWTH: Final = 10
+"""A look comes after a tenth more events than the last one."""
+_BROKEN_OFF: Final = Outcome(Ending.NO_PLATEAU, "not yet certain enough")
+
+
+class Target:
+    """The looks at one record in the making. Without a target there are none."""
+
+    def __init__(self, case: Case, start: ContactState, initial_stiffness: float) -> None:
+        self._case, self._start, self._initial_stiffness = case, start, initial_stiffness
+        self.next_look = MOST_EVENTS if case.target_uncertainty is None else FIRST_LOOK
+
+    def reached(self, events: Events, held: int) -> bool:
+        """Whether the record of the first `held` events knows its plateau well enough; False where no look is due."""
+        enough = self._case.target_uncertainty
+        if enough is None or held < self.next_look:
+            return False
+        self.next_look = held + max(held // GROWTH, 1)
+        return self._possible(events, held) and self._relative_uncertainty(events, held) <= enough
+
+    def _possible(self, events: Events, held: int) -> bool:
+        """Whether the plateau of so many events can be known well enough, whatever it is like: cheap, as the model says that."""
+        case, enough = self._case, self._case.target_uncertainty
+        spacing = case.slab.spacing if case.effects.pin_translation else math.inf
+        most_nodes = float(events.contact_size[:held].max())
+        longest = Sampling(events.displacement[held - 1] / spacing, most_nodes, case.slip_rule.residual_shear)
+        return enough is not None and longest.least_of_mean_force <= enough
+
+    def _relative_uncertainty(self, events: Events, held: int) -> float:
+        """Of the plateau of so many events: a run that breaks off is a record up to its last event."""
+        broken_off = replace(self._start, outcome=_BROKEN_OFF)
+        nothing = np.zeros(self._case.slab.n_x, np.int64)
+        record = friction_record(self._case, self._start, self._initial_stiffness, events, nothing, held, broken_off)
+        return plateau_of(record).relative_uncertainty
