@@ -62,7 +62,8 @@ class Ending(StrEnum):
 class Outcome:
     """How a computation ended, and what a user can do about it.
 
-    `message` is one line: the offending value, then the advice; empty when all went well.
+    `message` is one line: the offending value, then the advice; empty when all went well. What is completed and yet not all
+    that was asked for has one too.
     """
 
     ending: Ending

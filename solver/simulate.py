@@ -13,9 +13,8 @@ from solver.case import Case
 from solver.contact.initial import initial_contact
 from solver.contact.state import ContactState
 from solver.drive import Drive, Scales
-from solver.dynamics.coefficients import FrictionCoefficients, friction_coefficients
-from solver.dynamics.friction_limit import friction_limit_of
-from solver.dynamics.integrate import DynamicsResult, integrate
+from solver.dynamics.coefficients import FrictionCoefficients, measured
+from solver.dynamics.integrate import DynamicsResult
 from solver.dynamics.proportion import disproportion
 from solver.elasticity.compliance import SurfaceCompliance, surface_compliance
 from solver.outcome import Outcome
@@ -95,8 +94,6 @@ def drive_result(case: Case, drive: Drive, record: FrictionRecord | None = None)
     """
     record = record or friction_record(case)
     plateau = plateau_of(record)
-    limit = friction_limit_of(record, plateau, drive.profile)
     if wrong := disproportion(drive, record.initial_stiffness, plateau.mean * record.normal_load):
         warnings.warn(wrong, stacklevel=2)
-    motion = integrate(limit, drive, record.initial_stiffness)
-    return DriveResult(record, plateau, motion, friction_coefficients(motion, record, plateau))
+    return DriveResult(record, plateau, *measured(record, plateau, drive))

@@ -2,14 +2,17 @@
 
 import math
 from collections.abc import Iterator
-from dataclasses import dataclass, field
+from contextlib import suppress
+from dataclasses import dataclass, field, replace
 from typing import Final
 
 import numpy as np
 from numpy.typing import NDArray
 
-from solver.dynamics.integrate import DynamicsResult
-from solver.outcome import COMPLETED, Ending, Outcome
+from solver.drive import Drive
+from solver.dynamics.friction_limit import friction_limit_of
+from solver.dynamics.integrate import DynamicsResult, integrate
+from solver.outcome import COMPLETED, Ending, InvalidInput, Outcome
 from solver.quantity import quantity
 from solver.sliding.plateau import (
     BLOCKS,
@@ -24,6 +27,9 @@ from solver.sliding.record import FrictionRecord
 from solver.sliding.sampling import MODULATION
 from solver.view import Labels, in_words, with_error
 
+LONGER: Final = 1.25
+"""How much longer a drive is tried that is to know kinetic friction to a given uncertainty: all together take at most five times
+as long as the last one."""
 PERIODS: Final = 2.0
 """Of its own motion that a pin has to slide before a mean driving force is friction, not inertia."""
 
@@ -68,10 +74,55 @@ class FrictionCoefficients(Labels):
     )
     outcome: Outcome
 
+    @property
+    def relative_uncertainty(self) -> float:
+        """The uncertainty of kinetic friction over it; infinite where there is none."""
+        known = self.outcome.ok and self.kinetic_friction
+        return self.kinetic_friction_uncertainty / abs(self.kinetic_friction) if known else math.inf
+
     def _facts(self) -> Iterator[str]:
         yield f"μ_s {with_error(self.static_friction, self.static_friction_uncertainty)}"
         yield f"μ_k {with_error(self.kinetic_friction, self.kinetic_friction_uncertainty)}"
         yield in_words(self.outcome)
+
+
+def measured(record: FrictionRecord, plateau: Plateau, drive: Drive) -> tuple[DynamicsResult, FrictionCoefficients]:
+    """The motion of a drive over `record`, and its friction.
+
+    A drive with an `uncertainty` is the one of the shortest duration tried that knows kinetic friction so well, or the longest.
+    Raises NoPlateauError where the record has no steady part that could be continued.
+    """
+    friction_limit = friction_limit_of(record, plateau, drive.profile)
+
+    for each in (*_shorter(record, plateau, drive), drive):
+        motion = integrate(friction_limit, each, record.initial_stiffness)
+        friction = friction_coefficients(motion, record, plateau)
+        if drive.uncertainty is not None and friction.relative_uncertainty <= drive.uncertainty:
+            break
+    return motion, replace(friction, outcome=_as_asked(friction, plateau, drive))
+
+
+def _shorter(record: FrictionRecord, plateau: Plateau, drive: Drive) -> Iterator[Drive]:
+    """Shorter drives to try first, the shortest one first: from where the pin may have slid for long enough."""
+    if drive.uncertainty is None or plateau.relative_uncertainty > drive.uncertainty or not drive.stage_velocity:
+        return
+    slides = plateau.mean * record.normal_load / (drive.spring_stiffness * drive.stage_velocity)
+    least = slides + PERIODS * 2.0 * math.pi / math.sqrt(drive.spring_stiffness)
+    tries = math.floor(math.log(drive.duration / least, LONGER)) if drive.duration > least else 0
+    for number in range(tries, 0, -1):
+        with suppress(InvalidInput):  # shorter than a step of the integrator
+            yield replace(drive, duration=drive.duration / LONGER**number)
+
+
+def _as_asked(friction: FrictionCoefficients, plateau: Plateau, drive: Drive) -> Outcome:
+    """How a drive ended, which says so where it is less certain than it was to be."""
+    enough, found = drive.uncertainty, friction.relative_uncertainty
+    if enough is None or found <= enough or not friction.outcome.ok:
+        return friction.outcome
+    why = "raise duration"
+    if plateau.relative_uncertainty > enough:
+        why = f"its record knows the plateau to {plateau.relative_uncertainty:.1%} only: lower limits.uncertainty"
+    return Outcome(Ending.COMPLETED, f"kinetic friction is known to {found:.2%}, not {enough:.2%}: {why}")
 
 
 def friction_coefficients(result: DynamicsResult, record: FrictionRecord, plateau: Plateau) -> FrictionCoefficients:

@@ -7,11 +7,13 @@ macroscopic then, and a drive that ends after so many of them goes on.
 """
 
 import math
+from dataclasses import replace
 
 from solver.case import Case
 from solver.drive import Drive
+from solver.dynamics.coefficients import LONGER, PERIODS
 from solver.dynamics.stick_slip import MOST_SAMPLES, MOST_SLIPS
-from study.plan.cost.sliding import lateral_stiffness, mean_step, steady_friction
+from study.plan.cost.sliding import expected_uncertainty, lateral_stiffness, mean_step, steady_friction
 
 # Rough seconds on one core of an ordinary machine, as in study.plan.cost.seconds.
 _EXCESS = 0.02  # of static friction over kinetic one, for slips after the first
@@ -24,6 +26,8 @@ _RIGID_TOOTH = 3e-8  # of a contact that does not yield
 _PER_TIME_STEP = 6.5e-8  # rk4
 _PER_LEAP = 5e-7  # more for a step over many teeth, which looks each of them up
 _MANY_TEETH = 20.0
+_TRIES = LONGER / (LONGER - 1.0)  # over the last one alone
+_DYING = 0.12  # periods in which a swing becomes 1/e, times the damping ratio: 1/2π, less what friction takes
 _FIT_TRIALS = 90.0  # of Eq. 16-19, from both starts together
 _PER_TRIAL = (1e-4, 6e-8, 2e-4)  # once, for each time looked at, for each slip
 
@@ -37,12 +41,29 @@ def drive_seconds(drive: Drive, case: Case, fitted: bool = True) -> float:
     way = drive.stage_velocity * drive.duration - force / drive.spring_stiffness
     if not way > 0.0:
         return _motion_seconds(drive, 0.0, 0.0) + _stuck_seconds(drive, case, force)
+    if (needed := needed_duration(drive, case)) < drive.duration:  # all that are tried, and the last of them
+        tried = drive_seconds(replace(drive, duration=needed, uncertainty=None), case, fitted=False)
+        return _TRIES * tried + (_fit_seconds(drive, 1.0) if fitted else 0.0)
     slips, passes = _slips(drive, force, way, lateral_stiffness(case)), 1.0
     if drive.max_slips is not None and 1.0 < slips >= drive.max_slips:
         way, slips, passes = way * drive.max_slips / slips, float(drive.max_slips), 2.0
     teeth = 0.0 if drive.profile == "mean" else way / mean_step(case)
     ringing = mean_step(case) * math.sqrt(lateral_stiffness(case))
     return passes * _motion_seconds(drive, teeth, ringing) + (_fit_seconds(drive, slips) if fitted else 0.0)
+
+
+def needed_duration(drive: Drive, case: Case) -> float:
+    """The duration after which kinetic friction is known so well: the pin's swing has died away, and it has gone a spacing.
+
+    Infinite without an uncertainty to get to, or where the record knows the plateau less well than that.
+    """
+    if drive.uncertainty is None or expected_uncertainty(case) > drive.uncertainty:
+        return math.inf
+    period = 2.0 * math.pi / math.sqrt(drive.spring_stiffness)
+    swings = _DYING * math.log(1.0 / drive.uncertainty) / max(drive.damping_ratio, 1e-9)
+    slides = max(PERIODS * period, swings * period, case.slab.spacing / drive.stage_velocity)
+    force = steady_friction(case) * case.normal_load
+    return force / (drive.spring_stiffness * drive.stage_velocity) + slides
 
 
 def _stuck_seconds(drive: Drive, case: Case, force: float) -> float:

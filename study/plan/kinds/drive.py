@@ -1,12 +1,12 @@
 """The motion of the driven pin over a case's friction record, and what is measured in it."""
 
+from dataclasses import fields
 from functools import lru_cache
 
 from solver.case import Case
 from solver.drive import Drive
-from solver.dynamics.coefficients import FrictionCoefficients, friction_coefficients
-from solver.dynamics.friction_limit import friction_limit_of
-from solver.dynamics.integrate import DynamicsResult, integrate
+from solver.dynamics.coefficients import FrictionCoefficients, measured
+from solver.dynamics.integrate import DynamicsResult
 from solver.dynamics.regime import StickSlipCount, count_sticks
 from solver.dynamics.stick_slip import StickSlipFit, fit_stick_slip
 from solver.sliding.plateau import plateau_of
@@ -46,7 +46,10 @@ def drive_task(case: Case, drive: Drive, *, scalars_only: bool = False, fitted: 
 
 @lru_cache(maxsize=4096)  # a campaign has few drives and many cases
 def _text(drive: Drive) -> CanonicalText:
-    return CanonicalText(canonical_text(drive))
+    settings = {item.name: getattr(drive, item.name) for item in fields(drive)}
+    if drive.uncertainty is None:  # without one a drive is what it was before there were any
+        del settings["uncertainty"]
+    return CanonicalText(canonical_text({"type": type(drive).__name__, **settings}))
 
 
 def _needed(manifest: Manifest) -> bool:
@@ -83,8 +86,7 @@ def _dimensionless(manifest: Manifest) -> tuple[tuple[str, Drive], ...]:
 def _run(task: Task, inputs: Inputs) -> Computed:
     record, drive = whole_again(FrictionRecord, inputs[task.needs[0]]), drive_of(task)
     plateau = plateau_of(record)
-    motion = integrate(friction_limit_of(record, plateau, drive.profile), drive, record.initial_stiffness)
-    coefficients = friction_coefficients(motion, record, plateau)
+    motion, coefficients = measured(record, plateau, drive)
     fit = fit_stick_slip(motion, drive, record.normal_load) if task.fitted else None
     return Computed((coefficients, fit, count_sticks(motion, drive), motion), coefficients.outcome)
 

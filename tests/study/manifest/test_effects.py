@@ -82,7 +82,7 @@ def test_tasks_are_those_that_a_campaign_asks_for(tmp_path: Path, text: str, kin
 
 
 def test_a_plateau_study_never_integrates(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(drive_kind, "integrate", None)
+    monkeypatch.setattr(drive_kind, "measured", None)
     plan = planned(tmp_path, TINY)
     store = computed(plan, tmp_path)
     assert all(store.read(task.key).outcome.ok for task in plan.tasks)

@@ -5,10 +5,12 @@ from dataclasses import replace
 
 import pytest
 
-from solver import friction_record
+from solver import drive_result, friction_record
 from solver.case import Case, Effects, Heterogeneity
+from solver.drive import Drive, Scales
 from solver.slab import Slab
 from study.manifest.parameters import make_case
+from study.plan.cost.drive import drive_seconds, needed_duration
 from study.plan.cost.seconds import record_seconds
 from study.plan.cost.sliding import events_of, expected_displacement, misses_target, needed_displacement
 
@@ -58,3 +60,23 @@ def test_what_no_record_knows_has_no_length() -> None:
         assert needed_displacement(case) == math.inf
         assert events_of(case) == events_of(replace(case, target_uncertainty=None))
     assert math.isfinite(needed_displacement(replace(frozen, target_uncertainty=0.05)))
+
+
+@pytest.mark.parametrize("target", [0.01, 0.002])
+@pytest.mark.parametrize("stage_velocity", [2e-3, 2e-2])
+@pytest.mark.parametrize("n_x", [65, 129])
+def test_the_duration_of_a_drive_is_foretold_to_a_factor_of_two(n_x: int, stage_velocity: float, target: float) -> None:
+    """0.5 to 1.1 seen."""
+    case = Case(slab=Slab(n_x), max_events=None, max_spacings=4.3)
+    drive = Drive.from_si(Scales(), stage_velocity=stage_velocity, stage_travel=2e-3, uncertainty=target)
+    result = drive_result(case, drive)
+    assert result.coefficients.relative_uncertainty <= target
+    assert 0.4 < needed_duration(drive, case) / result.motion.end_time < 2.0
+    assert drive_seconds(drive, case) < 5.0 * drive_seconds(replace(drive, uncertainty=None), case)
+
+
+def test_a_drive_over_a_record_that_knows_less_is_as_long_as_it_may() -> None:
+    case = Case(slab=SLAB, max_events=200)
+    drive = Drive.from_si(Scales())
+    assert needed_duration(replace(drive, uncertainty=1e-3), case) == math.inf
+    assert drive_seconds(replace(drive, uncertainty=1e-3), case) == drive_seconds(drive, case)
