@@ -68,11 +68,6 @@ class Sampling:
         return (1.0 - self.residual_shear) / max(self.nodes, 1.0)
 
     @property
-    def modulation(self) -> float:
-        """Relative standard deviation of the friction force over a node spacing."""
-        return MODULATION * self.discreteness
-
-    @property
     def disorder(self) -> float:
         """Relative standard error of a mean force because other nodes would have had other μ_i."""
         nodes = max(self.nodes, 1.0)
@@ -112,7 +107,7 @@ class Sampling:
         else:
             # What was seen of the modulation tells its size the better the more of a spacing it was.
             share = self.spacings**2
-            expected = self.modulation * mean
+            expected = MODULATION * self.discreteness * mean
             modulation = math.hypot(math.sqrt(1.0 - share) * expected, math.sqrt(share) * seen)
             sampled = math.hypot(within, self.unseen * modulation)
         return math.hypot(sampled, self.disorder * mean)

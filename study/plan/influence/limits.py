@@ -3,6 +3,7 @@
 import math
 from collections.abc import Iterator
 from dataclasses import dataclass, replace
+from typing import Final
 
 import numpy as np
 
@@ -64,26 +65,23 @@ def _grid(case: Case, front: Front, slides: bool) -> Limit:
 def _length(case: Case) -> Limit:
     """What the record's length leaves open of its plateau, and the length that leaves half of it open."""
     spacings = expected_displacement(case) / case.slab.spacing
-    size = length_uncertainty(case, spacings)
-    longer = (
-        2.0 * spacings
-        if spacings >= 1.0
-        else next(
-            (each for each in np.linspace(spacings, 1.0, 50) if length_uncertainty(case, float(each)) <= 0.5 * size),
-            1.0,
-        )
-    )
-    grown = replace(case, max_events=None, max_displacement=None, max_spacings=float(longer))
+    size = _left_open(case, spacings)
+    longer = next((each for each in spacings * LONGER if _left_open(case, each) <= 0.5 * size), None)
+    of = "plateau, kinetic friction"
+    if longer is None:
+        return Limit("length of the record", of, size, "", math.nan)
+    grown = replace(case, max_events=None, max_displacement=None, max_spacings=float(longer), target_uncertainty=None)
     costs = record_seconds(grown) / record_seconds(case)
-    return Limit("length of the record", "plateau, kinetic friction", size, f"spacings = {longer:.2g}", costs)
+    return Limit("length of the record", of, size, f"spacings = {longer:.2g}", costs)
 
 
-def length_uncertainty(case: Case, spacings: float) -> float:
-    """Relative standard error of a plateau over so many node spacings, as the model of sampling expects it."""
-    sampling = Sampling(spacings, contact_nodes(case), case.slip_rule.residual_shear)
-    level = 1.0
-    blocks = level + sampling.modulation * np.sin(2.0 * math.pi * np.arange(32) / 32.0) * math.sqrt(2.0)
-    return sampling.of_mean_force(blocks, 0.0)
+def _left_open(case: Case, spacings: float) -> float:
+    """Relative standard error of a plateau over so many node spacings, whatever the nodes' μ_i are."""
+    return Sampling(spacings, contact_nodes(case), case.slip_rule.residual_shear).expected_of_mean_force
+
+
+LONGER: Final = np.geomspace(1.0, 100.0, 400)
+"""Lengths of a record that are looked at, over its own."""
 
 
 def _draw(case: Case) -> Limit:

@@ -10,8 +10,7 @@ import numpy as np
 from solver.case import Case
 from solver.contact.normal import expected_half_width
 from solver.drive import Drive
-from study.plan.cost.drive import PLATEAU
-from study.plan.cost.sliding import contact_nodes, expected_displacement, lateral_stiffness, mean_step
+from study.plan.cost.sliding import contact_nodes, expected_displacement, lateral_stiffness, mean_step, steady_friction
 
 OBSERVABLES: Final = (
     "contact_half_width",
@@ -102,7 +101,7 @@ def _drive(scene: Scene) -> Drive:
 
 def friction(case: Case) -> float:
     """The force that a pin slides at, about, in G·L_x·L_y."""
-    return PLATEAU * min(case.intrinsic_friction, 1e6) * case.normal_load
+    return steady_friction(case) * case.normal_load
 
 
 def _speed(scene: Scene) -> float:
