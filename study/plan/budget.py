@@ -5,15 +5,18 @@ it is the error of the grid.
 """
 
 import bisect
-from collections.abc import Callable, Sequence
+import math
+from collections.abc import Callable, Iterable, Sequence
 from dataclasses import replace
 from typing import Final
 
 from study.discretization.front import load_front
 from study.discretization.targets import chosen, reachable
+from study.manifest.cases import CampaignCase
 from study.manifest.manifest import Manifest
 from study.manifest.parameters import Value, settings
 from study.manifest.problems import ManifestError, shown
+from study.plan.cost.sliding import misses_target
 from study.plan.task import Task
 
 UNCERTAINTY: Final = "target_uncertainty"
@@ -23,7 +26,7 @@ COARSEST: Final = 0.1
 DECADES: Final = 4
 
 Estimate = Callable[[Manifest], float]
-"""Seconds that a manifest without a budget would take on the budget's ranks."""
+"""Seconds that a manifest without a budget would take on the budget's ranks; infinite where it would miss what it asks for."""
 
 
 def spent(manifest: Manifest, estimate: Estimate) -> Manifest:
@@ -35,7 +38,10 @@ def spent(manifest: Manifest, estimate: Estimate) -> Manifest:
     tries = list(_uncertainties(manifest) if "slip" in manifest.stages else _errors(manifest))
     fits = bisect.bisect_right(tries, manifest.budget.seconds, key=estimate)
     if not fits:
-        least = f"about {estimate(tries[0]):.2g} s or more, for {said(tries[0])}"
+        seconds = estimate(tries[0])
+        least = f"about {seconds:.2g} s or more, for {said(tries[0])}"
+        if not math.isfinite(seconds):
+            least = f"limits that a record reaches {said(tries[0])} in"
         raise ManifestError([f"{manifest.path}: budget.time = {shown(manifest.budget.time)}: needs {least}"])
     return tries[fits - 1]
 
@@ -51,6 +57,13 @@ def said(manifest: Manifest) -> str:
     if "slip" in manifest.stages:
         return f"uncertainty = {manifest.limits[UNCERTAINTY]:g} of plateaus"
     return f"accuracy = {manifest.accuracy:g}"
+
+
+def estimated(cases: Iterable[CampaignCase], tasks: Sequence[Task], ranks: int) -> float:
+    """Seconds that a plan takes on so many ranks; infinite where a record is expected to miss its uncertainty."""
+    if any(case.case is not None and misses_target(case.case) for case in cases):
+        return math.inf
+    return seconds_on(tasks, ranks)
 
 
 def seconds_on(tasks: Sequence[Task], ranks: int) -> float:

@@ -11,7 +11,7 @@ from study.garbage import all_kept
 from study.manifest.cases import CampaignCase, Heard, expanding
 from study.manifest.manifest import Manifest
 from study.origin import Origins, foreign_among
-from study.plan.budget import seconds_on, spent
+from study.plan.budget import estimated, spent
 from study.plan.case_tasks import CaseTasks, TasksOfCases
 from study.plan.influence.campaign import Decider, tolerance_of
 from study.plan.influence.decision import Decision, Tolerance
@@ -107,7 +107,12 @@ def make_plan(manifest: Manifest, heard: Heard = lambda _: None) -> Plan:
     with all_kept():
         budget = manifest.budget
         if budget is not None:
-            manifest = spent(manifest, lambda tried: seconds_on(make_plan(tried).tasks, budget.ranks))
+
+            def estimate(tried: Manifest) -> float:
+                plan = make_plan(tried)
+                return estimated(plan.cases, plan.tasks, budget.ranks)
+
+            manifest = spent(manifest, estimate)
         manifest = replace(settled(manifest), budget=budget)
         making = _Tasks(manifest)
         cases = expanding(manifest)
