@@ -36,8 +36,9 @@ ORDER = {
     "study.manifest": "parameters problems columns drives manifest checker named_files drive_tables reader "
     "effects cases one_case",
     "study.discretization": "front targets",
-    "study.plan": "task keys cost kinds tasks case_tasks order plan standing size outlook flags spans memory",
+    "study.plan": "task keys cost influence kinds tasks case_tasks order plan standing size outlook flags spans memory",
     "study.plan.cost": "last condensation sliding seconds arrays drive",
+    "study.plan.influence": "scene omissions table decision campaign account limits",
     "study.plan.standing": "endings outline",
     "study.plan.kinds": "kind compliance contact record statistics states drive",
     "study.results": "whole_file lines entry own log logs attempts runs store lease shard merging",
@@ -57,13 +58,14 @@ ORDER = {
     "study.figures.frames": "moments drawing film",
     "study.figures.reproduction": "punch records resolution drive stick motion scores choices",
     "study.figures.further": "findings modulation continuum chains sizes correlations nodes stick_slip_map friction_map schemes",
-    "study.accuracy": "timing setup diagram elastic_operator slip_numerics integrators picture table measurement",
+    "study.accuracy": "timing setup diagram elastic_operator slip_numerics integrators influence picture table measurement",
+    "study.accuracy.influence": "scenes ensembles measurement judgement verdict",
     "study.commands": "shared preparing running computing looking judging cli",
     "study.commands.running": "order killed conduct",
-    "study.commands.preparing": "declared campaigns new check plan",
+    "study.commands.preparing": "declared campaigns new check plan explain",
     "study.commands.computing": "declared run status collect merge submit",
     "study.commands.looking": "declared report figure show try frames",
-    "study.commands.judging": "declared export compare verify describe accuracy",
+    "study.commands.judging": "declared export compare verify describe accuracy effects",
     "study.commands.shared": "exits refusals lazy arguments group machine plans glance datasets sources choice one_case",
 }
 """Folder -> what is in it, from the first to the last; `__init__` of a folder may import all of it."""

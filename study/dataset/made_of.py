@@ -6,12 +6,9 @@ from contextlib import suppress
 from pathlib import Path
 from typing import Final
 
-from study.canonical import content_hash
 from study.dataset.seal import seal_of
-from study.discretization.front import load_front
-from study.origin import all_sources_hash
-from study.plan.influence.table import load_influences
 from study.plan.plan import Plan
+from study.plan.standing.outline import asked
 from study.results.store import Store
 from study.results.whole_file import written_whole
 
@@ -21,16 +18,7 @@ NOTE: Final = "dataset.json"
 
 def made_of(plan: Plan, store: Store) -> str:
     """A hash of all that decides a dataset: the campaign, its results and failures, and the code that collects them."""
-    manifest = plan.manifest
-    tolerated = manifest.tolerated
-    texts = (
-        manifest.text,
-        manifest.table_text,
-        manifest.profile_text,
-        load_front(manifest.front, manifest.front_text).sha256,
-        str(load_influences(tolerated.influences, tolerated.influences_text)) if tolerated else None,
-    )
-    found = hashlib.sha256(content_hash(all_sources_hash(), str(manifest.path.name), *texts).encode())
+    found = hashlib.sha256(asked(plan.manifest).encode())
     for key, head in sorted(store.heads().items()):
         found.update(f"{key} {head.seal}\n".encode())
     for key, attempt in sorted(store.failures().items()):

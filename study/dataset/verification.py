@@ -38,7 +38,7 @@ from study.manifest.reader import parse_manifest
 from study.origin import Origin, here
 from study.plan.budget import UNCERTAINTY
 from study.plan.influence.table import load_influences
-from study.plan.plan import Plan, make_plan
+from study.plan.plan import Plan, make_plan, plan_of
 from study.plan.standing.endings import PENDING
 from study.plan.task import Task
 from study.provenance import UNKNOWN
@@ -95,10 +95,9 @@ def _planned(manifest: Manifest, facts: Mapping[str, Any], path: Path) -> Plan:
         ) from None
     limits = {name: chosen.pop(name) for name in (UNCERTAINTY,) if name in chosen}
     numerics, limits = {**manifest.numerics, **chosen}, {**manifest.limits, **limits}
-    plan = make_plan(replace(manifest, accuracy=None, budget=None, numerics=numerics, limits=limits))
     # An error that a budget bought is not in the file; that there was one is what the dataset says.
     accuracy = math.nan if manifest.accuracy is None and chosen else manifest.accuracy
-    return replace(plan, manifest=replace(plan.manifest, accuracy=accuracy, budget=manifest.budget))
+    return plan_of(replace(manifest, accuracy=accuracy, numerics=numerics, limits=limits))
 
 
 def other_software(found: xr.Dataset) -> str:

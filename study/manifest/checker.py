@@ -29,14 +29,17 @@ class Checker:
         """Add a problem: the key and value that are refused, and what is needed instead."""
         self.problems.append(f"{self.path}: {where}: {wrong}")
 
-    def words_of_table(self, table: str, content: dict[str, Any]) -> Columns:
-        """The entries of a table of parameters, each as a column with one value. Unknown words are refused."""
+    def words_of_table(self, table: str, content: dict[str, Any], others: Collection[str] = ()) -> Columns:
+        """The entries of a table of parameters, each as a column with one value. Unknown words are refused.
+
+        others: what the table takes beside parameters, for the advice.
+        """
         good: Columns = {}
         for word, value in content.items():
             if word in words_of(table):
                 good[word] = [Given(f"{self.path}: {table}.{word}", value)]
             else:
-                self.refuse(f"{table}.{key_shown(word)} = {shown(value)}", unknown(word, words_of(table)))
+                self.refuse(f"{table}.{key_shown(word)} = {shown(value)}", unknown(word, (*words_of(table), *others)))
         return good
 
     def one_place(self, axes: Columns, fixed: dict[str, Columns]) -> None:

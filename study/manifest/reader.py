@@ -81,8 +81,31 @@ _TOLERATED: Final[dict[str, tuple[Callable[[Any], bool], str]]] = {
 """Keys of [effects] that are no effects: whether a value is right, and what is needed."""
 
 
+def _tolerated(files: NamedFiles, top: dict[str, Any]) -> Tolerated | None:
+    """What may be left out; the keys that say so are taken from their table, whose others are effects."""
+    table = dict(top.get("effects", {}))
+    top["effects"] = {key: value for key, value in table.items() if key not in _TOLERATED}
+    given = {key: value for key, value in table.items() if key in _TOLERATED}
+    wrong = [key for key, value in given.items() if not _TOLERATED[key][0](value)]
+    for key in wrong:
+        files.refuse(f"effects.{key} = {shown(given[key])}", f"needs {_TOLERATED[key][1]}")
+    if given and "within" not in given:
+        files.refuse(f"effects.{next(iter(given))}", "needs within = 0.01, or another tolerance, beside it")
+    if wrong or "within" not in given:
+        return None
+    return Tolerated(
+        float(given["within"]),
+        tuple(given.get("observables", ())),
+        tuple(given.get("keep", ())),
+        files.path.parent / given["influences"] if "influences" in given else None,
+        files.measured("influences", given),
+    )
+
+
 SECONDS: Final = "seconds"
 """Key of [limits] that limits no case, but how long a task may take."""
+_OTHERS: Final = {"limits": (SECONDS,), "effects": tuple(_TOLERATED)}
+"""Table -> its keys that are no parameters of a case."""
 
 
 class _Reader(NamedFiles):
@@ -94,8 +117,8 @@ class _Reader(NamedFiles):
         given = table.columns if table else self._axes(top.get("axes", {}))
         profile = self.profile(top.get("heterogeneity", {}))
         seconds = self._task_seconds(top)
-        tolerated = self._tolerated(top)
-        fixed = {name: self.words_of_table(name, top.get(name, {})) for name in TABLES}
+        tolerated = _tolerated(self, top)
+        fixed = {name: self.words_of_table(name, top.get(name, {}), _OTHERS.get(name, ())) for name in TABLES}
         fixed["heterogeneity"].pop("roughness", None)
         if profile:
             where = f"{self.path}: heterogeneity.roughness"
@@ -177,26 +200,6 @@ class _Reader(NamedFiles):
         if "time" not in top["budget"]:
             self.refuse("budget.time", 'missing: needs a time, as "10 min"')
         return Budget(**good) if "time" in good else None
-
-    def _tolerated(self, top: dict[str, Any]) -> Tolerated | None:
-        """What may be left out; the keys that say so are taken from their table, whose others are effects."""
-        table = dict(top.get("effects", {}))
-        top["effects"] = {key: value for key, value in table.items() if key not in _TOLERATED}
-        given = {key: value for key, value in table.items() if key in _TOLERATED}
-        wrong = [key for key, value in given.items() if not _TOLERATED[key][0](value)]
-        for key in wrong:
-            self.refuse(f"effects.{key} = {shown(given[key])}", f"needs {_TOLERATED[key][1]}")
-        if given and "within" not in given:
-            self.refuse(f"effects.{next(iter(given))}", "needs within = 0.01, or another tolerance, beside it")
-        if wrong or "within" not in given:
-            return None
-        return Tolerated(
-            float(given["within"]),
-            tuple(given.get("observables", ())),
-            tuple(given.get("keep", ())),
-            self.path.parent / given["influences"] if "influences" in given else None,
-            self.measured("influences", given),
-        )
 
     def _stages(self, top: dict[str, Any]) -> tuple[Stage, ...]:
         given = top.get("stages", list(STAGES if "drives" in top or AXES in top else STAGES[:2]))

@@ -105,15 +105,25 @@ def make_plan(manifest: Manifest, heard: Heard = lambda _: None) -> Plan:
     heard: hears the number of cases so far, again and again.
     """
     with all_kept():
-        budget = manifest.budget
-        if budget is not None:
+        return plan_of(spelled_out(manifest), heard)
 
-            def estimate(tried: Manifest) -> float:
-                plan = make_plan(tried)
-                return estimated(plan.cases, plan.tasks, budget.ranks)
 
-            manifest = spent(manifest, estimate)
-        manifest = replace(settled(manifest), budget=budget)
+def spelled_out(manifest: Manifest) -> Manifest:
+    """The manifest with what its budget buys, and with the numerics that are chosen for its accuracy. Raises ManifestError."""
+    budget = manifest.budget
+    if budget is not None:
+
+        def estimate(tried: Manifest) -> float:
+            plan = make_plan(tried)
+            return estimated(plan.cases, plan.tasks, budget.ranks)
+
+        manifest = spent(manifest, estimate)
+    return replace(settled(manifest), budget=budget)
+
+
+def plan_of(manifest: Manifest, heard: Heard = lambda _: None) -> Plan:
+    """The plan of a manifest that is spelled out already."""
+    with all_kept():
         making = _Tasks(manifest)
         cases = expanding(manifest)
         while together := list(itertools.islice(cases, TOGETHER)):

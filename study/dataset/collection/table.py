@@ -31,6 +31,7 @@ from study.manifest.cases import CampaignCase
 from study.manifest.manifest import Manifest
 from study.origin import NOBODY, Origins, stemming
 from study.plan.flags import flags_of
+from study.plan.influence.campaign import yielded
 from study.plan.influence.decision import Decision
 from study.plan.influence.scene import OBSERVABLES, OF_DRIVES
 from study.plan.kinds.kind import left_out
@@ -79,9 +80,8 @@ class Table:
                 self._declare(kind, COMPUTED_BY[kind], "")
             if manifest.tolerated and (not kind or kind in kinds):
                 self._declare(kind, LEFT_OUT[kind], "")
-        for name, quantity in influences().items() if manifest.tolerated else ():
-            if name not in OF_DRIVES or DRIVE in kinds:
-                self._declare(DRIVE if name in OF_DRIVES else "", quantity, np.nan)
+        for name in yielded(manifest) if manifest.tolerated else ():
+            self._declare(DRIVE if name in OF_DRIVES else "", influences()[name], np.nan)
         self._declare("", DISCRETIZATION_ERROR, np.nan)
         self._declare("", ADVICE, "")
         for kind in KINDS:
@@ -134,16 +134,12 @@ class Table:
 
     def say_left_out(self, case: CampaignCase, decision: Decision) -> None:
         """Set what a campaign's tolerance left out of a case and its drives, and how much that is expected to change."""
-        of_case = dict(zip(OBSERVABLES, decision.influence(), strict=True))
-        self.put(LEFT_OUT[""].name, case, "", ", ".join(decision.left_out()))
-        for name, quantity in influences().items():
-            if name not in OF_DRIVES:
-                self.put(quantity.name, case, "", of_case[name])
-        for drive in decision.of_drives:
+        for drive in ("", *decision.of_drives):
+            self.put(LEFT_OUT[DRIVE if drive else ""].name, case, drive, ", ".join(decision.left_out(drive)))
             changes = dict(zip(OBSERVABLES, decision.influence(drive), strict=True))
-            self.put(LEFT_OUT[DRIVE].name, case, drive, ", ".join(decision.left_out(drive)))
-            for name in OF_DRIVES:
-                self.put(influences()[name].name, case, drive, changes[name])
+            for name, quantity in influences().items():
+                if quantity.name in self._quantities and (name in OF_DRIVES) == bool(drive):
+                    self.put(quantity.name, case, drive, changes[name])
 
     def enter(self, case: CampaignCase, drive: str, result: TaskResult, by: Mapping[str, float]) -> None:
         """Set all scalars of a result. by: `Quantity.per` -> what a value is multiplied with."""

@@ -41,7 +41,7 @@ def tolerance_of(manifest: Manifest) -> Tolerance | None:
 
 def _problems(manifest: Manifest) -> Iterator[str]:
     assert manifest.tolerated is not None
-    yields = _yielded(manifest)
+    yields = yielded(manifest)
     for name in manifest.tolerated.observables:
         if name not in yields:
             where = f"{manifest.path}: effects.observables = {shown(name)}"
@@ -51,7 +51,7 @@ def _problems(manifest: Manifest) -> Iterator[str]:
             yield f"{manifest.path}: effects.keep = {shown(name)}: needs one of {', '.join(OMISSIONS)}"
 
 
-def _yielded(manifest: Manifest) -> tuple[str, ...]:
+def yielded(manifest: Manifest) -> tuple[str, ...]:
     """The observables that a campaign with these stages has."""
     if "dynamics" in manifest.stages:
         return OBSERVABLES

@@ -167,10 +167,12 @@ OMISSIONS: Final = {each.name: each for each in (*OF_THE_CASE, *OF_THE_DRIVE)}
 
 def measured_like(case: Case) -> str:
     """Why nothing can be said of a case; empty where scenes like it were measured."""
-    rule = case.slip_rule
-    if case.pin != "parabola":
-        return "pin = flat_punch"
-    if rule.residual_shear != 0.0 or rule.slip_order != "worst_first" or rule.limited_shear != "both_ways":
+    default = Case()
+    if case.pin != default.pin:
+        return f"pin = {case.pin}"
+    if case.initial_contact != default.initial_contact:
+        return f"initial_contact = {case.initial_contact}"
+    if replace(case.slip_rule, cascade_limit=default.slip_rule.cascade_limit) != default.slip_rule:
         return "another slip rule than the default"
     if not isinstance(case.slab.scheme, Galerkin | HalfPlane):
         return f"scheme = {case.slab.scheme}"

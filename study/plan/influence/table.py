@@ -130,7 +130,7 @@ def load_influences(path: Path | None = None, given: str | None = None) -> Influ
         return _influences(path.name, path.read_text("utf-8") if given is None else given)
     except OSError as error:
         raise ManifestError([f"{path_shown(path)}: cannot be read: {error.strerror or error}"]) from None
-    except (ValueError, LookupError, TypeError, RecursionError, InvalidInput) as error:
+    except (ValueError, LookupError, TypeError, AttributeError, RecursionError, InvalidInput) as error:
         wrong = " ".join(f"{type(error).__name__}: {error}".split())[:150]
         raise ManifestError([f"{path_shown(path)}: no influences that nanoslip effects wrote: {wrong}"]) from None
 
