@@ -112,10 +112,10 @@ class _Layout:
     def _body(self, row: tuple[str, ...]) -> list[str]:
         """A row on its line, and below it what of its last cell does not fit there."""
         *others, last = self._columns
-        if self._table.prose and self._room >= LEAST_ROOM:
-            indent = " " * (self._width - self._room)
-            first, *more = wrapped(row[last], self._width, indent, indent) or [""]
-            here = first.strip()
+        indent = " " * (self._width - self._room)
+        beside = wrapped(row[last], self._width, indent, indent) or [""]
+        if self._table.prose and self._room >= LEAST_ROOM and max(map(cell_len, beside)) <= self._width:
+            here, *more = beside[0].strip(), *beside[1:]
         else:
             here, below = _split(row[last], self._room)
             more = wrapped(below, self._width)

@@ -66,8 +66,6 @@ class Decision:
     """What is computed of a case: with what it was asked for, less what does not matter."""
 
     case: Case
-    drives: Mapping[str, Drive]
-    """Label -> how its pin is pulled, in the solver's units."""
     of_case: tuple[Choice, ...]
     of_drives: Mapping[str, tuple[Choice, ...]]
     seconds: float
@@ -128,13 +126,8 @@ def decide(
         if together < best[0]:
             best = together, names, {label: found[2] for label, found in cheapest.items()}
     total, names, by_drive = best
-    scene = _without(Scene(case), OF_THE_CASE, names)
     return Decision(
-        scene.case,
-        {
-            label: _pulled(_without(Scene(case, drive), OF_THE_DRIVE, by_drive[label]))
-            for label, drive in drives.items()
-        },
+        _without(case, names),
         _taken(whole.choices, names),
         {label: _taken(part.choices, by_drive[label]) for label, part in driven.items()},
         total,
@@ -189,13 +182,9 @@ def _taken(choices: tuple[Choice, ...], names: tuple[str, ...]) -> tuple[Choice,
     return tuple(found)
 
 
-def _without(scene: Scene, omissions: Sequence[Omission], names: tuple[str, ...]) -> Scene:
-    for each in omissions:
+def _without(case: Case, names: tuple[str, ...]) -> Case:
+    scene = Scene(case)
+    for each in OF_THE_CASE:
         if each.name in names:
             scene = each.left_out(scene)
-    return scene
-
-
-def _pulled(scene: Scene) -> Drive:
-    assert scene.drive is not None
-    return scene.drive
+    return scene.case

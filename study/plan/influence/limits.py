@@ -31,8 +31,8 @@ class Limit:
     """By how much the time of the case grows then; NaN where nothing halves it."""
 
 
-def limits_of(case: Case, decision: Decision, tolerance: Tolerance, front: Front) -> list[Limit]:
-    """All of them, the largest first. case: as it was asked for."""
+def limits_of(decision: Decision, tolerance: Tolerance, front: Front) -> list[Limit]:
+    """All of them, the largest first."""
     found = [_grid(decision.case, front, tolerance.slides)]
     if tolerance.slides:
         found.append(_length(decision.case))
