@@ -36,7 +36,7 @@ ORDER = {
     "study.manifest": "parameters problems columns drives manifest checker named_files drive_tables reader "
     "effects cases one_case",
     "study.discretization": "front targets",
-    "study.plan": "task keys cost influence kinds tasks case_tasks order plan standing size outlook flags spans memory",
+    "study.plan": "task keys cost kinds tasks influence case_tasks order plan standing size outlook flags spans memory",
     "study.plan.cost": "last condensation sliding seconds arrays drive",
     "study.plan.influence": "scene omissions table decision campaign account limits",
     "study.plan.standing": "endings outline",

@@ -60,9 +60,9 @@ def _row(trials: Sequence[Trial], way: str) -> str:
         good, count = kept(trials, way, float(way.split()[1]))
         broken = f"{count - good} of {count} ({(count - good) / max(count, 1):.1%})"
     less = sum(bool(trial.tried[way].left_out) for trial in trials)
-    middle, most = (np.quantile(known, share) for share in (0.5, 0.95))
+    middle, most = (f"{np.quantile(known, share):.2g}" if len(known) else "" for share in (0.5, 0.95))
     cheaper = f"{whole / seconds:.1f} × cheaper"
-    return f"| {way} | {less} of {len(trials)} | {broken} | {middle:.2g} | {most:.2g} | {seconds:.0f} s | {cheaper} |"
+    return f"| {way} | {less} of {len(trials)} | {broken} | {middle} | {most} | {seconds:.0f} s | {cheaper} |"
 
 
 def _by_effect(trials: Sequence[Trial]) -> Iterator[str]:

@@ -15,8 +15,10 @@ from study.manifest.manifest import Manifest
 from study.manifest.problems import ManifestError, shown
 from study.plan.influence.decision import Decision, Tolerance, decide
 from study.plan.influence.omissions import OF_THE_DRIVE, OMISSIONS
-from study.plan.influence.scene import ASKED_FOR, OBSERVABLES, OF_DRIVES, Scene
+from study.plan.influence.scene import ASKED_FOR, OBSERVABLES, Scene
 from study.plan.influence.table import load_influences
+from study.plan.kinds.kind import declared as scalars_of
+from study.plan.tasks import KINDS
 
 
 def tolerance_of(manifest: Manifest) -> Tolerance | None:
@@ -52,12 +54,10 @@ def _problems(manifest: Manifest) -> Iterator[str]:
 
 
 def yielded(manifest: Manifest) -> tuple[str, ...]:
-    """The observables that a campaign with these stages has."""
-    if "dynamics" in manifest.stages:
-        return OBSERVABLES
-    if "slip" in manifest.stages:
-        return tuple(name for name in OBSERVABLES if name not in OF_DRIVES)
-    return ("contact_half_width", "maximum_pressure", "approach")
+    """The observables that the dataset of a campaign has."""
+    kinds = [kind for kind in KINDS.values() if kind.needed(manifest)]
+    there = {quantity.name for kind in kinds for quantity in scalars_of(kind).values()}
+    return tuple(name for name in OBSERVABLES if name in there)
 
 
 def _given(manifest: Manifest) -> Iterator[str]:

@@ -1,7 +1,6 @@
 """A campaign with a tolerance: the same cases under the same names, each computed without what does not matter in it."""
 
 from collections.abc import Mapping
-from dataclasses import replace
 from pathlib import Path
 
 import pytest
@@ -12,7 +11,7 @@ from study.manifest.problems import ManifestError
 from study.manifest.reader import parse_manifest
 from study.plan.influence.campaign import tolerance_of, yielded
 from study.plan.influence.omissions import OMISSIONS
-from study.plan.influence.scene import ASKED_FOR, OBSERVABLES
+from study.plan.influence.scene import ASKED_FOR, OBSERVABLES, OF_DRIVES
 from study.plan.plan import Plan, make_plan
 from tests.conftest import SMALL
 from tests.study.plan.influence.made_up import GRAVE, SLIGHT, text
@@ -249,7 +248,19 @@ def test_decisions_do_not_depend_on_what_was_decided_before() -> None:
     assert keys(plan) == keys(backwards)
 
 
-def test_observables_of_the_stages_are_in_their_order() -> None:
-    assert yielded(read(SMALL)) == OBSERVABLES
-    contact = replace(read(SMALL), stages=("contact",))
-    assert [name for name in OBSERVABLES if name in yielded(contact)] == list(yielded(contact))
+@pytest.mark.parametrize(
+    ("stages", "outputs", "missing"),
+    [
+        (("contact",), "", set(OBSERVABLES) - {"contact_half_width", "maximum_pressure", "approach"}),
+        (("contact", "slip"), "", {"maximum_pressure", "approach", *OF_DRIVES}),
+        (("contact", "slip"), "[outputs]\ntractions = true\n", set(OF_DRIVES)),
+        (("contact", "slip", "dynamics"), "[outputs]\ntractions = true\n", set()),
+    ],
+)
+def test_what_can_be_asked_for_is_what_the_dataset_has(
+    stages: tuple[str, ...], outputs: str, missing: set[str]
+) -> None:
+    """A contact that slides is seen in its tractions alone."""
+    listed = ", ".join(f'"{stage}"' for stage in stages)
+    manifest = read(SMALL.replace('"contact", "slip", "dynamics"', listed) + outputs)
+    assert yielded(manifest) == tuple(name for name in OBSERVABLES if name not in missing)

@@ -1,0 +1,114 @@
+"""A dataset says of each case and drive what a tolerance left out, and how much that is expected to change."""
+
+from collections.abc import Mapping
+from pathlib import Path
+
+import numpy as np
+import pytest
+import xarray as xr
+
+from study.dataset import file
+from study.dataset.collection.collect import collect
+from study.dataset.file import INFLUENCES
+from study.dataset.made_of import made_of
+from study.dataset.variables import influences
+from study.manifest.reader import load_manifest
+from study.plan.influence.scene import OBSERVABLES, OF_DRIVES
+from study.plan.plan import Plan, make_plan
+from study.plan.standing.outline import asked
+from study.results.store import Store
+from tests.conftest import SMALL
+from tests.study.dataset.campaigns import compute
+from tests.study.plan.influence.made_up import SLIGHT, text
+
+WITHIN = '[effects]\nwithin = 0.01\ninfluences = "mine.json"\n'
+
+
+def computed(folder: Path, campaign: str, changes: Mapping[str, float] = SLIGHT) -> tuple[Plan, xr.Dataset]:
+    folder.mkdir(exist_ok=True)
+    (folder / "mine.json").write_text(text(changes))
+    (folder / "mine.toml").write_text(campaign)
+    plan, store = make_plan(load_manifest(folder / "mine.toml")), Store(folder)
+    store.prepare()
+    compute(plan, store)
+    return plan, collect(plan, store)
+
+
+def of_influence(found: xr.Dataset) -> set[str]:
+    return {name for name in found.variables if str(name).endswith(("_influence", "left_out"))}
+
+
+def test_without_a_tolerance_nothing_is_said_of_it(tmp_path: Path) -> None:
+    _, found = computed(tmp_path, SMALL)
+    assert not of_influence(found)
+    assert INFLUENCES not in found.attrs
+
+
+def test_every_case_and_drive_says_what_it_lacks_and_what_that_is_expected_to_change(tmp_path: Path) -> None:
+    plan, found = computed(tmp_path, SMALL + WITHIN)
+    assert found.attrs[INFLUENCES] == str(plan.tolerance.influences)  # type: ignore[union-attr]
+    assert found.attrs["manifest_influences"] == text(SLIGHT)
+    said = []
+    for case in plan.cases:
+        here = found.sel(intrinsic_friction=case.parameters["intrinsic_friction"], radius=case.parameters["radius"])
+        here, decision = here.squeeze(), plan.decisions[case.case_id]
+        assert here["left_out"].item() == ", ".join(decision.left_out())
+        said.append(here["left_out"].item())
+        for name, value in zip(OBSERVABLES, decision.influence(), strict=True):
+            if name not in OF_DRIVES and name in found:
+                np.testing.assert_equal(here[f"{name}_influence"].item(), value)
+        for drive in ("slow", "fast"):
+            pulled = here.sel(drive=drive)
+            assert pulled["drive_left_out"].item() == ", ".join(decision.left_out(drive))
+            for name in OF_DRIVES:
+                expected = decision.influence(drive)[OBSERVABLES.index(name)]
+                np.testing.assert_equal(pulled[f"{name}_influence"].item(), expected)
+    assert any(said)
+
+
+@pytest.mark.parametrize("stages", [1, 2, 3])
+def test_what_is_expected_to_change_is_in_the_dataset_itself(tmp_path: Path, stages: int) -> None:
+    listed = ", ".join(f'"{stage}"' for stage in ("contact", "slip", "dynamics")[:stages])
+    campaign = SMALL.replace('["contact", "slip", "dynamics"]', f"[{listed}]")
+    _, found = computed(tmp_path, campaign + WITHIN)
+    named = {name for name, quantity in influences().items() if quantity.name in found}
+    assert named
+    assert all(name in found.variables for name in named)
+    assert ("plateau_mean" in named, "kinetic_friction" in named) == (stages > 1, stages > 2)
+    assert ("drive_left_out" in found) == (stages > 2)
+
+
+def test_a_refused_case_says_nothing_of_it(tmp_path: Path) -> None:
+    refused = SMALL.replace("radius = [50.0, 100.0]", "coarsest_row = [5, 17]\nn_x = [9, 17]").replace("n_x = 17\n", "")
+    _, found = computed(tmp_path, refused + WITHIN)
+    here = found.sel(n_x=9, coarsest_row=17).isel(intrinsic_friction=0).squeeze()
+    assert here["outcome"].item() == "invalid"
+    assert here["left_out"].item() == ""
+    assert np.isnan(here["contact_half_width_influence"].item())
+
+
+def test_the_same_results_give_the_same_bytes(tmp_path: Path) -> None:
+    kept = []
+    for name in ("one", "two"):
+        _, found = computed(tmp_path / name, SMALL + WITHIN)
+        file.write(found, tmp_path / f"{name}.nc")
+        kept.append((tmp_path / f"{name}.nc").read_bytes())
+    assert kept[0] == kept[1]
+
+
+def test_other_influences_are_another_plan_and_another_dataset(tmp_path: Path) -> None:
+    """What is kept of a plan or of a dataset is not taken for that of a campaign with other influences."""
+    told = []
+    for change in (1e-3, 2e-3):
+        (tmp_path / "mine.json").write_text(text(dict.fromkeys(SLIGHT, change)))
+        (tmp_path / "mine.toml").write_text(SMALL + WITHIN)
+        plan = make_plan(load_manifest(tmp_path / "mine.toml"))
+        told.append((asked(plan.manifest), made_of(plan, Store(tmp_path))))
+    assert len({each[0] for each in told}) == len({each[1] for each in told}) == 2
+
+
+def test_where_everything_matters_the_numbers_are_those_without_a_tolerance(tmp_path: Path) -> None:
+    _, plain = computed(tmp_path / "plain", SMALL)
+    _, tolerant = computed(tmp_path / "tolerant", SMALL + WITHIN, dict.fromkeys(SLIGHT, 0.5))
+    assert set(tolerant["left_out"].values.ravel()) == {""}
+    xr.testing.assert_identical(tolerant.drop_vars(of_influence(tolerant)).drop_attrs(), plain.drop_attrs())
