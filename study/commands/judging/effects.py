@@ -36,6 +36,8 @@ def work(measured: int | None, judged: int | None, save: Path | None, processes:
             print_table(_table(load_influences()))
             return
         trials: Sequence[Trial] = ()
+        if save:
+            _make_folder(save)  # what took hours finds its place
         with counting("{} scenes done") as heard:
             side_by_side = processes or cores()
             if measured:
@@ -53,13 +55,23 @@ def work(measured: int | None, judged: int | None, save: Path | None, processes:
             say(whole(f"written: {path}"))
 
 
-def _write(path: Path, content: bytes) -> None:
+def _make_folder(path: Path) -> None:
     try:
         path.parent.mkdir(parents=True, exist_ok=True)
+    except OSError as error:
+        raise _not_written(path, error) from None
+
+
+def _write(path: Path, content: bytes) -> None:
+    try:
         with written_whole(path) as scratch:
             scratch.write_bytes(content)
     except OSError as error:
-        raise StoreError(f"{path}: cannot be written: {error.strerror or error}") from None
+        raise _not_written(path, error) from None
+
+
+def _not_written(path: Path, error: OSError) -> StoreError:
+    return StoreError(f"{path}: cannot be written: {error.strerror or error}")
 
 
 def _table(influences: Influences) -> Table:

@@ -35,11 +35,11 @@ def work(campaign: Path, parameters: tuple[str, ...]) -> None:
         asked = manifest.tolerated is not None
         if not asked:
             manifest = _with_a_tolerance(manifest)
+        tolerance = tolerance_of(manifest)
+        assert tolerance is not None
         case = chosen(expand(manifest), assignments(parameters))
         if case.case is None:
             raise Refusal(f"{case.point}: {case.outcome.message}")
-        tolerance = tolerance_of(manifest)
-        assert tolerance is not None
         decider = Decider(manifest, tolerance)
         decider.decided(case)
         _print(case, decider, decider.decisions[case.case_id], asked)
