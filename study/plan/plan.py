@@ -5,6 +5,7 @@ from collections.abc import Collection, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from typing import Final
 
+from solver.case import Case
 from solver.outcome import UNDONE, Ending, Outcome
 from study.discretization.targets import settled
 from study.garbage import all_kept
@@ -34,6 +35,7 @@ class Plan:
 
     manifest: Manifest
     cases: tuple[CampaignCase, ...]
+    """As they are computed: where there is a tolerance, without what it leaves out."""
     tasks: tuple[Task, ...]
     """Each distinct task once: needs first, then the longest chain of work first."""
     case_tasks: Mapping[str, CaseTasks]
@@ -42,6 +44,11 @@ class Plan:
     """What may be left out of the cases."""
     decisions: Mapping[str, Decision] = field(default_factory=dict)
     """case_id -> what is left out of it, where there is a tolerance; nothing of a case that is refused."""
+
+    def asked(self, case: CampaignCase) -> Case | None:
+        """A case of the plan with all that its campaign asks for; None where it is refused."""
+        found = self.decisions.get(case.case_id)
+        return found.asked if found else case.case
 
     def remaining(self, finished: Collection[str]) -> tuple[Task, ...]:
         """Tasks still to do, in order, given the keys that are finished.

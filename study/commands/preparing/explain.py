@@ -6,7 +6,6 @@ from pathlib import Path
 
 import numpy as np
 
-from solver.case import Case
 from study.commands.shared.choice import assignments, chosen
 from study.commands.shared.exits import Refusal
 from study.commands.shared.refusals import refusals
@@ -64,7 +63,7 @@ def _print(case: CampaignCase, decider: Decider, decision: Decision, asked: bool
     without, every = duration(decision.seconds), duration(decision.seconds_of_all)
     say(f"estimated time: {every} with every effect, {without} without what is left out")
     front = load_front(decider.manifest.front, decider.manifest.front_text)
-    limits = limits_of(decision if asked else _whole(case.case, decision), tolerance, front)
+    limits = limits_of(decision if asked else _whole(decision), tolerance, front)
     rows = tuple((each.what, _number(each.size), each.of, _number(each.costs, " ×"), each.half) for each in limits)
     print_table(Table(("limit", "relative error", "of", "half of it costs", "by"), rows, 1, prose=True))
     known = [each for each in limits if math.isfinite(each.size)]
@@ -72,9 +71,9 @@ def _print(case: CampaignCase, decider: Decider, decision: Decision, asked: bool
         print_sentences([f"what limits it most: {known[0].what}"])
 
 
-def _whole(case: Case, decision: Decision) -> Decision:
+def _whole(decision: Decision) -> Decision:
     """The case as a campaign without a tolerance computes it."""
-    return replace(decision, case=case, of_case=(), of_drives={}, seconds=decision.seconds_of_all)
+    return replace(decision, case=decision.asked, of_case=(), of_drives={}, seconds=decision.seconds_of_all)
 
 
 def _groups(case: CampaignCase, decider: Decider) -> Table:

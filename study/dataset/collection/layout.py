@@ -8,6 +8,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from solver.case import Case
 from solver.quantity import Quantity, attributes
 from study.dataset.collection.ragged import texts
 from study.dataset.variables import CASE_ID, DRIVE_NAME, parameters
@@ -148,18 +149,18 @@ class _Column:
 def _columns(plan: Plan, exclusions: tuple[Exclusion, ...], names: Sequence[str]) -> dict[str, _Column]:
     columns = {name: _Column(len(plan.cases)) for name in names}
     for case in plan.cases:
-        point = _mattering(case, exclusions)
+        point = _mattering(case, plan.asked(case), exclusions)
         for name, column in columns.items():
             column.add(point.get(name))
     return columns
 
 
-def _mattering(case: CampaignCase, exclusions: tuple[Exclusion, ...]) -> dict[str, Any]:
-    """Every parameter of a case that changes a result."""
-    if case.case is None:
+def _mattering(case: CampaignCase, asked: Case | None, exclusions: tuple[Exclusion, ...]) -> dict[str, Any]:
+    """Every parameter of a case that changes a result, as its campaign asks for it."""
+    if asked is None:
         return dict(case.parameters)
-    idle = without_effect(case.case, exclusions)
-    return {name: value for name, value in {**case.parameters, **case.case.flat}.items() if name not in idle}
+    idle = without_effect(asked, exclusions)
+    return {name: value for name, value in {**case.parameters, **asked.flat}.items() if name not in idle}
 
 
 def _drive_coordinates(manifest: Manifest, layout: Layout) -> dict[str, Any]:

@@ -129,7 +129,7 @@ class Decider:
             self._alike[first] = decide(first, self.drives, self._kept, self.tolerance)
         found = self._alike[first]
         drawn = replace(found.case.heterogeneity, seed=case.heterogeneity.seed)
-        return replace(found, case=replace(found.case, start=case.start, heterogeneity=drawn))
+        return replace(found, asked=case, case=replace(found.case, start=case.start, heterogeneity=drawn))
 
 
 _REMEMBERED: Final = 4096

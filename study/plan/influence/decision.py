@@ -65,6 +65,8 @@ class Choice(NamedTuple):
 class Decision:
     """What is computed of a case: with what it was asked for, less what does not matter."""
 
+    asked: Case
+    """With everything."""
     case: Case
     of_case: tuple[Choice, ...]
     of_drives: Mapping[str, tuple[Choice, ...]]
@@ -127,6 +129,7 @@ def decide(
             best = together, names, {label: found[2] for label, found in cheapest.items()}
     total, names, by_drive = best
     return Decision(
+        case,
         _without(case, names),
         _taken(whole.choices, names),
         {label: _taken(part.choices, by_drive[label]) for label, part in driven.items()},

@@ -112,3 +112,28 @@ def test_where_everything_matters_the_numbers_are_those_without_a_tolerance(tmp_
     _, tolerant = computed(tmp_path / "tolerant", SMALL + WITHIN, dict.fromkeys(SLIGHT, 0.5))
     assert set(tolerant["left_out"].values.ravel()) == {""}
     xr.testing.assert_identical(tolerant.drop_vars(of_influence(tolerant)).drop_attrs(), plain.drop_attrs())
+
+
+@pytest.mark.parametrize(
+    "axes",
+    [
+        "aspect_ratio = [1.0, 0.5]\nspread = [0.0, 0.01]\nsupport = ['bonded', 'right_side']\n",
+        "aspect_ratio = [0.5]\nspread = [0.02]\nsupport = ['right_side']\n",
+    ],
+)
+@pytest.mark.parametrize("design", ["product", "zip"])
+def test_parameters_are_those_that_were_asked_for_whatever_was_left_out(tmp_path: Path, axes: str, design: str) -> None:
+    """So that cases are found, and compared, by what the campaign says of them."""
+    campaign = f'title = "x"\ndesign = "{design}"\n[axes]\n{axes}[constants]\nradius = 50.0\n[limits]\nevents = 200\n'
+    campaign += "[numerics]\nn_x = 33\n"
+    (plain, _), (tolerant, _) = (
+        (found, plan)
+        for plan, found in (
+            computed(tmp_path / "plain", campaign),
+            computed(tmp_path / "tolerant", campaign + WITHIN.replace("0.01", "0.5")),
+        )
+    )
+    assert "finite_slab" in "".join(map(str, tolerant["left_out"].values.ravel()))
+    assert plain.coords.keys() == tolerant.coords.keys()
+    for name in plain.coords:
+        xr.testing.assert_identical(plain[name].variable, tolerant[name].variable)

@@ -22,6 +22,7 @@ def choice(effect: str, influence: float, reason: str = "", saves: float = 1.0) 
 DECISIONS = (
     Decision(
         Case(),
+        Case(),
         (choice("coupling", 0.1), choice("spread", 0.9, "matters")),
         {"a": (choice("teeth", 0.2),), "b": (choice("teeth", 0.3),)},
         seconds=2.0,
@@ -29,12 +30,13 @@ DECISIONS = (
     ),
     Decision(
         Case(),
+        Case(),
         (choice("coupling", 0.4), choice("spread", 0.9, "saves nothing")),
         {"a": (choice("teeth", 0.1, "matters"),), "b": (choice("teeth", 0.1, "matters"),)},
         seconds=2.0,
         seconds_of_all=2.0,
     ),
-    Decision(Case(), (choice("spread", 0.9, "matters"),), {}, seconds=1.0, seconds_of_all=5.0),
+    Decision(Case(), Case(), (choice("spread", 0.9, "matters"),), {}, seconds=1.0, seconds_of_all=5.0),
 )
 
 
