@@ -167,15 +167,15 @@ OMISSIONS: Final = {each.name: each for each in (*OF_THE_CASE, *OF_THE_DRIVE)}
 
 def measured_like(case: Case) -> str:
     """Why nothing can be said of a case; empty where scenes like it were measured."""
-    default = Case()
-    if case.pin != default.pin:
-        return f"pin = {case.pin}"
-    if case.initial_contact != default.initial_contact:
-        return f"initial_contact = {case.initial_contact}"
-    if replace(case.slip_rule, cascade_limit=default.slip_rule.cascade_limit) != default.slip_rule:
-        return "another slip rule than the default"
-    if not isinstance(case.slab.scheme, Galerkin | HalfPlane):
-        return f"scheme = {case.slab.scheme}"
-    if not case.effects.friction:
-        return "friction = false"
-    return ""
+    default, drawn = Case(), case.heterogeneity
+    rule = replace(case.slip_rule, cascade_limit=default.slip_rule.cascade_limit)
+    unlike = {
+        f"pin = {case.pin}": case.pin != default.pin,
+        f"initial_contact = {case.initial_contact}": case.initial_contact != default.initial_contact,
+        "another slip rule than the default": rule != default.slip_rule,
+        f"distribution = {drawn.distribution}": drawn.spread
+        and drawn.distribution != default.heterogeneity.distribution,
+        f"scheme = {case.slab.scheme}": not isinstance(case.slab.scheme, Galerkin | HalfPlane),
+        "friction = false": not case.effects.friction,
+    }
+    return next((reason for reason, is_unlike in unlike.items() if is_unlike), "")

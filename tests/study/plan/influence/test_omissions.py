@@ -5,7 +5,7 @@ from dataclasses import replace
 
 import pytest
 
-from solver.case import Case, Effects, SlipRule
+from solver.case import Case, Effects, Heterogeneity, SlipRule
 from solver.dynamics.rk4 import RK4
 from solver.elasticity.schemes.half_plane import HalfPlane
 from solver.slab import SCHEMES, Slab
@@ -108,6 +108,7 @@ UNLIKE = {
     "initial_contact = gradual": Case(initial_contact="gradual"),
     "slip rule": Case(slip_rule=SlipRule(residual_shear=0.2)),
     "another slip rule": Case(slip_rule=SlipRule(event_floor=0.1)),
+    "distribution = uniform": Case(heterogeneity=Heterogeneity(spread=0.1, distribution="uniform")),
     "scheme = chain": Case(slab=Slab(17, scheme="chain")),
     "scheme = biquadratic": Case(slab=Slab(17, scheme="biquadratic")),
     "friction": Case(effects=Effects(friction=False)),
