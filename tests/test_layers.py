@@ -36,7 +36,7 @@ ORDER = {
     "study.manifest": "parameters problems columns drives manifest checker named_files drive_tables reader "
     "effects cases one_case",
     "study.discretization": "front targets",
-    "study.plan": "task keys cost kinds tasks influence case_tasks order plan standing size outlook flags spans memory",
+    "study.plan": "task keys cost kinds tasks influence case_tasks order budget plan standing size outlook flags spans memory",
     "study.plan.cost": "last condensation sliding seconds arrays drive",
     "study.plan.influence": "scene omissions table decision campaign account limits",
     "study.plan.standing": "endings outline",
@@ -59,7 +59,7 @@ ORDER = {
     "study.figures.reproduction": "punch records resolution drive stick motion scores choices",
     "study.figures.further": "findings modulation continuum chains sizes correlations nodes stick_slip_map friction_map schemes",
     "study.accuracy": "timing setup diagram elastic_operator slip_numerics integrators influence picture table measurement",
-    "study.accuracy.influence": "scenes ensembles measurement judgement verdict",
+    "study.accuracy.influence": "scenes ensembles measurement judgement verdict picture",
     "study.commands": "shared preparing running computing looking judging cli",
     "study.commands.running": "order killed conduct",
     "study.commands.preparing": "declared campaigns new check plan explain",

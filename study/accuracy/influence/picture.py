@@ -20,6 +20,8 @@ def draw(trials: Sequence[Trial]) -> bytes:
         for way in ways():
             changes = np.array([change(trial, way) for trial in trials])
             known = np.maximum(changes[~np.isnan(changes)], LEAST)
+            if not len(known):
+                continue
             time = seconds_of(trials, way) / whole
             color = COLORS[1] if way == THUMB else COLORS[0] if way.startswith("within") else COLORS[5]
             median, most = (float(np.quantile(known, share)) for share in (0.5, 0.95))

@@ -10,7 +10,6 @@ from study.commands.shared.choice import assignments, chosen
 from study.commands.shared.exits import Refusal
 from study.commands.shared.refusals import refusals
 from study.discretization.front import load_front
-from study.discretization.targets import settled
 from study.execution.forecast import duration
 from study.manifest.cases import CampaignCase, expand
 from study.manifest.manifest import Manifest, Tolerated
@@ -20,6 +19,7 @@ from study.plan.influence.decision import Choice, Decision, Tolerance
 from study.plan.influence.limits import limits_of
 from study.plan.influence.omissions import OMISSIONS
 from study.plan.influence.scene import GROUPS, GROUPS_OF_DRIVES, OBSERVABLES, Scene
+from study.plan.plan import spelled_out
 from study.report.columns import Table
 from study.report.console import print_sentences, print_table, say
 
@@ -30,7 +30,7 @@ USUAL = 0.01
 def work(campaign: Path, parameters: tuple[str, ...]) -> None:
     """Print what there is to say of the case of a campaign that has these parameters."""
     with refusals():
-        manifest = settled(load_manifest(campaign))
+        manifest = spelled_out(load_manifest(campaign))
         asked = manifest.tolerated is not None
         if not asked:
             manifest = _with_a_tolerance(manifest)

@@ -8,14 +8,17 @@ import pytest
 
 from solver.case import Case
 from solver.slab import Slab
+from solver.sliding.sampling import EVENLY
 from study.accuracy.influence.ensembles import (
     FEWEST,
     STARTS,
+    WHOLE,
     compliance_of,
     driven,
     ensemble_of,
     influence,
-    influences_in,
+    influences_among,
+    reduced_in,
 )
 from study.accuracy.influence.scenes import random_scene
 from study.plan.influence.omissions import OMISSIONS
@@ -38,20 +41,49 @@ def test_an_ensemble_changes_nothing_of_itself() -> None:
     assert influence(values, values).tolist() == [0.0] * 4
 
 
-def test_a_changed_mean_is_its_change_over_the_mean() -> None:
+def error_of(on: float, off: float) -> float:
+    """Standard error of the change between two ensembles whose starts are so wide apart."""
+    return EVENLY * math.hypot(on, off) * DEVIATION / math.sqrt(STARTS)
+
+
+def test_a_changed_mean_is_its_change_over_the_mean_less_what_chance_does() -> None:
     on = 2.0 + 0.1 * SPREAD
-    assert influence(column(on, -on), column(on + 0.2, -on - 0.2)).tolist() == pytest.approx([0.1, 0.1], rel=1e-12)
+    expected = (0.2 - error_of(0.1, 0.1)) / 2.0
+    assert influence(column(on, -on), column(on + 0.2, -on - 0.2)).tolist() == pytest.approx([expected] * 2, rel=1e-12)
+
+
+def test_a_change_within_its_standard_error_is_none() -> None:
+    on = 2.0 + 0.1 * SPREAD
+    for share, nothing in ((0.99, True), (1.01, False)):
+        found = influence(column(on), column(on + share * error_of(0.1, 0.1)))[0]
+        assert (found == 0.0) == nothing
+
+
+def lost(on: float, off: float) -> float:
+    """Certainty that is lost, over a mean of 2."""
+    return (off * DEVIATION * (1.0 - 1.0 / math.sqrt(2.0 * (STARTS - 1))) - on * DEVIATION) / 2.0
 
 
 def test_starts_that_differ_more_are_lost_certainty_and_those_that_differ_less_are_no_gain() -> None:
     on, wider, narrower = (2.0 + width * SPREAD for width in (0.1, 0.3, 0.01))
-    lost = 0.2 * DEVIATION / 2.0
-    assert influence(column(on, on), column(wider, narrower)).tolist() == pytest.approx([lost, 0.0], abs=1e-12)
+    assert influence(column(on, on), column(wider, narrower)).tolist() == pytest.approx(
+        [lost(0.1, 0.3), 0.0], abs=1e-12
+    )
 
 
 def test_both_add_up() -> None:
     on, off = 2.0 + 0.1 * SPREAD, 2.4 + 0.3 * SPREAD
-    assert influence(column(on), column(off))[0] == pytest.approx(0.2 + 0.1 * DEVIATION, rel=1e-12)
+    expected = (0.4 - error_of(0.1, 0.3)) / 2.0 + lost(0.1, 0.3)
+    assert influence(column(on), column(off))[0] == pytest.approx(expected, rel=1e-12)
+
+
+def test_ensembles_that_differ_by_chance_alone_seldom_have_an_influence() -> None:
+    """Independent starts: beyond one standard error is a third of them, but by evenly spread ones' standard error."""
+    draw = np.random.default_rng(4)
+    on, off = (2.0 + 0.1 * draw.standard_normal((STARTS, 2000)) for _ in range(2))
+    found = influence(on, off)
+    assert np.median(found) < 0.01
+    assert np.quantile(found, 0.99) < 4.0 * 0.1 / 2.0
 
 
 def lacking(count: int) -> np.ndarray:
@@ -108,6 +140,18 @@ def test_the_same_records_are_pulled_over_without_being_computed_again() -> None
     assert driven(TINY, still) is still
 
 
+def test_a_pin_that_does_not_slide_without_an_effect_of_the_contact_says_nothing_of_its_drive() -> None:
+    """That is the drive's matter. Of an effect of the drive itself it is the largest influence."""
+    whole = np.tile((1.0 + 0.01 * SPREAD)[:, None], len(OBSERVABLES))
+    stuck = whole.copy()
+    columns = [OBSERVABLES.index(name) for name in OF_DRIVES]
+    stuck[:, columns] = math.nan
+    found = influences_among({WHOLE: whole, "coupling": stuck, "damping": stuck})
+    assert found["damping"].tolist() == [LARGEST] * len(OF_DRIVES)
+    assert np.isnan(found["coupling"][columns]).all()
+    assert np.count_nonzero(found["coupling"] == 0.0) == len(OBSERVABLES) - len(OF_DRIVES)
+
+
 @pytest.mark.slow
 def test_every_effect_that_a_scene_has_gets_an_influence_on_what_it_can_change() -> None:
     """8 starts of a small scene, once for each effect: some seconds."""
@@ -115,7 +159,9 @@ def test_every_effect_that_a_scene_has_gets_an_influence_on_what_it_can_change()
         each for each in map(random_scene, range(50)) if each.case.slab.n_x == 33 and each.case.heterogeneity.spread
     )
     scene = scene._replace(case=replace(scene.case, max_events=100))
-    found = influences_in(scene)
+    values = dict(reduced_in(scene))
+    assert next(iter(values)) == WHOLE
+    found = influences_among(values)
     assert set(found) == {name for name, omission in OMISSIONS.items() if omission.there(scene)}
     for name, changes in found.items():
         assert changes.shape == (len(OMISSIONS[name].observables),)

@@ -33,7 +33,7 @@ def computed(monkeypatch: pytest.MonkeyPatch) -> list[Scene]:
 
     def values(scene: Scene) -> np.ndarray:
         there = sum(omission.there(scene) for omission in OMISSIONS.values())
-        return np.full((STARTS, len(OBSERVABLES)), 1.0 + 0.1 * there) + np.linspace(-0.01, 0.01, STARTS)[:, None]
+        return np.full((STARTS, len(OBSERVABLES)), 1.0 + 0.1 * there) + np.linspace(-1e-9, 1e-9, STARTS)[:, None]
 
     def ensemble_of(scene: Scene, _: object, starts: int = STARTS) -> Ensemble:
         found.append(scene)

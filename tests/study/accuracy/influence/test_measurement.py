@@ -32,7 +32,8 @@ def test_work_is_spread_over_processes_and_keeps_its_order() -> None:
 
 
 def test_each_effect_has_a_row_for_each_scene_that_has_it(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(measurement, "influences_in", made_up)
+    monkeypatch.setattr(measurement, "reduced_in", lambda scene: made_up(scene).items())
+    monkeypatch.setattr(measurement, "influences_among", lambda values: values)
     monkeypatch.setattr(measurement, "spread_out", lambda work, seeds, processes, heard: [work(seed) for seed in seeds])
     found = json.loads(measurement.measure(40, 1, lambda _: None))
     assert found["about"]["scenes"] == "40 random ones, seeds from 0"

@@ -53,7 +53,7 @@ RANGES = {
     FRICTION: (0.11, 1.4),
     SPREAD: (1.2e-3, 0.25),
     ROUGHNESS: (4e-4, 0.15),
-    STIFFNESS: (1.5e-4, 0.25),
+    STIFFNESS: (1.5e-4, 0.09),
     SPEED: (1e-2, 0.7),
     DAMPING: (0.011, 0.9),
 }

@@ -5,6 +5,7 @@ import math
 import pytest
 
 from study.accuracy.influence.judgement import EVERYTHING, NOTHING, PROMISED, THUMB, named
+from study.accuracy.influence.picture import draw
 from study.accuracy.influence.verdict import WORST, as_markdown, change, kept, ways
 from study.plan.influence.omissions import OMISSIONS
 from tests.study.accuracy.influence.made_up import made_up
@@ -83,3 +84,4 @@ def test_scenes_of_which_nothing_can_be_said_are_a_table_all_the_same(trials) ->
     assert "nan" not in text
     assert math.isnan(change(TRIALS[-1], named(0.01)))
     assert all(way in text for way in ways())
+    assert draw(trials).startswith(b"\x89PNG")

@@ -16,9 +16,9 @@ def test_every_effect_is_shown_with_what_governs_it(main):
     assert (code, errors) == (0, "")
     assert load_influences().about["scenes"] in said
     for name, omission in OMISSIONS.items():
-        (line,) = (line for line in said.splitlines() if line.startswith(f"{name} "))
-        assert omission.theory in line
-        assert all(group.symbol in line for group in omission.groups)
+        assert f"\n{name} " in said
+        assert omission.theory in " ".join(said.split())
+        assert all(group.symbol in said for group in omission.groups)
 
 
 @pytest.mark.parametrize(
@@ -71,6 +71,7 @@ def test_a_judgement_is_a_page(main, at_once, tmp_path):
     path = tmp_path / "judged.md"
     assert main("effects", "--judge", "3", "--save", path)[0] == 0
     assert path.read_text("utf-8").startswith("| way to choose | ")
+    assert path.with_suffix(".png").read_bytes().startswith(b"\x89PNG")
     assert main("effects", "--judge", "3")[1] == path.read_text("utf-8")
     assert at_once == []
 

@@ -10,7 +10,7 @@ from solver.slab import Slab
 from study.discretization.front import load_front
 from study.plan.cost.sliding import expected_displacement
 from study.plan.influence.decision import Tolerance, decide
-from study.plan.influence.limits import Limit, length_uncertainty, limits_of
+from study.plan.influence.limits import Limit, limits_of
 from study.plan.influence.scene import ASKED_FOR
 from tests.study.plan.influence.made_up import GRAVE, SLIGHT, influences
 
@@ -59,20 +59,21 @@ def test_of_a_grid_that_no_front_has_nothing_is_known() -> None:
     assert (found.half, math.isnan(found.costs)) == ("", True)
 
 
-@pytest.mark.parametrize("events", [30, 300, 3000, 30_000, 300_000])
-def test_the_length_that_is_said_to_halve_it_does(events: int) -> None:
-    """But over half a spacing, where what is left open falls to nothing at a whole one: there it says one."""
+@pytest.mark.parametrize("events", [30, 300, 3000, 30_000])
+def test_the_length_that_is_said_to_halve_what_is_left_open_does(events: int) -> None:
+    """To the two digits that are said; of one that takes more than a hundred times as long, nothing is."""
     case = replace(CASE, max_events=events)
     found = limits(case)["length of the record"]
-    here = expected_displacement(case) / case.slab.spacing
+    assert 0.0 < found.size < 1.0
     said = float(found.half.removeprefix("spacings = "))
-    assert said > here
-    assert found.size == pytest.approx(length_uncertainty(case, here), rel=1e-12)
-    assert length_uncertainty(case, said) <= 0.55 * found.size or said == 1.0
+    assert said > expected_displacement(case) / case.slab.spacing
+    longer = limits(replace(case, max_events=None, max_spacings=1.05 * said))["length of the record"]
+    assert longer.size <= 0.55 * found.size
     assert found.costs > 1.0
 
 
 def test_a_longer_record_leaves_less_open() -> None:
-    found = [length_uncertainty(CASE, spacings) for spacings in (0.1, 0.3, 2.0, 4.0, 8.0)]
+    cases = [replace(CASE, max_events=None, max_spacings=spacings) for spacings in (0.1, 0.3, 2.0, 4.0, 8.0)]
+    found = [limits(case)["length of the record"].size for case in cases]
     assert found == sorted(found, reverse=True)
     assert found[-1] > 0.0

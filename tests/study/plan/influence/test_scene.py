@@ -94,6 +94,6 @@ def test_speed_and_stiffness_grow_as_the_drives() -> None:
 
 def test_every_group_that_governs_an_effect_is_listed() -> None:
     governing = {group for omission in OMISSIONS.values() for group in omission.groups}
-    assert governing == {*GROUPS, *GROUPS_OF_DRIVES}
+    assert governing <= {*GROUPS, *GROUPS_OF_DRIVES}
     assert {name for names in ASKED_FOR.values() for name in names} <= set(OBSERVABLES)
     assert set(OF_DRIVES) <= set(OBSERVABLES)
