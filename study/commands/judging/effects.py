@@ -31,6 +31,8 @@ def work(measured: int | None, judged: int | None, save: Path | None, processes:
             raise Refusal("--measure and --judge: needs one of them at a time")
         if save and not (measured or judged):
             raise Refusal("--save: needs --measure or --judge beside it")
+        if save and judged and save.suffix == ".png":
+            raise Refusal(f"--save {save}: needs the name of a text, as judged.md; its picture is written beside it")
         if not (measured or judged):
             say(f"relative change by leaving an effect out; measured on {load_influences().about['scenes']}")
             print_table(_table(load_influences()))

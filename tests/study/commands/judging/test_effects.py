@@ -26,6 +26,7 @@ def test_every_effect_is_shown_with_what_governs_it(main):
     [
         (("--measure", "40", "--judge", "1"), "--measure and --judge: needs one of them at a time"),
         (("--save", "a.json"), "--save: needs --measure or --judge beside it"),
+        (("--judge", "1", "--save", "a.png"), "--save a.png: needs the name of a text"),
         (("--measure", "39"), "39 is not in the range x>=40"),
         (("--judge", "0"), "0 is not in the range x>=1"),
         (("--judge", "1", "-j", "0"), "0 is not in the range x>=1"),
