@@ -1,5 +1,6 @@
 """The tasks of each case."""
 
+import itertools
 from array import array
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, field
@@ -56,6 +57,16 @@ class TasksOfCases(Mapping[str, CaseTasks]):
         self._names.append(self._known.setdefault(names, names))
         self._begins.append(len(self._keys))
         self._keys += keys.values()
+
+    def alike(self) -> Iterator[tuple[TaskNames, list[int], list[str]]]:
+        """Of cases with the same kinds of tasks: these, the positions of the cases, and their keys, one case behind the other."""
+        for names in self._known:
+            if len(self._known) == 1:
+                yield names, list(range(len(self))), self._keys
+                return
+            numbers = [number for number, its in enumerate(self._names) if its is names]
+            keys = (self._keys[begin : begin + len(names)] for begin in map(self._begins.__getitem__, numbers))
+            yield names, numbers, list(itertools.chain.from_iterable(keys))
 
     def __getitem__(self, case_id: str) -> CaseTasks:
         last = self._last

@@ -13,7 +13,7 @@ from study.manifest.cases import CampaignCase, Heard, expanding
 from study.manifest.manifest import Manifest
 from study.origin import Origins, foreign_among
 from study.plan.budget import estimated, spent
-from study.plan.case_tasks import CaseTasks, TasksOfCases
+from study.plan.case_tasks import TasksOfCases
 from study.plan.influence.campaign import Decider, tolerance_of
 from study.plan.influence.decision import Decision, Tolerance
 from study.plan.kinds.kind import Wanted
@@ -38,7 +38,7 @@ class Plan:
     """As they are computed: where there is a tolerance, without what it leaves out."""
     tasks: tuple[Task, ...]
     """Each distinct task once: needs first, then the longest chain of work first."""
-    case_tasks: Mapping[str, CaseTasks]
+    case_tasks: TasksOfCases
     """case_id -> its tasks."""
     tolerance: Tolerance | None = None
     """What may be left out of the cases."""

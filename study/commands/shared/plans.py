@@ -7,6 +7,7 @@ from typing import Any
 
 from study.commands.shared.arguments import folder
 from study.execution.failures import left
+from study.garbage import keep_for_good
 from study.manifest.reader import load_manifest
 from study.origin import Origins, census, here
 from study.plan.plan import Plan, make_plan
@@ -20,7 +21,9 @@ from study.results.store import Store
 def planned(campaign: Path) -> Plan:
     """The plan of a campaign file. Raises ManifestError."""
     with counting("{} cases planned") as heard:
-        return make_plan(load_manifest(campaign), heard)
+        plan = make_plan(load_manifest(campaign), heard)
+    keep_for_good()
+    return plan
 
 
 @dataclass(frozen=True, slots=True)

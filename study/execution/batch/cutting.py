@@ -9,6 +9,7 @@ from dataclasses import replace
 from itertools import accumulate
 from typing import Final, TypeVar
 
+from study.plan.case_tasks import TasksOfCases
 from study.plan.plan import Plan
 from study.results.shard import Shard
 
@@ -28,12 +29,11 @@ def part(plan: Plan, shard: Shard) -> Plan:
     blocks = [int(shard.of * (end - weight / 2.0) / ends[-1]) for end, weight in zip(ends, weights, strict=True)]
     cases = tuple(case for case, block in zip(plan.cases, blocks, strict=True) if block == shard.number - 1)
     keys = {key for case in cases for key in needed[case.case_id]}
-    return replace(
-        plan,
-        cases=cases,
-        tasks=tuple(task for task in plan.tasks if task.key in keys),
-        case_tasks={case.case_id: plan.case_tasks[case.case_id] for case in cases},
-    )
+    of_cases = TasksOfCases()
+    for case in cases:
+        of_cases.add(case, plan.case_tasks[case.case_id].keys)
+    tasks = tuple(task for task in plan.tasks if task.key in keys)
+    return replace(plan, cases=cases, tasks=tasks, case_tasks=of_cases)
 
 
 def finished_with(

@@ -4,9 +4,10 @@ What is finished and how cases ended is counted from it for very many tasks in a
 """
 
 from collections import Counter, defaultdict
-from collections.abc import Collection, Iterable, Mapping
+from collections.abc import Collection, Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from functools import cache
+from operator import attrgetter
 from typing import Any, Final
 
 import numpy as np
@@ -15,9 +16,9 @@ from numpy.typing import NDArray
 from solver.outcome import Ending, Outcome
 from study.canonical import content_hash
 from study.discretization.front import load_front
+from study.garbage import all_kept
 from study.manifest.manifest import Manifest
 from study.origin import all_sources_hash
-from study.plan.case_tasks import TaskNames
 from study.plan.influence.table import load_influences
 from study.plan.plan import Plan
 from study.plan.standing.endings import PENDING, after, as_its_case
@@ -220,41 +221,42 @@ def _counted(codes: NDArray[Any]) -> Counter[str]:
 
 def outline_of(plan: Plan) -> Outline:
     """The outline of a plan."""
-    place = {task.key: number for number, task in enumerate(plan.tasks)}
-    number_of = {kind: number for number, kind in enumerate(KINDS)}
-    drives = plan.manifest.drives if "dynamics" in plan.manifest.stages else ()
-    most = max((len(task.needs) for task in plan.tasks), default=0)
-    columns = {(kind, ""): number for number, kind in enumerate(KINDS)}
-    columns |= {("drive", drive.label): len(KINDS) + number for number, drive in enumerate(drives)}
-    of_cases = _of_cases(plan, place, columns)
-    return Outline(
-        keys=np.array([task.key for task in plan.tasks], "S20"),
-        kinds=np.array([number_of[task.kind] for task in plan.tasks], np.int8),
-        intermediate=np.array([task.intermediate for task in plan.tasks], np.bool_),
-        costs=np.array([(task.cost, task.memory, task.disk) for task in plan.tasks]).reshape(-1, 3).T,
-        needs=np.array([_places(task.needs, place, most) for task in plan.tasks], np.int32).reshape(
-            len(plan.tasks), most
-        ),
-        cases=of_cases[:, : len(KINDS)],
-        drives=of_cases[:, len(KINDS) :],
-        case_endings=np.array([_CODE[case.outcome.ending] for case in plan.cases], np.int8),
-        drive_endings=np.array([_NONE if each.drive else _CODE[each.outcome.ending] for each in drives], np.int8),
-    )
+    with all_kept():
+        tasks = plan.tasks
+        place = {task.key: number for number, task in enumerate(tasks)}
+        number_of = {kind: number for number, kind in enumerate(KINDS)}
+        drives = plan.manifest.drives if "dynamics" in plan.manifest.stages else ()
+        columns = {(kind, ""): number for number, kind in enumerate(KINDS)}
+        columns |= {("drive", drive.label): len(KINDS) + number for number, drive in enumerate(drives)}
+        of_cases = _of_cases(plan, place, columns)
+        return Outline(
+            keys=np.array(list(place), "S20"),
+            kinds=np.array([number_of[task.kind] for task in tasks], np.int8),
+            intermediate=np.array([task.intermediate for task in tasks], np.bool_),
+            costs=np.array([list(map(attrgetter(name), tasks)) for name in ("cost", "memory", "disk")], np.float64),
+            needs=_needs(tasks, place),
+            cases=of_cases[:, : len(KINDS)],
+            drives=of_cases[:, len(KINDS) :],
+            case_endings=np.array([_CODE[case.outcome.ending] for case in plan.cases], np.int8),
+            drive_endings=np.array([_NONE if each.drive else _CODE[each.outcome.ending] for each in drives], np.int8),
+        )
 
 
 def _of_cases(plan: Plan, place: Mapping[str, int], columns: Mapping[tuple[str, str], int]) -> NDArray[np.int32]:
     """Positions of the tasks of every case, each in its column."""
     found = np.full((len(plan.cases), len(columns)), _NONE, np.int32)
-    alike: defaultdict[TaskNames, list[tuple[int, list[int]]]] = defaultdict(list)
-    for number, case in enumerate(plan.cases):
-        keys = plan.case_tasks[case.case_id].keys
-        alike[tuple(keys)].append((number, [place[key] for key in keys.values()]))
-    for names, rows in alike.items():
-        numbers, places = zip(*rows, strict=True)
+    for names, numbers, keys in plan.case_tasks.alike():
         if names:
+            places = np.array([place[key] for key in keys], np.int32).reshape(len(numbers), len(names))
             found[np.ix_(numbers, [columns[name] for name in names])] = places
     return found
 
 
-def _places(keys: tuple[str, ...], place: Mapping[str, int], most: int) -> list[int]:
-    return [*(place[key] for key in keys), *[_NONE] * (most - len(keys))]
+def _needs(tasks: Sequence[Task], place: Mapping[str, int]) -> NDArray[np.int32]:
+    """Positions of what every task needs."""
+    rows: dict[tuple[str, ...], int] = {}
+    which = [rows.setdefault(task.needs, len(rows)) for task in tasks]  # many need the same
+    found = np.full((len(rows), max(map(len, rows), default=0)), _NONE, np.int32)
+    for needs, row in rows.items():
+        found[row, : len(needs)] = [place[key] for key in needs]
+    return found[which]

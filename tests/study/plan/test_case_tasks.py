@@ -28,3 +28,17 @@ def test_a_case_has_the_tasks_that_were_given_for_it() -> None:
     assert [found[f"case {number}"].record for number in (2, 0, 1, 2)] == ["r2", "r0", None, "r2"]
     assert found["case 2"].drives == {"a": "d2", "b": "e2"}
     assert "case 9" not in found
+
+
+def test_cases_with_the_same_kinds_of_tasks_are_found_together_in_their_order() -> None:
+    several, one = TasksOfCases(), TasksOfCases()
+    for case, keys in zip(cases(), KEYS, strict=True):
+        several.add(case, keys)
+        one.add(case, KEYS[0])
+    assert list(several.alike()) == [
+        (tuple(KEYS[0]), [0, 3], ["c", "r0", "c", "r0"]),
+        ((), [1], []),
+        (tuple(KEYS[2]), [2], ["c", "r2", "d2", "e2"]),
+    ]
+    assert list(one.alike()) == [(tuple(KEYS[0]), [0, 1, 2, 3], ["c", "r0"] * 4)]
+    assert list(TasksOfCases().alike()) == []
