@@ -68,7 +68,10 @@ def _kept(manifest: Manifest) -> bool:
 def _tasks(case: Case, manifest: Manifest) -> tuple[Wanted, ...]:
     shared = "dynamics" in manifest.stages or manifest.outputs.statistics
     if _kept(manifest) or not shared:
-        return (Wanted(replace(record_task(case, scalars_only=not _kept(manifest)), shared=shared)),)
+        record = record_task(case, scalars_only=not _kept(manifest))
+        return (
+            Wanted(replace(record, shared=True) if shared else record),
+        )  # a copy takes its time, for millions of tasks
     record = replace(record_task(case), intermediate=True, shared=True)
     return Wanted(record), Wanted(record_scalars_task(record), free=True)
 
