@@ -61,7 +61,7 @@ ORDER = {
     "study.accuracy": "timing setup diagram elastic_operator slip_numerics integrators influence picture table measurement",
     "study.accuracy.influence": "scenes ensembles measurement judgement verdict picture",
     "study.commands": "shared preparing running computing looking judging cli",
-    "study.commands.running": "order killed conduct",
+    "study.commands.running": "order finished killed conduct",
     "study.commands.preparing": "declared campaigns new check plan explain",
     "study.commands.computing": "declared run status collect merge submit",
     "study.commands.looking": "declared report figure show try frames",

@@ -7,7 +7,7 @@ from pathlib import Path
 from typing import Final
 
 from study.dataset.seal import seal_of
-from study.plan.plan import Plan
+from study.manifest.manifest import Manifest
 from study.plan.standing.outline import asked
 from study.results.store import Store
 from study.results.whole_file import written_whole
@@ -16,9 +16,9 @@ NOTE: Final = "dataset.json"
 """File among the results that says what the dataset beside them was made of."""
 
 
-def made_of(plan: Plan, store: Store) -> str:
+def made_of(manifest: Manifest, store: Store) -> str:
     """A hash of all that decides a dataset: the campaign, its results and failures, and the code that collects them."""
-    found = hashlib.sha256(asked(plan.manifest).encode())
+    found = hashlib.sha256(asked(manifest).encode())
     for key, head in sorted(store.heads().items()):
         found.update(f"{key} {head.seal}\n".encode())
     for key, attempt in sorted(store.failures().items()):

@@ -6,11 +6,12 @@ from pathlib import Path
 
 import click
 
+from study.commands.running.finished import nothing_to_do
 from study.commands.running.killed import blame
 from study.commands.running.order import Order
 from study.commands.shared.datasets import write_dataset
 from study.commands.shared.exits import Refusal, show
-from study.commands.shared.glance import leave
+from study.commands.shared.glance import leave, outlined
 from study.commands.shared.plans import counted, planned, print_foreign
 from study.commands.shared.refusals import refusals
 from study.execution.batch.cutting import finished_with, part
@@ -49,33 +50,40 @@ def conduct(farm: Farm, order: Order) -> int:
 
 
 def _run(farm: Farm, journal: Journal, order: Order) -> int:
-    plan, store = planned(order.campaign), Store(order.into)
-    plan = part(plan, order.shard) if order.shard else plan
+    # What cannot be planned leaves no folder.
+    plan, store = None if outlined(order.into) else planned(order.campaign), Store(order.into)
     with Lease(order.into, farm.interruption.request) as lease:
         store.prepare()
-        blame(plan, store, order.into)
         _print_outdated(store)
-        work = _left(plan, order, store)
-        _get_ready(farm, plan, order, work.tasks)
-        if work.tasks:
-            leave(plan, order.into)
-            journal.begin(farm.size, farm.unit)
-        tally = _compute(farm, order.into, work.tasks)
-        journal.computed(tally)
-        if tally.halt:
-            raise Refusal(f"{tally.halt}; what is finished is kept: run again to continue")
-        if lease.lost:
-            return INTERRUPTED
-        if tally.interrupted:
-            _print_interrupted(tally)
-            return INTERRUPTED
-        store.settle()
-        drop_intermediates(plan, work.tasks, store)
-        if order.shard:
-            say(f"{order.shard} is done; {whole(f'nanoslip merge {order.campaign}')} brings all shards together")
-        else:
-            write_dataset(plan, store)
-        return _conclude(tally.crashed, len(work.given_up), order)
+        if plan is None and nothing_to_do(order, store):
+            return 0
+        return _carry_out(farm, journal, order, plan or planned(order.campaign), store, lease)
+
+
+def _carry_out(farm: Farm, journal: Journal, order: Order, plan: Plan, store: Store, lease: Lease) -> int:
+    plan = part(plan, order.shard) if order.shard else plan
+    blame(plan, store, order.into)
+    work = _left(plan, order, store)
+    _get_ready(farm, plan, order, work.tasks)
+    leave(plan, order.into)
+    if work.tasks:
+        journal.begin(farm.size, farm.unit)
+    tally = _compute(farm, order.into, work.tasks)
+    journal.computed(tally)
+    if tally.halt:
+        raise Refusal(f"{tally.halt}; what is finished is kept: run again to continue")
+    if lease.lost:
+        return INTERRUPTED
+    if tally.interrupted:
+        _print_interrupted(tally)
+        return INTERRUPTED
+    store.settle()
+    drop_intermediates(plan, work.tasks, store)
+    if order.shard:
+        say(f"{order.shard} is done; {whole(f'nanoslip merge {order.campaign}')} brings all shards together")
+    else:
+        write_dataset(plan, store)
+    return _conclude(tally.crashed, len(work.given_up), order)
 
 
 def _print_outdated(store: Store) -> None:

@@ -8,6 +8,7 @@ import xarray as xr
 from study.dataset import file
 from study.dataset.collection.collect import collect
 from study.dataset.made_of import is_made_of, made_of, note
+from study.manifest.manifest import Manifest
 from study.plan.plan import Plan
 from study.report.common import said_once
 from study.report.console import print_sentences, print_table, say, whole
@@ -20,16 +21,22 @@ def write_dataset(plan: Plan, store: Store, anew: bool = False) -> None:
 
     anew: also where it is there already.
     """
+    if not anew and print_written(plan.manifest, store):
+        return
+    path, collected = store.folder.parent / file.FILE, collect(plan, store)
+    file.write(collected, path)
+    note(path, store, made_of(plan.manifest, store))
+    _print(collected, path)
+
+
+def print_written(manifest: Manifest, store: Store) -> bool:
+    """Print the dataset that is there already; whether there is one, of just the results that are there."""
     path = store.folder.parent / file.FILE
-    now = made_of(plan, store)
-    if not anew and is_made_of(path, store, now):
+    if is_made_of(path, store, made_of(manifest, store)):
         with suppress(StoreError), file.reading(path) as found:  # else it was damaged
             _print(found, path)
-            return
-    collected = collect(plan, store)
-    file.write(collected, path)
-    note(path, store, now)
-    _print(collected, path)
+            return True
+    return False
 
 
 def _print(dataset: xr.Dataset, path: Path) -> None:

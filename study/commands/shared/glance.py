@@ -14,6 +14,7 @@ import numpy as np
 
 from study.commands.shared.plans import planned
 from study.execution.failures import given_up
+from study.manifest.manifest import Manifest
 from study.manifest.reader import load_manifest
 from study.origin import Origins, foreign_among
 from study.plan.plan import Plan
@@ -49,9 +50,16 @@ class Glance:
 
 def glance(campaign: Path, out: Path) -> Glance:
     """How far a campaign is. Raises ManifestError."""
-    manifest = load_manifest(campaign)
-    found = _outline(out / FOLDER / FILE, asked(manifest)) or outline_of(planned(campaign))
-    return _glance(campaign, manifest.title, found, (Store(out, whole=False),))
+    manifest, store = load_manifest(campaign), Store(out, whole=False)
+    return at_hand(campaign, manifest, store) or _glance(
+        campaign, manifest.title, outline_of(planned(campaign)), (store,)
+    )
+
+
+def at_hand(campaign: Path, manifest: Manifest, store: Store) -> Glance | None:
+    """The same where a run has left the outline of the plan; None where none has, or that of another plan."""
+    found = _outline(store.folder / FILE, asked(manifest))
+    return _glance(campaign, manifest.title, found, (store,)) if found else None
 
 
 def _glance(campaign: Path, title: str, outline: Outline, known: tuple[Store, ...]) -> Glance:
@@ -79,6 +87,11 @@ def leave(plan: Plan, out: Path) -> None:
     # Without it, looking takes longer: that is all.
     with suppress(OSError), written_whole(out / FOLDER / FILE) as scratch, scratch.open("wb") as file:
         np.savez(file, **columns)
+
+
+def outlined(out: Path) -> bool:
+    """Whether a run has left an outline among these results, of whatever plan."""
+    return (out / FOLDER / FILE).is_file()
 
 
 def _outline(path: Path, expected: str) -> Outline | None:

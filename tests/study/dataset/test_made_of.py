@@ -25,12 +25,12 @@ def made(small, tmp_path: Path) -> tuple[Plan, Store, Path]:
         store.write(known.read(key))
     path = tmp_path / file.FILE
     file.write(collect(plan, store), path)
-    note(path, store, made_of(plan, store))
+    note(path, store, made_of(plan.manifest, store))
     return plan, store, path
 
 
 def up_to_date(plan: Plan, store: Store, path: Path) -> bool:
-    return is_made_of(path, store, made_of(plan, store))
+    return is_made_of(path, store, made_of(plan.manifest, store))
 
 
 def test_what_was_written_is_up_to_date(made):
