@@ -96,9 +96,10 @@ def outlined(out: Path) -> bool:
 
 def _outline(path: Path, expected: str) -> Outline | None:
     """The outline that a run has left there; None where it has not, or another one."""
-    with suppress(OSError, ValueError, KeyError, EOFError, zipfile.BadZipFile):
+    # Damaged, it may ask for a password or an unknown compression, which are RuntimeErrors.
+    with suppress(OSError, ValueError, KeyError, EOFError, RuntimeError, zipfile.BadZipFile):
         if path.is_file():
-            with np.load(path, allow_pickle=False) as found:
+            with path.open("rb") as file, np.load(file, allow_pickle=False) as found:
                 if str(found[_ASKED]) == expected:
                     return Outline(**{item.name: found[item.name] for item in fields(Outline)})
     return None
