@@ -58,7 +58,8 @@ ORDER = {
     "study.figures.frames": "moments drawing film",
     "study.figures.reproduction": "punch records resolution drive stick motion scores choices",
     "study.figures.further": "findings modulation continuum chains sizes correlations nodes stick_slip_map friction_map schemes",
-    "study.accuracy": "timing digits setup diagram elastic_operator slip_numerics integrators influence picture table measurement",
+    "study.accuracy": "timing digits setup diagram elastic_operator slip_numerics integrators influence picture table "
+    "measurement",
     "study.accuracy.influence": "scenes ensembles measurement judgement verdict picture",
     "study.commands": "shared preparing running computing looking judging cli",
     "study.commands.running": "order finished killed conduct",

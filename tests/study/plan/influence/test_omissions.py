@@ -12,6 +12,7 @@ from solver.slab import SCHEMES, Slab
 from study.accuracy.influence.scenes import random_scene
 from study.plan.influence.omissions import OF_THE_CASE, OF_THE_DRIVE, OMISSIONS, Omission, measured_like
 from study.plan.influence.scene import OBSERVABLES, OF_DRIVES, Scene
+from study.shipped import folder
 
 SCENES = [random_scene(seed) for seed in range(60)]
 ALL = pytest.mark.parametrize("omission", OMISSIONS.values(), ids=OMISSIONS)
@@ -125,3 +126,11 @@ def test_all_measured_scenes_are_like_the_measured_ones() -> None:
         assert measured_like(scene.case) == ""
         for omission in OF_THE_CASE:
             assert measured_like(omission.left_out(scene).case) == ""
+
+
+def test_the_reference_names_every_effect_and_what_governs_it() -> None:
+    lines = (folder("campaigns") / "keys.md").read_text("utf-8").splitlines()
+    rows = [line.strip("| ").split(" | ") for line in lines if line.startswith("| `") and line.count("|") == 4]
+    found = {row[0].strip("`"): row[2] for row in rows}
+    governed = {name: ", ".join(group.symbol for group in each.groups) for name, each in OMISSIONS.items()}
+    assert {name: found.get(name) for name in OMISSIONS} == governed
