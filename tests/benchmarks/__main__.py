@@ -16,7 +16,19 @@ from pathlib import Path
 
 from tests.benchmarks.table import Row, as_markdown
 
-NAMES = ("sliding", "coulomb", "growth", "compliance", "dynamics", "effects", "campaign", "memory", "start_up", "scale")
+NAMES = (
+    "sliding",
+    "coulomb",
+    "growth",
+    "compliance",
+    "dynamics",
+    "effects",
+    "mixed",
+    "campaign",
+    "memory",
+    "start_up",
+    "scale",
+)
 
 
 def main(names: list[str]) -> None:
