@@ -104,7 +104,7 @@ def _tolerated(files: NamedFiles, top: dict[str, Any]) -> Tolerated | None:
 
 SECONDS: Final = "seconds"
 """Key of [limits] that limits no case, but how long a task may take."""
-_OTHERS: Final = {"limits": (SECONDS,), "effects": tuple(_TOLERATED)}
+OTHERS: Final = {"limits": (SECONDS,), "effects": tuple(_TOLERATED)}
 """Table -> its keys that are no parameters of a case."""
 
 
@@ -118,7 +118,7 @@ class _Reader(NamedFiles):
         profile = self.profile(top.get("heterogeneity", {}))
         seconds = self._task_seconds(top)
         tolerated = _tolerated(self, top)
-        fixed = {name: self.words_of_table(name, top.get(name, {}), _OTHERS.get(name, ())) for name in TABLES}
+        fixed = {name: self.words_of_table(name, top.get(name, {}), OTHERS.get(name, ())) for name in TABLES}
         fixed["heterogeneity"].pop("roughness", None)
         if profile:
             where = f"{self.path}: heterogeneity.roughness"

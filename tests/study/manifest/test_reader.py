@@ -12,7 +12,7 @@ from study.manifest.drives import NamedDrive, drive_parameters
 from study.manifest.manifest import Manifest, Outputs, field_names
 from study.manifest.parameters import TABLES, words_of
 from study.manifest.problems import ManifestError
-from study.manifest.reader import SECONDS, load_manifest, parse_manifest
+from study.manifest.reader import OTHERS, SECONDS, load_manifest, parse_manifest
 from study.plan.plan import make_plan
 
 CAMPAIGNS = Path(__file__).parents[3] / "campaigns"
@@ -350,9 +350,9 @@ def test_the_reference_names_every_parameter() -> None:
     assert sorted(rows) == sorted([SECONDS, *(word for table in TABLES for word in words_of(table))])
 
 
-def test_the_reference_names_every_key_of_drives_and_outputs() -> None:
+def test_the_reference_names_every_key_of_drives_outputs_and_tolerances() -> None:
     rows = re.findall(r"^\| `(\w+)` \|", (CAMPAIGNS / "keys.md").read_text("utf-8"), re.MULTILINE)
-    assert {"name", *drive_parameters(), *field_names(Outputs)} <= set(rows)
+    assert {"name", *drive_parameters(), *field_names(Outputs), *OTHERS["effects"]} <= set(rows)
 
 
 @pytest.mark.parametrize("path", sorted(CAMPAIGNS.rglob("*.toml")), ids=lambda path: path.stem)
