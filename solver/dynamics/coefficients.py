@@ -121,7 +121,7 @@ def _as_asked(friction: FrictionCoefficients, plateau: Plateau, drive: Drive) ->
         return friction.outcome
     why = "raise duration"
     if plateau.relative_uncertainty > enough:
-        why = f"its record knows the plateau to {plateau.relative_uncertainty:.1%} only: lower limits.uncertainty"
+        why = f"its record knows the plateau to {plateau.relative_uncertainty:.2%} only: lower limits.uncertainty"
     return Outcome(Ending.COMPLETED, f"kinetic friction is known to {found:.2%}, not {enough:.2%}: {why}")
 
 

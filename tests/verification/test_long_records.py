@@ -40,7 +40,7 @@ def test_the_plateau_does_not_know_how_the_pin_came_down(n_x: int) -> None:
     for one in found.values():
         for other in found.values():
             assert abs(one.mean - other.mean) <= 2.0 * math.hypot(one.uncertainty, other.uncertainty), line
-            assert one.uncertainty < 4e-3 * one.mean, line  # the comparison means something
+            assert one.uncertainty < 5e-3 * one.mean, line  # the comparison means something
 
 
 @pytest.mark.parametrize("residual_shear", [0.0, 0.5])
