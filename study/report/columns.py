@@ -18,7 +18,7 @@ LEAST_ROOM: Final = 24
 _NO_BREAK: Final = "\N{NO-BREAK SPACE}"
 _TOGETHER: Final = re.compile(" [=±<≤>≥] |nanoslip (?=[a-z])")
 """Words that belong together: what a sign joins, and the name of a command."""
-_NUMBER: Final = re.compile(r"[-+]?[\d.]|[–…-]?$|nan|inf")
+_NUMBER: Final = re.compile(r"[-+]?[\d.]|[–…-]?$|(nan|inf)\b")
 _SENTENCE: Final = re.compile(r": | (?=\[)")
 """Where an outcome ends and its flags or its message begin."""
 

@@ -165,6 +165,10 @@ OMISSIONS: Final = {each.name: each for each in (*OF_THE_CASE, *OF_THE_DRIVE)}
 """Name -> every effect that can be left out, those of the contact first."""
 
 
+FEWEST_NODES: Final = 11.0
+"""Nodes in contact, as they are estimated, of the narrowest contacts that were measured."""
+
+
 def measured_like(case: Case) -> str:
     """Why nothing can be said of a case; empty where scenes like it were measured."""
     default, drawn = Case(), case.heterogeneity
@@ -177,5 +181,8 @@ def measured_like(case: Case) -> str:
         and drawn.distribution != default.heterogeneity.distribution,
         f"scheme = {case.slab.scheme}": not isinstance(case.slab.scheme, Galerkin | HalfPlane),
         "friction = false": not case.effects.friction,
+        f"poisson = {case.slab.poisson:g}": case.slab.poisson < 0.0,
+        f"intrinsic_friction = {case.intrinsic_friction:g}": not 0.1 <= case.intrinsic_friction <= 1.5,
+        "so few nodes in contact": NODES.of(Scene(case)) < FEWEST_NODES,
     }
     return next((reason for reason, is_unlike in unlike.items() if is_unlike), "")

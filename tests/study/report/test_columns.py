@@ -153,3 +153,9 @@ def test_prose_is_folded_in_its_column_and_below_its_row_where_that_is_narrow(wi
     assert " ".join(" ".join(lines).split()).startswith(f"plateau_spacings 0.386843 {meaning} events 2000")
     indent = column if width - column >= LEAST_ROOM else 4
     assert all(line.startswith(" " * indent) for line in lines if line.startswith(" ") and len(line.split()) < 6)
+
+
+def test_a_sentence_that_begins_like_infinity_is_no_number() -> None:
+    rows = (("a", "influence not known"), ("b", "matters"))
+    lines = [line.text for line in table_lines(Table(("effect", "why"), rows, prose=True), 40)]
+    assert len({line.index(cell[1][:3]) for line, cell in zip(lines[2:], rows, strict=True)}) == 1

@@ -5,7 +5,7 @@ import pytest
 from study.plan.influence.omissions import OMISSIONS
 from study.plan.influence.scene import GROUPS_OF_DRIVES
 from tests.conftest import SMALL
-from tests.study.plan.influence.made_up import SLIGHT, text
+from tests.study.plan.influence.made_up import CAMPAIGN, SLIGHT, text
 
 SELECTED = ("intrinsic_friction=0.5", "radius=50")
 WITHIN = '[effects]\nwithin = 0.01\ninfluences = "mine.json"\n'
@@ -15,7 +15,7 @@ WITHIN = '[effects]\nwithin = 0.01\ninfluences = "mine.json"\n'
 def tolerant(campaign):
     """The small campaign, with a tolerance beyond which nothing matters."""
     campaign.with_name("mine.json").write_text(text(SLIGHT))
-    campaign.write_text(SMALL + WITHIN)
+    campaign.write_text(CAMPAIGN + WITHIN)
     return campaign
 
 

@@ -9,7 +9,7 @@ from study.manifest.reader import load_manifest
 from study.plan.influence.omissions import OMISSIONS
 from study.plan.plan import make_plan
 from tests.conftest import PARTLY_REFUSED, SMALL
-from tests.study.plan.influence.made_up import GRAVE, SLIGHT, text
+from tests.study.plan.influence.made_up import CAMPAIGN, GRAVE, SLIGHT, text
 
 
 def test_a_plan_shows_effects_tasks_and_memory(main, campaign):
@@ -80,7 +80,7 @@ def test_drives_that_no_stage_computes_are_named_and_left_out(main, campaign):
     assert "left out, as" not in main("plan", campaign)[1]
 
 
-TOLERANT = SMALL + '[effects]\nwithin = 0.01\ninfluences = "mine.json"\n'
+TOLERANT = CAMPAIGN + '[effects]\nwithin = 0.01\ninfluences = "mine.json"\n'
 
 
 def test_what_a_tolerance_leaves_out_is_one_sentence_and_a_table_if_asked_for(main, campaign):

@@ -19,7 +19,7 @@ from study.plan.standing.outline import asked
 from study.results.store import Store
 from tests.conftest import SMALL
 from tests.study.dataset.campaigns import compute
-from tests.study.plan.influence.made_up import SLIGHT, text
+from tests.study.plan.influence.made_up import CAMPAIGN, SLIGHT, text
 
 WITHIN = '[effects]\nwithin = 0.01\ninfluences = "mine.json"\n'
 
@@ -39,13 +39,13 @@ def of_influence(found: xr.Dataset) -> set[str]:
 
 
 def test_without_a_tolerance_nothing_is_said_of_it(tmp_path: Path) -> None:
-    _, found = computed(tmp_path, SMALL)
+    _, found = computed(tmp_path, CAMPAIGN)
     assert not of_influence(found)
     assert INFLUENCES not in found.attrs
 
 
 def test_every_case_and_drive_says_what_it_lacks_and_what_that_is_expected_to_change(tmp_path: Path) -> None:
-    plan, found = computed(tmp_path, SMALL + WITHIN)
+    plan, found = computed(tmp_path, CAMPAIGN + WITHIN)
     assert found.attrs[INFLUENCES] == str(plan.tolerance.influences)  # type: ignore[union-attr]
     assert found.attrs["manifest_influences"] == text(SLIGHT)
     said = []
@@ -90,7 +90,7 @@ def test_a_refused_case_says_nothing_of_it(tmp_path: Path) -> None:
 def test_the_same_results_give_the_same_bytes(tmp_path: Path) -> None:
     kept = []
     for name in ("one", "two"):
-        _, found = computed(tmp_path / name, SMALL + WITHIN)
+        _, found = computed(tmp_path / name, CAMPAIGN + WITHIN)
         file.write(found, tmp_path / f"{name}.nc")
         kept.append((tmp_path / f"{name}.nc").read_bytes())
     assert kept[0] == kept[1]
@@ -101,15 +101,15 @@ def test_other_influences_are_another_plan_and_another_dataset(tmp_path: Path) -
     told = []
     for change in (1e-3, 2e-3):
         (tmp_path / "mine.json").write_text(text(dict.fromkeys(SLIGHT, change)))
-        (tmp_path / "mine.toml").write_text(SMALL + WITHIN)
+        (tmp_path / "mine.toml").write_text(CAMPAIGN + WITHIN)
         plan = make_plan(load_manifest(tmp_path / "mine.toml"))
-        told.append((asked(plan.manifest), made_of(plan, Store(tmp_path))))
+        told.append((asked(plan.manifest), made_of(plan.manifest, Store(tmp_path))))
     assert len({each[0] for each in told}) == len({each[1] for each in told}) == 2
 
 
 def test_where_everything_matters_the_numbers_are_those_without_a_tolerance(tmp_path: Path) -> None:
-    _, plain = computed(tmp_path / "plain", SMALL)
-    _, tolerant = computed(tmp_path / "tolerant", SMALL + WITHIN, dict.fromkeys(SLIGHT, 0.5))
+    _, plain = computed(tmp_path / "plain", CAMPAIGN)
+    _, tolerant = computed(tmp_path / "tolerant", CAMPAIGN + WITHIN, dict.fromkeys(SLIGHT, 0.5))
     assert set(tolerant["left_out"].values.ravel()) == {""}
     xr.testing.assert_identical(tolerant.drop_vars(of_influence(tolerant)).drop_attrs(), plain.drop_attrs())
 
@@ -125,7 +125,7 @@ def test_where_everything_matters_the_numbers_are_those_without_a_tolerance(tmp_
 def test_parameters_are_those_that_were_asked_for_whatever_was_left_out(tmp_path: Path, axes: str, design: str) -> None:
     """So that cases are found, and compared, by what the campaign says of them."""
     campaign = f'title = "x"\ndesign = "{design}"\n[axes]\n{axes}[constants]\nradius = 50.0\n[limits]\nevents = 200\n'
-    campaign += "[numerics]\nn_x = 33\n"
+    campaign += "[numerics]\nn_x = 65\n"
     (plain, _), (tolerant, _) = (
         (found, plan)
         for plan, found in (

@@ -6,6 +6,7 @@ import numpy as np
 
 from study.plan.influence.omissions import OMISSIONS
 from study.plan.influence.table import Influences, Measured, as_text
+from tests.conftest import SMALL
 
 SCENES = 40
 FAR = 60.0
@@ -35,3 +36,6 @@ SLIGHT = dict.fromkeys(OMISSIONS, 1e-3)
 """Nothing matters."""
 GRAVE = dict.fromkeys(OMISSIONS, 0.5)
 """Everything matters."""
+
+CAMPAIGN = SMALL.replace("n_x = 17", "n_x = 65")
+"""The small campaign with as many nodes in contact as scenes were measured with."""

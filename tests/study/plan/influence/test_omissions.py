@@ -134,3 +134,13 @@ def test_the_reference_names_every_effect_and_what_governs_it() -> None:
     found = {row[0].strip("`"): row[2] for row in rows}
     governed = {name: ", ".join(group.symbol for group in each.groups) for name, each in OMISSIONS.items()}
     assert {name: found.get(name) for name in OMISSIONS} == governed
+
+
+def test_a_case_beyond_the_measured_ranges_is_named_by_what_it_has() -> None:
+    """Whatever groups govern an effect: what was not seen at all is not extrapolated to."""
+    for case, reason in (
+        (Case(slab=Slab(65, poisson=-0.2)), "poisson = -0.2"),
+        (Case(intrinsic_friction=5.0), "intrinsic_friction = 5"),
+        (Case(radius=1.0), "few nodes"),
+    ):
+        assert reason in measured_like(case)
