@@ -1,7 +1,9 @@
 """When a record ends that is to know its plateau to a given uncertainty: as soon as it does.
 
-It is looked at after numbers of events that grow by a tenth, so that it is at most about a tenth longer than it had to be, and
-looking costs little. Looking changes nothing: event by event the record is one without a target.
+It is looked at after numbers of events that grow by a tenth, so that looking costs little and the record is at most about a fifth
+longer than it had to be. Two looks in a row have to be content: who stops at the first picks records that are lucky just then, of
+which twice ± held in 90 of 100 at 0.1 %, and in 94 with two. Looking changes nothing: event by event the record is one without a
+target.
 """
 
 import math
@@ -30,15 +32,21 @@ class Target:
 
     def __init__(self, case: Case, start: ContactState, initial_stiffness: float) -> None:
         self._case, self._start, self._initial_stiffness = case, start, initial_stiffness
+        self._content = False
         self.next_look = MOST_EVENTS if case.target_uncertainty is None else FIRST_LOOK
 
     def reached(self, events: Events, held: int) -> bool:
-        """Whether the record of the first `held` events knows its plateau well enough; False where no look is due."""
+        """Whether the record of the first `held` events, and that at the look before, knows its plateau well enough.
+
+        False where no look is due.
+        """
         enough = self._case.target_uncertainty
         if enough is None or held < self.next_look:
             return False
         self.next_look = held + max(held // GROWTH, 1)
-        return self._possible(events, held) and self._relative_uncertainty(events, held) <= enough
+        before = self._content
+        self._content = self._possible(events, held) and self._relative_uncertainty(events, held) <= enough
+        return before and self._content
 
     def _possible(self, events: Events, held: int) -> bool:
         """Whether the plateau of so many events can be known well enough, whatever it is like: cheap, as the model says that."""

@@ -92,12 +92,13 @@ def cut(record: FrictionRecord, spacings: float) -> FrictionRecord:
 
 def until(record: FrictionRecord, target: float) -> FrictionRecord | None:
     """The record as it would be with a target for its plateau; None where it does not get there."""
-    look = FIRST_LOOK
+    look, content = FIRST_LOOK, False
     while look <= len(record.displacement):
         columns = {name: getattr(record, name)[:look] for name in EVENT_TYPES}
         ends = {"final_displacement": record.displacement[look - 1], "final_force": record.force_after[look - 1]}
         earlier = replace(record, **columns, **ends)
-        if plateau_of(earlier).relative_uncertainty <= target:
+        before, content = content, plateau_of(earlier).relative_uncertainty <= target
+        if before and content:
             return earlier
         look += max(look // GROWTH, 1)
     return None

@@ -147,7 +147,7 @@ def needed_displacement(case: Case) -> float:
         return math.inf
     stretch = steady_friction(case) * case.normal_load / lateral_stiffness(case)
     settling = stretch * (SETTLING if spacings >= 0.5 else SETTLED)
-    return max(settling + spacings * case.slab.spacing, FIRST_LOOK * mean_step(case)) * (1.0 + 0.5 / GROWTH)
+    return max(settling + spacings * case.slab.spacing, FIRST_LOOK * mean_step(case)) * (1.0 + 1.5 / GROWTH)
 
 
 def expected_uncertainty(case: Case) -> float:

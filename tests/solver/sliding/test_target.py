@@ -1,5 +1,6 @@
 """A record that is to know its plateau ends as soon as it does, and never before; till then it is the record without a target."""
 
+import itertools
 from dataclasses import fields, replace
 from functools import lru_cache
 
@@ -21,7 +22,7 @@ CASES = {
     "over whole spacings": (Case(slab=Slab(65), max_events=None, max_spacings=6.0), 0.0007),
     "further than the first room for events": (Case(slab=Slab(129), max_events=20_000), 0.0022),
     "the paper's scheme": (replace(SMALL, slab=Slab(33, scheme="biquadratic")), 0.01),
-    "a rough pin": (replace(SMALL, heterogeneity=Heterogeneity(roughness=((-0.1, 0.0), (0.1, 1e-6)))), 0.01),
+    "a rough pin": (replace(SMALL, heterogeneity=Heterogeneity(roughness=((-0.1, 0.0), (0.1, 1e-6)))), 0.02),
     "half of the shear left": (replace(SMALL, slip_rule=SlipRule(residual_shear=0.5)), 0.008),
     "pressures frozen": (replace(SMALL, effects=Effects(pin_translation=False)), 0.025),
     "classical sliding": (replace(SMALL, slip_rule=SlipRule(residual_shear=1.0), max_events=200), 0.001),
@@ -78,15 +79,16 @@ def test_it_is_the_record_of_as_many_events_in_all_its_bits(label: str) -> None:
 
 
 @pytest.mark.parametrize("label", CASES)
-def test_it_ends_as_soon_as_its_plateau_is_known_well_enough_and_never_before(label: str) -> None:
+def test_it_ends_as_soon_as_its_plateau_is_known_at_two_looks_in_a_row_and_never_before(label: str) -> None:
     target, record = CASES[label][1], aimed(label)
     assert record.outcome.ok
     assert plateau_of(record).relative_uncertainty <= target
-    look, last = FIRST_LOOK, len(record.displacement)
-    while look < last:
-        assert plateau_of(first(record, look)).relative_uncertainty > target
+    look, last, content = FIRST_LOOK, len(record.displacement), [False]
+    while look <= last:
+        content.append(plateau_of(first(record, look)).relative_uncertainty <= target)
         look += max(look // GROWTH, 1)
-    assert look == last
+    in_a_row = [before and now for before, now in itertools.pairwise(content)]
+    assert in_a_row == [False] * (len(in_a_row) - 1) + [True]
 
 
 def test_other_limits_are_the_most_it_may_take() -> None:
