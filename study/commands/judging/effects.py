@@ -21,7 +21,7 @@ from study.report.console import counting, print_table, say, whole
 from study.results.store import StoreError
 from study.results.whole_file import written_whole
 
-SHOWN: Final = (*ASKED_FOR["contact"], *ASKED_FOR["dynamics"])
+SHOWN: Final = ("maximum_pressure", *ASKED_FOR["dynamics"])
 
 
 def work(measured: int | None, judged: int | None, save: Path | None, processes: int | None) -> None:
@@ -34,7 +34,7 @@ def work(measured: int | None, judged: int | None, save: Path | None, processes:
         if save and judged and save.suffix == ".png":
             raise Refusal(f"--save {save}: needs the name of a text, as judged.md; its picture is written beside it")
         if not (measured or judged):
-            say(f"relative change by leaving an effect out; measured on {load_influences().about['scenes']}")
+            say(f"relative change by leaving an effect out, median … 95 %; scenes: {load_influences().about['scenes']}")
             print_table(_table(load_influences()))
             return
         trials: Sequence[Trial] = ()
