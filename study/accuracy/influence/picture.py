@@ -17,7 +17,7 @@ def draw(trials: Sequence[Trial]) -> bytes:
     whole = seconds_of(trials, EVERYTHING)
     with column(height=2.8) as figure:
         axes = figure.add_subplot()
-        for number, way in enumerate(ways()):
+        for way in ways():
             changes = np.array([change(trial, way) for trial in trials])
             known = np.maximum(changes[~np.isnan(changes)], LEAST)
             if not len(known):
@@ -27,9 +27,8 @@ def draw(trials: Sequence[Trial]) -> bytes:
             median, most = (float(np.quantile(known, share)) for share in (0.5, 0.95))
             axes.plot([time, time], [median, most], color=color)
             axes.plot([time], [most], "v", [time], [median], "o", color=color)
-            above = 4 + 8 * (number % 2)
-            axes.annotate(way, (time, most), xytext=(0, above), textcoords="offset points", ha="center", fontsize=6.0)
-        axes.set(yscale="log", xlim=(0.0, 1.1), xlabel="time over that with everything on")
+            axes.annotate(way, (time, most), xytext=(3, 3), textcoords="offset points", rotation=40, fontsize=6.0)
+        axes.set(yscale="log", xlim=(0.0, 1.2), xlabel="time over that with everything on")
         axes.set_ylabel("relative change: median (●), 95 % (▼)")
         axes.margins(0.12)
         return image(figure, "png")

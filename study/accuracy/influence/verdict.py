@@ -11,6 +11,11 @@ from study.plan.influence.omissions import OMISSIONS
 from study.plan.influence.scene import LATERAL, NODES, POISSON, WIDTH
 
 WORST: Final = 10
+_HEAD: Final = (
+    "# What is left out, and what that changes",
+    "",
+    "Written by `nanoslip effects --judge`; what is promised, and to whom, is in study/accuracy/README.md.",
+)
 _GROUPS: Final = (NODES, LATERAL, WIDTH, POISSON)
 Vector = NDArray[np.float64]
 

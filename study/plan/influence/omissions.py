@@ -150,14 +150,14 @@ OF_THE_DRIVE: Final = (
         "damping",
         "no damper",
         (DAMPING, SPEED),
-        "2ζ V_o √(k m)/F of the force",
+        "c⟨(v - V_o)²⟩/(V_o F) of the force: what it dissipates on the way",
         *_drive(damping_ratio=0.0),
     ),
     Omission(
         "teeth",
         "the plateau's mean force everywhere",
         (DAMPING, SPEED, TOOTH),
-        "none without a damper; with one, its share of the force that makes the pin ring",
+        "what a damper dissipates of the ringing, as above; none without one",
         *_drive(profile="mean"),
     ),
 )
