@@ -25,7 +25,7 @@ _PRESSED = 0.2  # of that without shear: half the unknowns
 _SCALARS = (1.2e-3, 1.2e-6)  # of a record, and of each event
 _SLIP = (5e-8, 5e-10, 1e-12)  # by powers 0, 1, 2 of the entries of a tableau's row: longer ones come from memory
 _FROZEN_SLIP = (4.5e-8, 1.5e-10, 5e-13)
-_ROUGH = 2.0  # a slip on a rough pin over one on a smooth pin
+_ROUGH = 4.5  # a slip on a rough pin over one on a smooth pin
 _COULOMB_TOUCH = (
     2e-8  # initial contact with Coulomb friction, times the cube of the nodes: they come to slide one by one
 )
