@@ -11,7 +11,7 @@ import xarray as xr
 from numpy.typing import NDArray
 
 from solver.outcome import Outcome
-from solver.quantity import Quantity, attributes
+from solver.quantity import GRID_ERROR, Quantity, attributes
 from solver.sliding.validity import advice_on, flags_in
 from study.dataset.collection.layout import Layout
 from study.dataset.variables import (
@@ -105,11 +105,23 @@ class Table:
         for kind in self._waiting:
             self._enter_waiting(kind)
         found = {}
-        for name, values in self._values.items():
+        for name, values in (self._values | self._less_certain()).items():
             dims = self._dims[self._of[name]]
             found[name] = xr.Variable(
                 tuple(dims), values.reshape(tuple(dims.values())), attributes(self._quantities[name])
             )
+        return found
+
+    def _less_certain(self) -> dict[str, NDArray[Any]]:
+        """Uncertainties with what leaving effects out is expected to change: NaN where that is not known."""
+        found: dict[str, NDArray[Any]] = {}
+        for kind in KINDS:
+            for name, quantity in scalars(kind).items():
+                change = f"{quantity.name}_influence"
+                for each in (quantity, companions(kind).get(name)):
+                    if each and change in self._values and each.uncertainty not in ("", GRID_ERROR):
+                        size = self._values[change] * np.abs(self._values[each.name])
+                        found[each.uncertainty] = np.hypot(self._values[each.uncertainty], size)
         return found
 
     def put(self, name: str, case: CampaignCase, drive: str, value: object) -> None:

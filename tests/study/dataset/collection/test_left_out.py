@@ -137,3 +137,16 @@ def test_parameters_are_those_that_were_asked_for_whatever_was_left_out(tmp_path
     assert plain.coords.keys() == tolerant.coords.keys()
     for name in plain.coords:
         xr.testing.assert_identical(plain[name].variable, tolerant[name].variable)
+
+
+def test_uncertainties_hold_what_leaving_out_is_expected_to_change(tmp_path: Path) -> None:
+    """They are no smaller than that, and as large a share of a number in whatever unit it is given."""
+    _, found = computed(tmp_path, CAMPAIGN + WITHIN)
+    for name, error in (("plateau_mean", "plateau_uncertainty"), ("kinetic_friction", "kinetic_friction_uncertainty")):
+        change = (found[f"{name}_influence"] * abs(found[name])).values
+        known = np.isfinite(change) & np.isfinite(found[error].values)
+        assert known.any()
+        assert (change[known] > 0.0).all()
+        assert (found[error].values[known] >= change[known]).all()
+    share = found["plateau_uncertainty"] / found["plateau_mean"]
+    xr.testing.assert_allclose(found["plateau_ratio_uncertainty"] / found["plateau_ratio"], share)
