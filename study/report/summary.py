@@ -16,7 +16,7 @@ from solver.quantity import GRID_ERROR
 from solver.sliding.validity import flags_in
 from solver.view import with_error
 from study.dataset.collection.ensemble import over_members
-from study.dataset.variables import OUTCOMES, VALIDITY, parameters, scalars
+from study.dataset.variables import DRIVE, LEFT_OUT, OUTCOMES, VALIDITY, parameters, scalars
 from study.figures.sweep.label import in_unit, said, unit_of
 from study.figures.sweep.points import listed
 from study.manifest.parameters import Value
@@ -96,6 +96,17 @@ def flag_summary(dataset: xr.Dataset) -> list[str]:
         return words({name: here[name].item() for name in varying})
 
     return flag_lines(masks.values.ravel().tolist(), first if masks.size > 1 else lambda _: "")
+
+
+def left_out_summary(dataset: xr.Dataset) -> list[str]:
+    """One line of what a campaign's tolerance left out, and of how many cases and drives; none where nothing is."""
+    found = []
+    for variable, what in ((LEFT_OUT[""], "cases"), (LEFT_OUT[DRIVE], "drives")):
+        if variable.name in dataset:
+            texts = dataset[variable.name].values.ravel().tolist()
+            counts = Counter(effect for text in texts if text for effect in text.split(", "))
+            found += [f"{effect} ({count} of {len(texts)} {what})" for effect, count in counts.items()]
+    return [f"left out: {', '.join(found)}; what that is expected to change is part of ±"] if found else []
 
 
 def failure_summary(dataset: xr.Dataset) -> list[str]:

@@ -12,7 +12,7 @@ from study.manifest.manifest import Manifest
 from study.plan.plan import Plan
 from study.report.common import said_once
 from study.report.console import print_sentences, print_table, say, whole
-from study.report.summary import drive_summary, failure_summary, flag_summary, scalar_table
+from study.report.summary import drive_summary, failure_summary, flag_summary, left_out_summary, scalar_table
 from study.results.store import Store, StoreError
 
 
@@ -53,4 +53,4 @@ def print_summary(dataset: xr.Dataset) -> None:
     print_sentences(alike)
     print_sentences(drive_summary(dataset))
     print_sentences(failure_summary(dataset), "failed")
-    print_sentences(flag_summary(dataset))
+    print_sentences([*flag_summary(dataset), *left_out_summary(dataset)])

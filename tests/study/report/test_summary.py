@@ -6,7 +6,7 @@ import numpy as np
 import xarray as xr
 
 from study import api
-from study.report.summary import FEW, drive_summary, failure_summary, scalar_table
+from study.report.summary import FEW, drive_summary, failure_summary, left_out_summary, scalar_table
 
 CONTACTS = {
     "title": "Contacts",
@@ -137,3 +137,15 @@ def test_a_list_of_cases_is_labelled_by_what_its_author_lists_and_not_by_what_fo
     )
     assert len(set(found.bottom_row.values.tolist())) == 2
     assert scalar_table(found).header[:3] == ("R/L_x", "n_x", "a/L_x")
+
+
+def test_what_is_left_out_is_one_line_with_counts() -> None:
+    texts = {
+        "left_out": ("case", ["", "roughness"]),
+        "drive_left_out": (("case", "drive"), [["teeth", ""], ["", "teeth"]]),
+    }
+    assert left_out_summary(xr.Dataset(texts)) == [
+        "left out: roughness (1 of 2 cases), teeth (2 of 4 drives); what that is expected to change is part of ±"
+    ]
+    assert left_out_summary(xr.Dataset({"left_out": ("case", ["", ""])})) == []
+    assert left_out_summary(xr.Dataset()) == []
