@@ -78,10 +78,8 @@ class Table:
                 self._declare(kind, ending, PENDING)
                 self._declare(kind, message, "")
                 self._declare(kind, COMPUTED_BY[kind], "")
-            if manifest.tolerated and (not kind or kind in kinds):
-                self._declare(kind, LEFT_OUT[kind], "")
-        for name in yielded(manifest) if manifest.tolerated else ():
-            self._declare(DRIVE if name in OF_DRIVES else "", influences()[name], np.nan)
+                if manifest.tolerated:
+                    self._declare(kind, LEFT_OUT[kind], "")
         self._declare("", DISCRETIZATION_ERROR, np.nan)
         self._declare("", ADVICE, "")
         for kind in KINDS:
@@ -90,6 +88,8 @@ class Table:
                 for name, quantity in (*scalars(kind).items(), *companions(kind).items()):
                     if name not in apart:
                         self._declare(kind, quantity, _nothing(quantity))
+        for name in yielded(manifest) if manifest.tolerated else ():
+            self._declare(DRIVE if name in OF_DRIVES else "", influences()[name], np.nan)
         for each in groups:
             self._declare("drive" if each.driven else "", each.id, "")
 
