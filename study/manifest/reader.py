@@ -91,6 +91,7 @@ def _tolerated(files: NamedFiles, top: dict[str, Any]) -> Tolerated | None:
         files.refuse(f"effects.{key} = {shown(given[key])}", f"needs {_TOLERATED[key][1]}")
     if given and "within" not in given:
         files.refuse(f"effects.{next(iter(given))}", "needs within = 0.01, or another tolerance, beside it")
+    text = None if "influences" in wrong else files.measured("influences", given)
     if wrong or "within" not in given:
         return None
     return Tolerated(
@@ -98,7 +99,7 @@ def _tolerated(files: NamedFiles, top: dict[str, Any]) -> Tolerated | None:
         tuple(given.get("observables", ())),
         tuple(given.get("keep", ())),
         files.path.parent / given["influences"] if "influences" in given else None,
-        files.measured("influences", given),
+        text,
     )
 
 

@@ -51,9 +51,11 @@ def _differing(points: Sequence[Mapping[str, Value]]) -> str:
 
 
 def _is(value: Value | None, text: str) -> bool:
-    """Whether a value is what somebody wrote."""
+    """Whether a value is what somebody wrote, as a campaign has it or as a table shows it."""
     if isinstance(value, str):
         return value == text
+    if isinstance(value, bool):
+        return text.lower() == str(value).lower()
     try:
         return value is not None and float(text) == float(value)
     except ValueError:

@@ -91,3 +91,11 @@ def test_effects_are_a_table(content: str) -> None:
 def test_a_tolerance_is_no_axis() -> None:
     with pytest.raises(ManifestError, match=r"axes\.within"):
         parse_manifest(FILE, 'title = "x"\n[axes]\nwithin = [0.1, 0.2]\n', {})
+
+
+def test_a_file_that_is_not_there_is_named_beside_a_wrong_tolerance(tmp_path: Path) -> None:
+    path = tmp_path / "mine.toml"
+    path.write_text('title = "x"\neffects = {within = 1, influences = "nothing.json"}\n')
+    with pytest.raises(ManifestError) as raised:
+        load_manifest(path)
+    assert ["within" in line or "nothing.json" in line for line in raised.value.lines] == [True, True]

@@ -56,3 +56,9 @@ def test_a_word_that_gives_no_key_a_value_is_refused(word: str) -> None:
         assignments([word])
     with pytest.raises(Refusal, match="radius is given twice"):
         assignments(["radius=50", "radius=100"])
+
+
+@pytest.mark.parametrize("word", ["true", "True"])
+def test_an_effect_is_on_in_the_words_of_a_campaign_and_of_a_table(word: str) -> None:
+    cases = expand(parse_manifest(ROOT / "x.toml", 'title = "x"\naxes.coupling = [false, true]\n', {}))
+    assert chosen(cases, {"coupling": word}).parameters["coupling"] is True
