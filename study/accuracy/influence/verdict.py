@@ -33,7 +33,9 @@ def change(trial: Trial, way: str) -> float:
 def as_markdown(trials: Sequence[Trial]) -> str:
     """The whole judgement."""
     lines = [
-        "| way to choose | scenes with less | changed by more than promised | 50 % | 95 % of the changes | time | |"
+        *_HEAD,
+        "",
+        "| way to choose | scenes with less | changed by more than promised | 50 % | 95 % of the changes | time | |",
     ]
     lines += ["|---|---|---|---|---|---|---|"]
     lines += [_row(trials, way) for way in ways()]
