@@ -71,7 +71,7 @@ def test_what_is_measured_goes_to_a_pipe(main, at_once):
 def test_a_judgement_is_a_page(main, at_once, tmp_path):
     path = tmp_path / "judged.md"
     assert main("effects", "--judge", "3", "--save", path)[0] == 0
-    assert path.read_text("utf-8").startswith("| way to choose | ")
+    assert path.read_text("utf-8").startswith("# What is left out")
     assert path.with_suffix(".png").read_bytes().startswith(b"\x89PNG")
     assert main("effects", "--judge", "3")[1] == path.read_text("utf-8")
     assert at_once == []
