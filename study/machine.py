@@ -1,4 +1,4 @@
-"""The machine and the libraries that compute here. They decide last bits, so they stand beside results, never in them."""
+"""The machine and the libraries that compute here, as a run's journal says them; what decides last bits, results say too."""
 
 import os
 import platform
@@ -37,28 +37,41 @@ class Machine:
 
 def this_machine() -> Machine:
     """What computes here, as far as it is loaded: a BLAS is once numpy is."""
-    processor, features = _processor()
     return Machine(
         host=socket.gethostname(),
-        processor=processor,
-        features=features,
-        blas=", ".join(sorted(set(_blas()))),
+        processor=model(),
+        features=features(),
+        blas=blas(),
         mpi=_mpi(),
         python=platform.python_version(),
         libraries={name: provenance.installed(name) for name in LIBRARIES},
     )
 
 
-def _processor() -> tuple[str, str]:
-    """Model and deciding features, as Linux says them; elsewhere no more than the architecture."""
+def model() -> str:
+    """The processor's model, as Linux says it; elsewhere no more than the architecture."""
+    return _processor(("model name",)) or platform.machine()
+
+
+def features() -> str:
+    """The processor's deciding features, as Linux says them; elsewhere no more than the architecture."""
+    words = _processor(("flags", "features")).split()
+    return " ".join(sorted(word for word in words if word.startswith(_DECIDING))) or platform.machine()
+
+
+def _processor(names: tuple[str, ...]) -> str:
+    """What the first processor says under the first of these names that is there; else empty."""
     said: dict[str, str] = {}
     with suppress(OSError):
         for line in Path("/proc/cpuinfo").read_text("utf-8", errors="replace").splitlines():
             name, _, value = line.partition(":")
             said.setdefault(name.strip().lower(), value.strip())
-    words = (said.get("flags") or said.get("features") or "").split()
-    deciding = " ".join(sorted(word for word in words if word.startswith(_DECIDING)))
-    return said.get("model name") or platform.machine(), deciding
+    return next((said[name] for name in names if said.get(name)), "")
+
+
+def blas() -> str:
+    """The libraries of linear algebra that are loaded, each with the kernel it has chosen; empty before numpy is."""
+    return ", ".join(sorted(set(_blas())))
 
 
 def _blas() -> Iterator[str]:

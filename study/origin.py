@@ -2,6 +2,10 @@
 
 What identifies it is a hash of the *contents* of the files that decide a result, its folder or repository apart: the whole
 solver, and the folder `study/plan/kinds`, which calls it. Commit and "+modified" are written down beside it where git is there.
+
+Last bits depend on two things more: the kernels that a BLAS has chosen for its processor, and the instructions that
+processor has. They are told apart in what is made of results, yet a result of another processor is none of other software:
+whoever continues a campaign on a newer machine computes nothing again.
 """
 
 import hashlib
@@ -9,12 +13,13 @@ import importlib.util
 import platform
 from collections import Counter
 from collections.abc import Iterable, Mapping
-from dataclasses import dataclass, fields
+from dataclasses import dataclass, fields, replace
 from functools import lru_cache
+from importlib import import_module
 from pathlib import Path
 from typing import Final
 
-from study import provenance
+from study import machine, provenance
 from study.canonical import content_hash
 from study.provenance import UNKNOWN
 
@@ -36,6 +41,10 @@ class Origin:
     numpy_version: str = UNKNOWN
     scipy_version: str = UNKNOWN
     numba_version: str = UNKNOWN
+    blas: str = UNKNOWN
+    """The libraries of linear algebra: version, and the kernel that each has chosen for the processor."""
+    processor_features: str = UNKNOWN
+    """The processor's instructions for vectors and matrices, by which kernels and libraries choose their code."""
 
     @property
     def name(self) -> str:
@@ -44,7 +53,7 @@ class Origin:
 
     @property
     def deciding(self) -> tuple[str, ...]:
-        """What can change a last digit: the source and the libraries that compute. A commit of prose is no other source."""
+        """What can change a digit: the source and the libraries that compute. A commit of prose is no other source."""
         return (self.source_hash, self.numpy_version, self.scipy_version, self.numba_version)
 
     @property
@@ -55,6 +64,15 @@ class Origin:
     def alike(self, other: "Origin") -> bool:
         """Whether both compute the same; what is unknown is like nothing."""
         return UNKNOWN not in self.deciding and self.deciding == other.deciding
+
+    @property
+    def arithmetic(self) -> str:
+        """What can change the last bits of the same software."""
+        return f"{self.blas}, on {self.processor_features}"
+
+    def same_bits(self, other: "Origin") -> bool:
+        """Whether both compute the same to the last bit."""
+        return self.alike(other) and self.arithmetic == other.arithmetic
 
     def __str__(self) -> str:
         return (
@@ -72,7 +90,10 @@ NOBODY: Final = Origin()
 
 @lru_cache(maxsize=1)
 def here() -> Origin:
-    """The software that runs here. Asks git, which is a process of its own: to be called before MPI starts."""
+    """The software that runs here; what it does arithmetic with is unknown until it computes (`computing`).
+
+    Asks git, which is a process of its own: to be called before MPI starts.
+    """
     return Origin(
         nanoslip_version=provenance.version(),
         source_hash=source_hash(source_files()),
@@ -80,6 +101,13 @@ def here() -> Origin:
         python_version=platform.python_version(),
         **{f"{name}_version": provenance.installed(name) for name in ("numpy", "scipy", "numba")},
     )
+
+
+@lru_cache(maxsize=1)
+def computing() -> Origin:
+    """The same, as it computes here: with the BLAS of numpy and scipy, loaded for it, and the processor's features."""
+    import_module("scipy.linalg")  # else the task that happens to come first would decide which libraries are there
+    return replace(here(), blas=machine.blas(), processor_features=machine.features())
 
 
 def source_files() -> tuple[Path, ...]:
@@ -145,9 +173,15 @@ def census(results: Iterable[Origins]) -> Counter[Origin]:
 
 
 def mixture(counts: Mapping[Origin, int]) -> str:
-    """All origins with their counts in one line, where they are not all alike; else empty."""
+    """All origins with their counts in one line, where they do not all compute the same bits; else empty."""
     first = next(iter(counts), NOBODY)
-    if all(origin == first or origin.alike(first) for origin in counts):
+    if all(origin == first or origin.same_bits(first) for origin in counts):
         return ""
-    parts = (f"{counts[origin]} of {origin}" for origin in sorted(counts, key=lambda each: (-counts[each], each)))
-    return "results of different software: " + "; ".join(parts)
+    one = len({origin.arithmetic for origin in counts}) == 1
+    said = {origin: f"{origin}" if one else f"{origin}, {origin.arithmetic}" for origin in counts}
+    parts = (f"{counts[origin]} of {said[origin]}" for origin in sorted(counts, key=lambda each: (-counts[each], each)))
+    return f"results of different {_what_differs(counts)}: " + "; ".join(parts)
+
+
+def _what_differs(origins: Iterable[Origin]) -> str:
+    return "processors" if len({origin.deciding for origin in origins}) == 1 else "software"

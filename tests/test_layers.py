@@ -31,7 +31,7 @@ ORDER = {
     "stick_slip regime",
     "solver.dynamics.kernels": "state teeth slips oscillator roots segment_end friction_law recording cruise event_driven rigid "
     "runge_kutta",
-    "study": "shipped toml_text exit_codes xarray_accessor garbage canonical provenance origin machine manifest "
+    "study": "shipped toml_text exit_codes xarray_accessor garbage canonical provenance machine origin manifest "
     "discretization plan results dataset execution figures report accuracy api commands __main__",
     "study.manifest": "parameters problems columns drives manifest checker named_files drive_tables reader "
     "effects cases one_case",

@@ -3,10 +3,10 @@
 import platform
 import time
 from collections.abc import Callable
-from pathlib import Path
 from typing import TypeVar
 
 from study import provenance
+from study.machine import model
 
 T = TypeVar("T")
 
@@ -23,11 +23,4 @@ def timed(run: Callable[[], T], repeats: int = 1) -> tuple[T, float]:
 
 def machine() -> dict[str, str]:
     """The processor and the software that times are measured with."""
-    return {"processor": _processor(), "system": platform.system(), **provenance.attributes()}
-
-
-def _processor() -> str:
-    facts = Path("/proc/cpuinfo")
-    lines = facts.read_text("utf-8").splitlines() if facts.is_file() else []
-    names = [line.partition(":")[2].strip() for line in lines if line.startswith("model name")]
-    return names[0] if names else platform.processor() or provenance.UNKNOWN
+    return {"processor": model(), "system": platform.system(), **provenance.attributes()}

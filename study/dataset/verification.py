@@ -35,7 +35,7 @@ from study.dataset.variables import OUTCOMES
 from study.manifest.cases import CampaignCase
 from study.manifest.manifest import Manifest
 from study.manifest.reader import parse_manifest
-from study.origin import Origin, here
+from study.origin import Origin, computing
 from study.plan.budget import UNCERTAINTY
 from study.plan.influence.table import load_influences
 from study.plan.plan import Plan, make_plan, plan_of
@@ -101,9 +101,13 @@ def _planned(manifest: Manifest, facts: Mapping[str, Any], path: Path) -> Plan:
 
 
 def other_software(found: xr.Dataset) -> str:
-    """Who computed the dataset, and who recomputes it, where that is not the same software; else empty."""
+    """Who computed the dataset, and who recomputes it, where they may not make the same bits; else empty."""
     origin = Origin(**{item.name: str(found.attrs.get(item.name, UNKNOWN)) for item in fields(Origin)})
-    return "" if origin.alike(here()) else f"computed by {origin}; recomputed by {here()}"
+    home = computing()
+    if origin.alike(home):
+        said = f"computed with {origin.arithmetic}; recomputed with {home.arithmetic}: last bits may differ"
+        return "" if origin.same_bits(home) else said
+    return f"computed by {origin}; recomputed by {home}"
 
 
 def computed(plan: Plan, found: xr.Dataset) -> tuple[CampaignCase, ...]:

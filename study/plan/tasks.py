@@ -7,7 +7,7 @@ from typing import Final
 
 from solver.outcome import Ending, Outcome, SolverError
 from study.manifest.manifest import Manifest
-from study.origin import here, stemming
+from study.origin import computing, stemming
 from study.plan.kinds.compliance import COMPLIANCE, compliance_needs, compliance_task
 from study.plan.kinds.contact import CONTACT, contact_task
 from study.plan.kinds.drive import DRIVE, drive_task
@@ -73,7 +73,7 @@ def run_task(task: Task, inputs: Mapping[str, TaskResult]) -> TaskResult:
     """
     if task.needs and inputs[task.needs[0]].kind == task.kind:  # the scalars of a result that has more
         return replace(inputs[task.needs[0]], key=task.key, arrays={})
-    used = stemming((here(),), *(inputs[key].origins for key in task.needs))
+    used = stemming((computing(),), *(inputs[key].origins for key in task.needs))
     return replace(_computed(task, inputs), origins=used)
 
 

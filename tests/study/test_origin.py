@@ -13,6 +13,7 @@ from study.origin import (
     Origin,
     as_data,
     census,
+    computing,
     foreign,
     from_data,
     here,
@@ -25,7 +26,7 @@ from study.plan.tasks import compliance_task, contact_task, run_task
 from study.results.store import Store
 from tests.conftest import ROOT
 
-HOME = Origin("1.0", "aa", "c0ffee", "3.12.0", "2.1", "1.14", "0.61")
+HOME = Origin("1.0", "aa", "c0ffee", "3.12.0", "2.1", "1.14", "0.61", "openblas Haswell", "avx2 fma")
 OTHER = replace(HOME, source_hash="bb")
 
 
@@ -47,14 +48,16 @@ def test_the_hash_is_of_contents_not_of_names_or_order(tmp_path):
 
 
 def test_every_process_says_the_same_of_itself_from_wherever_it_is_started(environment, tmp_path):
-    program = "from study.origin import here; print(here().source_hash, here().source_commit)"
+    program = (
+        "from study.origin import computing as here; print(here().source_hash, here().source_commit, here().arithmetic)"
+    )
     said = {
         subprocess.run(
             [sys.executable, "-c", program], env=environment, cwd=cwd, capture_output=True, check=True
         ).stdout
         for cwd in (ROOT, tmp_path)
     }
-    assert said == {f"{here().source_hash} unknown\n".encode()}  # no git there
+    assert said == {f"{here().source_hash} unknown {computing().arithmetic}\n".encode()}  # no git there
 
 
 def test_prose_and_python_are_no_other_software_but_source_and_libraries_are():
@@ -62,6 +65,26 @@ def test_prose_and_python_are_no_other_software_but_source_and_libraries_are():
     for name in ("source_hash", "numpy_version", "scipy_version", "numba_version"):
         assert not HOME.alike(replace(HOME, **{name: "x"})), name
     assert not NOBODY.alike(NOBODY)
+
+
+def test_another_processor_or_blas_is_no_other_software_yet_other_bits():
+    for name in ("blas", "processor_features"):
+        newer = replace(HOME, **{name: "x"})
+        assert HOME.alike(newer), name
+        assert HOME.solver == newer.solver, name
+        assert not HOME.same_bits(newer), name
+        said = mixture({HOME: 3, newer: 1})
+        assert said.startswith("results of different processors: 3 of"), name
+        assert HOME.arithmetic in said, name
+        assert newer.arithmetic in said, name
+
+
+def test_what_computes_says_which_blas_and_instructions_it_uses_and_what_looks_does_not_load_them():
+    assert computing().blas
+    assert computing().processor_features
+    program = "import sys; from study.origin import here; here(); print('scipy.linalg' in sys.modules)"
+    said = subprocess.run([sys.executable, "-c", program], capture_output=True, check=True, cwd=ROOT, text=True)
+    assert said.stdout == "False\n"
 
 
 def test_a_result_that_any_other_software_had_a_hand_in_is_foreign():
@@ -92,10 +115,10 @@ def test_a_result_says_who_computed_it_and_what_it_was_computed_from(tmp_path: P
     store.prepare()
     task = compliance_task(Slab(n_x=9))
     store.write(run_task(task, {}))
-    assert store.read(task.key).origins == (here(),)
+    assert store.read(task.key).origins == (computing(),)
     store.write(replace(store.read(task.key), origins=(OTHER,)))
     pressed = run_task(contact_task(Case(slab=Slab(n_x=9))), {task.key: store.read(task.key)})
     store.write(pressed)
-    assert set(pressed.origins) == {here(), OTHER}
+    assert set(pressed.origins) == {computing(), OTHER}
     assert store.inventory() == {task.key: (OTHER,), pressed.key: pressed.origins}
     assert store.read(pressed.key).origins == pressed.origins

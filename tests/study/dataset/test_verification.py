@@ -12,7 +12,7 @@ from study.dataset import file, verification
 from study.dataset.comparison import Verdict
 from study.discretization.front import Measured, as_text
 from study.manifest.problems import ManifestError
-from study.origin import here
+from study.origin import computing
 from study.plan.influence import table
 from study.plan.tasks import Task, run_task
 from study.results.store import Store, StoreError
@@ -207,7 +207,7 @@ def test_other_software_is_named(altered):
     with file.reading(altered(lambda opened: opened.setncattr("numpy_version", "1.0"))) as found:
         said = verification.other_software(found)
     assert "numpy 1.0" in said
-    assert said.endswith(f"recomputed by {here()}")
+    assert said.endswith(f"recomputed by {computing()}")
 
 
 AXES = "[drive_axes]\nspring_stiffness = [1e5, 2e5]\ndamping_ratio = [0.1, 0.3]\n[outputs]\nfit = false\n"

@@ -14,7 +14,7 @@ from study.dataset.access.accessor import Accessor
 from study.dataset.collection.collect import collect
 from study.dataset.groups import groups_of
 from study.discretization.front import load_front
-from study.origin import Origin, here
+from study.origin import Origin, computing
 from study.plan.plan import Plan
 from study.plan.tasks import TaskResult
 from study.results.store import Store, StoreError
@@ -138,7 +138,7 @@ def test_every_case_has_the_error_that_its_grid_was_measured_with(build):
     assert "NaN where" in found["discretization_error"].attrs["comment"]
 
 
-OLD = replace(here(), source_hash="0123456789abcdef", source_commit="c0ffee", numpy_version="1.0")
+OLD = replace(computing(), source_hash="0123456789abcdef", source_commit="c0ffee", numpy_version="1.0")
 
 
 def copied(plan: Plan, store: Store, folder: Path, by: Callable[[TaskResult], Origin]) -> Store:
@@ -153,11 +153,13 @@ def copied(plan: Plan, store: Store, folder: Path, by: Callable[[TaskResult], Or
 
 def test_the_software_named_is_that_which_computed_not_that_which_collects(small, tmp_path):
     plan, store, found = small
-    assert found.attrs["source_hash"] == here().source_hash
+    assert found.attrs["source_hash"] == computing().source_hash
     assert groups_of(found)["software"]["software_results"].values.tolist() == [
         12
     ]  # four records and their eight drives
-    assert set(found["computed_by"].values.ravel()) == {here().name} == set(found["drive_computed_by"].values.ravel())
+    assert (
+        set(found["computed_by"].values.ravel()) == {computing().name} == set(found["drive_computed_by"].values.ravel())
+    )
     found = collect(plan, copied(plan, store, tmp_path, lambda _: OLD))
     for item in fields(Origin):
         assert found.attrs[item.name] == getattr(OLD, item.name)
@@ -170,16 +172,16 @@ def test_results_of_different_software_are_named_with_counts_and_case_by_case(sm
     plan, store, _ = small
     one = plan.case_tasks[plan.cases[0].case_id]
     kept = {one.record, *one.drives.values()}
-    mixed = copied(plan, store, tmp_path, lambda result: here() if result.key in kept else OLD)
+    mixed = copied(plan, store, tmp_path, lambda result: computing() if result.key in kept else OLD)
     found = collect(plan, mixed)
-    assert found.attrs["source_hash"] == f"{OLD.source_hash} (9 results), {here().source_hash} (3 results)"
-    assert found.attrs["python_version"] == here().python_version
-    assert f"9 of {OLD}; 3 of {here()}" in found.attrs[file.MIXED]
-    assert found["computed_by"].values.ravel().tolist() == [here().name] + 3 * [OLD.name]
+    assert found.attrs["source_hash"] == f"{OLD.source_hash} (9 results), {computing().source_hash} (3 results)"
+    assert found.attrs["python_version"] == computing().python_version
+    assert f"9 of {OLD}; 3 of {computing()}" in found.attrs[file.MIXED]
+    assert found["computed_by"].values.ravel().tolist() == [computing().name] + 3 * [OLD.name]
     counts = dict(
         zip(*(groups_of(found)["software"][name].values for name in ("software", "software_results")), strict=True)
     )
-    assert counts == {here().name: 3, OLD.name: 9}
+    assert counts == {computing().name: 3, OLD.name: 9}
 
 
 def test_a_result_that_does_not_say_is_of_unknown_software_and_no_result_of_none(small, tmp_path):
