@@ -3,6 +3,7 @@
 import math
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass
+from functools import cache
 from typing import Any, Final
 
 import numpy as np
@@ -96,12 +97,14 @@ def runs_of(dataset: xr.Dataset, group: str, need: Need | None = None) -> list[R
 
 def views_of(dataset: xr.Dataset, family: Family) -> Iterator[View]:
     """One figure of several runs together, then one of each."""
-    runs = runs_of(dataset, family.group, family.need)
+    runs = {run.number: run for run in runs_of(dataset, family.group, family.need)}
+    columns = cache(lambda number: family.columns(dataset, runs[number]))  # two figures show a run, and two files hold it
     if len(runs) > 1:
-        shown = [runs[position] for position in spread([run.label for run in runs], MOST_TOGETHER)]
-        yield _together(dataset, family, shown, len(runs))
-    for run in runs:
-        yield _alone(dataset, family, run, single=len(runs) > 1)
+        every = list(runs.values())
+        shown = [every[position] for position in spread([run.label for run in every], MOST_TOGETHER)]
+        yield _together(family, columns, shown, len(runs))
+    for run in runs.values():
+        yield _alone(family, columns, run, single=len(runs) > 1)
 
 
 def notes_of(dataset: xr.Dataset, family: Family) -> Iterator[str]:
@@ -125,19 +128,19 @@ def thinned(x: NDArray[Any], y: NDArray[Any], bins: int = 300) -> NDArray[np.int
     return np.unique(np.concatenate((order[firsts], order[lasts], [0, len(x) - 1])))
 
 
-def _together(dataset: xr.Dataset, family: Family, runs: list[Run], count: int) -> View:
+def _together(family: Family, numbers: Callable[[int], Columns], runs: list[Run], count: int) -> View:
     def drawn() -> Figure:
         with column(HEIGHT, WIDTH) as figure:
             axes = figure.add_subplot()
             for color, run in zip(COLORS, runs, strict=False):
                 style = {"color": color, "label": typeset(words(run.label))}
-                family.draw(axes, family.columns(dataset, run), style)
+                family.draw(axes, numbers(run.number), style)
             axes.set(**family.axes)
             _legend(figure, axes)
         return figure
 
     def columns() -> Columns:
-        tables = [(words(run.label), family.columns(dataset, run)) for run in runs]
+        tables = [(words(run.label), numbers(run.number)) for run in runs]
         names = [np.full(len(next(iter(table.values()))), name, dtype=object) for name, table in tables]
         return {
             "case": np.concatenate(names),
@@ -148,11 +151,11 @@ def _together(dataset: xr.Dataset, family: Family, runs: list[Run], count: int) 
     return View(f"{family.name}_together", f"{family.caption}: {which}.", drawn, columns)
 
 
-def _alone(dataset: xr.Dataset, family: Family, run: Run, single: bool) -> View:
+def _alone(family: Family, numbers: Callable[[int], Columns], run: Run, single: bool) -> View:
     def drawn() -> Figure:
         with column(HEIGHT, WIDTH) as figure:
             axes = figure.add_subplot()
-            family.draw(axes, family.columns(dataset, run), {"color": COLORS[0]})
+            family.draw(axes, numbers(run.number), {"color": COLORS[0]})
             axes.set(**family.axes)
             _legend(figure, axes)
         return figure
@@ -162,7 +165,7 @@ def _alone(dataset: xr.Dataset, family: Family, run: Run, single: bool) -> View:
         f"{family.name}_{run.number}",
         f"{family.caption}{which}.",
         drawn,
-        lambda: family.columns(dataset, run),
+        lambda: numbers(run.number),
         run.label if single else {},
     )
 
