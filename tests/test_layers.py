@@ -46,8 +46,9 @@ ORDER = {
     "study.dataset.collection": "ensemble ragged layout table collect",
     "study.dataset.agreement": "matching verdicts facts",
     "study.dataset.access": "selection single accessor tidy placement concatenation",
-    "study.execution": "launch interruption program queue forecast progress ledger dispatch farms warmup executor failures "
+    "study.execution": "launch interruption program queue forecast progress ledger dispatch farms compiling executor failures "
     "journal batch",
+    "study.execution.compiling": "sawtooth miniatures warm_up",
     "study.execution.batch": "cutting submission",
     "study.execution.farms": "begun pickling outbox mail child process agent coordinator farm processes ranks opening",
     "study.report": "columns console common summary interchange case_table curves text_plot journal overview picture page",

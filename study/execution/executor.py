@@ -7,8 +7,8 @@ from pathlib import Path
 from typing import Final
 
 from solver.outcome import Ending, Outcome
+from study.execution.compiling.warm_up import WarmUp
 from study.execution.ledger import CannotGoOnError
-from study.execution.warmup import WarmUp
 from study.plan.plan import Plan
 from study.plan.task import TaskResult
 from study.plan.tasks import Task, run_task

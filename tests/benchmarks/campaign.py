@@ -15,13 +15,14 @@ from typing import Any, TypeVar
 import numpy as np
 
 from solver.outcome import COMPLETED, Outcome
+from study.execution.compiling.miniatures import miniatures
+from study.execution.compiling.warm_up import warm_up
 from study.execution.dispatch import lookahead
 from study.execution.farms.farm import Farm
 from study.execution.farms.opening import open_farm
 from study.execution.farms.processes import ProcessFarm
 from study.execution.farms.ranks import MPIFarm
 from study.execution.program import Program
-from study.execution.warmup import miniatures, warm_up
 from study.manifest.reader import load_manifest
 from study.plan.plan import Plan, make_plan
 from study.plan.tasks import Task, TaskResult, run_task
@@ -241,7 +242,7 @@ def executor(given: tuple[str, Path, str]) -> Callable[[Any], Outcome]:
         return lambda task: COMPLETED
     if mode == "written":
         return _files(folder)
-    warm_up(miniatures(_plan(folder).tasks), lambda: None)
+    warm_up(miniatures(_plan(folder).tasks))
     compute = _executor(Store(folder / what))
     return lambda task: COMPLETED if isinstance(task, Work) else compute(task)
 
@@ -350,7 +351,7 @@ def _futures(folder: Path, what: str) -> None:
     from mpi4py.futures import MPICommExecutor
 
     _store = Store(folder / what)
-    warm_up(miniatures(_plan(folder).tasks), lambda: None)
+    warm_up(miniatures(_plan(folder).tasks))
     with MPICommExecutor() as executor:
         if executor is not None:
             plan = _plan(folder)

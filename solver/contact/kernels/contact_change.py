@@ -32,8 +32,10 @@ def pivot(state: KernelState, i: int) -> bool:
             second = -(ic * t[j, p] + id_ * t[j, q])
             add_two(t[j], first, row_p, second, row_q)
             t[j, p], t[j, q] = first, second
-    t[p] = ia * row_p + ic * row_q
-    t[q] = ib * row_p + id_ * row_q
+    for j in range(
+        2 * n + 1
+    ):  # whole rows at once take numba a second longer to compile: what it says of shapes is a text
+        t[p, j], t[q, j] = ia * row_p[j] + ic * row_q[j], ib * row_p[j] + id_ * row_q[j]
     t[p, p], t[p, q], t[q, p], t[q, q] = ia, ic, ib, id_
     for row in (p, q):
         state.inputs[row], state.response[row] = state.response[row], state.inputs[row]

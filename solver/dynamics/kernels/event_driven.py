@@ -1,5 +1,7 @@
 """The event-driven method with an elastic contact."""
 
+import numpy as np
+
 from solver.compiled import compiled
 from solver.dynamics.kernels.cruise import cruise
 from solver.dynamics.kernels.friction_law import limit_followed, moves_forward, stuck_reach
@@ -30,7 +32,8 @@ def integrate_exactly(
     K, duration = motion.surface_stiffness, motion.duration
     record = empty_record(motion, sample_count, bin_count)
     slip, finished = Slip(False, False, 0.0, 0.0, 0.0, 0, 0.0), no_slips()
-    pin, tally, index = Pin(0.0, 0.0, 0.0, 0.0), Tally(0, 0.0, 0.0, 0, 0), 0
+    pin, tally = Pin(0.0, 0.0, 0.0, 0.0), Tally(0, 0.0, 0.0, 0, 0)
+    index = int(np.int64(0))  # of a plain 0 numba would compile all that it is handed to once more, and then not use it
     while pin.time < duration and tally.steps < step_limit and len(finished) < motion.most_slips:
         left, right, base, slope = tooth_at(teeth, index)
         if (

@@ -15,6 +15,7 @@ from study.commands.shared.glance import leave, outlined
 from study.commands.shared.plans import counted, planned, print_foreign
 from study.commands.shared.refusals import refusals
 from study.execution.batch.cutting import finished_with, part
+from study.execution.compiling.warm_up import warm_ups
 from study.execution.executor import drop_intermediates
 from study.execution.failures import Diary, Left, given_up, left
 from study.execution.farms.begun import Begun
@@ -22,7 +23,6 @@ from study.execution.farms.farm import Farm
 from study.execution.journal import Journal
 from study.execution.ledger import Tally
 from study.execution.progress import open_progress
-from study.execution.warmup import WarmUp, miniatures
 from study.exit_codes import FAILURES, INTERRUPTED
 from study.origin import Origins
 from study.plan.memory import shortages
@@ -121,7 +121,7 @@ def _get_ready(farm: Farm, plan: Plan, order: Order, tasks: tuple[Task, ...]) ->
     if short := shortages(plan, tasks, farm.here):
         raise Refusal("\n".join(short))
     if tasks:
-        farm.run([WarmUp(tuple(miniatures(tasks)))], lambda *_: None)
+        farm.run(warm_ups(tasks), lambda *_: None)
     said = f"{counted(len(plan.cases), 'case')}, {counted(len(tasks), 'task')} left, {farm.size} {farm.unit}"
     title = f"{plan.manifest.title}, {order.shard}" if order.shard else plan.manifest.title
     say(f"{title}: {said}", stderr=True)

@@ -98,7 +98,9 @@ def runs_of(dataset: xr.Dataset, group: str, need: Need | None = None) -> list[R
 def views_of(dataset: xr.Dataset, family: Family) -> Iterator[View]:
     """One figure of several runs together, then one of each."""
     runs = {run.number: run for run in runs_of(dataset, family.group, family.need)}
-    columns = cache(lambda number: family.columns(dataset, runs[number]))  # two figures show a run, and two files hold it
+    columns = cache(
+        lambda number: family.columns(dataset, runs[number])
+    )  # two figures show a run, and two files hold it
     if len(runs) > 1:
         every = list(runs.values())
         shown = [every[position] for position in spread([run.label for run in every], MOST_TOGETHER)]

@@ -1,4 +1,4 @@
-"""The warm-up runs every kernel that a campaign needs: each miniature of its tasks comes to its end."""
+"""Miniatures run every kernel that a campaign needs: each comes to its end."""
 
 from dataclasses import dataclass
 from typing import Any, Literal
@@ -7,21 +7,37 @@ import pytest
 
 from solver.case import PARTS, Case, SlipRule
 from solver.parameter import check, choices_of, declared, parameter
-from study.execution.warmup import miniatures
+from solver.sliding.record import FrictionRecord
+from study.execution.compiling.miniatures import made_up_record, miniatures
 from study.manifest.reader import load_manifest
+from study.plan.kinds.kind import whole_again
 from study.plan.plan import make_plan
-from study.plan.tasks import record_task, run_task
+from study.plan.tasks import compliance_task, record_task, run_task
 from tests.conftest import ROOT, SMALL
 
 
 @pytest.mark.parametrize("campaign", ["smoke", "streator2022"])
 def test_each_miniature_of_the_campaigns_in_the_repository_completes(campaign):
     tasks = make_plan(load_manifest(ROOT / "campaigns" / f"{campaign}.toml")).tasks
-    results = {}
+    made_up = made_up_record()
+    results = {made_up.key: made_up}
     for small in miniatures(tasks):
         results[small.key] = run_task(small, results)
         assert results[small.key].outcome.usable, results[small.key].outcome
     assert {result.kind for result in results.values()} == {task.kind for task in tasks}
+
+
+def test_a_made_up_record_has_the_types_of_one_that_was_computed():
+    """Kernels are compiled for them."""
+    case = Case.of({"n_x": 17, "radius": 50.0, "max_events": 60})
+    compliance, computed = compliance_task(case.slab), record_task(case)
+    found = run_task(computed, {compliance.key: run_task(compliance, {})})
+    made_up = made_up_record()
+    assert {name: array.dtype for name, array in made_up.arrays.items()} == {
+        name: array.dtype for name, array in found.arrays.items()
+    }
+    assert found.scalars.keys() >= made_up.scalars.keys()
+    assert whole_again(FrictionRecord, made_up).outcome.ok
 
 
 def test_the_switches_of_each_case_are_kept(tmp_path):
@@ -89,12 +105,3 @@ def test_a_drive_of_few_steps_is_as_short_as_they_allow(tmp_path):
     path.write_text(SMALL.replace('name = "slow"\n', f'name = "slow"\n{few}'))
     small = [task.drive for task in miniatures(make_plan(load_manifest(path)).tasks) if task.drive]
     assert sorted(drive.integrator.name for drive in small) == ["exact", "rk4"]
-
-
-@pytest.mark.slow
-def test_that_kernels_are_compiled_is_said_once_and_not_when_they_are_kept(nanoslip, campaign, tmp_path):
-    """Whoever waits for a first run reads why."""
-    campaign.write_text('title = "One contact"\nstages = ["contact"]\nnumerics.n_x = 17\n')
-    kept = {"NUMBA_CACHE_DIR": str(tmp_path / "kept")}
-    said = [nanoslip("run", campaign, "--out", tmp_path / out, **kept).stderr for out in ("first", "second")]
-    assert [each.count("compiling kernels, once") for each in said] == [1, 0]

@@ -1,62 +1,24 @@
-"""Compile the kernels that a run needs before it begins, in one process: the others load them from numba's cache."""
+"""Small tasks that run every kernel of a campaign's tasks."""
 
-import sys
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from contextlib import suppress
-from dataclasses import dataclass, fields, replace
-from functools import cache, lru_cache
+from dataclasses import fields, replace
+from functools import lru_cache
 from operator import attrgetter
-from pathlib import Path
-from tempfile import TemporaryDirectory
-from typing import Final
 
 from solver.case import PARTS, Case, Effects, Heterogeneity, SlipRule
-from solver.compiled import told_of_compiling
 from solver.drive import Drive
-from solver.outcome import COMPLETED, InvalidInput, Outcome
+from solver.outcome import COMPLETED, InvalidInput
 from solver.parameter import choices_of, declared
-from study.plan.tasks import Task, compliance_task, contact_task, drive_task, record_task, run_task
-from study.results.store import Store
-
-
-@dataclass(frozen=True, slots=True)
-class WarmUp:
-    """The compiling as a task of its own: what it does to its process costs nobody another one."""
-
-    tasks: tuple[Task, ...]
-    """Small ones, that run every kernel of a run's."""
-    key: str = "warm_up"
-    kind: str = "warm_up"
-    label: str = "compiling kernels"
-    needs: tuple[str, ...] = ()
-    cost: float = 60.0
-    limit: float = 3600.0
-
-    def run(self) -> Outcome:
-        """Compile, and say so first where the cache has not all of it."""
-        warm_up(self.tasks, lambda: sys.stderr.write(f"{COMPILING}\n"))
-        return COMPLETED
-
-
-COMPILING: Final = "compiling kernels, once: about a minute; later runs load them"
-
-
-def warm_up(tasks: Sequence[Task], say: Callable[[], object]) -> None:
-    """Run `miniatures` of tasks, through a store: kernels are compiled for its read-only arrays.
-
-    say: called once, before the first kernel is compiled; not where all are in the cache.
-    """
-    # What fails here fails again in a task of the run, where it is reported.
-    with TemporaryDirectory() as folder, suppress(Exception), told_of_compiling(cache(say)):
-        store = Store(Path(folder))
-        store.prepare()
-        for task in tasks:
-            store.write(run_task(task, {key: store.read(key) for key in task.needs}), task.shared)
+from study.execution.compiling.sawtooth import sawtooth
+from study.plan.kinds.kind import numbers
+from study.plan.task import Task, TaskResult
+from study.plan.tasks import KINDS, compliance_task, contact_task, drive_task, record_task
 
 
 def miniatures(tasks: Sequence[Task]) -> list[Task]:
-    """Small tasks that run every kernel of these tasks, needs first."""
-    found = {_COMPLIANCE.key: _COMPLIANCE}
+    """Small tasks that run every kernel of these tasks, needs first; drives need `made_up_record`."""
+    found: dict[str, Task] = {}
     seen: set[tuple[object, ...]] = set()
     for task in tasks:
         choices = _choices_of(task)
@@ -65,6 +27,12 @@ def miniatures(tasks: Sequence[Task]) -> list[Task]:
             with suppress(InvalidInput):  # what cannot be made small compiles its kernels itself
                 found |= {each.key: each for each in _small(task)}
     return list(found.values())
+
+
+def made_up_record() -> TaskResult:
+    """The result that drives among miniatures need: of the right name and types, but no slab has been computed for it."""
+    scalars, arrays = numbers(KINDS["record"], (None, None, None, sawtooth(_SMALL)))
+    return TaskResult(record_task(_SMALL).key, "record", COMPLETED, scalars, arrays)
 
 
 def _choices_of(task: Task) -> tuple[object, ...]:
@@ -90,23 +58,23 @@ _own_choices = attrgetter(*(item.name for item in fields(Case) if choices_of(ite
 
 def _small(task: Task) -> list[Task]:
     if task.drive is not None:
-        return [record_task(_STEADY), _short(task.drive)]
+        return [_short(task.drive)]
     if task.case is not None:
-        return [(contact_task if task.kind == "contact" else record_task)(_tiny(task.case))]
+        return [_COMPLIANCE, (contact_task if task.kind == "contact" else record_task)(_tiny(task.case))]
     return []
 
 
 def _short(drive: Drive) -> Task:
     """The drive over a hundredth of its duration, or all of it where that is less than a step of its integrator."""
     with suppress(InvalidInput):
-        return drive_task(_STEADY, replace(drive, duration=drive.duration / 100, samples=2))
-    return drive_task(_STEADY, replace(drive, samples=2))
+        return drive_task(_SMALL, replace(drive, duration=drive.duration / 100, samples=2))
+    return drive_task(_SMALL, replace(drive, samples=2))
 
 
 _NUMBERS = {"n_x": 17, "radius": 50.0, "max_events": 60}
-"""Numbers of a small case whose record becomes steady, as a drive needs it."""
-_STEADY = Case.of(_NUMBERS)
-_COMPLIANCE = compliance_task(_STEADY.slab)
+"""Numbers of a small case."""
+_SMALL = Case.of(_NUMBERS)
+_COMPLIANCE = compliance_task(_SMALL.slab)
 _ROUGH = ((-0.1, 0.0), (0.1, 0.0))
 """A rough pin has kernels of its own, whatever its profile."""
 

@@ -1,0 +1,1 @@
+"""What is compiled before a run begins: its kernels, by small tasks that call them."""
