@@ -59,7 +59,7 @@ ORDER = {
     "study.figures.frames": "moments drawing film",
     "study.figures.reproduction": "punch records resolution drive stick motion scores choices",
     "study.figures.further": "findings modulation continuum chains sizes correlations nodes stick_slip_map friction_map schemes",
-    "study.accuracy": "timing digits setup diagram elastic_operator slip_numerics integrators influence picture table "
+    "study.accuracy": "timing digits lengths setup diagram elastic_operator slip_numerics integrators influence picture table "
     "measurement",
     "study.accuracy.influence": "scenes ensembles measurement judgement verdict picture",
     "study.commands": "shared preparing running computing looking judging cli",
