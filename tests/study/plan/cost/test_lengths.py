@@ -43,3 +43,10 @@ def test_a_record_of_one_spacing_costs_the_same_whatever_limits_the_case_has(cas
     over = replace(case, max_events=None, max_displacement=None, max_spacings=1.0)
     for limits in ({"max_events": 5}, {"max_displacement": 1e-3}, {"max_spacings": 3.0, "max_events": None}):
         assert spacing_seconds(replace(case, **limits)) == record_seconds(over)
+
+
+@pytest.mark.parametrize("poisson", [0.3, 0.4999])
+@pytest.mark.parametrize("height", [30.0, 1000.0])
+def test_a_tower_whose_pin_lets_go_is_not_taken_for_days_of_slips(height: float, poisson: float) -> None:
+    """Its lateral stiffness falls as its height cubed, and the slips that fit into its give; these take a second."""
+    assert record_seconds(Case(slab=Slab(33, aspect_ratio=height, poisson=poisson), max_events=2000)) < 60.0
