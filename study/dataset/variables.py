@@ -7,6 +7,7 @@ yields over time is in SI, as the drive is.
 
 from collections.abc import Mapping
 from dataclasses import dataclass, fields
+from functools import cache
 from typing import Final
 
 import numpy as np
@@ -158,6 +159,7 @@ LEFT_OUT: Final = {
 """As `OUTCOMES`: the variables that say what a campaign with a tolerance left out."""
 
 
+@cache  # asked for every case
 def influences() -> dict[str, Quantity]:
     """Observable -> the variable that says how much it is expected to change by what is left out."""
     return {name: Quantity(f"{name}_influence", f"expected change of {name}", comment=_CHANGE) for name in OBSERVABLES}
