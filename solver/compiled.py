@@ -20,16 +20,16 @@ KERNEL_FILES = "*/kernels/*.py"
 class Kernel:
     """A function of which numba compiles one version for each combination of argument types."""
 
-    def __init__(self, function: Callable[..., object], options: dict[str, Any]) -> None:
+    def __init__(self, function: Callable[..., object], allocates: bool, options: dict[str, Any]) -> None:
         """options: of numba's `njit`."""
         update_wrapper(self, function)
-        self._function, self._options = function, options
+        self._function, self.allocates, self._options = function, allocates, options
 
     @cached_property
     def dispatcher(self) -> Any:
         """Numba's own object, which holds the compiled versions."""
         _register()
-        return _compiling().dispatcher_of(self._function, self._options)
+        return _compiling().dispatcher_of(self._function, self.allocates, self._options)
 
     @property
     def _numba_type_(self) -> Any:
@@ -40,11 +40,15 @@ class Kernel:
         return self.dispatcher(*arguments)
 
 
-def compiled(**options: Any) -> Callable[[Function], Function]:
-    """Decorator: numba's `njit` without the interpreter's lock, with `options` of its own, and kept on disk."""
+def compiled(*, allocates: bool = False, **options: Any) -> Callable[[Function], Function]:
+    """Decorator: numba's `njit` without the interpreter's lock, with `options` of its own, and kept on disk.
+
+    allocates: whether the kernel makes or returns arrays or lists. Only then are references to arrays counted, which takes
+    longer than a slip; numba refuses to compile a kernel that makes arrays without.
+    """
 
     def declared(function: Function) -> Function:
-        kernel: Any = Kernel(function, options)
+        kernel: Any = Kernel(function, allocates, options)
         return kernel  # type: ignore[no-any-return]
 
     return declared

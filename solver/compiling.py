@@ -24,12 +24,12 @@ __all__ = ["dispatcher_of", "overload", "register_jitable", "source_stamp", "tol
 _PACKAGE = Path(__file__).parent
 
 
-def dispatcher_of(function: Callable[..., object], options: dict[str, Any]) -> Any:
-    """Numba's dispatcher of a kernel.
+def dispatcher_of(function: Callable[..., object], allocates: bool, options: dict[str, Any]) -> Any:
+    """Numba's dispatcher of a kernel, which counts references to arrays if it allocates some.
 
     Where no folder for what is compiled can be written or read, every process compiles for itself.
     """
-    dispatcher: Any = njit(nogil=True, **options)(function)
+    dispatcher: Any = njit(**{"nogil": True, "_nrt": allocates, **options})(function)
     with suppress(RuntimeError, OSError):  # no folder to keep it in, or no files to watch
         dispatcher._cache = _KernelCache(function)  # what njit(cache=True) does, with a cache of our own
     return dispatcher

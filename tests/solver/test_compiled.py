@@ -4,18 +4,21 @@ Each test works on a copy of the package, with a cache of its own and fresh proc
 """
 
 import ast
+import inspect
 import os
 import shutil
 import subprocess
 import sys
+from importlib import import_module
 from pathlib import Path
-from typing import NamedTuple
+from typing import Any, NamedTuple, get_args, get_origin, get_type_hints
 
 import numba
+import numpy as np
 import pytest
 
 import solver
-from solver.compiled import KERNEL_FILES, told_of_compiling
+from solver.compiled import KERNEL_FILES, Kernel, told_of_compiling
 
 PACKAGE = Path(solver.__file__).parent
 
@@ -146,3 +149,33 @@ with ThreadPoolExecutor(4) as threads:
 def test_numba_is_loaded_by_the_first_call_of_any_thread(environment: dict[str, str]) -> None:
     done = subprocess.run([sys.executable, "-c", THREADS], env=environment, capture_output=True, text=True, check=True)
     assert done.stdout.split() == ["False", "1.0", "0.1", "1.0", "0.1"]
+
+
+def kernels() -> dict[str, Kernel]:
+    """Every kernel of the package, by its name."""
+    files = (path.relative_to(PACKAGE.parent).with_suffix("") for path in PACKAGE.glob(KERNEL_FILES))
+    modules = [import_module(".".join(file.parts)) for file in files]
+    return {name: each for module in modules for name, each in vars(module).items() if isinstance(each, Kernel)}
+
+
+def holds_arrays(kind: Any) -> bool:
+    """Whether values of an annotated type hold arrays or lists."""
+    if get_origin(kind) in (np.ndarray, list):
+        return True
+    parts = get_type_hints(kind).values() if hasattr(kind, "_fields") else get_args(kind)
+    return any(holds_arrays(part) for part in parts)
+
+
+def test_only_kernels_that_count_references_are_handed_new_arrays() -> None:
+    """Elsewhere an array would be kept for ever, or freed while it is used: numba itself refuses only those that make some."""
+    found = kernels()
+    makers = {name for name, kernel in found.items() if holds_arrays(get_type_hints(kernel.__wrapped__)["return"])}
+    assert "empty_record" in makers
+    for name, kernel in found.items():
+        called = {node.id for node in ast.walk(source_of(kernel)) if isinstance(node, ast.Name)} & makers
+        assert kernel.allocates or not (called or name in makers), name
+
+
+def source_of(kernel: Kernel) -> ast.AST:
+    """The syntax of a kernel's body."""
+    return ast.parse(inspect.getsource(kernel.__wrapped__))

@@ -65,7 +65,7 @@ def _slip_in_turn(state: KernelState, constants: KernelConstants, first: int) ->
         node = -1
 
 
-@compiled()
+@compiled(allocates=True)
 def _slip_together(state: KernelState, constants: KernelConstants, first: int) -> tuple[Stop, EventKind, int]:
     """The same by rounds: every offender of a round slips by the distance it would slip alone."""
     n, tolerance, y, displacement = len(state.x), constants.slip.tolerance, state.response, state.scalars.displacement

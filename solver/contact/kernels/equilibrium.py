@@ -33,7 +33,9 @@ def set_rate_to_displacement(state: KernelState) -> None:
 @compiled()
 def set_rate_to_load(state: KernelState) -> None:
     """Set the rate to the response per unit of load, the pin held."""
-    state.rate[:] = -state.tableau[2 * len(state.x), : len(state.rate)]
+    last = 2 * len(state.x)
+    for k in range(len(state.rate)):
+        state.rate[k] = -state.tableau[last, k]
 
 
 @compiled()
@@ -80,13 +82,13 @@ def _residual(state: KernelState, missing: Floats) -> float:
     return float(max(error / largest, unborne))
 
 
-@compiled()
+@compiled(allocates=True)
 def equilibrium_residual(state: KernelState) -> float:
     """How far the response is from equilibrium, relative: see RESIDUAL_LIMIT."""
     return _residual(state, np.empty(len(state.inputs)))
 
 
-@compiled()
+@compiled(allocates=True)
 def refine(state: KernelState) -> None:
     """One step of iterative refinement, where the response of a fresh tableau leaves a residual.
 

@@ -5,6 +5,7 @@ from solver.contact.kernels.cascade import resolve
 from solver.contact.kernels.enumerations import EventKind, Stop
 from solver.contact.kernels.next_event import next_event
 from solver.contact.kernels.state import KernelConstants, KernelState
+from solver.contact.kernels.vectors import move_along
 
 
 @compiled()
@@ -19,7 +20,7 @@ def raise_load(state: KernelState, constants: KernelConstants, target: float) ->
         step, kind, node = next_event(state, constants, 0.0)
         last = step >= left
         step = left if last else min(max(step, floor), left)
-        state.response[:] += step * state.rate
+        move_along(state.response, step, state.rate)
         state.inputs[2 * n] = -target if step == left else state.inputs[2 * n] - step
         if last:
             kind, node = EventKind.NOTHING, -1

@@ -11,6 +11,13 @@ def add(total: Floats, factor: float, row: Floats) -> None:
         total[k] += factor * row[k]
 
 
+@compiled()
+def move_along(total: Floats, step: float, rate: Floats) -> None:
+    """total += step·rate, in place, the product rounded: what is linear in the step, on its way to the next event."""
+    for k in range(len(total)):
+        total[k] += step * rate[k]
+
+
 @compiled(fastmath={"contract"})
 def add_two(total: Floats, first: float, row_1: Floats, second: float, row_2: Floats) -> None:
     """total += first·row_1 + second·row_2, in place and in one pass; all of one length."""

@@ -13,7 +13,7 @@ from solver.dynamics.kernels.state import Motion, Pin, Run, Slip, Tally, Teeth
 from solver.dynamics.kernels.teeth import tooth_at
 
 
-@compiled(error_model="numpy")
+@compiled(allocates=True, error_model="numpy")
 def integrate_exactly(
     teeth: Teeth,
     motion: Motion,

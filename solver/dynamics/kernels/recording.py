@@ -11,7 +11,7 @@ from solver.dynamics.kernels.slips import driving_force
 from solver.dynamics.kernels.state import Floats, Motion, Pin, Record, Run, Slip, Tally
 
 
-@compiled(error_model="numpy")
+@compiled(allocates=True, error_model="numpy")
 def empty_record(motion: Motion, sample_count: int, bin_count: int) -> Record:
     """A record of a run that has not begun."""
     return Record(
@@ -134,7 +134,7 @@ def pass_rest(record: Record, motion: Motion, pin: Pin, tally: Tally, until: flo
     return Tally(steps + 1, resisted + (driving + 0.5 * ramp * tau) * tau, work, row, edge)
 
 
-@compiled(error_model="numpy")
+@compiled(allocates=True, error_model="numpy")
 def finished_run(record: Record, tally: Tally, slip: Slip, slips: Floats, reached: float) -> Run:
     """What a run of segments came to."""
     return Run(

@@ -17,7 +17,7 @@ def _let_go(segment: Segment) -> Segment:
     return Segment(pin, slope, c, total, 0.0, ramp, 0.0, ramp, pace)
 
 
-@compiled(error_model="numpy")
+@compiled(allocates=True, error_model="numpy")
 def integrate_rigidly(
     teeth: Teeth, motion: Motion, sample_count: int, bin_count: int, step_limit: int, one_way: bool | None
 ) -> Run:

@@ -39,7 +39,7 @@ def _write_step(
     return row, edge
 
 
-@compiled(error_model="numpy")
+@compiled(allocates=True, error_model="numpy")
 def integrate_by_steps(
     teeth: Teeth, motion: Motion, steps: int, sample_count: int, bin_count: int, one_way: bool | None
 ) -> Run:

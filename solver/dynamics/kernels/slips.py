@@ -23,7 +23,7 @@ def acceleration_rounding(motion: Motion, pin: Pin) -> float:
     return 4.4e-16 * forces
 
 
-@compiled(error_model="numpy")
+@compiled(allocates=True, error_model="numpy")
 def no_slips() -> list[SlipRow]:
     """An empty table of slips."""
     finished = [(0.0, 0.0, 0.0, 0.0, 0.0)]  # tells the compiler the type
@@ -31,7 +31,7 @@ def no_slips() -> list[SlipRow]:
     return finished
 
 
-@compiled(error_model="numpy")
+@compiled(allocates=True, error_model="numpy")
 def follow_slip(slip: Slip, finished: list[SlipRow], motion: Motion, old: Pin, new: Pin, peak: float) -> Slip:
     """Follow the pin from one instant to the next, from slip to stick and back; macroscopic slips that end are added
     to `finished`.
@@ -59,7 +59,7 @@ def follow_slip(slip: Slip, finished: list[SlipRow], motion: Motion, old: Pin, n
     return Slip(sliding, climbing, time, position, highest, micro_slips, micro_travel)
 
 
-@compiled(error_model="numpy")
+@compiled(allocates=True, error_model="numpy")
 def slip_table(slip: Slip, rows: list[SlipRow], motion: Motion, pin: Pin) -> Floats:
     """Slips as rows of an array; one that still lasts has no re-stick."""
     if slip.sliding and pin.position - slip.position > motion.presliding:

@@ -10,6 +10,7 @@ from solver.contact.kernels.enumerations import EventKind, Stop
 from solver.contact.kernels.equilibrium import RESIDUAL_LIMIT, equilibrium_residual, total_shear
 from solver.contact.kernels.next_event import next_event
 from solver.contact.kernels.state import KernelConstants, KernelState, start_event
+from solver.contact.kernels.vectors import move_along
 from solver.contact.kernels.violations import limited, on_steep_flank
 from solver.sliding.kernels.events import Events, add_slips
 from solver.sliding.kernels.step import overshot, smallest_step
@@ -24,7 +25,7 @@ CREATED = 1e-14
 @compiled()
 def advance(state: KernelState, step: float) -> None:
     """Move the pin by `step`, every contact node stuck to it."""
-    state.response[:] += step * state.rate
+    move_along(state.response, step, state.rate)
     for i in range(len(state.x)):
         if state.contact[i]:
             state.inputs[i] += step

@@ -16,7 +16,7 @@ from solver.compiled import compiled
 from solver.contact.kernels.cascade import REFRESH_SLIPS
 from solver.contact.kernels.enumerations import EventKind, Stop
 from solver.contact.kernels.state import Floats, Scalars, SlipConstants, start_event
-from solver.contact.kernels.vectors import add
+from solver.contact.kernels.vectors import add, move_along
 from solver.contact.kernels.violations import HALF_PLACE, bits, highest_ranked, limited, ranked
 from solver.sliding.kernels.events import Events, add_slips
 from solver.sliding.kernels.step import overshot, smallest_step
@@ -49,7 +49,8 @@ class TangentialState(NamedTuple):
 @compiled()
 def refresh(state: TangentialState) -> None:
     """Sum the shear afresh."""
-    state.shear[:] = state.base
+    for i in range(len(state.u)):
+        state.shear[i] = state.base[i]
     for i in range(len(state.u)):
         add(state.shear, state.u[i], state.tableau[i])
     state.scalars.slips_since_refresh = 0
@@ -110,7 +111,7 @@ def _slip_in_turn(state: TangentialState, constants: SlipConstants, first: int) 
     return Stop.DONE
 
 
-@compiled()
+@compiled(allocates=True)
 def _slip_together(state: TangentialState, constants: SlipConstants, first: int) -> Stop:
     """The same by rounds: every offender of a round slips by the distance it would slip alone."""
     shear, tableau, u, scalars, m = state.shear, state.tableau, state.u, state.scalars, len(state.u)
@@ -154,8 +155,9 @@ def _next_slip(state: TangentialState, opposite: float) -> tuple[float, int]:
 
 @compiled()
 def _advance(state: TangentialState, step: float) -> None:
-    state.shear[:] += step * state.rate
-    state.u[:] += step
+    move_along(state.shear, step, state.rate)
+    for i in range(len(state.u)):
+        state.u[i] += step
     state.scalars.displacement += step
 
 
