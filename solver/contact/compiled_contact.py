@@ -11,16 +11,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from solver.case import Case
-from solver.contact.kernels.cascade import resolve
-from solver.contact.kernels.contact_change import project_onto_pin
-from solver.contact.kernels.enumerations import EventKind, Stop
-from solver.contact.kernels.equilibrium import (
-    RESIDUAL_LIMIT,
-    equilibrium_residual,
-    refine,
-    refresh,
-    set_rate_to_displacement,
-)
+from solver.contact.kernels.cascade import answer_violations
+from solver.contact.kernels.contact_change import look_for_rounding
+from solver.contact.kernels.enumerations import Stop
+from solver.contact.kernels.equilibrium import RESIDUAL_LIMIT, equilibrium_residual, respond
 from solver.contact.kernels.state import KernelConstants, KernelState, RoughPin, SlipConstants, new_scalars
 from solver.contact.node_friction import node_friction
 from solver.contact.pin import Pin, pin_of, surface_from_pin
@@ -56,7 +50,8 @@ def compiled_contact(
     *,
     whole: bool = False,
 ) -> CompiledContact:
-    """State and constants for a given contact set and displacements (u, v at contact nodes; others ignored).
+    """State and constants for a given contact set and displacements (u, v at contact nodes; others ignored), the rate that per
+    pin displacement.
 
     contact, u, v: shape (n,); displacement: δ_p; whole: follow all surface nodes. Raises SingularOperator where the
     contact's compliance cannot be inverted.
@@ -68,8 +63,7 @@ def compiled_contact(
     nodes = len(state.x)
     state.inputs[:nodes] = np.where(state.contact, u[window], 0.0)
     state.inputs[nodes:-1] = np.where(state.contact, v[window], 0.0)
-    refresh(state)
-    refine(state)
+    respond(state)
     return CompiledContact(case, compliance, window, state, _constants(case, window))
 
 
@@ -118,9 +112,7 @@ def rebuild(state: KernelState) -> None:
     fresh = tableau(state.matrix, state.contact)
     state.tableau[:, : len(fresh)] = fresh
     state.scalars.residual = 0.0
-    refresh(state)
-    refine(state)
-    set_rate_to_displacement(state)
+    respond(state)
 
 
 def corrected_for_rounding(compiled: CompiledContact, status: Stop) -> Stop:
@@ -133,12 +125,13 @@ def corrected_for_rounding(compiled: CompiledContact, status: Stop) -> Stop:
         return status
     state, constants = compiled.state, compiled.constants
     for _ in range(3):
-        lifted, inaccurate = project_onto_pin(state, constants), not equilibrium_residual(state) <= RESIDUAL_LIMIT
+        lifted, residual = look_for_rounding(state, constants)
+        inaccurate = not residual <= RESIDUAL_LIMIT
         if not (lifted or inaccurate):
             return status
         if inaccurate:
             rebuild(state)
-        resolved = resolve(state, constants, EventKind.NOTHING, -1, 1.0)
+        resolved = answer_violations(state, constants, 1.0)
         if resolved != Stop.DONE:
             return resolved
     return status if equilibrium_residual(state) <= 10.0 * RESIDUAL_LIMIT else Stop.INACCURATE

@@ -15,9 +15,9 @@ from solver.contact.compiled_contact import compiled_contact, corrected_for_roun
 from solver.contact.coulomb.contact import CoulombContact, CoulombError
 from solver.contact.coulomb.motion import raise_load_of_sliding
 from solver.contact.coulomb.roles import resolve_violations, stick_and_slide_at_rest
-from solver.contact.kernels.cascade import resolve
-from solver.contact.kernels.enumerations import EventKind, Stop
-from solver.contact.kernels.equilibrium import refresh, set_rate_to_displacement, set_rate_to_load
+from solver.contact.kernels.cascade import answer_violations
+from solver.contact.kernels.enumerations import Stop
+from solver.contact.kernels.equilibrium import refresh, set_rate_to_load
 from solver.contact.kernels.loading import raise_load
 from solver.contact.normal import NormalContact, normal_contact
 from solver.contact.outcomes import OUTCOME_OF_ENDING, OUTCOME_OF_STOP
@@ -113,8 +113,7 @@ def _touch_at_once(case: Case, compliance: SurfaceCompliance) -> ContactState:
     # Stuck at once, a node near the edge may be pulled in contact and pushed when free; slips then decide.
     for whole in (False, True)[not converged :]:
         compiled = compiled_contact(case, compliance, contact, u, height, whole=whole)
-        set_rate_to_displacement(compiled.state)
-        status = resolve(compiled.state, compiled.constants, EventKind.NOTHING, -1, 1.0)
+        status = answer_violations(compiled.state, compiled.constants, 1.0)
         state = contact_state(compiled, OUTCOME_OF_STOP[corrected_for_rounding(compiled, status)])
         if not beyond_window(compiled, state):
             break
@@ -129,7 +128,7 @@ def _load_gradually(case: Case, compliance: SurfaceCompliance) -> ContactState:
     compiled.state.inputs[-1] = -1e-12 * case.normal_load
     refresh(compiled.state)
     set_rate_to_load(compiled.state)
-    status = resolve(compiled.state, compiled.constants, EventKind.NOTHING, -1, 0.0)
+    status = answer_violations(compiled.state, compiled.constants, 0.0)
     if status == Stop.DONE:
         status = raise_load(compiled.state, compiled.constants, case.normal_load)
     return contact_state(compiled, OUTCOME_OF_STOP[corrected_for_rounding(compiled, status)])

@@ -4,9 +4,9 @@ import numpy as np
 
 from solver.case import MOST_EVENTS, Case
 from solver.contact.compiled_contact import CompiledContact, compiled_contact, corrected_for_rounding
-from solver.contact.kernels.cascade import resolve
-from solver.contact.kernels.enumerations import EventKind, Stop
-from solver.contact.kernels.equilibrium import set_rate_to_displacement, total_shear
+from solver.contact.kernels.cascade import answer_violations
+from solver.contact.kernels.enumerations import Stop
+from solver.contact.kernels.equilibrium import total_shear
 from solver.contact.outcomes import OUTCOME_OF_STOP
 from solver.contact.pin import pin_of, surface_from_pin
 from solver.contact.state import ContactState, beyond_window, contact_state
@@ -79,7 +79,7 @@ def _continued(compiled: CompiledContact, status: Stop, whole: bool, anew: bool)
         followed = _set_up_again(compiled, whole)
         if followed is None:
             return None, status
-        compiled, status = followed, resolve(followed.state, followed.constants, EventKind.NOTHING, -1, 1.0)
+        compiled, status = followed, answer_violations(followed.state, followed.constants, 1.0)
     else:
         status = corrected_for_rounding(compiled, Stop.DONE)
     if anew and status == Stop.DONE:
@@ -95,9 +95,7 @@ def _set_up_again(compiled: CompiledContact, whole: bool) -> CompiledContact | N
 
 
 def compiled_at(case: Case, compliance: SurfaceCompliance, state: ContactState, whole: bool) -> CompiledContact:
-    """A compiled contact in this state, its rate that per pin displacement."""
+    """A compiled contact in this state."""
     xi = np.where(state.contact, surface_from_pin(case) + state.u - state.displacement, 0.0)
     height = pin_of(case).height(xi)
-    compiled = compiled_contact(case, compliance, state.contact, state.u, height, state.displacement, whole=whole)
-    set_rate_to_displacement(compiled.state)
-    return compiled
+    return compiled_contact(case, compliance, state.contact, state.u, height, state.displacement, whole=whole)

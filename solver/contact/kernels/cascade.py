@@ -150,6 +150,12 @@ def resolve(state: KernelState, constants: KernelConstants, kind: EventKind, nod
 
 
 @compiled()
+def answer_violations(state: KernelState, constants: KernelConstants, pin_rate: float) -> Stop:
+    """The cascade that begins with the worst violation. Python calls it: numba takes long to recognise an EventKind."""
+    return resolve(state, constants, EventKind.NOTHING, -1, pin_rate)
+
+
+@compiled()
 def _soundness(state: KernelState, constants: KernelConstants) -> Stop:
     """DONE where the end of a cascade means something: all numbers finite (none of the comparisons above sees a NaN), and
     no node on a flank steeper than STEEPEST."""

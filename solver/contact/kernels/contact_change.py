@@ -70,6 +70,12 @@ def project_onto_pin(state: KernelState, constants: KernelConstants) -> bool:
 
 
 @compiled()
+def look_for_rounding(state: KernelState, constants: KernelConstants) -> tuple[bool, float]:
+    """Move lifted nodes back onto the pin; whether there were any, and the equilibrium residual."""
+    return project_onto_pin(state, constants), equilibrium_residual(state)
+
+
+@compiled()
 def _refresh_after_changes(state: KernelState, pin_rate: float) -> None:
     """From time to time, after changes of the contact: a fresh response, a fresh rate, and the equilibrium residual."""
     state.scalars.changes_since_refresh += 1

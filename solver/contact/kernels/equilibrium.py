@@ -98,7 +98,7 @@ def equilibrium_residual(state: KernelState) -> float:
 
 
 @compiled(allocates=True)
-def refine(state: KernelState) -> None:
+def _refine(state: KernelState) -> None:
     """One step of iterative refinement, where the response of a fresh tableau leaves a residual.
 
     An inverse alone loses the digits of its condition number; an inverse and its residual do not.
@@ -115,3 +115,11 @@ def refine(state: KernelState) -> None:
         if not state.contact[i]:
             state.response[i] += missing[i]
             state.response[n + i] += missing[n + i]
+
+
+@compiled()
+def respond(state: KernelState) -> None:
+    """Set response and rate to those of a fresh tableau, the nodes in contact moving with the pin."""
+    refresh(state)
+    _refine(state)
+    set_rate_to_displacement(state)

@@ -115,10 +115,12 @@ class KernelConstants(NamedTuple):
     """First and last node of the window that can touch without a node beyond the window being near."""
 
 
+_SCALARS = np.dtype((np.record, list(Scalars.__annotations__.items())))
+
+
 def new_scalars(displacement: float) -> Scalars:
     """A record of `Scalars`, all 0 but δ_p."""
-    dtype = np.dtype(list(Scalars.__annotations__.items()))
-    scalars: Scalars = np.zeros(1, dtype=dtype).view(np.recarray)[0]
+    scalars: Scalars = np.zeros(1, _SCALARS)[0]
     scalars.displacement = displacement
     return scalars
 
