@@ -96,13 +96,10 @@ def _state(
 def _matrix_within(compliance: SurfaceCompliance, window: slice) -> NDArray[np.float64]:
     """The compliance of the window's nodes among each other, (2n, 2n)."""
     surface, nodes = compliance.slab.n_x, window.stop - window.start
-    # One array type for all, plain and read-only, or the kernels would be compiled once per kind of array.
-    matrix = np.empty((2 * nodes, 2 * nodes))
     # Blocks are copied as pieces in a row: much faster than by lists of rows and columns.
-    for i in range(2):
-        for j in range(2):
-            rows, columns = (slice(k * surface + window.start, k * surface + window.stop) for k in (i, j))
-            matrix[i * nodes : (i + 1) * nodes, j * nodes : (j + 1) * nodes] = compliance.matrix[rows, columns]
+    blocks = compliance.matrix.reshape(2, surface, 2, surface)[:, window, :, window]
+    # One array type for all, plain and read-only, or the kernels would be compiled once per kind of array.
+    matrix = np.array(blocks, order="C").reshape(2 * nodes, 2 * nodes)
     matrix.setflags(write=False)
     return matrix
 

@@ -73,7 +73,7 @@ def checked(case: Case, compliance: SurfaceCompliance, state: ContactState) -> C
         found = soundness(case, compliance, state.contact, state.u, state.displacement)
         # What rounding decides is no fault of friction or operator; a flank's steepness counts where all else is well.
         outcome = found if outcome.ok or found.ending is Ending.ROUNDING else outcome
-    return replace(state, outcome=outcome)
+    return state if outcome is state.outcome else replace(state, outcome=outcome)
 
 
 def _touch(case: Case, compliance: SurfaceCompliance) -> ContactState:

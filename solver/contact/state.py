@@ -210,10 +210,11 @@ def state_from_forces(
     outcome: Outcome,
 ) -> ContactState:
     """The state of a contact with these nodal forces (2, n), displacements u and v = w + approach, (n,)."""
+    widths = compliance.widths
     values = {
         "contact": contact,
-        "pressure": -forces[1] / compliance.widths,
-        "shear": forces[0] / compliance.widths,
+        "pressure": -forces[1] / widths,
+        "shear": forces[0] / widths,
         "slip": np.where(contact, u - displacement, 0.0),
         "gap": np.where(contact, 0.0, pin_of(case).height(surface_from_pin(case) + u - displacement) - v),
         "u": u.copy(),

@@ -50,7 +50,7 @@ def slide_to_state(
     end = checked(case, compliance, end)
     if end.outcome.ok and not (found := in_hindsight(case, record, end)).ok:
         end = checked(case, compliance, replace(end, outcome=found))
-    return replace(record, outcome=end.outcome), end
+    return record if end.outcome is record.outcome else replace(record, outcome=end.outcome), end
 
 
 def _no_record(case: Case, start: ContactState, end: ContactState) -> FrictionRecord:

@@ -132,10 +132,10 @@ class Teeth:
 
     def integral(self, x: NDArray[np.float64]) -> NDArray[np.float64]:
         """∫F from the first edge to each x within the edges, without approximation."""
-        width = np.diff(self.edges)
+        width = self.edges[1:] - self.edges[:-1]
         whole = np.zeros(len(self.edges))
         np.cumsum(0.5 * width * (self.start + self.end), out=whole[1:])
-        piece = (self.edges.searchsorted(x, side="right") - 1).clip(0, len(width) - 1)
+        piece = self.edges[1:-1].searchsorted(x, side="right")
         part = x - self.edges[piece]
         rise = (self.end - self.start)[piece] * np.divide(part, width[piece], out=np.zeros_like(part), where=part > 0.0)
         return np.asarray(whole[piece] + part * (self.start[piece] + 0.5 * rise))
@@ -281,11 +281,11 @@ def unsteadiness(blocks: NDArray[np.float64], latest: bool) -> str:
     latest: the truncation is as late as it may be, so that scatter does not excuse a change.
     """
     means = blocks.reshape(8, -1).mean(axis=1)
-    place = (np.arange(8) - 3.5) / 8.0
+    mean, place = float(means.mean()), (np.arange(8) - 3.5) / 8.0
     change = float(place @ means / (place @ place))
-    rest = means - means.mean() - change * place
+    rest = means - mean - change * place
     error = float(np.sqrt(rest @ rest / 6.0 / (place @ place)))
-    share = change / abs(float(means.mean())) if means.mean() else np.inf
+    share = change / abs(mean) if mean else np.inf
     if abs(share) <= LARGEST_CHANGE or (abs(change) <= SIGNIFICANT * error and not latest):
         return ""
     return f"{'rises' if share > 0.0 else 'falls'} by {abs(share):.1%} along the best steady part"

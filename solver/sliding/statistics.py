@@ -103,7 +103,7 @@ class EventStatistics(Labels):
 def event_statistics(record: FrictionRecord) -> EventStatistics:
     """Count and average the events of a record."""
     events = len(record.displacement)
-    slips, releases, touches = (int(np.sum(record.kind == kind)) for kind in range(len(EVENT_KINDS)))
+    slips, releases, touches = np.bincount(record.kind, minlength=len(EVENT_KINDS)).tolist()
     per_event = 1.0 / events if events else float("nan")
     forces = (record.force_before, record.force_after, [record.initial_force, record.final_force])
     sampling = sampling_of(record, 0, record.final_displacement)
@@ -119,7 +119,7 @@ def event_statistics(record: FrictionRecord) -> EventStatistics:
         cascade_releases=int(record.releases.sum()),
         cascade_touches=int(record.touches.sum()),
         mean_step=float(record.displacement[-1]) * per_event if events else float("nan"),
-        mean_step_uncertainty=_uncertainty_of_mean(np.diff(record.displacement, prepend=0.0), sampling),
+        mean_step_uncertainty=_uncertainty_of_mean(np.diff(np.concatenate(([0.0], record.displacement))), sampling),
         mean_slips=float(record.slips.sum()) * per_event,
         mean_drop=float(fallen.sum()) * per_event,
         mean_drop_uncertainty=_uncertainty_of_mean(fallen, sampling),
