@@ -22,10 +22,10 @@ from study.plan.cost.sliding import (
 _TOUCH = (4e-4, 2.5e-7, 1.6e-9)  # by powers 0, 2, 3 of the nodes in contact: rounds of dense solves
 _TOUCH_OF_ALL = 0.5  # of that where the contact is all of the surface: nothing is looked for
 _PRESSED = 0.2  # of that without shear: half the unknowns
-_SCALARS = (1.2e-3, 1.2e-6)  # of a record, and of each event
-_SLIP = (5e-8, 5e-10, 1e-12)  # by powers 0, 1, 2 of the entries of a tableau's row: longer ones come from memory
-_FROZEN_SLIP = (4.5e-8, 1.5e-10, 5e-13)
-_ROUGH = 4.5  # a slip on a rough pin over one on a smooth pin
+_SCALARS = (8e-4, 8e-7)  # of a record, and of each event
+_SLIP = (5e-8, 3e-10, 8e-13)  # by powers 0, 1, 2 of the entries of a tableau's row: longer ones come from memory
+_FROZEN_SLIP = (4e-8, 1.2e-10, 5e-13)
+_ROUGH = 1.5  # a slip on a rough pin over one on a smooth pin
 _COULOMB_TOUCH = (
     2e-8  # initial contact with Coulomb friction, times the cube of the nodes: they come to slide one by one
 )
