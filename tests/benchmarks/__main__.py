@@ -18,6 +18,7 @@ from tests.benchmarks.table import Row, as_markdown
 
 NAMES = (
     "sliding",
+    "events",
     "coulomb",
     "growth",
     "compliance",

@@ -82,7 +82,7 @@ class Taken:
 def rows(sizes: tuple[int, ...] = SIZES) -> list[Row]:
     """A row for each command and number of cases."""
     with TemporaryDirectory() as folder:
-        made = {count: _campaign(count, Path(folder)) for count in (1, *sizes)}
+        made = {count: campaign_of(count, Path(folder)) for count in (1, *sizes)}
         found = [_row(command, count, made) for command in COMMANDS if not command.finished for count in sizes]
         with ProcessPoolExecutor(
             1, get_context("spawn")
@@ -127,7 +127,7 @@ def _judged(found: Taken, most: Most) -> str:
     return verdict(target, found.seconds <= most.seconds and found.memory <= most.memory)
 
 
-def _campaign(count: int, folder: Path) -> Path:
+def campaign_of(count: int, folder: Path) -> Path:
     """The file of a campaign with so many cases: a multiple of HEIGHTS, or one."""
     heights = HEIGHTS if count > 1 else 1
     frictions = max(size for size in range(1, int((count // heights) ** 0.5) + 1) if count // heights % size == 0)
