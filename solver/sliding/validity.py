@@ -168,11 +168,12 @@ def record_flags(case: Case, start: ContactState, record: FrictionRecord, end: C
     """
     if not start.outcome.ok:
         return ()
-    sizes = np.append(record.contact_size, start.contact.sum())
+    first = int(start.contact.sum())
+    fewest, most = (int(extreme(initial=first)) for extreme in (record.contact_size.min, record.contact_size.max))
     nodes = np.concatenate((np.flatnonzero(start.contact), np.flatnonzero(end.contact), record.node))
     travel = record.final_displacement - start.displacement
     half_width = contact_half_width(case, start)
-    seen = _Seen(int(sizes.min()), int(sizes.max()), half_width, _margin(case, nodes), travel)
+    seen = _Seen(fewest, most, half_width, _margin(case, nodes), travel)
     return _judged(case, seen, expected_half_width(case)) + ((UNCERTAIN,) if _uncertain(case, record) else ())
 
 

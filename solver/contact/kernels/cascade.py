@@ -27,8 +27,8 @@ CHANGES_PER_NODE = 20
 def _slip_in_turn(state: KernelState, constants: KernelConstants, first: int) -> tuple[Stop, EventKind, int]:
     """Slip `first` (if any), then the worst offender, the others held, until none is left or a node must be released.
 
-    Returns why it stops, and RELEASE with its node or NOTHING with -1. The arrays are taken out of the state once: passing
-    the whole of it to another compiled function costs more than a slip.
+    Returns why it stops, and RELEASE with its node or NOTHING with -1. The arrays are taken out of the state once,
+    not for every slip.
     """
     n, tolerance, pin, residual_shear = (
         len(state.x),

@@ -90,7 +90,7 @@ def _displace(shear: Floats, tableau: Floats, u: Floats, i: int, along: float) -
 def _slip_in_turn(state: TangentialState, constants: SlipConstants, first: int) -> Stop:
     """Slip `first`, then the worst offender, the others held, until none is left.
 
-    The arrays are taken out of the state once: passing the whole of it to another compiled function costs more than a slip.
+    The arrays are taken out of the state once, not for every slip.
     """
     shear, tableau, u, scalars = state.shear, state.tableau, state.u, state.scalars
     shear_limit, weights, node_slips = state.shear_limit, state.weights, state.node_slips
