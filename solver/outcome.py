@@ -10,7 +10,7 @@ from enum import StrEnum
 
 
 class Ending(StrEnum):
-    """Why a computation stopped. `COMPLETED` is the only good one."""
+    """Why a computation stopped. `COMPLETED` is the only good one of what was begun."""
 
     COMPLETED = "completed"
     """A limit that the case asked for (events, displacement, duration) was reached."""
@@ -50,6 +50,8 @@ class Ending(StrEnum):
     """The driven pin slipped back although it was not to (`reverse_motion` of its drive)."""
     NEEDS_FAILED = "needs_failed"
     """Something this computation needs ended badly."""
+    NOT_NEEDED = "not_needed"
+    """What was computed before knows enough without this: nothing failed, and there is nothing."""
     OUT_OF_MEMORY = "out_of_memory"
     """The machine had no memory left: nothing is known of the case, another machine may compute it."""
     TIMED_OUT = "timed_out"

@@ -36,11 +36,13 @@ ORDER = {
     "study.manifest": "parameters problems columns drives manifest checker named_files drive_tables reader "
     "effects cases one_case",
     "study.discretization": "front targets",
-    "study.plan": "task keys cost kinds tasks influence case_tasks order budget plan standing size outlook flags spans memory",
+    "study.plan": "task keys cost kinds tasks influence ensemble case_tasks order budget plan standing size outlook flags spans "
+    "memory",
     "study.plan.cost": "last condensation sliding seconds arrays drive",
+    "study.plan.ensemble": "batches",
     "study.plan.influence": "scene omissions table decision campaign account limits",
     "study.plan.standing": "endings outline",
-    "study.plan.kinds": "kind compliance contact record statistics states drive",
+    "study.plan.kinds": "kind compliance contact record statistics states drive ensemble",
     "study.results": "whole_file lines entry own log logs attempts runs store lease shard merging",
     "study.dataset": "seal groups file made_of variables collection description access comparison pair verification agreement",
     "study.dataset.collection": "ensemble ragged layout table collect",

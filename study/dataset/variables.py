@@ -143,6 +143,12 @@ OUTCOMES = {
 }
 """Kind of task ("": all before the drives) -> the variables that say how it ended."""
 
+MEMBERS_USED: Final = Quantity(
+    "members_used",
+    "members that means are of",
+    comment="without those that are not computed yet, and those not needed for the ensemble's uncertainty",
+)
+
 _BY_NAME: Final = "by its name along software; empty while pending"
 COMPUTED_BY = {
     "": Quantity("computed_by", "software that computed the case", "", comment=_BY_NAME),

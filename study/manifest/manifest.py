@@ -18,6 +18,10 @@ Stage = Literal["contact", "slip", "dynamics"]
 Design = Literal["product", "zip", "table"]
 STAGES: tuple[Stage, ...] = get_args(Stage)
 MOST_MEMBERS = 10_000
+FIRST_MEMBERS = 4
+"""Of an ensemble that gets members until it knows enough: each further batch is as many as there are."""
+MOST_DOUBLED = 8192
+"""The most members of such an ensemble: twice as many would be more than MOST_MEMBERS."""
 VARIED = ("start", "seed")
 """The parameters in which the members of an ensemble differ."""
 SEEDS = 2**32
@@ -64,21 +68,45 @@ class Ensemble:
 
     members: their number, 1 to MOST_MEMBERS; 1 is no ensemble. The starts are spread evenly over one node spacing, from the
     case's own start on. Where `spread` is not 0, every member has a seed of its own.
+
+    uncertainty: of the mean plateau, relative, 0 < uncertainty < 1: members are added until it is at most that, and `members`
+    are the most. They come in batches, each as many as all before it and half way between their starts.
     """
 
     members: int = 1
+    uncertainty: float | None = None
 
     def __post_init__(self) -> None:
         count: Any = self.members
         if isinstance(count, bool) or not isinstance(count, int) or not 1 <= count <= MOST_MEMBERS:
             raise InvalidInput(f"members = {shown(count)}: needs a whole number from 1 to {MOST_MEMBERS}")
+        target: Any = self.uncertainty
+        if target is None:
+            return
+        if isinstance(target, bool) or not isinstance(target, int | float) or not 0.0 < target < 1.0:
+            raise InvalidInput(f"uncertainty = {shown(target)}: needs a relative uncertainty, 0 < uncertainty < 1")
+        if count.bit_count() != 1 or not FIRST_MEMBERS <= count <= MOST_DOUBLED:
+            allowed = (
+                f"a power of two from {FIRST_MEMBERS} to {MOST_DOUBLED} beside uncertainty, as members are doubled"
+            )
+            raise InvalidInput(f"members = {shown(count)}: needs {allowed}")
+
+    def batch(self, member: int) -> int:
+        """The batch that a member comes in, from 0: later ones are computed only where those before do not know enough."""
+        return 0 if self.uncertainty is None else (member // FIRST_MEMBERS).bit_length()
 
     def varied(self, case: Case, member: int) -> dict[str, Value]:
         """The parameters in which a member differs from the case, by field name. member: its number, from 0."""
-        start = (case.start + member / self.members) % 1.0 if member else case.start
+        phase = member / self.members if self.uncertainty is None else halving(member)
+        start = (case.start + phase) % 1.0 if member else case.start
         drawn = case.heterogeneity
         changes: dict[str, Value] = {"start": start}
         return changes | ({"seed": drawn.seed + member * SEEDS} if drawn.spread else {})
+
+
+def halving(number: int) -> float:
+    """0, 1/2, 1/4, 3/4, 1/8, 5/8, …: the first 2, 4, 8, … of them are spread evenly (its bits mirrored: van der Corput)."""
+    return int(f"{number:b}"[::-1], 2) / 2.0 ** number.bit_length()
 
 
 @dataclass(frozen=True, slots=True)

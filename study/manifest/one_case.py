@@ -17,12 +17,12 @@ _DRIVES: Final = "drives"
 
 def tables() -> dict[str, tuple[str, ...]]:
     """Table of a manifest -> the keys of it that a single case can be given."""
+    # `uncertainty` is its record's, which decides what any ensemble and any drive can know.
     return {
         **{table: words_of(table) for table in TABLES},
         "scales": field_names(Scales),
-        "ensemble": field_names(Ensemble),
+        "ensemble": tuple(name for name in field_names(Ensemble) if name not in words()),
         "outputs": field_names(Outputs),
-        # `uncertainty` is its record's, which decides what any drive can know.
         _DRIVES: tuple(name for name in drive_parameters() if name not in words()),
     }
 

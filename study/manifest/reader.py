@@ -103,6 +103,20 @@ def _tolerated(files: NamedFiles, top: dict[str, Any]) -> Tolerated | None:
     )
 
 
+MEMBERS: Final = 16
+"""The most members of an ensemble that is to know the plateau to an uncertainty, where the file does not say."""
+
+
+def _ensemble(files: NamedFiles, content: dict[str, Any], stages: tuple[Stage, ...]) -> Ensemble:
+    """The ensemble of every case; with an uncertainty its members are the most."""
+    beside = {"members": MEMBERS, "uncertainty": 0.5} if "uncertainty" in content else {}
+    good = files.checked("ensemble", content, Ensemble, field_names(Ensemble), **beside)
+    if "uncertainty" in good and "slip" not in stages:
+        wrong = 'needs stage "slip": without it there is no plateau'
+        files.refuse(f"ensemble.uncertainty = {shown(good['uncertainty'])}", wrong)
+    return Ensemble(**{**({"members": MEMBERS} if "uncertainty" in good else {}), **good})
+
+
 SECONDS: Final = "seconds"
 """Key of [limits] that limits no case, but how long a task may take."""
 OTHERS: Final = {"limits": (SECONDS,), "effects": tuple(_TOLERATED)}
@@ -155,7 +169,7 @@ class _Reader(NamedFiles):
             drive_axes=pulled.axes,
             drives_left_out=() if pulled.drives else tuple(dict.fromkeys(drive.name for drive in driven.drives)),
             outputs=outputs,
-            ensemble=Ensemble(**self.checked("ensemble", top.get("ensemble", {}), Ensemble, field_names(Ensemble))),
+            ensemble=_ensemble(self, top.get("ensemble", {}), stages),
             accuracy=accuracy,
             front=self.path.parent / top["front"] if "front" in top else None,
             front_text=self.measured("front", top),

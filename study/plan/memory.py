@@ -43,7 +43,7 @@ def shortages(planned: Plan, tasks: Sequence[Task], ranks: int = 1) -> tuple[str
 
 def need_of(*tasks: Task) -> float:
     """Bytes that processes with one task of a plan each need; all that read a compliance map the same copy of it."""
-    read = {task.slab for task in tasks if task.needs == compliance_needs(task.slab)}
+    read = {task.slab for task in tasks if task.needs[:1] == compliance_needs(task.slab)}
     return sum(8.0 * (2.0 * slab.n_x) ** 2 for slab in read) + sum(PROGRAM + task.memory for task in tasks)
 
 

@@ -14,8 +14,10 @@ from study.manifest.manifest import Manifest
 from study.origin import Origins, foreign_among
 from study.plan.budget import estimated, spent
 from study.plan.case_tasks import TasksOfCases
+from study.plan.ensemble.batches import Batches
 from study.plan.influence.campaign import Decider, tolerance_of
 from study.plan.influence.decision import Decision, Tolerance
+from study.plan.kinds.ensemble import NAME as OF_ENSEMBLES
 from study.plan.kinds.kind import Wanted
 from study.plan.order import longest_chain_first
 from study.plan.task import Label, Task
@@ -150,6 +152,7 @@ class _Tasks:
         self._found: dict[str, Task] = {}
         self.tolerance = tolerance_of(manifest)
         self._decider = Decider(manifest, self.tolerance) if self.tolerance else None
+        self._batches = Batches(manifest)
 
     @property
     def decisions(self) -> Mapping[str, Decision]:
@@ -160,13 +163,14 @@ class _Tasks:
         """More cases: their tasks, estimated and labelled; none of one that is refused."""
         if self._decider:
             cases = [self._decider.decided(case) for case in cases]
-        wanted = [self._wanted(case) for case in cases]
+        wanted = [self._batches.waiting(case, self._wanted(case)) for case in cases]
         for case, its in zip(cases, wanted, strict=True):
             for each in its:
                 if each.task.key not in self._found:
                     self._found[each.task.key] = self._planned(each, case)
         for case, its in zip(cases, wanted, strict=True):
-            self.of_cases.add(case, {(each.task.kind, each.drive): each.task.key for each in its})
+            own = (each for each in its if each.task.kind != OF_ENSEMBLES)
+            self.of_cases.add(case, {(each.task.kind, each.drive): each.task.key for each in own})
 
     def taken(self) -> list[Task]:
         """All tasks, which are no longer kept here: memory is what limits the size of a plan."""

@@ -43,6 +43,10 @@ class Task:
     """Whether the closed form is fitted to the motion; drive tasks only."""
     intermediate: bool = False
     """Whether the result is wanted by other tasks only, not by the campaign."""
+    enough: float = 0.0
+    """Relative uncertainty of the plateau that no further member is needed at; ensemble tasks only."""
+    batch: int = 0
+    """How many ensemble tasks come before it, one after the other: those of a batch need none of a later one."""
     shared: bool = field(default=False, compare=False)
     """Whether other tasks read the result."""
     needs: tuple[str, ...] = ()

@@ -11,6 +11,7 @@ from study.origin import computing, stemming
 from study.plan.kinds.compliance import COMPLIANCE, compliance_needs, compliance_task
 from study.plan.kinds.contact import CONTACT, contact_task
 from study.plan.kinds.drive import DRIVE, drive_task
+from study.plan.kinds.ensemble import ENSEMBLE
 from study.plan.kinds.kind import Estimate, Kind, numbers
 from study.plan.kinds.record import RECORD, record_scalars_task, record_task
 from study.plan.kinds.states import STATES, states_task
@@ -35,8 +36,10 @@ __all__ = [
     "statistics_task",
 ]
 
-KINDS: Final[dict[str, Kind]] = {kind.name: kind for kind in (COMPLIANCE, CONTACT, RECORD, STATISTICS, STATES, DRIVE)}
-"""Name -> kind of task: a stage each, none of which needs a later one."""
+KINDS: Final[dict[str, Kind]] = {
+    kind.name: kind for kind in (COMPLIANCE, CONTACT, RECORD, STATISTICS, STATES, DRIVE, ENSEMBLE)
+}
+"""Name -> kind of task: a stage each, none of which needs a later one of its batch."""
 
 
 def needed_kinds(manifest: Manifest) -> frozenset[str]:
@@ -57,11 +60,11 @@ LONGEST: Final = 1e12
 
 
 def in_stages(tasks: Iterable[Task]) -> Iterator[Task]:
-    """Tasks kind after kind, of each what is intermediate before what is made of it: none needs a later one."""
-    stages: defaultdict[tuple[int, bool], list[Task]] = defaultdict(list)
+    """Tasks batch after batch, kind after kind, what is intermediate before what is made of it: none needs a later one."""
+    stages: defaultdict[tuple[int, int, bool], list[Task]] = defaultdict(list)
     places = {kind: place for place, kind in enumerate(KINDS)}
     for task in tasks:
-        stages[places[task.kind], not task.intermediate].append(task)
+        stages[task.batch, places[task.kind], not task.intermediate].append(task)
     for stage in sorted(stages):
         yield from stages[stage]
 
@@ -78,7 +81,10 @@ def run_task(task: Task, inputs: Mapping[str, TaskResult]) -> TaskResult:
 
 
 def _computed(task: Task, inputs: Mapping[str, TaskResult]) -> TaskResult:
-    for need in (inputs[key] for key in task.needs):
+    needs = [inputs[key] for key in task.needs]
+    if any(need.outcome.ending is Ending.NOT_NEEDED for need in needs):
+        return TaskResult(task.key, task.kind, Outcome(Ending.NOT_NEEDED))
+    for need in () if KINDS[task.kind].takes_failed else needs:
         if not need.outcome.usable:  # a record without a plateau is still a record
             message = f"its {need.kind} ended as {need.outcome.ending}: {need.outcome.message}"
             return TaskResult(task.key, task.kind, Outcome(Ending.NEEDS_FAILED, message))

@@ -9,14 +9,14 @@ import numpy as np
 import xarray as xr
 from matplotlib.ticker import EngFormatter
 
-from study.dataset.collection.ensemble import over_members
-from study.dataset.variables import DISCRETIZATION_ERROR, OUTCOMES
+from study.dataset.collection.ensemble import NOT_NEEDED, over_members
+from study.dataset.variables import DISCRETIZATION_ERROR, MEMBERS_USED, OUTCOMES
 from study.figures.shared.closed_form import scales_of
 from study.figures.sweep.label import label
-from study.manifest.cases import MEMBER
 from study.report.summary import alike
 
-COMPLETED: Final = "completed"
+UNHURT: Final = ("completed", NOT_NEEDED)
+"""Endings that ask for nothing."""
 UNCERTAIN: Final = ("plateau_mean", "static_friction", "kinetic_friction", "mean_step")
 """Variables whose uncertainties a page sums up."""
 MOST_ADVICE: Final = 5
@@ -69,7 +69,7 @@ def _ending(what: str, word: str, count: int, messages: list[str]) -> Ending:
         kinds.setdefault(alike(text), []).append(text)
     advice = [Advice(texts[0], len(texts) - 1) for texts in sorted(kinds.values(), key=len, reverse=True)]
     words = f"{count} {what}{'s' if count > 1 else ''}: {word.replace('_', ' ')}"
-    return Ending(words, word != COMPLETED, tuple(advice[:MOST_ADVICE]), max(len(advice) - MOST_ADVICE, 0))
+    return Ending(words, word not in UNHURT, tuple(advice[:MOST_ADVICE]), max(len(advice) - MOST_ADVICE, 0))
 
 
 def regimes(dataset: xr.Dataset) -> str:
@@ -87,8 +87,11 @@ def accuracy(dataset: xr.Dataset) -> Iterator[str]:
     if DISCRETIZATION_ERROR.name in dataset:
         errors = dataset[DISCRETIZATION_ERROR.name].values.ravel()
         yield f"Grid (discretization_error of stiffness, approach, half-width, pressure): {_shares(errors, 'measured')}"
-    members = dataset.sizes.get(MEMBER, 1)
-    of_mean = f", standard error of the mean of {members} members" if members > 1 else ""
+    of_mean = ""
+    if MEMBERS_USED.name in dataset:
+        used = dataset[MEMBERS_USED.name].values
+        members = " to ".join(dict.fromkeys(str(end) for end in (used.min(), used.max())))
+        of_mean = f", standard error of the mean of {members} members"
     dataset = over_members(dataset)
     for name in UNCERTAIN:
         uncertainty = dataset[name].attrs.get("ancillary_variables", "") if name in dataset else ""

@@ -15,7 +15,7 @@ from solver.outcome import Ending
 from solver.quantity import GRID_ERROR
 from solver.sliding.validity import flags_in
 from solver.view import with_error
-from study.dataset.collection.ensemble import over_members
+from study.dataset.collection.ensemble import NOT_NEEDED, over_members
 from study.dataset.variables import DRIVE, LEFT_OUT, OUTCOMES, VALIDITY, parameters, scalars
 from study.figures.sweep.label import in_unit, said, unit_of
 from study.figures.sweep.points import listed
@@ -179,6 +179,7 @@ _COLUMNS: Final = {
     "slips_scaling_exponent": "τ of slips",
     "peak_friction": "peak F/W",
     "surface_stiffness": "K/(G·L_y)",
+    "members_used": "members",
     "events": "events",
     "record_spacings": "spacings",
     "final_displacement": "δ_p/L_x",
@@ -188,7 +189,7 @@ _COLUMNS: Final = {
     "maximum_pressure": "max p·L_x·L_y/W",
 }
 """Variable -> title of its column. The first ones matter most: a narrow terminal leaves out the last ones."""
-_UNHURT: Final = (COMPLETED, PENDING)
+_UNHURT: Final = (COMPLETED, PENDING, NOT_NEEDED)
 """Endings that are no failure."""
 _UNCERTAINTY: Final = {each.name: each.uncertainty for kind in KINDS for each in scalars(kind).values()}
 """Variable -> the one that says how uncertain it is."""

@@ -90,10 +90,10 @@ def _tables(found: Glance) -> tuple[Table, Table]:
         for kind, each in found.look.kinds.items()
     ]
     cases, drives = found.look.cases, found.look.drives
-    words = sorted(cases | drives, key=lambda word: (word != _COMPLETED, word == PENDING, word))
+    words = sorted(cases | drives, key=lambda word: (word != _COMPLETED, word in _UNHURT, word))
     header = ("outcome", "cases", "drives") if drives else ("outcome", "cases")
     rows = [(word, str(cases[word]), str(drives[word]))[: len(header)] for word in words]
-    failed = frozenset(number for number, word in enumerate(words) if word not in (_COMPLETED, PENDING))
+    failed = frozenset(number for number, word in enumerate(words) if word not in (_COMPLETED, *_UNHURT))
     titles = ("tasks", "finished", "left", "core time left", "all")
     return Table(titles, tuple(tasks)), Table(header, tuple(rows), len(header), failed)
 
@@ -125,3 +125,5 @@ def _data(found: Glance) -> dict[str, Any]:
 
 
 _COMPLETED: Final = Ending.COMPLETED.value
+_UNHURT: Final = (PENDING, Ending.NOT_NEEDED.value)
+"""Beside it what asks for nothing."""

@@ -3,17 +3,22 @@
 import math
 from collections import Counter
 from collections.abc import Mapping
-from typing import Any
+from typing import Any, Final
 
 import numpy as np
 import xarray as xr
 from numpy.typing import NDArray
 
+from solver.outcome import Ending
 from solver.quantity import Quantity, attributes
 from solver.sliding.sampling import ensemble_uncertainty
-from study.dataset.variables import scalars
+from study.dataset.variables import MEMBERS_USED, OUTCOMES, scalars
 from study.manifest.cases import MEMBER
+from study.plan.standing.endings import PENDING
 from study.plan.tasks import KINDS
+
+OUTCOME: Final = OUTCOMES[""][0].name
+NOT_NEEDED: Final = Ending.NOT_NEEDED.value
 
 
 def observables() -> dict[str, Quantity]:
@@ -23,11 +28,19 @@ def observables() -> dict[str, Quantity]:
 
 def ensemble_variables(variables: Mapping[str, xr.Variable]) -> dict[str, xr.Variable]:
     """Mean, standard error and standard deviation over `member` of each observable that has it; none without members."""
-    found: dict[str, xr.Variable] = {}
+    if MEMBER not in variables[OUTCOME].dims:
+        return {}
+    found = {MEMBERS_USED.name: _members_used(variables)}
     for name, observable in observables().items():
-        if name in variables and MEMBER in variables[name].dims:
+        if name in variables:
             found |= _reduced(observable, variables)
     return found
+
+
+def _members_used(variables: Mapping[str, xr.Variable]) -> xr.Variable:
+    ended = variables[OUTCOME]
+    used = ~np.isin(_members_last(ended), [PENDING, NOT_NEEDED])
+    return xr.Variable(_without_member(ended), used.sum(axis=-1), attributes(MEMBERS_USED))
 
 
 def ensemble_name(name: str, part: str) -> str:
@@ -50,17 +63,22 @@ def ensemble_quantities(observable: Quantity) -> dict[str, Quantity]:
 
 def _reduced(observable: Quantity, variables: Mapping[str, xr.Variable]) -> dict[str, xr.Variable]:
     variable = variables[observable.name]
-    dims = tuple(dim for dim in variable.dims if dim != MEMBER)
     values = _by_member(variable)
     stated = _by_member(variables.get(observable.uncertainty, 0.0 * variable))
     spans = _by_member(variables["record_spacings"])
+    needed = _members_last(variables[OUTCOME]) != NOT_NEEDED
     if spans.ndim < values.ndim:  # a record serves all drives
         between = (1,) * (values.ndim - spans.ndim)
-        spans = np.broadcast_to(spans.reshape(*spans.shape[:-1], *between, spans.shape[-1]), values.shape)
+        spans, needed = (
+            np.broadcast_to(each.reshape(*each.shape[:-1], *between, each.shape[-1]), values.shape)
+            for each in (spans, needed)
+        )
     weights = _by_member(variables["events"]) if observable.ensemble == "per_event" else np.ones_like(values)
     parts: dict[str, Any] = {
         "mean": lambda place: _mean(values[place], weights[place]),
-        "uncertainty": lambda place: _uncertainty(observable, values[place], stated[place], spans[place]),
+        "uncertainty": lambda place: _uncertainty(
+            observable, *(each[place][needed[place]] for each in (values, stated, spans))
+        ),
         "std": lambda place: _std(values[place]),
     }
     found = {}
@@ -68,7 +86,7 @@ def _reduced(observable: Quantity, variables: Mapping[str, xr.Variable]) -> dict
         reduced = np.empty(values.shape[:-1])
         for place in np.ndindex(reduced.shape):
             reduced[place] = parts[part](place)
-        found[quantity.name] = xr.Variable(dims, reduced, attributes(quantity))
+        found[quantity.name] = xr.Variable(_without_member(variable), reduced, attributes(quantity))
     return found
 
 
@@ -85,7 +103,15 @@ def _uncertainty(
 
 def _by_member(variable: xr.Variable) -> NDArray[np.float64]:
     """Its numbers with the members last."""
-    return np.moveaxis(variable.values.astype(float), variable.dims.index(MEMBER), -1)
+    return _members_last(variable).astype(float)
+
+
+def _members_last(variable: xr.Variable) -> NDArray[Any]:
+    return np.moveaxis(variable.values, variable.dims.index(MEMBER), -1)
+
+
+def _without_member(variable: xr.Variable) -> tuple[Any, ...]:
+    return tuple(dim for dim in variable.dims if dim != MEMBER)
 
 
 def _mean(values: NDArray[np.float64], weights: NDArray[np.float64]) -> float:
@@ -106,7 +132,8 @@ def over_members(dataset: xr.Dataset) -> xr.Dataset:
     if MEMBER not in dataset.dims:
         return dataset
     cases = dataset[[name for name in dataset.data_vars if set(dataset[name].dims) <= _dims_of_cases(dataset)]].load()
-    kept = {str(name): each if MEMBER not in each.dims else _joined(each) for name, each in cases.data_vars.items()}
+    used = cases[OUTCOME] != NOT_NEEDED
+    kept = {str(name): _joined(each, used) if MEMBER in each.dims else each for name, each in cases.data_vars.items()}
     for name, observable in observables().items():
         if ensemble_name(name, "mean") in dataset:
             own = {name: cases[ensemble_name(name, "mean")]}
@@ -131,17 +158,22 @@ def _dims_of_cases(dataset: xr.Dataset) -> set[Any]:
     return {dim for name in ("outcome", "drive_outcome") if name in dataset for dim in dataset[name].dims}
 
 
-def _joined(array: xr.DataArray) -> xr.DataArray:
-    """One value of all members: the mean of numbers, all flags that any has, texts that occur with their counts."""
+def _joined(array: xr.DataArray, used: xr.DataArray) -> xr.DataArray:
+    """One value of all members: the mean of numbers, all flags that any has, texts that occur with their counts.
+
+    used: which members are needed; the others have neither numbers nor flags, but say that they are not.
+    """
     if "flag_masks" in array.attrs:
         return array.reduce(np.bitwise_or.reduce, MEMBER, keep_attrs=True)
     if array.dtype.kind not in "OUT":
         return array.astype(float).mean(MEMBER, keep_attrs=True)
-    values = np.moveaxis(array.values, array.dims.index(MEMBER), -1)
+    values, counting = (
+        _members_last(each.variable) for each in (array, used.broadcast_like(array).transpose(*array.dims))
+    )
     texts = np.empty(values.shape[:-1], dtype=object)
     for place in np.ndindex(texts.shape):
-        texts[place] = _counted(values[place])
-    return xr.DataArray(texts, dims=[dim for dim in array.dims if dim != MEMBER], attrs=array.attrs)
+        texts[place] = _counted(values[place][counting[place]])
+    return xr.DataArray(texts, dims=_without_member(array.variable), attrs=array.attrs)
 
 
 def _counted(values: NDArray[Any]) -> str:

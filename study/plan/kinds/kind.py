@@ -104,6 +104,8 @@ class Kind:
     parts: tuple[Part, ...] = ()
     """In the order of a dataset's variables."""
     ragged: tuple[Ragged, ...] = ()
+    takes_failed: bool = False
+    """Whether it can be run with what ended badly."""
 
 
 @lru_cache(maxsize=256)

@@ -117,6 +117,8 @@ class Outline:
     keys: NDArray[np.bytes_]
     kinds: Codes
     """Position in KINDS."""
+    batches: NDArray[np.int8]
+    """`Task.batch`."""
     intermediate: Mask
     costs: NDArray[np.float64]
     """Seconds, bytes of memory, bytes on disk: shape (3, tasks)."""
@@ -154,7 +156,7 @@ class Outline:
 
     def _stages(self) -> list[NDArray[np.intp]]:
         """Positions of tasks, stage by stage: none needs a later one."""
-        stages = 2 * self.kinds + ~self.intermediate
+        stages = 2 * (self.batches.astype(int) * len(KINDS) + self.kinds) + ~self.intermediate
         return [np.flatnonzero(stages == stage) for stage in np.unique(stages)]
 
     def _left(self, done: Mask) -> Mask:
@@ -232,6 +234,7 @@ def outline_of(plan: Plan) -> Outline:
         return Outline(
             keys=np.array(list(place), "S20"),
             kinds=np.array([number_of[task.kind] for task in tasks], np.int8),
+            batches=np.array([task.batch for task in tasks], np.int8),
             intermediate=np.array([task.intermediate for task in tasks], np.bool_),
             costs=np.array([list(map(attrgetter(name), tasks)) for name in ("cost", "memory", "disk")], np.float64),
             needs=_needs(tasks, place),

@@ -32,7 +32,7 @@ def test_every_column_lies_along_a_dimension_of_its_kind(kind: Kind) -> None:
 
 
 def test_a_kind_is_known_by_its_name_and_comes_after_what_it_needs() -> None:
-    assert list(KINDS) == ["compliance", "contact", "record", "statistics", "states", "drive"]
+    assert list(KINDS) == ["compliance", "contact", "record", "statistics", "states", "drive", "ensemble"]
     assert all(name == kind.name for name, kind in KINDS.items())
 
 
