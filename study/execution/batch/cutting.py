@@ -9,6 +9,7 @@ from dataclasses import replace
 from itertools import accumulate
 from typing import Final, TypeVar
 
+from study.manifest.manifest import Ensemble
 from study.plan.case_tasks import TasksOfCases
 from study.plan.plan import Plan
 from study.results.shard import Shard
@@ -27,6 +28,7 @@ def part(plan: Plan, shard: Shard) -> Plan:
     weights = [LEAST + sum(costs[key] / users[key] for key in sorted(needed[case.case_id])) for case in plan.cases]
     ends = list(accumulate(weights))
     blocks = [int(shard.of * (end - weight / 2.0) / ends[-1]) for end, weight in zip(ends, weights, strict=True)]
+    blocks = _with_their_first(blocks, plan.manifest.ensemble)
     cases = tuple(case for case, block in zip(plan.cases, blocks, strict=True) if block == shard.number - 1)
     keys = {key for case in cases for key in needed[case.case_id]}
     of_cases = TasksOfCases()
@@ -34,6 +36,13 @@ def part(plan: Plan, shard: Shard) -> Plan:
         of_cases.add(case, plan.case_tasks[case.case_id].keys)
     tasks = tuple(task for task in plan.tasks if task.key in keys)
     return replace(plan, cases=cases, tasks=tasks, case_tasks=of_cases)
+
+
+def _with_their_first(blocks: list[int], ensemble: Ensemble) -> list[int]:
+    """The blocks of cases, where members that wait for others are in the block of their ensemble's first one."""
+    if ensemble.uncertainty is None:
+        return blocks
+    return [blocks[number - number % ensemble.members] for number in range(len(blocks))]
 
 
 def finished_with(

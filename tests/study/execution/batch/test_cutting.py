@@ -1,9 +1,11 @@
 """Every case is in exactly one shard, with all that it needs; shards cost about the same, and neighbours stay together."""
 
+from pathlib import Path
+
 import pytest
 
 from study.execution.batch.cutting import finished_with, part
-from study.manifest.reader import load_manifest
+from study.manifest.reader import load_manifest, parse_manifest
 from study.plan.plan import Plan, make_plan
 from study.results.shard import Shard
 from tests.conftest import SMALL
@@ -61,3 +63,13 @@ def test_of_what_was_merged_only_what_a_task_still_reads_is_computed_again(plan:
     assert everything.keys() - finished_with(plan, {}, without).keys() == needed
     own = {key: 1 for key in needed if key != drive.key}
     assert finished_with(plan, own, without) == {**without, **own}
+
+
+def test_members_that_wait_for_others_are_in_the_shard_of_their_first() -> None:
+    """Elsewhere the others would be computed once more."""
+    small = SMALL.replace("[50.0, 100.0]", "[50.0]")
+    waiting = make_plan(parse_manifest(Path("mine.toml"), f"{small}[ensemble]\nuncertainty = 0.01\n", {}))
+    parts = [part(waiting, Shard(number, 3)) for number in (1, 2, 3)]
+    assert sorted(len(each.cases) for each in parts) == [0, 16, 16]
+    computed = [task.key for each in parts for task in each.tasks if task.kind != "compliance"]
+    assert len(computed) == len(set(computed))
