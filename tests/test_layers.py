@@ -39,7 +39,7 @@ ORDER = {
     "study.plan": "task keys cost kinds tasks influence ensemble case_tasks order budget plan standing size outlook flags spans "
     "memory",
     "study.plan.cost": "last condensation sliding seconds arrays drive",
-    "study.plan.ensemble": "batches",
+    "study.plan.ensemble": "batches expected",
     "study.plan.influence": "scene omissions table decision campaign account limits",
     "study.plan.standing": "endings outline",
     "study.plan.kinds": "kind compliance contact record statistics states drive ensemble",

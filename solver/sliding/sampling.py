@@ -151,3 +151,8 @@ def ensemble_uncertainty(values: NDArray[np.float64], stated: NDArray[np.float64
     even = EVENLY if len(found) == len(values) else 1.0
     shared = SHARED[spacings >= 0.5] * float(np.median(known))
     return math.hypot(even * float(np.std(found, ddof=1)) / math.sqrt(len(found)), shared)
+
+
+def expected_of_ensemble(member: float, spacings: float, members: int) -> float:
+    """The same as far as it is known before there are records: members are expected to scatter by what each of them states."""
+    return member * math.hypot(EVENLY / math.sqrt(members), SHARED[spacings >= 0.5])

@@ -17,6 +17,7 @@ from study.manifest.cases import CampaignCase
 from study.manifest.drives import CampaignDrive
 from study.manifest.effects import effects
 from study.plan.budget import said, seconds_on
+from study.plan.ensemble.expected import expected_of, likely
 from study.plan.flags import expected_lines
 from study.plan.influence.account import accounts, times_cheaper
 from study.plan.influence.decision import Tolerance
@@ -25,6 +26,7 @@ from study.plan.outlook import outlook_of
 from study.plan.plan import Plan
 from study.plan.size import disk_of_plan
 from study.plan.spans import span_line
+from study.plan.task import Task
 from study.report.columns import Table
 from study.report.console import print_sentences, print_table, say
 
@@ -61,7 +63,7 @@ def _print(found: Standing, ranks: int, show_effects: bool) -> None:
         print_table(_accounts(plan, plan.tolerance))
     _print_counts(found)
     outlook = outlook_of(plan)
-    print_sentences([_time(found, ranks), _disk(plan), *filter(None, [span_line(outlook)])])
+    print_sentences([_time(found, ranks), *_ensembles(found), _disk(plan), *filter(None, [span_line(outlook)])])
     print_sentences(f"expected: {line}" for line in expected_lines(plan, outlook))
     print_sentences(f"refused: {line}" for line in _refused(plan))
     print_sentences(f"does not fit here: {line}" for line in shortages(plan, found.remaining))
@@ -71,7 +73,8 @@ def _print(found: Standing, ranks: int, show_effects: bool) -> None:
 def _cases(plan: Plan) -> Iterator[str]:
     """How many cases and drives there are, how many of them are refused, and how the grid was chosen."""
     manifest, members = plan.manifest, plan.manifest.ensemble.members
-    of_members = f" ({len(plan.cases) // members} times {members} members)" if members > 1 else ""
+    most = "up to " if manifest.ensemble.uncertainty is not None else ""
+    of_members = f" ({len(plan.cases) // members} times {most}{members} members)" if members > 1 else ""
     refused = sum(case.case is None for case in plan.cases)
     yield f"{counted(len(plan.cases), 'case')}{of_members}, {refused} of them refused"
     if manifest.drive_axes and manifest.drives:
@@ -131,10 +134,33 @@ def _print_counts(found: Standing) -> None:
 
 def _time(found: Standing, ranks: int) -> str:
     """The time that is left, on one rank and on several."""
-    alone = f"time left, to a factor of three: {duration(makespan(found.remaining, 1))} on 1 rank"
+    tasks = _expected_left(found)
+    alone = f"time left, to a factor of three: {duration(makespan(tasks, 1))} on 1 rank"
     if ranks == 1:
         return alone
-    return f"{alone}, {duration(makespan(found.remaining, ranks))} on {ranks} (--ranks for another number)"
+    return f"{alone}, {duration(makespan(tasks, ranks))} on {ranks} (--ranks for another number)"
+
+
+def _expected_left(found: Standing) -> list[Task]:
+    """The tasks that are left, without those of members that are expected not to be needed."""
+    ensemble = found.plan.manifest.ensemble
+    return [task for task in found.remaining if likely(task, ensemble)]
+
+
+def _ensembles(found: Standing) -> Iterator[str]:
+    """How many members ensembles are expected to get until they know enough, and what all members would take."""
+    ensemble = found.plan.manifest.ensemble
+    expected = expected_of(found.plan.cases, ensemble)
+    if ensemble.uncertainty is None or expected is None:
+        return
+    counts = " to ".join(dict.fromkeys(map(str, (expected.fewest, expected.most))))
+    target, all_of_them = f"{ensemble.uncertainty:g}", duration(makespan(found.remaining, 1))
+    yield f"members expected until a plateau is known to {target}: {counts} of {ensemble.members}, to a factor of two"
+    yield f"time left with all members: {all_of_them} on 1 rank"
+    if expected.missed:
+        of_all = f"{expected.missed} of {counted(expected.ensembles, 'ensemble')}"
+        advice = "members have part of it in common: let them be longer"
+        yield f"{of_all} will not know the plateau to {target} with all members: {advice}"
 
 
 def _disk(plan: Plan) -> str:
@@ -174,13 +200,20 @@ def _data(found: Standing, ranks: int) -> dict[str, Any]:
         ],
         "effects": {each.name: each.setting for each in effects(plan.manifest)},
         "tasks": kinds_as_data(found.kinds),
-        "seconds_left": {str(number): makespan(found.remaining, number) for number in sorted({1, ranks})},
+        "seconds_left": {str(number): makespan(_expected_left(found), number) for number in sorted({1, ranks})},
+        "members_expected": _members_expected(plan),
+        "seconds_left_at_most": {str(number): makespan(found.remaining, number) for number in sorted({1, ranks})},
         "disk_bytes": {"results": results, "dataset": dataset},
         "expected": expected_lines(plan, outlook_of(plan)),
         "does_not_fit": list(shortages(plan, found.remaining)),
         "left_out": _accounts_data(plan),
         "foreign_results": len(found.foreign),
     }
+
+
+def _members_expected(plan: Plan) -> dict[str, int]:
+    expected = expected_of(plan.cases, plan.manifest.ensemble)
+    return expected._asdict() if expected else {}
 
 
 def _accounts_data(plan: Plan) -> dict[str, Any]:

@@ -18,6 +18,7 @@ from solver.sliding.sampling import (
     SHARED,
     Sampling,
     ensemble_uncertainty,
+    expected_of_ensemble,
 )
 
 BLOCKS = 1.0 + 0.01 * np.sin(np.arange(32) * 1.7)
@@ -193,3 +194,15 @@ def test_the_order_of_members_does_not_matter() -> None:
     assert ensemble_uncertainty(VALUES[turned], STATED[turned], 0.3) == pytest.approx(
         ensemble_uncertainty(VALUES, STATED, 0.3)
     )
+
+
+@pytest.mark.parametrize("spacings", [0.3, 2.0])
+def test_what_is_expected_of_an_ensemble_is_what_one_that_scatters_as_expected_states(spacings: float) -> None:
+    """Members of standard deviation 0.2 that each state 0.2."""
+    values = 1.0 + 0.2 * math.sqrt(3.0 / 4.0) * np.array([1.0, -1.0, 1.0, -1.0])
+    expected = expected_of_ensemble(0.2, spacings, 4)
+    assert expected == pytest.approx(ensemble_uncertainty(values, np.full(4, 0.2), spacings), rel=1e-12)
+
+
+def test_members_have_part_of_what_they_do_not_know_in_common() -> None:
+    assert expected_of_ensemble(0.2, 0.3, 10**12) == pytest.approx(SHARED[0] * 0.2, rel=1e-6)

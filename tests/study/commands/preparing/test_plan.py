@@ -126,3 +126,28 @@ def test_a_plan_of_refused_cases_leaves_nothing_out(main, campaign):
     assert code == 0
     assert "left out within" not in said
     assert json.loads(main("plan", campaign, "--json")[1])["left_out"] == {}
+
+
+def test_members_are_estimated_as_far_as_they_are_expected_to_be_needed(main, campaign):
+    """The time is that of these; that of all members stands beside it, and is that of a number of them that was given."""
+    campaign.write_text(SMALL + "[ensemble]\nmembers = 64\nuncertainty = 0.02\n")
+    code, said, _ = main("plan", campaign)
+    assert code == 0
+    assert "256 cases (4 times up to 64 members)" in said
+    found = json.loads(main("plan", campaign, "--json")[1])
+    expected = found["members_expected"]
+    assert 4 <= expected["fewest"] <= expected["most"] <= 64
+    ends = " to ".join(dict.fromkeys(str(expected[end]) for end in ("fewest", "most")))
+    assert f"members expected until a plateau is known to 0.02: {ends} of 64" in said
+    campaign.write_text(SMALL + "[ensemble]\nmembers = 64\n")
+    all_of_them = json.loads(main("plan", campaign, "--json")[1])
+    assert all_of_them["members_expected"] == {}
+    assert all_of_them["seconds_left"] == all_of_them["seconds_left_at_most"]
+    assert found["seconds_left"]["1"] < found["seconds_left_at_most"]["1"]
+    asking = found["tasks"]["ensemble"]["core_seconds_left"]
+    assert found["seconds_left_at_most"]["1"] - asking == pytest.approx(all_of_them["seconds_left"]["1"], rel=1e-9)
+
+
+def test_an_uncertainty_that_members_cannot_reach_is_said(main, campaign):
+    campaign.write_text(SMALL + "[ensemble]\nuncertainty = 1e-6\n")
+    assert "4 of 4 ensembles will not know the plateau to 1e-06 with all members" in main("plan", campaign)[1]
