@@ -128,12 +128,12 @@ def read(case: Case, record: FrictionRecord) -> Reading:
     return found
 
 
-def records(case: Case, compliance: SurfaceCompliance) -> list[FrictionRecord]:
+def records(case: Case, compliance: SurfaceCompliance, starts: int = STARTS) -> list[FrictionRecord]:
     """The case's longest record from evenly spread starts; empty where one does not get there."""
     found = []
-    for member in range(STARTS):
-        found.append(slide(replace(case, start=(member + 0.5) / STARTS), compliance))
-        if not found[-1].outcome.ok or len(found[-1].kind) >= MOST_EVENTS:
+    for member in range(starts):
+        found.append(slide(replace(case, start=(member + 0.5) / starts), compliance))
+        if not found[-1].outcome.ok or len(found[-1].kind) >= (case.max_events or MOST_EVENTS):
             return []
     return found
 
@@ -155,13 +155,13 @@ def verdicts(number: int) -> Iterator[Verdict]:
         for length, values in table.items():
             for start in range(STARTS):
                 truth = float(np.nanmean(np.delete(best, start)))
-                yield _verdict(observable, f"{length:g}", number, *values[start], truth)
+                yield verdict(observable, f"{length:g}", number, *values[start], truth)
             if length < LENGTHS[-1] and observable != "μ_s":  # what the truth is made of, and what it repeats
                 events = [len(cut(run, length).kind) for run in runs] if observable in PER_EVENT else [1] * STARTS
                 here = np.isfinite(values[:, 0])
                 mean = float(np.average(values[here, 0], weights=np.array(events)[here])) if here.any() else math.nan
                 stated = ensemble_uncertainty(values[:, 0], values[:, 1], length)
-                yield _verdict(observable, f"8 starts of {length:g}", number, mean, stated, float(np.nanmean(best)))
+                yield verdict(observable, f"8 starts of {length:g}", number, mean, stated, float(np.nanmean(best)))
     yield from _of_targets(number, runs)
 
 
@@ -173,10 +173,10 @@ def _of_targets(number: int, runs: list[FrictionRecord]) -> Iterator[Verdict]:
             ended = until(run, target)
             plateau = plateau_of(ended) if ended else None
             value, stated = (plateau.mean, plateau.uncertainty) if plateau else (math.nan, math.nan)
-            yield _verdict("plateau", source, number, value, stated, float(np.nanmean(np.delete(best, start))))
+            yield verdict("plateau", source, number, value, stated, float(np.nanmean(np.delete(best, start))))
 
 
-def _verdict(observable: str, source: str, number: int, value: float, stated: float, truth: float) -> Verdict:
+def verdict(observable: str, source: str, number: int, value: float, stated: float, truth: float) -> Verdict:
     error = abs(value - truth)
     return Verdict(observable, source, number, error / abs(truth), error / stated if stated > 0.0 else math.nan)
 

@@ -9,6 +9,7 @@ from study.manifest.cases import CampaignCase
 from study.manifest.manifest import FIRST_MEMBERS, Ensemble
 from study.plan.cost.last import of_the_last
 from study.plan.cost.sliding import expected_displacement, expected_uncertainty
+from study.plan.kinds.ensemble import SHORT
 from study.plan.task import Task
 
 MISSED: Final = 2.0
@@ -38,7 +39,7 @@ def expected_of(cases: Iterable[CampaignCase], ensemble: Ensemble) -> Expected |
 
 def expected_members(case: Case, ensemble: Ensemble) -> int:
     """Of one case, at most all."""
-    found = FIRST_MEMBERS
+    found = FIRST_MEMBERS if _member(case)[1] >= SHORT else min(2 * FIRST_MEMBERS, ensemble.members)
     while found < ensemble.members and _uncertainty(case, found) > (ensemble.uncertainty or 0.0):
         found *= 2
     return found

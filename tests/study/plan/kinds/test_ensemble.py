@@ -60,6 +60,18 @@ def test_a_member_that_failed_is_a_missing_phase_not_a_failure() -> None:
     assert ended(limit * (1.0 - 1e-9), means, last=lost) is Ending.COMPLETED
 
 
+def test_short_members_have_to_know_enough_at_two_sizes_in_a_row() -> None:
+    """Those of 0.3 spacings do not: eight that know enough are enough, whatever the first four knew."""
+    wide, close = (0.300, 0.320, 0.290, 0.310), (0.305, 0.305, 0.305, 0.305)
+    limit = by_hand((*wide, *close), 0.1) * 1.01
+    assert limit < by_hand(wide, 0.1)
+    assert ended(limit, (*wide, *close), spacings=0.1) is Ending.COMPLETED
+    assert ended(limit, (*wide, *close), spacings=0.3) is Ending.NOT_NEEDED
+    enough = by_hand(wide, 0.1) * 1.01
+    assert ended(enough, wide, spacings=0.1) is Ending.COMPLETED
+    assert ended(enough, (*wide, *close), spacings=0.1) is Ending.NOT_NEEDED
+
+
 @pytest.mark.parametrize("means", [(math.nan,) * 4, (0.3, math.nan, math.nan, math.nan)])
 def test_of_fewer_than_two_plateaus_nothing_is_known(means: tuple[float, ...]) -> None:
     assert ended(0.9, means) is Ending.COMPLETED
