@@ -153,6 +153,12 @@ def ensemble_uncertainty(values: NDArray[np.float64], stated: NDArray[np.float64
     return math.hypot(even * float(np.std(found, ddof=1)) / math.sqrt(len(found)), shared)
 
 
+def scatter_uncertainty(values: NDArray[np.float64]) -> float:
+    """Standard error of the mean over members (m,) of what is one event of each, as of independent ones; NaN of fewer than 2."""
+    found = values[np.isfinite(values)]
+    return float(np.std(found, ddof=1)) / math.sqrt(len(found)) if len(found) > 1 else math.nan
+
+
 def expected_of_ensemble(member: float, spacings: float, members: int) -> float:
     """The same as far as it is known before there are records: members are expected to scatter by what each of them states."""
     return member * math.hypot(EVENLY / math.sqrt(members), SHARED[spacings >= 0.5])

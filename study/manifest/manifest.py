@@ -18,6 +18,8 @@ Stage = Literal["contact", "slip", "dynamics"]
 Design = Literal["product", "zip", "table"]
 STAGES: tuple[Stage, ...] = get_args(Stage)
 MOST_MEMBERS = 10_000
+KNOWABLE: dict[str, Stage] = {"plateau_mean": "slip", "static_friction": "dynamics", "kinetic_friction": "dynamics"}
+"""Variable of the dataset that an ensemble can be asked to know -> the stage that yields it."""
 FIRST_MEMBERS = 4
 """Of an ensemble that gets members until it knows enough: each further batch is as many as there are."""
 MOST_DOUBLED = 8192
@@ -69,17 +71,22 @@ class Ensemble:
     members: their number, 1 to MOST_MEMBERS; 1 is no ensemble. The starts are spread evenly over one node spacing, from the
     case's own start on. Where `spread` is not 0, every member has a seed of its own.
 
-    uncertainty: of the mean plateau, relative, 0 < uncertainty < 1: members are added until it is at most that, and `members`
-    are the most. They come in batches, each as many as all before it and half way between their starts.
+    uncertainty: of the observable's mean, relative, 0 < uncertainty < 1: members are added until it is at most that, with every
+    drive, and `members` are the most. They come in batches, each as many as all before it and half way between their starts.
+    observable: one of KNOWABLE.
     """
 
     members: int = 1
     uncertainty: float | None = None
+    observable: str = "plateau_mean"
 
     def __post_init__(self) -> None:
         count: Any = self.members
         if isinstance(count, bool) or not isinstance(count, int) or not 1 <= count <= MOST_MEMBERS:
             raise InvalidInput(f"members = {shown(count)}: needs a whole number from 1 to {MOST_MEMBERS}")
+        observable: Any = self.observable
+        if not isinstance(observable, str) or observable not in KNOWABLE:
+            raise InvalidInput(f"observable = {shown(observable)}: needs one of {', '.join(KNOWABLE)}")
         target: Any = self.uncertainty
         if target is None:
             return

@@ -14,7 +14,18 @@ from typing import Any, Final
 from solver.drive import Scales
 from study.manifest.columns import Columns, Given, read_text
 from study.manifest.drive_tables import AXES, Drives, read_drives
-from study.manifest.manifest import STAGES, Budget, Design, Ensemble, Manifest, Outputs, Stage, Tolerated, field_names
+from study.manifest.manifest import (
+    KNOWABLE,
+    STAGES,
+    Budget,
+    Design,
+    Ensemble,
+    Manifest,
+    Outputs,
+    Stage,
+    Tolerated,
+    field_names,
+)
 from study.manifest.named_files import NamedFiles
 from study.manifest.parameters import TABLES, Value, axes, make_case, settings, words
 from study.manifest.problems import ONE_LINE, ManifestError, key_shown, need, one_line, shown, unknown
@@ -111,8 +122,13 @@ def _ensemble(files: NamedFiles, content: dict[str, Any], stages: tuple[Stage, .
     """The ensemble of every case; with an uncertainty its members are the most."""
     beside = {"members": MEMBERS, "uncertainty": 0.5} if "uncertainty" in content else {}
     good = files.checked("ensemble", content, Ensemble, field_names(Ensemble), **beside)
-    if "uncertainty" in good and "slip" not in stages:
-        wrong = 'needs stage "slip": without it there is no plateau'
+    observable = good.get("observable", Ensemble().observable)
+    if "observable" in good and "uncertainty" not in content:
+        files.refuse(
+            f"ensemble.observable = {shown(observable)}", "needs uncertainty = 0.002, or another one, beside it"
+        )
+    elif "uncertainty" in good and KNOWABLE[observable] not in stages:
+        wrong = f'needs stage "{KNOWABLE[observable]}": without it there is no {observable}'
         files.refuse(f"ensemble.uncertainty = {shown(good['uncertainty'])}", wrong)
     return Ensemble(**{**({"members": MEMBERS} if "uncertainty" in good else {}), **good})
 

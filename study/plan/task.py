@@ -44,7 +44,9 @@ class Task:
     intermediate: bool = False
     """Whether the result is wanted by other tasks only, not by the campaign."""
     enough: float = 0.0
-    """Relative uncertainty of the plateau that no further member is needed at; ensemble tasks only."""
+    """Relative uncertainty at which no further member is needed; ensemble tasks only."""
+    observable: str = ""
+    """The variable of the dataset that it is of; ensemble tasks only."""
     batch: int = 0
     """How many ensemble tasks come before it, one after the other: those of a batch need none of a later one."""
     shared: bool = field(default=False, compare=False)

@@ -155,12 +155,12 @@ def _ensembles(found: Standing) -> Iterator[str]:
         return
     counts = " to ".join(dict.fromkeys(map(str, (expected.fewest, expected.most))))
     target, all_of_them = f"{ensemble.uncertainty:g}", duration(makespan(found.remaining, 1))
-    yield f"members expected until a plateau is known to {target}: {counts} of {ensemble.members}, to a factor of two"
+    yield f"members expected until {ensemble.observable} is known to {target}: {counts} of {ensemble.members}, to a factor of two"
     yield f"time left with all members: {all_of_them} on 1 rank"
     if expected.missed:
         of_all = f"{expected.missed} of {counted(expected.ensembles, 'ensemble')}"
-        advice = "members have part of it in common: let them be longer"
-        yield f"{of_all} will not know the plateau to {target} with all members: {advice}"
+        advice = "let members be longer, which have part of it in common, or allow more of them"
+        yield f"{of_all} will not know {ensemble.observable} to {target} with all members: {advice}"
 
 
 def _disk(plan: Plan) -> str:

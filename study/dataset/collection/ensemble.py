@@ -1,6 +1,5 @@
 """What an ensemble knows: means over members, their standard error, and how much members differ."""
 
-import math
 from collections import Counter
 from collections.abc import Mapping
 from typing import Any, Final
@@ -11,7 +10,7 @@ from numpy.typing import NDArray
 
 from solver.outcome import Ending
 from solver.quantity import Quantity, attributes
-from solver.sliding.sampling import ensemble_uncertainty
+from solver.sliding.sampling import ensemble_uncertainty, scatter_uncertainty
 from study.dataset.variables import MEMBERS_USED, OUTCOMES, scalars
 from study.manifest.cases import MEMBER
 from study.plan.standing.endings import PENDING
@@ -95,7 +94,7 @@ def _uncertainty(
 ) -> float:
     """Standard error of the mean over members; of one event of each it is that of independent ones."""
     if observable.ensemble == "event":
-        return _std(values) / math.sqrt(max(int(np.isfinite(values).sum()), 1))
+        return scatter_uncertainty(values)
     return ensemble_uncertainty(
         values, stated, float(np.mean(spans[np.isfinite(spans)])) if np.isfinite(spans).any() else 0.0
     )

@@ -158,6 +158,12 @@ def expected_uncertainty(case: Case) -> float:
     return _uncertainty_over(case, expected_displacement(case) / case.slab.spacing if repeats else 0.0)
 
 
+def expected_peak_scatter(case: Case) -> float:
+    """The relative standard deviation between starts of the force at which a pin first slides."""
+    rule, spread = case.slip_rule, case.heterogeneity.spread
+    return Sampling(0.0, contact_nodes(case), rule.residual_shear, spread).of_peak()
+
+
 def _uncertainty_over(case: Case, spacings: float) -> float:
     rule, spread = case.slip_rule, case.heterogeneity.spread
     return Sampling(spacings, contact_nodes(case), rule.residual_shear, spread).expected_of_mean_force

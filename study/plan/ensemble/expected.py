@@ -1,5 +1,6 @@
-"""How many members an ensemble is expected to need until it knows its plateau well enough, to a factor of two."""
+"""How many members an ensemble is expected to need until it knows enough, to a factor of two."""
 
+import math
 from collections.abc import Iterable
 from typing import Final, NamedTuple
 
@@ -8,8 +9,8 @@ from solver.sliding.sampling import expected_of_ensemble
 from study.manifest.cases import CampaignCase
 from study.manifest.manifest import FIRST_MEMBERS, Ensemble
 from study.plan.cost.last import of_the_last
-from study.plan.cost.sliding import expected_displacement, expected_uncertainty
-from study.plan.kinds.ensemble import SHORT
+from study.plan.cost.sliding import expected_displacement, expected_peak_scatter, expected_uncertainty
+from study.plan.kinds.ensemble import SHORT, one_event
 from study.plan.task import Task
 
 MISSED: Final = 2.0
@@ -33,14 +34,17 @@ def expected_of(cases: Iterable[CampaignCase], ensemble: Ensemble) -> Expected |
     if not first:
         return None
     counts = [expected_members(case, ensemble) for case in first]
-    missed = sum(_uncertainty(case, ensemble.members) > MISSED * (ensemble.uncertainty or 0.0) for case in first)
+    missed = sum(
+        _uncertainty(case, ensemble, ensemble.members) > MISSED * (ensemble.uncertainty or 0.0) for case in first
+    )
     return Expected(min(counts), max(counts), missed, len(first))
 
 
 def expected_members(case: Case, ensemble: Ensemble) -> int:
     """Of one case, at most all."""
-    found = FIRST_MEMBERS if _member(case)[1] >= SHORT else min(2 * FIRST_MEMBERS, ensemble.members)
-    while found < ensemble.members and _uncertainty(case, found) > (ensemble.uncertainty or 0.0):
+    alone = _member(case)[1] >= SHORT and not one_event(ensemble.observable)
+    found = FIRST_MEMBERS if alone else min(2 * FIRST_MEMBERS, ensemble.members)
+    while found < ensemble.members and _uncertainty(case, ensemble, found) > (ensemble.uncertainty or 0.0):
         found *= 2
     return found
 
@@ -52,7 +56,9 @@ def likely(task: Task, ensemble: Ensemble) -> bool:
     return FIRST_MEMBERS << (task.batch - 1) < expected_members(task.case, ensemble)
 
 
-def _uncertainty(case: Case, members: int) -> float:
+def _uncertainty(case: Case, ensemble: Ensemble, members: int) -> float:
+    if one_event(ensemble.observable):
+        return expected_peak_scatter(case) / math.sqrt(members)
     return expected_of_ensemble(*_member(case), members)
 
 

@@ -1,10 +1,10 @@
-"""Whether an ensemble needs further members: not where those so far know the plateau well enough.
+"""Whether an ensemble needs further members: not where those so far know well enough what they are asked for.
 
 Nothing but the answer comes of it, as how it ends: all that waits for the answer `not_needed` ends likewise, at once.
 """
 
 import math
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from typing import Final
 
 import numpy as np
@@ -12,33 +12,47 @@ from numpy.typing import NDArray
 
 from solver.case import Case
 from solver.outcome import COMPLETED, Ending, Outcome
-from solver.sliding.sampling import ensemble_uncertainty
-from study.manifest.manifest import FIRST_MEMBERS, Manifest
+from solver.sliding.sampling import ensemble_uncertainty, scatter_uncertainty
+from study.manifest.manifest import FIRST_MEMBERS, KNOWABLE, Ensemble, Manifest
 from study.plan.keys import task_key
-from study.plan.kinds.kind import Computed, Estimate, Kind, Wanted, disk_of
-from study.plan.task import Inputs, Task
+from study.plan.kinds.drive import DRIVE
+from study.plan.kinds.kind import Computed, Estimate, Kind, Wanted, declared, disk_of
+from study.plan.kinds.record import RECORD
+from study.plan.task import Inputs, Task, TaskResult
 
 NAME = "ensemble"
 SHORT: Final = 0.3
 """Node spacings of a record below which two sizes in a row have to know enough: four such members may agree by chance.
 
 At 0.1 spacings twice ± held in 85 of 100 ensembles that one look ended, and in 91 with two (tests/verification/members.md)."""
-_READ = ("plateau_mean", "plateau_uncertainty", "spacings")
-"""Scalars of a record: what dataset and question know of a mean are the same numbers."""
+_LENGTH: Final = "spacings"
+"""Scalar of a record: what it spans, in node spacings."""
 
 
-def ensemble_task(records: Sequence[Task], enough: float) -> Task:
-    """The question whether the members with these records know their mean plateau to a relative uncertainty."""
-    keys, first = tuple(record.key for record in records), records[0]
-    batch = max(record.batch for record in records)
+def kind_of(observable: str) -> Kind:
+    """The kind of task whose results have a variable that an ensemble can be asked to know."""
+    return DRIVE if KNOWABLE[observable] == "dynamics" else RECORD
+
+
+def one_event(observable: str) -> bool:
+    """Whether it is one event of each member, so that the scatter of few says little of it."""
+    return declared(kind_of(observable))[observable].ensemble == "event"
+
+
+def ensemble_task(members: Sequence[Sequence[Task]], ensemble: Ensemble) -> Task:
+    """The question whether members know enough. members: of each its record, then its drives where these are asked for."""
+    read = [task for tasks in members for task in tasks]
+    keys, first = tuple(task.key for task in read), read[0]
+    enough = ensemble.uncertainty or 0.0
     return Task(
-        task_key(NAME, enough, *keys),
+        task_key(NAME, enough, ensemble.observable, *keys),
         NAME,
         first.slab,
         first.case,
         intermediate=True,
         enough=enough,
-        batch=batch,
+        observable=ensemble.observable,
+        batch=max(task.batch for task in read),
         shared=True,
         needs=keys,
     )
@@ -54,25 +68,42 @@ def _tasks(case: Case, manifest: Manifest) -> tuple[Wanted, ...]:
 
 
 def _run(task: Task, inputs: Inputs) -> Computed:
-    scalars = [inputs[key].scalars for key in task.needs]
-    members = np.array([[each.get(name, np.nan) for name in _READ] for each in scalars], float)
-    sizes = [len(members)] if _length(members) >= SHORT else [len(members), len(members) // 2]
-    enough = all(size >= FIRST_MEMBERS and _relative_uncertainty(members[:size]) <= task.enough for size in sizes)
+    results = [inputs[key] for key in task.needs]
+    spacings = _numbers((each for each in results if each.kind == RECORD.name), _LENGTH)
+    asked = [each for each in results if each.kind == kind_of(task.observable).name]
+    each_member = len(asked) // len(spacings)
+    quantity = declared(kind_of(task.observable))[task.observable]
+    enough = bool(asked)
+    for number in range(each_member):
+        drive = asked[number::each_member]
+        values, stated = (_numbers(drive, name) for name in (task.observable, quantity.uncertainty))
+        enough = enough and _enough(task, values, stated, spacings)
     return Computed((), Outcome(Ending.NOT_NEEDED) if enough else COMPLETED)
 
 
-def _length(members: NDArray[np.float64]) -> float:
-    """What their records span on average, in node spacings; NaN of none. members: what was read of each, (members, 3)."""
-    known = members[np.isfinite(members[:, 2]), 2]
+def _numbers(results: Iterable[TaskResult], name: str) -> NDArray[np.float64]:
+    return np.array([each.scalars.get(name, np.nan) for each in results], float)
+
+
+def _enough(
+    task: Task, values: NDArray[np.float64], stated: NDArray[np.float64], spacings: NDArray[np.float64]
+) -> bool:
+    """Whether members know their mean well enough, and half of them did where few may agree by chance."""
+    count, alone = len(values), not one_event(task.observable) and _mean(spacings) >= SHORT
+    for size in (count,) if alone else (count, count // 2):
+        mean = abs(_mean(values[:size]))
+        if one_event(task.observable):
+            uncertainty = scatter_uncertainty(values[:size])
+        else:
+            uncertainty = ensemble_uncertainty(values[:size], stated[:size], _mean(spacings[:size]))
+        if size < FIRST_MEMBERS or not uncertainty <= task.enough * mean:
+            return False
+    return True
+
+
+def _mean(values: NDArray[np.float64]) -> float:
+    known = values[np.isfinite(values)]
     return float(known.mean()) if len(known) else math.nan
-
-
-def _relative_uncertainty(members: NDArray[np.float64]) -> float:
-    """Of their mean plateau; NaN of none."""
-    means = members[np.isfinite(members[:, 0]), 0]
-    if not len(means):
-        return math.nan
-    return ensemble_uncertainty(members[:, 0], members[:, 1], _length(members)) / abs(float(means.mean()))
 
 
 def _estimate(task: Task) -> Estimate:

@@ -68,6 +68,31 @@ def test_both_mistakes_are_said_at_once() -> None:
     ]
 
 
+@pytest.mark.parametrize("observable", ["mean_step", "", "plateau_uncertainty", "μ_s"])
+def test_what_an_ensemble_cannot_be_asked_for_is_refused(observable: str) -> None:
+    (line,) = refused(f'ensemble = {{uncertainty = 0.01, observable = "{observable}"}}')
+    assert line.startswith(f'mine.toml: ensemble.observable = "{observable}"')
+    assert line.endswith(": needs one of plateau_mean, static_friction, kinetic_friction")
+
+
+@pytest.mark.parametrize("value", ["1", "true", '["static_friction"]'])
+def test_an_observable_is_a_word(value: str) -> None:
+    (line,) = refused(f"ensemble = {{uncertainty = 0.01, observable = {value}}}")
+    assert line.startswith("mine.toml: ensemble.observable = ")
+
+
+def test_an_observable_needs_an_uncertainty() -> None:
+    (line,) = refused('ensemble.observable = "static_friction"\n[[drives]]\nname = "a"')
+    assert line.endswith(": needs uncertainty = 0.002, or another one, beside it")
+
+
+def test_without_drives_there_is_no_friction_of_theirs() -> None:
+    (line,) = refused('ensemble = {uncertainty = 0.01, observable = "static_friction"}')
+    assert (
+        line == 'mine.toml: ensemble.uncertainty = 0.01: needs stage "dynamics": without it there is no static_friction'
+    )
+
+
 def test_without_sliding_there_is_no_plateau_to_know() -> None:
     (line,) = refused('stages = ["contact"]\nensemble.uncertainty = 0.01')
-    assert line == 'mine.toml: ensemble.uncertainty = 0.01: needs stage "slip": without it there is no plateau'
+    assert line == 'mine.toml: ensemble.uncertainty = 0.01: needs stage "slip": without it there is no plateau_mean'

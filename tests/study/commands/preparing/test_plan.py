@@ -138,7 +138,7 @@ def test_members_are_estimated_as_far_as_they_are_expected_to_be_needed(main, ca
     expected = found["members_expected"]
     assert 4 <= expected["fewest"] <= expected["most"] <= 64
     ends = " to ".join(dict.fromkeys(str(expected[end]) for end in ("fewest", "most")))
-    assert f"members expected until a plateau is known to 0.02: {ends} of 64" in said
+    assert f"members expected until plateau_mean is known to 0.02: {ends} of 64" in said
     campaign.write_text(SMALL + "[ensemble]\nmembers = 64\n")
     all_of_them = json.loads(main("plan", campaign, "--json")[1])
     assert all_of_them["members_expected"] == {}
@@ -150,4 +150,4 @@ def test_members_are_estimated_as_far_as_they_are_expected_to_be_needed(main, ca
 
 def test_an_uncertainty_that_members_cannot_reach_is_said(main, campaign):
     campaign.write_text(SMALL + "[ensemble]\nuncertainty = 1e-6\n")
-    assert "4 of 4 ensembles will not know the plateau to 1e-06 with all members" in main("plan", campaign)[1]
+    assert "4 of 4 ensembles will not know plateau_mean to 1e-06 with all members" in main("plan", campaign)[1]

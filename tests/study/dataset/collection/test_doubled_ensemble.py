@@ -142,3 +142,17 @@ def test_what_is_not_computed_yet_is_not_used(tmp_path: Path) -> None:
     assert MEMBER in found["outcome"].dims
     assert NOT_NEEDED not in found["outcome"].values.ravel().tolist()
     assert Ending.NOT_NEEDED.value == NOT_NEEDED
+
+
+def test_static_friction_can_be_what_is_asked_for(tmp_path: Path, fixed: dict[int, xr.Dataset]) -> None:
+    """It ends at the second size in a row that knows enough: the scatter of few says little of itself."""
+    name, enough = "static_friction", 0.013
+    plan = planned(f'members = 16, uncertainty = {enough}, observable = "{name}"')
+    found = file.read(computed(plan, tmp_path)).squeeze()
+    known = {
+        count: (each[ensemble_name(name, "uncertainty")] / each[ensemble_name(name, "mean")]).values <= enough
+        for count, each in fixed.items()
+    }
+    expected = [8 if known[4][case] and known[8][case] else 16 for case in range(2)]
+    assert found["members_used"].values.tolist() == expected
+    assert len(set(expected)) > 1, "needs cases that differ"

@@ -139,3 +139,15 @@ def test_a_record_that_waits_maps_the_compliance_as_any_other() -> None:
     first, later = (next(task for task in tasks if task.kind == "record" and task.batch == batch) for batch in (0, 2))
     assert need_of(first) == need_of(replace(later, memory=first.memory))
     assert later.memory == pytest.approx(first.memory, rel=0.5)
+
+
+@pytest.mark.parametrize("text", [ALL, BARE], ids=["all outputs", "scalars alone"])
+@pytest.mark.parametrize("observable", ["static_friction", "kinetic_friction"])
+def test_who_is_asked_for_friction_of_drives_needs_the_drives_before(text: str, observable: str) -> None:
+    plan = planned(text.replace("0.01\n", f'0.01\nobservable = "{observable}"\n'))
+    for records, drives in zip(members(plan, "record"), members(plan, "drive", "a"), strict=True):
+        for number, key in enumerate(records):
+            before = 0 if number < 4 else 4 if number < 8 else 8
+            assert {place for place, each in enumerate(drives) if each in upstream(plan, key)} == set(range(before))
+    tasks = {task.key: task for task in plan.tasks}
+    assert all(tasks[need].shared for task in plan.tasks if task.kind == "ensemble" for need in task.needs)

@@ -10,7 +10,7 @@ from solver.case import Case
 from solver.outcome import COMPLETED, Ending, Outcome
 from solver.slab import Slab
 from solver.sliding.sampling import EVENLY, SHARED
-from study.manifest.manifest import halving
+from study.manifest.manifest import Ensemble, halving
 from study.plan.kinds.ensemble import ensemble_task
 from study.plan.task import Task, TaskResult
 from study.plan.tasks import compliance_task, record_task, run_task
@@ -34,7 +34,7 @@ def ended(
         scalars = {"plateau_mean": mean, "plateau_uncertainty": stated, "spacings": spacings}
         outcome = last if number == len(means) - 1 else COMPLETED
         results[task.key] = TaskResult(task.key, "record", outcome, {} if math.isnan(mean) else scalars)
-    return run_task(ensemble_task(tasks, enough), results).outcome.ending
+    return run_task(ensemble_task([[task] for task in tasks], Ensemble(64, enough)), results).outcome.ending
 
 
 def by_hand(means: Sequence[float], spacings: float, even: float = EVENLY) -> float:
@@ -84,7 +84,10 @@ def test_what_waits_for_a_no_ends_so_at_once_and_whatever_waits_for_that() -> No
     none = TaskResult("compliance", "compliance", COMPLETED)
     found = run_task(waiting, {"compliance": none, "asked": asked})
     assert (found.outcome, dict(found.scalars), dict(found.arrays)) == (Outcome(Ending.NOT_NEEDED), {}, {})
-    for task in (Task("b", "drive", SLAB, Case(slab=SLAB), needs=("a",)), ensemble_task([waiting, *records(1)], 1e-9)):
+    for task in (
+        Task("b", "drive", SLAB, Case(slab=SLAB), needs=("a",)),
+        ensemble_task([[waiting], records(1)], Ensemble(64, 1e-9)),
+    ):
         given = {key: found if key == "a" else none for key in task.needs}
         assert run_task(task, given).outcome == Outcome(Ending.NOT_NEEDED)
 
@@ -98,6 +101,48 @@ def test_what_waits_for_a_yes_is_computed_as_if_nobody_had_asked() -> None:
     one, other = run_task(plain, known), run_task(waiting, known)
     assert one.scalars == pytest.approx(dict(other.scalars), rel=0.0, abs=0.0, nan_ok=True)
     assert all(np.array_equal(one.arrays[name], other.arrays[name]) for name in one.arrays)
+
+
+def pulled(observable: str, enough: float, drives: Sequence[Sequence[float]], stated: float = 0.002) -> Ending:
+    """How the question ends that is asked of drives, each with a value of every member; records span two node spacings."""
+    known, members = {}, []
+    for number, record in enumerate(records(len(drives[0]))):
+        spans = {"plateau_mean": math.nan, "plateau_uncertainty": math.nan, "spacings": 2.0}
+        known[record.key] = TaskResult(record.key, "record", COMPLETED, spans)
+        own = [Task(f"{name} {number}", "drive", SLAB, record.case, needs=(record.key,)) for name in range(len(drives))]
+        for task, values in zip(own, drives, strict=True):
+            scalars = {observable: values[number], f"{observable}_uncertainty": stated}
+            known[task.key] = TaskResult(task.key, "drive", COMPLETED, scalars)
+        members.append([record, *own])
+    return run_task(ensemble_task(members, Ensemble(64, enough, observable)), known).outcome.ending
+
+
+EIGHT = (0.30, 0.33, 0.31, 0.29, 0.32, 0.30, 0.28, 0.31)
+
+
+def test_of_one_event_of_each_the_scatter_decides_at_two_sizes_in_a_row() -> None:
+    """What a member states of μ_s is the scatter itself; its error is that of independent draws."""
+    four, eight = (np.std(EIGHT[:size], ddof=1) / math.sqrt(size) / np.mean(EIGHT[:size]) for size in (4, 8))
+    assert eight < four
+    assert pulled("static_friction", eight * 1.01, [EIGHT]) is Ending.COMPLETED
+    assert pulled("static_friction", four * 1.01, [EIGHT]) is Ending.NOT_NEEDED
+    assert pulled("static_friction", four * 1.01, [EIGHT[:4]]) is Ending.COMPLETED
+
+
+def test_every_drive_has_to_be_known() -> None:
+    """Kinetic friction is a mean as the plateau is: one size is enough, with what records of two spacings have in common."""
+    worse = tuple(0.3 + 2.0 * (mean - 0.3) for mean in MEANS)
+    alone, other = by_hand(MEANS, 2.0), by_hand(worse, 2.0)
+    assert alone < other
+    tried = ((alone, [MEANS]), (alone, [MEANS, worse]), (other, [MEANS, worse]), (other, [worse, MEANS]))
+    ends = [pulled("kinetic_friction", 1.01 * limit, drives) for limit, drives in tried]
+    assert ends == [Ending.NOT_NEEDED, Ending.COMPLETED, Ending.NOT_NEEDED, Ending.NOT_NEEDED]
+
+
+def test_pins_that_are_not_pulled_are_not_known() -> None:
+    members = [[record] for record in records(8)]
+    known = {record.key: TaskResult(record.key, "record", COMPLETED, {"spacings": 2.0}) for (record,) in members}
+    assert run_task(ensemble_task(members, Ensemble(64, 0.9, "static_friction")), known).outcome == COMPLETED
 
 
 def modulated(random: np.random.Generator, count: int) -> np.ndarray:
@@ -134,3 +179,19 @@ def test_one_look_is_enough_for_honest_uncertainties(enough: float) -> None:
 
 def _stated(means: np.ndarray, stated: float) -> float:
     return math.hypot(EVENLY * float(np.std(means, ddof=1)) / math.sqrt(len(means)), SHARED[0] * stated)
+
+
+@pytest.mark.parametrize("enough", [0.004, 0.003, 0.002])
+def test_two_looks_are_enough_for_what_scatters_freely(enough: float) -> None:
+    """Eight Gaussian draws and more: of t with 7 degrees of freedom twice ± holds in 0.914, less what luck stops."""
+    random = np.random.default_rng(7)
+    held = []
+    for _ in range(1500):
+        draws = 0.3 + 0.3 * 0.01 * random.normal(size=64)
+        errors = {size: float(np.std(draws[:size], ddof=1)) / math.sqrt(size) for size in (4, 8, 16, 32, 64)}
+        content = {size: error <= enough * draws[:size].mean() for size, error in errors.items()}
+        size = next((size for size in (8, 16, 32, 64) if content[size] and content[size // 2]), None)
+        if size:
+            held.append(abs(draws[:size].mean() - 0.3) <= 2.0 * errors[size])
+    assert len(held) > 500
+    assert np.mean(held) > 0.88
