@@ -1,8 +1,10 @@
 """Even and odd displacement fields. A slab that is symmetric about its middle does not couple them: each is solved alone.
 
 Reflection x → -x leaves w of an even field as it is and changes the sign of u; for an odd field it is the other way round.
-Two problems of half the size cost a quarter.
+Two problems of half the size cost half of one.
 """
+
+from dataclasses import dataclass
 
 import numpy as np
 import scipy
@@ -12,16 +14,45 @@ from solver.elasticity.grid import Grid
 from solver.elasticity.stiffness import Sparse, Stiffness
 
 
-def row_bases(k: Stiffness) -> list[list[Sparse]]:
-    """Families of displacement fields that the stiffness does not couple, each as one orthonormal basis per grid row.
+@dataclass(frozen=True, slots=True, eq=False)
+class Fields:
+    """Orthonormal displacement fields: every entry of [u; w] belongs to one of them, or to none. Arrays (2·nodes,).
 
-    A basis is sparse, shape (2·nodes, fields of that row), without the restrained displacements. There are two families, even
-    and odd, where the support is symmetric; otherwise one family of all displacements.
+    number: of the entry's field, -1 for none. weight: its displacement in that field.
     """
-    rows = range(k.grid.rows)
+
+    number: NDArray[np.int64]
+    weight: NDArray[np.float64]
+
+    @property
+    def count(self) -> int:
+        """Number of fields."""
+        return int(self.number.max()) + 1
+
+    @property
+    def first_entries(self) -> NDArray[np.int64]:
+        """The first entry of [u; w] that belongs to each field, (count,): the left one of a pair."""
+        return np.unique(self.number, return_index=True)[1][-self.count :]
+
+
+def families(k: Stiffness) -> list[Fields]:
+    """Families of displacement fields that the stiffness does not couple, without restrained displacements.
+
+    There are two, even and odd, where the support is symmetric; otherwise one of all displacements.
+    """
     if not _mirrored(k):
-        return [[_basis(k, np.concatenate((nodes, nodes + k.grid.nodes))) for nodes in map(k.grid.row_nodes, rows)]]
-    return [[_parity_basis(k, row, sign) for row in rows] for sign in (1.0, -1.0)]
+        return [_numbered(np.arange(2 * k.grid.nodes), np.where(k.fixed, 0.0, 1.0))]
+    return [_of_parity(k, sign) for sign in (1.0, -1.0)]
+
+
+def projected(matrix: Sparse, fields: Fields) -> Sparse:
+    """The stiffness between fields, (count, count), of one between displacements, (2·nodes, 2·nodes)."""
+    entries = scipy.sparse.coo_array(matrix)
+    rows, columns = entries.coords
+    values = fields.weight[rows] * entries.data * fields.weight[columns]
+    kept = values != 0.0
+    places = (fields.number[rows[kept]], fields.number[columns[kept]])
+    return scipy.sparse.csr_array((values[kept], places), shape=(fields.count, fields.count))
 
 
 def _mirrored(k: Stiffness) -> bool:
@@ -34,21 +65,19 @@ def _mirror(grid: Grid) -> NDArray[np.int64]:
     return np.concatenate([grid.row_nodes(row)[::-1] for row in range(grid.rows)])
 
 
-def _basis(k: Stiffness, entries: NDArray[np.int64]) -> Sparse:
-    free = entries[~k.fixed[entries]]
-    columns = np.arange(len(free))
-    return scipy.sparse.csr_array((np.ones(len(free)), (free, columns)), shape=(2 * k.grid.nodes, len(free)))
+def _of_parity(k: Stiffness, sign: float) -> Fields:
+    """Fields of which reflection multiplies w by `sign` and u by -`sign`."""
+    nodes, mirror = np.arange(k.grid.nodes), _mirror(k.grid)
+    left = np.minimum(nodes, mirror)
+    weights = [
+        np.where(nodes == mirror, max(parity, 0.0), np.sqrt(0.5) * np.where(nodes > mirror, parity, 1.0))
+        for parity in (-sign, sign)
+    ]
+    return _numbered(np.concatenate((left, left + k.grid.nodes)), np.where(k.fixed, 0.0, np.concatenate(weights)))
 
 
-def _parity_basis(k: Stiffness, row: int, sign: float) -> Sparse:
-    """Orthonormal basis of one row's fields of a parity: reflection multiplies w by `sign` and u by -`sign`."""
-    nodes = k.grid.row_nodes(row)
-    half = len(nodes) // 2
-    left, right, middle = nodes[:half], nodes[:half:-1], nodes[half : half + 1]
-    blocks = []
-    for first, parity in ((0, -sign), (k.grid.nodes, sign)):
-        pairs = _basis(k, first + left) + parity * _basis(k, first + right)
-        blocks.append(pairs * np.sqrt(0.5))
-        if parity > 0.0:
-            blocks.append(_basis(k, first + middle))
-    return scipy.sparse.csr_array(scipy.sparse.hstack(blocks))
+def _numbered(group: NDArray[np.int64], weight: NDArray[np.float64]) -> Fields:
+    """Fields of the entries of each group that have a weight, in the order of the groups."""
+    number, free = np.full(len(group), -1), weight != 0.0
+    number[free] = np.unique(group[free], return_inverse=True)[1]
+    return Fields(number, weight)

@@ -22,7 +22,6 @@ class Stiffness:
     """{f_x; f_z} = [K_u C_uw; C_wu K_w] {u; w} for every node, no support applied (Eq. 11).
 
     The blocks are sparse, shape (nodes, nodes), in G. fixed_u, fixed_w: masks of the displacements held at zero, (nodes,).
-    row_groups: grid rows from the surface down in groups that couple to their neighbours only; the surface is in the first.
     symmetric: whether the scheme promises a symmetric positive definite matrix.
     """
 
@@ -33,7 +32,6 @@ class Stiffness:
     k_w: Sparse
     fixed_u: NDArray[np.bool_]
     fixed_w: NDArray[np.bool_]
-    row_groups: tuple[tuple[int, ...], ...]
     symmetric: bool
 
     @property

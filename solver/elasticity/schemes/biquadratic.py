@@ -70,19 +70,8 @@ def biquadratic(grid: Grid, poisson: float, support: Support) -> Stiffness:
         k_w=block([-(dilation + 2) * p.dz_on_ends - p.dx_on_sides for p in parts]),
         fixed_u=fixed_u,
         fixed_w=fixed_w,
-        row_groups=_row_groups(grid.rows, bottom_free=not (fixed_u & fixed_w)[grid.row_nodes(grid.rows - 1)].all()),
         symmetric=False,
     )
-
-
-def _row_groups(rows: int, *, bottom_free: bool) -> tuple[tuple[int, ...], ...]:
-    """Groups of rows that couple to neighbouring groups only.
-
-    A boundary row couples to the two rows next to it, so the two top rows are one group, and the two bottom rows another.
-    A bottom row without free displacements joins the group of the two rows above it.
-    """
-    last = max(2, rows - 2 if bottom_free else rows - 3)
-    return ((0, 1), *((row,) for row in range(2, last)), tuple(range(last, rows)))
 
 
 @dataclass(frozen=True, slots=True, eq=False)

@@ -118,7 +118,6 @@ def galerkin(grid: Grid, poisson: float, support: Support) -> Stiffness:
         k_w=scipy.sparse.csr_array(k_w),
         fixed_u=fixed_u,
         fixed_w=fixed_w,
-        row_groups=((0,), *((row + 1, row + 2) for row in strips)),
         symmetric=True,
     )
 

@@ -7,7 +7,6 @@ import pytest
 
 from solver.elasticity.compliance import surface_compliance
 from solver.elasticity.grid_scheme import stiffness
-from solver.elasticity.schemes import Galerkin
 from solver.elasticity.stiffness import Stiffness
 from solver.outcome import SingularOperator
 from solver.slab import Slab
@@ -119,21 +118,6 @@ def test_the_mirrored_slab_is_the_same_slab(grid: dict[str, Any]) -> None:
     dense = k.matrix.toarray()
     mirrored = dense[np.ix_(mirror, mirror)] * np.outer(sign, sign)
     np.testing.assert_allclose(mirrored, dense, atol=1e-13 * np.abs(dense).max())
-
-
-def test_the_row_groups_couple_to_their_neighbours_only() -> None:
-    k = stiffness(Slab(n_x=65, scheme=Galerkin(rows_per_level=1, coarsest_row=5)))
-    groups = [
-        np.concatenate(
-            [nodes + shift for row in group for nodes in [k.grid.row_nodes(row)] for shift in (0, k.grid.nodes)]
-        )
-        for group in k.row_groups
-    ]
-    assert sorted(np.concatenate(groups)) == list(range(2 * k.grid.nodes))
-    dense = k.matrix.toarray()
-    for number, group in enumerate(groups):
-        for far in groups[number + 2 :]:
-            assert not dense[np.ix_(group, far)].any()
 
 
 def test_a_nearly_incompressible_slab_is_refused_rather_than_wrong() -> None:
