@@ -34,7 +34,7 @@ def _pivoted_first(
     first, then = _rows(matrix, pivoted, kept)
     # `take` along one axis after the other: several times as fast as a gather by lists of rows and columns.
     across = first.take(kept, 1)
-    stiffness = inverse(first.take(pivoted, 1), f"compliance of {len(pivoted) // 2} nodes")
+    stiffness = _bordered_inverse(first.take(pivoted, 1), f"compliance of {len(pivoted) // 2} nodes")
     from_kept = then.take(pivoted, 1) @ stiffness
     count, entries = len(pivoted), len(pivoted) + len(kept)
     result = np.empty((entries, entries))
@@ -65,6 +65,26 @@ def in_lines(square: NDArray[np.float64]) -> NDArray[np.float64]:
     padded = room[first : first + entries * stride].reshape(entries, stride)
     padded[:, :entries] = square
     return padded
+
+
+def _bordered_inverse(system: NDArray[np.float64], name: str) -> NDArray[np.float64]:
+    """The inverse of a `name` with the load's row and column, which are the last: by Cholesky's factor where it has one."""
+    block, border = system[:-1, :-1], system[:-1, -1]
+    if not np.array_equal(block, block.T):
+        return inverse(system, name)
+    factor, failed = scipy.linalg.lapack.dpotrf(block.T)
+    if failed or scipy.linalg.lapack.dpocon(factor, np.abs(block).sum(0).max())[0] < np.finfo(float).eps:
+        return inverse(system, name)
+    triangle = scipy.linalg.lapack.dpotri(factor, overwrite_c=1)[0]
+    result = np.empty_like(system)
+    whole = np.add(triangle, triangle.T, out=result[:-1, :-1])
+    whole[np.diag_indices(len(whole))] /= 2.0
+    alone = whole @ border
+    share = float(border @ alone)
+    whole -= np.outer(alone, alone / share)
+    result[:-1, -1] = result[-1, :-1] = alone / share
+    result[-1, -1] = -1.0 / share
+    return result
 
 
 def inverse(block: NDArray[np.float64], name: str) -> NDArray[np.float64]:

@@ -7,13 +7,15 @@ from solver.contact.tableau import tableau
 from solver.elasticity.compliance import surface_compliance
 from solver.slab import Slab
 
-SLAB = Slab(9)
 TOUCHING = {"middle": [3, 4, 5], "with a gap": [1, 2, 6], "at both ends": [0, 8], "all": list(range(9))}
 
 
+@pytest.mark.parametrize("scheme", ["galerkin", "biquadratic"], ids=["symmetric", "not symmetric"])
 @pytest.mark.parametrize("nodes", TOUCHING.values(), ids=TOUCHING)
-def test_the_tableau_exchanges_what_is_given_and_what_is_unknown_in_the_bordered_compliance(nodes: list[int]) -> None:
-    n, matrix = 9, surface_compliance(SLAB).matrix
+def test_the_tableau_exchanges_what_is_given_and_what_is_unknown_in_the_bordered_compliance(
+    nodes: list[int], scheme: str
+) -> None:
+    n, matrix = 9, surface_compliance(Slab(9, scheme=scheme)).matrix
     contact = np.isin(np.arange(n), nodes)
     bordered = np.zeros((2 * n + 1, 2 * n + 1))
     bordered[:-1, :-1] = matrix
@@ -22,7 +24,7 @@ def test_the_tableau_exchanges_what_is_given_and_what_is_unknown_in_the_bordered
     forces = np.random.default_rng(1).standard_normal(2 * n + 1)
     moved = bordered @ forces
     given, unknown = np.where(exchanged, moved, forces), np.where(exchanged, forces, moved)
-    # The condition of this compliance is below 1e3.
+    # The condition of these compliances is below 1e3.
     np.testing.assert_allclose(
         given @ tableau(matrix, contact), unknown, rtol=0.0, atol=1e-12 * np.abs(given).max() * 1e3
     )
