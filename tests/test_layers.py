@@ -17,8 +17,8 @@ ORDER = {
     "solver.elasticity": "grid lagrange support stiffness parity dissection condensation grid_scheme boundary_value schemes "
     "interior compliance conditioning",
     "solver.elasticity.schemes": "grading column biquadratic galerkin half_plane chain",
-    "solver.contact": "kernels outcomes closed_forms pin node_friction soundness normal tableau compiled_contact coulomb state "
-    "initial",
+    "solver.contact": "kernels outcomes closed_forms pin node_friction soundness contact_system normal tableau "
+    "compiled_contact coulomb state initial",
     "solver.contact.kernels": "enumerations state vectors pin_height slip_distance equilibrium contact_change violations cascade "
     "next_event loading",
     "solver.contact.coulomb": "contact roles motion",

@@ -88,10 +88,15 @@ def _touch(case: Case, compliance: SurfaceCompliance) -> ContactState:
 def _touch_without_shear(case: Case, compliance: SurfaceCompliance) -> ContactState:
     """Nothing holds the surface, or nothing moves it sideways: the normal problem is all there is."""
     found = normal_contact(case, compliance, stuck=False)
-    forces = np.stack((np.zeros_like(found.normal_force), -found.normal_force))
     outcome = COMPLETED if found.converged else OUTCOME_OF_STOP[Stop.CONTACT_CYCLE]
     if _out_from_under(case, compliance, found):
         outcome = OUT_FROM_UNDER
+    return _free_of_shear(case, compliance, found, outcome)
+
+
+def _free_of_shear(case: Case, compliance: SurfaceCompliance, found: NormalContact, outcome: Outcome) -> ContactState:
+    """The state of a contact whose nodes bear pressure alone."""
+    forces = np.stack((np.zeros_like(found.normal_force), -found.normal_force))
     return state_from_forces(case, compliance, found.contact, forces, found.u, found.v, found.approach, 0.0, 0, outcome)
 
 
@@ -106,16 +111,18 @@ def _touch_at_once(case: Case, compliance: SurfaceCompliance) -> ContactState:
     if _out_from_under(case, compliance, found):
         return replace(_nothing(case, OUT_FROM_UNDER), contact=found.contact)
     contact, u, converged = found.contact, np.where(found.contact, found.u, 0.0), found.converged
+    if converged and case.initial_contact == "frictionless":
+        return _free_of_shear(case, compliance, found, COMPLETED)  # then there is nothing to slip
     height = pin_of(case).height(np.where(contact, surface_from_pin(case) + u, 0.0))
     if not converged and math.isinf(case.intrinsic_friction):
         unfinished = compiled_contact(case, compliance, contact, u, height, whole=True)
         return contact_state(unfinished, OUTCOME_OF_STOP[Stop.CONTACT_CYCLE])
     # Stuck at once, a node near the edge may be pulled in contact and pushed when free; slips then decide.
-    for whole in (False, True)[not converged :]:
+    for whole in (False, True):
         compiled = compiled_contact(case, compliance, contact, u, height, whole=whole)
         status = answer_violations(compiled.state, compiled.constants, 1.0)
         state = contact_state(compiled, OUTCOME_OF_STOP[corrected_for_rounding(compiled, status)])
-        if not beyond_window(compiled, state):
+        if (converged or state.outcome.ok) and not beyond_window(compiled, state):
             break
     return state
 

@@ -5,6 +5,7 @@ friction, where pressure alone acts and moves the surface sideways under the pin
 even do that, and stuck or free is the same. The last two need the normal forces' half of the compliance, or half of that.
 """
 
+import math
 from typing import NamedTuple
 
 import numpy as np
@@ -12,16 +13,20 @@ from numpy.typing import NDArray
 
 from solver.case import Case
 from solver.contact.closed_forms import hertz_half_width, winkler_half_width
+from solver.contact.contact_system import ContactSystem
 from solver.contact.pin import pin_of, surface_from_pin
 from solver.elasticity.compliance import SurfaceCompliance
-from solver.outcome import SingularOperator, TooFarApart
 
 Vector = NDArray[np.float64]
 
 PATIENCE = 10
 """Rounds in which a contact set may not improve before its wrong nodes are exchanged one at a time."""
 MOST_ROUNDS = 500
-"""Rounds after which no contact set is looked for any more; a round solves for all nodes in contact."""
+"""Rounds after which no contact set is looked for any more."""
+
+
+SLOW = 0.1
+"""Ratio of successive changes of u above which the pin's slopes under the nodes are taken anew: Newton's method proper."""
 
 
 class NormalContact(NamedTuple):
@@ -42,22 +47,29 @@ def normal_contact(case: Case, compliance: SurfaceCompliance, stuck: bool) -> No
 
     Block principal pivoting (Kostreva; Júdice and Pires): all wrong nodes are exchanged at once; when their number has not
     fallen for PATIENCE rounds, only the one furthest right is exchanged (Murty's rule, which cannot cycle on a positive
-    definite operator) until fewer are wrong than ever before.
+    definite operator) until fewer are wrong than ever before. Sets that are near share factors (ContactSystem); what is
+    returned was solved for by the found set's own, unless only the set is asked for.
     """
     x = surface_from_pin(case)
     contact = np.abs(x) <= max(expected_half_width(case), np.abs(x).min())
-    u = np.zeros_like(x)
+    u, moved = np.zeros_like(x), math.inf
     fewest, patience = len(x) + 1, PATIENCE
     seen: set[bytes] = set()
+    system = _system(case, compliance, contact, u, stuck)
     for _ in range(MOST_ROUNDS):
-        found = NormalContact(contact, *_forces(case, compliance, contact, u, stuck), converged=True)
+        if not system.is_near(contact):
+            system = _system(case, compliance, contact, u, stuck)
+        found = _pressed(case, compliance, system, contact, u, stuck)
         wrong = _wrong(case, found)
         rounding = 1e-13 * case.normal_load + 4 * np.finfo(float).eps * np.abs(found.u).max()
-        at_rest = np.abs(found.u - u).max() <= rounding
+        before, moved = moved, float(np.abs(found.u - u).max())
         u = found.u
         if not wrong.any():
-            if at_rest:
+            # What comes of a stuck contact is its set alone.
+            if stuck or (moved <= rounding and system.is_of(contact)):
                 return found
+            if not system.is_of(contact) or moved > SLOW * before:
+                system = _system(case, compliance, contact, u, stuck)
             continue
         count = int(wrong.sum())
         if count < fewest:
@@ -70,7 +82,7 @@ def normal_contact(case: Case, compliance: SurfaceCompliance, stuck: bool) -> No
                 break
             seen.add(contact.tobytes())
             wrong[: np.flatnonzero(wrong)[-1]] = False
-        contact = contact ^ wrong
+        contact, moved = contact ^ wrong, math.inf
         if not contact.any():
             contact[np.argmin(np.abs(x))] = True
     return found._replace(contact=contact, converged=False)
@@ -95,54 +107,38 @@ def expected_half_width(case: Case) -> float:
     return hertz_half_width(case.normal_load, case.radius, case.slab.poisson)
 
 
-def _forces(
+def _system(
     case: Case, compliance: SurfaceCompliance, contact: NDArray[np.bool_], u: Vector, stuck: bool
-) -> tuple[Vector, Vector, Vector, float]:
-    """Normal forces N (n,), u (n,), v = w + approach (n,) and the approach with the nodes of `contact` on the pin.
-
-    Without friction the pin's height under a node depends on its u: one Newton step from the given u.
-    """
-    c, n, x, pin = compliance.matrix, compliance.slab.n_x, surface_from_pin(case), pin_of(case)
-    coupled, nodes = case.effects.coupling, np.flatnonzero(contact)
-    both = stuck and coupled
-    rows = np.concatenate((nodes, nodes + n)) if both else nodes + n
-    xi = (x + (0.0 if stuck else u))[nodes]
-    block = c.take(rows, 0).take(rows, 1)  # much faster than a gather by lists of rows and columns
-    right = pin.face(xi)
-    if both:
-        right = np.concatenate((np.zeros(len(nodes)), right))
-    elif coupled:
-        slope = pin.slope(xi)
-        block = block - slope[:, None] * c.take(nodes, 0).take(rows, 1)
-        right = right - slope * u[nodes]
-    solution = _solved(_bordered(block, len(nodes)), np.concatenate((right, [-case.normal_load])), len(nodes))
-    forces, approach = solution[:-1], float(solution[-1])
-    normal_force = np.zeros(n)
-    normal_force[nodes] = -forces[-len(nodes) :]
-    if not coupled:
-        return normal_force, np.zeros(n), c[n:, rows] @ forces + approach, approach
-    displacements = c[:, rows] @ forces
-    return normal_force, np.where(contact & stuck, 0.0, displacements[:n]), displacements[n:] + approach, approach
+) -> ContactSystem:
+    """The system of this contact set: without friction, the pin's height under a node depends on its u, linear near this one."""
+    coupled = case.effects.coupling
+    slope = pin_of(case).slope(surface_from_pin(case) + u) if coupled and not stuck else None
+    return ContactSystem(compliance, contact, slope, held=coupled and stuck)
 
 
-def _bordered(block: NDArray[np.float64], nodes: int) -> NDArray[np.float64]:
-    """The block with a row and a column for the load, whose sum goes over its last entries, one of each of these nodes."""
-    last = len(block)
-    system = np.zeros((last + 1, last + 1))
-    system[:last, :last] = block
-    system[last - nodes : last, last] = system[last, last - nodes : last] = 1.0
-    return system
+def _pressed(
+    case: Case, compliance: SurfaceCompliance, system: ContactSystem, contact: NDArray[np.bool_], u: Vector, stuck: bool
+) -> NormalContact:
+    """The contact with just these nodes on the pin, one Newton step from the given u."""
+    n, coupled = compliance.slab.n_x, case.effects.coupling
+    heights = pin_of(case).face(surface_from_pin(case) + (0.0 if stuck else u))
+    if system.slope is not None:
+        heights = heights - system.slope * u
+    forces, approach = system.forces(contact, heights, case.normal_load)
+    moved = _displacements(compliance.matrix, forces, contact, coupled, stuck)
+    return NormalContact(
+        contact, -forces[n:], np.where(contact & stuck, 0.0, moved[0]), moved[1] + approach, approach, converged=True
+    )
 
 
-def _solved(system: NDArray[np.float64], right: Vector, nodes: int) -> Vector:
-    """The solution for a contact of so many nodes. Raises SingularOperator, TooFarApart."""
-    try:
-        solution = np.asarray(np.linalg.solve(system, right), dtype=np.float64)
-    except np.linalg.LinAlgError as error:
-        raise SingularOperator(
-            f"the compliance of {nodes} nodes in contact is singular: use another scheme, or an aspect_ratio nearer 1"
-        ) from error
-    if not np.isfinite(solution).all():
-        # Every comparison with a NaN is false: nothing would seem to be wrong.
-        raise TooFarApart("the forces of the contact are no numbers: use a load, a radius and heights nearer 1")
-    return solution
+def _displacements(
+    matrix: NDArray[np.float64], forces: Vector, contact: NDArray[np.bool_], coupled: bool, stuck: bool
+) -> NDArray[np.float64]:
+    """[u; w] (2, n) under these forces (2n,); only what is loaded, and what moves, is read of the compliance."""
+    n, nodes = len(contact), np.flatnonzero(contact)
+    first = 0 if coupled else n
+    found = np.zeros(2 * n)
+    for start in (0, n) if stuck and coupled else (n,):
+        loaded = slice(start + nodes[0], start + nodes[-1] + 1)
+        found[first:] += matrix[first:, loaded] @ forces[loaded]
+    return found.reshape(2, n)

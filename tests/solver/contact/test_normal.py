@@ -1,12 +1,13 @@
 """Without friction or coupling the normal problem is all of initial contact: half the compliance, or a quarter, is never read."""
 
+import math
 from dataclasses import replace
 
 import numpy as np
 import pytest
 
 from solver.case import Case, Effects, InitialContact, SlipRule
-from solver.contact import initial
+from solver.contact import contact_system, initial
 from solver.contact.initial import initial_contact
 from solver.elasticity.compliance import SurfaceCompliance, surface_compliance, uncoupled
 from solver.slab import Slab
@@ -39,14 +40,6 @@ def test_without_friction_the_contact_laws_hold_and_nothing_is_dragged() -> None
     assert state.friction_force == 0.0
 
 
-def test_without_friction_the_pressure_is_that_of_a_frictionless_first_touch() -> None:
-    """Which then only sticks where it is: the same linear system, solved twice (1e-10 of the load)."""
-    stuck = initial_contact(replace(CASE, initial_contact="frictionless"), COMPLIANCE)
-    free = initial_contact(FRICTIONLESS, COMPLIANCE)
-    np.testing.assert_allclose(free.nodal_force, stuck.nodal_force, atol=1e-10 * CASE.normal_load)
-    np.testing.assert_allclose(free.u, stuck.u, atol=1e-10 * CASE.normal_load)
-
-
 def test_without_friction_the_tangential_half_of_the_compliance_is_not_read(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(initial, "compiled_contact", None)  # no tableau is set up
     found = initial_contact(FRICTIONLESS, spoilt((U, U), (W, U)))
@@ -70,3 +63,28 @@ def test_without_coupling_every_first_touch_is_the_same(way: InitialContact, res
     assert_contact_laws(alone, UNCOUPLED, zero)
     # 1e-9: raised event by event, the load gathers the rounding of some hundred steps.
     np.testing.assert_allclose(alone.nodal_force, whole.nodal_force, atol=1e-9 * CASE.normal_load)
+
+
+@pytest.mark.parametrize("radius", [3.0, 100.0, 500.0], ids=["narrow", "paper's", "wide"])
+@pytest.mark.parametrize("case", [FRICTIONLESS, UNCOUPLED, CASE], ids=["free", "uncoupled", "stuck"])
+def test_a_set_found_by_borders_of_others_is_the_set_found_by_systems_of_its_own(
+    case: Case, radius: float, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    case = replace(case, radius=radius, intrinsic_friction=math.inf)
+    alone = initial_contact(case, COMPLIANCE)
+    monkeypatch.setattr(contact_system, "FEW", 0)
+    monkeypatch.setattr(contact_system, "NEAR", 1.0)
+    bordered = initial_contact(case, COMPLIANCE)
+    assert alone.outcome.ok
+    np.testing.assert_array_equal(bordered.contact, alone.contact)
+    # Pressures are solved for by the found set's own factors in either way; u is where Newton's method comes to rest.
+    np.testing.assert_allclose(bordered.nodal_force, alone.nodal_force, atol=1e-12 * case.normal_load)
+
+
+def test_held_frictionless_the_contact_is_that_without_friction_bit_by_bit(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Nothing bears shear, so nothing slips, and no tableau is set up."""
+    monkeypatch.setattr(initial, "compiled_contact", None)
+    held = initial_contact(replace(CASE, initial_contact="frictionless"), COMPLIANCE)
+    free = initial_contact(FRICTIONLESS, COMPLIANCE)
+    np.testing.assert_array_equal(held.nodal_force, free.nodal_force)
+    np.testing.assert_array_equal(held.u, free.u)
