@@ -3,10 +3,10 @@
 from solver.case import Case
 from solver.slab import Slab
 from solver.sliding.columns import FIRST_CAPACITY
-from study.plan.cost.sliding import contact_nodes, coulomb_path, events_of, hertz_nodes, tableau_entries
+from study.plan.cost.sliding import contact_nodes, coulomb_path, events_of, hertz_nodes, tableau_entries, without_shear
 
 _FLOAT = 8.0
-_TABLEAUS = 4.2  # copies of its tableau that a contact holds at once
+_TABLEAUS = 5.0  # copies of its tableau that a contact holds at once
 _GROWING = 6.5  # the same while the contact has outgrown one
 _ROUNDS = 3.9  # copies of its system while the contact is looked for
 _SYSTEMS = 6.0  # copies of its system that a contact without shear, or with Coulomb friction, holds at once
@@ -37,7 +37,7 @@ def statistics_bytes(case: Case) -> float:
 
 def _touch_numbers(case: Case) -> float:
     nodes = contact_nodes(case)
-    if not (case.effects.friction and case.effects.coupling):
+    if without_shear(case):
         return _SYSTEMS * nodes**2
     if case.slip_rule.residual_shear == 1.0:
         return _SYSTEMS * (2.0 * nodes) ** 2

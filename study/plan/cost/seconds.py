@@ -17,11 +17,11 @@ from study.plan.cost.sliding import (
     hertz_nodes,
     slips_of,
     tableau_entries,
+    without_shear,
 )
 
-_TOUCH = (4e-4, 2.5e-7, 1.6e-9)  # by powers 0, 2, 3 of the nodes in contact: rounds of dense solves
-_TOUCH_OF_ALL = 0.5  # of that where the contact is all of the surface: nothing is looked for
-_PRESSED = 0.2  # of that without shear: half the unknowns
+_TOUCH = (5e-4, 2e-7, 3.5e-10)  # by powers 0, 2, 3 of the nodes in contact: rounds of solutions, factors and a tableau
+_PRESSED = 0.27  # of that without shear: half the unknowns, and no tableau
 _SCALARS = (8e-4, 8e-7)  # of a record, and of each event
 _SLIP = (5e-8, 3e-10, 8e-13)  # by powers 0, 1, 2 of the entries of a tableau's row: longer ones come from memory
 _FROZEN_SLIP = (4e-8, 1.2e-10, 5e-13)
@@ -39,11 +39,9 @@ def contact_seconds(case: Case) -> float:
     """Seconds of initial contact."""
     first, nodes = hertz_nodes(case), contact_nodes(case)
     seconds = _polynomial(_TOUCH, math.sqrt(first * nodes), (0.0, 2.0, 3.0))
-    if first == case.slab.n_x:
-        seconds *= _TOUCH_OF_ALL
     if case.slip_rule.residual_shear == 1.0:
         seconds += _COULOMB_TOUCH * nodes**3
-    return seconds * (1.0 if case.effects.friction and case.effects.coupling else _PRESSED)
+    return seconds * (_PRESSED if without_shear(case) else 1.0)
 
 
 def record_seconds(case: Case) -> float:

@@ -244,6 +244,13 @@ def coulomb_within(case: Case, farthest: float, most: int | None) -> tuple[float
     return min(events, changes), travel
 
 
+def without_shear(case: Case) -> bool:
+    """Whether initial contact is the normal problem alone: no tableau is set up."""
+    if not (case.effects.friction and case.effects.coupling):
+        return True
+    return case.initial_contact == "frictionless" and case.slip_rule.residual_shear < 1.0
+
+
 @of_the_last
 def tableau_entries(case: Case) -> float:
     """Entries of a row of the tableau: both directions of all nodes that are followed, and the load."""

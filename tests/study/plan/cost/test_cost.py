@@ -69,6 +69,7 @@ TASKS: dict[str, Task] = {
     "compliance of a slab of height 2": compliance(aspect_ratio=2.0),
     **{f"contact, n_x = {n_x}": touch(n_x) for n_x in (65, 129, 257, 513)},
     **{f"contact without friction, n_x = {n_x}": touch(n_x, effects=Effects(friction=False)) for n_x in (129, 513)},
+    "contact, frictionless": touch(257, initial_contact="frictionless"),
     "contact without coupling": touch(513, effects=Effects(coupling=False)),
     "contact of a wide pin": touch(257, radius=2000.0),
     "contact of few nodes": touch(513, radius=5.0),
