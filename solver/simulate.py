@@ -10,13 +10,13 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from solver.case import Case
-from solver.contact.initial import initial_contact
+from solver.contact.initial import compliance_for_contact, initial_contact
 from solver.contact.state import ContactState
 from solver.drive import Drive, Scales
 from solver.dynamics.coefficients import FrictionCoefficients, measured
 from solver.dynamics.integrate import DynamicsResult
 from solver.dynamics.proportion import disproportion
-from solver.elasticity.compliance import SurfaceCompliance, surface_compliance
+from solver.elasticity.compliance import Compliance, surface_compliance
 from solver.outcome import Outcome
 from solver.sliding.events import slide
 from solver.sliding.plateau import Plateau, plateau_of
@@ -72,12 +72,12 @@ class DriveResult(Viewed):
         return picture._replace(curves=(*picture.curves, *lines))
 
 
-def contact_state(case: Case, compliance: SurfaceCompliance | None = None) -> ContactState:
+def contact_state(case: Case, compliance: Compliance | None = None) -> ContactState:
     """The contact of `case` at initial contact. A compliance at hand is used, else computed from the case's slab."""
-    return initial_contact(case, compliance or surface_compliance(case.slab))
+    return initial_contact(case, compliance or compliance_for_contact(case))
 
 
-def friction_record(case: Case, compliance: SurfaceCompliance | None = None) -> FrictionRecord:
+def friction_record(case: Case, compliance: Compliance | None = None) -> FrictionRecord:
     """The friction record of `case`, from initial contact to its limits.
 
     Without limits of its own a case ends after 2000 events, as the paper's do. A campaign's records without limits span two

@@ -20,6 +20,7 @@ Support = Literal["bonded", "frictionless", "right_side"]
 
 MOST_LEVELS = 20
 """N of the finest surface, 2^N + 1 nodes: its compliance alone would take 35 TB."""
+FEWEST_NODES, MOST_NODES = 2**2 + 1, 2**MOST_LEVELS + 1
 
 
 class Scheme(ABC):
@@ -34,6 +35,13 @@ class Scheme(ABC):
     """Whether the end nodes have as much surface as all others."""
     continuum: ClassVar[bool] = True
     """Whether it is an elastic body, of which G and ν say all."""
+    sizes: ClassVar[str] = f"2^N + 1 with N from 2 to {MOST_LEVELS}: 5, 9, 17, 33, 65, 129 … {MOST_NODES}"
+    """Which n_x it takes, in words."""
+
+    @classmethod
+    def takes(cls, n_x: int) -> bool:
+        """Whether it takes so many surface nodes."""
+        return 2 <= levels_of(n_x) <= MOST_LEVELS
 
     @abstractmethod
     def completed(self, slab: "Slab") -> Self:
@@ -63,7 +71,9 @@ class Slab:
     scheme: settings of one of the schemes, or the name of one, with its own values. Raises InvalidInput for values out of range.
     """
 
-    n_x: int = parameter(129, table="numerics", meaning="surface nodes", need="2^N + 1 with N from 2 to 20")
+    n_x: int = parameter(
+        129, table="numerics", meaning="surface nodes", need="2^N + 1 with N from 2 to 20; half_plane: odd"
+    )
     aspect_ratio: float = parameter(
         1.0, table="constants", meaning="height of the slab over its width", symbol="L_z/L_x", least=1e-4, most=1e4
     )
@@ -75,12 +85,10 @@ class Slab:
 
     def __post_init__(self) -> None:
         check(self)
-        levels = levels_of(self.n_x)
-        nodes = f"2^N + 1 with N from 2 to {MOST_LEVELS}: 5, 9, 17, 33, 65, 129 … {2**MOST_LEVELS + 1}"
-        require("n_x", self.n_x, 2 <= levels <= MOST_LEVELS, nodes)
         settings: Any = self.scheme
         if not isinstance(settings, Scheme):
             settings = SCHEMES.named(settings)()
+        require("n_x", self.n_x, settings.takes(self.n_x), settings.sizes)
         object.__setattr__(self, "scheme", settings.completed(self))
 
     @classmethod

@@ -16,11 +16,12 @@ ORDER = {
     "dynamics simulate",
     "solver.elasticity": "grid lagrange support stiffness parity dissection condensation grid_scheme boundary_value schemes "
     "interior compliance conditioning",
-    "solver.elasticity.schemes": "grading column biquadratic galerkin half_plane chain",
-    "solver.contact": "kernels outcomes closed_forms pin node_friction soundness contact_system normal tableau "
+    "solver.elasticity.schemes": "convolution endless grading column biquadratic galerkin half_plane chain",
+    "solver.contact": "kernels outcomes closed_forms pin node_friction soundness contact_system normal convolved tableau "
     "compiled_contact coulomb state initial",
     "solver.contact.kernels": "enumerations state vectors pin_height slip_distance equilibrium contact_change violations cascade "
     "next_event loading",
+    "solver.contact.convolved": "conjugate_gradients contact",
     "solver.contact.coulomb": "contact roles motion",
     "solver.sliding": "kernels record columns sampling plateau target full_contact tangential coulomb hindsight events "
     "statistics distributions validity",

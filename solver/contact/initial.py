@@ -12,6 +12,7 @@ import numpy as np
 
 from solver.case import Case, InitialContact
 from solver.contact.compiled_contact import compiled_contact, corrected_for_rounding
+from solver.contact.convolved.contact import convolved_contact, needs_no_matrix
 from solver.contact.coulomb.contact import CoulombContact, CoulombError
 from solver.contact.coulomb.motion import raise_load_of_sliding
 from solver.contact.coulomb.roles import resolve_violations, stick_and_slide_at_rest
@@ -24,7 +25,13 @@ from solver.contact.outcomes import OUTCOME_OF_ENDING, OUTCOME_OF_STOP
 from solver.contact.pin import pin_of, surface_from_pin
 from solver.contact.soundness import soundness
 from solver.contact.state import ContactState, beyond_window, contact_state, coulomb_state, state_from_forces
-from solver.elasticity.compliance import SurfaceCompliance
+from solver.elasticity.compliance import (
+    Compliance,
+    NormalCompliance,
+    SurfaceCompliance,
+    normal_compliance,
+    surface_compliance,
+)
 from solver.elasticity.conditioning import explained
 from solver.outcome import COMPLETED, Ending, Outcome, SingularOperator, TooFarApart
 
@@ -50,7 +57,12 @@ CAUSED_BY_ROUNDING = (
 """Endings that heights known too coarsely can cause."""
 
 
-def initial_contact(case: Case, compliance: SurfaceCompliance) -> ContactState:
+def compliance_for_contact(case: Case) -> Compliance:
+    """What initial contact of a case needs of its slab: no matrix where that is not read. Raises as `surface_compliance`."""
+    return normal_compliance(case.slab) if needs_no_matrix(case) else surface_compliance(case.slab)
+
+
+def initial_contact(case: Case, compliance: Compliance) -> ContactState:
     """Press the pin into the slab at δ_p = 0 as `case.initial_contact` says, until constraints I-III hold.
 
     Never raises for physics: a state that was not reached carries the reason as its outcome, and the last iterate.
@@ -64,7 +76,7 @@ def initial_contact(case: Case, compliance: SurfaceCompliance) -> ContactState:
     return checked(case, compliance, state)
 
 
-def checked(case: Case, compliance: SurfaceCompliance, state: ContactState) -> ContactState:
+def checked(case: Case, compliance: Compliance, state: ContactState) -> ContactState:
     """The state, its outcome checked against the condition of the operator and against `soundness`."""
     outcome = explained(state.outcome, compliance, state.contact)
     # Constant pressures are those of initial contact, however far the pin has gone since.
@@ -76,31 +88,41 @@ def checked(case: Case, compliance: SurfaceCompliance, state: ContactState) -> C
     return state if outcome is state.outcome else replace(state, outcome=outcome)
 
 
-def _touch(case: Case, compliance: SurfaceCompliance) -> ContactState:
+def _touch(case: Case, given: Compliance) -> ContactState:
     """Initial contact by the way that the case asks for."""
     if not (case.effects.friction and case.effects.coupling):
-        return _touch_without_shear(case, compliance)
+        return _touch_without_shear(case, given)
+    compliance = given.as_matrix()
     if case.slip_rule.residual_shear == 1.0:
         return _touch_with_coulomb_friction(case, compliance)
     return WAYS_DOWN[case.initial_contact](case, compliance)
 
 
-def _touch_without_shear(case: Case, compliance: SurfaceCompliance) -> ContactState:
+def _touch_without_shear(case: Case, compliance: Compliance) -> ContactState:
     """Nothing holds the surface, or nothing moves it sideways: the normal problem is all there is."""
-    found = normal_contact(case, compliance, stuck=False)
-    outcome = COMPLETED if found.converged else OUTCOME_OF_STOP[Stop.CONTACT_CYCLE]
-    if _out_from_under(case, compliance, found):
+    if isinstance(compliance, NormalCompliance):
+        found = convolved_contact(case, compliance.convolution)
+    else:
+        found = normal_contact(case, compliance.as_matrix(), stuck=False)
+    outcome = COMPLETED if found.converged else _why_unsettled(case, compliance, found)
+    if _out_from_under(case, found):
         outcome = OUT_FROM_UNDER
     return _free_of_shear(case, compliance, found, outcome)
 
 
-def _free_of_shear(case: Case, compliance: SurfaceCompliance, found: NormalContact, outcome: Outcome) -> ContactState:
+def _free_of_shear(case: Case, compliance: Compliance, found: NormalContact, outcome: Outcome) -> ContactState:
     """The state of a contact whose nodes bear pressure alone."""
     forces = np.stack((np.zeros_like(found.normal_force), -found.normal_force))
     return state_from_forces(case, compliance, found.contact, forces, found.u, found.v, found.approach, 0.0, 0, outcome)
 
 
-def _out_from_under(case: Case, compliance: SurfaceCompliance, found: NormalContact) -> bool:
+def _why_unsettled(case: Case, compliance: Compliance, found: NormalContact) -> Outcome:
+    """Why no contact was found: on flanks that are too steep nodes move further and further."""
+    cause = soundness(case, compliance, found.contact, found.u, 0.0)
+    return OUTCOME_OF_STOP[Stop.CONTACT_CYCLE] if cause.ok else cause
+
+
+def _out_from_under(case: Case, found: NormalContact) -> bool:
     """Whether a node in contact has moved beyond the punch's edge."""
     return bool((np.abs(surface_from_pin(case) + found.u)[found.contact] > pin_of(case).half_width).any())
 
@@ -108,7 +130,7 @@ def _out_from_under(case: Case, compliance: SurfaceCompliance, found: NormalCont
 def _touch_at_once(case: Case, compliance: SurfaceCompliance) -> ContactState:
     """Solve the normal problem, nodes stuck or free of friction; then let nodes slip until constraint II holds."""
     found = normal_contact(case, compliance, case.initial_contact == "stick")
-    if _out_from_under(case, compliance, found):
+    if _out_from_under(case, found):
         return replace(_nothing(case, OUT_FROM_UNDER), contact=found.contact)
     contact, u, converged = found.contact, np.where(found.contact, found.u, 0.0), found.converged
     if converged and case.initial_contact == "frictionless":

@@ -8,7 +8,7 @@ from solver.case import Case
 from solver.contact.kernels.violations import STEEPEST
 from solver.contact.outcomes import NOT_FINITE, STEEP_PIN
 from solver.contact.pin import pin_of, surface_from_pin
-from solver.elasticity.compliance import SurfaceCompliance
+from solver.elasticity.compliance import Compliance
 from solver.outcome import COMPLETED, Ending, Outcome
 
 Vector = NDArray[np.float64]
@@ -19,7 +19,7 @@ forces change by 1.4 times that share of the load when every height changes by a
 
 
 def soundness(
-    case: Case, compliance: SurfaceCompliance, contact: NDArray[np.bool_], u: Vector, displacement: float
+    case: Case, compliance: Compliance, contact: NDArray[np.bool_], u: Vector, displacement: float
 ) -> Outcome:
     """COMPLETED where a contact of these nodes, (n,), with displacements u (n,) means something, else why not."""
     xi = (surface_from_pin(case) + u - displacement)[contact]
@@ -35,7 +35,7 @@ def soundness(
     return COMPLETED if bool((np.abs(pin_of(case).slope(xi)) <= STEEPEST).all()) else STEEP_PIN
 
 
-def rounding_share(case: Case, compliance: SurfaceCompliance, contact: NDArray[np.bool_], xi: Vector) -> float:
+def rounding_share(case: Case, compliance: Compliance, contact: NDArray[np.bool_], xi: Vector) -> float:
     """Rounding of the pin's heights at ξ, those of the nodes of `contact`, over what the load would displace one of them;
     0 without contact.
 
@@ -43,9 +43,9 @@ def rounding_share(case: Case, compliance: SurfaceCompliance, contact: NDArray[n
     """
     if not len(xi):
         return 0.0
-    pin, n = pin_of(case), case.slab.n_x
+    pin = pin_of(case)
     highest = float(pin.curvature * (xi**2).max() / 2)
     if pin.rises is not None:
         highest += float(np.abs(pin.rises).max())
-    displaced = case.normal_load * float(np.abs(compliance.matrix.diagonal()[n:][contact]).max())
+    displaced = case.normal_load * float(np.abs(compliance.under_itself()[contact]).max())
     return float(np.finfo(float).eps) * highest / displaced

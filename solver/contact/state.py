@@ -11,7 +11,7 @@ from solver.case import Case
 from solver.contact.compiled_contact import CompiledContact
 from solver.contact.coulomb.contact import CoulombContact
 from solver.contact.pin import pin_of, surface_from_pin
-from solver.elasticity.compliance import SurfaceCompliance
+from solver.elasticity.compliance import Compliance
 from solver.outcome import InvalidInput, Outcome
 from solver.quantity import GRID_ERROR, quantity
 from solver.slab import surface_x
@@ -199,7 +199,7 @@ def coulomb_state(solved: CoulombContact, outcome: Outcome) -> ContactState:
 
 def state_from_forces(
     case: Case,
-    compliance: SurfaceCompliance,
+    compliance: Compliance,
     contact: NDArray[np.bool_],
     forces: NDArray[np.float64],
     u: Vector,

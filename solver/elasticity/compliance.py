@@ -1,37 +1,33 @@
 """The surface compliance of a slab (Eq. 11): displacements of the surface nodes per nodal force, by the slab's scheme."""
 
+from abc import ABC, abstractmethod
 from collections.abc import Iterator
 from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
 
+from solver.elasticity.schemes.convolution import Convolution
+from solver.elasticity.schemes.endless import convolution_of
 from solver.slab import Slab, surface_x
 from solver.view import OneLine
 
 Dense = NDArray[np.float64]
 
 
-@dataclass(frozen=True, slots=True, eq=False, repr=False)
-class SurfaceCompliance(OneLine):
-    """Surface compliance of a slab: displacements of the surface nodes per nodal force.
+class Compliance(OneLine, ABC):
+    """How the surface of a slab gives way to forces: as a matrix, or as what says the same with less."""
 
-    matrix: shape (2n, 2n), in 1/G per unit depth, read-only; [u; w] = matrix @ [f_x; f_z], nodes left to right,
-    x to the right, z upwards (out of the slab).
-    """
-
-    matrix: Dense
+    __slots__ = ()
     slab: Slab
 
-    def __post_init__(self) -> None:
-        shape = (2 * self.slab.n_x, 2 * self.slab.n_x)
-        if self.matrix.shape != shape:
-            raise ValueError(f"matrix.shape = {self.matrix.shape}: a slab of n_x = {self.slab.n_x} needs {shape}")
+    @abstractmethod
+    def under_itself(self) -> NDArray[np.float64]:
+        """w of every surface node per normal force on it, (n,), in 1/G per unit depth."""
 
-    def _facts(self) -> Iterator[str]:
-        yield f"{self.slab.n_x} surface nodes"
-        yield f"scheme {self.slab.scheme.name}"
-        yield f"u under a force at the middle {self.matrix[self.slab.n_x // 2, self.slab.n_x // 2]:.4g}"
+    @abstractmethod
+    def as_matrix(self) -> "SurfaceCompliance":
+        """The same as a matrix, which takes 32 n² bytes. Raises InvalidInput."""
 
     @property
     def x(self) -> NDArray[np.float64]:
@@ -49,6 +45,53 @@ class SurfaceCompliance(OneLine):
         if not self.slab.scheme.equal_widths:
             widths[[0, -1]] /= 2
         return widths
+
+
+@dataclass(frozen=True, slots=True, eq=False, repr=False)
+class SurfaceCompliance(Compliance):
+    """Surface compliance of a slab: displacements of the surface nodes per nodal force.
+
+    matrix: shape (2n, 2n), in 1/G per unit depth, read-only; [u; w] = matrix @ [f_x; f_z], nodes left to right,
+    x to the right, z upwards (out of the slab).
+    """
+
+    matrix: Dense
+    slab: Slab
+
+    def __post_init__(self) -> None:
+        shape = (2 * self.slab.n_x, 2 * self.slab.n_x)
+        if self.matrix.shape != shape:
+            raise ValueError(f"matrix.shape = {self.matrix.shape}: a slab of n_x = {self.slab.n_x} needs {shape}")
+
+    def under_itself(self) -> NDArray[np.float64]:
+        return self.matrix.diagonal()[self.slab.n_x :]
+
+    def as_matrix(self) -> "SurfaceCompliance":
+        return self
+
+    def _facts(self) -> Iterator[str]:
+        yield f"{self.slab.n_x} surface nodes"
+        yield f"scheme {self.slab.scheme.name}"
+        yield f"u under a force at the middle {self.matrix[self.slab.n_x // 2, self.slab.n_x // 2]:.4g}"
+
+
+@dataclass(frozen=True, slots=True, eq=False, repr=False)
+class NormalCompliance(Compliance):
+    """The compliance under normal forces alone of a surface without ends, as a convolution: n numbers, no matrix."""
+
+    convolution: Convolution
+    slab: Slab
+
+    def under_itself(self) -> NDArray[np.float64]:
+        return np.full(self.slab.n_x, self.convolution.along[0])
+
+    def as_matrix(self) -> SurfaceCompliance:
+        return surface_compliance(self.slab)
+
+    def _facts(self) -> Iterator[str]:
+        yield f"{self.slab.n_x} surface nodes"
+        yield f"scheme {self.slab.scheme.name}"
+        yield f"w under a force {self.convolution.along[0]:.4g}"
 
 
 def uncoupled(compliance: SurfaceCompliance) -> SurfaceCompliance:
@@ -71,3 +114,8 @@ def surface_compliance(slab: Slab) -> SurfaceCompliance:
     matrix = slab.scheme.matrix(slab)
     matrix.setflags(write=False)
     return SurfaceCompliance(matrix, slab)
+
+
+def normal_compliance(slab: Slab) -> NormalCompliance:
+    """The compliance of a slab whose surface has no ends, under normal forces. Raises InvalidInput for others."""
+    return NormalCompliance(convolution_of(slab), slab)

@@ -6,7 +6,7 @@ import numpy as np
 import scipy
 from numpy.typing import NDArray
 
-from solver.elasticity.compliance import SurfaceCompliance
+from solver.elasticity.compliance import Compliance, SurfaceCompliance
 from solver.outcome import Ending, Outcome
 
 Dense = NDArray[np.float64]
@@ -49,12 +49,13 @@ def conditioning(matrix: Dense) -> Conditioning:
     return Conditioning(reciprocal, not failed, asymmetry)
 
 
-def explained(outcome: Outcome, compliance: SurfaceCompliance, contact: NDArray[np.bool_]) -> Outcome:
+def explained(outcome: Outcome, compliance: Compliance, contact: NDArray[np.bool_]) -> Outcome:
     """Add a cause and advice to the message of a bad outcome, where the compliance of the nodes in contact may be the cause.
 
-    contact: mask of the surface nodes in contact, shape (n,). Other outcomes are returned unchanged.
+    contact: mask of the surface nodes in contact, shape (n,). Other outcomes are returned unchanged, as is every one of a
+    compliance without a matrix, which is a closed form: positive definite, its condition number about n.
     """
-    if outcome.ending not in _OPERATORS_FAULT or not contact.any():
+    if outcome.ending not in _OPERATORS_FAULT or not contact.any() or not isinstance(compliance, SurfaceCompliance):
         return outcome
     nodes = np.flatnonzero(np.concatenate((contact, contact)))
     found = conditioning(compliance.matrix[np.ix_(nodes, nodes)])

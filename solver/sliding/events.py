@@ -9,7 +9,7 @@ import numpy as np
 from solver.case import Case
 from solver.contact.initial import checked, initial_contact
 from solver.contact.state import ContactState
-from solver.elasticity.compliance import SurfaceCompliance
+from solver.elasticity.compliance import Compliance, SurfaceCompliance
 from solver.outcome import InvalidInput, Outcome, SingularOperator, TooFarApart
 from solver.sliding.columns import empty_events, friction_record
 from solver.sliding.coulomb import slide_with_coulomb_friction
@@ -22,7 +22,7 @@ WayToSlide = Callable[[Case, ContactState, SurfaceCompliance], tuple[FrictionRec
 """From a case, a contact to start from and the slab's compliance to a record and the contact where it ends."""
 
 
-def slide(case: Case, compliance: SurfaceCompliance, start: ContactState | None = None) -> FrictionRecord:
+def slide(case: Case, compliance: Compliance, start: ContactState | None = None) -> FrictionRecord:
     """Slide the pin of `case` from initial contact (or from `start`) to its limits, event by event.
 
     Between events all is linear in δ_p (free gaps: quadratic), so the next event is found in closed form: the smallest step
@@ -34,7 +34,7 @@ def slide(case: Case, compliance: SurfaceCompliance, start: ContactState | None 
 
 
 def slide_to_state(
-    case: Case, compliance: SurfaceCompliance, start: ContactState | None = None
+    case: Case, compliance: Compliance, start: ContactState | None = None
 ) -> tuple[FrictionRecord, ContactState]:
     """Like `slide`, and the contact as it is where the record ends."""
     if not case.effects.friction:
@@ -43,7 +43,7 @@ def slide_to_state(
     if not start.outcome.ok:
         return _no_record(case, start, start), start
     try:
-        record, end = way_to_slide(case)(case, start, compliance)
+        record, end = way_to_slide(case)(case, start, compliance.as_matrix())
     except (SingularOperator, TooFarApart) as error:
         end = replace(start, outcome=error.outcome)
         record = _no_record(case, start, end)
@@ -67,7 +67,7 @@ def way_to_slide(case: Case) -> WayToSlide:
     return slide_full_contact
 
 
-def states_at(case: Case, compliance: SurfaceCompliance, events: Sequence[int]) -> tuple[list[ContactState], Outcome]:
+def states_at(case: Case, compliance: Compliance, events: Sequence[int]) -> tuple[list[ContactState], Outcome]:
     """The contact after each of these events, as far as the record of `case` gets, and how that went.
 
     events: increasing numbers; 0 is initial contact.

@@ -74,6 +74,33 @@ def test_a_datum_too_near_is_refused_by_name() -> None:
         stiffness(Slab(n_x=33, scheme="half_plane"))
 
 
+@pytest.mark.parametrize("poisson", [-0.99, -0.5, 0.0, 1 / 3, 0.4999])
+@pytest.mark.parametrize("n_x", [5, 17, 129])
+def test_a_datum_is_refused_where_forces_would_do_negative_work(poisson: float, n_x: int) -> None:
+    """The limit in closed form against eigenvalues: never accepted below them, and at most 0.12 spacings above."""
+
+    def slab(depth: float) -> Slab:
+        return Slab(n_x=n_x, aspect_ratio=depth, poisson=poisson, scheme="half_plane")
+
+    def taken(depth: float) -> bool:
+        try:
+            surface_compliance(slab(depth))
+        except InvalidInput:
+            return False
+        return True
+
+    refused, accepted = 0.1, 2.0
+    while accepted / refused > 1.0 + 1e-9:
+        middle = np.sqrt(refused * accepted)
+        refused, accepted = (refused, middle) if taken(middle) else (middle, accepted)
+    matrix = surface_compliance(slab(accepted)).matrix
+    assert np.linalg.eigvalsh(matrix)[0] > 0.0
+    # Another datum adds the same to all displacements along their force.
+    deeper = (1 - poisson) / np.pi * np.log(1.0 + 0.12 / (n_x - 1))
+    nearer = matrix - deeper * np.kron(np.eye(2), np.ones((n_x, n_x)))
+    assert np.linalg.eigvalsh(nearer)[0] < 0.0
+
+
 def test_the_datum_shifts_all_displacements_along_the_force_alike() -> None:
     near, far = (surface_compliance(Slab(17, depth, 0.25, scheme="half_plane")).matrix for depth in (1.0, 5.0))
     shift = 0.75 / np.pi * np.log(5.0)

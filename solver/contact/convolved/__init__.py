@@ -1,0 +1,1 @@
+"""Contact without shear on a surface without ends: no matrix, displacements by FFT."""

@@ -1,0 +1,44 @@
+"""A surface without ends has no rows of nodes to be halved: any odd n_x does, and a convolution says all of its matrix."""
+
+import pytest
+
+from solver.case import Case
+from solver.elasticity.compliance import surface_compliance
+from solver.elasticity.schemes.endless import EndlessScheme, convolution_of
+from solver.outcome import InvalidInput
+from solver.slab import FEWEST_NODES, MOST_NODES, SCHEMES, Slab
+from solver.sliding.events import slide_to_state
+from tests.physics import assert_contact_laws
+
+
+def test_being_endless_is_having_a_convolution() -> None:
+    assert {name for name, kind in SCHEMES.items() if kind.endless} == {"half_plane"}
+    assert all(kind.endless == issubclass(kind, EndlessScheme) for kind in SCHEMES.values())
+
+
+@pytest.mark.parametrize("n_x", [FEWEST_NODES, 7, 1001, 100_001, MOST_NODES])
+def test_every_odd_number_of_nodes_is_taken(n_x: int) -> None:
+    assert Slab(n_x=n_x, scheme="half_plane").n_x == n_x
+
+
+@pytest.mark.parametrize("n_x", [FEWEST_NODES - 2, 6, 100_000, MOST_NODES + 2])
+def test_other_numbers_of_nodes_are_refused_by_name(n_x: int) -> None:
+    with pytest.raises(InvalidInput, match=rf"n_x = {n_x}: needs an odd number from 5 to 1048577"):
+        Slab(n_x=n_x, scheme="half_plane")
+
+
+@pytest.mark.parametrize("scheme", ["galerkin", "biquadratic"])
+def test_a_grid_still_needs_rows_that_can_be_halved(scheme: str) -> None:
+    with pytest.raises(InvalidInput, match=r"n_x = 100001: needs 2\^N \+ 1"):
+        Slab(n_x=100_001, scheme=scheme)
+    with pytest.raises(InvalidInput, match=f"scheme = '{scheme}': needs one whose surface has no ends: half_plane"):
+        convolution_of(Slab(scheme=scheme))
+
+
+def test_a_pin_slides_over_an_odd_number_of_nodes_as_over_any() -> None:
+    case = Case(slab=Slab(n_x=71, scheme="half_plane"), max_events=50)
+    compliance = surface_compliance(case.slab)
+    record, end = slide_to_state(case, compliance)
+    assert record.outcome.ok
+    assert len(record.displacement) == 50
+    assert_contact_laws(end, case, compliance)
