@@ -52,8 +52,8 @@ class Checker:
     def values(self, columns: Columns, slabs: list[dict[str, Value]]) -> dict[str, tuple[Any, ...]]:
         """Values in their declared type, by field name. Values out of range are refused and left out.
 
-        slabs: parameters of the campaign's slabs. A setting of a scheme is refused only if it fits none of them. None stands
-            for a setting that a line of a table does not give.
+        slabs: parameters of the campaign's slabs. A setting of a scheme, or an n_x, is refused only if it fits none of them.
+            None stands for a setting that a line of a table does not give.
         """
         values: dict[str, tuple[Any, ...]] = {}
         for word, given in columns.items():
@@ -67,7 +67,8 @@ class Checker:
                 if quick and (case := quick(value)):
                     taken.append(getattr(case, name))
                     continue
-                points = [{**slab, name: value} for slab in slabs] if name in SCHEMES.settings() else [{name: value}]
+                of_slabs = name == "n_x" or name in SCHEMES.settings()
+                points = [{**slab, name: value} for slab in slabs] if of_slabs else [{name: value}]
                 wrong = {index: need(make_case, point) for index, point in enumerate(points)}
                 fitting = [point for index, point in enumerate(points) if not wrong[index]]
                 if fitting:

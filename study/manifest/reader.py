@@ -287,16 +287,18 @@ class _Reader(NamedFiles):
 
 
 def _slabs(numerics: Columns) -> list[dict[str, Value]]:
-    """Parameters of one slab for each scheme of the campaign, with the largest n_x.
+    """Parameters of one slab for each scheme of the campaign, with the largest n_x that it takes.
 
-    A setting of a scheme that fits none of these slabs fits no case.
+    A setting of a scheme that fits none of these slabs fits no case; nor does an n_x.
     """
-    good = {
-        word: [given.value for given in numerics.get(word, []) if not need(make_case, {word: given.value})]
-        for word in ("n_x", "scheme")
-    }
-    finest: dict[str, Value] = {"n_x": max(good["n_x"])} if good["n_x"] else {}
-    return [{**finest, "scheme": scheme} for scheme in good["scheme"]] or [finest]
+    given = {word: [each.value for each in numerics.get(word, [])] for word in ("n_x", "scheme")}
+    schemes = [{"scheme": scheme} for scheme in given["scheme"] if not need(make_case, {"scheme": scheme})]
+    return [_finest(scheme, given["n_x"]) for scheme in schemes or [{}]]
+
+
+def _finest(scheme: dict[str, Value], sizes: list[Any]) -> dict[str, Value]:
+    good = [n_x for n_x in sizes if not need(make_case, {**scheme, "n_x": n_x})]
+    return {**scheme, "n_x": max(good)} if good else scheme
 
 
 def _single(columns: dict[str, tuple[Value, ...]]) -> dict[str, Value]:

@@ -11,7 +11,7 @@ from study.dataset.access.accessor import Accessor
 from study.figures.shared.canvas import COLORS
 from study.figures.sweep.label import label, typeset
 from study.figures.sweep.points import Columns
-from study.figures.views.runs import Family, Run, views_of
+from study.figures.views.runs import Family, Run, thinned, views_of
 from study.figures.views.view import Sort, register
 
 _BESIDE: Final = 0.25
@@ -19,19 +19,24 @@ _BESIDE: Final = 0.25
 
 
 def columns(dataset: xr.Dataset, run: Run) -> Columns:
-    """Event, x, pressure, shear and the half-plane's pressure at initial contact, of the nodes in contact and a few more."""
+    """Event, x, pressure, shear and the half-plane's pressure at initial contact, of the nodes in contact and a few more.
+
+    Of many nodes those are left that can be told apart: where pressure or shear is least or largest nearby.
+    """
     seen = Accessor(dataset).contact(**run.selection)
     seen = seen if "event" in seen.dims else seen.expand_dims("event")
     events, x = np.atleast_1d(seen["event"].values), seen["x"].values
     pressure, shear = (np.atleast_2d(seen[name].values) for name in ("pressure", "shear"))
     near = _near(x, pressure)
-    count = int(near.sum())
+    x, pressure, shear = x[near], pressure[:, near], shear[:, near]
+    shown = [np.union1d(thinned(x, p), thinned(x, q)) for p, q in zip(pressure, shear, strict=True)]
+    theory = half_plane(seen, x)
     return {
-        "event": np.repeat(events, count),
-        "x": np.tile(x[near], len(events)),
-        "pressure": pressure[:, near].ravel(),
-        "shear": shear[:, near].ravel(),
-        "half_plane_pressure": np.tile(half_plane(seen, x[near]), len(events)),
+        "event": np.repeat(events, [len(nodes) for nodes in shown]),
+        "x": np.concatenate([x[nodes] for nodes in shown]),
+        "pressure": np.concatenate([p[nodes] for p, nodes in zip(pressure, shown, strict=True)]),
+        "shear": np.concatenate([q[nodes] for q, nodes in zip(shear, shown, strict=True)]),
+        "half_plane_pressure": np.concatenate([theory[nodes] for nodes in shown]),
     }
 
 
@@ -76,7 +81,7 @@ CONTACTS: Final = Family(
     "contacts",
     "contact",
     "Dots: pressure of the surface nodes; thin line: their shear, where there is any; dashed: pressure of the same pin on a "
-    "half-plane without friction",
+    "half-plane without friction. Of more than 600 nodes those with the least and the most of their neighbourhood are drawn",
     columns,
     draw,
     {"xlabel": typeset(label("x")), "ylabel": "traction, in $W/(L_xL_y)$"},

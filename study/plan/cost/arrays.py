@@ -1,6 +1,7 @@
 """Bytes of the arrays of contacts and friction records while they are computed, roughly."""
 
 from solver.case import Case
+from solver.contact.convolved.contact import needs_no_matrix
 from solver.slab import Slab
 from solver.sliding.columns import FIRST_CAPACITY
 from study.plan.cost.sliding import contact_nodes, coulomb_path, events_of, hertz_nodes, tableau_entries, without_shear
@@ -10,6 +11,7 @@ _TABLEAUS = 5.0  # copies of its tableau that a contact holds at once
 _GROWING = 6.5  # the same while the contact has outgrown one
 _ROUNDS = 3.9  # copies of its system while the contact is looked for
 _SYSTEMS = 6.0  # copies of its system that a contact without shear, or with Coulomb friction, holds at once
+_CONVOLVED = 40.0  # numbers for each surface node while a contact is looked for without a matrix
 _OF_A_SIZE = 25.0  # numbers for each event while its sizes are fitted
 _EVENT = 65.0  # bytes of an event in a record
 _INNER = 4500.0  # numbers for each surface node when the inside of the slab is solved for
@@ -17,7 +19,7 @@ _INNER = 4500.0  # numbers for each surface node when the inside of the slab is 
 
 def contact_bytes(case: Case) -> float:
     """Bytes of arrays while initial contact is computed, beside the compliance, which is mapped."""
-    return _FLOAT * _touch_numbers(case)
+    return _FLOAT * (_CONVOLVED * case.slab.n_x if needs_no_matrix(case) else _touch_numbers(case))
 
 
 def sliding_bytes(case: Case) -> float:

@@ -11,7 +11,7 @@ _ONCE = 1.5e-3
 _PER_NODE = 1.9e-5  # of the grid: its share of the stiffness, and of pieces that are eliminated
 _PER_SQUARE = 6e-8  # times n_x²: products of low rank, added to the compliance
 _PER_STENCIL = 2e-3  # for each row of a stencil that is integrated node by node
-_PER_HALF_PLANE = 1e-10  # closed form, times n_x³: one look whether it is positive definite
+_PER_HALF_PLANE = 6e-9  # closed form, times n_x²: its blocks, written and put together
 _PER_CHAIN = 1.7e-8  # of blocks on springs, times n_x²: a band is solved for every block
 # Bytes.
 _NODE = 4000.0  # of the sparse stiffness, its copies and products
@@ -24,7 +24,7 @@ def condensation_seconds(slab: Slab) -> float:
     if not slab.scheme.continuum:
         return _PER_CHAIN * slab.n_x**2
     if not isinstance(slab.scheme, GridScheme):
-        return _PER_HALF_PLANE * slab.n_x**3
+        return _PER_HALF_PLANE * slab.n_x**2
     counts = _counts(slab)
     stencils = 0.0 if slab.scheme.reciprocal else _PER_STENCIL * len(counts)
     return _ONCE + stencils + _PER_NODE * sum(counts) + _PER_SQUARE * slab.n_x**2

@@ -8,6 +8,7 @@ was measured on one core; a test holds it to a factor of three, which is what ch
 of their springs, and the root of their coupling says how many slip together.
 """
 
+import itertools
 import math
 from typing import NamedTuple
 
@@ -257,3 +258,13 @@ def tableau_entries(case: Case) -> float:
     n_x = case.slab.n_x
     followed = n_x if case.heterogeneity.roughness else min(contact_nodes(case) + 2.0 * margin(n_x), n_x)
     return 2.0 * followed + 1.0
+
+
+@of_the_last
+def touches_in_spots(case: Case) -> bool:
+    """Whether a rough pin touches here and there only: flanks, from node to node, are steeper than the mean pressure over G."""
+    points = case.heterogeneity.roughness
+    if not points:
+        return False
+    steep = [abs(b[1] - a[1]) / max(b[0] - a[0], case.slab.spacing) for a, b in itertools.pairwise(points)]
+    return sum(steep) / len(steep) > case.normal_load / (contact_nodes(case) * case.slab.spacing)

@@ -11,9 +11,8 @@ from numpy.typing import NDArray
 
 from solver.case import Case
 from solver.drive import Drive
-from study.plan.cost.condensation import condensation_seconds
 from study.plan.cost.drive import drive_seconds
-from study.plan.cost.seconds import contact_seconds, record_seconds
+from study.plan.cost.seconds import compliance_seconds, record_seconds, touch_seconds
 from study.plan.influence.omissions import OF_THE_CASE, OF_THE_DRIVE, Omission, measured_like
 from study.plan.influence.scene import OBSERVABLES, Scene
 from study.plan.influence.table import Influences
@@ -172,8 +171,8 @@ def _seconds(scene: Scene, tolerance: Tolerance) -> float:
     case = scene.case
     if scene.drive is not None:
         return drive_seconds(scene.drive, case, tolerance.fitted)
-    computed = record_seconds(case) if tolerance.slides else contact_seconds(case)
-    return condensation_seconds(case.slab) / tolerance.cases_on_a_slab + computed
+    computed = record_seconds(case) if tolerance.slides else touch_seconds(case)
+    return compliance_seconds(case, tolerance.slides) / tolerance.cases_on_a_slab + computed
 
 
 def _taken(choices: tuple[Choice, ...], names: tuple[str, ...]) -> tuple[Choice, ...]:

@@ -10,8 +10,7 @@ import numpy as np
 from solver.case import Case
 from solver.sliding.sampling import Sampling
 from study.discretization.front import Front
-from study.plan.cost.condensation import condensation_seconds
-from study.plan.cost.seconds import contact_seconds, record_seconds
+from study.plan.cost.seconds import compliance_seconds, record_seconds, touch_seconds
 from study.plan.cost.sliding import contact_nodes, expected_displacement
 from study.plan.influence.decision import Decision, Tolerance
 
@@ -109,4 +108,4 @@ def _left_out(decision: Decision, tolerance: Tolerance) -> Iterator[Limit]:
 
 
 def _seconds(case: Case, slides: bool) -> float:
-    return condensation_seconds(case.slab) + (record_seconds(case) if slides else contact_seconds(case))
+    return compliance_seconds(case, slides) + (record_seconds(case) if slides else touch_seconds(case))

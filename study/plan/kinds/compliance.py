@@ -1,8 +1,9 @@
-"""The surface compliance of a slab: an intermediate result, shared by all cases on it."""
+"""The surface compliance of a slab: an intermediate result, shared by all cases on it that read its matrix."""
 
 from functools import lru_cache
 
 from solver.case import Case
+from solver.contact.convolved.contact import needs_no_matrix
 from solver.elasticity.compliance import surface_compliance
 from solver.slab import Slab
 from study.manifest.manifest import Manifest
@@ -26,11 +27,18 @@ def compliance_needs(slab: Slab) -> tuple[str, ...]:
     return (compliance_task(slab).key,)
 
 
+def contact_needs(case: Case) -> tuple[str, ...]:
+    """What initial contact of a case needs, whatever comes after it."""
+    return () if needs_no_matrix(case) else compliance_needs(case.slab)
+
+
 def _needed(manifest: Manifest) -> bool:
     return True
 
 
 def _tasks(case: Case, manifest: Manifest) -> tuple[Wanted, ...]:
+    if needs_no_matrix(case) and "slip" not in manifest.stages:
+        return ()
     return (Wanted(compliance_task(case.slab)),)
 
 

@@ -17,9 +17,9 @@ from solver.quantity import quantity
 from solver.sliding.validity import Validity, contact_validity
 from study.manifest.manifest import Manifest
 from study.plan.cost.arrays import contact_bytes
-from study.plan.cost.seconds import contact_seconds
+from study.plan.cost.seconds import touch_seconds
 from study.plan.keys import of_contact, task_key
-from study.plan.kinds.compliance import compliance_needs
+from study.plan.kinds.compliance import contact_needs
 from study.plan.kinds.kind import (
     Computed,
     Estimate,
@@ -55,7 +55,7 @@ class SurfaceNodes:
 
 def contact_task(case: Case, *, scalars_only: bool = False) -> Task:
     """Initial contact of a case."""
-    needs = compliance_needs(case.slab)
+    needs = contact_needs(case)
     key = task_key(NAME, *of_contact(case), *scalars_only_mark(scalars_only))
     return Task(key, NAME, case.slab, case, needs=needs, scalars_only=scalars_only)
 
@@ -82,7 +82,7 @@ def _run(task: Task, inputs: Inputs) -> Computed:
 def _estimate(task: Task) -> Estimate:
     case = case_of(task)
     arrays = 0.0 if task.scalars_only else _ARRAYS + _PER_NODE * case.slab.n_x
-    return Estimate(contact_seconds(case), contact_bytes(case), disk_of(10, arrays))
+    return Estimate(touch_seconds(case), contact_bytes(case), disk_of(10, arrays))
 
 
 _ARRAYS = 250.0  # numbers' worth of the names of its arrays

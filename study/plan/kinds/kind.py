@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 
 from solver.case import Case
 from solver.drive import Drive
-from solver.elasticity.compliance import SurfaceCompliance
+from solver.elasticity.compliance import Compliance, SurfaceCompliance, normal_compliance
 from solver.outcome import COMPLETED, Outcome
 from solver.quantity import Quantity, quantities
 from study.manifest.manifest import Manifest
@@ -171,8 +171,10 @@ def drive_of(task: Task) -> Drive:
     return task.drive
 
 
-def compliance_of(task: Task, inputs: Inputs) -> SurfaceCompliance:
-    """The compliance that a task needs before anything else."""
+def compliance_of(task: Task, inputs: Inputs) -> Compliance:
+    """The compliance that a task needs before anything else; where it needs none, what the slab's surface says by itself."""
+    if not task.needs:
+        return normal_compliance(task.slab)
     return SurfaceCompliance(inputs[task.needs[0]].arrays["matrix"], task.slab)
 
 

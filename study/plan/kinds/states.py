@@ -8,14 +8,14 @@ from numpy.typing import NDArray
 
 from solver.case import Case
 from solver.contact.state import ContactState
-from solver.elasticity.compliance import SurfaceCompliance
+from solver.elasticity.compliance import Compliance
 from solver.elasticity.interior import InteriorFields, interior_fields
 from solver.sliding.events import states_at
 from study.manifest.manifest import Manifest
-from study.plan.cost.arrays import inside_bytes, sliding_bytes
+from study.plan.cost.arrays import contact_bytes, inside_bytes, sliding_bytes
 from study.plan.cost.seconds import states_seconds
 from study.plan.keys import of_contact, of_record, task_key
-from study.plan.kinds.compliance import compliance_needs
+from study.plan.kinds.compliance import compliance_needs, contact_needs
 from study.plan.kinds.contact import SurfaceNodes, seen_after
 from study.plan.kinds.kind import Computed, Estimate, Kind, Part, Ragged, Wanted, case_of, compliance_of, disk_of
 from study.plan.task import Inputs, Task
@@ -47,7 +47,7 @@ def states_task(case: Case, events: tuple[int, ...], subsurface: bool) -> Task:
     """The contact of a case after each of some events of its record, and the inside of the slab."""
     physics = of_record(case) if any(events) else of_contact(case)
     key = task_key(NAME, *physics, events, subsurface)
-    needs = compliance_needs(case.slab)
+    needs = compliance_needs(case.slab) if any(events) else contact_needs(case)
     return Task(key, NAME, case.slab, case, events=events, subsurface=subsurface, needs=needs)
 
 
@@ -80,7 +80,7 @@ def _run(task: Task, inputs: Inputs) -> Computed:
     return Computed(values, outcome)
 
 
-def _surfaces(events: Sequence[int], states: Sequence[ContactState], compliance: SurfaceCompliance) -> SurfaceStates:
+def _surfaces(events: Sequence[int], states: Sequence[ContactState], compliance: Compliance) -> SurfaceStates:
     nodes = len(compliance.x)
     columns = {name: np.concatenate([getattr(state, name) for state in states]) for name in _OF_STATE}
     return SurfaceStates(event=np.repeat(events[: len(states)], nodes), x=np.tile(compliance.x, len(states)), **columns)
@@ -97,7 +97,8 @@ def _behind(parts: Sequence[InteriorFields]) -> InteriorFields:
 
 def _estimate(task: Task) -> Estimate:
     case, looks = case_of(task), len(task.events)
-    memory, nodes = sliding_bytes(case), _PER_NODE * looks * task.slab.n_x
+    memory = sliding_bytes(case) if any(task.events) else contact_bytes(case)
+    nodes = _PER_NODE * looks * task.slab.n_x
     if task.subsurface:
         memory = max(memory, inside_bytes(task.slab))
         nodes += _PER_NODE_INSIDE * looks * task.slab.n_x

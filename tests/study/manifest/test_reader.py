@@ -211,6 +211,10 @@ WRONG = {
         "numerics.n_x = 100",
         "numerics.n_x = 100: needs 2^N + 1 with N from 2 to 20: 5, 9, 17, 33, 65, 129 … 1048577",
     ),
+    "nodes that no scheme of the campaign takes": (
+        'numerics.scheme = "half_plane"\naxes.n_x = [101, 100]',
+        "axes.n_x[1] = 100: needs an odd number from 5 to 1048577",
+    ),
     "incompressible slab": ("constants.poisson = 0.5", "constants.poisson = 0.5: needs -1 < poisson < 0.5"),
     "unknown support": (
         'numerics.support = "glued"',
@@ -337,6 +341,15 @@ def test_rows_that_fit_one_grid_of_the_campaign_are_no_error_of_the_file(tmp_pat
         ]
         == 6
     )
+
+
+def test_an_n_x_of_one_of_the_campaigns_schemes_is_no_error_of_the_file(tmp_path: Path) -> None:
+    """The cases that it does not fit are refused, each by itself."""
+    path = tmp_path / "x.toml"
+    path.write_text('title = "x"\naxes.scheme = ["galerkin", "half_plane"]\naxes.n_x = [33, 101]\n')
+    cases = expand(load_manifest(path))
+    assert [case.case is not None for case in cases] == [True, False, True, True]
+    assert cases[1].outcome.message.startswith("n_x = 101: needs 2^N + 1")
 
 
 def test_a_value_of_one_of_the_campaigns_schemes_is_no_error_of_the_file(tmp_path: Path) -> None:

@@ -11,6 +11,7 @@ import pytest
 
 from study.manifest.manifest import Manifest
 from study.manifest.reader import load_manifest
+from study.plan.memory import need_of
 from study.plan.plan import Plan, make_plan
 from study.plan.tasks import TaskResult, run_task
 
@@ -166,6 +167,31 @@ def test_an_excluded_case_has_no_tasks(tmp_path: Path) -> None:
 
 def test_contact_alone_needs_no_sliding(tmp_path: Path) -> None:
     assert kinds(plan(tmp_path, 'stages = ["contact"]')) == {"compliance": 1, "contact": 1, "record": 0, "drive": 0}
+
+
+@pytest.mark.parametrize(
+    ("text", "compliances"),
+    [
+        ('stages = ["contact"]\neffects.coupling = false', 0),
+        ('stages = ["contact"]\neffects.friction = false', 0),
+        ('stages = ["contact"]\naxes.coupling = [true, false]', 1),
+        ('stages = ["contact"]', 1),
+        ('stages = ["contact", "slip"]\neffects.coupling = false', 1),
+    ],
+)
+def test_a_half_plane_has_a_compliance_only_where_its_matrix_is_read(
+    tmp_path: Path, text: str, compliances: int
+) -> None:
+    found = kinds(plan(tmp_path, f'{text}\nnumerics.scheme = "half_plane"\nnumerics.n_x = 33'))
+    assert found.get("compliance", 0) == compliances
+
+
+def test_a_contact_without_a_matrix_is_cheap_on_any_grid(tmp_path: Path) -> None:
+    """A hundred thousand nodes: megabytes and seconds, where a matrix would take 320 GB."""
+    text = 'stages = ["contact"]\neffects.coupling = false\nnumerics.scheme = "half_plane"\nnumerics.n_x = 100001'
+    (task,) = plan(tmp_path, text).tasks
+    assert need_of(task) < 5e8
+    assert task.cost < 10.0
 
 
 def test_what_is_finished_is_left_out(tmp_path: Path) -> None:

@@ -202,3 +202,18 @@ def test_sizes_show_the_power_law_of_their_scaling_range_with_its_exponent() -> 
         assert f"{case}: τ = {with_error(exponent, error)}" in text
     assert "τ of slips" in scalar_table(data).header
     assert "slips_scaling_exponent" in views(data)
+
+
+def test_a_contact_of_very_many_nodes_is_thinned_to_what_can_be_seen() -> None:
+    """Without a matrix contacts have a hundred thousand nodes: a page would take 40 MB."""
+    found = campaign(
+        stages=["contact"],
+        numerics={"n_x": 20_001, "scheme": "half_plane"},
+        effects={"coupling": False},
+        outputs={"tractions": True},
+    )
+    view = views(found)["contacts_1"]
+    columns = view.columns()
+    assert len(columns["x"]) <= 1200
+    assert columns["pressure"].max() == found.nanoslip.contact()["pressure"].values.max()
+    assert len(image(view.draw(), "svg")) < SVG_AT_MOST

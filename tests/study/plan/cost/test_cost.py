@@ -14,6 +14,7 @@ from collections.abc import Callable
 from dataclasses import replace
 from typing import NamedTuple
 
+import numpy as np
 import pytest
 
 from solver.case import Case, Effects, Heterogeneity, SlipRule
@@ -41,6 +42,12 @@ MACHINES = 10.0
 """What may lie between two machines."""
 
 ROUGH = Heterogeneity(roughness=tuple((i / 200 - 0.5, 1e-7 * math.sin(i / 5)) for i in range(201)))
+
+
+def noise(rms: float) -> Heterogeneity:
+    """Heights at 1001 points, each drawn for itself."""
+    heights = rms * np.random.default_rng(3).standard_normal(1001)
+    return Heterogeneity(roughness=tuple(zip(np.linspace(-0.6, 0.6, 1001).tolist(), heights.tolist(), strict=True)))
 
 
 def compliance(**slab: object) -> Task:
@@ -74,6 +81,18 @@ TASKS: dict[str, Task] = {
     "contact of a wide pin": touch(257, radius=2000.0),
     "contact of few nodes": touch(513, radius=5.0),
     "contact on a thin slab": touch(257, {"aspect_ratio": 0.01}),
+    **{
+        f"contact without friction on a half-plane, n_x = {n_x}": touch(
+            n_x, {"scheme": "half_plane"}, effects=Effects(friction=False)
+        )
+        for n_x in (129, 1025, 16_385)
+    },
+    **{
+        f"contact of a pin of roughness {rms} on a half-plane": touch(
+            4097, {"scheme": "half_plane"}, effects=Effects(coupling=False), heterogeneity=noise(rms)
+        )
+        for rms in (1e-7, 1e-5, 1e-4)
+    },
     "contact, gradual": touch(257, initial_contact="gradual"),
     "contact with Coulomb friction": touch(257, slip_rule=SlipRule(residual_shear=1.0)),
     **{f"record, n_x = {n_x}": record(n_x) for n_x in (33, 65, 129, 257, 513)},
