@@ -37,6 +37,9 @@ FIRST_TEETH: Drive = NamedDrive.of("paper", samples=50, duration=0.005).dimensio
 ROUGH = Heterogeneity(roughness=((-0.1, 0.0), (0.1, 1e-6)))
 TASKS: dict[str, tuple[Task, ...]] = {
     "contact of a punch": (contact_task(Case(pin="flat_punch", slab=SLAB)),),
+    "contact without a matrix": (
+        contact_task(Case(slab=Slab(17, scheme="half_plane"), effects=Effects(friction=False), heterogeneity=ROUGH)),
+    ),
     "gradual contact": (contact_task(Case(radius=50.0, slab=SLAB, initial_contact="gradual")),),
     "record": (record_task(STEADY),),
     "record of the paper's scheme": (
