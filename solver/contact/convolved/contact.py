@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 from solver.case import Case
 from solver.contact.convolved.conjugate_gradients import pressed
 from solver.contact.normal import NormalContact, expected_half_width
-from solver.contact.pin import pin_of, surface_from_pin
+from solver.contact.pin import Pin, pin_of, surface_from_pin
 from solver.elasticity.schemes.convolution import Convolution
 
 Vector = NDArray[np.float64]
@@ -21,12 +21,13 @@ WRONG = 1e-12
 """Share of the load that a node in contact may pull, or, in L_x·G, what a free one may lie inside the pin."""
 FIRST, LAST = 1e-4, 1e-14
 """Precision of heights, over what the load displaces a node that bears it alone: of the first round, and of the contact found."""
-FINER = 0.1
+FINER = 0.5
 """By how much precision gets finer with every round that finds wrong nodes."""
+EPSILON = float(np.finfo(float).eps)
 PATIENCE = 10
 """Rounds in which a contact set may not improve before its wrong nodes are exchanged one at a time."""
 MOST_ROUNDS = 200
-"""Rounds after which no contact set is looked for any more. Smooth pins need up to 8, rough ones 17; nodes that move sideways on
+"""Rounds after which no contact set is looked for any more. Smooth pins need up to 8, rough ones 20; nodes that move sideways on
 flanks of 45°, the steepest that mean something, 104 at ν = -1 and 43 at 0."""
 
 
@@ -43,37 +44,59 @@ def convolved_contact(case: Case, convolution: Convolution) -> NormalContact:
     of where the last round left them: each round changes that by (1-2ν)/(2-2ν) of the pin's slope, at most, of the last change.
     """
     x, pin = surface_from_pin(case), pin_of(case)
-    under, heights, u = np.abs(x) <= pin.half_width, pin.face(x), np.zeros_like(x)
+    heights, u = pin.face(x), np.zeros_like(x)
     contact = np.abs(x) <= max(expected_half_width(case), np.abs(x).min())
     force = np.where(contact, case.normal_load / contact.sum(), 0.0)
-    scale = case.normal_load * float(convolution.along[0])
-    precision, fewest, patience = FIRST, len(x) + 1, PATIENCE
+    scale, precision, exchange = case.normal_load * float(convolution.along[0]), FIRST, _Exchange(len(x))
     for _ in range(MOST_ROUNDS):
         lowest = float(heights[contact].min())  # differences of heights are exact, large ones have fewer digits
         found = pressed(convolution, contact, heights - lowest, force, precision * scale)
         force, v, approach = found.normal_force, found.v + lowest, found.approach + lowest
         before, u = u, _sideways(case, convolution, force)
         heights = pin.face(x + u)
-        wrong = _wrong(case, contact, force, np.where(under, heights - v, np.inf))
-        rounding = 1e-13 * case.normal_load + 4 * np.finfo(float).eps * np.abs(u).max()
+        wrong = _wrong(case, contact, force, np.where(_beneath(pin, x, u), heights - v, np.inf))
         if not wrong.any():
-            if precision == LAST and np.abs(u - before).max() <= rounding:
+            if precision == LAST and np.abs(u - before).max() <= _rounding(case, pin, (x + u)[contact]):
                 return NormalContact(contact, force, u, v, approach, converged=True)
             precision = LAST
             continue
-        precision = max(precision * FINER, LAST)
-        count = int(wrong.sum())
-        if count < fewest:
-            fewest, patience = count, PATIENCE
-        patience -= 1
-        if patience < 0:
-            precision = LAST
-            wrong[: np.flatnonzero(wrong)[-1]] = False
-        contact = contact ^ wrong
+        contact, all_at_once = exchange.exchanged(contact, wrong)
+        precision = max(precision * FINER, LAST) if all_at_once else LAST
         if not contact.any():
             contact[np.argmin(np.abs(x))] = True
         force = _spread(case, contact, force)
     return NormalContact(contact, force, u, v, approach, converged=False)
+
+
+def _rounding(case: Case, pin: Pin, xi: Vector) -> float:
+    """What u of nodes at ξ may change by and mean nothing: rounding of the load, of ξ, and of the heights there."""
+    of_profile = 0.0 if pin.rises is None else float(np.abs(pin.rises).max())
+    largest = float((np.abs(xi) + pin.curvature * xi**2 / 2).max()) + of_profile
+    return 1e-13 * case.normal_load + 4 * EPSILON * largest
+
+
+class _Exchange:
+    """Which wrong nodes are exchanged: all of them, until their number has not fallen for PATIENCE rounds; then one."""
+
+    def __init__(self, nodes: int) -> None:
+        self._fewest, self._patience = nodes + 1, PATIENCE
+
+    def exchanged(self, contact: Nodes, wrong: Nodes) -> tuple[Nodes, bool]:
+        """The next contact, (n,), and whether all of `wrong`, (n,), were exchanged."""
+        count = int(wrong.sum())
+        if count < self._fewest:
+            self._fewest, self._patience = count, PATIENCE
+        self._patience -= 1
+        if self._patience >= 0:
+            return contact ^ wrong, True
+        last = np.zeros_like(wrong)
+        last[np.flatnonzero(wrong)[-1]] = True
+        return contact ^ last, False
+
+
+def _beneath(pin: Pin, x: Vector, u: Vector) -> Nodes:
+    """Nodes (n,) that may touch: a node beside a punch is never under it, even where it has moved there."""
+    return np.asarray((np.abs(x) <= pin.half_width) & (np.abs(x + u) <= pin.half_width))
 
 
 def _wrong(case: Case, contact: Nodes, force: Vector, gap: Vector) -> Nodes:
@@ -82,8 +105,11 @@ def _wrong(case: Case, contact: Nodes, force: Vector, gap: Vector) -> Nodes:
 
 
 def _sideways(case: Case, convolution: Convolution, force: Vector) -> Vector:
-    """u (n,) under normal forces N (n,)."""
-    return convolution.u(-force) if case.effects.coupling else np.zeros_like(force)
+    """u (n,) under normal forces N (n,), at most what the load can cause: on the way to a contact nodes pull by any amount."""
+    if not case.effects.coupling:
+        return np.zeros_like(force)
+    most = abs(convolution.across) * case.normal_load
+    return np.asarray(np.clip(convolution.u(-force), -most, most))
 
 
 def _spread(case: Case, contact: Nodes, force: Vector) -> Vector:

@@ -161,6 +161,26 @@ def test_a_contact_that_is_not_found_says_so(monkeypatch: pytest.MonkeyPatch) ->
     assert initial_contact(case, compliance_for_contact(case)).outcome.ending is Ending.CONTACT_NOT_CONVERGED
 
 
+@pytest.mark.parametrize(
+    ("n_x", "poisson", "normal_load", "slope"),
+    [(65, -0.5, 1e-7, 0.7), (33, -0.99, 3e-10, 0.9), (65, 0.0, 3e-9, 0.9), (5, 0.0, 1e-7, 0.5)],
+)
+def test_nodes_that_move_by_less_than_rounding_are_at_rest(
+    n_x: int, poisson: float, normal_load: float, slope: float
+) -> None:
+    """Two nodes on the flanks of a wedge, whose heights are rounded by far more than 1e-13 of what a small load moves."""
+    wedge = Heterogeneity(roughness=((-0.6, 0.6 * slope), (0.0, 0.0), (0.6, 0.6 * slope)))
+    case = case_of(n_x, poisson, FRICTIONLESS, start=0.5, normal_load=normal_load, heterogeneity=wedge)
+    assert initial_contact(case, compliance_for_contact(case)).outcome.ok
+
+
+def test_nodes_that_pull_on_the_way_to_a_contact_stay_among_numbers() -> None:
+    """Each round would move them further along flanks that are too steep."""
+    case = case_of(5, 0.0, FRICTIONLESS, radius=9.7e-12, normal_load=0.5, start=0.3)
+    with np.errstate(all="raise", under="ignore"):
+        assert initial_contact(case, compliance_for_contact(case)).outcome.ending is Ending.STEEP_PIN
+
+
 def test_flanks_that_are_too_steep_are_named(monkeypatch: pytest.MonkeyPatch) -> None:
     """Pressure moves nodes along them ever further; the steepness is why, not the contact."""
     monkeypatch.setattr(convolved, "MOST_ROUNDS", 30)
