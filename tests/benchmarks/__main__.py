@@ -21,6 +21,7 @@ NAMES = (
     "events",
     "coulomb",
     "growth",
+    "half_plane",
     "compliance",
     "dynamics",
     "effects",

@@ -1,7 +1,6 @@
 """Sliding: a record, one slip against the bare vector update it contains, rounding over a million slips, and peers."""
 
 import math
-from collections.abc import Callable
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -14,6 +13,7 @@ from solver.contact.kernels.state import KernelState
 from solver.sliding.events import slide, slide_to_state
 from solver.sliding.full_contact import compiled_at
 from tests.benchmarks.table import Row, best, seconds, verdict
+from tests.benchmarks.tamaas_peer import tamaas_solve
 
 Vector = NDArray[np.float64]
 
@@ -200,7 +200,7 @@ def _normal_contact_row(n_x: int, most: float) -> Row:
     case = Case(intrinsic_friction=math.inf, slab=Slab(n_x=n_x), initial_contact="frictionless", max_events=1)
     compliance = surface_compliance(case.slab)
     ours = best(lambda: contact_state(case, compliance))
-    solve = _tamaas(case)
+    solve = tamaas_solve(case)
     peer = best(solve) if solve else math.nan
     return Row(
         f"normal contact, n_x = {n_x}",
@@ -209,25 +209,3 @@ def _normal_contact_row(n_x: int, most: float) -> Row:
         f"{ours / peer:.2f}" if solve else "",
         verdict(f"≤ {most:g} × tamaas", ours <= most * peer) if solve else "",
     )
-
-
-def _tamaas(case: Case) -> Callable[[], object] | None:
-    """The same pin and load on tamaas's periodic half-plane of one slab width, to 1e-12; None where it is missing."""
-    try:
-        import tamaas  # type: ignore[import-untyped,import-not-found,unused-ignore]
-    except ImportError:
-        return None
-    points = case.slab.n_x - 1
-    x = (np.arange(points) + 0.5) / points - 0.5
-    surface = -(x**2) / (2.0 * case.radius)
-
-    tamaas.set_log_level(tamaas.LogLevel.error)
-
-    def solve() -> object:
-        model = tamaas.ModelFactory.createModel(tamaas.model_type.basic_1d, [1.0], [points])
-        model.nu, model.E = case.slab.poisson, 2.0 * (1.0 + case.slab.poisson)
-        solver = tamaas.PolonskyKeerRey(model, surface, 1e-12)
-        solver.setDumpFrequency(1_000_000)
-        return solver.solve(case.normal_load)
-
-    return solve
