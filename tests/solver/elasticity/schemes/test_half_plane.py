@@ -9,6 +9,7 @@ from solver.contact.closed_forms import hertz
 from solver.contact.initial import initial_contact
 from solver.elasticity.compliance import surface_compliance
 from solver.elasticity.grid_scheme import stiffness
+from solver.elasticity.schemes.endless import convolution_of
 from solver.outcome import InvalidInput
 from solver.slab import Slab
 
@@ -54,6 +55,18 @@ def test_entries_are_flamants_integral_over_a_hat(poisson: float, depth: float) 
                 expected = sum(quad(along, a, b, epsabs=1e-12)[0] for a, b in ((-h, 0.0), (0.0, h)))
                 # The quadrature's own error next to the logarithm.
                 assert matrix[row * n + i, column * n + j] == pytest.approx(expected, abs=1e-9)
+
+
+def test_far_entries_are_those_of_a_force_at_a_point_but_for_what_a_hat_adds() -> None:
+    """The mean of ln(k + s) under a hat, whose s² has the mean 1/6, is ln k - 1/(12k²) and less than 1/(50k⁴) from there (k ≥ 2).
+
+    To some roundings of a logarithm, also where k² ln k has lost them all.
+    """
+    slab = Slab(n_x=1_000_001, poisson=0.0, scheme="half_plane")
+    k = np.arange(2.0, slab.n_x)
+    mean = -np.pi * (convolution_of(slab).along[2:] + 1 / (2 * np.pi)) - np.log(slab.spacing)
+    astray = np.abs(mean - np.log(k) + 1 / (12 * k**2))
+    assert (astray <= 1 / (50 * k**4) + 1e-14).all()
 
 
 @pytest.mark.parametrize("poisson", [0.0, 1 / 3, 0.4999])
