@@ -23,8 +23,8 @@ PATIENCE = 10
 """Rounds in which a contact set may not improve before its wrong nodes are exchanged one at a time."""
 MOST_ROUNDS = 500
 """Rounds after which no contact set is looked for any more."""
-
-
+RESTING = 1e-13
+"""Share of the load that nodes may move by and be at rest, in L_x·G."""
 SLOW = 0.1
 """Ratio of successive changes of u above which the pin's slopes under the nodes are taken anew: Newton's method proper."""
 
@@ -61,7 +61,7 @@ def normal_contact(case: Case, compliance: SurfaceCompliance, stuck: bool) -> No
             system = _system(case, compliance, contact, u, stuck)
         found = _pressed(case, compliance, system, contact, u, stuck)
         wrong = _wrong(case, found)
-        rounding = 1e-13 * case.normal_load + 4 * np.finfo(float).eps * np.abs(found.u).max()
+        rounding = RESTING * case.normal_load + pin_of(case).rounding((x + found.u)[contact])
         before, moved = moved, float(np.abs(found.u - u).max())
         u = found.u
         if not wrong.any():

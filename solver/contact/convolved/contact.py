@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 
 from solver.case import Case
 from solver.contact.convolved.conjugate_gradients import pressed
-from solver.contact.normal import NormalContact, expected_half_width
+from solver.contact.normal import RESTING, NormalContact, expected_half_width
 from solver.contact.pin import Pin, pin_of, surface_from_pin
 from solver.elasticity.schemes.convolution import Convolution
 
@@ -24,7 +24,6 @@ FIRST, LAST = 1e-2, 1e-14
 which bears the less the more they are; and of the contact found."""
 FINER = 0.5
 """By how much precision gets finer with every round that finds wrong nodes."""
-EPSILON = float(np.finfo(float).eps)
 PATIENCE = 10
 """Rounds in which a contact set may not improve before its wrong nodes are exchanged one at a time."""
 MOST_ROUNDS = 200
@@ -57,7 +56,9 @@ def convolved_contact(case: Case, convolution: Convolution) -> NormalContact:
         heights = pin.face(x + u)
         wrong = _wrong(case, contact, force, np.where(_beneath(pin, x, u), heights - v, np.inf))
         if not wrong.any():
-            if precision == LAST and np.abs(u - before).max() <= _rounding(case, pin, (x + u)[contact]):
+            if precision == LAST and np.abs(u - before).max() <= RESTING * case.normal_load + pin.rounding(
+                (x + u)[contact]
+            ):
                 return NormalContact(contact, force, u, v, approach, converged=True)
             precision = LAST
             continue
@@ -67,13 +68,6 @@ def convolved_contact(case: Case, convolution: Convolution) -> NormalContact:
             contact[np.argmin(np.abs(x))] = True
         force = _spread(case, contact, force)
     return NormalContact(contact, force, u, v, approach, converged=False)
-
-
-def _rounding(case: Case, pin: Pin, xi: Vector) -> float:
-    """What u of nodes at ξ may change by and mean nothing: rounding of the load, of ξ, and of the heights there."""
-    of_profile = 0.0 if pin.rises is None else float(np.abs(pin.rises).max())
-    largest = float((np.abs(xi) + pin.curvature * xi**2 / 2).max()) + of_profile
-    return 1e-13 * case.normal_load + 4 * EPSILON * largest
 
 
 class _Exchange:

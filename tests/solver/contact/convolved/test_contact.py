@@ -172,6 +172,7 @@ def test_nodes_that_move_by_less_than_rounding_are_at_rest(
     wedge = Heterogeneity(roughness=((-0.6, 0.6 * slope), (0.0, 0.0), (0.6, 0.6 * slope)))
     case = case_of(n_x, poisson, FRICTIONLESS, start=0.5, normal_load=normal_load, heterogeneity=wedge)
     assert initial_contact(case, compliance_for_contact(case)).outcome.ok
+    assert initial_contact(case, surface_compliance(case.slab)).outcome.ok
 
 
 def test_nodes_that_pull_on_the_way_to_a_contact_stay_among_numbers() -> None:
