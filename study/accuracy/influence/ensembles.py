@@ -72,7 +72,7 @@ def driven(scene: Scene, ensemble: Ensemble) -> Ensemble:
 
 
 def _run(task: Task, compliance: TaskResult) -> TaskResult:
-    return run_task(task, {task.needs[0]: compliance})
+    return run_task(task, dict.fromkeys(task.needs, compliance))  # a contact without a matrix needs none
 
 
 def _member(scene: Scene, number: int, starts: int) -> Scene:
