@@ -171,11 +171,11 @@ def _name(parameter: str) -> str:
 
 
 _COLUMNS: Final = {
-    "regime": "regime",
     "plateau_mean": "plateau F/W",
     "static_friction": "μ_s",
-    "static_friction_ensemble_std": "scatter of μ_s",
     "kinetic_friction": "μ_k",
+    "regime": "regime",
+    "static_friction_ensemble_std": "scatter of μ_s",
     "slips_scaling_exponent": "τ of slips",
     "peak_friction": "peak F/W",
     "surface_stiffness": "K/(G·L_y)",
@@ -188,7 +188,8 @@ _COLUMNS: Final = {
     "mean_pressure": "mean p·L_x·L_y/W",
     "maximum_pressure": "max p·L_x·L_y/W",
 }
-"""Variable -> title of its column. The first ones matter most: a narrow terminal leaves out the last ones."""
+"""Variable -> title of its column. The first ones matter most: a narrow terminal leaves out the last ones.
+Numbers stand before the regime, whose words are long where members of an ensemble differ in it."""
 _UNHURT: Final = (COMPLETED, PENDING, NOT_NEEDED)
 """Endings that are no failure."""
 _UNCERTAINTY: Final = {each.name: each.uncertainty for kind in KINDS for each in scalars(kind).values()}

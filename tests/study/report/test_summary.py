@@ -6,6 +6,7 @@ import numpy as np
 import xarray as xr
 
 from study import api
+from study.report.columns import table_lines
 from study.report.summary import FEW, drive_summary, failure_summary, left_out_summary, scalar_table
 
 CONTACTS = {
@@ -100,10 +101,19 @@ def test_what_is_pending_or_completed_is_no_failure() -> None:
 
 def test_every_drive_of_the_axes_is_a_row_that_names_its_place() -> None:
     table = scalar_table(over_axes())
-    assert table.header == ("k (N/m)", "V_o (m/s)", "regime", "μ_s", "outcome")
-    assert table.rows[1] == ("1e4", "0.002", "slides", "0.3", "completed")
-    assert table.rows[4] == ("1e5", "0.002", "–", "0.3", "invalid: needs another value")
+    assert table.header == ("k (N/m)", "V_o (m/s)", "μ_s", "regime", "outcome")
+    assert table.rows[1] == ("1e4", "0.002", "0.3", "slides", "completed")
+    assert table.rows[4] == ("1e5", "0.002", "0.3", "–", "invalid: needs another value")
     assert scalar_table(over_axes(), why=False).rows[4][-1] == "invalid"
+
+
+def test_numbers_are_still_there_where_members_differ_in_their_regime_and_a_terminal_is_narrow() -> None:
+    """What a campaign is asked is a number; the words of a regime may be left out."""
+    mixed = over_axes().isel(spring_stiffness=[0], stage_velocity=[1, 2])
+    mixed["regime"][:] = "13 stick_slip; 2 sticks; 1 slides"
+    mixed["drive_outcome"][:] = "14 no_plateau; 2 no_slip"
+    *_, left_out = table_lines(scalar_table(mixed), 60)
+    assert left_out.text == "not shown, for lack of width: regime"
 
 
 def test_contacts_alone_show_what_contacts_are(tmp_path: Path) -> None:
