@@ -3,6 +3,7 @@
 import itertools
 import math
 import re
+import tomllib
 from collections import Counter
 from collections.abc import Iterator
 from dataclasses import dataclass
@@ -15,10 +16,12 @@ from solver.outcome import Ending
 from solver.quantity import GRID_ERROR
 from solver.sliding.validity import flags_in
 from solver.view import with_error
-from study.dataset.collection.ensemble import NOT_NEEDED, over_members
-from study.dataset.variables import DRIVE, LEFT_OUT, OUTCOMES, VALIDITY, parameters, scalars
+from study.dataset.collection.ensemble import NOT_NEEDED, ensemble_name, observables, over_members
+from study.dataset.variables import DRIVE, LEFT_OUT, MEMBERS_USED, OUTCOMES, VALIDITY, parameters, scalars
 from study.figures.sweep.label import in_unit, said, unit_of
 from study.figures.sweep.points import listed
+from study.manifest.cases import MEMBER
+from study.manifest.manifest import Ensemble
 from study.manifest.parameters import Value
 from study.plan.flags import flag_lines
 from study.plan.standing.endings import PENDING
@@ -107,6 +110,28 @@ def left_out_summary(dataset: xr.Dataset) -> list[str]:
             counts = Counter(effect for text in texts if text for effect in text.split(", "))
             found += [f"{effect} ({count} of {len(texts)} {what})" for effect, count in counts.items()]
     return [f"left out: {', '.join(found)}; what that is expected to change is part of ±"] if found else []
+
+
+def short_summary(dataset: xr.Dataset) -> list[str]:
+    """One line of the ensembles whose members are all there and know less than was asked for; none without such."""
+    asked = tomllib.loads(dataset.attrs.get("manifest", "")).get("ensemble", {})
+    name = str(asked.get("observable", Ensemble().observable))
+    mean, error = (ensemble_name(name, part) for part in ("mean", "uncertainty"))
+    if "uncertainty" not in asked or not {mean, error} <= set(dataset.data_vars):
+        return []
+    enough, most = float(asked["uncertainty"]), dataset.sizes[MEMBER]
+    known = abs(dataset[error] / dataset[mean]).where(dataset[MEMBERS_USED.name] == most)
+    known = known.transpose(*dataset[mean].dims)
+    short = np.flatnonzero((known > enough).values)
+    if not len(short):
+        return []
+    first = known[np.unravel_index(short[0], known.shape)]
+    place = words({dim: first[dim].item() for dim in map(str, _varying(dataset, known.dims))})
+    where = f"{len(short)} of {known.size} ensembles" + (f", first {place}" if place else "")
+    worst = f"the worst to {float(known.max()):.1%}"
+    # What members do not know in common, only longer ones do; an event of each is independent.
+    more = "" if observables()[name].ensemble == "event" else " or limits.spacings"
+    return [f"{name} is not known to {enough:.2g} with {most} members: {where}; {worst}; raise ensemble.members{more}"]
 
 
 def failure_summary(dataset: xr.Dataset) -> list[str]:

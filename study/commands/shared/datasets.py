@@ -12,7 +12,14 @@ from study.manifest.manifest import Manifest
 from study.plan.plan import Plan
 from study.report.common import said_once
 from study.report.console import print_sentences, print_table, say, whole
-from study.report.summary import drive_summary, failure_summary, flag_summary, left_out_summary, scalar_table
+from study.report.summary import (
+    drive_summary,
+    failure_summary,
+    flag_summary,
+    left_out_summary,
+    scalar_table,
+    short_summary,
+)
 from study.results.store import Store, StoreError
 
 
@@ -47,10 +54,11 @@ def _print(dataset: xr.Dataset, path: Path) -> None:
 
 
 def print_summary(dataset: xr.Dataset) -> None:
-    """Print the table of a dataset's cases, how its drives ended, why and what to do, and the advice of its validity flags."""
+    """Print the table of a dataset's cases, how its drives ended, why and what to do, where an ensemble
+    knows less than was asked for, and the advice of its validity flags."""
     table, alike = said_once(scalar_table(dataset, why=False))
     print_table(table)
     print_sentences(alike)
     print_sentences(drive_summary(dataset))
     print_sentences(failure_summary(dataset), "failed")
-    print_sentences([*flag_summary(dataset), *left_out_summary(dataset)])
+    print_sentences([*short_summary(dataset), *flag_summary(dataset), *left_out_summary(dataset)])

@@ -7,7 +7,7 @@ import xarray as xr
 
 from study import api
 from study.report.columns import table_lines
-from study.report.summary import FEW, drive_summary, failure_summary, left_out_summary, scalar_table
+from study.report.summary import FEW, drive_summary, failure_summary, left_out_summary, scalar_table, short_summary
 
 CONTACTS = {
     "title": "Contacts",
@@ -159,3 +159,32 @@ def test_what_is_left_out_is_one_line_with_counts() -> None:
     ]
     assert left_out_summary(xr.Dataset({"left_out": ("case", ["", ""])})) == []
     assert left_out_summary(xr.Dataset()) == []
+
+
+def ensembles(errors: list[float], used: list[int], asked: str = "uncertainty = 0.01") -> xr.Dataset:
+    """Ensembles of at most 8 members over the load, whose plateaus are 0.5 and known so well."""
+    load = ("normal_load",)
+    return xr.Dataset(
+        {
+            "plateau_mean_ensemble_mean": (load, np.full(len(errors), -0.5)),
+            "plateau_mean_ensemble_uncertainty": (load, 0.5 * np.array(errors)),
+            "members_used": (load, used),
+        },
+        {"normal_load": 1e-4 * np.arange(1, len(errors) + 1), "member": np.arange(8)},
+        {"manifest": f"[ensemble]\n{asked}"},
+    )
+
+
+def test_ensembles_that_know_less_than_was_asked_for_are_counted_with_the_first_and_the_worst() -> None:
+    assert short_summary(ensembles([0.009, 0.011, 0.034], [4, 8, 8])) == [
+        "plateau_mean is not known to 0.01 with 8 members: 2 of 3 ensembles, first W/(G·L_x·L_y) = 2e-4; the worst to 3.4%; "
+        "raise ensemble.members or limits.spacings"
+    ]
+
+
+def test_ensembles_that_know_enough_are_unfinished_or_were_asked_for_nothing_are_not_short_of_anything() -> None:
+    assert short_summary(ensembles([0.009, 0.01], [4, 8])) == []
+    assert short_summary(ensembles([0.02, np.nan], [4, 8])) == []
+    assert short_summary(ensembles([0.02], [8], asked="members = 8")) == []
+    assert short_summary(ensembles([0.02], [8], asked='uncertainty = 0.01\nobservable = "static_friction"')) == []
+    assert short_summary(xr.Dataset()) == []
