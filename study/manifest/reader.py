@@ -128,7 +128,9 @@ def _ensemble(files: NamedFiles, content: dict[str, Any], stages: tuple[Stage, .
             f"ensemble.observable = {shown(observable)}", "needs uncertainty = 0.002, or another one, beside it"
         )
     elif "uncertainty" in good and KNOWABLE[observable] not in stages:
-        wrong = f'needs stage "{KNOWABLE[observable]}": without it there is no {observable}'
+        stage = KNOWABLE[observable]
+        table = ", which a [[drives]] table brings" if stage == "dynamics" else ""
+        wrong = f'needs stage "{stage}"{table}: without it there is no {observable}'
         files.refuse(f"ensemble.uncertainty = {shown(good['uncertainty'])}", wrong)
     return Ensemble(**{**({"members": MEMBERS} if "uncertainty" in good else {}), **good})
 

@@ -1,11 +1,15 @@
 """KEY=VALUE on the command line, and the one case of a campaign that they single out: `radius=200 n_x=65`."""
 
 from collections.abc import Mapping, Sequence
+from typing import Final
 
 from study.commands.shared.exits import Refusal
-from study.manifest.cases import CampaignCase
+from study.manifest.cases import MEMBER, CampaignCase
 from study.manifest.parameters import Value, in_words, words
 from study.manifest.problems import ManifestError
+
+FEW: Final = 4
+"""Values of a parameter that a refusal names."""
 
 
 def assignments(given: Sequence[str]) -> dict[str, str]:
@@ -22,7 +26,10 @@ def assignments(given: Sequence[str]) -> dict[str, str]:
 
 
 def chosen(cases: Sequence[CampaignCase], given: Mapping[str, str]) -> CampaignCase:
-    """The one case that has all of these values, keys as in a manifest. Raises ManifestError where none or several have."""
+    """The one case that has all of these values, keys as in a manifest; of an ensemble its first member, the case itself.
+
+    Raises ManifestError where none or several have.
+    """
     points = [case.parameters for case in cases]
     found = list(range(len(points)))
     for key, value in given.items():
@@ -37,6 +44,8 @@ def chosen(cases: Sequence[CampaignCase], given: Mapping[str, str]) -> CampaignC
     said = " ".join(f"{key}={value}" for key, value in given.items()) or "no selection"
     if not found:
         raise ManifestError([f"{said}: no case is all of that"])
+    if MEMBER not in given:
+        found = [number for number in found if not points[number].get(MEMBER)]
     if len(found) > 1:
         differing = _differing([points[number] for number in found])
         raise ManifestError([f"{said}: {len(found)} cases are like that; {differing}"])
@@ -46,8 +55,13 @@ def chosen(cases: Sequence[CampaignCase], given: Mapping[str, str]) -> CampaignC
 def _differing(points: Sequence[Mapping[str, Value]]) -> str:
     """What tells cases apart, as advice."""
     values = {name: list(dict.fromkeys(point.get(name) for point in points)) for name in points[0]}
-    told = (f"{name} = {' or '.join(map(str, each[:4]))}" for name, each in values.items() if len(each) > 1)
+    told = (f"{name} = {_some(each)}" for name, each in values.items() if len(each) > 1)
     return in_words(f"say {', '.join(told)}")
+
+
+def _some(values: Sequence[Value | None]) -> str:
+    """The first of some values, and whether there are more."""
+    return " or ".join([*map(str, values[:FEW]), *(["…"] if len(values) > FEW else [])])
 
 
 def _is(value: Value | None, text: str) -> bool:

@@ -88,9 +88,8 @@ def test_an_observable_needs_an_uncertainty() -> None:
 
 def test_without_drives_there_is_no_friction_of_theirs() -> None:
     (line,) = refused('ensemble = {uncertainty = 0.01, observable = "static_friction"}')
-    assert (
-        line == 'mine.toml: ensemble.uncertainty = 0.01: needs stage "dynamics": without it there is no static_friction'
-    )
+    needed = 'stage "dynamics", which a [[drives]] table brings: without it there is no static_friction'
+    assert line == f"mine.toml: ensemble.uncertainty = 0.01: needs {needed}"
 
 
 def test_without_sliding_there_is_no_plateau_to_know() -> None:

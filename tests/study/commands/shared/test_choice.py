@@ -44,6 +44,22 @@ def test_anything_else_says_what_there_is(selection: str) -> None:
     assert REFUSED[selection] in str(refused.value)
 
 
+def test_of_an_ensemble_it_is_the_first_member_where_no_other_one_is_asked_for() -> None:
+    """The first member is the case itself, so nobody has to know that there are members."""
+    text = 'title = "a toy"\naxes.radius = [50.0, 100.0]\nensemble.members = 8'
+    members = expand(parse_manifest(ROOT / "toy.toml", text, {}))
+    assert chosen(members, {"radius": "100"}) is members[8]
+    assert chosen(members, {"radius": "100", "member": "5"}) is members[13]
+    with pytest.raises(ManifestError, match=r"^no selection: 2 cases are like that; say radius = 50.0 or 100.0$"):
+        chosen(members, {})
+
+
+def test_a_refusal_names_a_few_values_and_says_that_there_are_more() -> None:
+    many = expand(parse_manifest(ROOT / "toy.toml", 'title = "a toy"\naxes.radius = [10, 20, 30, 40, 50]', {}))
+    with pytest.raises(ManifestError, match=r"say radius = 10.0 or 20.0 or 30.0 or 40.0 or …$"):
+        chosen(many, {})
+
+
 def test_values_that_no_case_has_together_are_refused() -> None:
     zipped = [case for case in CASES if (case.parameters["radius"] == 50.0) == (case.parameters["max_events"] == 5)]
     with pytest.raises(ManifestError, match=r"^radius=50 events=10: no case is all of that$"):
