@@ -1,8 +1,10 @@
 """Numbers or words over two coordinates as a map of tiles, panels for the rest."""
 
+from collections.abc import Sequence
 from typing import Any, Final
 
 import numpy as np
+from matplotlib import colormaps
 from matplotlib.colors import ListedColormap
 from matplotlib.figure import Figure
 from numpy.typing import NDArray
@@ -15,6 +17,8 @@ from study.figures.sweep.roles import Roles, held_at
 from study.figures.sweep.scale import is_logarithmic, places_of, set_axis
 
 Floats = NDArray[np.float64]
+LETTERS: Final = 56
+"""Letters of a legend that stand side by side above a figure: more would be cut off at its sides."""
 MOST_VECTOR: Final = 500
 """Tiles up to which they stay shapes; more are an image inside the picture."""
 
@@ -63,10 +67,15 @@ def _numbers(here: Points, names: list[str]) -> Floats:
 
 def _colors(points: Points, names: list[str]) -> dict[str, Any]:
     if names:
-        return {"cmap": ListedColormap(COLORS[: len(names)]), "vmin": -0.5, "vmax": len(names) - 0.5}
+        return {"cmap": ListedColormap(_palette(len(names))), "vmin": -0.5, "vmax": len(names) - 0.5}
     if is_logarithmic(points.values):
         return {"cmap": "viridis", "norm": "log"}
     return {"cmap": "viridis", "vmin": np.nanmin(points.values), "vmax": np.nanmax(points.values)}
+
+
+def _palette(number: int) -> Sequence[Any]:
+    """So many colours, each different: words that count an ensemble's members can be more than there are in `COLORS`."""
+    return COLORS[:number] if number <= len(COLORS) else list(colormaps["turbo"](np.linspace(0.05, 0.95, number)))
 
 
 def _edges(places: Floats, logarithmic: bool) -> Floats:
@@ -82,6 +91,7 @@ def _edges(places: Floats, logarithmic: bool) -> Floats:
 def _legend(figure: Figure, names: list[str]) -> None:
     patches = [
         figure.axes[0].plot([], [], "s", color=color, label=name.replace("_", "-"))[0]
-        for color, name in zip(COLORS, names, strict=False)
+        for color, name in zip(_palette(len(names)), names, strict=True)
     ]
-    figure.legend(handles=patches, loc="outside upper center", ncols=min(len(names), 4))
+    beside = LETTERS // (max(map(len, names)) + len("■   "))
+    figure.legend(handles=patches, loc="outside upper center", ncols=max(min(len(names), beside), 1))

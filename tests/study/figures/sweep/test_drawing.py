@@ -63,6 +63,22 @@ def test_words_have_tiles_of_their_own_colour() -> None:
     assert [text.get_text() for text in figure.legends[0].get_texts()] == ["completed", "no-plateau"]
 
 
+@pytest.mark.parametrize("count", [6, 9])
+def test_each_word_has_its_own_colour_and_stands_whole_in_the_legend(count: int) -> None:
+    """Nine mixtures of regimes, as members of an ensemble make them, are more than there are colours of lines."""
+    data = product(lambda radius, n_x: radius + n_x, radius=np.arange(1.0, count + 1.0).tolist(), n_x=[17, 33])
+    words = [f"{number} stick_slip; {20 - number} slides" for number in range(count)]
+    data["outcome"] = (("radius", "n_x"), np.array([[word, word] for word in words], dtype=object))
+    figure = draw_tiles(points := points_of(data, "outcome"), roles_of(points))
+    figure.draw_without_rendering()
+    (legend,) = figure.legends
+    assert [text.get_text() for text in legend.get_texts()] == [word.replace("_", "-") for word in words]
+    box = legend.get_window_extent()
+    assert 0.0 <= box.x0 < box.x1 <= figure.bbox.width
+    mesh = figure.axes[0].collections[0]
+    assert len({tuple(color) for color in mesh.to_rgba(np.arange(count)).tolist()}) == count
+
+
 def test_a_scattered_design_has_a_panel_for_each_coordinate() -> None:
     data = listed({"radius": [50.0, 200.0, 100.0], "n_x": [17, 33, 65]}, [0.1, 0.2, 0.3])
     figure = draw_scattered(points_of(data, "plateau_mean"))
