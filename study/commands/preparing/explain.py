@@ -45,7 +45,9 @@ def work(campaign: Path, parameters: tuple[str, ...]) -> None:
 
 
 def _with_a_tolerance(manifest: Manifest) -> Manifest:
-    return replace(manifest, tolerated=Tolerated(USUAL))
+    """The manifest with the usual tolerance of what it asks for: an ensemble's observable, else what its stages decide."""
+    ensemble = manifest.ensemble
+    return replace(manifest, tolerated=Tolerated(USUAL, (ensemble.observable,) if ensemble.uncertainty else ()))
 
 
 def _print(case: CampaignCase, decider: Decider, decision: Decision, asked: bool) -> None:

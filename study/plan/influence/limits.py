@@ -11,7 +11,7 @@ from solver.case import Case
 from solver.sliding.sampling import Sampling
 from study.discretization.front import Front
 from study.plan.cost.seconds import compliance_seconds, record_seconds, touch_seconds
-from study.plan.cost.sliding import contact_nodes, expected_displacement
+from study.plan.cost.sliding import contact_nodes, expected_displacement, expected_peak_scatter
 from study.plan.influence.decision import Decision, Tolerance
 
 
@@ -35,6 +35,8 @@ def limits_of(decision: Decision, tolerance: Tolerance, front: Front) -> list[Li
     found = [_grid(decision.case, front, tolerance.slides)]
     if tolerance.slides:
         found.append(_length(decision.case))
+    if ONE_EVENT & set(tolerance.asked_for):
+        found.append(_start(decision.case))
     if decision.case.heterogeneity.spread:
         found.append(_draw(decision.case))
     found += _left_out(decision, tolerance)
@@ -81,6 +83,15 @@ def _left_open(case: Case, spacings: float) -> float:
 
 LONGER: Final = np.geomspace(1.0, 100.0, 400)
 """Lengths of a record that are looked at, over its own."""
+
+
+ONE_EVENT: Final = {"static_friction", "peak_friction"}
+"""Numbers that are one event of each start of the pin: no longer record knows them better."""
+
+
+def _start(case: Case) -> Limit:
+    """By how much such a number differs between starts, which an ensemble averages."""
+    return Limit("start of the pin", "static and peak friction", expected_peak_scatter(case), "4 × the members", 4.0)
 
 
 def _draw(case: Case) -> Limit:

@@ -57,6 +57,15 @@ def test_without_a_tolerance_the_case_is_explained_as_it_is_computed(main, campa
     assert {"grid", "length of the record"} <= set(rows(said))
 
 
+def test_an_ensemble_that_is_to_know_static_friction_is_explained_by_that(main, campaign):
+    """Its first member, the case itself; what limits that is another start, not only the grid."""
+    campaign.write_text(SMALL + '[ensemble]\nuncertainty = 0.01\nobservable = "static_friction"\n')
+    code, said, _ = main("explain", campaign, *SELECTED)
+    assert code == 0
+    assert "within = 0.01 (0.01 of static_friction)" in said
+    assert "start of the pin" in rows(said)
+
+
 def test_what_a_budget_buys_is_what_is_explained(main, campaign):
     campaign.write_text(SMALL.replace("events = 60\n", "") + '[budget]\ntime = "10 s"\n')
     told = []

@@ -17,9 +17,11 @@ from tests.study.plan.influence.made_up import GRAVE, SLIGHT, influences
 CASE = Case(slab=Slab(65), max_events=2000)
 
 
-def limits(case: Case, within: float = 0.0, slides: bool = True) -> dict[str, Limit]:
+def limits(
+    case: Case, within: float = 0.0, slides: bool = True, asked: tuple[str, ...] = ASKED_FOR["slip"]
+) -> dict[str, Limit]:
     known = influences(SLIGHT if within else GRAVE)
-    tolerance = Tolerance(within or 1e-3, ASKED_FOR["slip"], frozenset(), known, slides, False, 1.0)
+    tolerance = Tolerance(within or 1e-3, asked, frozenset(), known, slides, False, 1.0)
     found = limits_of(decide(case, {}, {}, tolerance), tolerance, load_front())
     known_sizes = [each.size for each in found if math.isfinite(each.size)]
     assert known_sizes == sorted(known_sizes, reverse=True)
@@ -29,6 +31,15 @@ def limits(case: Case, within: float = 0.0, slides: bool = True) -> dict[str, Li
 def test_what_slides_on_a_grid_is_limited_by_grid_and_length() -> None:
     assert set(limits(CASE)) == {"grid", "length of the record"}
     assert set(limits(CASE, slides=False)) == {"grid"}
+
+
+@pytest.mark.parametrize("asked", ["static_friction", "peak_friction"])
+def test_a_number_of_one_event_is_limited_by_the_start_however_long_the_record(asked: str) -> None:
+    short, long = (limits(replace(CASE, max_events=events), asked=(asked,)) for events in (2000, 20000))
+    assert short["start of the pin"] == long["start of the pin"]
+    assert short["start of the pin"].costs == 4.0  # a scatter over the root of the members
+    fewer = limits(replace(CASE, radius=20.0), asked=(asked,))["start of the pin"]
+    assert fewer.size > short["start of the pin"].size  # fewer nodes in contact
 
 
 def test_a_draw_of_friction_limits_it_and_four_times_the_members_halve_that() -> None:
