@@ -67,10 +67,11 @@ def rows() -> list[Described]:
 
 
 def described(name: str) -> Described:
-    """One variable. Raises KeyError that names the nearest ones where there is none of this name."""
+    """One variable. Raises KeyError that names the nearest ones, or those of this symbol, where there is none of this name."""
     known = {each.name: each for each in reversed(rows())}
     if name not in known:
-        near = difflib.get_close_matches(name, known, n=3, cutoff=0.5)
+        called = list(dict.fromkeys(each.name for each in rows() if each.symbol == name))
+        near = called or difflib.get_close_matches(name, known, n=3, cutoff=0.5)
         raise KeyError(f"{name}: no variable of a dataset" + (f"; nearest: {', '.join(near)}" if near else ""))
     return known[name]
 

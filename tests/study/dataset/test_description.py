@@ -107,6 +107,14 @@ def test_one_variable_in_full_says_all_of_it() -> None:
     assert "discretization_error" in text_of(described("surface_stiffness"))
 
 
+@pytest.mark.parametrize(
+    ("symbol", "names"), [("ζ", ["damping_ratio"]), ("μ_k", ["kinetic_friction", "fitted_kinetic_friction"])]
+)
+def test_a_symbol_of_equations_is_answered_with_the_variables_that_are_called_so(symbol: str, names: list[str]) -> None:
+    with pytest.raises(KeyError, match=f"{symbol}: no variable of a dataset; nearest: {', '.join(names)}'$"):
+        described(symbol)
+
+
 def test_an_unknown_name_is_answered_with_the_nearest_ones() -> None:
     with pytest.raises(KeyError, match="plateau_meen: no variable of a dataset; nearest: plateau_mean"):
         described("plateau_meen")
