@@ -39,7 +39,9 @@ def spent(manifest: Manifest, estimate: Estimate) -> Manifest:
     fits = bisect.bisect_right(tries, manifest.budget.seconds, key=estimate)
     if not fits:
         seconds = estimate(tries[0])
-        least = f"about {seconds:.2g} s or more, for {said(tries[0])}"
+        members = manifest.ensemble.members
+        of_all = f" with all {members} members" if members > 1 else ""
+        least = f"about {seconds:.2g} s or more, for {said(tries[0])}{of_all}"
         if not math.isfinite(seconds):
             least = f"limits that a record reaches {said(tries[0])} in"
         raise ManifestError([f"{manifest.path}: budget.time = {shown(manifest.budget.time)}: needs {least}"])

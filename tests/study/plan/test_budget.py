@@ -1,0 +1,36 @@
+"""A budget buys what fits into it: more time buys more accuracy, and a time that is too short is refused with what would do."""
+
+import pytest
+
+from study.manifest.problems import ManifestError
+from study.manifest.reader import parse_manifest
+from study.plan.budget import seconds_on
+from study.plan.plan import Plan, make_plan
+from tests.conftest import ROOT
+
+CAMPAIGN = 'title = "x"\n[axes]\nradius = [50, 100]\n[numerics]\nn_x = 33\n'
+
+
+def planned(time: str, more: str = "") -> Plan:
+    return make_plan(parse_manifest(ROOT / "mine.toml", f'{CAMPAIGN}{more}[budget]\ntime = "{time}"\n', {}))
+
+
+def uncertainty(plan: Plan) -> float:
+    return float(str(plan.manifest.limits["target_uncertainty"]))
+
+
+@pytest.mark.parametrize("seconds", [0.03, 0.1])
+def test_what_is_bought_fits_into_the_time(seconds: float) -> None:
+    assert seconds_on(planned(f"{seconds} s").tasks, 1) <= seconds
+
+
+def test_more_time_buys_a_smaller_uncertainty() -> None:
+    assert uncertainty(planned("0.1 s")) < uncertainty(planned("0.03 s"))
+
+
+@pytest.mark.parametrize(("ensemble", "of_whom"), [("", ""), ("[ensemble]\nmembers = 8\n", " with all 8 members")])
+def test_a_time_in_which_nothing_fits_is_refused_with_the_least_that_would_and_with_whom_that_counts(
+    ensemble: str, of_whom: str
+) -> None:
+    with pytest.raises(ManifestError, match=rf"needs about \S+ s or more, for uncertainty = 0.1 of plateaus{of_whom}$"):
+        planned("0.001 s", ensemble)
