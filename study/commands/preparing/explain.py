@@ -63,7 +63,8 @@ def _print(case: CampaignCase, decider: Decider, decision: Decision, asked: bool
     )
     print_table(_effects(decision, tolerance))
     without, every = duration(decision.seconds), duration(decision.seconds_of_all)
-    say(f"estimated time: {every} with every effect, {without} without what is left out")
+    shorter = f" with every effect, {without} without what is left out" if _anything_left_out(decision) else ""
+    say(f"estimated time: {every}{shorter}")
     front = load_front(decider.manifest.front, decider.manifest.front_text)
     limits = limits_of(decision if asked else _whole(decision), tolerance, front)
     rows = tuple((each.what, _number(each.size), each.of, _number(each.costs, " ×"), each.half) for each in limits)
@@ -71,6 +72,11 @@ def _print(case: CampaignCase, decider: Decider, decision: Decision, asked: bool
     known = [each for each in limits if math.isfinite(each.size)]
     if known:
         print_sentences([f"what limits it most: {known[0].what}"])
+
+
+def _anything_left_out(decision: Decision) -> bool:
+    of_drives = (each for choices in decision.of_drives.values() for each in choices)
+    return any(each.left_out for each in (*decision.of_case, *of_drives))
 
 
 def _whole(decision: Decision) -> Decision:

@@ -66,6 +66,14 @@ def test_an_ensemble_that_is_to_know_static_friction_is_explained_by_that(main, 
     assert "start of the pin" in rows(said)
 
 
+def test_two_times_are_compared_only_where_something_is_left_out(main, tolerant):
+    assert " without what is left out" in main("explain", tolerant, *SELECTED)[1]
+    kept = ", ".join(f'"{name}"' for name in OMISSIONS)
+    tolerant.write_text(f"{CAMPAIGN}{WITHIN}keep = [{kept}]\n")
+    code, said, _ = main("explain", tolerant, *SELECTED)
+    assert (code, "estimated time: " in said, " without what is left out" in said) == (0, True, False)
+
+
 def test_what_a_budget_buys_is_what_is_explained(main, campaign):
     campaign.write_text(SMALL.replace("events = 60\n", "") + '[budget]\ntime = "10 s"\n')
     told = []
