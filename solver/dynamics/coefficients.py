@@ -139,7 +139,8 @@ def friction_coefficients(result: DynamicsResult, record: FrictionRecord, platea
     kinetic, uncertainty, outcome = nan, nan, result.outcome
     slides = float(result.time[-1] - result.slip_time[0])
     if outcome.ok and slides < PERIODS * result.settling_time:
-        message = f"the pin slides for {slides / result.settling_time:.2g} of its periods, {PERIODS:g} are needed: raise duration"
+        periods = math.floor(100.0 * slides / result.settling_time) / 100.0  # never rounded up to those that are needed
+        message = f"the pin slides for {periods:g} of its periods, {PERIODS:g} are needed: raise duration"
         outcome = Outcome(Ending.NO_PLATEAU, f"the driving force is not steady: {message}")
     if outcome.ok:
         kinetic, uncertainty, outcome = _steady_mean(result.binned_force / record.normal_load)
