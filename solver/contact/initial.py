@@ -20,7 +20,7 @@ from solver.contact.kernels.cascade import answer_violations
 from solver.contact.kernels.enumerations import Stop
 from solver.contact.kernels.equilibrium import refresh, set_rate_to_load
 from solver.contact.kernels.loading import raise_load
-from solver.contact.normal import NormalContact, normal_contact
+from solver.contact.normal import INSIDE, NormalContact, normal_contact
 from solver.contact.outcomes import OUTCOME_OF_ENDING, OUTCOME_OF_STOP
 from solver.contact.pin import pin_of, surface_from_pin
 from solver.contact.soundness import soundness
@@ -47,6 +47,12 @@ OUT_FROM_UNDER = Outcome(
     'lower normal_load, or use initial_contact = "stick" or "gradual"',
 )
 """The node would have to be both under the punch and beside it."""
+IN_UNDER = Outcome(
+    Ending.EDGE_REACHED,
+    "pressed down without friction, a node beside the punch moves in under its edge, where a sharp edge has no answer: "
+    "lower normal_load, or use another half_width or n_x",
+)
+"""It stands higher than the punch, beside which it may stand, and under which it may not."""
 CAUSED_BY_ROUNDING = (
     Ending.CONTACT_NOT_CONVERGED,
     Ending.SLIP_UNBOUNDED,
@@ -127,11 +133,20 @@ def _out_from_under(case: Case, found: NormalContact) -> bool:
     return bool((np.abs(surface_from_pin(case) + found.u)[found.contact] > pin_of(case).half_width).any())
 
 
+def _in_under(case: Case, found: NormalContact) -> bool:
+    """Whether a free node has moved in under the punch's edge and into the punch: nothing could slide from there."""
+    pin, xi = pin_of(case), surface_from_pin(case) + found.u
+    under = ~found.contact & (np.abs(xi) <= pin.half_width)
+    return found.converged and bool((pin.height(xi[under]) - found.v[under] < -INSIDE * case.normal_load).any())
+
+
 def _touch_at_once(case: Case, compliance: SurfaceCompliance) -> ContactState:
     """Solve the normal problem, nodes stuck or free of friction; then let nodes slip until constraint II holds."""
     found = normal_contact(case, compliance, case.initial_contact == "stick")
     if _out_from_under(case, found):
         return replace(_nothing(case, OUT_FROM_UNDER), contact=found.contact)
+    if case.initial_contact == "frictionless" and _in_under(case, found):
+        return replace(_nothing(case, IN_UNDER), contact=found.contact)
     contact, u, converged = found.contact, np.where(found.contact, found.u, 0.0), found.converged
     if converged and case.initial_contact == "frictionless":
         return _free_of_shear(case, compliance, found, COMPLETED)  # then there is nothing to slip

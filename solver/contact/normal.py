@@ -25,6 +25,8 @@ MOST_ROUNDS = 500
 """Rounds after which no contact set is looked for any more."""
 RESTING = 1e-13
 """Share of the load that nodes may move by and be at rest, in L_x·G."""
+INSIDE = 1e-12
+"""Gap, in L_x per load, below which a free node is inside the pin; and share of the load that a node in contact may pull."""
 SLOW = 0.1
 """Ratio of successive changes of u above which the pin's slopes under the nodes are taken anew: Newton's method proper."""
 
@@ -94,7 +96,7 @@ def _wrong(case: Case, found: NormalContact) -> NDArray[np.bool_]:
     # A node beside a punch is never under it, even where it has moved there: see EDGE_REACHED.
     gap = np.where(np.abs(x) <= pin.half_width, pin.height(x + found.u) - found.v, np.inf)
     inside = np.where(np.isinf(gap), -1.0, -gap / case.normal_load)
-    return np.asarray(np.where(found.contact, -found.normal_force / case.normal_load, inside) > 1e-12)
+    return np.asarray(np.where(found.contact, -found.normal_force / case.normal_load, inside) > INSIDE)
 
 
 def expected_half_width(case: Case) -> float:
