@@ -167,11 +167,18 @@ class Pair:
         for runs in self._groups:
             if not (parted and runs.group.kinds != ("contact",)):
                 differences += self._run(runs, place, moved)
-        turned = "its record takes" if parted else "a drive takes"
-        elsewhere = parted or any(each.words == _NOT_COMPARED for each in differences)
-        remark = f"{turned} another path: compared within uncertainties" if elsewhere else ""
+        turned = "its record" if parted else self._turned(differences)
+        remark = f"{turned} takes another path: compared within uncertainties" if turned else ""
         label = ", ".join(f"{name} = {value}" for name, value in case.parameters.items())
         return finding_of(label, differences, remark)
+
+    def _turned(self, differences: Sequence[Difference]) -> str:
+        """What took another path, where the case's own record did not; empty where nothing did."""
+        skipped = {each.name for each in differences if each.words == _NOT_COMPARED}
+        alone = [name for name in self._names if set(self._along) <= set(self._again.variables[name].dims)]
+        if skipped.isdisjoint(self._names) or not skipped.isdisjoint(alone):
+            return "a drive" if skipped else ""
+        return "another member"  # the mean over members is made of several cases
 
     def _together(self, name: str, place: "Place") -> tuple[Any, ...]:
         """The cases that a variable's value at a place is made of, as an index."""

@@ -17,6 +17,7 @@ from tests.conftest import SMALL
 from tests.study.dataset import verifying
 from tests.study.dataset.verifying import DRIVEN, STEADY, Run, computed, once, verdicts, verified
 
+TURNED = 2 * ["another member", "its record"]
 CHANGES: dict[str, tuple[str, Any, float, list[int]]] = {
     "a scalar": ("surface_stiffness", (0, 1, 0, 0), 1e-6, [2]),
     "a count": ("events", (1, 1, 0, 0), 1, [4]),
@@ -136,6 +137,18 @@ def test_a_record_on_another_path_is_held_to_what_states_an_uncertainty(tmp_path
     assert verdicts(much) == [0, 2, 2]
     assert "initial_friction" in much[1].remark  # which precedes sliding
     assert "plateau_mean" in much[2].remark
+
+
+def test_a_member_on_another_path_is_named_where_the_others_share_its_mean(tmp_path):
+    def nudged(task: Task, inputs: Mapping[str, TaskResult]) -> TaskResult:
+        if task.case is None or task.case.start == 0.0:
+            return run_task(task, inputs)
+        case = replace(task.case, intrinsic_friction=task.case.intrinsic_friction * (1.0 + 1e-5))
+        return run_task(replace(task, case=case), inputs)
+
+    path = computed(tmp_path / "members", STEADY + "[ensemble]\nmembers = 2\n")
+    findings = verified(path, tmp_path, run=nudged)
+    assert [each.remark.partition(" takes")[0] for each in findings[1:]] == TURNED
 
 
 def test_a_drive_may_take_another_path_only_where_last_digits_moved(tmp_path):
