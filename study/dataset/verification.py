@@ -102,6 +102,8 @@ def _planned(manifest: Manifest, facts: Mapping[str, Any], path: Path) -> Plan:
 
 def other_software(found: xr.Dataset) -> str:
     """Who computed the dataset, and who recomputes it, where they may not make the same bits; else empty."""
+    if (found[OUTCOMES[""][0].name] == PENDING).all():
+        return ""
     origin = Origin(**{item.name: str(found.attrs.get(item.name, UNKNOWN)) for item in fields(Origin)})
     home = computing()
     if origin.alike(home):
