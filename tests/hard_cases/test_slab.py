@@ -133,13 +133,14 @@ def test_every_number_of_the_stencils_rows_obeys_the_laws(rows: int) -> None:
 def test_a_contact_that_leaps_across_a_soft_slab_finds_its_deepest_node() -> None:
     """At its end the pin leaves one side of a pillar and lands on the other, far beyond the nodes followed until then."""
     slab = Slab(33, aspect_ratio=10.0, poisson=-0.5, scheme="biquadratic")
-    case = Case(slab=slab, max_events=300)
+    # It leaps after about 300 events; after which of them is up to rounding: the stiffness leaves ten digits of the compliance.
+    case = Case(slab=slab, max_events=330)
     record, end = slide_to_state(case, compliance_of(slab))
     assert record.outcome.ok
     assert_contact_laws(end, case, compliance_of(slab))
-    # Which of the two holds after 300 events is up to rounding: the stretched stiffness leaves ten digits of the compliance.
+    assert record.final_displacement > 0.5
     assert end.contact.any()
-    assert not end.contact[:31].any()
+    assert not end.contact[:16].any()
 
 
 def test_nanometres_and_metres_are_one_case() -> None:
