@@ -4,12 +4,16 @@ import os
 import signal
 import sys
 import time
+from typing import Final
 
 from solver.outcome import COMPLETED, Outcome
 from study.execution.farms.opening import open_farm
 from study.execution.ledger import Execute
 from study.execution.program import Program
 from tests.study.execution.made_up import Work
+
+UNHEARD: Final = 1000
+"""Messages on their way to a rank that does not listen yet; MPICH takes 64 before it keeps the others at the sender."""
 
 
 def tasks(what: str) -> list[Work]:
@@ -54,9 +58,15 @@ def main(what: str) -> None:
                 raise RuntimeError("this rank is broken")
             if what == "fatal":
                 os.kill(os.getpid(), signal.SIGKILL)
+            if what == "crowd":
+                time.sleep(1.0)
             farm.leave(farm.serve())
         if what == "pace":  # the children have started by then
             farm.run([Work(f"start {number}") for number in range(farm.size)], lambda *_: None)
+        if what == "crowd":
+            for _ in range(UNHEARD):
+                farm.take_back(1)
+            farm.leave(0)
         begun = time.perf_counter()
         tally = farm.run(tasks(what), report)
         if what == "pace":

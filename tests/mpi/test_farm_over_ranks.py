@@ -86,6 +86,17 @@ def test_ranks_that_are_stuck_are_left_after_the_grace_with_code_99(environment)
     assert "run again to continue" in errors
 
 
+def test_the_word_to_leave_arrives_behind_messages_that_nobody_has_read_yet(environment):
+    """Rank 0 must not end MPI while they are on their way: what is not sent by then never is."""
+    running = start("crowd", 2, environment)
+    try:
+        _, errors = running.communicate(timeout=PATIENCE)
+    except subprocess.TimeoutExpired:
+        running.kill()
+        raise
+    assert running.returncode == 0, errors
+
+
 @pytest.mark.parametrize("what", ["broken", "fatal"])
 def test_the_end_of_a_rank_is_the_end_of_all(environment, what):
     running = start(what, 2, environment)

@@ -119,6 +119,7 @@ class MPIFarm(Coordinator):
             for rank in range(1, self.size):
                 self._mail.send(rank, _Leave(code))
         self._agent.close()
+        self._mail.flush()
         # Finalized first, a nonzero code is no abort to `python -m mpi4py`; os._exit would skip MPICH's own farewell.
         self._mpi.Finalize()
         sys.exit(code)
