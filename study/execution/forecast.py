@@ -24,16 +24,20 @@ class Expectation:
     def __init__(self) -> None:
         self._estimated: defaultdict[str, float] = defaultdict(float)
         self._measured: defaultdict[str, float] = defaultdict(float)
+        self._scales: dict[str, float] = {}
 
     def learn(self, task: Work, seconds: float) -> None:
         """Note that a task has ended after so many seconds."""
-        self._estimated[task.kind] += task.cost
-        self._measured[task.kind] += seconds
+        kind = task.kind
+        self._estimated[kind] += task.cost
+        self._measured[kind] += seconds
+        if self._estimated[kind] > 0.0:
+            self._scales[kind] = self._measured[kind] / self._estimated[kind]
 
     def seconds(self, task: Work) -> float:
         """Expected seconds of a task; infinite before any of its kind has ended."""
-        estimated = self._estimated[task.kind]
-        return max(task.cost * self._measured[task.kind] / estimated, LEAST) if estimated > 0.0 else math.inf
+        scale = self._scales.get(task.kind)
+        return math.inf if scale is None else max(task.cost * scale, LEAST)
 
 
 class Forecast:

@@ -198,5 +198,7 @@ class Ledger(Generic[W]):
         return Tally(self._done, self._crashed, stopped, self.halt, self.queue.aside, self._seconds, hosts)
 
     def _outlasts(self, task: W) -> bool:
+        if self._until == math.inf:
+            return False
         seconds = self.expected(task)
-        return self._until < math.inf and seconds < math.inf and time.time() + seconds > self._until
+        return seconds < math.inf and time.time() + seconds > self._until
