@@ -13,9 +13,6 @@ from typing import Any, TypeVar
 
 Function = TypeVar("Function", bound=Callable[..., object])
 
-KERNEL_FILES = "*/kernels/*.py"
-"""Files that hold kernels and all that kernels import from this package, relative to it."""
-
 
 class Kernel:
     """A function of which numba compiles one version for each combination of argument types."""

@@ -10,17 +10,17 @@ from collections.abc import Callable, Iterator
 from contextlib import contextmanager, suppress
 from functools import cache
 from pathlib import Path
-from typing import Any
+from typing import Any, Final
 
 from numba import njit, types
 from numba.core import event
 from numba.core.caching import CompileResultCacheImpl, FunctionCache
 from numba.extending import overload, register_jitable
 
-from solver import compiled
-
 __all__ = ["dispatcher_of", "overload", "register_jitable", "source_stamp", "told_of_compiling", "types"]
 
+KERNEL_FILES: Final = ("compiled.py", "compiling.py", "*/kernels/*.py")
+"""What holds kernels, all that kernels import from this package, and what makes them: relative to the package."""
 _PACKAGE = Path(__file__).parent
 
 
@@ -39,7 +39,7 @@ def dispatcher_of(function: Callable[..., object], allocates: bool, options: dic
 def source_stamp() -> str:
     """Hash of the names and contents of all kernel files, as they were when this process first asked."""
     stamp = hashlib.sha256()
-    for path in (Path(__file__), Path(compiled.__file__), *sorted(_PACKAGE.glob(compiled.KERNEL_FILES))):
+    for path in (path for files in KERNEL_FILES for path in sorted(_PACKAGE.glob(files))):
         content = path.read_bytes()
         stamp.update(f"{path.relative_to(_PACKAGE)} {len(content)} ".encode())
         stamp.update(content)

@@ -18,9 +18,11 @@ import numpy as np
 import pytest
 
 import solver
-from solver.compiled import KERNEL_FILES, Kernel, told_of_compiling
+from solver.compiled import Kernel, told_of_compiling
+from solver.compiling import KERNEL_FILES
 
 PACKAGE = Path(solver.__file__).parent
+WATCHED = sorted(path for files in KERNEL_FILES for path in PACKAGE.glob(files))
 
 
 class Change(NamedTuple):
@@ -102,11 +104,11 @@ def test_where_nothing_can_be_written_a_kernel_is_compiled_and_right(copy: Path,
     assert called(change, copy, NUMBA_CACHE_DIR=nowhere, HOME=nowhere, XDG_CACHE_HOME=nowhere)[0] == value
 
 
-@pytest.mark.parametrize("file", sorted(PACKAGE.glob(KERNEL_FILES)), ids=lambda file: str(file.relative_to(PACKAGE)))
+@pytest.mark.parametrize("file", WATCHED, ids=lambda file: str(file.relative_to(PACKAGE)))
 def test_all_that_a_kernel_reads_is_in_files_that_are_watched(file: Path) -> None:
     """Functions and constants that kernels import from this package are kernel files' own."""
-    watched = {path.relative_to(PACKAGE.parent).with_suffix("") for path in PACKAGE.glob(KERNEL_FILES)}
-    names = {".".join(path.parts) for path in watched} | {"solver.compiled"}
+    watched = {path.relative_to(PACKAGE.parent).with_suffix("") for path in WATCHED}
+    names = {".".join(path.parts) for path in watched}
     for node in ast.walk(ast.parse(file.read_text("utf-8"))):
         if isinstance(node, ast.ImportFrom) and str(node.module).startswith("solver"):
             assert node.module in names, f"{file} imports {node.module}"
@@ -118,7 +120,7 @@ def test_every_compiled_function_is_watched() -> None:
     """The one decorator is used in kernel files only: elsewhere a change would go unnoticed."""
     users = {path for path in PACKAGE.rglob("*.py") if "from solver.compiled import" in path.read_text("utf-8")}
     assert users
-    assert users <= set(PACKAGE.glob(KERNEL_FILES))
+    assert users <= set(WATCHED)
 
 
 def test_compiling_is_told_as_it_begins_and_only_then() -> None:
@@ -153,7 +155,7 @@ def test_numba_is_loaded_by_the_first_call_of_any_thread(environment: dict[str, 
 
 def kernels() -> dict[str, Kernel]:
     """Every kernel of the package, by its name."""
-    files = (path.relative_to(PACKAGE.parent).with_suffix("") for path in PACKAGE.glob(KERNEL_FILES))
+    files = (path.relative_to(PACKAGE.parent).with_suffix("") for path in WATCHED if path.parent.name == "kernels")
     modules = [import_module(".".join(file.parts)) for file in files]
     return {name: each for module in modules for name, each in vars(module).items() if isinstance(each, Kernel)}
 
