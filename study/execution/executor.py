@@ -1,7 +1,7 @@
 """How a process computes one task of a campaign: inputs from the store, result into it."""
 
 from collections.abc import Callable, Sequence
-from functools import partial
+from functools import lru_cache, partial
 from importlib import import_module
 from pathlib import Path
 from typing import Final
@@ -18,6 +18,11 @@ from study.results.store import Store, StoreError
 _NUMERICS: Final = ("solver.compiling", "scipy.linalg", "scipy.optimize", "scipy.sparse.linalg", "scipy.special")
 """What the solver computes with and loads when it does. On a crowded file system that takes longer than many a task."""
 
+INPUTS: Final = 4
+"""Results that are kept at hand: tasks that follow each other mostly need the same slab, or are drives of one record."""
+
+Read = Callable[[str], TaskResult]
+
 
 def executor(out: Path) -> Callable[[Task | WarmUp], Outcome]:
     """The function that computes a task with the results in this folder and returns its outcome.
@@ -26,13 +31,14 @@ def executor(out: Path) -> Callable[[Task | WarmUp], Outcome]:
     """
     for module in _NUMERICS:
         import_module(module)
-    return partial(_execute, Store(out))
+    store = Store(out)
+    return partial(_execute, store, lru_cache(INPUTS)(partial(_read, store)))
 
 
-def _execute(store: Store, task: Task | WarmUp) -> Outcome:
+def _execute(store: Store, read: Read, task: Task | WarmUp) -> Outcome:
     if isinstance(task, WarmUp):
         return task.run()
-    result = run_task(task, {key: _read(store, key) for key in task.needs})
+    result = run_task(task, {key: read(key) for key in task.needs})
     if result.outcome.ending is not Ending.OUT_OF_MEMORY:  # another machine, or fewer ranks, may compute it
         try:
             store.write(result, task.shared)

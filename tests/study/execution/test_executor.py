@@ -1,0 +1,41 @@
+"""What tasks of one slab need is read once; what cannot be read is no input, and is looked for again."""
+
+from dataclasses import replace
+from pathlib import Path
+
+import pytest
+
+from study.execution.executor import executor
+from study.plan.tasks import compliance_task, contact_task
+from study.results import own
+from study.results.store import Store
+from tests.study.plan.running import CASE
+
+SLAB = compliance_task(CASE.slab)
+CONTACTS = [contact_task(replace(CASE, normal_load=factor * CASE.normal_load)) for factor in (1.0, 0.9, 0.8)]
+
+
+def test_an_input_is_read_once_for_tasks_that_follow_each_other(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    reads: list[str] = []
+    plain = Store.read
+    monkeypatch.setattr(Store, "read", lambda store, key: (reads.append(key), plain(store, key))[1])
+    Store(tmp_path).prepare()
+    execute = executor(tmp_path)
+    assert all(execute(task).ok for task in (SLAB, *CONTACTS))
+    assert reads == [SLAB.key]
+
+
+def test_a_damaged_input_is_an_error_of_the_machine_until_it_is_whole_again(tmp_path: Path) -> None:
+    store = Store(tmp_path)
+    store.prepare()
+    execute = executor(tmp_path)
+    execute(SLAB)
+    path = own.path_of(store.folder, SLAB.key)
+    whole = path.read_bytes()
+    path.write_bytes(whole[:-1])
+    with pytest.raises(OSError, match=SLAB.key):
+        execute(CONTACTS[0])
+    path.write_bytes(whole)
+    assert execute(CONTACTS[0]).ok
