@@ -11,7 +11,23 @@ class Group(click.Group):
         return list(self.commands)
 
 
+def _say_version(context: click.Context, _option: click.Parameter, asked: bool) -> None:
+    """The version of what computes, as datasets name it: of a source tree its own, whatever was installed from it once."""
+    if asked and not context.resilient_parsing:
+        from study.provenance import version  # noqa: PLC0415  no command waits for it
+
+        click.echo(f"nanoslip, version {version()}")
+        context.exit()
+
+
 @click.group(cls=Group, context_settings={"help_option_names": ["-h", "--help"]})
-@click.version_option(package_name="nanoslip")
+@click.option(
+    "--version",
+    is_flag=True,
+    is_eager=True,
+    expose_value=False,
+    callback=_say_version,
+    help="Show the version and exit.",
+)
 def cli() -> None:
     """A friction laboratory: from campaign files (TOML) to one labelled dataset each."""

@@ -11,6 +11,7 @@ from importlib import import_module
 import click
 import pytest
 
+from study import provenance
 from study.commands.cli import cli
 from tests.conftest import ROOT
 
@@ -28,6 +29,12 @@ def test_a_wrong_command_line_is_exit_code_2(main, arguments):
     code, _, said = main(*arguments)
     assert code == 2
     assert "Usage" in said
+
+
+def test_the_version_is_that_of_the_code_that_computes(main, monkeypatch):
+    """A source tree moves on after it was installed."""
+    monkeypatch.setattr("importlib.metadata.version", lambda name: "0.0.0")
+    assert main("--version")[:2] == (0, f"nanoslip, version {provenance.version()}\n")
 
 
 @pytest.mark.parametrize("command", ["", *cli.commands])
