@@ -47,13 +47,13 @@ def print_written(manifest: Manifest, store: Store) -> bool:
 
 
 def _print(dataset: xr.Dataset, path: Path) -> None:
-    print_summary(dataset)
+    _print_summary(dataset)
     say(whole(f"dataset: {path}"))
     if mixed := dataset.attrs.get(file.MIXED):
         say(f"{mixed} (computed_by says which case is whose)")
 
 
-def print_summary(dataset: xr.Dataset) -> None:
+def _print_summary(dataset: xr.Dataset) -> None:
     """Print the table of a dataset's cases, how its drives ended, why and what to do, where an ensemble
     knows less than was asked for, and the advice of its validity flags."""
     table, alike = said_once(scalar_table(dataset, why=False))

@@ -1,4 +1,4 @@
-"""The command `report` needs a dataset, whole."""
+"""The command `report` needs a dataset, whole, and says where its page is."""
 
 from study.dataset.file import FILE
 from study.report import page
@@ -8,6 +8,15 @@ def test_a_report_without_a_dataset_says_what_makes_one(main, campaign):
     code, _, said = main("report", campaign, "--out", campaign.parent / "none")
     assert code == 2
     assert "run or collect the campaign first" in said
+
+
+def test_a_report_repeats_no_table_that_its_run_has_printed(main, campaign):
+    """One after the other, as `make run` calls them, they print it once."""
+    out = campaign.parent / "out"
+    code, ran, _ = main("run", campaign, "--out", out, "--serial")
+    assert (code, "plateau" in ran) == (0, True)
+    assert main("report", campaign, "--out", out)[:2] == (0, f"report: {out / page.FILE}\n")
+    assert (out / page.FILE).is_file()
 
 
 def test_a_report_of_a_dataset_that_was_damaged_says_so(main, campaign, monkeypatch):
