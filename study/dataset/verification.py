@@ -26,6 +26,7 @@ import numpy as np
 import xarray as xr
 from numpy.typing import NDArray
 
+from solver.outcome import UNDONE, Ending
 from study.dataset import file
 from study.dataset.collection.collect import collect
 from study.dataset.collection.layout import Layout, layout_of
@@ -102,7 +103,7 @@ def _planned(manifest: Manifest, facts: Mapping[str, Any], path: Path) -> Plan:
 
 def other_software(found: xr.Dataset) -> str:
     """Who computed the dataset, and who recomputes it, where they may not make the same bits; else empty."""
-    if (found[OUTCOMES[""][0].name] == PENDING).all():
+    if (_endings(found, "") == PENDING).all():
         return ""
     origin = Origin(**{item.name: str(found.attrs.get(item.name, UNKNOWN)) for item in fields(Origin)})
     home = computing()
@@ -113,9 +114,16 @@ def other_software(found: xr.Dataset) -> str:
 
 
 def computed(plan: Plan, found: xr.Dataset) -> tuple[CampaignCase, ...]:
-    """The cases that the dataset has results of."""
-    endings = dict(zip(found["case_id"].values.ravel(), found["outcome"].values.ravel(), strict=True))
+    """The cases that the dataset has a result of."""
+    endings = dict(zip(found["case_id"].values.ravel(), _endings(found, "").values.ravel(), strict=True))
     return tuple(case for case in plan.cases if endings.get(case.case_id) != PENDING)
+
+
+def failed(plan: Plan, found: xr.Dataset) -> int:
+    """How many cases have no result as an attempt at one has failed: time, memory, a process that died."""
+    names = [case.case_id for case in plan.cases]
+    without = (_endings(found, "") == PENDING) & (found[OUTCOMES[""][0].name] != PENDING)
+    return int((without & found["case_id"].isin(names)).sum())
 
 
 def sample(cases: Sequence[CampaignCase], count: int | None) -> tuple[CampaignCase, ...]:
@@ -141,12 +149,31 @@ def tasks_of(plan: Plan, cases: Sequence[CampaignCase], found: xr.Dataset) -> tu
 
 
 def _pending_drives(layout: Layout, found: xr.Dataset, case: CampaignCase) -> set[str]:
-    """Labels of the drives of a case that the dataset has no result of."""
+    """Labels of the drives of a case that the dataset has no result of, as they are pending or failed."""
     place = place_of(found, case.case_id)
-    endings = found[OUTCOMES["drive"][0].name].isel(place or {}).values
+    endings = _endings(found, "drive").isel(place or {}).values
     if place is None or endings.shape != tuple(len(values) for values in layout.drive_axes.values()):
         return set()  # another manifest's dataset, as comparing it will tell
     return {label for label, position in layout.drive_position.items() if endings[position] == PENDING}
+
+
+def _endings(found: xr.Dataset, kind: str) -> xr.DataArray:
+    """How cases ("") or drives ended; pending is, too, what ended for a reason that says nothing of them.
+
+    Time, memory, a process that died: another attempt may end otherwise, and so may what needed that one.
+    """
+    endings = found[OUTCOMES[kind][0].name]
+    return endings.where(~endings.isin([*UNDONE, Ending.NEEDS_FAILED]), PENDING)
+
+
+def _as_pending(found: xr.Dataset) -> xr.Dataset:
+    """The dataset with these endings; what is pending has no message."""
+    changed = {}
+    for kind, (outcome, message) in OUTCOMES.items():
+        if outcome.name in found:
+            changed[outcome.name] = endings = _endings(found, kind)
+            changed[message.name] = found[message.name].where(endings != PENDING, "")
+    return found.assign(changed)
 
 
 def compare(found: xr.Dataset, plan: Plan, cases: Sequence[CampaignCase], store: Store) -> Iterator[Finding]:
@@ -154,7 +181,7 @@ def compare(found: xr.Dataset, plan: Plan, cases: Sequence[CampaignCase], store:
     path = store.folder / file.FILE
     file.write(collect(plan, store), path)  # what is read has the types that a file gives it
     with file.read(path) as opened_again:
-        again = loaded(opened_again)
+        again, found = loaded(opened_again), _as_pending(found)
         if len(cases) == len(computed(plan, found)):
             found = loaded(found)  # a run at a time would take longer
         shared = Shared(found, again)

@@ -8,6 +8,7 @@ from typing import Any, NamedTuple
 
 from study.commands.shared.exits import Refusal
 from study.commands.shared.machine import print_json
+from study.commands.shared.plans import counted
 from study.commands.shared.refusals import refusals
 from study.dataset import file, verification
 from study.dataset.comparison import Verdict
@@ -15,7 +16,7 @@ from study.dataset.pair import Finding
 from study.execution.farms.opening import open_farm
 from study.execution.program import computing
 from study.execution.progress import open_progress
-from study.exit_codes import CRASHED, INTERRUPTED
+from study.exit_codes import CRASHED, FAILURES, INTERRUPTED
 from study.plan.tasks import Task
 from study.report.console import console, print_sentences, say
 from study.report.summary import MOST_ROWS
@@ -35,7 +36,8 @@ def work(dataset: Path, sample: int | None, as_json: bool) -> None:
         code = _recompute(verification.tasks_of(plan, chosen, found), Path(folder))
         if not code:
             findings = list(verification.compare(found, plan, chosen, Store(Path(folder))))
-            left = _Left(len(plan.cases) - len(cases), len(cases) - len(chosen))
+            failed = verification.failed(plan, found)
+            left = _Left(len(plan.cases) - len(cases) - failed, failed, len(cases) - len(chosen))
             if as_json:
                 print_json(_data(findings, dataset, left, other))
             else:
@@ -48,6 +50,8 @@ class _Left(NamedTuple):
     """Cases that were not recomputed."""
 
     pending: int
+    failed: int
+    """For want of time or memory, or as a process died: nobody knows whether they would again."""
     not_in_sample: int
 
 
@@ -61,7 +65,10 @@ def _recompute(tasks: tuple[Task, ...], out: Path) -> int:
     if tally.interrupted:
         say("interrupted: nothing is compared", stderr=True)
         return INTERRUPTED
-    return CRASHED if tally.crashed else 0
+    if tally.crashed:
+        say(f"{counted(tally.crashed, 'task')} failed, or needed one that did: nothing is compared", stderr=True)
+        return FAILURES
+    return 0
 
 
 def _print_findings(findings: list[Finding], path: Path, left: _Left, other: str) -> None:
@@ -75,6 +82,7 @@ def _print_findings(findings: list[Finding], path: Path, left: _Left, other: str
             say(f"{verdict}: {len(found) - MOST_ROWS} more")
     parts = [f"{count} {verdict}" for verdict, count in _counts(findings).items()]
     parts += [f"{left.pending} pending, skipped"] if left.pending else []
+    parts += [f"{left.failed} failed, skipped"] if left.failed else []
     parts += [f"{left.not_in_sample} not in the sample"] if left.not_in_sample else []
     say(f"{path}: cases: {', '.join(parts)}; {findings[0].label}: {findings[0].verdict}")
 

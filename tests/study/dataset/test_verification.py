@@ -7,6 +7,7 @@ from dataclasses import replace
 import netCDF4
 import pytest
 
+from solver.outcome import UNDONE, Ending
 from solver.slab import Slab
 from study.dataset import file, verification
 from study.dataset.comparison import Verdict
@@ -95,6 +96,37 @@ def test_what_is_pending_is_not_computed(tmp_path):
     findings = verified(computed(tmp_path / "part", SMALL, late), tmp_path)
     assert verdicts(findings) == 3 * [Verdict.IDENTICAL]  # all share; two cases of radius 50, without their drives
     assert len(Store(tmp_path / "again").finished()) == 1 + 2
+
+
+WAITING = RECORDS.replace("[0.25, 0.5]", "[0.5]").replace("[50.0, 100.0]", "[50.0]")
+WAITING += "[ensemble]\nuncertainty = 0.1\nmembers = 16\n"
+
+
+@pytest.mark.parametrize("ending", UNDONE)
+@pytest.mark.parametrize(
+    ("text", "kind", "number", "cases"),
+    [(SMALL, "record", 1, 3), (SMALL, "drive", 3, 4), (WAITING, "record", 2, 3), (WAITING, "record", 5, 7)],
+    ids=["a record", "a drive", "one of the first members", "a later member"],
+)
+def test_a_failure_that_says_nothing_of_its_case_is_no_disagreement(tmp_path, ending, text, kind, number, cases):
+    """Nobody knows whether a task in more time or memory, or killed by nobody, would end otherwise; nor what waits for it."""
+    left = [number]
+
+    def fails(task: Task) -> Ending | None:
+        if task.kind != kind:
+            return None
+        left[0] -= 1
+        return ending if left[0] == -1 else None
+
+    path = computed(tmp_path / "kept", text, fails=fails)
+    with file.reading(path) as found:
+        assert ending.value in {
+            *found["outcome"].values.ravel(),
+            *(found.get("drive_outcome", found.outcome).values.ravel()),
+        }
+    findings = verified(path, tmp_path / "again")
+    assert [each.remark for each in findings] == [""] * len(findings)
+    assert verdicts(findings) == (1 + cases) * [Verdict.IDENTICAL]
 
 
 TABLE = "intrinsic_friction, radius\r\n0.25, 50\r\n0.5, 100\r\n"

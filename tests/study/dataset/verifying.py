@@ -6,13 +6,17 @@ from pathlib import Path
 
 import netCDF4
 
+from solver.outcome import Ending
 from study.dataset import file, verification
 from study.dataset.collection.collect import collect
 from study.dataset.comparison import Verdict
 from study.dataset.pair import Finding
 from study.manifest.reader import load_manifest
+from study.origin import here
 from study.plan.plan import make_plan
-from study.plan.tasks import Task, TaskResult, run_task
+from study.plan.tasks import Task, TaskResult, in_stages, run_task
+from study.results import attempts
+from study.results.attempts import Attempt
 from study.results.store import Store
 from tests.conftest import SMALL
 
@@ -43,14 +47,27 @@ def once(task: Task, inputs: Mapping[str, TaskResult]) -> TaskResult:
     return KNOWN[task.key]
 
 
-def computed(folder: Path, text: str, leave_out: Callable[[Task], bool] = lambda _: False) -> Path:
-    """The dataset of a campaign; what stands beside it is gone."""
+def computed(
+    folder: Path,
+    text: str,
+    leave_out: Callable[[Task], bool] = lambda _: False,
+    fails: Callable[[Task], Ending | None] = lambda _: None,
+) -> Path:
+    """The dataset of a campaign; what stands beside it is gone.
+
+    fails: how an attempt at a task ends that leaves no result; what needs it is left out, too.
+    """
     folder.mkdir(exist_ok=True)
     (folder / "campaign.toml").write_bytes(text.encode())
     plan, store = make_plan(load_manifest(folder / "campaign.toml")), Store(folder)
     store.prepare()
-    for task in plan.tasks:
-        if not leave_out(task):
+    lost: set[str] = set()
+    for task in in_stages(plan.tasks):
+        if ending := fails(task):
+            attempts.add(folder, failure(task.key, ending))
+        if ending or not lost.isdisjoint(task.needs):
+            lost.add(task.key)
+        elif not leave_out(task):
             store.write(once(task, {key: store.read(key) for key in task.needs}))
     file.write(collect(plan, store), folder / file.FILE)
     shutil.rmtree(folder / "results")
@@ -58,6 +75,10 @@ def computed(folder: Path, text: str, leave_out: Callable[[Task], bool] = lambda
         if path.name != file.FILE:
             path.unlink()
     return folder / file.FILE
+
+
+def failure(key: str, ending: Ending) -> Attempt:
+    return Attempt(key, "a task", ending.value, "why", True, False, here().solver, "rank 0 on here", "2026")
 
 
 def verified(path: Path, folder: Path, count: int | None = None, run: Run = once) -> list[Finding]:

@@ -4,6 +4,8 @@ import shutil
 
 import netCDF4
 
+from study.execution import executor
+
 
 def test_a_dataset_is_verified_from_itself_alone(main, campaign, tmp_path):
     out = campaign.parent / "out"
@@ -29,6 +31,29 @@ def test_a_dataset_is_verified_from_itself_alone(main, campaign, tmp_path):
     code, said, _ = main("verify", tmp_path, "--sample", 1)
     assert code == 0
     assert "1 bit-identical, 0 within tolerance, 0 different, 3 not in the sample" in said
+
+
+def test_tasks_that_crash_disagree_with_nothing_there_or_here(main, campaign, monkeypatch):
+    out, compute = campaign.parent / "out", executor.run_task
+
+    def defective(task, inputs):
+        if task.kind == "record" and task.case.radius > 60.0:
+            raise ArithmeticError("a defect of the solver")
+        return compute(task, inputs)
+
+    monkeypatch.setattr(executor, "run_task", defective)
+    assert main("run", campaign, "--out", out, "--serial")[0] == 3
+    code, said, progress = main("verify", out)
+    counts = "cases: 2 bit-identical, 0 within tolerance, 0 different, 2 failed, skipped; what all cases share: bit-identical"
+    assert (code, counts in said) == (0, True)
+    assert "2 of 4 cases to recompute" in progress
+
+    monkeypatch.setattr(executor, "run_task", compute)
+    assert main("run", campaign, "--out", out, "--serial", "--retry")[0] == 0
+    monkeypatch.setattr(executor, "run_task", defective)
+    code, said, errors = main("verify", out)
+    assert (code, said) == (3, "")
+    assert "6 tasks failed, or needed one that did: nothing is compared" in errors
 
 
 def test_what_cannot_be_verified_is_one_clear_message(main, campaign):
