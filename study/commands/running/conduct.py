@@ -61,7 +61,11 @@ def _run(farm: Farm, journal: Journal, order: Order) -> int:
 
 
 def _carry_out(farm: Farm, journal: Journal, order: Order, plan: Plan, store: Store, lease: Lease) -> int:
-    plan = part(plan, order.shard) if order.shard else plan
+    if order.shard:
+        plan = part(plan, order.shard)
+        if not plan.cases:
+            say(f"{order.shard} has nothing to do: there are more shards than cases or, where members wait, ensembles")
+            return 0
     blame(plan, store, order.into)
     work = _left(plan, order, store)
     _get_ready(farm, plan, order, work.tasks)

@@ -4,7 +4,7 @@ Neighbours mostly share slabs. What several shards need, a compliance for exampl
 """
 
 from collections import Counter
-from collections.abc import Collection, Mapping
+from collections.abc import Collection, Mapping, Sequence
 from dataclasses import replace
 from itertools import accumulate
 from typing import Final, TypeVar
@@ -26,9 +26,10 @@ def part(plan: Plan, shard: Shard) -> Plan:
     costs = {task.key: task.cost for task in plan.tasks}
     users = Counter(key for keys in needed.values() for key in keys)
     weights = [LEAST + sum(costs[key] / users[key] for key in sorted(needed[case.case_id])) for case in plan.cases]
-    ends = list(accumulate(weights))
-    blocks = [int(shard.of * (end - weight / 2.0) / ends[-1]) for end, weight in zip(ends, weights, strict=True)]
-    blocks = _with_their_first(blocks, plan.manifest.ensemble)
+    together = _together(plan.manifest.ensemble)
+    heavy = [sum(weights[first : first + together]) for first in range(0, len(weights), together)]
+    blocks = blocks_of(heavy, shard.of)
+    blocks = [block for block in blocks for _ in range(together)]
     cases = tuple(case for case, block in zip(plan.cases, blocks, strict=True) if block == shard.number - 1)
     keys = {key for case in cases for key in needed[case.case_id]}
     of_cases = TasksOfCases()
@@ -38,11 +39,24 @@ def part(plan: Plan, shard: Shard) -> Plan:
     return replace(plan, cases=cases, tasks=tasks, case_tasks=of_cases)
 
 
-def _with_their_first(blocks: list[int], ensemble: Ensemble) -> list[int]:
-    """The blocks of cases, where members that wait for others are in the block of their ensemble's first one."""
-    if ensemble.uncertainty is None:
-        return blocks
-    return [blocks[number - number % ensemble.members] for number in range(len(blocks))]
+def _together(ensemble: Ensemble) -> int:
+    """How many cases in a row are in one shard: members that wait for others are in that of their ensemble."""
+    return 1 if ensemble.uncertainty is None else ensemble.members
+
+
+def blocks_of(weights: Sequence[float], count: int) -> list[int]:
+    """The block of each weight, from 0: neighbours together, each block about as heavy as any other.
+
+    None is empty while there is another with two, and none is heavier than their mean by more than one weight.
+    """
+    ends, blocks = list(accumulate(weights)), list[int]()
+    count = min(count, len(ends))
+    for number, (end, weight) in enumerate(zip(ends, weights, strict=True)):
+        middle = int(count * (end - weight / 2.0) / ends[-1])
+        enough_for_the_others = count - (len(ends) - number)
+        after_the_last = blocks[-1] + 1 if blocks else 0
+        blocks.append(min(max(middle, enough_for_the_others), after_the_last))
+    return blocks
 
 
 def finished_with(

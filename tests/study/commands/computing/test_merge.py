@@ -37,6 +37,15 @@ def test_merged_shards_are_the_same_bytes_as_one_run(main: Main, campaign: Path,
     assert (code, "0 tasks to do" in errors) == (0, True)
 
 
+def test_a_shard_for_which_no_case_is_left_says_so_and_ends_well(main: Main, campaign: Path, tmp_path: Path) -> None:
+    code, said, errors = main("run", campaign, "--out", tmp_path, "--serial", "--shard", "5/5")
+    assert (code, said.startswith("shard 5 of 5 has nothing to do: "), errors) == (0, True, "")
+    for number in (1, 2, 3, 4):
+        assert main("run", campaign, "--out", tmp_path, "--serial", "--shard", f"{number}/5")[0] == 0
+    code, said, errors = main("merge", campaign, "--out", tmp_path)
+    assert (code, f"dataset: {tmp_path / 'results.nc'}" in said, errors) == (0, True, "")
+
+
 def test_what_a_shard_has_not_finished_is_left_and_another_run_of_it_or_of_all_computes_that_alone(
     main: Main, campaign: Path, tmp_path: Path
 ) -> None:

@@ -3,8 +3,10 @@
 from pathlib import Path
 
 import pytest
+from hypothesis import given
+from hypothesis import strategies as st
 
-from study.execution.batch.cutting import finished_with, part
+from study.execution.batch.cutting import blocks_of, finished_with, part
 from study.manifest.reader import load_manifest, parse_manifest
 from study.plan.plan import Plan, make_plan
 from study.results.shard import Shard
@@ -43,6 +45,28 @@ def test_shards_cost_about_the_same(plan: Plan) -> None:
     costs = [sum(task.cost for task in part(plan, Shard(number, 4)).tasks) for number in range(1, 5)]
     compliances = sum(task.cost for task in plan.tasks if task.kind == "compliance")
     assert max(costs) - min(costs) <= compliances + max(task.cost for task in plan.tasks) + 0.1 * max(costs)
+
+
+@given(weights=st.lists(st.floats(1e-3, 1e3), min_size=1, max_size=40), count=st.integers(1, 50))
+def test_no_block_is_empty_that_need_not_be_and_none_is_heavier_than_the_mean_by_more_than_one_weight(
+    weights: list[float], count: int
+) -> None:
+    blocks = blocks_of(weights, count)
+    assert blocks == sorted(blocks)  # neighbours together
+    assert set(blocks) == set(range(min(count, len(weights))))
+    heaviest = max(sum(w for w, block in zip(weights, blocks, strict=True) if block == each) for each in set(blocks))
+    # Besides it, rounding of sums of forty numbers.
+    assert heaviest <= (sum(weights) / min(count, len(weights)) + max(weights)) * (1.0 + 1e-12)
+
+
+def test_ensembles_of_which_one_costs_most_leave_no_shard_empty() -> None:
+    """Of four ensembles two share one of three shards."""
+    small = (
+        SMALL.replace("[50.0, 100.0]", "[50.0]").replace("n_x = 17", "").replace("[axes]", "[axes]\nn_x = [17, 257]")
+    )
+    waiting = make_plan(parse_manifest(Path("mine.toml"), f"{small}[ensemble]\nuncertainty = 0.01\nmembers = 8\n", {}))
+    sizes = sorted(len(part(waiting, Shard(number, 3)).cases) for number in (1, 2, 3))
+    assert sizes == [8, 8, 16]
 
 
 def test_neighbours_share_a_slab_in_most_shards(plan: Plan) -> None:
