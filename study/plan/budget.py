@@ -20,6 +20,8 @@ from study.plan.cost.sliding import misses_target
 from study.plan.task import Task
 
 UNCERTAINTY: Final = "target_uncertainty"
+BOUGHT: Final = "plateau_mean"
+"""Of what ensembles can be asked to know, the one that longer records know better."""
 STEPS: Final = 10
 """Uncertainties to a decade that are tried."""
 COARSEST: Final = 0.1
@@ -80,6 +82,9 @@ def _uncertainties(manifest: Manifest) -> Sequence[Manifest]:
     """The manifest with ever smaller uncertainties."""
     if UNCERTAINTY in manifest.fixed or UNCERTAINTY in manifest.axes:
         raise ManifestError([f"{manifest.path}: limits.uncertainty: needs to be left out beside budget, which buys it"])
+    if (asked := manifest.ensemble.observable) != BOUGHT:
+        instead = f"needs {shown(BOUGHT)} beside budget, which buys nothing else, or no budget: more members buy it"
+        raise ManifestError([f"{manifest.path}: ensemble.observable = {shown(asked)}: {instead}"])
     sizes = [float(f"{COARSEST * 10.0 ** (-number / STEPS):.2g}") for number in range(STEPS * DECADES + 1)]
     return [replace(manifest, limits={**manifest.limits, UNCERTAINTY: size}, budget=None) for size in sizes]
 

@@ -34,3 +34,13 @@ def test_a_time_in_which_nothing_fits_is_refused_with_the_least_that_would_and_w
 ) -> None:
     with pytest.raises(ManifestError, match=rf"needs about \S+ s or more, for uncertainty = 0.1 of plateaus{of_whom}$"):
         planned("0.001 s", ensemble)
+
+
+@pytest.mark.parametrize("observable", ["static_friction", "kinetic_friction"])
+def test_what_a_budget_does_not_buy_is_refused_by_name(observable: str) -> None:
+    """Longer records know μ_s no better, and μ_k has the length of its drive."""
+    asked = f'[ensemble]\nmembers = 8\nuncertainty = 0.01\nobservable = "{observable}"\n[[drives]]\nname = "a"\n'
+    with pytest.raises(
+        ManifestError, match=f'ensemble.observable = "{observable}": needs "plateau_mean" beside budget'
+    ):
+        planned("1 h", asked)
