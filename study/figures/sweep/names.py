@@ -1,7 +1,7 @@
-"""Variables as people write them: by name, by the start of a name, or as equations call them: plateau/mu_i, R/L_x."""
+"""Variables as people write them: by name, by the start of a name, or as equations call them: plateau/mu_i, R/L_x or R."""
 
 import difflib
-from collections.abc import Iterable
+from collections.abc import Iterable, Sequence
 
 import xarray as xr
 
@@ -22,15 +22,11 @@ class AmbiguousNameError(UnknownNameError):
 def variable_of(dataset: xr.Dataset, word: str) -> str:
     """The variable or coordinate of the cases that a word means. Raises UnknownNameError, AmbiguousNameError."""
     names = [str(name) for name in dataset.variables]
-    for found in (
-        [word] if word in names else [],
-        [name for name in names if word in _symbols(name) and not name.startswith("fitted_")],
-        [name for name in names if name == f"{word}_mean"],
-    ):
-        if len(found) == 1:
-            return found[0]
-        if found:
-            raise AmbiguousNameError(f"{word}: several variables are called so: {', '.join(found)}")
+    found = _called(names, word)
+    if len(found) == 1:
+        return found[0]
+    if found:
+        raise AmbiguousNameError(f"{word}: several variables are called so: {', '.join(found)}")
     near = difflib.get_close_matches(word, names, n=3, cutoff=0.5)
     hint = f"nearest: {', '.join(near)}" if near else "nanoslip describe lists them"
     raise UnknownNameError(f"{word}: no variable of this dataset; {hint}")
@@ -58,10 +54,30 @@ def points_named(dataset: xr.Dataset, word: str) -> Points:
 
 def axis_named(points: Points, dataset: xr.Dataset, word: str) -> str:
     """The coordinate that a word means, among those in which cases differ. Raises UnknownNameError."""
-    name = variable_of(dataset, word)
-    if name not in points.axes:
-        raise UnknownNameError(f"{word}: cases do not differ in it; they differ in {_listed(points.axes)}")
-    return name
+    if len(found := _called(list(points.axes), word)) == 1:
+        return found[0]
+    try:
+        variable_of(dataset, word)
+        wrong = "cases do not differ in it"
+    except AmbiguousNameError:
+        wrong = "cases do not differ in what is called so"
+    except UnknownNameError:
+        wrong = "no variable of this dataset"
+    raise UnknownNameError(f"{word}: {wrong}; they differ in {_listed(points.axes)}")
+
+
+def _called(names: Sequence[str], word: str) -> list[str]:
+    """The variables of these names that a word means, by the first rule that finds any."""
+    symbols = {name: _symbols(name) for name in names if not name.startswith("fitted_")}
+    for found in (
+        [word] if word in names else [],
+        [name for name, known_as in symbols.items() if word in known_as],
+        [name for name, known_as in symbols.items() if word in {each.partition("/")[0] for each in known_as}],
+        [name for name in names if name == f"{word}_mean"],
+    ):
+        if found:
+            return found
+    return []
 
 
 def _symbols(name: str) -> set[str]:
@@ -74,4 +90,6 @@ def _symbols(name: str) -> set[str]:
 
 
 def _listed(names: Iterable[str]) -> str:
-    return ", ".join(names) or "nothing"
+    """Names, each with its symbol where it has one."""
+    signs = {name: found.symbol if (found := known(name)) else "" for name in names}
+    return ", ".join(f"{name} ({sign})" if sign else name for name, sign in signs.items()) or "nothing"

@@ -20,9 +20,9 @@ OBSERVED: Final = (
     ("regime", ""),
     ("slips_scaling_exponent", ""),
     ("plateau_mean", "intrinsic_friction"),
-    ("static_friction", ""),
-    ("static_friction_ensemble_std", ""),
-    ("kinetic_friction", ""),
+    ("static_friction", "intrinsic_friction"),
+    ("static_friction_ensemble_std", "static_friction"),
+    ("kinetic_friction", "intrinsic_friction"),
     ("mean_step", ""),
     ("contact_half_width", ""),
 )
@@ -44,7 +44,7 @@ def notes(dataset: xr.Dataset) -> Iterator[str]:
 def _asked(dataset: xr.Dataset) -> Iterator[Points]:
     dataset = over_members(dataset)
     for name, over in OBSERVED if "plateau_mean" in dataset else PRESSED:
-        if name in dataset and (not over or over in dataset.coords):
+        if name in dataset and (not over or over in dataset.variables):
             yield points_of(dataset, name, over)
 
 

@@ -86,7 +86,7 @@ def test_a_number_of_a_campaign_is_drawn_over_the_axes_that_are_asked_for(
         (("--y", "plateau/"), "--y plateau/: needs a variable, or a ratio of two as plateau/mu_i"),
         (
             ("--y", "plateau", "--x", "outcome"),
-            "--x outcome: cases do not differ in it; they differ in intrinsic_friction, radius",
+            "--x outcome: cases do not differ in it; they differ in intrinsic_friction (μ_i), radius (R/L_x)",
         ),
         (("--y", "plateau", "-o", "fig.jpg"), "fig.jpg: needs a name that ends in .pdf, .svg, .png"),
         (("other", "--y", "plateau"), "--y plateau: needs one campaign, or a dataset (results.nc)"),

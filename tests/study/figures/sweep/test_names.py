@@ -13,7 +13,7 @@ DATA = product(intrinsic_friction=[0.2, 0.4], radius=[50.0, 200.0])
 @pytest.mark.parametrize(
     ("word", "name"),
     [("radius", "radius"), ("R/L_x", "radius"), ("μ_i", "intrinsic_friction"), ("mu_i", "intrinsic_friction"),
-     ("plateau", "plateau_mean"), ("F/W", "plateau_mean")],
+     ("R", "radius"), ("F", "plateau_mean"), ("plateau", "plateau_mean"), ("F/W", "plateau_mean")],
 )  # fmt: skip
 def test_a_word_means_a_variable(word: str, name: str) -> None:
     assert variable_of(DATA, word) == name
@@ -42,9 +42,25 @@ def test_unknown_words_are_answered_with_what_there_is() -> None:
     with pytest.raises(UnknownNameError, match=r"F/W: several variables are called so: .*peak_friction"):
         points_named(DATA.assign(peak_friction=DATA.plateau_mean), "F/W")
     with pytest.raises(
-        UnknownNameError, match="outcome: cases do not differ in it; they differ in intrinsic_friction, radius"
+        UnknownNameError,
+        match=r"^outcome: cases do not differ in it; they differ in intrinsic_friction \(μ_i\), radius \(R/L_x\)$",
     ):
         axis_named(points_of(DATA, "plateau_mean"), DATA, "outcome")
+    with pytest.raises(
+        UnknownNameError, match=r"^Q: no variable of this dataset; they differ in intrinsic_friction \(μ_i\), radius"
+    ):
+        axis_named(points_of(DATA, "plateau_mean"), DATA, "Q")
+
+
+def test_an_axis_has_its_symbol_before_any_other_variable() -> None:
+    """Alone `a` may be another length, too; of the axes it is one."""
+    data = product(lambda intrinsic_friction, half_width: intrinsic_friction + half_width,
+                   intrinsic_friction=[0.2, 0.4], half_width=[0.1, 0.2])  # fmt: skip
+    data = data.assign(contact_half_width=data.plateau_mean)
+    for word in ("a", "a/L_x", "half_width"):
+        assert axis_named(points_of(data, "plateau_mean"), data, word) == "half_width"
+    with pytest.raises(UnknownNameError, match="a: several variables"):
+        variable_of(data, "a")
 
 
 def test_labels_say_meaning_symbol_and_unit() -> None:

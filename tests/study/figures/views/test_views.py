@@ -55,8 +55,8 @@ def test_a_driven_campaign_is_answered_and_shows_drives_sizes_and_records(driven
     together = {"drives_together", "sizes_together", "records_together"}
     answers = {
         "plateau_mean_over_intrinsic_friction",
-        "static_friction",
-        "kinetic_friction",
+        "static_friction_over_intrinsic_friction",
+        "kinetic_friction_over_intrinsic_friction",
         "mean_step",
     }
     assert singles | together | answers <= set(found)
