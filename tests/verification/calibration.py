@@ -7,10 +7,8 @@ tests/verification/calibration.md.
 """
 
 import math
-import sys
-from collections import defaultdict
 from collections.abc import Iterator
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -29,6 +27,7 @@ from solver.sliding.record import EVENT_TYPES, FrictionRecord
 from solver.sliding.sampling import ensemble_uncertainty
 from solver.sliding.statistics import event_statistics
 from solver.sliding.target import FIRST_LOOK, GROWTH
+from tests.verification.random_cases import Verdict, measure, verdict
 
 LENGTHS = (0.02, 0.3, 1.0, 4.0)
 """Of a record, in node spacings."""
@@ -38,22 +37,8 @@ STARTS = 8
 MOST_EVENTS = 250_000
 """Cases with more in the longest record are left out: they would take minutes each."""
 PER_EVENT = ("mean step", "mean drop")
-FORMS = (".0%", ".0%", ".2%")
 Reading = dict[str, tuple[float, float]]
 """Observable -> value and uncertainty; NaN where there is none."""
-
-
-@dataclass(frozen=True)
-class Verdict:
-    """One stated uncertainty: of what, from what, and how often it would have to be taken to reach the truth."""
-
-    observable: str
-    source: str
-    case: int
-    error: float
-    """|value - truth|, over the truth."""
-    times: float
-    """The same over the stated uncertainty; NaN where none was stated."""
 
 
 def drawn(seed: int) -> Case:
@@ -176,53 +161,5 @@ def _of_targets(number: int, runs: list[FrictionRecord]) -> Iterator[Verdict]:
             yield verdict("plateau", source, number, value, stated, float(np.nanmean(np.delete(best, start))))
 
 
-def verdict(observable: str, source: str, number: int, value: float, stated: float, truth: float) -> Verdict:
-    error = abs(value - truth)
-    return Verdict(observable, source, number, error / abs(truth), error / stated if stated > 0.0 else math.nan)
-
-
-def as_markdown(found: list[Verdict]) -> str:
-    """Coverage by observable and length: how often one and two ± hold, how large they are, and how often none is stated."""
-    groups: dict[tuple[str, str], list[Verdict]] = defaultdict(list)
-    for verdict in found:
-        groups[verdict.observable, verdict.source].append(verdict)
-    lines = [
-        "| of | from a record of (node spacings) | ± holds | 2 ± holds | median error | not stated |",
-        "|---|---|---|---|---|---|",
-    ]
-    for (observable, source), group in groups.items():
-        times, errors = np.array([each.times for each in group]), np.array([each.error for each in group])
-        stated = np.isfinite(times)
-        one, two = coverage(times)
-        missing = 1.0 - stated.mean()
-        middle = np.median(errors[stated]) if stated.any() else math.nan
-        shares = " | ".join(
-            "–" if math.isnan(share) else f"{share:{form}}"
-            for share, form in zip((one, two, middle), FORMS, strict=True)
-        )
-        lines.append(f"| {observable} | {source} | {shares} | {missing:.0%} |")
-    return "\n".join(lines) + "\n"
-
-
-def coverage(times: np.ndarray) -> tuple[float, float]:
-    """Share of stated uncertainties that hold once, and twice, as an average over what was stated."""
-    stated = times[np.isfinite(times)]
-    return (float(np.mean(stated <= 1.0)), float(np.mean(stated <= 2.0))) if len(stated) else (math.nan, math.nan)
-
-
-def main(wanted: int, first: int = 0) -> None:
-    """Measure so many cases and write the table."""
-    found: list[Verdict] = []
-    taken, number = 0, first
-    while taken < wanted:
-        new = list(verdicts(number))
-        taken, number = taken + bool(new), number + 1
-        found += new
-        print(f"case {number - 1}: {'left out' if not new else taken}", file=sys.stderr, flush=True)
-    text = f"{taken} mixed cases, {STARTS} starts each.\n\n{as_markdown(found)}"
-    Path(__file__).with_suffix(".md").write_text(text, "utf-8")
-    print(text)
-
-
 if __name__ == "__main__":
-    main(int(sys.argv[1]) if len(sys.argv) > 1 else 200)
+    measure(verdicts, 200, Path(__file__).with_suffix(".md"), f"mixed cases, {STARTS} starts each.")

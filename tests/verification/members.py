@@ -6,7 +6,6 @@ tests/verification/calibration. `python -m tests.verification.members` measures 
 """
 
 import math
-import sys
 from collections.abc import Iterator
 from dataclasses import replace
 from pathlib import Path
@@ -18,7 +17,8 @@ from solver.elasticity.compliance import surface_compliance
 from solver.outcome import SolverError
 from solver.sliding.plateau import plateau_of
 from solver.sliding.sampling import ensemble_uncertainty
-from tests.verification.calibration import Verdict, as_markdown, cut, drawn, records, verdict
+from tests.verification.calibration import cut, drawn, records
+from tests.verification.random_cases import Verdict, measure, verdict
 
 STARTS = 16
 LENGTHS = (0.1, 0.3, 1.0)
@@ -78,20 +78,6 @@ def ended(table: Numbers, begin: int, length: float, target: float, looks: int) 
     return math.nan, math.nan
 
 
-def main(wanted: int, first: int = 0) -> None:
-    """Measure so many cases and write the table."""
-    found: list[Verdict] = []
-    taken, number = 0, first
-    while taken < wanted:
-        new = list(verdicts(number))
-        taken, number = taken + bool(new), number + 1
-        found += new
-        print(f"case {number - 1}: {'left out' if not new else taken}", file=sys.stderr, flush=True)
-    head = f"{taken} mixed cases, {STARTS} starts each; not stated is what did not get to its target with {SIZES[-1]} members."
-    text = f"{head}\n\n{as_markdown(found)}"
-    Path(__file__).with_suffix(".md").write_text(text, "utf-8")
-    print(text)
-
-
 if __name__ == "__main__":
-    main(int(sys.argv[1]) if len(sys.argv) > 1 else 100)
+    told = f"not stated is what did not get to its target with {SIZES[-1]} members."
+    measure(verdicts, 100, Path(__file__).with_suffix(".md"), f"mixed cases, {STARTS} starts each; {told}")

@@ -9,7 +9,8 @@ import pytest
 from solver.elasticity.compliance import surface_compliance
 from solver.sliding.events import slide
 from solver.sliding.plateau import BLOCKS, mean_uncertainty, plateau_of, teeth
-from tests.verification.calibration import STARTS, TARGETS, Verdict, drawn, verdicts
+from tests.verification.calibration import STARTS, TARGETS, drawn, verdicts
+from tests.verification.random_cases import Verdict
 from tests.verification.seen import seen
 
 pytestmark = pytest.mark.slow

@@ -4,8 +4,8 @@ import numpy as np
 import pytest
 
 from study.plan.kinds.ensemble import SHORT
-from tests.verification.calibration import Verdict, coverage
 from tests.verification.members import LENGTHS, verdicts
+from tests.verification.random_cases import Verdict, coverage
 from tests.verification.seen import seen
 
 pytestmark = pytest.mark.slow

@@ -1,0 +1,77 @@
+"""So many random cases, what each says of its uncertainties, and a table of how often these hold."""
+
+import math
+import sys
+from collections import defaultdict
+from collections.abc import Callable, Iterable
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+
+FORMS = (".0%", ".0%", ".2%")
+
+
+@dataclass(frozen=True)
+class Verdict:
+    """One stated uncertainty: of what, from what, and how often it would have to be taken to reach the truth."""
+
+    observable: str
+    source: str
+    case: int
+    error: float
+    """|value - truth|, over the truth."""
+    times: float
+    """The same over the stated uncertainty; NaN where none was stated."""
+
+
+def verdict(observable: str, source: str, number: int, value: float, stated: float, truth: float) -> Verdict:
+    error = abs(value - truth)
+    return Verdict(observable, source, number, error / abs(truth), error / stated if stated > 0.0 else math.nan)
+
+
+def as_markdown(found: list[Verdict]) -> str:
+    """Coverage by observable and length: how often one and two ± hold, how large they are, and how often none is stated."""
+    groups: dict[tuple[str, str], list[Verdict]] = defaultdict(list)
+    for verdict in found:
+        groups[verdict.observable, verdict.source].append(verdict)
+    lines = [
+        "| of | from a record of (node spacings) | ± holds | 2 ± holds | median error | not stated |",
+        "|---|---|---|---|---|---|",
+    ]
+    for (observable, source), group in groups.items():
+        times, errors = np.array([each.times for each in group]), np.array([each.error for each in group])
+        stated = np.isfinite(times)
+        one, two = coverage(times)
+        missing = 1.0 - stated.mean()
+        middle = np.median(errors[stated]) if stated.any() else math.nan
+        shares = " | ".join(
+            "–" if math.isnan(share) else f"{share:{form}}"
+            for share, form in zip((one, two, middle), FORMS, strict=True)
+        )
+        lines.append(f"| {observable} | {source} | {shares} | {missing:.0%} |")
+    return "\n".join(lines) + "\n"
+
+
+def coverage(times: np.ndarray) -> tuple[float, float]:
+    """Share of stated uncertainties that hold once, and twice, as an average over what was stated."""
+    stated = times[np.isfinite(times)]
+    return (float(np.mean(stated <= 1.0)), float(np.mean(stated <= 2.0))) if len(stated) else (math.nan, math.nan)
+
+
+def measure(verdicts: Callable[[int], Iterable[Verdict]], wanted: int, path: Path, head: str) -> None:
+    """Measure cases until so many say something, print their table below a head, and write it there.
+
+    verdicts: of the case of a number; none where it is left out. wanted: unless the command line says how many.
+    """
+    wanted = int(sys.argv[1]) if len(sys.argv) > 1 else wanted
+    found: list[Verdict] = []
+    taken = number = 0
+    while taken < wanted:
+        new = list(verdicts(number))
+        taken, number = taken + bool(new), number + 1
+        found += new
+        print(f"case {number - 1}: {'left out' if not new else taken}", file=sys.stderr, flush=True)
+    text = f"{taken} {head}\n\n{as_markdown(found)}"
+    path.write_text(text, "utf-8")
+    print(text)
