@@ -3,11 +3,13 @@
 import io
 from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
+from importlib import import_module
 from pathlib import Path
 from typing import Any, Final
 
 import matplotlib as mpl
 from cycler import cycler
+from matplotlib.backend_bases import FigureCanvasBase, RendererBase
 from matplotlib.figure import Figure
 
 from solver.outcome import InvalidInput
@@ -41,6 +43,8 @@ _FORMATS: Final[dict[str, dict[str, Any]]] = {
     "png": {"metadata": {"Software": None}, "dpi": 200},
 }
 FORMATS: Final = tuple(_FORMATS)
+_BACKENDS: Final = {"pdf": "pdf", "svg": "svg", "png": "agg"}
+"""What of matplotlib writes a format."""
 
 
 def format_of(path: Path, allowed: Sequence[str] = FORMATS) -> str:
@@ -55,12 +59,35 @@ def format_of(path: Path, allowed: Sequence[str] = FORMATS) -> str:
 def column(height: float = 2.4, width: float = COLUMN) -> Iterator[Figure]:
     """An empty figure of this size in inches, to be drawn on inside the block."""
     with mpl.rc_context({**_LOOK, "axes.prop_cycle": cycler(color=COLORS)}):
-        yield Figure(figsize=(width, height), layout="constrained")
+        yield _Sheet(figsize=(width, height), layout="constrained")
 
 
 def image(figure: Figure, form: str) -> bytes:
     """The figure as a file of one of `FORMATS`. No clock is in it."""
-    buffer = io.BytesIO()
-    with mpl.rc_context(_LOOK):  # the canvas of a format is loaded when it is asked for
-        figure.canvas.print_figure(buffer, format=form, **_FORMATS[form])
+    settings, buffer, dpi = _FORMATS[form], io.BytesIO(), figure.dpi
+    with mpl.rc_context(_LOOK):
+        canvas = _canvas_of(form)(figure)
+        figure.dpi = settings.get("dpi", dpi)
+        # Matplotlib's savefig would draw all of it first, for its layout alone.
+        getattr(canvas, f"print_{form}")(buffer, metadata=settings["metadata"])
+    figure.dpi = dpi
     return buffer.getvalue()
+
+
+class _Sheet(Figure):
+    """A figure that knows what draws it, so that its layout measures letters with that and not with another one."""
+
+    renderer: RendererBase
+
+    def draw(self, renderer: RendererBase) -> None:
+        self.renderer = renderer
+        super().draw(renderer)
+
+
+def _canvas_of(form: str) -> type[FigureCanvasBase]:
+    """What prints a format, loaded when it is asked for."""
+    module = import_module(f"matplotlib.backends.backend_{_BACKENDS[form]}")
+    canvas: type[FigureCanvasBase] = module.FigureCanvas
+    if hasattr(canvas, "get_renderer"):
+        return canvas
+    return type("Canvas", (canvas,), {"get_renderer": lambda self: self.figure.renderer})

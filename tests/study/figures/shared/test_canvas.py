@@ -1,11 +1,17 @@
 """A picture has a journal's width in every format, and the same drawing gives the same bytes."""
 
+import io
 from pathlib import Path
+from typing import Any
 
+import matplotlib as mpl
+import numpy as np
 import pytest
 from matplotlib.figure import Figure
+from matplotlib.lines import Line2D
 
 from solver.outcome import InvalidInput
+from study.figures.shared import canvas
 from study.figures.shared.canvas import FORMATS, column, format_of, image
 
 
@@ -20,6 +26,41 @@ def test_the_same_drawing_is_the_same_file(form: str) -> None:
     first = image(drawn(), form)
     assert first == image(drawn(), form)
     assert first.startswith({"pdf": b"%PDF", "svg": b"<?xml", "png": b"\x89PNG"}[form])
+
+
+def crowded() -> Figure:
+    """A drawing whose layout has all to find room for: long labels, a colour bar, a legend outside, two panels."""
+    with column(2.4, 4.0) as figure:
+        left, right = figure.subplots(1, 2)
+        left.loglog([1, 1e4], [1e-6, 2.0], label="μ")
+        left.set_ylabel("a label of some length")
+        figure.colorbar(right.pcolormesh(np.arange(6.0).reshape(2, 3)), ax=[left, right])
+        figure.legend(loc="outside upper center")
+        figure.supxlabel("$L_x$")
+    return figure
+
+
+@pytest.mark.parametrize("form", FORMATS)
+def test_a_picture_is_laid_out_as_by_matplotlib_and_drawn_once(form: str) -> None:
+    class Counted(Line2D):
+        drawn = 0
+
+        def draw(self, renderer: Any) -> None:
+            Counted.drawn += 1
+            super().draw(renderer)
+
+    theirs, ours = crowded(), crowded()
+    dpi = 200 if form == "png" else "figure"
+    with mpl.rc_context(canvas._LOOK):  # ticks that only come as it is printed
+        theirs.savefig(io.BytesIO(), format=form, dpi=dpi)
+    ours.axes[0].add_line(Counted([1, 1e4], [1e-3, 1e-3]))
+    engine = ours.get_layout_engine()
+    image(ours, form)
+    assert Counted.drawn == 1
+    assert (ours.get_layout_engine(), ours.dpi) == (engine, theirs.dpi)  # ready for another format
+    for mine, its in zip(ours.axes, theirs.axes, strict=True):
+        # The same computation; the line in the middle asks for no room.
+        np.testing.assert_array_equal(mine.get_position().bounds, its.get_position().bounds)
 
 
 @pytest.mark.parametrize("name", ["a.svg", "a.SVG", "a.b.Svg"])
