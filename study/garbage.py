@@ -18,5 +18,5 @@ def all_kept() -> Iterator[None]:
 
 
 def keep_for_good() -> None:
-    """Search nothing again of what there is by now: a process that has planned millions of tasks holds them to its end."""
+    """Search nothing again of what there is by now: a process holds its modules to its end, and millions of planned tasks."""
     gc.freeze()

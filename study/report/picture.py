@@ -7,6 +7,7 @@ from typing import Final
 
 from study.figures.shared.canvas import COLORS, image
 from study.figures.views.view import View, csv_of
+from study.garbage import all_kept
 
 DARK: Final = ("#7db8f0", "#f08c74", "#7cc46c", "#e3b341", "#b39ddb", "#b0b0b0")
 """The colours of lines on a dark page, in the order of COLORS."""
@@ -30,8 +31,9 @@ class Picture:
 
 def picture(view: View) -> Picture:
     """Draw a view for a page."""
-    figure = view.draw()
-    drawn = themed(image(figure, "svg").decode())
+    with all_kept():  # a figure is many thousand objects, which all go when it is drawn
+        figure = view.draw()
+        drawn = themed(image(figure, "svg").decode())
     width, height = (round(96 * inches) for inches in figure.get_size_inches())
     data = address(csv_of(view.columns()), "text/csv")
     return Picture(view.name, view.caption, address(drawn, "image/svg+xml"), width, height, data, view.label)

@@ -3,9 +3,13 @@
 from importlib import import_module
 
 from study.execution.launch import pin_threads
+from study.garbage import all_kept, keep_for_good
 
 
 def work(command: str, /, **given: object) -> None:
     """Do what a command is for: call `work` of `study.commands.<command>` with what was given on the command line."""
     pin_threads()  # what is imported now imports numpy, whose libraries read the number of threads once
-    import_module(f"study.commands.{command}").work(**given)
+    with all_kept():
+        doing = import_module(f"study.commands.{command}").work
+        keep_for_good()  # modules stay to the end
+    doing(**given)
