@@ -68,12 +68,12 @@ def rows() -> list[Described]:
 
 def described(name: str) -> Described:
     """One variable. Raises KeyError that names the nearest ones, or those of this symbol, where there is none of this name."""
-    known = {each.name: each for each in reversed(rows())}
-    if name not in known:
+    found = next((each for each in _all() if each.name == name), None)
+    if found is None:
         called = list(dict.fromkeys(each.name for each in rows() if each.symbol == name))
-        near = called or difflib.get_close_matches(name, known, n=3, cutoff=0.5)
+        near = called or difflib.get_close_matches(name, {each.name: each for each in rows()}, n=3, cutoff=0.5)
         raise KeyError(f"{name}: no variable of a dataset" + (f"; nearest: {', '.join(near)}" if near else ""))
-    return known[name]
+    return found
 
 
 def text_of(variable: Described) -> str:
