@@ -26,7 +26,6 @@ import numpy as np
 import xarray as xr
 from numpy.typing import NDArray
 
-from solver.outcome import UNDONE, Ending
 from study.dataset import file
 from study.dataset.collection.collect import collect
 from study.dataset.collection.layout import Layout, layout_of
@@ -40,7 +39,7 @@ from study.origin import Origin, computing
 from study.plan.budget import UNCERTAINTY
 from study.plan.influence.table import load_influences
 from study.plan.plan import Plan, make_plan, plan_of
-from study.plan.standing.endings import PENDING
+from study.plan.standing.endings import NOTHING_KNOWN, PENDING
 from study.plan.task import Task
 from study.provenance import UNKNOWN
 from study.results.store import Store, StoreError
@@ -163,7 +162,7 @@ def _endings(found: xr.Dataset, kind: str) -> xr.DataArray:
     Time, memory, a process that died: another attempt may end otherwise, and so may what needed that one.
     """
     endings = found[OUTCOMES[kind][0].name]
-    return endings.where(~endings.isin([*UNDONE, Ending.NEEDS_FAILED]), PENDING)
+    return endings.where(~endings.isin(NOTHING_KNOWN), PENDING)
 
 
 def _as_pending(found: xr.Dataset) -> xr.Dataset:

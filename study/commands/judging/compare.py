@@ -56,7 +56,7 @@ def _print_facts(pair: Pair) -> None:
 
 def _print_rows(what: str, found: Matched, others: tuple[Sequence[str], Sequence[str]]) -> None:
     """Print how many rows both have, the first of those that one has alone, and what states no uncertainty."""
-    pending = f", {found.pending} more pending in one of them" if found.pending else ""
+    pending = f", {found.pending} more without a result in one of them" if found.pending else ""
     say(f"{what} in both: {len(found.rows)}{pending}")
     for name, only in zip("AB", found.only, strict=True):
         if only:

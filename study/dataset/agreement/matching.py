@@ -9,7 +9,7 @@ import xarray as xr
 from study.dataset.access.tidy import values_over
 from study.dataset.variables import DRIVE_NAME, OUTCOMES, parameters
 from study.manifest.parameters import Value
-from study.plan.standing.endings import PENDING
+from study.plan.standing.endings import NOTHING_KNOWN
 
 KINDS: Final = ("", "drive")
 """What rows are of: cases, or cases with a drive."""
@@ -34,7 +34,7 @@ class Matched:
     only: tuple[tuple[dict[str, Value], ...], tuple[dict[str, Value], ...]]
     """Labels of the rows that the first, and the second, has alone."""
     pending: int
-    """Shared rows that are left out, as either is not computed yet."""
+    """Shared rows that are left out, as either is not computed yet, or failed without a result."""
 
 
 def matched(pair: Pair, kind: str) -> Matched:
@@ -43,7 +43,7 @@ def matched(pair: Pair, kind: str) -> Matched:
     places = [_places(root, kind, names) for root in pair]
     endings = [values_over(ending_of(root, kind), ending_of(root, kind)) for root in pair]
     shared = [(key, (place, places[1][key])) for key, place in places[0].items() if key in places[1]]
-    done = [(key, at) for key, at in shared if PENDING not in (endings[0][at[0]], endings[1][at[1]])]
+    done = [(key, at) for key, at in shared if not {endings[0][at[0]], endings[1][at[1]]} & set(NOTHING_KNOWN)]
     only = [
         tuple(_label(names, key) for key in mine if key not in theirs) for mine, theirs in (places, reversed(places))
     ]

@@ -8,17 +8,16 @@ import numpy as np
 import xarray as xr
 from numpy.typing import NDArray
 
-from solver.outcome import UNDONE, Ending
+from solver.outcome import Ending
 from solver.quantity import Quantity, attributes
 from solver.sliding.sampling import ensemble_uncertainty, scatter_uncertainty
 from study.dataset.variables import MEMBERS_USED, OUTCOMES, scalars
 from study.manifest.cases import MEMBER
-from study.plan.standing.endings import PENDING
+from study.plan.standing.endings import NOTHING_KNOWN
 from study.plan.tasks import KINDS
 
 OUTCOME: Final = OUTCOMES[""][0].name
 NOT_NEEDED: Final = Ending.NOT_NEEDED.value
-NEEDS_FAILED: Final = Ending.NEEDS_FAILED.value
 
 
 def observables() -> dict[str, Quantity]:
@@ -39,7 +38,7 @@ def ensemble_variables(variables: Mapping[str, xr.Variable]) -> dict[str, xr.Var
 
 def _members_used(variables: Mapping[str, xr.Variable]) -> xr.Variable:
     ended = variables[OUTCOME]
-    used = ~np.isin(_members_last(ended), [PENDING, NOT_NEEDED, NEEDS_FAILED, *UNDONE])
+    used = ~np.isin(_members_last(ended), [*NOTHING_KNOWN, NOT_NEEDED])
     return xr.Variable(_without_member(ended), used.sum(axis=-1), attributes(MEMBERS_USED))
 
 

@@ -3,7 +3,7 @@
 from collections.abc import Mapping
 from typing import Final
 
-from solver.outcome import Ending, Outcome
+from solver.outcome import UNDONE, Ending, Outcome
 from study.manifest.cases import CampaignCase
 from study.manifest.drives import CampaignDrive
 from study.plan.plan import Plan
@@ -11,6 +11,8 @@ from study.plan.tasks import KINDS
 
 PENDING: Final = "pending"
 """What stands for the outcome of what is not computed yet."""
+NOTHING_KNOWN: Final = (PENDING, *(ending.value for ending in UNDONE), Ending.NEEDS_FAILED.value)
+"""Outcomes that say nothing of a case: pending, failed for want of time or memory or as a process died, or waiting for that."""
 
 
 def after(kind: str, outcome: Outcome | None, found: Outcome | None) -> Outcome | None:

@@ -44,8 +44,9 @@ def test_lists_of_cases_meet_products() -> None:
     assert matched((made([50.0, 100.0], [1e-3, 2e-3]), listed), "").rows == ((0, 1), (3, 0))
 
 
-def test_what_is_pending_in_either_is_counted_and_left_out() -> None:
-    found = matched((made([50.0]), made([50.0], outcome="pending")), "")
+@pytest.mark.parametrize("outcome", ["pending", "timed_out", "out_of_memory", "crashed", "needs_failed"])
+def test_what_is_not_computed_in_either_is_counted_and_left_out(outcome: str) -> None:
+    found = matched((made([50.0]), made([50.0], outcome=outcome)), "")
     assert (found.rows, found.pending, found.only) == ((), 1, ((), ()))
 
 
