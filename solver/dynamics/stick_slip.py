@@ -19,6 +19,8 @@ from solver.quantity import quantity
 
 Floats = NDArray[np.float64]
 _ROUNDING = 1e-12
+_ULP = 2.0 * float(np.finfo(float).eps)
+_MOST_STEPS: Final = 100
 
 
 @dataclass(frozen=True, slots=True)
@@ -55,22 +57,42 @@ class Oscillator:
         distance, speed = self._start()
         acceleration = -2.0 * decay * speed - self.spring_stiffness * distance
         jerk = -2.0 * decay * acceleration - self.spring_stiffness * speed
-        phase = math.atan2(-acceleration * beat, jerk + decay * acceleration) % math.pi
+        phase = _phase_of_zero(acceleration, jerk, decay, beat)
+        bend = _phase_of_zero(jerk, -2.0 * decay * jerk - self.spring_stiffness * acceleration, decay, beat)
         turn = self.time + (phase if phase > _ROUNDING else math.pi) / beat
         for _ in range(3):  # the velocity falls least far the later: where its first minimum is no stop, none is
             if turn - math.pi / beat >= before:
                 break
             if self._velocity(turn) < -_ROUNDING * self.stage_velocity:
-                start = max(turn - math.pi / beat, self.time)
-                stop = float(scipy.optimize.brentq(self._velocity, start, turn, xtol=1e-15 * turn, rtol=1e-15))
+                stop = self._stop_after(max(turn - (phase - bend) % math.pi / beat, self.time))
                 return stop if stop < before else math.nan
             turn += math.pi / beat
         return math.nan
+
+    def _stop_after(self, time: float) -> float:
+        """When the falling velocity is 0, by Newton's steps from where it bends, or from a start beyond that.
+
+        From there on it is bent towards its minimum, and before that away from its maximum: to either side no step passes the
+        zero, and all but those next to a minimum that hardly stops the pin double the digits.
+        """
+        last = 0.0
+        for _ in range(_MOST_STEPS):
+            step = -self._velocity(time) / self._acceleration(time)
+            if abs(step) <= _ULP * time or step * last < 0.0:
+                break  # what turns it back is rounding
+            time, last = time + step, step
+        return time
 
     def _velocity(self, time: float) -> float:
         distance, speed = self._start()
         h, rate = self._impulse_response(np.asarray(time) - self.time)
         return float(self.stage_velocity + speed * rate - self.spring_stiffness * distance * h)
+
+    def _acceleration(self, time: float) -> float:
+        position, velocity = self.motion(np.asarray(time))
+        steady = self.stage_velocity * time - self.friction_force / self.spring_stiffness
+        decay = self.damping_ratio * math.sqrt(self.spring_stiffness)
+        return float(-2.0 * decay * (velocity - self.stage_velocity) - self.spring_stiffness * (position - steady))
 
     def _start(self) -> tuple[float, float]:
         """Distance and velocity relative to steady sliding, at the start."""
@@ -92,6 +114,11 @@ class Oscillator:
             fast, slow = np.exp(-(decay + beat) * tau), np.exp(-(natural**2 / (decay + beat)) * tau)
             sine, cosine = (slow - fast) / 2.0, (slow + fast) / 2.0
         return sine / beat, cosine - decay / beat * sine
+
+
+def _phase_of_zero(value: float, rate: float, decay: float, beat: float) -> float:
+    """Phase, 0 to π, at which a decaying oscillation is first 0 that begins with this value and this rate of change."""
+    return math.atan2(-value * beat, rate + decay * value) % math.pi
 
 
 @dataclass(frozen=True, slots=True, eq=False)

@@ -5,6 +5,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from scipy.optimize import brentq
 
 from solver.drive import Drive
 from solver.dynamics import stick_slip as closed_form
@@ -59,6 +60,34 @@ def test_slips_start_at_the_static_friction_force_and_stop_at_rest():
         assert not motion.velocity[after].any()
     assert motion.velocity.min() >= 0.0
     assert np.array_equal(motion.spring_force, 0.2 * motion.time - motion.position)
+
+
+def velocity_at(time: float, pin: Oscillator) -> float:
+    return float(pin.motion(np.asarray(time))[1])
+
+
+def test_a_pin_stops_where_a_bracket_says_so_too():
+    """Newton's steps against a search that knows no derivative; what is left is the rounding of the velocity."""
+    chance, stops = np.random.default_rng(3), 0
+    for _ in range(300):
+        stiffness, stage_velocity, force = 10.0 ** chance.uniform((-3, -6, -3), (6, 1, 1))
+        began = chance.choice([0.0, 10.0 ** chance.uniform(-3, 3)])
+        behind = began * stage_velocity - force / stiffness * chance.uniform(1.01, 3.0)
+        damping_ratio = chance.choice([0.0, 10.0 ** chance.uniform(-4, -0.01)])
+        pin = Oscillator(stiffness, damping_ratio, stage_velocity, force, began, behind)
+        times = began + np.linspace(0.0, 2.0 * math.pi / math.sqrt(stiffness * (1.0 - damping_ratio**2)), 2000)
+        velocities = pin.motion(times)[1]
+        fastest = int(velocities.argmax())
+        if velocities[fastest:].min() >= 0.0:
+            continue
+        stops += 1
+        stopped = fastest + int(np.argmax(velocities[fastest:] < 0.0))
+        bracketed = brentq(velocity_at, times[stopped - 1], times[stopped], args=(pin,), xtol=1e-300)
+        slope = (velocities[stopped - 1] - velocities[stopped]) / (times[1] - began)
+        assert pin.first_stop(math.inf) == pytest.approx(
+            bracketed, rel=1e-14, abs=1e-13 * float(velocities[fastest]) / slope
+        )
+    assert stops > 200
 
 
 def test_a_later_slip_weaker_than_sliding_itself_goes_on_at_once():
