@@ -14,8 +14,9 @@ ROOT = Path(__file__).parents[1]
 ORDER = {
     "solver": "compiled compiling outcome quantity view parameter family slab case drive elasticity contact sliding "
     "dynamics simulate",
-    "solver.elasticity": "grid lagrange support stiffness parity dissection condensation grid_scheme boundary_value schemes "
+    "solver.elasticity": "grid lagrange support stiffness condensation grid_scheme boundary_value schemes "
     "interior compliance conditioning",
+    "solver.elasticity.condensation": "parity translations dissection condensed",
     "solver.elasticity.schemes": "convolution endless grading column biquadratic galerkin half_plane chain",
     "solver.contact": "kernels outcomes closed_forms pin node_friction soundness contact_system normal convolved tableau "
     "compiled_contact coulomb state initial",

@@ -6,7 +6,7 @@ from typing import ClassVar
 import numpy as np
 from numpy.typing import NDArray
 
-from solver.elasticity.condensation import condensed
+from solver.elasticity.condensation.condensed import condensed
 from solver.elasticity.grid import Grid
 from solver.elasticity.stiffness import Stiffness
 from solver.outcome import InvalidInput

@@ -22,7 +22,9 @@ class Stiffness:
     """{f_x; f_z} = [K_u C_uw; C_wu K_w] {u; w} for every node, no support applied (Eq. 11).
 
     The blocks are sparse, shape (nodes, nodes), in G. fixed_u, fixed_w: masks of the displacements held at zero, (nodes,).
-    symmetric: whether the scheme promises a symmetric positive definite matrix.
+    symmetric: whether the scheme promises a symmetric positive definite matrix. per_row: forces per translation of each row of
+    nodes, (2·nodes, 2·rows), along x, then along z, where a scheme's cells may be so high and narrow that too few digits are
+    left where its matrix is summed.
     """
 
     grid: Grid
@@ -33,6 +35,7 @@ class Stiffness:
     fixed_u: NDArray[np.bool_]
     fixed_w: NDArray[np.bool_]
     symmetric: bool
+    per_row: NDArray[np.float64] | None = None
 
     @property
     def matrix(self) -> Sparse:

@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 
 from solver.elasticity.grid import FirstSpacing, Grid, binary_hierarchy
 from solver.elasticity.grid_scheme import GridScheme
-from solver.elasticity.lagrange import integral, lagrange, slope, value
+from solver.elasticity.lagrange import Basis, integral, lagrange, slope, value
 from solver.elasticity.stiffness import Stiffness, lame
 from solver.elasticity.support import restrained
 from solver.parameter import check, parameter, require
@@ -71,7 +71,43 @@ def biquadratic(grid: Grid, poisson: float, support: Support) -> Stiffness:
         fixed_u=fixed_u,
         fixed_w=fixed_w,
         symmetric=False,
+        per_row=_per_row(grid, dilation),
     )
+
+
+def _per_row(grid: Grid, dilation: float) -> NDArray[np.float64]:
+    """Forces of all nodes per translation of each row, (2·nodes, 2·rows): Σ_k α_k = 1, whose slopes and rises are none."""
+    found = np.zeros((2, grid.nodes, 2, grid.rows))
+    for row in range(grid.rows):
+        used, gamma = _across(grid, row)
+        lower, upper = _ends(grid, row)
+        faces, width = np.zeros(grid.counts[row]), np.full(grid.counts[row], grid.spacing(row))
+        faces[[0, -1]] = 1.0, -1.0  # Elsewhere a volume has two sides, whose normals are opposite.
+        width[[0, -1]] /= 2
+        for q, other in enumerate(used):
+            dz_on_sides = faces * (value(gamma, upper) - value(gamma, lower))[q]
+            dz_on_ends = width * sum(s * slope(gamma, z)[q] for s, z in _inner_ends(grid, row))
+            found[:, grid.row_nodes(row), 0, other] = -dz_on_ends, -dz_on_sides
+            found[:, grid.row_nodes(row), 1, other] = -dilation * dz_on_sides, -(dilation + 2) * dz_on_ends
+    return found.reshape(2 * grid.nodes, 2 * grid.rows)
+
+
+def _across(grid: Grid, row: int) -> tuple[NDArray[np.int64], Basis]:
+    """The three rows that a stencil uses, and γ: polynomials of z above its own row."""
+    used = np.clip(row, 1, grid.rows - 2) + np.array([-1, 0, 1])
+    return used, lagrange([float(grid.depths[q] - grid.depths[row]) for q in used])
+
+
+def _ends(grid: Grid, row: int) -> tuple[float, float]:
+    """Lower and upper z of a row's volumes, above the row itself."""
+    lower, upper = (z - float(grid.depths[row]) for z in grid.volume_z(row))
+    return lower, upper
+
+
+def _inner_ends(grid: Grid, row: int) -> list[tuple[float, float]]:
+    """Outward normal and z of those ends that lie inside the slab."""
+    lower, upper = _ends(grid, row)
+    return [(s, z) for s, z, inside in ((-1.0, lower, row < grid.rows - 1), (1.0, upper, row > 0)) if inside]
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -100,13 +136,12 @@ def _column_classes(grid: Grid, row: int) -> Iterator[NDArray[np.int64]]:
 def _face_integrals(grid: Grid, row: int, columns: NDArray[np.int64]) -> _FaceIntegrals:
     """The stencil of a class of columns. It is computed for the first column and repeated for the others."""
     column = int(columns[0])
-    used_rows = np.clip(row, 1, grid.rows - 2) + np.array([-1, 0, 1])
-    gamma = lagrange([float(grid.depths[q] - grid.depths[row]) for q in used_rows])
-    lower, upper = (z - float(grid.depths[row]) for z in grid.volume_z(row))
+    used_rows, gamma = _across(grid, row)
+    lower, upper = _ends(grid, row)
     half = grid.spacing(row) / 2
     sides = [(s, s * half) for s in (-1.0, 1.0) if (s < 0 and column > 0) or (s > 0 and column < grid.counts[row] - 1)]
     left, right = (-half if column > 0 else 0.0), (half if column < grid.counts[row] - 1 else 0.0)
-    ends = [(s, z) for s, z, inside in ((-1.0, lower, row < grid.rows - 1), (1.0, upper, row > 0)) if inside]
+    ends = _inner_ends(grid, row)
 
     gamma_integral = integral(gamma, lower, upper)
     gamma_rise = value(gamma, upper) - value(gamma, lower)

@@ -28,7 +28,7 @@ import numpy as np
 import scipy
 from numpy.typing import NDArray
 
-from solver.elasticity.condensation import condensed
+from solver.elasticity.condensation.condensed import condensed
 from solver.elasticity.grid import Grid
 from solver.elasticity.grid_scheme import GridScheme
 from solver.elasticity.lagrange import gram, lagrange, slopes, value

@@ -4,9 +4,9 @@ import numpy as np
 import pytest
 import scipy.sparse as sp
 
-from solver.elasticity import dissection
 from solver.elasticity.compliance import surface_compliance
-from solver.elasticity.dissection import surface_inverse
+from solver.elasticity.condensation import dissection
+from solver.elasticity.condensation.dissection import surface_inverse
 from solver.elasticity.schemes.biquadratic import Biquadratic
 from solver.elasticity.schemes.galerkin import Galerkin
 from solver.slab import Slab
@@ -34,7 +34,8 @@ def test_the_surface_of_the_inverse_is_found(
     surface = surface[np.argsort(places[surface, 0])]
     expected = np.linalg.inv(matrix.toarray())[np.ix_(surface, surface)]
     # Diagonally dominant: nothing grows beyond rounding.
-    np.testing.assert_allclose(surface_inverse(matrix, places, surface), expected, atol=1e-14)
+    found, _ = surface_inverse(matrix, places, surface)
+    np.testing.assert_allclose(found, expected, atol=1e-14)
 
 
 @pytest.mark.parametrize(
@@ -54,11 +55,3 @@ def test_a_slab_has_the_compliance_that_its_whole_stiffness_has(slab: Slab) -> N
     expected = sparse_compliance(slab)
     # 3e-13 seen, the rounding of either way.
     np.testing.assert_allclose(surface_compliance(slab).matrix, expected, atol=2e-12 * np.abs(expected).max())
-
-
-def test_a_paper_grid_stretched_ten_thousand_times_is_condensed_as_well_as_its_stiffness_allows() -> None:
-    """Its rows act on each other a hundred millionth as much as its columns: eliminated row by row, no digit was right."""
-    slab = Slab(9, 1e4, scheme="biquadratic")
-    expected = sparse_compliance(slab)
-    # Either way keeps four digits: 1e-5 and 4e-5 off extended precision.
-    np.testing.assert_allclose(surface_compliance(slab).matrix, expected, atol=3e-4 * np.abs(expected).max())

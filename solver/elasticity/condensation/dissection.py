@@ -21,6 +21,7 @@ Indices = NDArray[np.int64]
 
 SMALLEST = 160
 """A piece of at most so many fields is eliminated at once: below, more time goes into calls than into arithmetic."""
+NONE: Indices = np.empty(0, np.int64)
 ROWS_AT_ONCE = 64
 """Rows of a product that are added at once: they stay in the cache."""
 
@@ -38,6 +39,8 @@ class _Piece(NamedTuple):
     """Displacements of these per displacement of the border; zero of fields outside the piece."""
     bears: Dense
     """Forces on the border's fields per force on these."""
+    reciprocal_condition: float
+    """The least of all cuts so far."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -52,9 +55,13 @@ class _Slab:
     """Of surface fields from left to right, -1 elsewhere; (fields,)."""
     compliance: Dense
 
-    def eliminated(self, inside: Indices) -> _Piece:
-        """Eliminate the fields `inside`, sorted: first each side of a cut, then the cut. Raises SingularOperator."""
-        cut, *sides = self._cut(inside)
+    def eliminated(self, inside: Indices, last: Indices = NONE) -> _Piece:
+        """Eliminate the fields `inside`, sorted: first each side of a cut, then the cut, and with it those that come last.
+
+        Raises SingularOperator.
+        """
+        cut, *sides = self._cut(np.setdiff1d(inside, last, assume_unique=True))
+        cut = np.union1d(cut, last)
         pieces = [self.eliminated(side) for side in sides if len(side)]
         rows, columns = self.rows[cut], self.columns[cut]
         met = np.concatenate((rows.indices, columns.indices, *(piece.border for piece in pieces)))
@@ -76,12 +83,15 @@ class _Slab:
         top = np.flatnonzero(self.number[cut] >= 0)
         at = self.number[cut[top]] - surface.start
         follows[at, top] = bears[at, top] = 1.0
-        return self._without(stiffness, surface, follows, bears.T, border)
+        found = self._without(stiffness, surface, follows, bears.T, border)
+        return found._replace(reciprocal_condition=min(one.reciprocal_condition for one in (found, *pieces)))
 
     def _without(self, stiffness: Dense, surface: slice, follows: Dense, bears: Dense, border: Indices) -> _Piece:
         """The piece once its cut's fields, which stand first, are eliminated as well."""
         cut = len(stiffness) - len(border)
-        solved = _solved(stiffness[:cut, :cut], np.concatenate((bears[:cut], stiffness[:cut, cut:]), axis=1))
+        solved, reciprocal_condition = _solved(
+            stiffness[:cut, :cut], np.concatenate((bears[:cut], stiffness[:cut, cut:]), axis=1)
+        )
         of_surface, of_border = solved[:, : bears.shape[1]], solved[:, bears.shape[1] :]
         for first in range(surface.start, surface.stop, ROWS_AT_ONCE):
             some = slice(first, min(first + ROWS_AT_ONCE, surface.stop))
@@ -93,6 +103,7 @@ class _Slab:
             surface,
             follows[:, cut:] - follows[:, :cut] @ of_border,
             bears[cut:] - stiffness[cut:, :cut] @ of_surface,
+            reciprocal_condition,
         )
 
     def _cut(self, inside: Indices) -> tuple[Indices, Indices, Indices]:
@@ -114,18 +125,18 @@ class _Slab:
         return below[acting], below[~acting], inside[beyond]
 
 
-def surface_inverse(matrix: Sparse, places: Dense, surface: Indices) -> Dense:
-    """matrix⁻¹ at the fields `surface` alone, (len(surface), len(surface)).
+def surface_inverse(matrix: Sparse, places: Dense, surface: Indices, last: Indices = NONE) -> tuple[Dense, float]:
+    """matrix⁻¹ at the fields `surface` alone, (len(surface), len(surface)); and the least reciprocal condition of the cuts.
 
-    places: x and z of every field, (fields, 2). The surface, given from left to right, has the largest z. Raises
-    SingularOperator where a cut's fields cannot be solved for.
+    places: x and z of every field, (fields, 2). The surface, given from left to right, has the largest z. last: fields that act
+    far and wide, eliminated after all others. Raises SingularOperator where a cut's fields cannot be solved for.
     """
     number = np.full(len(places), -1)
     number[surface] = np.arange(len(surface))
     found = np.zeros((len(surface), len(surface)))
     by_columns = scipy.sparse.csr_array(matrix.T)
-    _Slab(matrix, by_columns, places, number, found).eliminated(np.arange(len(places)))
-    return found
+    whole = _Slab(matrix, by_columns, places, number, found).eliminated(np.arange(len(places)), last)
+    return found, whole.reciprocal_condition
 
 
 def _dense(rows: Sparse, place: Indices, count: int) -> Dense:
@@ -147,8 +158,8 @@ def _range(numbers: Indices) -> slice:
     return slice(int(found.min()), int(found.max()) + 1) if len(found) else slice(0, 0)
 
 
-def _solved(matrix: Dense, right: Dense) -> Dense:
-    """matrix⁻¹ right. Raises SingularOperator where the reciprocal condition number is below machine precision."""
+def _solved(matrix: Dense, right: Dense) -> tuple[Dense, float]:
+    """matrix⁻¹ right, and the matrix's reciprocal condition. Raises SingularOperator where that is below machine precision."""
     norm = np.abs(matrix).sum(axis=0).max(initial=0.0)
     factors, pivots, info = scipy.linalg.lapack.dgetrf(matrix)
     reciprocal_condition = 0.0 if info else float(scipy.linalg.lapack.dgecon(factors, norm)[0])
@@ -157,4 +168,4 @@ def _solved(matrix: Dense, right: Dense) -> Dense:
             f"the slab's stiffness is singular (reciprocal condition {reciprocal_condition:.1e}): "
             "check that the support restrains it, and that poisson is not too close to 0.5"
         )
-    return np.asarray(scipy.linalg.lapack.dgetrs(factors, pivots, right)[0])
+    return scipy.linalg.lapack.dgetrs(factors, pivots, right)[0], reciprocal_condition

@@ -4,8 +4,8 @@ import numpy as np
 import pytest
 import scipy.sparse as sp
 
+from solver.elasticity.condensation.parity import Fields, families, projected
 from solver.elasticity.grid_scheme import stiffness
-from solver.elasticity.parity import Fields, families, projected
 from solver.slab import Slab, Support
 
 
