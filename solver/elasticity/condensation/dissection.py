@@ -60,8 +60,7 @@ class _Slab:
 
         Raises SingularOperator.
         """
-        cut, *sides = self._cut(np.setdiff1d(inside, last, assume_unique=True))
-        cut = np.union1d(cut, last)
+        cut, *sides = self._cut(inside, last)
         pieces = [self.eliminated(side) for side in sides if len(side)]
         rows, columns = self.rows[cut], self.columns[cut]
         met = np.concatenate((rows.indices, columns.indices, *(piece.border for piece in pieces)))
@@ -106,8 +105,11 @@ class _Slab:
             reciprocal_condition,
         )
 
-    def _cut(self, inside: Indices) -> tuple[Indices, Indices, Indices]:
-        """Fields of the shorter cut, upright or level, through the middle; and those on either side."""
+    def _cut(self, inside: Indices, last: Indices) -> tuple[Indices, Indices, Indices]:
+        """Fields of the shorter cut, upright or level, through the middle, and with it the last; and those on either side."""
+        if len(last):
+            cut, left, right = self._cut(np.setdiff1d(inside, last, assume_unique=True), NONE)
+            return np.sort(np.concatenate((cut, last))), left, right
         if len(inside) <= SMALLEST:
             return inside, inside[:0], inside[:0]
         ways = [self._cut_along(inside, self.places[inside, axis]) for axis in (0, 1)]
