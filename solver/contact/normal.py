@@ -14,13 +14,12 @@ from numpy.typing import NDArray
 from solver.case import Case
 from solver.contact.closed_forms import hertz_half_width, winkler_half_width
 from solver.contact.contact_system import ContactSystem
+from solver.contact.exchange import Exchange
 from solver.contact.pin import pin_of, surface_from_pin
 from solver.elasticity.compliance import SurfaceCompliance
 
 Vector = NDArray[np.float64]
 
-PATIENCE = 10
-"""Rounds in which a contact set may not improve before its wrong nodes are exchanged one at a time."""
 MOST_ROUNDS = 500
 """Rounds after which no contact set is looked for any more."""
 RESTING = 1e-13
@@ -47,16 +46,13 @@ class NormalContact(NamedTuple):
 def normal_contact(case: Case, compliance: SurfaceCompliance, stuck: bool) -> NormalContact:
     """The contact at the case's load, its nodes stuck at u = 0 or free of friction. Raises SingularOperator, TooFarApart.
 
-    Block principal pivoting (Kostreva; Júdice and Pires): all wrong nodes are exchanged at once; when their number has not
-    fallen for PATIENCE rounds, only the one furthest right is exchanged (Murty's rule, which cannot cycle on a positive
-    definite operator) until fewer are wrong than ever before. Sets that are near share factors (ContactSystem); what is
-    returned was solved for by the found set's own, unless only the set is asked for.
+    Wrong nodes are exchanged (Exchange) until none is. Sets that are near share factors (ContactSystem); what is returned was
+    solved for by the found set's own, unless only the set is asked for.
     """
     x = surface_from_pin(case)
     contact = np.abs(x) <= max(expected_half_width(case), np.abs(x).min())
     u, moved = np.zeros_like(x), math.inf
-    fewest, patience = len(x) + 1, PATIENCE
-    seen: set[bytes] = set()
+    exchange = Exchange(x)
     system = _system(case, compliance, contact, u, stuck)
     for _ in range(MOST_ROUNDS):
         if not system.is_near(contact):
@@ -73,20 +69,11 @@ def normal_contact(case: Case, compliance: SurfaceCompliance, stuck: bool) -> No
             if not system.is_of(contact) or moved > SLOW * before:
                 system = _system(case, compliance, contact, u, stuck)
             continue
-        count = int(wrong.sum())
-        if count < fewest:
-            fewest, patience = count, PATIENCE
-            seen.clear()
-        patience -= 1
-        if patience < 0:
-            # Nodes stuck at u = 0 have no memory but their set: one that comes back comes back for ever.
-            if (stuck or not case.effects.coupling) and contact.tobytes() in seen:
-                break
-            seen.add(contact.tobytes())
-            wrong[: np.flatnonzero(wrong)[-1]] = False
-        contact, moved = contact ^ wrong, math.inf
-        if not contact.any():
-            contact[np.argmin(np.abs(x))] = True
+        following = exchange.exchanged(contact, wrong)
+        # Nodes stuck at u = 0 have no memory but their set: one that comes back comes back for ever.
+        if following.again and (stuck or not case.effects.coupling):
+            break
+        contact, moved = following.contact, math.inf
     return found._replace(contact=contact, converged=False)
 
 

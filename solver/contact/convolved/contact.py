@@ -10,6 +10,7 @@ from numpy.typing import NDArray
 
 from solver.case import Case
 from solver.contact.convolved.conjugate_gradients import pressed
+from solver.contact.exchange import Exchange
 from solver.contact.normal import RESTING, NormalContact, expected_half_width
 from solver.contact.pin import Pin, pin_of, surface_from_pin
 from solver.elasticity.schemes.convolution import Convolution
@@ -24,8 +25,6 @@ FIRST, LAST = 1e-2, 1e-14
 which bears the less the more they are; and of the contact found."""
 FINER = 0.5
 """By how much precision gets finer with every round that finds wrong nodes."""
-PATIENCE = 10
-"""Rounds in which a contact set may not improve before its wrong nodes are exchanged one at a time."""
 MOST_ROUNDS = 200
 """Rounds after which no contact set is looked for any more. Some 25 do for pins smooth or rough; nodes that move sideways on
 flanks of 45°, the steepest that mean something, 104 at ν = -1 and 43 at 0."""
@@ -39,15 +38,14 @@ def needs_no_matrix(case: Case) -> bool:
 def convolved_contact(case: Case, convolution: Convolution) -> NormalContact:
     """The contact at the case's load of a pin that drags nothing.
 
-    All wrong nodes are exchanged at once, those that pull and those inside the pin; when their number has not fallen for
-    PATIENCE rounds, only the one furthest right is, as in `normal`. Heights under nodes that pressure moves sideways are those
-    of where the last round left them: each round changes that by (1-2ν)/(2-2ν) of the pin's slope, at most, of the last change.
+    Wrong nodes are exchanged as in `normal`. Heights under nodes that pressure moves sideways are those of where the last round
+    left them: each round changes that by (1-2ν)/(2-2ν) of the pin's slope, at most, of the last change.
     """
     x, pin = surface_from_pin(case), pin_of(case)
     heights, u = pin.face(x), np.zeros_like(x)
     contact = np.abs(x) <= max(expected_half_width(case), np.abs(x).min())
     force = np.where(contact, case.normal_load / contact.sum(), 0.0)
-    scale, precision, exchange = case.normal_load * float(convolution.along[0]), FIRST / len(x), _Exchange(len(x))
+    scale, precision, exchange = case.normal_load * float(convolution.along[0]), FIRST / len(x), Exchange(x)
     for _ in range(MOST_ROUNDS):
         lowest = float(heights[contact].min())  # differences of heights are exact, large ones have fewer digits
         found = pressed(convolution, contact, heights - lowest, force, precision * scale)
@@ -62,31 +60,10 @@ def convolved_contact(case: Case, convolution: Convolution) -> NormalContact:
                 return NormalContact(contact, force, u, v, approach, converged=True)
             precision = LAST
             continue
-        contact, all_at_once = exchange.exchanged(contact, wrong)
+        contact, all_at_once, _ = exchange.exchanged(contact, wrong)
         precision = max(precision * FINER, LAST) if all_at_once else LAST
-        if not contact.any():
-            contact[np.argmin(np.abs(x))] = True
         force = _spread(case, contact, force)
     return NormalContact(contact, force, u, v, approach, converged=False)
-
-
-class _Exchange:
-    """Which wrong nodes are exchanged: all of them, until their number has not fallen for PATIENCE rounds; then one."""
-
-    def __init__(self, nodes: int) -> None:
-        self._fewest, self._patience = nodes + 1, PATIENCE
-
-    def exchanged(self, contact: Nodes, wrong: Nodes) -> tuple[Nodes, bool]:
-        """The next contact, (n,), and whether all of `wrong`, (n,), were exchanged."""
-        count = int(wrong.sum())
-        if count < self._fewest:
-            self._fewest, self._patience = count, PATIENCE
-        self._patience -= 1
-        if self._patience >= 0:
-            return contact ^ wrong, True
-        last = np.zeros_like(wrong)
-        last[np.flatnonzero(wrong)[-1]] = True
-        return contact ^ last, False
 
 
 def _beneath(pin: Pin, x: Vector, u: Vector) -> Nodes:

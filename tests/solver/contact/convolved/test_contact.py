@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 from solver.case import Case, Effects, Heterogeneity
-from solver.contact import initial
+from solver.contact import exchange, initial
 from solver.contact.closed_forms import flat_punch_pressure, hertz
 from solver.contact.convolved import contact as convolved
 from solver.contact.convolved.contact import needs_no_matrix
@@ -149,7 +149,7 @@ def test_exchanging_one_node_at_a_time_finds_the_same_contact(monkeypatch: pytes
     """What is left when exchanging all wrong nodes goes round in circles."""
     case = case_of(65, heterogeneity=Heterogeneity(roughness=rough(3e-5)))
     expected = initial_contact(case, compliance_for_contact(case))
-    monkeypatch.setattr(convolved, "PATIENCE", 0)
+    monkeypatch.setattr(exchange, "PATIENCE", 0)
     found = initial_contact(case, compliance_for_contact(case))
     np.testing.assert_array_equal(found.contact, expected.contact)
     np.testing.assert_allclose(found.nodal_force, expected.nodal_force, atol=1e-12 * case.normal_load)
