@@ -111,9 +111,7 @@ def _touch_without_shear(case: Case, compliance: Compliance) -> ContactState:
     else:
         found = normal_contact(case, compliance.as_matrix(), stuck=False)
     outcome = COMPLETED if found.converged else _why_unsettled(case, compliance, found)
-    if _out_from_under(case, found):
-        outcome = OUT_FROM_UNDER
-    return _free_of_shear(case, compliance, found, outcome)
+    return _free_of_shear(case, compliance, found, _at_the_edge(case, found) or outcome)
 
 
 def _free_of_shear(case: Case, compliance: Compliance, found: NormalContact, outcome: Outcome) -> ContactState:
@@ -126,6 +124,13 @@ def _why_unsettled(case: Case, compliance: Compliance, found: NormalContact) -> 
     """Why no contact was found: on flanks that are too steep nodes move further and further."""
     cause = soundness(case, compliance, found.contact, found.u, 0.0)
     return OUTCOME_OF_STOP[Stop.CONTACT_CYCLE] if cause.ok else cause
+
+
+def _at_the_edge(case: Case, found: NormalContact) -> Outcome | None:
+    """Why a punch pressed down without friction has no answer at its edge; None where it has."""
+    if _out_from_under(case, found):
+        return OUT_FROM_UNDER
+    return IN_UNDER if _in_under(case, found) else None
 
 
 def _out_from_under(case: Case, found: NormalContact) -> bool:
@@ -143,10 +148,9 @@ def _in_under(case: Case, found: NormalContact) -> bool:
 def _touch_at_once(case: Case, compliance: SurfaceCompliance) -> ContactState:
     """Solve the normal problem, nodes stuck or free of friction; then let nodes slip until constraint II holds."""
     found = normal_contact(case, compliance, case.initial_contact == "stick")
-    if _out_from_under(case, found):
-        return replace(_nothing(case, OUT_FROM_UNDER), contact=found.contact)
-    if case.initial_contact == "frictionless" and _in_under(case, found):
-        return replace(_nothing(case, IN_UNDER), contact=found.contact)
+    edge = _at_the_edge(case, found) if case.initial_contact == "frictionless" else None
+    if edge:
+        return replace(_nothing(case, edge), contact=found.contact)
     contact, u, converged = found.contact, np.where(found.contact, found.u, 0.0), found.converged
     if converged and case.initial_contact == "frictionless":
         return _free_of_shear(case, compliance, found, COMPLETED)  # then there is nothing to slip

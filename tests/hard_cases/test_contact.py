@@ -187,16 +187,17 @@ def test_a_node_pushed_out_from_under_the_edge_is_named(effects: Effects, half_w
 
 
 @pytest.mark.parametrize("scheme", ["galerkin", "biquadratic", "half_plane"])
-def test_a_node_pulled_in_under_the_edge_is_named(scheme: str) -> None:
+@pytest.mark.parametrize("effects", FRICTIONLESS.values(), ids=FRICTIONLESS.keys())
+def test_a_node_pulled_in_under_the_edge_is_named(effects: Effects, scheme: str) -> None:
     """At ν = 0 a heavy punch on one node pulls its neighbours, which stand higher, in under its edge."""
     slab = Slab(n_x=17, scheme=scheme, poisson=0.0)
     punch = Case(slab=slab, pin="flat_punch", half_width=0.025, normal_load=0.06, initial_contact="frictionless")
-    state = initial_contact(punch, compliance_of(slab))
+    state = initial_contact(replace(punch, effects=effects), compliance_of(slab))
     assert state.outcome.ending is Ending.EDGE_REACHED, state.gap[~state.contact].min()
     assert "lower normal_load" in state.outcome.message
     stuck = initial_contact(replace(punch, initial_contact="stick"), compliance_of(slab))
     assert "without friction" not in stuck.outcome.message  # slips decide first
-    light = initial_contact(replace(punch, normal_load=1e-3), compliance_of(slab))
+    light = initial_contact(replace(punch, effects=effects, normal_load=1e-3), compliance_of(slab))
     assert light.outcome.ok
     assert light.gap.min() >= 0.0
 
