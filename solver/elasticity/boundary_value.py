@@ -51,7 +51,7 @@ def solve_mixed(stiffness: Stiffness, given: NodalFields) -> NodalFields:
     k = stiffness.matrix
     if unknown.any():
         right = forces[unknown] - k[unknown][:, ~unknown] @ displacements[~unknown]
-        displacements[unknown] = _solve_sparse(k[unknown][:, unknown], right)
+        displacements[unknown] = solve_sparse(k[unknown][:, unknown], right)
     forces[~unknown] = (k @ displacements)[~unknown]
     return NodalFields(displacements[:nodes], displacements[nodes:], forces[:nodes], forces[nodes:])
 
@@ -68,7 +68,8 @@ def _check_pair(name: str, displacement: Vector, force: Vector, nodes: int) -> N
         raise InvalidInput(f"under-determined: node {neither[0]} has neither of {name}: give one of them")
 
 
-def _solve_sparse(matrix: object, right: Vector) -> Vector:
+def solve_sparse(matrix: object, right: Vector) -> Vector:
+    """matrix⁻¹ right, (size,), of a sparse matrix. Raises SingularOperator where a rigid motion is free."""
     advice = "prescribe enough displacements to exclude rigid motion (two translations and a rotation)"
     try:
         factors = scipy.sparse.linalg.splu(matrix.tocsc())  # type: ignore[attr-defined]

@@ -15,7 +15,9 @@ import numpy as np
 import scipy
 from numpy.typing import NDArray
 
-from solver.elasticity.boundary_value import blank, solve_mixed
+from solver.elasticity.boundary_value import solve_sparse
+from solver.elasticity.condensation.parity import families
+from solver.elasticity.condensation.translations import displace, forces_on, with_translations
 from solver.elasticity.grid import Grid
 from solver.elasticity.grid_scheme import stiffness
 from solver.elasticity.lagrange import lagrange, slope
@@ -77,23 +79,35 @@ def interior_fields(slab: Slab, nodal_force: NDArray[np.float64]) -> InteriorFie
 
 def _solved(whole: Stiffness, poisson: float, nodal_force: NDArray[np.float64]) -> InteriorFields:
     """The fields of a slab whose grid reaches from its surface to its bottom."""
-    question, nodes = blank(whole), int(whole.grid.counts[0])
-    question.f_x[:nodes], question.f_z[:nodes] = nodal_force
-    found = solve_mixed(whole, question)
-    u_x, u_z = gradient(whole.grid, found.u)
-    w_x, w_z = gradient(whole.grid, found.w)
+    forces, nodes = np.zeros((2, whole.grid.nodes)), int(whole.grid.counts[0])
+    forces[:, :nodes] = nodal_force
+    u, w = _displaced(whole, forces.ravel()).reshape(2, -1)
+    u_x, u_z = gradient(whole.grid, u)
+    w_x, w_z = gradient(whole.grid, w)
     dilation = lame(poisson)
     x, z = whole.grid.coordinates().T
     volumetric = dilation * (u_x + w_z)
     return InteriorFields(
         x=x - 0.5,
         z=z,
-        u=found.u,
-        w=found.w,
+        u=u,
+        w=w,
         stress_xx=volumetric + 2 * u_x,
         stress_zz=volumetric + 2 * w_z,
         stress_xz=u_z + w_x,
     )
+
+
+def _displaced(whole: Stiffness, forces: Vector) -> Vector:
+    """[u; w] of all nodes, (2·nodes,), under forces on them, with the unknowns that the condensation has."""
+    total = np.zeros_like(forces)
+    for one in families(whole):
+        matrix, moving = with_translations(whole, one)
+        found = solve_sparse(matrix, forces_on(one, forces))[:, None]
+        displace(found, np.arange(one.count), moving)
+        kept = one.number >= 0
+        total[kept] += one.weight[kept] * found[one.number[kept], 0]
+    return total
 
 
 def _lengthened(slab: Slab, whole: Stiffness, found: InteriorFields, force: Vector) -> InteriorFields:

@@ -39,7 +39,7 @@ def with_translations(k: Stiffness, fields: Fields) -> tuple[Sparse, list[Transl
     moving, columns = [], []
     for row, members in _free_rows(k, fields):
         anchor = int(members[len(members) // 2])
-        forces = _projected_forces(k.per_row[:, row], fields)
+        forces = forces_on(fields, k.per_row[:, row])
         # A power of two rounds nothing, and makes the column as large as the one that it replaces.
         unit = 2.0 ** np.round(np.log2(stiffest[anchor] / np.abs(forces).max()))
         moving.append(Translation(anchor, members, unit / fields.weight[fields.first_entries[members]]))
@@ -68,7 +68,7 @@ def _free_rows(k: Stiffness, fields: Fields) -> list[tuple[int, Indices]]:
     return [(int(row), np.unique(fields.number[row_of == row])) for row in np.flatnonzero(~held)]
 
 
-def _projected_forces(forces: Dense, fields: Fields) -> Dense:
+def forces_on(fields: Fields, forces: Dense) -> Dense:
     """Forces on the fields, (count,), of forces on displacements, (2·nodes,)."""
     kept = fields.number >= 0
     found = np.bincount(fields.number[kept], weights=(fields.weight * forces)[kept], minlength=fields.count)
