@@ -48,17 +48,17 @@ def compiled_contact(
     v: Vector,
     displacement: float = 0.0,
     *,
-    whole: bool = False,
+    followed: NDArray[np.bool_] | None = None,
 ) -> CompiledContact:
     """State and constants for a given contact set and displacements (u, v at contact nodes; others ignored), the rate that per
     pin displacement.
 
-    contact, u, v: shape (n,); displacement: δ_p; whole: follow all surface nodes. Raises SingularOperator where the
-    contact's compliance cannot be inverted.
+    contact, u, v: shape (n,); displacement: δ_p; followed, (n,): nodes to follow, with a margin; without, those in
+    contact. Raises SingularOperator where the contact's compliance cannot be inverted.
     """
     n = compliance.slab.n_x
     # Beyond a rough pin's outermost contact any node may touch first.
-    window = slice(0, n) if whole or case.heterogeneity.roughness else _window(contact)
+    window = slice(0, n) if case.heterogeneity.roughness else _window(contact if followed is None else followed)
     state = _state(case, compliance, window, contact[window], displacement)
     nodes = len(state.x)
     state.inputs[:nodes] = np.where(state.contact, u[window], 0.0)
@@ -134,9 +134,9 @@ def corrected_for_rounding(compiled: CompiledContact, status: Stop) -> Stop:
     return status if equilibrium_residual(state) <= 10.0 * RESIDUAL_LIMIT else Stop.INACCURATE
 
 
-def _window(contact: NDArray[np.bool_]) -> slice:
-    touching, more = np.flatnonzero(contact), margin(len(contact))
-    return slice(max(int(touching[0]) - more, 0), min(int(touching[-1]) + more + 1, len(contact)))
+def _window(followed: NDArray[np.bool_]) -> slice:
+    nodes, more = np.flatnonzero(followed), margin(len(followed))
+    return slice(max(int(nodes[0]) - more, 0), min(int(nodes[-1]) + more + 1, len(followed)))
 
 
 def margin(n_x: int) -> int:

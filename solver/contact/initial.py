@@ -20,7 +20,7 @@ from solver.contact.kernels.cascade import answer_violations
 from solver.contact.kernels.enumerations import Stop
 from solver.contact.kernels.equilibrium import refresh, set_rate_to_load
 from solver.contact.kernels.loading import raise_load
-from solver.contact.normal import INSIDE, NormalContact, normal_contact
+from solver.contact.normal import INSIDE, NormalContact, expected_half_width, normal_contact
 from solver.contact.outcomes import OUTCOME_OF_ENDING, OUTCOME_OF_STOP
 from solver.contact.pin import pin_of, surface_from_pin
 from solver.contact.soundness import soundness
@@ -155,12 +155,14 @@ def _touch_at_once(case: Case, compliance: SurfaceCompliance) -> ContactState:
     if converged and case.initial_contact == "frictionless":
         return _free_of_shear(case, compliance, found, COMPLETED)  # then there is nothing to slip
     height = pin_of(case).height(np.where(contact, surface_from_pin(case) + u, 0.0))
+    everywhere = np.ones_like(contact)
     if not converged and math.isinf(case.intrinsic_friction):
-        unfinished = compiled_contact(case, compliance, contact, u, height, whole=True)
+        unfinished = compiled_contact(case, compliance, contact, u, height, followed=everywhere)
         return contact_state(unfinished, OUTCOME_OF_STOP[Stop.CONTACT_CYCLE])
     # Stuck at once, a node near the edge may be pulled in contact and pushed when free; slips then decide.
-    for whole in (False, True):
-        compiled = compiled_contact(case, compliance, contact, u, height, whole=whole)
+    expected = contact if converged else contact | (np.abs(surface_from_pin(case)) <= expected_half_width(case))
+    for followed in (expected, everywhere):
+        compiled = compiled_contact(case, compliance, contact, u, height, followed=followed)
         status = answer_violations(compiled.state, compiled.constants, 1.0)
         state = contact_state(compiled, OUTCOME_OF_STOP[corrected_for_rounding(compiled, status)])
         if (converged or state.outcome.ok) and not beyond_window(compiled, state):
@@ -172,7 +174,8 @@ def _load_gradually(case: Case, compliance: SurfaceCompliance) -> ContactState:
     """Start from a millionth of a millionth of the load on the lowest nodes and raise it event by event."""
     x = surface_from_pin(case)
     height = pin_of(case).height(x)
-    compiled = compiled_contact(case, compliance, height == height.min(), np.zeros_like(x), height, whole=True)
+    lowest, everywhere = height == height.min(), np.ones(len(x), dtype=np.bool_)
+    compiled = compiled_contact(case, compliance, lowest, np.zeros_like(x), height, followed=everywhere)
     compiled.state.inputs[-1] = -1e-12 * case.normal_load
     refresh(compiled.state)
     set_rate_to_load(compiled.state)

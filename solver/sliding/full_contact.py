@@ -98,4 +98,5 @@ def compiled_at(case: Case, compliance: SurfaceCompliance, state: ContactState, 
     """A compiled contact in this state."""
     xi = np.where(state.contact, surface_from_pin(case) + state.u - state.displacement, 0.0)
     height = pin_of(case).height(xi)
-    return compiled_contact(case, compliance, state.contact, state.u, height, state.displacement, whole=whole)
+    followed = np.ones_like(state.contact) if whole else None
+    return compiled_contact(case, compliance, state.contact, state.u, height, state.displacement, followed=followed)

@@ -17,7 +17,9 @@ from solver.slab import Slab
 def one_node() -> CompiledContact:
     slab = Slab(n_x=9)
     contact = np.arange(9) == 4
-    return compiled_contact(Case(slab=slab), surface_compliance(slab), contact, np.zeros(9), np.zeros(9), whole=True)
+    return compiled_contact(
+        Case(slab=slab), surface_compliance(slab), contact, np.zeros(9), np.zeros(9), followed=np.ones(9, dtype=bool)
+    )
 
 
 @pytest.mark.parametrize("value", [np.nan, np.inf, -np.inf])

@@ -2,11 +2,14 @@
 
 import math
 from dataclasses import replace
+from typing import Any
 
 import numpy as np
 import pytest
 
 from solver.case import Case, InitialContact
+from solver.contact import initial
+from solver.contact.compiled_contact import CompiledContact, compiled_contact
 from solver.contact.initial import initial_contact
 from solver.elasticity.compliance import surface_compliance
 from solver.outcome import Ending
@@ -69,6 +72,32 @@ def test_sticking_needs_slips_and_frictionless_touch_none() -> None:
     smooth = initial_contact(replace(case, initial_contact="frictionless"), COMPLIANCE)
     assert smooth.slips == 0
     assert np.abs(smooth.shear).max() <= 1e-11 * smooth.pressure.max()
+
+
+@pytest.mark.parametrize("poisson", [-0.5, 0.0, 0.3])
+@pytest.mark.parametrize("scheme", ["half_plane", "galerkin"])
+def test_slips_that_decide_the_contact_stay_within_the_first_window(
+    scheme: Any, poisson: float, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Where no stuck set is settled the contact ends tens of nodes from where it began; all of the surface costs n_x³."""
+    case = Case(slab=Slab(257, scheme=scheme, poisson=poisson, aspect_ratio=4.0), radius=100.0)
+    compliance = surface_compliance(case.slab)
+    windows: list[slice] = []
+
+    def seen(*given: Any, **followed: Any) -> CompiledContact:
+        windows.append((compiled := compiled_contact(*given, **followed)).window)
+        return compiled
+
+    monkeypatch.setattr(initial, "compiled_contact", seen)
+    state = initial_contact(case, compliance)
+    assert state.outcome.ok
+    assert len(windows) == 1
+    assert windows[0] != slice(0, 257)
+    monkeypatch.setattr(initial, "expected_half_width", lambda _: 1.0)
+    everywhere = initial_contact(case, compliance)
+    assert np.array_equal(everywhere.contact, state.contact)
+    # A wider tableau is inverted with other rounding; slips multiply it, as they do an error of any kind.
+    assert everywhere.pressure == pytest.approx(state.pressure, abs=1e-9 * np.nanmax(state.pressure))
 
 
 def test_without_friction_every_way_leads_to_the_same_pressure() -> None:
