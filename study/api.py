@@ -174,8 +174,8 @@ def _compute(
     if failed:
         said = f"{failed} tasks failed, now or before, or needed one that did (see `outcome` and `message`)"
         warnings.warn(said, RuntimeWarning, stacklevel=3)
-    elif not tally.interrupted:
-        drop_intermediates(plan, tasks, store)
+    elif tasks and not tally.interrupted:
+        drop_intermediates(plan, store)
 
 
 def _run_tasks(farm: SerialFarm, tasks: Sequence[Task], folder: Path, progress: bool | None) -> Tally:

@@ -1,6 +1,6 @@
 """How a process computes one task of a campaign: inputs from the store, result into it."""
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable
 from functools import lru_cache, partial
 from importlib import import_module
 from pathlib import Path
@@ -54,8 +54,8 @@ def _read(store: Store, key: str) -> TaskResult:
         raise OSError(str(error)) from error  # the next run computes it again
 
 
-def drop_intermediates(plan: Plan, computed: Sequence[Task], store: Store) -> None:
+def drop_intermediates(plan: Plan, store: Store) -> None:
     """Remove records that only other tasks needed and that no unfinished task still needs. Raises StoreError."""
-    if computed and any(task.intermediate and task.kind == "record" for task in plan.tasks):
+    if any(task.intermediate and task.kind == "record" for task in plan.tasks):
         for key in plan.obsolete(store.finished()):
             store.drop(key)

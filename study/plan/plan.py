@@ -133,33 +133,50 @@ def spelled_out(manifest: Manifest) -> Manifest:
 def plan_of(manifest: Manifest, heard: Heard = lambda _: None) -> Plan:
     """The plan of a manifest that is spelled out already."""
     with all_kept():
-        making = _Tasks(manifest)
-        cases = expanding(manifest)
-        while together := list(itertools.islice(cases, TOGETHER)):
-            making.add(together)
-            heard(len(making.of_cases))
-        tasks = longest_chain_first(making.taken())
-        return Plan(manifest, tuple(making.of_cases.cases), tasks, making.of_cases, making.tolerance, making.decisions)
+        planning = Planning(manifest)
+        while planning.go_on():
+            heard(planning.cases)
+        return planning.plan()
 
 
-class _Tasks:
-    """A campaign's cases and their tasks, each distinct task once."""
+class Planning:
+    """A plan in the making, some cases at a time. What is planned stays as it is, whatever cases follow."""
 
     def __init__(self, manifest: Manifest) -> None:
-        self.of_cases = TasksOfCases()
+        """manifest: spelled out."""
         self._manifest = manifest
+        self._ahead = expanding(manifest)
+        self._of_cases = TasksOfCases()
         self._kinds = [kind for kind in KINDS.values() if kind.needed(manifest)]
         self._found: dict[str, Task] = {}
-        self.tolerance = tolerance_of(manifest)
-        self._decider = Decider(manifest, self.tolerance) if self.tolerance else None
+        self._tolerance = tolerance_of(manifest)
+        self._decider = Decider(manifest, self._tolerance) if self._tolerance else None
         self._batches = Batches(manifest)
 
     @property
-    def decisions(self) -> Mapping[str, Decision]:
-        """case_id -> what is left out of it, where there is a tolerance."""
-        return self._decider.decisions if self._decider else {}
+    def cases(self) -> int:
+        """How many are planned."""
+        return len(self._of_cases)
 
-    def add(self, cases: list[CampaignCase]) -> None:
+    def go_on(self, cases: int = TOGETHER) -> bool:
+        """Plan the next cases; whether there were any. Raises ManifestError behind the last one where two are the same."""
+        together = list(itertools.islice(self._ahead, cases))
+        self._add(together)
+        return bool(together)
+
+    def tasks(self, begin: int) -> list[Task]:
+        """The tasks that are planned so far, from this one on: those that a task needs come before it."""
+        return list(itertools.islice(self._found.values(), begin, None))
+
+    def plan(self) -> Plan:
+        """The plan of what is planned. It takes over the tasks: memory is what limits its size."""
+        tasks = list(self._found.values())
+        self._found.clear()
+        decisions = self._decider.decisions if self._decider else {}
+        cases = tuple(self._of_cases.cases)
+        return Plan(self._manifest, cases, longest_chain_first(tasks), self._of_cases, self._tolerance, decisions)
+
+    def _add(self, cases: list[CampaignCase]) -> None:
         """More cases: their tasks, estimated and labelled; none of one that is refused."""
         if self._decider:
             cases = [self._decider.decided(case) for case in cases]
@@ -170,13 +187,7 @@ class _Tasks:
                     self._found[each.task.key] = self._planned(each, case)
         for case, its in zip(cases, wanted, strict=True):
             own = (each for each in its if each.task.kind != OF_ENSEMBLES)
-            self.of_cases.add(case, {(each.task.kind, each.drive): each.task.key for each in own})
-
-    def taken(self) -> list[Task]:
-        """All tasks, which are no longer kept here: memory is what limits the size of a plan."""
-        tasks = list(self._found.values())
-        self._found.clear()
-        return tasks
+            self._of_cases.add(case, {(each.task.kind, each.drive): each.task.key for each in own})
 
     def _wanted(self, case: CampaignCase) -> list[Wanted]:
         if case.case is None:

@@ -25,7 +25,7 @@ def work(campaign: Path, out: Path | None) -> None:
         stack.enter_context(Lease(into))
         store.prepare()
         problems = merge_shards(into)
-        drop_intermediates(plan, plan.tasks, store)
+        drop_intermediates(plan, store)
         write_dataset(plan, store)
         rest = left(plan, store.failures(), store.finished())
     for problem in problems:

@@ -5,17 +5,16 @@ from study.commands.shared.datasets import print_written
 from study.commands.shared.glance import at_hand
 from study.commands.shared.plans import counted, print_foreign
 from study.execution.farms.begun import Begun
-from study.manifest.reader import load_manifest
+from study.manifest.manifest import Manifest
 from study.report.console import say
 from study.results.store import Store
 
 
-def nothing_to_do(order: Order, store: Store) -> bool:
+def nothing_to_do(order: Order, manifest: Manifest, store: Store) -> bool:
     """Whether the campaign is finished, and its dataset that of the results; which is printed then.
 
     Whatever is to be done takes the plan: about failures, shards, tasks that a killed run was at.
     """
-    manifest = load_manifest(order.campaign)
     found = None if order.shard else at_hand(order.campaign, manifest, store)
     if found is None or len(found.stores) > 1 or Begun(order.into).read():
         return False

@@ -3,11 +3,12 @@
 from collections.abc import Mapping
 from dataclasses import asdict, dataclass
 from pathlib import Path
-from typing import Any
+from typing import Any, Final
 
 from study.commands.shared.arguments import folder
 from study.execution.failures import left
 from study.garbage import keep_for_good
+from study.manifest.manifest import Manifest
 from study.manifest.reader import load_manifest
 from study.origin import Origins, census, here
 from study.plan.plan import Plan, make_plan
@@ -17,11 +18,19 @@ from study.report.console import counting, say, whole
 from study.results.shard import folders
 from study.results.store import Store
 
+PLANNED: Final = "{} cases planned"
+"""What is shown while a plan is made."""
+
 
 def planned(campaign: Path) -> Plan:
     """The plan of a campaign file. Raises ManifestError."""
-    with counting("{} cases planned") as heard:
-        plan = make_plan(load_manifest(campaign), heard)
+    return planned_from(load_manifest(campaign))
+
+
+def planned_from(manifest: Manifest) -> Plan:
+    """The plan of a campaign. Raises ManifestError."""
+    with counting(PLANNED) as heard:
+        plan = make_plan(manifest, heard)
     keep_for_good()
     return plan
 

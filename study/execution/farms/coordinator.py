@@ -10,7 +10,7 @@ from typing import Any, TypeVar
 from study.execution.dispatch import Dispatcher
 from study.execution.interruption import Interruption
 from study.execution.launch import end_of_time
-from study.execution.ledger import Begin, Done, Fail, Ledger, Report, Tally
+from study.execution.ledger import Begin, Done, Fail, Ledger, Meanwhile, Report, Tally
 from study.execution.queue import Work
 
 W = TypeVar("W", bound=Work)
@@ -39,10 +39,11 @@ class Coordinator(ABC):
         report: Report[W],
         fail: Fail[W] = lambda *_: None,
         begin: Begin[W] = lambda *_: None,
+        meanwhile: Meanwhile | None = None,
     ) -> Tally:
         """Compute all tasks, each after its needs, idle ranks first; several at once where they are short.
 
-        After a signal only those that have been begun. None that would outlast the job.
+        After a signal, or when `meanwhile` is over, only those that have been begun. None that would outlast the job.
         report: hears how each task ends. fail: hears of each attempt that fails. begin: hears what is handed out.
         """
         ledger = Ledger(tasks, report, fail, end_of_time(os.environ))
@@ -51,11 +52,13 @@ class Coordinator(ABC):
             dispatcher.hand_out(ledger)
             for rank in dispatcher.stranded():
                 _take_in(ledger, dispatcher, rank, [self.take_back(rank)])
-            self._hear(ledger, dispatcher)
+            if meanwhile and not meanwhile():
+                break
+            self._hear(ledger, dispatcher, wait=not meanwhile)
         for rank in range(self.size):
             _take_in(ledger, dispatcher, rank, [self.take_back(rank)])
         while dispatcher.busy:
-            self._hear(ledger, dispatcher)
+            self._hear(ledger, dispatcher, wait=True)
         return ledger.tally(self.interruption.requested)
 
     @abstractmethod
@@ -67,11 +70,11 @@ class Coordinator(ABC):
         """Have a rank return the tasks that it has not begun: at once, or as news."""
 
     @abstractmethod
-    def news(self) -> Sequence[tuple[int, Sequence[News]]]:
-        """What ranks have said since, each time with the rank that said it; waits a little where none has."""
+    def news(self, wait: bool) -> Sequence[tuple[int, Sequence[News]]]:
+        """What ranks have said since, each time with the rank that said it. wait: a little, where none has."""
 
-    def _hear(self, ledger: Ledger[Any], dispatcher: Dispatcher) -> None:
-        for rank, news in self.news():
+    def _hear(self, ledger: Ledger[Any], dispatcher: Dispatcher, wait: bool) -> None:
+        for rank, news in self.news(wait):
             _take_in(ledger, dispatcher, rank, news)
 
 

@@ -1,7 +1,7 @@
 """Spread tasks over processes of one machine without MPI: this process hands out, its children compute."""
 
 from collections.abc import Sequence
-from multiprocessing.connection import wait
+from multiprocessing import connection
 from typing import Any, Final
 
 from study.execution.farms.agent import Agent
@@ -34,7 +34,7 @@ class ProcessFarm(Coordinator, LocalFarm):
         """Have a process return the tasks that it has not begun."""
         return Returned(self._agents[rank].give_back())
 
-    def news(self) -> list[tuple[int, Sequence[News]]]:
-        """Wait for a task to end; returns those that have."""
-        wait([agent.pipe for agent in self._agents if agent.busy and agent.pipe], PATIENCE)
+    def news(self, wait: bool) -> list[tuple[int, Sequence[News]]]:
+        """The tasks that have ended. wait: for one, where none has."""
+        connection.wait([agent.pipe for agent in self._agents if agent.busy and agent.pipe], PATIENCE if wait else 0.0)
         return [(number, agent.arrived()) for number, agent in enumerate(self._agents)]

@@ -9,7 +9,7 @@ import time
 import traceback
 from collections.abc import Sequence
 from dataclasses import dataclass
-from multiprocessing.connection import wait
+from multiprocessing import connection
 from types import TracebackType
 from typing import Any, Final, NoReturn, Self
 
@@ -74,8 +74,8 @@ class MPIFarm(Coordinator):
             return Returned(())
         return Returned(self._agent.give_back())
 
-    def news(self) -> list[tuple[int, Sequence[News]]]:
-        """What has arrived from other ranks and from this one's child; waits a little where nothing has."""
+    def news(self, wait: bool) -> list[tuple[int, Sequence[News]]]:
+        """What has arrived from other ranks and from this one's child. wait: a little, where nothing has."""
         done = self._agent.arrived()
         found: list[tuple[int, Sequence[News]]] = [(0, done)] if done else []
         for rank, message in self._mail.received():
@@ -83,7 +83,8 @@ class MPIFarm(Coordinator):
                 self.interruption.request()
             else:
                 found.append((rank, message))
-        self._pause.after(bool(found))
+        if wait:
+            self._pause.after(bool(found))
         return found
 
     def serve(self) -> int:
@@ -154,7 +155,7 @@ class _Pause:
             self._seconds = SHORTEST_PAUSE
             return
         if self._agent.busy and self._agent.pipe:
-            wait([self._agent.pipe], self._seconds)
+            connection.wait([self._agent.pipe], self._seconds)
         else:
             time.sleep(self._seconds)
         self._seconds = min(2.0 * self._seconds, LONGEST_PAUSE)

@@ -6,7 +6,7 @@ import pytest
 
 from study.commands.running import conduct
 from study.commands.shared import glance
-from study.commands.shared.plans import planned
+from study.commands.shared.plans import planned_from
 from study.execution.farms import begun
 from study.results import own
 from tests.study.commands.computing.test_run import disown
@@ -25,7 +25,7 @@ def finished(main, campaign: Path, monkeypatch) -> Path:
 def plans(monkeypatch) -> list[Path]:
     """The campaigns that runs have planned."""
     found: list[Path] = []
-    monkeypatch.setattr(conduct, "planned", lambda path: found.append(path) or planned(path))
+    monkeypatch.setattr(conduct, "planned_from", lambda manifest: found.append(manifest.path) or planned_from(manifest))
     return found
 
 

@@ -56,7 +56,7 @@ def test_what_is_in_hand_when_a_run_is_killed_is_noted_unless_it_was_told_to_sto
     tmp_path: Path, told: bool, noted: set[str]
 ) -> None:
     class Dying(MadeUpRanks):
-        def news(self) -> list[tuple[int, list[object]]]:
+        def news(self, wait: bool) -> list[tuple[int, list[object]]]:
             if told:
                 self.interruption.request()
             raise Killed
