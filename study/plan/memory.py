@@ -4,6 +4,7 @@ import heapq
 import math
 import os
 from collections.abc import Sequence
+from operator import attrgetter
 
 from study.plan.cost.arrays import record_bytes
 from study.plan.plan import Plan
@@ -27,6 +28,8 @@ def shortages(planned: Plan, tasks: Sequence[Task], ranks: int = 1) -> tuple[str
     """One line for each of these tasks that this machine has no memory for, the worst first; else one where it has none for
     the largest ones at once, as many as it has ranks. Empty where all fit."""
     there, path = machine_memory(), planned.manifest.path
+    if ranks * _most(tasks) <= there:
+        return ()
     worst = heapq.nlargest(max(NAMED, ranks), tasks, key=need_of)
     large = sum(need_of(task) > there for task in tasks) if need_of(*worst[:1]) > there else 0
     named = worst[: min(large, NAMED)]
@@ -41,10 +44,20 @@ def shortages(planned: Plan, tasks: Sequence[Task], ranks: int = 1) -> tuple[str
     return tuple(lines)
 
 
+def _most(tasks: Sequence[Task]) -> float:
+    """No task of these needs more; said faster than what the worst ones need, as there may be millions."""
+    memory, n_x = (max(map(attrgetter(name), tasks), default=0) for name in ("memory", "slab.n_x"))
+    return PROGRAM + float(memory) + _map_bytes(n_x)
+
+
 def need_of(*tasks: Task) -> float:
     """Bytes that processes with one task of a plan each need; all that read a compliance map the same copy of it."""
     read = {task.slab for task in tasks if task.needs[:1] == compliance_needs(task.slab)}
-    return sum(8.0 * (2.0 * slab.n_x) ** 2 for slab in read) + sum(PROGRAM + task.memory for task in tasks)
+    return sum(_map_bytes(slab.n_x) for slab in read) + sum(PROGRAM + task.memory for task in tasks)
+
+
+def _map_bytes(n_x: int) -> float:
+    return 8.0 * (2.0 * n_x) ** 2
 
 
 def _named(task: Task) -> str:

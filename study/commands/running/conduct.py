@@ -26,7 +26,7 @@ from study.execution.journal import Journal
 from study.execution.ledger import Tally
 from study.execution.progress import open_progress
 from study.exit_codes import FAILURES, INTERRUPTED
-from study.garbage import keep_for_good
+from study.garbage import all_kept, keep_for_good
 from study.manifest.manifest import Manifest
 from study.manifest.reader import load_manifest
 from study.origin import Origins
@@ -74,7 +74,7 @@ def _planned_meanwhile(farm: Farm, journal: Journal, order: Order, manifest: Man
     """The plan of very many cases, the first of which are computed meanwhile; None where that is broken off."""
     say(f"{manifest.title}: computing begins while cases are planned, {farm.size} {farm.unit}", stderr=True)
     journal.begin(farm.size, farm.unit)
-    with counting(PLANNED) as heard:
+    with counting(PLANNED) as heard, all_kept():
         planning = Planning(spelled_out(manifest))
         tally = head_start.HeadStart(farm, planning, heard).run(order.into)
         # What has failed is counted when the whole plan says what needs it.
@@ -82,7 +82,7 @@ def _planned_meanwhile(farm: Farm, journal: Journal, order: Order, manifest: Man
         if _broken_off(journal, tally, lease):
             return None
         plan = planning.plan()
-    keep_for_good()
+        keep_for_good()
     return plan
 
 

@@ -18,7 +18,6 @@ from study.execution.failures import Diary
 from study.execution.farms.begun import Begun
 from study.execution.farms.farm import Farm
 from study.execution.ledger import Tally
-from study.garbage import all_kept
 from study.manifest.cases import Heard
 from study.manifest.manifest import Manifest
 from study.plan.memory import machine_memory, need_of
@@ -68,7 +67,7 @@ class HeadStart:
         tally, begun = Tally(), Begun(out)
         self._farm.interruption.at_request(begun.close)
         diary = Diary(out, self._note)
-        with all_kept(), closing(begun):
+        with closing(begun):
             while not (self._farm.interruption.requested or tally.halt) and self._plan_on():
                 tasks = self._next()
                 self._farm.run(self._to_compile(tasks), lambda *_: None, meanwhile=self._plan_on)

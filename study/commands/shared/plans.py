@@ -7,7 +7,7 @@ from typing import Any, Final
 
 from study.commands.shared.arguments import folder
 from study.execution.failures import left
-from study.garbage import keep_for_good
+from study.garbage import all_kept, keep_for_good
 from study.manifest.manifest import Manifest
 from study.manifest.reader import load_manifest
 from study.origin import Origins, census, here
@@ -29,9 +29,9 @@ def planned(campaign: Path) -> Plan:
 
 def planned_from(manifest: Manifest) -> Plan:
     """The plan of a campaign. Raises ManifestError."""
-    with counting(PLANNED) as heard:
+    with counting(PLANNED) as heard, all_kept():
         plan = make_plan(manifest, heard)
-    keep_for_good()
+        keep_for_good()
     return plan
 
 
