@@ -105,7 +105,7 @@ def check(head: Head, numbers: Any) -> None:
 
 def result_of(head: Head, numbers: Any) -> TaskResult:
     """The result whose entry has this head and these numbers (a buffer that nobody writes to). Its arrays are read-only."""
-    table = json.loads(bytes(numbers[: head.table]))
+    table = json.loads(str(numbers[: head.table], "ascii"))
     arrays = dict(_arrays(table["arrays"], numbers, head.table))
     return TaskResult(head.key, head.meta.kind, head.meta.outcome, table["scalars"], arrays, head.meta.origins)
 

@@ -6,7 +6,7 @@ from pathlib import Path
 
 from study.results import attempts, lines, runs
 from study.results.lease import Lease
-from study.results.log import ENDING, later
+from study.results.logs.log import ENDING, later
 from study.results.shard import FOLDER, folders
 from study.results.store import FOLDER as RESULTS
 from study.results.store import Store, StoreError

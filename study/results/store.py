@@ -17,9 +17,9 @@ from study.origin import Origins, here
 from study.plan.task import TaskResult
 from study.results import attempts, own
 from study.results.attempts import Attempt
-from study.results.entry import CorruptResultError, Head, packed
-from study.results.log import LogWriter
-from study.results.logs import Logs
+from study.results.entry import CorruptResultError, Head, Meta, packed
+from study.results.logs.all_logs import Logs
+from study.results.logs.log import LogWriter
 from study.results.whole_file import clear_away, written_whole
 
 FOLDER: Final = "results"
@@ -58,20 +58,32 @@ class Store:
 
     def finished(self) -> set[str]:
         """Keys of all results that are there and sound; an unsound one is named on stderr and not counted."""
-        return set(self.heads())
+        return set(self.metas())
 
     def inventory(self) -> dict[str, Origins]:
         """The finished results, as `finished` counts them, and the software that each stems from."""
-        return {key: head.meta.origins for key, head in self.heads().items()}
+        return {key: meta.origins for key, meta in self.metas().items()}
 
     def outcomes(self) -> dict[str, Outcome]:
         """The finished results, as `finished` counts them, and how each ended."""
-        return {key: head.meta.outcome for key, head in self.heads().items()}
+        return {key: meta.outcome for key, meta in self.metas().items()}
 
-    def heads(self) -> dict[str, Head]:
-        """The head of every sound result. What has not changed since the last time is not checked again."""
+    def metas(self) -> dict[str, Meta]:
+        """What every sound result says of itself. What has not changed since the last time is not checked again."""
         self._logs.look()
-        found = {key: place.head for key, place in self._logs.places.items()}
+        return self._logs.places.metas() | {key: head.meta for key, head in self._own_heads().items()}
+
+    def seals(self) -> dict[str, int]:
+        """The seals of the same: they change with what is in a result."""
+        self._logs.look()
+        places = self._logs.places
+        return {key: places[key].head.seal for key in places} | {
+            key: head.seal for key, head in self._own_heads().items()
+        }
+
+    def _own_heads(self) -> dict[str, Head]:
+        """Of the results that are files of their own."""
+        found = {}
         for path in sorted(self.folder.glob(f"*{own.ENDING}")):
             try:
                 stamp = own.stamp(path)
@@ -96,7 +108,7 @@ class Store:
                 own.write(path, entry)
             else:
                 self._log.add(entry)
-                self._logs.places.pop(result.key, None)  # to be found anew
+                self._logs.places.forget(result.key)  # to be found anew
                 if path.is_file():
                     path.unlink(missing_ok=True)  # it would count more
         except OSError as error:
@@ -104,10 +116,9 @@ class Store:
 
     def read(self, key: str) -> TaskResult:
         """A result; its arrays are read-only. Raises CorruptResultError, FileNotFoundError."""
-        path = own.path_of(self.folder, key)
-        if os.path.lexists(path):
+        if os.path.lexists(f"{self.folder}/{key}{own.ENDING}"):  # a path would take longer than the look
             try:
-                return own.read(path)
+                return own.read(own.path_of(self.folder, key))
             except CorruptResultError:
                 if not self._logs.find(key):
                     raise

@@ -66,14 +66,14 @@ def _glance(campaign: Path, title: str, outline: Outline, known: tuple[Store, ..
     have = {store.folder.parent: store for store in known}
     out = known[0].folder.parent
     stores = tuple(have.get(each) or Store(each, whole=False) for each in (out, *folders(out)))
-    heads = {key: head for store in stores for key, head in store.heads().items()}
+    metas = {key: meta for store in stores for key, meta in store.metas().items()}
     failures: dict[str, Attempt] = {key: attempt for store in stores for key, attempt in store.failures().items()}
     look = outline.look(
-        {key: head.meta.outcome for key, head in heads.items()},
+        {key: meta.outcome for key, meta in metas.items()},
         {key: attempt.outcome for key, attempt in failures.items()},
         given_up(failures),
     )
-    mine = {key: heads[key].meta.origins for key in outline.names if key in heads}
+    mine = {key: metas[key].origins for key in outline.names if key in metas}
     return Glance(campaign, title, outline, stores, look, foreign_among(mine))
 
 

@@ -53,10 +53,10 @@ def standing(campaign: Path, out: Path | None) -> Standing:
     """How far a campaign is. Raises ManifestError. out: folder of the results, None for the campaign's own."""
     plan, into = planned(campaign), folder(campaign, out)
     stores = [Store(each, whole=False) for each in (into, *folders(into))]
-    heads = {key: head for store in stores for key, head in store.heads().items()}
+    metas = {key: meta for store in stores for key, meta in store.metas().items()}
     failures = {key: attempt for store in stores for key, attempt in store.failures().items()}
-    work = left(plan, failures, heads)
-    foreign = plan.foreign({key: head.meta.origins for key, head in heads.items()})
+    work = left(plan, failures, metas)
+    foreign = plan.foreign({key: meta.origins for key, meta in metas.items()})
     return Standing(campaign, plan, kind_counts(plan.tasks, work.tasks, work.given_up), work.tasks, foreign)
 
 

@@ -11,7 +11,8 @@ import pytest
 
 from solver.outcome import COMPLETED, Ending, Outcome
 from study.plan.tasks import TaskResult
-from study.results import log, own
+from study.results import own
+from study.results.logs import log
 from study.results.store import FOLDER
 
 RECORD: Final = TaskResult(

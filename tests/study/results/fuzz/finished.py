@@ -15,9 +15,10 @@ from study.manifest.reader import load_manifest
 from study.origin import here
 from study.plan.plan import Plan, make_plan
 from study.plan.task import TaskResult
-from study.results import attempts, lease, log, own, runs
+from study.results import attempts, lease, own, runs
 from study.results.attempts import Attempt
 from study.results.lease import Lease
+from study.results.logs import log
 from study.results.store import FOLDER, Store
 
 CAMPAIGN: Final = """\
@@ -91,7 +92,7 @@ def finished(folder: Path) -> Finished:
 
 def seals(out: Path) -> dict[str, int]:
     """Key -> checksum of all that its result says."""
-    return {key: head.seal for key, head in Store(out).heads().items()}
+    return Store(out).seals()
 
 
 def _files(out: Path) -> Iterator[tuple[str, Path]]:

@@ -6,8 +6,8 @@ from pathlib import Path
 import pytest
 
 from study.results.entry import CorruptResultError, packed
-from study.results.log import ENDING, LogWriter
-from study.results.logs import Logs
+from study.results.logs.all_logs import Logs
+from study.results.logs.log import ENDING, LogWriter
 from tests.study.results.results import ALL, NO_FILES, OTHER, RECORD, flip, same
 
 

@@ -10,7 +10,8 @@ from typing import Final, NamedTuple
 from study.plan.task import TaskResult
 from study.results.entry import CorruptResultError, TornError, check, result_of
 from study.results.lines import NO_FILE, is_no_file
-from study.results.log import ENDING, Fault, Opened, Place, scan
+from study.results.logs.log import ENDING, Fault, Opened, Place, scan
+from study.results.logs.places import Places
 from study.results.whole_file import written_whole
 
 _OPEN: Final = 64
@@ -35,8 +36,8 @@ class Logs:
         self._opened = lru_cache(_OPEN)(Opened)
         self._no_files: set[Path] = set()
         """What stands in the place of a log and was named."""
-        self.places: dict[str, Place] = {}
-        """Key -> where its result is, as far as was looked."""
+        self.places = Places()
+        """As far as was looked."""
 
     def look(self) -> None:
         """Look for what has been added; what is no result is named on stderr, a torn end is not: its writer may be at it."""
@@ -96,7 +97,7 @@ class Logs:
         end, faults = seen.end, []
         if state.st_ino != seen.inode or state.st_size <= seen.end:
             end = 0
-            self.places = {key: place for key, place in self.places.items() if place.path != path}
+            self.places.forget_all(path)
             self._opened.cache_clear()
         for found in scan(path, end, self._whole):
             if isinstance(found, Place):
@@ -112,9 +113,9 @@ class Logs:
 
     def _enter(self, place: Place) -> None:
         """Of two results of one task that of the later log counts: somebody had it computed again."""
-        known = self.places.get(place.head.key)
-        if known is None or known.path <= place.path:
-            self.places[place.head.key] = place
+        key = place.head.key
+        if key not in self.places or self.places.path(key) <= place.path:
+            self.places.add(place)
 
     def _leave_out(self, path: Path) -> None:
         """Write a log anew, with nothing but the results that are in it."""
