@@ -68,14 +68,20 @@ class TasksOfCases(Mapping[str, CaseTasks]):
             keys = (self._keys[begin : begin + len(names)] for begin in map(self._begins.__getitem__, numbers))
             yield names, numbers, list(itertools.chain.from_iterable(keys))
 
+    def in_order(self) -> Iterator[tuple[CampaignCase, CaseTasks]]:
+        """All cases with their tasks. While it is a case's turn, asking for its tasks by its name takes no search."""
+        for number, case in enumerate(self.cases):
+            self._last = case.case_id, self._tasks(number)
+            yield case, self._last[1]
+
     def __getitem__(self, case_id: str) -> CaseTasks:
-        last = self._last
-        if last[0] != case_id:  # a case is asked for again by each of its drives
-            place = self._places[case_id]
-            names, begin = self._names[place], self._begins[place]
-            keys = dict(zip(names, self._keys[begin : begin + len(names)], strict=True))
-            self._last = last = case_id, CaseTasks(keys)
-        return last[1]
+        if self._last[0] != case_id:  # a case is asked for again by each of its drives
+            self._last = case_id, self._tasks(self._places[case_id])
+        return self._last[1]
+
+    def _tasks(self, number: int) -> CaseTasks:
+        names, begin = self._names[number], self._begins[number]
+        return CaseTasks(dict(zip(names, self._keys[begin : begin + len(names)], strict=True)))
 
     def __iter__(self) -> Iterator[str]:
         return (case.case_id for case in self.cases)

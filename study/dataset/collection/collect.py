@@ -54,53 +54,58 @@ def collect(plan: Plan, store: Store) -> xr.Dataset:
     front = load_front(manifest.front, manifest.front_text)
     finished, makers = store.outcomes(), dict[str, Origins]()
     outcomes = _with_failures(plan, store, finished)
-    for case in plan.cases:
-        keys = plan.case_tasks[case.case_id].keys
+    for place, (case, tasks) in zip(layout.places.tolist(), plan.case_tasks.in_order(), strict=True):
+        keys = tasks.keys
         results = {task: store.find(key) for task, key in keys.items() if key in finished and task[0] != "compliance"}
         for task, result in results.items():
             if result is None:  # damaged since
-                del outcomes[keys[task]]
+                outcomes.pop(keys[task], None)
             else:
                 makers[keys[task]] = result.origins
-        _say_outcomes(table, plan, case, outcomes)
-        table.say_makers(case, results)
+        _say_outcomes(table, place, plan, case, outcomes)
+        table.say_makers(place, results)
         if case.case is not None:
             if case.case_id in plan.decisions:
-                table.say_left_out(case, plan.decisions[case.case_id])
-            table.put(DISCRETIZATION_ERROR.name, case, "", front.expected_error(case.case))
-            _enter(table, runs, manifest, case, {task: result for task, result in results.items() if result})
+                table.say_left_out(place, plan.decisions[case.case_id])
+            table.put(DISCRETIZATION_ERROR.name, place, "", front.expected_error(case.case))
+            _enter(table, place, runs, manifest, case, {task: result for task, result in results.items() if result})
     counts, variables = census(makers.values()), table.variables
     facts = _attributes(manifest, front, counts)
     root = xr.Dataset(variables | ensemble_variables(variables), coordinates(plan, layout), facts)
     return carrying(root, {each.group.name: each.dataset() for each in runs} | {SOFTWARE[0].name: _software(counts)})
 
 
-def _with_failures(plan: Plan, store: Store, finished: Mapping[str, Outcome]) -> dict[str, Outcome]:
+def _with_failures(plan: Plan, store: Store, finished: dict[str, Outcome]) -> dict[str, Outcome]:
     """How tasks ended: those that are finished, what failed, and what needs that."""
     failed = {key: attempt.outcome for key, attempt in store.failures().items()}
-    return plan.outcomes(finished, failed) if failed else dict(finished)
+    return plan.outcomes(finished, failed) if failed else finished
 
 
-def _say_outcomes(table: Table, plan: Plan, case: CampaignCase, outcomes: Mapping[str, Outcome]) -> None:
-    table.say_outcome(case, case_outcome(plan, case, outcomes))
+def _say_outcomes(table: Table, place: int, plan: Plan, case: CampaignCase, outcomes: Mapping[str, Outcome]) -> None:
+    table.say_outcome(place, case_outcome(plan, case, outcomes))
     for drive in plan.manifest.drives:
-        table.say_outcome(case, drive_outcome(plan, case, drive, outcomes), drive.label)
+        table.say_outcome(place, drive_outcome(plan, case, drive, outcomes), drive.label)
 
 
 def _enter(
-    table: Table, runs: list[Runs], manifest: Manifest, case: CampaignCase, results: dict[tuple[str, str], TaskResult]
+    table: Table,
+    place: int,
+    runs: list[Runs],
+    manifest: Manifest,
+    case: CampaignCase,
+    results: dict[tuple[str, str], TaskResult],
 ) -> None:
     """Enter the numbers of a case."""
     assert case.case is not None
     drives = {drive.label: drive.drive for drive in manifest.drives}
     by = {name: factors(case.case, manifest.scales, drives.get(name)) for _, name in results}
     for (_, name), result in results.items():
-        table.enter(case, name, result, by[name])
+        table.enter(place, case.case, name, result, by[name])
     for each in runs:
         for name in drives if each.group.driven else ("",):
             parts = [found for kind in each.group.kinds if (found := results.get((kind, name)))]
             if parts:
-                table.put(each.group.id.name, case, name, each.add(parts, by[name], case.case_id, name))
+                table.put(each.group.id.name, place, name, each.add(parts, by[name], case.case_id, name))
 
 
 def _runs(manifest: Manifest, folder: Path) -> list[Runs]:

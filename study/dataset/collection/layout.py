@@ -1,14 +1,17 @@
 """Where each case and drive of a campaign lies in its dataset: the dimensions, and every parameter along them."""
 
+import itertools
 import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
-from typing import Any
+from operator import attrgetter
+from typing import Any, Final
 
 import numpy as np
 from numpy.typing import NDArray
 
-from solver.case import Case
+from solver.case import PARTS, Case
+from solver.parameter import declared
 from solver.quantity import Quantity, attributes
 from study.dataset.collection.ragged import texts
 from study.dataset.variables import CASE_ID, DRIVE_NAME, parameters
@@ -19,6 +22,9 @@ from study.plan.keys import OF_ALL, OF_CONTACT, Exclusion, without_effect
 from study.plan.plan import Plan
 from study.plan.tasks import needed_kinds
 
+PIECE: Final = 512
+"""Cases whose parameters are entered together: what they make in between fits the processor's caches."""
+
 
 @dataclass(frozen=True, slots=True)
 class Layout:
@@ -26,8 +32,8 @@ class Layout:
 
     axes: dict[str, tuple[Value, ...]]
     """Of the cases."""
-    position: Mapping[str, tuple[int, ...]]
-    """case_id -> position."""
+    places: NDArray[np.intp]
+    """Where each case of the plan lies, counted through all of them, the last dimension fastest."""
     drive_axes: dict[str, tuple[Value, ...]]
     """Of the drives, which follow those of the cases."""
     drive_position: Mapping[str, tuple[int, ...]]
@@ -55,28 +61,35 @@ def _drive_positions(manifest: Manifest, axes: dict[str, tuple[Value, ...]]) -> 
     return {label: tuple(numbers[name][point[name]] for name in axes) for label, point in points.items()}
 
 
-def _of_cases(plan: Plan) -> tuple[dict[str, tuple[Value, ...]], dict[str, tuple[int, ...]]]:
+def _of_cases(plan: Plan) -> tuple[dict[str, tuple[Value, ...]], NDArray[np.intp]]:
     members = plan.manifest.ensemble.members
     ensemble: dict[str, tuple[Value, ...]] = {MEMBER: tuple(range(members))} if members > 1 else {}
     if plan.manifest.design != "product":
-        axes: dict[str, tuple[Value, ...]] = {"case": tuple(range(len(plan.cases) // members)), **ensemble}
-        places = (divmod(number, members) if ensemble else (number,) for number in range(len(plan.cases)))
-        return axes, {case.case_id: place for case, place in zip(plan.cases, places, strict=True)}
+        return {"case": tuple(range(len(plan.cases) // members)), **ensemble}, np.arange(len(plan.cases))
     given = plan.manifest.axes
     names = (*STANDARD, *(name for name, values in given.items() if name not in STANDARD and len(values) > 1))
     axes = {name: tuple(given.get(name, (plan.cases[0].parameters[name],))) for name in names} | ensemble
-    numbers = {name: {value: number for number, value in enumerate(values)} for name, values in axes.items()}
-    points = ((case.case_id, case.parameters) for case in plan.cases)
-    return axes, {case_id: tuple([numbers[name][point[name]] for name in axes]) for case_id, point in points}
+    return axes, _places(plan.cases, axes)
+
+
+def _places(cases: Sequence[CampaignCase], axes: Mapping[str, Sequence[Value]]) -> NDArray[np.intp]:
+    lengths = list(map(len, axes.values()))
+    steps = {name: math.prod(lengths[number:]) for number, name in enumerate(axes, 1)}
+    # What is no label of the cases is the same for all of them.
+    ways: list[tuple[int, dict[Any, int]]] = []
+    for column, name in enumerate(cases[0].labels.names):
+        if name in axes:
+            ways.append((column, {value: number * steps[name] for number, value in enumerate(axes[name])}))
+    found = (sum([way[case.values[column]] for column, way in ways]) for case in cases)
+    return np.fromiter(found, np.intp, len(cases))
 
 
 def coordinates(plan: Plan, layout: Layout) -> dict[str, Any]:
     """Every parameter that matters: along its dimension, over the cases where it varies, else once; and the drives'."""
     shape = tuple(len(values) for values in layout.axes.values())
     along = set(plan.manifest.axes) | set(STANDARD) if "case" in layout.axes else set()
-    places = np.ravel_multi_index(np.array([layout.position[case.case_id] for case in plan.cases]).T, shape)
     ids = np.full(math.prod(shape), "", dtype=object)
-    ids[places] = [case.case_id for case in plan.cases]
+    ids[layout.places] = [case.case_id for case in plan.cases]
     found: dict[str, Any] = {
         name: (name, _array(values), attributes(_parameter(name))) for name, values in layout.axes.items()
     }
@@ -92,7 +105,7 @@ def coordinates(plan: Plan, layout: Layout) -> dict[str, Any]:
         if len(values) == 1 and column.count >= able and name not in along:
             found[name] = ((), values[0], attributes(_parameter(name)))
             continue
-        spread, dims = column.spread(places, math.prod(shape)).reshape(shape), tuple(layout.axes)
+        spread, dims = column.spread(layout.places, math.prod(shape)).reshape(shape), tuple(layout.axes)
         if dims[-1] == MEMBER and name not in VARIED:
             spread, dims = spread[..., 0], dims[:-1]
         found[name] = (dims, spread, attributes(_parameter(name)))
@@ -108,14 +121,15 @@ class _Column:
         self._seen = 0
         self._of_case: NDArray[np.int32] | None = None
 
-    def add(self, value: Any) -> None:
-        """The value of the next case; None where it has none."""
-        number = self._numbers.setdefault(value, len(self._numbers))
-        if number and self._of_case is None:  # all before had the first
+    def add(self, values: Sequence[Any]) -> None:
+        """The values of the next cases; None where one has none."""
+        numbers = [self._numbers.setdefault(value, len(self._numbers)) for value in dict.fromkeys(values)]
+        if any(numbers) and self._of_case is None:  # all before had the first
             self._of_case = np.zeros(self._cases, np.int32)
         if self._of_case is not None:
-            self._of_case[self._seen] = number
-        self._seen += 1
+            its = map(self._numbers.__getitem__, values)
+            self._of_case[self._seen : self._seen + len(values)] = np.fromiter(its, np.int32, len(values))
+        self._seen += len(values)
 
     @property
     def values(self) -> list[Any]:
@@ -148,19 +162,40 @@ class _Column:
 
 def _columns(plan: Plan, exclusions: tuple[Exclusion, ...], names: Sequence[str]) -> dict[str, _Column]:
     columns = {name: _Column(len(plan.cases)) for name in names}
-    for case in plan.cases:
-        point = _mattering(case, plan.asked(case), exclusions)
+    cases, points = iter(plan.cases), _Points(exclusions)
+    while together := list(itertools.islice(cases, PIECE)):
+        found = [points.of(case, plan.asked(case)) for case in together]
         for name, column in columns.items():
-            column.add(point.get(name))
+            column.add([point.get(name) for point in found])
     return columns
 
 
-def _mattering(case: CampaignCase, asked: Case | None, exclusions: tuple[Exclusion, ...]) -> dict[str, Any]:
-    """Every parameter of a case that changes a result, as its campaign asks for it."""
-    if asked is None:
-        return dict(case.parameters)
-    idle = without_effect(asked, exclusions)
-    return {name: value for name, value in {**case.parameters, **asked.flat}.items() if name not in idle}
+class _Points:
+    """Every parameter of cases that changes a result, as their campaign asks for it."""
+
+    def __init__(self, exclusions: tuple[Exclusion, ...]) -> None:
+        self._exclusions = exclusions
+        self._own = attrgetter(*declared(Case))
+        self._parts: dict[tuple[int, ...], tuple[dict[str, Any], object]] = {}
+
+    def of(self, case: CampaignCase, asked: Case | None) -> dict[str, Any]:
+        """The parameters of one. asked: with all that its campaign asks for; None where it is refused."""
+        if asked is None:
+            return dict(case.parameters)
+        found = {**case.parameters, **self._of_parts(asked), **dict(zip(declared(Case), self._own(asked), strict=True))}
+        for name in without_effect(asked, self._exclusions):
+            found.pop(name, None)
+        return found
+
+    def _of_parts(self, asked: Case) -> dict[str, Any]:
+        """The parameters of its slab and its other parts, which many cases share."""
+        parts = asked.slab, *(getattr(asked, name) for name in PARTS)
+        names = tuple(map(id, parts))
+        if names not in self._parts:
+            if len(self._parts) >= PIECE:  # each case has its own
+                self._parts.clear()
+            self._parts[names] = asked.flat, parts  # which are held: no other part may lie where they do
+        return self._parts[names][0]
 
 
 def _drive_coordinates(manifest: Manifest, layout: Layout) -> dict[str, Any]:

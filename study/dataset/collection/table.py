@@ -1,7 +1,7 @@
 """The variables over the cases of a campaign, and over the drives where they vary: the same ones whatever the results."""
 
 import math
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from functools import lru_cache
 from typing import Any, Final
@@ -10,6 +10,7 @@ import numpy as np
 import xarray as xr
 from numpy.typing import NDArray
 
+from solver.case import Case
 from solver.outcome import Outcome
 from solver.quantity import GRID_ERROR, Quantity, attributes
 from solver.sliding.validity import advice_on, flags_in
@@ -27,7 +28,6 @@ from study.dataset.variables import (
     influences,
     scalars,
 )
-from study.manifest.cases import CampaignCase
 from study.manifest.manifest import Manifest
 from study.origin import NOBODY, Origins, stemming
 from study.plan.flags import flags_of
@@ -62,7 +62,6 @@ class Table:
         """groups: of runs, whose names stand over the cases or drives."""
         self._dims = {"": _lengths(layout.axes), "drive": _lengths(layout.axes | layout.drive_axes)}
         self._drives = math.prod(_lengths(layout.drive_axes).values())
-        self._case_place = _places(layout.position, _lengths(layout.axes))
         self._drive_place = _places(layout.drive_position, _lengths(layout.drive_axes))
         self._of: dict[str, str] = {}
         self._quantities: dict[str, Quantity] = {}
@@ -124,68 +123,82 @@ class Table:
                         found[each.uncertainty] = np.hypot(self._values[each.uncertainty], size)
         return found
 
-    def put(self, name: str, case: CampaignCase, drive: str, value: object) -> None:
-        """Set one value."""
-        self._values[name][self._place(self._of[name], case, drive)] = value
+    def put(self, name: str, place: int, drive: str, value: object) -> None:
+        """Set one value. place: of the case (Layout.places)."""
+        self._values[name][self._place(self._of[name], place, drive)] = value
 
-    def say_outcome(self, case: CampaignCase, outcome: Outcome | None, drive: str = "") -> None:
+    def say_outcome(self, place: int, outcome: Outcome | None, drive: str = "") -> None:
         """Set how a case, or its drive, ended; None leaves it pending."""
         if outcome is not None:
             ending, message = OUTCOMES["drive" if drive else ""]
-            self.put(ending.name, case, drive, outcome.ending.value)
-            self.put(message.name, case, drive, outcome.message)
+            self.put(ending.name, place, drive, outcome.ending.value)
+            self.put(message.name, place, drive, outcome.message)
 
-    def say_makers(self, case: CampaignCase, results: Results) -> None:
+    def say_makers(self, place: int, results: Results) -> None:
         """Set which software a case, and each of its drives, stems from."""
         found: dict[str, list[Origins]] = {}
         for (kind, name), result in results.items():
             if result is not None and kind != "compliance":
                 found.setdefault(name, []).append(result.origins or (NOBODY,))
         for name, parts in found.items():
-            self.put(COMPUTED_BY["drive" if name else ""].name, case, name, _names(tuple(parts)))
+            self.put(COMPUTED_BY["drive" if name else ""].name, place, name, _names(tuple(parts)))
 
-    def say_left_out(self, case: CampaignCase, decision: Decision) -> None:
+    def say_left_out(self, place: int, decision: Decision) -> None:
         """Set what a campaign's tolerance left out of a case and its drives, and how much that is expected to change."""
         for drive in ("", *decision.of_drives):
-            self.put(LEFT_OUT[DRIVE if drive else ""].name, case, drive, ", ".join(decision.left_out(drive)))
+            self.put(LEFT_OUT[DRIVE if drive else ""].name, place, drive, ", ".join(decision.left_out(drive)))
             changes = dict(zip(OBSERVABLES, decision.influence(drive), strict=True))
             for name, quantity in influences().items():
                 if quantity.name in self._quantities and (name in OF_DRIVES) == bool(drive):
-                    self.put(quantity.name, case, drive, changes[name])
+                    self.put(quantity.name, place, drive, changes[name])
 
-    def enter(self, case: CampaignCase, drive: str, result: TaskResult, by: Mapping[str, float]) -> None:
+    def enter(self, place: int, case: Case, drive: str, result: TaskResult, by: Mapping[str, float]) -> None:
         """Set all scalars of a result. by: `Quantity.per` -> what a value is multiplied with."""
         waiting = self._waiting[result.kind]
-        waiting.places.append(self._place("drive" if result.kind == "drive" else "", case, drive))
+        waiting.places.append(self._place("drive" if result.kind == "drive" else "", place, drive))
         waiting.scalars.append(result.scalars)
         waiting.factors.append(by)
         if len(waiting.places) >= PIECE:
             self._enter_waiting(result.kind)
-        if case.case is not None and (flags := flags_of(case.case, result)) is not None:
-            self.put(VALIDITY.name, case, drive, flags)
-            self.put(ADVICE.name, case, drive, _advice(flags))
+        if (flags := flags_of(case, result)) is not None:
+            self.put(VALIDITY.name, place, drive, flags)
+            self.put(ADVICE.name, place, drive, _advice(flags))
 
-    def _place(self, of: str, case: CampaignCase, drive: str) -> int:
-        place = self._case_place[case.case_id]
+    def _place(self, of: str, place: int, drive: str) -> int:
         return place * self._drives + self._drive_place[drive] if of else place
 
     def _enter_waiting(self, kind: str) -> None:
-        """Set the scalars of the results that wait, a variable after the other."""
+        """Set the scalars of the results that wait, those with the same names together."""
         waiting, self._waiting[kind] = self._waiting[kind], _Rows()
+        alike: dict[tuple[str, ...], list[int]] = {}
+        for number, row in enumerate(waiting.scalars):
+            alike.setdefault(tuple(row), []).append(number)
+        for names, held in alike.items():
+            numbers = np.array([list(waiting.scalars[number].values()) for number in held], float).reshape(
+                len(held), -1
+            )
+            factors = [waiting.factors[number] for number in held]
+            self._enter_alike(kind, dict(zip(names, numbers.T, strict=True)), np.array(waiting.places)[held], factors)
+
+    def _enter_alike(
+        self,
+        kind: str,
+        found: Mapping[str, NDArray[np.float64]],
+        places: NDArray[np.intp],
+        factors: Sequence[Mapping[str, float]],
+    ) -> None:
+        """Set these scalars of results, a variable after the other."""
         units: dict[str, NDArray[Any]] = {}
         for known in (scalars(kind), companions(kind)):
             for name, quantity in known.items():
-                if quantity.name == VALIDITY.name or not any(name in row for row in waiting.scalars):
+                if quantity.name == VALIDITY.name or name not in found:
                     continue
                 if quantity.per not in units:
-                    units[quantity.per] = np.array([by[quantity.per] for by in waiting.factors])
-                held = [number for number, row in enumerate(waiting.scalars) if name in row]
-                places = np.array(waiting.places)[held]
-                numbers = [waiting.scalars[number][name] for number in held]
+                    units[quantity.per] = np.array([by[quantity.per] for by in factors])
                 if quantity.words:
-                    self._values[quantity.name][places] = [_word(quantity, number) for number in numbers]
+                    self._values[quantity.name][places] = [_word(quantity, number) for number in found[name].tolist()]
                 else:
-                    self._values[quantity.name][places] = np.array(numbers) * units[quantity.per][held]
+                    self._values[quantity.name][places] = found[name] * units[quantity.per]
 
 
 def _lengths(axes: Mapping[str, tuple[Any, ...]]) -> dict[str, int]:

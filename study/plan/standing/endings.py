@@ -7,7 +7,6 @@ from solver.outcome import UNDONE, Ending, Outcome
 from study.manifest.cases import CampaignCase
 from study.manifest.drives import CampaignDrive
 from study.plan.plan import Plan
-from study.plan.tasks import KINDS
 
 PENDING: Final = "pending"
 """What stands for the outcome of what is not computed yet."""
@@ -38,10 +37,8 @@ def case_outcome(plan: Plan, case: CampaignCase, outcomes: Mapping[str, Outcome]
     outcomes: key of each finished task -> how it ended.
     """
     outcome: Outcome | None = case.outcome
-    tasks = plan.case_tasks[case.case_id]
-    for kind in KINDS:
-        key = tasks.key(kind)
-        if key is not None:
+    for (kind, drive), key in plan.case_tasks[case.case_id].keys.items():
+        if not drive:
             outcome = after(kind, outcome, outcomes.get(key))
     return outcome
 

@@ -28,6 +28,8 @@ def test_a_case_has_the_tasks_that_were_given_for_it() -> None:
     assert [found[f"case {number}"].record for number in (2, 0, 1, 2)] == ["r2", "r0", None, "r2"]
     assert found["case 2"].drives == {"a": "d2", "b": "e2"}
     assert "case 9" not in found
+    assert [(case.case_id, tasks.keys) for case, tasks in found.in_order()] == list(zip(found, KEYS, strict=True))
+    assert all(found[case.case_id] is tasks for case, tasks in found.in_order())
 
 
 def test_cases_with_the_same_kinds_of_tasks_are_found_together_in_their_order() -> None:

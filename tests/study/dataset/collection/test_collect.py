@@ -32,6 +32,13 @@ def test_attributes_carry_the_campaign_and_the_software(small):
     assert {"nanoslip_version", "source_commit", "numpy_version"} <= set(found.attrs)
 
 
+def test_a_result_that_is_lost_while_it_is_read_is_pending_in_all_cases_that_share_it(build, monkeypatch):
+    plan, store = build(changed(intrinsic_friction='pin = ["flat_punch"]'))  # which has no radius
+    assert len(plan.cases) == 2 * len({plan.case_tasks[case.case_id].record for case in plan.cases})
+    monkeypatch.setattr(Store, "find", lambda *_: None)
+    assert set(collect(plan, store)["outcome"].values.ravel()) == {"pending"}
+
+
 def test_what_is_not_computed_is_pending_and_what_is_refused_says_why(build, tmp_path):
     plan, store = build(changed(n_x="n_x = 17\nrows_per_level = 3", radius="poisson = [0.3]"))
     part = Store(tmp_path)
