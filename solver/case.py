@@ -7,7 +7,8 @@ Lengths are in slab widths L_x, stresses in shear moduli G, forces in G·L_x·L_
 import itertools
 import math
 from collections.abc import Mapping
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
+from functools import lru_cache
 from typing import Any, Final, Literal, Self
 
 from solver.outcome import InvalidInput
@@ -133,14 +134,19 @@ class Heterogeneity:
         check(self)
         most = {"lognormal": WIDEST_SPREAD, "uniform": 1.0 / math.sqrt(3.0), "normal": 0.25}[self.distribution]
         require("spread", self.spread, 0.0 <= self.spread <= most, f"0 ≤ spread ≤ {most:.4g} with {self.distribution}")
-        require("roughness", len(self.roughness), len(self.roughness) != 1, "no or at least 2 points")
-        for (before, _), (after, _) in itertools.pairwise(self.roughness):
-            require("roughness", (before, after), before < after, "points with increasing ξ")
-            apart = after - before >= LEAST_APART
-            require("roughness", (before, after), apart, f"points at least {LEAST_APART:g} apart")
-        for point in self.roughness:
-            allowed = max(map(abs, point)) <= FARTHEST_POINT
-            require("roughness", point, allowed, f"|ξ| and |height| up to {FARTHEST_POINT:g}")
+        _check_roughness(self.roughness)
+
+
+@lru_cache(maxsize=16)  # cases by the million share one
+def _check_roughness(points: Roughness) -> None:
+    require("roughness", len(points), len(points) != 1, "no or at least 2 points")
+    for (before, _), (after, _) in itertools.pairwise(points):
+        require("roughness", (before, after), before < after, "points with increasing ξ")
+        apart = after - before >= LEAST_APART
+        require("roughness", (before, after), apart, f"points at least {LEAST_APART:g} apart")
+    for point in points:
+        allowed = max(map(abs, point)) <= FARTHEST_POINT
+        require("roughness", point, allowed, f"|ξ| and |height| up to {FARTHEST_POINT:g}")
 
 
 @dataclass(frozen=True, slots=True)
@@ -158,6 +164,8 @@ class Case:
     one is needed.
     target_uncertainty: the record ends before them as soon as the standard error of its plateau, over the plateau, is at most
     this; they are the most that it may take.
+    target_length_error: the same of the part of that error that a longer record makes smaller. That other nodes would have
+    other μ_i is no part of it.
     """
 
     # Forces are known to 1e-12 of the load: a limit of shear must be well above that, or none.
@@ -227,44 +235,29 @@ class Case:
         above=0.0,
         below=1.0,
     )
+    target_length_error: float | None = parameter(
+        None,
+        table="limits",
+        word="length_error",
+        meaning="length error that is enough",
+        comment="it ends as soon as the part of that standard error that a longer record makes smaller is at most this",
+        above=0.0,
+        below=1.0,
+    )
 
     def __post_init__(self) -> None:
         check(self)
-        self._refuse_combinations()
+        _refuse_combinations(self)
 
-    def _refuse_combinations(self) -> None:
-        """Raise InvalidInput where parameters, each allowed, exclude each other."""
-        if self.slip_rule.residual_shear == 1.0 and math.isinf(self.intrinsic_friction):
-            raise InvalidInput(
-                "residual_shear = 1.0 with intrinsic_friction = inf: sliding at μ_i·pressure needs a finite μ_i"
-            )
-        if self.slip_rule.residual_shear == 1.0 and self.slip_rule.limited_shear == "forward":
-            raise InvalidInput(
-                "residual_shear = 1.0 with limited_shear = forward: classical sliding limits shear both ways; "
-                "use residual_shear = 0.999"
-            )
-        if self.slip_rule.residual_shear == 1.0 and not self.effects.pin_translation:
-            raise InvalidInput(
-                "residual_shear = 1.0 with pin_translation = false: classical sliding is solved with the pin carried along only; "
-                "use residual_shear = 0.999"
-            )
-        if self.heterogeneity.roughness and self.pin == "flat_punch":
-            raise InvalidInput(
-                "roughness with pin = flat_punch: needs a parabola, a rough punch has no edge to speak of"
-            )
-        if self.heterogeneity.roughness and self.slip_rule.residual_shear == 1.0:
-            raise InvalidInput(
-                "roughness with residual_shear = 1.0: classical sliding is solved on smooth pins only; use residual_shear = 0.999"
-            )
-        if self.heterogeneity.spread > 0.0 and not 0.0 < self.intrinsic_friction < math.inf:
-            raise InvalidInput(
-                f"spread = {self.heterogeneity.spread} with intrinsic_friction = {self.intrinsic_friction}: "
-                "needs a mean that can be spread, finite and above 0"
-            )
-        if self.max_events is None and math.isinf(self.farthest):
-            raise InvalidInput(
-                "max_events, max_displacement and max_spacings are all missing: a record needs at least one limit"
-            )
+    @property
+    def aimed(self) -> bool:
+        """Whether a record ends as soon as its plateau is known well enough."""
+        return self.target_uncertainty is not None or self.target_length_error is not None
+
+    @property
+    def whole(self) -> Self:
+        """The case whose record goes on to its limits."""
+        return replace(self, target_uncertainty=None, target_length_error=None)
 
     @property
     def farthest(self) -> float:
@@ -286,6 +279,39 @@ class Case:
         return {**own, **self.slab.flat} | {
             name: getattr(getattr(self, part), name) for part, kind in PARTS.items() for name in declared(kind)
         }
+
+
+def _refuse_combinations(case: Case) -> None:
+    """Raise InvalidInput where parameters, each allowed, exclude each other."""
+    if case.slip_rule.residual_shear == 1.0 and math.isinf(case.intrinsic_friction):
+        raise InvalidInput(
+            "residual_shear = 1.0 with intrinsic_friction = inf: sliding at μ_i·pressure needs a finite μ_i"
+        )
+    if case.slip_rule.residual_shear == 1.0 and case.slip_rule.limited_shear == "forward":
+        raise InvalidInput(
+            "residual_shear = 1.0 with limited_shear = forward: classical sliding limits shear both ways; "
+            "use residual_shear = 0.999"
+        )
+    if case.slip_rule.residual_shear == 1.0 and not case.effects.pin_translation:
+        raise InvalidInput(
+            "residual_shear = 1.0 with pin_translation = false: classical sliding is solved with the pin carried along only; "
+            "use residual_shear = 0.999"
+        )
+    if case.heterogeneity.roughness and case.pin == "flat_punch":
+        raise InvalidInput("roughness with pin = flat_punch: needs a parabola, a rough punch has no edge to speak of")
+    if case.heterogeneity.roughness and case.slip_rule.residual_shear == 1.0:
+        raise InvalidInput(
+            "roughness with residual_shear = 1.0: classical sliding is solved on smooth pins only; use residual_shear = 0.999"
+        )
+    if case.heterogeneity.spread > 0.0 and not 0.0 < case.intrinsic_friction < math.inf:
+        raise InvalidInput(
+            f"spread = {case.heterogeneity.spread} with intrinsic_friction = {case.intrinsic_friction}: "
+            "needs a mean that can be spread, finite and above 0"
+        )
+    if case.max_events is None and math.isinf(case.farthest):
+        raise InvalidInput(
+            "max_events, max_displacement and max_spacings are all missing: a record needs at least one limit"
+        )
 
 
 PARTS: Final[dict[str, type]] = {"slip_rule": SlipRule, "effects": Effects, "heterogeneity": Heterogeneity}

@@ -1,6 +1,7 @@
 """Static and kinetic friction of a drive, with uncertainties (§3.3): μ_s from its first slip, μ_k where it slides steadily."""
 
 import math
+from collections import deque
 from collections.abc import Iterator
 from contextlib import suppress
 from dataclasses import dataclass, field, replace
@@ -30,6 +31,16 @@ from solver.view import Labels, in_words, with_error
 LONGER: Final = 1.25
 """How much longer a drive is tried that is to know kinetic friction to a given uncertainty: all together take at most five times
 as long as the last one."""
+FALLS: Final = 1.5
+"""Power of the error by its length with which the time grows that a pin has to slide: 1 of the rest of a period, 2 of chance."""
+LARGEST_LEAP: Final = 8.0
+"""Most by which that time is taken to grow from one try to the next; `LEAP` where the error is not known."""
+LEAP: Final = 1.5
+FEWEST_SPACINGS: Final = 2.0
+"""Node spacings that a pin has to slide until what a longer drive would change is known."""
+BY_LENGTH: Final = 0.5
+"""What of the standard error of blocks is left of it then: scatter of blocks within a spacing averages out. Longer drives of 65
+scenes differed by up to the whole of it in 95 of 100."""
 PERIODS: Final = 2.0
 """Of its own motion that a pin has to slide before a mean driving force is friction, not inertia."""
 
@@ -42,7 +53,8 @@ class FrictionCoefficients(Labels):
     the same for each slip. static_friction_uncertainty: standard deviation between starts of the pin within a node spacing,
     from the scatter between stretches of the plateau or, where it is larger, from the model of solver.sampling.
     kinetic_friction: mean of the driving force where it is steady (μ_k). kinetic_friction_uncertainty: from its block
-    means, from the plateau that it repeats, and from how much of a node spacing the pin travels.
+    means, from the plateau that it repeats, and from how much of a node spacing the pin travels. of_length: the part of it
+    that a longer drive makes smaller.
     """
 
     static_friction: float = field(
@@ -72,13 +84,29 @@ class FrictionCoefficients(Labels):
             "uncertainty of kinetic_friction", comment="standard error of an estimate of the mean over all starts"
         )
     )
+    of_length: float
     outcome: Outcome
 
     @property
     def relative_uncertainty(self) -> float:
         """The uncertainty of kinetic friction over it; infinite where there is none."""
-        known = self.outcome.ok and self.kinetic_friction
-        return self.kinetic_friction_uncertainty / abs(self.kinetic_friction) if known else math.inf
+        return self._relative(self.kinetic_friction_uncertainty)
+
+    @property
+    def relative_length_error(self) -> float:
+        """The same of the part that a longer drive makes smaller."""
+        return self._relative(self.of_length)
+
+    def known_to(self, drive: Drive) -> bool:
+        """Whether kinetic friction is known as well as a drive is to know it; False of one that is to know nothing."""
+        if drive.uncertainty is not None and self.relative_uncertainty > drive.uncertainty:
+            return False
+        if drive.length_error is not None and self.relative_length_error > drive.length_error:
+            return False
+        return drive.uncertainty is not None or drive.length_error is not None
+
+    def _relative(self, error: float) -> float:
+        return error / abs(self.kinetic_friction) if self.outcome.ok and self.kinetic_friction else math.inf
 
     def _facts(self) -> Iterator[str]:
         yield f"μ_s {with_error(self.static_friction, self.static_friction_uncertainty)}"
@@ -89,29 +117,52 @@ class FrictionCoefficients(Labels):
 def measured(record: FrictionRecord, plateau: Plateau, drive: Drive) -> tuple[DynamicsResult, FrictionCoefficients]:
     """The motion of a drive over `record`, and its friction.
 
-    A drive with an `uncertainty` is the one of the shortest duration tried that knows kinetic friction so well, or the longest.
+    A drive with an `uncertainty` or a `length_error` is the one of the shortest duration tried that knows kinetic friction so
+    well, or the longest.
     Raises NoPlateauError where the record has no steady part that could be continued.
     """
     friction_limit = friction_limit_of(record, plateau, drive.profile)
-
-    for each in (*_shorter(record, plateau, drive), drive):
+    slides = _time_to_slide(record, plateau, drive)
+    tries = deque((*_shorter(slides, record.spacing, plateau, drive), drive))
+    while True:
+        each = tries.popleft()
         motion = integrate(friction_limit, each, record.initial_stiffness)
         friction = friction_coefficients(motion, record, plateau)
-        if drive.uncertainty is not None and friction.relative_uncertainty <= drive.uncertainty:
+        if not tries or friction.known_to(drive):
             break
+        while len(tries) > 1 and tries[0].duration < _expected_duration(each, friction, drive, slides):
+            tries.popleft()
     return motion, replace(friction, outcome=_as_asked(friction, plateau, drive))
 
 
-def _shorter(record: FrictionRecord, plateau: Plateau, drive: Drive) -> Iterator[Drive]:
+def _time_to_slide(record: FrictionRecord, plateau: Plateau, drive: Drive) -> float:
+    """When the spring pulls as hard as the plateau holds; infinite with a stage at rest."""
+    pace = drive.spring_stiffness * drive.stage_velocity
+    return plateau.mean * record.normal_load / pace if pace else math.inf
+
+
+def _shorter(slides: float, spacing: float, plateau: Plateau, drive: Drive) -> Iterator[Drive]:
     """Shorter drives to try first, the shortest one first: from where the pin may have slid for long enough."""
-    if drive.uncertainty is None or plateau.relative_uncertainty > drive.uncertainty or not drive.stage_velocity:
+    if (drive.uncertainty is None and drive.length_error is None) or math.isinf(slides):
         return
-    slides = plateau.mean * record.normal_load / (drive.spring_stiffness * drive.stage_velocity)
+    if drive.uncertainty is not None and plateau.relative_uncertainty > drive.uncertainty:
+        return
     least = slides + PERIODS * 2.0 * math.pi / math.sqrt(drive.spring_stiffness)
+    if drive.uncertainty is None:
+        least = max(least, slides + FEWEST_SPACINGS * spacing / drive.stage_velocity)
     tries = math.floor(math.log(drive.duration / least, LONGER)) if drive.duration > least else 0
     for number in range(tries, 0, -1):
         with suppress(InvalidInput):  # shorter than a step of the integrator
             yield replace(drive, duration=drive.duration / LONGER**number)
+
+
+def _expected_duration(tried: Drive, friction: FrictionCoefficients, drive: Drive, slides: float) -> float:
+    """The duration that a drive with a `length_error` is expected to need, from a shorter one; 0 of others, which try all."""
+    if drive.length_error is None or drive.uncertainty is not None:
+        return 0.0
+    found = friction.relative_length_error
+    growth = min((found / drive.length_error) ** FALLS, LARGEST_LEAP) if math.isfinite(found) else LEAP
+    return slides + (tried.duration - slides) * growth
 
 
 def _as_asked(friction: FrictionCoefficients, plateau: Plateau, drive: Drive) -> Outcome:
@@ -134,7 +185,7 @@ def friction_coefficients(result: DynamicsResult, record: FrictionRecord, platea
             "soften the spring"
         )
         failed = result.outcome if not result.outcome.ok else Outcome(Ending.NO_SLIP, message)
-        return FrictionCoefficients(nan, nan, result.slip_force, nan, nan, failed)
+        return FrictionCoefficients(nan, nan, result.slip_force, nan, nan, nan, failed)
     static = result.slip_force / record.normal_load
     kinetic, uncertainty, outcome = nan, nan, result.outcome
     slides = float(result.time[-1] - result.slip_time[0])
@@ -144,6 +195,7 @@ def friction_coefficients(result: DynamicsResult, record: FrictionRecord, platea
         outcome = Outcome(Ending.NO_PLATEAU, f"the driving force is not steady: {message}")
     if outcome.ok:
         kinetic, uncertainty, outcome = _steady_mean(result.binned_force / record.normal_load)
+    not_travelled = _not_travelled(result, record, kinetic)
     return FrictionCoefficients(
         static_friction=float(static[0]),
         static_friction_uncertainty=math.hypot(
@@ -152,8 +204,9 @@ def friction_coefficients(result: DynamicsResult, record: FrictionRecord, platea
         every_static_friction=static,
         kinetic_friction=kinetic,
         kinetic_friction_uncertainty=math.hypot(
-            uncertainty, plateau.uncertainty, _not_travelled(result, record, kinetic), _beyond(record, kinetic)
+            uncertainty, plateau.uncertainty, not_travelled, _beyond(record, kinetic)
         ),
+        of_length=_of_length(result, record, uncertainty, not_travelled),
         outcome=outcome,
     )
 
@@ -184,9 +237,23 @@ def _beyond(record: FrictionRecord, coefficient: float) -> float:
     return max(coefficient - highest, -coefficient, 0.0) if math.isfinite(coefficient) else 0.0
 
 
+def _of_length(result: DynamicsResult, record: FrictionRecord, uncertainty: float, not_travelled: float) -> float:
+    """What a longer drive would change of the mean force over load; infinite where the pin has hardly slid.
+
+    uncertainty: of the blocks. not_travelled: see `_not_travelled`.
+    """
+    spacings = _travelled(result) / record.spacing
+    return math.hypot(BY_LENGTH * uncertainty, not_travelled) if spacings >= FEWEST_SPACINGS else math.inf
+
+
+def _travelled(result: DynamicsResult) -> float:
+    """How far the pin has gone since it slides, in L_x."""
+    return float(np.nanmax(result.position)) - result.presliding_length
+
+
 def _not_travelled(result: DynamicsResult, record: FrictionRecord, kinetic: float) -> float:
     """What the part of a node spacing that the pin does not travel leaves open of the mean force over load."""
-    travelled = sampling_of(record, 0, float(np.nanmax(result.position)) - result.presliding_length)
+    travelled = sampling_of(record, 0, _travelled(result))
     return travelled.unseen * MODULATION * travelled.discreteness * kinetic
 
 

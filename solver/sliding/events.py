@@ -74,9 +74,9 @@ def states_at(case: Case, compliance: Compliance, events: Sequence[int]) -> tupl
     """
     state, done = initial_contact(case, compliance), 0
     states: list[ContactState] = []
-    if case.target_uncertainty is not None and any(events):  # pieces know nothing of the plateau
+    if case.aimed and any(events):  # pieces know nothing of the plateau
         reached = len(slide(case, compliance, state).displacement)
-        case, events = replace(case, target_uncertainty=None), [event for event in events if event <= reached]
+        case, events = case.whole, [event for event in events if event <= reached]
     for event in events:
         if event > done and state.outcome.ok:
             record, state = slide_to_state(replace(case, max_events=event - done), compliance, state)

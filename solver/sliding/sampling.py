@@ -97,20 +97,23 @@ class Sampling:
 
         spacings: means over its single spacings, where it is two whole ones or more.
         """
-        mean = abs(float(blocks.mean()))
+        return math.hypot(self.of_length(blocks, within, spacings), self.disorder * abs(float(blocks.mean())))
+
+    def of_length(
+        self, blocks: NDArray[np.float64], within: float, spacings: NDArray[np.float64] | None = None
+    ) -> float:
+        """The same without what other nodes' μ_i would change, of which a longer stretch says nothing."""
         seen = float(np.std(blocks, ddof=1))
         if self.spacings >= 1.0:
-            sampled = math.hypot(
+            return math.hypot(
                 LEFT_OVER * seen / math.sqrt(len(blocks)) / math.floor(self.spacings),
                 self._between(spacings) if spacings is not None else 0.0,
             )
-        else:
-            # What was seen of the modulation tells its size the better the more of a spacing it was.
-            share = self.spacings**2
-            expected = MODULATION * self.discreteness * mean
-            modulation = math.hypot(math.sqrt(1.0 - share) * expected, math.sqrt(share) * seen)
-            sampled = math.hypot(within, self.unseen * modulation)
-        return math.hypot(sampled, self.disorder * mean)
+        # What was seen of the modulation tells its size the better the more of a spacing it was.
+        share = self.spacings**2
+        expected = MODULATION * self.discreteness * abs(float(blocks.mean()))
+        modulation = math.hypot(math.sqrt(1.0 - share) * expected, math.sqrt(share) * seen)
+        return math.hypot(within, self.unseen * modulation)
 
     def _between(self, spacings: NDArray[np.float64]) -> float:
         """Standard error of the mean force because single spacings differ, from their means (k,)."""

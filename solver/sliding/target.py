@@ -33,32 +33,35 @@ class Target:
     def __init__(self, case: Case, start: ContactState, initial_stiffness: float) -> None:
         self._case, self._start, self._initial_stiffness = case, start, initial_stiffness
         self._content = False
-        self.next_look = MOST_EVENTS if case.target_uncertainty is None else FIRST_LOOK
+        self.next_look = FIRST_LOOK if case.aimed else MOST_EVENTS
 
     def reached(self, events: Events, held: int) -> bool:
         """Whether the record of the first `held` events, and that at the look before, knows its plateau well enough.
 
         False where no look is due.
         """
-        enough = self._case.target_uncertainty
-        if enough is None or held < self.next_look:
+        if held < self.next_look:
             return False
         self.next_look = held + max(held // GROWTH, 1)
         before = self._content
-        self._content = self._possible(events, held) and self._relative_uncertainty(events, held) <= enough
+        self._content = self._possible(events, held) and self._known(events, held)
         return before and self._content
 
     def _possible(self, events: Events, held: int) -> bool:
         """Whether the plateau of so many events can be known well enough, whatever it is like: cheap, as the model says that."""
-        case, enough = self._case, self._case.target_uncertainty
+        case = self._case
+        enough = min(case.target_uncertainty or math.inf, case.target_length_error or math.inf)
         spacing = case.slab.spacing if case.effects.pin_translation else math.inf
         most_nodes = float(events.contact_size[:held].max())
         longest = Sampling(events.displacement[held - 1] / spacing, most_nodes, case.slip_rule.residual_shear)
-        return enough is not None and longest.least_of_mean_force <= enough
+        return longest.least_of_mean_force <= enough
 
-    def _relative_uncertainty(self, events: Events, held: int) -> float:
-        """Of the plateau of so many events: a run that breaks off is a record up to its last event."""
+    def _known(self, events: Events, held: int) -> bool:
+        """Whether the plateau of so many events is known: a run that breaks off is a record up to its last event."""
         broken_off = replace(self._start, outcome=_BROKEN_OFF)
         nothing = np.zeros(self._case.slab.n_x, np.int64)
         record = friction_record(self._case, self._start, self._initial_stiffness, events, nothing, held, broken_off)
-        return plateau_of(record).relative_uncertainty
+        plateau = plateau_of(record)
+        return plateau.relative_uncertainty <= (
+            self._case.target_uncertainty or math.inf
+        ) and plateau.relative_length_error <= (self._case.target_length_error or math.inf)

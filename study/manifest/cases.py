@@ -89,8 +89,9 @@ def _same(manifest: Manifest) -> Iterator[str]:
 def naming(case: Case) -> dict[str, Any]:
     """Every parameter of a case that is in its name: all, but a target that it does not have."""
     found = case.flat
-    if case.target_uncertainty is None:  # cases have names since before there were targets
-        del found["target_uncertainty"]
+    for name in ("target_uncertainty", "target_length_error"):  # cases have names since before there were such
+        if found[name] is None:
+            del found[name]
     return found
 
 

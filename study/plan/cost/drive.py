@@ -11,9 +11,15 @@ from dataclasses import replace
 
 from solver.case import Case
 from solver.drive import Drive
-from solver.dynamics.coefficients import LONGER, PERIODS
+from solver.dynamics.coefficients import FEWEST_SPACINGS, LONGER, PERIODS
 from solver.dynamics.stick_slip import MOST_SAMPLES, MOST_SLIPS
-from study.plan.cost.sliding import expected_uncertainty, lateral_stiffness, mean_step, steady_friction
+from study.plan.cost.sliding import (
+    discreteness,
+    expected_uncertainty,
+    lateral_stiffness,
+    mean_step,
+    steady_friction,
+)
 
 # Rough seconds on one core of an ordinary machine, as in study.plan.cost.seconds.
 _EXCESS = 0.02  # of static friction over kinetic one, for slips after the first
@@ -27,6 +33,8 @@ _PER_TIME_STEP = 6.5e-8  # rk4
 _PER_LEAP = 5e-7  # more for a step over many teeth, which looks each of them up
 _MANY_TEETH = 20.0
 _TRIES = LONGER / (LONGER - 1.0)  # over the last one alone
+_SPACINGS = 0.6  # node spacings until the error by its length is what one slip drops
+_LEAPS = 2.0  # the same where most are left out, as what is needed is seen on the way
 _DYING = 0.12  # periods in which a swing becomes 1/e, times the damping ratio: 1/2π, less what friction takes
 _FIT_TRIALS = 90.0  # of Eq. 16-19, from both starts together
 _PER_TRIAL = (1e-4, 6e-8, 2e-4)  # once, for each time looked at, for each slip
@@ -42,8 +50,10 @@ def drive_seconds(drive: Drive, case: Case, fitted: bool = True) -> float:
     if not way > 0.0:
         return _motion_seconds(drive, 0.0, 0.0) + _stuck_seconds(drive, case, force)
     if (needed := needed_duration(drive, case)) < drive.duration:  # all that are tried, and the last of them
-        tried = drive_seconds(replace(drive, duration=needed, uncertainty=None), case, fitted=False)
-        return _TRIES * tried + (_fit_seconds(drive, 1.0) if fitted else 0.0)
+        tried = drive_seconds(replace(drive, duration=needed, uncertainty=None, length_error=None), case, fitted=False)
+        return (_TRIES if drive.length_error is None else _LEAPS) * tried + (
+            _fit_seconds(drive, 1.0) if fitted else 0.0
+        )
     slips, passes = _slips(drive, force, way, lateral_stiffness(case)), 1.0
     if drive.max_slips is not None and 1.0 < slips >= drive.max_slips:
         way, slips, passes = way * drive.max_slips / slips, float(drive.max_slips), 2.0
@@ -57,11 +67,15 @@ def needed_duration(drive: Drive, case: Case) -> float:
 
     Infinite without an uncertainty to get to, or where the record knows the plateau less well than that.
     """
-    if drive.uncertainty is None or expected_uncertainty(case) > drive.uncertainty:
+    enough = min(drive.uncertainty or math.inf, drive.length_error or math.inf)
+    if math.isinf(enough) or (drive.uncertainty is not None and expected_uncertainty(case) > drive.uncertainty):
         return math.inf
     period = 2.0 * math.pi / math.sqrt(drive.spring_stiffness)
-    swings = _DYING * math.log(1.0 / drive.uncertainty) / max(drive.damping_ratio, 1e-9)
-    slides = max(PERIODS * period, swings * period, case.slab.spacing / drive.stage_velocity)
+    swings = _DYING * math.log(1.0 / enough) / max(drive.damping_ratio, 1e-9)
+    spacings = 1.0
+    if drive.length_error is not None:
+        spacings = max(FEWEST_SPACINGS, _SPACINGS * discreteness(case) / drive.length_error)
+    slides = max(PERIODS * period, swings * period, spacings * case.slab.spacing / drive.stage_velocity)
     force = steady_friction(case) * case.normal_load
     return force / (drive.spring_stiffness * drive.stage_velocity) + slides
 

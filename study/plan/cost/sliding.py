@@ -8,8 +8,10 @@ was measured on one core; a test holds it to a factor of three, which is what ch
 of their springs, and the root of their coupling says how many slip together.
 """
 
+import bisect
 import itertools
 import math
+from functools import cache
 from typing import NamedTuple
 
 from solver.case import MOST_EVENTS, Case
@@ -19,7 +21,7 @@ from solver.elasticity.schemes.biquadratic import Biquadratic
 from solver.elasticity.schemes.chain import Chain, spring_stiffness
 from solver.sliding.coulomb import OFF_THE_SLAB
 from solver.sliding.kernels.step import STRETCHES
-from solver.sliding.plateau import SETTLING
+from solver.sliding.plateau import SETTLING, TELLING
 from solver.sliding.sampling import Sampling
 from solver.sliding.target import FIRST_LOOK, GROWTH
 from study.plan.cost.last import of_the_last
@@ -142,10 +144,17 @@ def reach(case: Case) -> float:
 @of_the_last
 def needed_displacement(case: Case) -> float:
     """δ_p in L_x at which a record knows its plateau as well as it is to, to a factor of two; infinite without a target."""
-    target = case.target_uncertainty
-    if target is None:
+    if not case.aimed:
         return math.inf
-    spacings = _needed_spacings(case, target)
+    spacings = 0.0 if case.target_length_error is None else needed_spacings(case, case.target_length_error)
+    if case.target_uncertainty is not None:
+        spacings = max(spacings, _spacings_to(case, case.target_uncertainty))
+    return displacement_to(case, spacings)
+
+
+def displacement_to(case: Case, spacings: float) -> float:
+    """δ_p in L_x after which a plateau spans so many node spacings, and the record has looked at it; infinite of a pin that
+    goes on meeting the same."""
     if not case.effects.pin_translation and spacings > 0.0:
         return math.inf
     stretch = steady_friction(case) * case.normal_load / lateral_stiffness(case)
@@ -170,7 +179,31 @@ def _uncertainty_over(case: Case, spacings: float) -> float:
     return Sampling(spacings, contact_nodes(case), rule.residual_shear, spread).expected_of_mean_force
 
 
-def _needed_spacings(case: Case, target: float) -> float:
+def discreteness(case: Case) -> float:
+    """What one node's slip drops, as a share of the load's friction."""
+    return Sampling(0.0, contact_nodes(case), case.slip_rule.residual_shear).discreteness
+
+
+def needed_spacings(case: Case, error: float) -> float:
+    """Node spacings over which a plateau's error by its length is so small; infinite where it never is."""
+    drop, least = discreteness(case), TELLING if case.effects.pin_translation else 0.0
+    if drop == 0.0:
+        return least
+    lengths, errors = _by_length()
+    place = bisect.bisect_left(errors, -error / drop)
+    return max(lengths[place], least) if place < len(lengths) else math.inf
+
+
+@cache
+def _by_length() -> tuple[list[float], list[float]]:
+    """Node spacings, and minus the errors of plateaus that are no longer than that, where one slip drops all of the force."""
+    lengths = [0.02 * number for number in range(100)]
+    lengths += [float(whole * 2**power) for power in range(1, MOST_DOUBLINGS) for whole in (1.0, 1.25, 1.5, 1.75)]
+    errors = [Sampling(spacings, 1.0).expected_of_mean_force for spacings in lengths]
+    return lengths, [-error for error in itertools.accumulate(errors, min)]
+
+
+def _spacings_to(case: Case, target: float) -> float:
     """Node spacings over which a plateau is known so well; infinite where it never is."""
 
     def enough(spacings: float) -> bool:
@@ -190,7 +223,8 @@ def misses_target(case: Case) -> bool:
     """Whether other limits are expected to end a record before its plateau is as certain as it is to be: by twice as much."""
     if case.target_uncertainty is None:
         return False
-    return needed_displacement(case) > 2.0 * _displacement_within(case, case.farthest)
+    needed = displacement_to(case, _spacings_to(case, case.target_uncertainty))
+    return needed > 2.0 * _displacement_within(case, case.farthest)
 
 
 def steady_friction(case: Case) -> float:

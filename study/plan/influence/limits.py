@@ -71,7 +71,7 @@ def _length(case: Case) -> Limit:
     of = "plateau, kinetic friction"
     if longer is None:
         return Limit("length of the record", of, size, "", math.nan)
-    grown = replace(case, max_events=None, max_displacement=None, max_spacings=float(longer), target_uncertainty=None)
+    grown = replace(case.whole, max_events=None, max_displacement=None, max_spacings=float(longer))
     costs = record_seconds(grown) / record_seconds(case)
     return Limit("length of the record", of, size, f"spacings = {longer:.2g}", costs)
 

@@ -47,8 +47,9 @@ def drive_task(case: Case, drive: Drive, *, scalars_only: bool = False, fitted: 
 @lru_cache(maxsize=4096)  # a campaign has few drives and many cases
 def _text(drive: Drive) -> CanonicalText:
     settings = {item.name: getattr(drive, item.name) for item in fields(drive)}
-    if drive.uncertainty is None:  # without one a drive is what it was before there were any
-        del settings["uncertainty"]
+    for name in ("uncertainty", "length_error"):  # without one a drive is what it was before there were any
+        if settings[name] is None:
+            del settings[name]
     return CanonicalText(canonical_text({"type": type(drive).__name__, **settings}))
 
 

@@ -95,6 +95,41 @@ def test_what_never_knows_is_what_it_is_without_an_uncertainty(drive: Drive) -> 
     assert friction.outcome.ending is known.outcome.ending
 
 
+def test_a_drive_with_an_error_by_its_length_is_the_one_of_a_duration_that_is_enough() -> None:
+    """It skips durations that are not expected to be: never longer than the next one of all that could be tried, twice over."""
+    target = 0.001
+    motion, friction = measured(*slid(), replace(LONG, length_error=target))
+    assert motion.end_time < LONG.duration
+    assert friction.relative_length_error <= target
+    again, known = measured(*slid(), replace(LONG, duration=motion.end_time))
+    assert same(motion, again)
+    assert friction.kinetic_friction_uncertainty == known.kinetic_friction_uncertainty
+    assert friction.outcome.ok
+
+
+def test_what_its_record_does_not_know_is_no_error_by_the_length_of_a_drive() -> None:
+    record, plateau = slid()
+    worse = replace(plateau, uncertainty=0.1, of_length=0.1)
+    one, other = (measured(record, each, replace(LONG, length_error=0.001)) for each in (plateau, worse))
+    assert same(one[0], other[0])
+    assert other[1].relative_uncertainty > 0.1 > one[1].relative_uncertainty
+
+
+def test_a_pin_that_has_hardly_slid_does_not_know_what_a_longer_drive_changes() -> None:
+    record, plateau = slid()
+    slides = plateau.mean * record.normal_load / LONG.spring_stiffness / LONG.stage_velocity
+    for spacings in (0.5, 1.5):
+        short = replace(LONG, duration=slides + spacings * record.spacing / LONG.stage_velocity)
+        assert math.isinf(measured(record, plateau, short)[1].relative_length_error)
+
+
+def test_an_error_by_its_length_that_is_out_of_reach_leaves_the_whole_drive_and_no_complaint() -> None:
+    motion, friction = measured(*slid(), replace(LONG, length_error=1e-9))
+    plain, known = measured(*slid(), LONG)
+    assert same(motion, plain)
+    assert friction.outcome == known.outcome
+
+
 def test_from_python_too() -> None:
     record, _ = slid()
     result = drive_result(Case(slab=Slab(65)), replace(LONG, uncertainty=TARGET), record)

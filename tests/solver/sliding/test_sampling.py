@@ -138,6 +138,7 @@ def test_disorder_is_in_everything_that_is_stated(spacings: float) -> None:
     """Other nodes would have had other μ_i, however long the record: in squares, since it is of another cause."""
     plain, drawn = Sampling(spacings, 9.0), Sampling(spacings, 9.0, spread=0.3)
     force = math.hypot(plain.of_mean_force(BLOCKS, 1e-3), drawn.disorder * BLOCKS.mean())
+    assert drawn.of_length(BLOCKS, 1e-3) == plain.of_length(BLOCKS, 1e-3) == plain.of_mean_force(BLOCKS, 1e-3)
     assert drawn.of_mean_force(BLOCKS, 1e-3) == pytest.approx(force, rel=1e-14)
     assert drawn.of_events() == pytest.approx(math.hypot(plain.of_events(), drawn.disorder), rel=1e-14)
     assert drawn.of_peak() > plain.of_peak()

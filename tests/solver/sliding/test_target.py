@@ -1,6 +1,7 @@
 """A record that is to know its plateau ends as soon as it does, and never before; till then it is the record without a target."""
 
 import itertools
+import math
 from dataclasses import fields, replace
 from functools import lru_cache
 
@@ -12,7 +13,7 @@ from solver.elasticity.compliance import SurfaceCompliance, surface_compliance
 from solver.outcome import Ending
 from solver.slab import Slab
 from solver.sliding.events import slide, states_at
-from solver.sliding.plateau import plateau_of
+from solver.sliding.plateau import TELLING, plateau_of
 from solver.sliding.record import EVENT_TYPES, FrictionRecord
 from solver.sliding.target import FIRST_LOOK, GROWTH
 
@@ -89,6 +90,46 @@ def test_it_ends_as_soon_as_its_plateau_is_known_at_two_looks_in_a_row_and_never
         look += max(look // GROWTH, 1)
     in_a_row = [before and now for before, now in itertools.pairwise(content)]
     assert in_a_row == [False] * (len(in_a_row) - 1) + [True]
+
+
+DRAWN = replace(Case(slab=Slab(65), max_events=None, max_spacings=3.0), heterogeneity=Heterogeneity(spread=0.1))
+
+
+def test_an_error_by_its_length_is_reached_where_other_nodes_would_change_more() -> None:
+    """The record without a target, broken off: what it states of itself knows of the other nodes as before."""
+    target = 0.006
+    record = slide(replace(DRAWN, target_length_error=target), compliance(DRAWN.slab))
+    whole = slide(DRAWN, compliance(DRAWN.slab))
+    count = len(record.displacement)
+    assert FIRST_LOOK <= count < len(whole.displacement)
+    assert same(record, slide(replace(DRAWN, max_events=count, max_spacings=None), compliance(DRAWN.slab)))
+    plateau = plateau_of(record)
+    assert plateau.relative_length_error <= target < plateau.relative_uncertainty
+
+
+def test_a_plateau_that_is_short_says_nothing_of_its_error_by_its_length() -> None:
+    """Of less than a third of a spacing: what it states then is too little, so no target by its length ends it there."""
+    case = replace(DRAWN, target_length_error=0.5)
+    known = compliance(case.slab)
+    plateau = plateau_of(slide(case, known))
+    assert TELLING <= plateau.spacings < 1.0
+    short = plateau_of(slide(replace(DRAWN, max_spacings=0.25), known))
+    assert short.outcome.ok
+    assert math.isinf(short.relative_length_error)
+
+
+def test_of_one_draw_an_error_by_its_length_is_the_uncertainty() -> None:
+    case, target = CASES["the whole contact"]
+    assert same(slide(replace(case, target_length_error=target), compliance(case.slab)), aimed("the whole contact"))
+
+
+def test_of_two_targets_both_are_reached() -> None:
+    case, target = CASES["the whole contact"]
+    known = compliance(case.slab)
+    for one, other in ((0.1, target), (target, 0.1)):
+        assert same(
+            slide(replace(case, target_uncertainty=one, target_length_error=other), known), aimed("the whole contact")
+        )
 
 
 def test_other_limits_are_the_most_it_may_take() -> None:

@@ -6,12 +6,12 @@ from dataclasses import replace
 import pytest
 
 from solver import drive_result, friction_record
-from solver.case import Case, Effects, Heterogeneity
+from solver.case import Case, Effects, Heterogeneity, SlipRule
 from solver.drive import Drive, Scales
 from solver.slab import Slab
 from study.manifest.parameters import make_case
 from study.plan.cost.drive import drive_seconds, needed_duration
-from study.plan.cost.seconds import record_seconds
+from study.plan.cost.seconds import record_seconds, shorter_record_seconds
 from study.plan.cost.sliding import events_of, expected_displacement, misses_target, needed_displacement
 
 CASES = {
@@ -80,3 +80,29 @@ def test_a_drive_over_a_record_that_knows_less_is_as_long_as_it_may() -> None:
     drive = Drive.from_si(Scales())
     assert needed_duration(replace(drive, uncertainty=1e-3), case) == math.inf
     assert drive_seconds(replace(drive, uncertainty=1e-3), case) == drive_seconds(drive, case)
+
+
+@pytest.mark.parametrize("error", [0.02, 0.005, 0.002, 1e-3, 1e-4, 1e-6])
+@pytest.mark.parametrize("rule", [SlipRule(), SlipRule(residual_shear=0.5), SlipRule(residual_shear=1.0)])
+def test_a_record_that_ends_at_an_error_by_its_length_costs_what_one_that_is_to_would(
+    error: float, rule: SlipRule
+) -> None:
+    """Whatever other nodes would change."""
+    for spread in (0.0, 0.3) if rule.residual_shear < 1.0 else (0.0,):
+        case = Case(
+            slab=SLAB, max_events=None, max_spacings=4.0, slip_rule=rule, heterogeneity=Heterogeneity(spread=spread)
+        )
+        aimed = replace(case, target_length_error=error)
+        assert shorter_record_seconds(case, error) == pytest.approx(record_seconds(aimed), rel=1e-12)
+        assert record_seconds(aimed) <= record_seconds(case)
+
+
+def test_an_error_by_its_length_of_one_draw_takes_the_way_of_the_uncertainty() -> None:
+    """To the steps of the table, a fiftieth of a spacing or a quarter of all."""
+    for error in (0.005, 0.002, 1e-3, 5e-4):
+        case = Case(slab=SLAB, max_events=None, max_spacings=64.0)
+        by_length, known = (
+            needed_displacement(replace(case, **{name: error}))
+            for name in ("target_length_error", "target_uncertainty")
+        )
+        assert by_length == pytest.approx(known, rel=0.3, abs=0.03 * SLAB.spacing)
