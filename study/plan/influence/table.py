@@ -57,6 +57,11 @@ class Measured:
         """(scenes, observables): the influence over what the law says."""
         return np.asarray(self.influences / self._by_law(self.places))
 
+    @cached_property
+    def _range(self) -> tuple[Vector, Vector]:
+        """The lowest and the highest place along each group, (groups,)."""
+        return self.places.min(axis=0), self.places.max(axis=0)
+
     def _by_law(self, places: Vector) -> Vector:
         """(places, observables)."""
         return np.exp(_design(places) @ self.laws)
@@ -66,7 +71,7 @@ class Measured:
         nothing = np.full(self.influences.shape[1], math.nan)
         if not len(self.places):
             return nothing
-        low, high = self.places.min(axis=0), self.places.max(axis=0)
+        low, high = self._range
         place = np.array([group.place(scene) for group in omission.groups])
         for number, group in enumerate(omission.groups):
             if (group.safe < 0 and place[number] < low[number]) or (group.safe > 0 and place[number] > high[number]):
@@ -75,7 +80,11 @@ class Measured:
             return nothing
         distance = (((self.places - place) / np.maximum(high - low, 1e-12)) ** 2).sum(axis=1)
         nearest = np.argsort(distance, kind="stable")
-        largest = np.array([_largest(column[nearest]) for column in self._excess.T])
+        alike = self._excess[nearest[:ALIKE]]
+        if len(alike) < ALIKE or np.isnan(alike).any():
+            largest = np.array([_largest(column[nearest]) for column in self._excess.T])
+        else:  # nearly always, and faster
+            largest = alike.max(axis=0)
         return np.asarray(np.minimum(largest * self._by_law(place[None])[0], LARGEST))
 
 
