@@ -21,6 +21,7 @@ from study.dataset.variables import (
     DRIVE_NAME,
     EVENT_DROP,
     LEFT_OUT,
+    LENGTH_ERRORS,
     MEMBERS_USED,
     OUTCOMES,
     SOFTWARE,
@@ -172,10 +173,10 @@ def _line(variable: Described) -> str:
 
 def _all() -> Iterator[Described]:
     ending, message = OUTCOMES[""]
-    own = (CASE_ID, ending, message, COMPUTED_BY[""], DISCRETIZATION_ERROR, ADVICE, LEFT_OUT[""])
+    own = (CASE_ID, ending, message, COMPUTED_BY[""], DISCRETIZATION_ERROR, ADVICE, LEFT_OUT[""], LENGTH_ERRORS[""])
     yield from _of("the case", CASES, own)
     for kind in KINDS:
-        head = (*OUTCOMES[DRIVE], COMPUTED_BY[DRIVE], LEFT_OUT[DRIVE]) if kind == DRIVE else ()
+        head = (*OUTCOMES[DRIVE], COMPUTED_BY[DRIVE], LEFT_OUT[DRIVE], LENGTH_ERRORS[DRIVE]) if kind == DRIVE else ()
         dims = f"{CASES}, drive" if kind == DRIVE else CASES
         yield from _of(_GROUPS.get(kind, kind), dims, (*head, *scalars(kind).values(), *companions(kind).values()))
     for group in all_groups().values():

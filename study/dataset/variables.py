@@ -164,6 +164,13 @@ LEFT_OUT: Final = {
 }
 """As `OUTCOMES`: the variables that say what a campaign with a tolerance left out."""
 
+_ENOUGH: Final = "relative standard error, of a campaign with a tolerance; NaN: computed to the whole length"
+LENGTH_ERRORS: Final = {
+    "": Quantity("length_error_allowed", "length error that ended the record", comment=_ENOUGH),
+    DRIVE: Quantity("drive_length_error_allowed", "length error that ended the drive", comment=_ENOUGH),
+}
+"""As `OUTCOMES`: the variables that say what of a tolerance was spent on shorter records and drives."""
+
 
 @cache  # asked for every case
 def influences() -> dict[str, Quantity]:

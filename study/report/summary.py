@@ -17,7 +17,16 @@ from solver.quantity import GRID_ERROR
 from solver.sliding.validity import flags_in
 from solver.view import with_error
 from study.dataset.collection.ensemble import NOT_NEEDED, ensemble_name, observables, over_members
-from study.dataset.variables import DRIVE, LEFT_OUT, MEMBERS_USED, OUTCOMES, VALIDITY, parameters, scalars
+from study.dataset.variables import (
+    DRIVE,
+    LEFT_OUT,
+    LENGTH_ERRORS,
+    MEMBERS_USED,
+    OUTCOMES,
+    VALIDITY,
+    parameters,
+    scalars,
+)
 from study.figures.sweep.label import in_unit, said, unit_of
 from study.figures.sweep.points import listed
 from study.manifest.cases import MEMBER
@@ -102,14 +111,18 @@ def flag_summary(dataset: xr.Dataset) -> list[str]:
 
 
 def left_out_summary(dataset: xr.Dataset) -> list[str]:
-    """One line of what a campaign's tolerance left out, and of how many cases and drives; none where nothing is."""
-    found = []
-    for variable, what in ((LEFT_OUT[""], "cases"), (LEFT_OUT[DRIVE], "drives")):
-        if variable.name in dataset:
-            texts = dataset[variable.name].values.ravel().tolist()
+    """A line of what a campaign's tolerance left out, and of how many cases and drives, and one of what is shorter for it."""
+    found, shorter = [], []
+    for kind, what, runs in (("", "cases", "records"), (DRIVE, "drives", "drives")):
+        if LEFT_OUT[kind].name in dataset:
+            texts = dataset[LEFT_OUT[kind].name].values.ravel().tolist()
             counts = Counter(effect for text in texts if text for effect in text.split(", "))
             found += [f"{effect} ({count} of {len(texts)} {what})" for effect, count in counts.items()]
-    return [f"left out: {', '.join(found)}; what that is expected to change is part of ±"] if found else []
+        if LENGTH_ERRORS[kind].name in dataset:
+            errors = np.isfinite(dataset[LENGTH_ERRORS[kind].name].values)
+            shorter += [f"{int(errors.sum())} of {errors.size} {runs}"] if errors.any() else []
+    lines = [f"left out: {', '.join(found)}; what that is expected to change is part of ±"] if found else []
+    return lines + ([f"shorter, as the tolerance allows it: {', '.join(shorter)}"] if shorter else [])
 
 
 def short_summary(dataset: xr.Dataset) -> list[str]:

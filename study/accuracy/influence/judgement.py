@@ -18,6 +18,7 @@ from solver.drive import Drive
 from study.accuracy.influence.ensembles import Ensemble, compliance_of, driven, ensemble_of, influence
 from study.accuracy.influence.scenes import random_scene
 from study.plan.influence.decision import Decision, Tolerance, decide
+from study.plan.influence.length import WHOLE_LENGTH
 from study.plan.influence.omissions import OF_THE_CASE, OMISSIONS
 from study.plan.influence.scene import ASKED_FOR, OBSERVABLES, POISSON, ROUGHNESS, SPREAD, WIDTH, Scene
 from study.plan.influence.table import load_influences
@@ -66,9 +67,15 @@ def asked_for() -> tuple[str, ...]:
 
 
 def tolerance(within: float) -> Tolerance:
-    """As a campaign has it that computes each scene by itself."""
+    """As a campaign has it that computes each scene by itself, to its whole length: effects alone are judged."""
     return Tolerance(
-        within, asked_for(), frozenset(), load_influences(), slides=True, fitted=False, cases_on_a_slab=1.0
+        within,
+        asked_for(),
+        frozenset({WHOLE_LENGTH}),
+        load_influences(),
+        slides=True,
+        fitted=False,
+        cases_on_a_slab=1.0,
     )
 
 

@@ -15,7 +15,9 @@ from study.manifest.cases import CampaignCase, expand
 from study.manifest.manifest import Manifest, Tolerated
 from study.manifest.reader import load_manifest
 from study.plan.influence.campaign import Decider, tolerance_of
-from study.plan.influence.decision import Choice, Decision, Tolerance
+from study.plan.influence.choice import Choice, Length
+from study.plan.influence.decision import Decision, Tolerance
+from study.plan.influence.length import COUNTS, TOLD_BY_LENGTH, WHOLE_LENGTH
 from study.plan.influence.limits import limits_of
 from study.plan.influence.omissions import OMISSIONS
 from study.plan.influence.scene import GROUPS, GROUPS_OF_DRIVES, OBSERVABLES, Scene
@@ -76,12 +78,13 @@ def _print(case: CampaignCase, decider: Decider, decision: Decision, asked: bool
 
 def _anything_left_out(decision: Decision) -> bool:
     of_drives = (each for choices in decision.of_drives.values() for each in choices)
-    return any(each.left_out for each in (*decision.of_case, *of_drives))
+    shorter = any(each.error is not None for each in decision.lengths.values())
+    return shorter or any(each.left_out for each in (*decision.of_case, *of_drives))
 
 
 def _whole(decision: Decision) -> Decision:
     """The case as a campaign without a tolerance computes it."""
-    return replace(decision, case=decision.asked, of_case=(), of_drives={}, seconds=decision.seconds_of_all)
+    return replace(decision, case=decision.asked, of_case=(), of_drives={}, lengths={}, seconds=decision.seconds_of_all)
 
 
 def _groups(case: CampaignCase, decider: Decider) -> Table:
@@ -99,6 +102,10 @@ def _effects(decision: Decision, tolerance: Tolerance) -> Table:
     rows = [_effect(each, tolerance, "") for each in decision.of_case]
     for label, choices in decision.of_drives.items():
         rows += [_effect(each, tolerance, f" of {label}" if len(decision.of_drives) > 1 else "") for each in choices]
+    several = len(decision.of_drives) > 1
+    for label, length in decision.lengths.items():
+        of = f" of {label}" if several and label else " of the drive" if label else " of the record"
+        rows.append(_length(length, tolerance, of))
     header = ("effect", "here", *tolerance.asked_for, "saves", "why")
     return Table(header, tuple(rows), 2, prose=True)
 
@@ -108,6 +115,15 @@ def _effect(choice: Choice, tolerance: Tolerance, of: str) -> tuple[str, ...]:
     here = "left out" if choice.left_out else "on"
     why = choice.reason or OMISSIONS[choice.effect].without
     return (f"{choice.effect}{of}", here, *map(_number, changes), duration(max(choice.saves, 0.0)), why)
+
+
+def _length(length: Length, tolerance: Tolerance, of: str) -> tuple[str, ...]:
+    here, why = (
+        ("on", length.reason) if length.error is None else ("shorter", f"ends at ± {length.error:.2g} by its length")
+    )
+    spent = COUNTS * length.error if length.error is not None else math.nan
+    changes = (spent if name in TOLD_BY_LENGTH else math.nan for name in tolerance.asked_for)
+    return (f"{WHOLE_LENGTH}{of}", here, *map(_number, changes), duration(max(length.saves, 0.0)), why)
 
 
 def _number(value: float, unit: str = "") -> str:

@@ -21,6 +21,7 @@ from study.dataset.variables import (
     DISCRETIZATION_ERROR,
     DRIVE,
     LEFT_OUT,
+    LENGTH_ERRORS,
     OUTCOMES,
     VALIDITY,
     Group,
@@ -79,6 +80,8 @@ class Table:
                 self._declare(kind, COMPUTED_BY[kind], "")
                 if manifest.tolerated:
                     self._declare(kind, LEFT_OUT[kind], "")
+                    if "record" in kinds:
+                        self._declare(kind, LENGTH_ERRORS[kind], np.nan)
         self._declare("", DISCRETIZATION_ERROR, np.nan)
         self._declare("", ADVICE, "")
         for kind in KINDS:
@@ -146,7 +149,10 @@ class Table:
     def say_left_out(self, place: int, decision: Decision) -> None:
         """Set what a campaign's tolerance left out of a case and its drives, and how much that is expected to change."""
         for drive in ("", *decision.of_drives):
-            self.put(LEFT_OUT[DRIVE if drive else ""].name, place, drive, ", ".join(decision.left_out(drive)))
+            kind, error = DRIVE if drive else "", decision.length_error(drive)
+            self.put(LEFT_OUT[kind].name, place, drive, ", ".join(decision.left_out(drive)))
+            if error is not None:
+                self.put(LENGTH_ERRORS[kind].name, place, drive, error)
             changes = dict(zip(OBSERVABLES, decision.influence(drive), strict=True))
             for name, quantity in influences().items():
                 if quantity.name in self._quantities and (name in OF_DRIVES) == bool(drive):

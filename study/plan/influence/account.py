@@ -6,7 +6,9 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from study.plan.influence.decision import Choice, Decision
+from study.plan.influence.choice import Choice, Length
+from study.plan.influence.decision import Decision
+from study.plan.influence.length import COUNTS, WHOLE_LENGTH
 from study.plan.influence.omissions import OMISSIONS
 
 
@@ -30,10 +32,27 @@ class Account:
 def accounts(decisions: Iterable[Decision], columns: Collection[int]) -> list[Account]:
     """Effects in their order. columns: places of what is asked for among the observables."""
     found: dict[str, list[Choice]] = {name: [] for name in OMISSIONS}
+    lengths: list[Length] = []
     for decision in decisions:
         for choice in (*decision.of_case, *(each for of in decision.of_drives.values() for each in of)):
             found[choice.effect].append(choice)
-    return [_account(name, choices, list(columns)) for name, choices in found.items() if choices]
+        lengths += decision.lengths.values()
+    of_effects = [_account(name, choices, list(columns)) for name, choices in found.items() if choices]
+    return [*of_effects, *([_of_lengths(lengths)] if lengths else [])]
+
+
+def _of_lengths(lengths: list[Length]) -> Account:
+    """Whole lengths of records and drives, of which shorter ones go without a part."""
+    shorter = [each for each in lengths if each.error is not None]
+    reasons = Counter(each.reason for each in lengths if each.error is None)
+    return Account(
+        WHOLE_LENGTH,
+        len(lengths),
+        len(shorter),
+        COUNTS * max((each.error or 0.0 for each in shorter), default=0.0),
+        sum(each.saves for each in shorter),
+        reasons.most_common(1)[0][0] if reasons else "",
+    )
 
 
 def _account(name: str, choices: list[Choice], columns: list[int]) -> Account:

@@ -3,7 +3,7 @@
 import math
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, field, replace
-from typing import Final
+from typing import Final, NamedTuple
 
 from solver.case import Case, Effects
 from solver.drive import Drive
@@ -14,6 +14,7 @@ from study.manifest.drives import CampaignDrive
 from study.manifest.manifest import Manifest
 from study.manifest.problems import ManifestError, shown
 from study.plan.influence.decision import Decision, Tolerance, decide
+from study.plan.influence.length import WHOLE_LENGTH
 from study.plan.influence.omissions import OF_THE_DRIVE, OMISSIONS
 from study.plan.influence.scene import ASKED_FOR, OBSERVABLES, Scene
 from study.plan.influence.table import load_influences
@@ -38,6 +39,7 @@ def tolerance_of(manifest: Manifest) -> Tolerance | None:
         slides="slip" in manifest.stages,
         fitted=manifest.outputs.fit,
         cases_on_a_slab=_cases_on_a_slab(manifest),
+        lengths_stay=_why_lengths_stay(manifest),
     )
 
 
@@ -49,8 +51,9 @@ def _problems(manifest: Manifest) -> Iterator[str]:
             where = f"{manifest.path}: effects.observables = {shown(name)}"
             yield f"{where}: needs one of {', '.join(yields)}"
     for name in manifest.tolerated.keep:
-        if name not in OMISSIONS:
-            yield f"{manifest.path}: effects.keep = {shown(name)}: needs one of {', '.join(OMISSIONS)}"
+        if name not in (*OMISSIONS, WHOLE_LENGTH):
+            needed = ", ".join((*OMISSIONS, WHOLE_LENGTH))
+            yield f"{manifest.path}: effects.keep = {shown(name)}: needs one of {needed}"
 
 
 def yielded(manifest: Manifest) -> tuple[str, ...]:
@@ -69,6 +72,14 @@ def _given(manifest: Manifest) -> Iterator[str]:
         yield "finite_slab"
 
 
+def _why_lengths_stay(manifest: Manifest) -> str:
+    """Why a campaign needs whole lengths; empty where it does not."""
+    outputs = manifest.outputs
+    if outputs.statistics or outputs.tractions_at:
+        return f"outputs.{'statistics' if outputs.statistics else 'tractions_at'} needs it"
+    return "an ensemble grows until it knows enough" if manifest.ensemble.uncertainty is not None else ""
+
+
 def _cases_on_a_slab(manifest: Manifest) -> float:
     """How many cases share a compliance, on average."""
     slab = {name: values for name, values in manifest.axes.items() if name in declared(Slab)}
@@ -79,6 +90,13 @@ def _cases_on_a_slab(manifest: Manifest) -> float:
         total = len(next(iter(manifest.axes.values()), ()))
         slabs = len(set(zip(*slab.values(), strict=True))) if slab else 1
     return max(total * manifest.ensemble.members / max(slabs, 1), 1.0)
+
+
+class _Pulled(NamedTuple):
+    """What is different in a drive from what the file says."""
+
+    left_out: tuple[str, ...] = ()
+    length_error: float | None = None
 
 
 @dataclass(slots=True)
@@ -94,7 +112,7 @@ class Decider:
     _kept: Mapping[str, frozenset[str]] = field(init=False)
     """Label of a drive -> effects that its table asks for."""
     _alike: dict[Case, Decision] = field(default_factory=dict)
-    _manifests: dict[tuple[tuple[str, ...], ...], Manifest] = field(default_factory=dict)
+    _manifests: dict[tuple[_Pulled, ...], Manifest] = field(default_factory=dict)
 
     def __post_init__(self) -> None:
         scales, drives = self.manifest.scales, self.manifest.drives
@@ -114,20 +132,27 @@ class Decider:
         found = self.decisions.get(case.case_id)
         if found is None or not self.manifest.drives:
             return self.manifest
-        names = tuple(found.left_out(each.label) if each.drive else () for each in self.manifest.drives)
-        if names not in self._manifests:
-            drives = tuple(_pulled(each, left_out) for each, left_out in zip(self.manifest.drives, names, strict=True))
-            self._manifests[names] = replace(self.manifest, drives=drives)
-        return self._manifests[names]
+        drives = self.manifest.drives
+        pulled = tuple(_Pulled(*found.of_drive(each.label)) if each.drive else _Pulled() for each in drives)
+        if pulled not in self._manifests:
+            if len(self._manifests) >= _REMEMBERED:
+                self._manifests.clear()
+            changed = tuple(_changed(drive, how) for drive, how in zip(drives, pulled, strict=True))
+            self._manifests[pulled] = replace(self.manifest, drives=changed)
+        return self._manifests[pulled]
 
     def _decision(self, case: Case) -> Decision:
         # Members of an ensemble are to be the same model.
-        first = replace(case, start=0.0, heterogeneity=replace(case.heterogeneity, seed=1))
+        first = case
+        if case.start or case.heterogeneity.seed != 1:
+            first = replace(case, start=0.0, heterogeneity=replace(case.heterogeneity, seed=1))
         if first not in self._alike:
             if len(self._alike) >= _REMEMBERED:
                 self._alike.clear()
             self._alike[first] = decide(first, self.drives, self._kept, self.tolerance)
         found = self._alike[first]
+        if first is case:
+            return found if found.asked is case else replace(found, asked=case)
         drawn = replace(found.case.heterogeneity, seed=case.heterogeneity.seed)
         return replace(found, asked=case, case=replace(found.case, start=case.start, heterogeneity=drawn))
 
@@ -140,13 +165,15 @@ def _asked_by(drive: CampaignDrive) -> Iterator[str]:
     return (name for name, key in keys.items() if key in drive.given)
 
 
-def _pulled(drive: CampaignDrive, left_out: tuple[str, ...]) -> CampaignDrive:
-    """A drive of the campaign, in SI, without these effects."""
-    if drive.drive is None or not left_out:
+def _changed(drive: CampaignDrive, pulled: _Pulled) -> CampaignDrive:
+    """A drive of the campaign, in SI, as a case is pulled by it."""
+    if drive.drive is None or pulled == _Pulled():
         return drive
     in_si = drive.drive.in_si
+    if pulled.length_error is not None:
+        in_si = replace(in_si, length_error=pulled.length_error)
     for omission in OF_THE_DRIVE:
-        if omission.name in left_out:
+        if omission.name in pulled.left_out:
             without = omission.left_out(Scene(Case(), in_si)).drive
             assert without is not None
             in_si = without

@@ -1,26 +1,32 @@
-"""What is left out of a case: of all choices whose expected influences add up to no more than the tolerance, the cheapest."""
+"""What is left out of a case, and how long its record and drives are: the cheapest choice that stays within the tolerance.
 
-import itertools
+Expected influences of what is left out add up; twice the errors by lengths are added to them as squares.
+"""
+
 import math
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Mapping
 from dataclasses import dataclass, replace
-from typing import Final, NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
 from solver.case import Case
 from solver.drive import Drive
 from study.plan.cost.drive import drive_seconds
 from study.plan.cost.seconds import compliance_seconds, record_seconds, touch_seconds
+from study.plan.influence.choice import LEAST_SAVING, Choice, Length, Part, Vector
+from study.plan.influence.length import (
+    TOLD_BY_LENGTH,
+    WHOLE_LENGTH,
+    drive_saving,
+    errors_within,
+    record_saving,
+    why_drives_stay,
+    why_records_stay,
+)
 from study.plan.influence.omissions import OF_THE_CASE, OF_THE_DRIVE, Omission, measured_like
-from study.plan.influence.scene import OBSERVABLES, Scene
+from study.plan.influence.scene import OBSERVABLES, OF_DRIVES, Scene
+from study.plan.influence.search import Asked, cheapest
 from study.plan.influence.table import Influences
-
-LEAST_SAVING: Final = 0.01
-"""Share of the time that leaving an effect out has to save."""
-
-Vector = NDArray[np.float64]
 
 
 @dataclass(frozen=True, slots=True)
@@ -40,24 +46,20 @@ class Tolerance:
     """Whether a closed form is fitted to the motion of drives."""
     cases_on_a_slab: float
     """Among which the time of a compliance is shared."""
+    lengths_stay: str = ""
+    """Why records and drives are computed to their whole lengths; empty where they may be shorter."""
 
     @property
     def columns(self) -> list[int]:
         """Places of what is asked for among the observables."""
         return [OBSERVABLES.index(name) for name in self.asked_for]
 
-
-class Choice(NamedTuple):
-    """What was decided of one effect of a case or drive."""
-
-    effect: str
-    left_out: bool
-    influence: Vector
-    """(OBSERVABLES,): expected relative change without it; 0 of what it cannot change, NaN where that is not known."""
-    saves: float
-    """Seconds, of the case or drive alone, if nothing else is left out."""
-    reason: str
-    """Why it is not left out; empty where it is."""
+    @property
+    def asked(self) -> Asked:
+        """The same for a search."""
+        told = [name in TOLD_BY_LENGTH for name in self.asked_for]
+        of_drives = [one and name in OF_DRIVES for one, name in zip(told, self.asked_for, strict=True)]
+        return Asked(self.within, self.columns, told, of_drives)
 
 
 @dataclass(frozen=True, slots=True)
@@ -69,6 +71,8 @@ class Decision:
     case: Case
     of_case: tuple[Choice, ...]
     of_drives: Mapping[str, tuple[Choice, ...]]
+    lengths: Mapping[str, Length]
+    """Of the record, "", and of the drives, by label; nothing of contacts alone."""
     seconds: float
     """Estimated for the case and its drives."""
     seconds_of_all: float
@@ -79,74 +83,81 @@ class Decision:
         taken = [each for each in (*self.of_case, *self.of_drives.get(drive, ())) if each.left_out]
         return np.sum([each.influence for each in taken], axis=0) if taken else np.zeros(len(OBSERVABLES))
 
+    def of_drive(self, label: str) -> tuple[tuple[str, ...], float | None]:
+        """Names of the effects that are left out of a drive, and the error by its length up to which it is computed."""
+        return self.left_out(label), self.length_error(label)
+
+    def length_error(self, drive: str = "") -> float | None:
+        """Error by its length up to which the record, or a drive, is computed; None: to its whole length."""
+        return self.lengths[drive].error if drive in self.lengths else None
+
     def left_out(self, drive: str = "") -> tuple[str, ...]:
         """Names of the effects that are left out of the case, or of a drive."""
         choices = self.of_drives[drive] if drive else self.of_case
         return tuple(each.effect for each in choices if each.left_out)
 
 
-class _Part(NamedTuple):
-    """The case without its drives, or one drive: what could be left out of it, and its time with everything."""
-
-    seconds: float
-    choices: tuple[Choice, ...]
-
-    @property
-    def possible(self) -> list[Choice]:
-        return [each for each in self.choices if not each.reason]
-
-    def subsets(self, columns: Sequence[int], left: Vector) -> Iterator[tuple[float, Vector, tuple[str, ...]]]:
-        """Seconds, what is left of the tolerance, and names, of every set of effects that can be left out together."""
-        for size in range(len(self.possible) + 1):
-            for chosen in itertools.combinations(self.possible, size):
-                rest = left - sum((each.influence[columns] for each in chosen), np.zeros(len(left)))
-                if (rest >= 0.0).all():
-                    share = math.prod(1.0 - each.saves / self.seconds for each in chosen)
-                    yield self.seconds * share, rest, tuple(each.effect for each in chosen)
-
-
 def decide(
     case: Case, drives: Mapping[str, Drive], kept: Mapping[str, frozenset[str]], tolerance: Tolerance
 ) -> Decision:
-    """What to leave out of a case and of each of its drives.
+    """What to leave out of a case and of each of its drives, and how long they are to be.
 
     drives: by label, in the solver's units. kept: label -> effects that a drive is not computed without.
     """
-    whole = _part(Scene(case), tolerance)
+    unlike = measured_like(case)
+    whole = _part(Scene(case), tolerance, unlike)
     driven = {
-        label: _part(Scene(case, drive), replace(tolerance, kept=tolerance.kept | kept[label]))
+        label: _part(Scene(case, drive), replace(tolerance, kept=tolerance.kept | kept[label]), unlike)
         for label, drive in drives.items()
     }
-    best = (math.inf, (), {})  # type: tuple[float, tuple[str, ...], dict[str, tuple[str, ...]]]
-    columns = tolerance.columns
-    for seconds, rest, names in whole.subsets(columns, np.full(len(columns), tolerance.within)):
-        cheapest = {
-            label: min(part.subsets(columns, rest), key=lambda found: found[0]) for label, part in driven.items()
-        }
-        together = seconds + sum(found[0] for found in cheapest.values())
-        if together < best[0]:
-            best = together, names, {label: found[2] for label, found in cheapest.items()}
-    total, names, by_drive = best
+    best = cheapest(whole, driven, tolerance.asked)
+    without, error = _without(case, best.of_case), best.errors[""]
+    parts = {"": whole, **driven} if tolerance.slides else {}
     return Decision(
         case,
-        _without(case, names),
-        _taken(whole.choices, names),
-        {label: _taken(part.choices, by_drive[label]) for label, part in driven.items()},
-        total,
-        whole.seconds + sum(part.seconds for part in driven.values()),
+        without if error is None else replace(without, target_length_error=error),
+        whole.taken(best.of_case),
+        {label: part.taken(best.of_drives[label]) for label, part in driven.items()},
+        {label: part.length(best.errors[label]) for label, part in parts.items()},
+        best.seconds,
+        sum([whole.seconds, *(part.seconds for part in driven.values())]),
     )
 
 
-def _part(scene: Scene, tolerance: Tolerance) -> _Part:
-    """What could be left out of a case, or of a drive where the scene has one."""
+def _part(scene: Scene, tolerance: Tolerance, unlike: str) -> Part:
+    """What could be left out of a case, or of a drive where the scene has one. unlike: why nothing is known of it."""
     seconds = _seconds(scene, tolerance)
     there = [each for each in (OF_THE_DRIVE if scene.drive else OF_THE_CASE) if each.there(scene)]
-    return _Part(seconds, tuple(_choice(each, scene, seconds, tolerance) for each in there))
+    choices = tuple(_choice(each, scene, seconds, tolerance, unlike) for each in there)
+    stays = _why_it_stays(scene, tolerance, unlike)
+    return Part(seconds, choices, {} if stays else _shorter(scene, seconds, tolerance), stays)
 
 
-def _choice(omission: Omission, scene: Scene, seconds: float, tolerance: Tolerance) -> Choice:
+def _why_it_stays(scene: Scene, tolerance: Tolerance, unlike: str) -> str:
+    """Why the whole length of a record or drive is computed."""
+    if not tolerance.slides or WHOLE_LENGTH in tolerance.kept:
+        return "kept by the file"
+    stays = tolerance.lengths_stay
+    if scene.drive is not None:
+        stays = stays or why_drives_stay(scene.drive, tolerance.asked_for)
+    else:
+        stays = stays or why_records_stay(scene.case, tolerance.asked_for)
+    return stays or (f"not tried with {unlike}" if unlike else "")
+
+
+def _shorter(scene: Scene, seconds: float, tolerance: Tolerance) -> dict[float, float]:
+    """Errors by its length that a record or drive could end at, and the share of its time that is left then."""
+    errors = errors_within(tolerance.within)
+    if scene.drive is None:
+        saves = {error: record_saving(scene.case, error) for error in errors}
+    else:
+        of_all = drive_saving(scene.drive, scene.case, tolerance.within, tolerance.fitted)
+        saves = dict.fromkeys(errors, of_all)
+    return {error: 1.0 - saved / seconds for error, saved in saves.items() if saved > LEAST_SAVING * seconds}
+
+
+def _choice(omission: Omission, scene: Scene, seconds: float, tolerance: Tolerance, unlike: str) -> Choice:
     expected = np.zeros(len(OBSERVABLES))
-    unlike = measured_like(scene.case)
     found = np.full(len(omission.observables), math.nan) if unlike else tolerance.influences.expected(omission, scene)
     expected[[OBSERVABLES.index(name) for name in omission.observables]] = found
     saves = seconds - _seconds(omission.left_out(scene), tolerance)
@@ -173,15 +184,6 @@ def _seconds(scene: Scene, tolerance: Tolerance) -> float:
         return drive_seconds(scene.drive, case, tolerance.fitted)
     computed = record_seconds(case) if tolerance.slides else touch_seconds(case)
     return compliance_seconds(case, tolerance.slides) / tolerance.cases_on_a_slab + computed
-
-
-def _taken(choices: tuple[Choice, ...], names: tuple[str, ...]) -> tuple[Choice, ...]:
-    found = []
-    for each in choices:
-        left_out = each.effect in names
-        reason = each.reason or ("" if left_out else "others save more within the tolerance")
-        found.append(each._replace(left_out=left_out, reason=reason))
-    return tuple(found)
 
 
 def _without(case: Case, names: tuple[str, ...]) -> Case:

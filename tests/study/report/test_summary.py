@@ -158,6 +158,14 @@ def test_what_is_left_out_is_one_line_with_counts() -> None:
         "left out: roughness (1 of 2 cases), teeth (2 of 4 drives); what that is expected to change is part of ±"
     ]
     assert left_out_summary(xr.Dataset({"left_out": ("case", ["", ""])})) == []
+    errors = {
+        "length_error_allowed": ("case", [np.nan, 0.003]),
+        "drive_length_error_allowed": (("case", "drive"), [[0.001, 0.002], [np.nan, 0.003]]),
+    }
+    assert left_out_summary(xr.Dataset(errors)) == [
+        "shorter, as the tolerance allows it: 1 of 2 records, 3 of 4 drives"
+    ]
+    assert left_out_summary(xr.Dataset({"length_error_allowed": ("case", [np.nan])})) == []
     assert left_out_summary(xr.Dataset()) == []
 
 

@@ -19,6 +19,7 @@ from study.accuracy.influence.judgement import (
     trial,
 )
 from study.accuracy.influence.verdict import as_markdown, ways
+from study.plan.influence.length import WHOLE_LENGTH
 from study.plan.influence.omissions import OMISSIONS
 from study.plan.influence.scene import OBSERVABLES, Scene
 from tests.study.plan.influence.made_up import GRAVE, SLIGHT, influences
@@ -85,9 +86,9 @@ def test_what_matters_decides_what_is_left_out(
     assert computed
 
 
-def test_scenes_are_judged_as_a_campaign_that_computes_each_by_itself() -> None:
-    found = tolerance(0.01)
-    assert (found.within, found.asked_for, found.kept, found.cases_on_a_slab) == (0.01, asked_for(), frozenset(), 1.0)
+def test_scenes_are_judged_as_a_campaign_that_computes_each_by_itself_to_its_whole_length() -> None:
+    found, whole = tolerance(0.01), frozenset({WHOLE_LENGTH})
+    assert (found.within, found.asked_for, found.kept, found.cases_on_a_slab) == (0.01, asked_for(), whole, 1.0)
 
 
 @pytest.mark.slow

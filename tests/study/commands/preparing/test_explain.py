@@ -2,6 +2,7 @@
 
 import pytest
 
+from study.plan.influence.length import WHOLE_LENGTH
 from study.plan.influence.omissions import OMISSIONS
 from study.plan.influence.scene import GROUPS_OF_DRIVES
 from tests.conftest import SMALL
@@ -68,10 +69,22 @@ def test_an_ensemble_that_is_to_know_static_friction_is_explained_by_that(main, 
 
 def test_two_times_are_compared_only_where_something_is_left_out(main, tolerant):
     assert " without what is left out" in main("explain", tolerant, *SELECTED)[1]
-    kept = ", ".join(f'"{name}"' for name in OMISSIONS)
+    kept = ", ".join(f'"{name}"' for name in (*OMISSIONS, WHOLE_LENGTH))
     tolerant.write_text(f"{CAMPAIGN}{WITHIN}keep = [{kept}]\n")
     code, said, _ = main("explain", tolerant, *SELECTED)
     assert (code, "estimated time: " in said, " without what is left out" in said) == (0, True, False)
+
+
+def test_the_lengths_of_record_and_drives_stand_with_the_effects(main, tolerant):
+    campaign = CAMPAIGN.replace("events = 60", "spacings = 16.0")
+    tolerant.write_text(campaign + WITHIN)
+    found = rows(main("explain", tolerant, *SELECTED)[1])
+    of_lengths = {name: cells for name, cells in found.items() if name.startswith(WHOLE_LENGTH)}
+    assert set(of_lengths) == {f"{WHOLE_LENGTH} of {part}" for part in ("the record", "slow", "fast")}
+    assert any(cells[0] == "shorter" for cells in of_lengths.values())
+    tolerant.write_text(f'{campaign}{WITHIN}keep = ["{WHOLE_LENGTH}"]\n')
+    kept = rows(main("explain", tolerant, *SELECTED)[1])
+    assert {kept[name][0] for name in of_lengths} == {"on"}
 
 
 def test_what_a_budget_buys_is_what_is_explained(main, campaign):

@@ -6,6 +6,7 @@ import pytest
 import xarray as xr
 
 from study.manifest.reader import load_manifest
+from study.plan.influence.length import WHOLE_LENGTH
 from study.plan.influence.omissions import OMISSIONS
 from study.plan.plan import make_plan
 from tests.conftest import PARTLY_REFUSED, SMALL
@@ -99,7 +100,7 @@ def test_what_a_tolerance_leaves_out_is_one_sentence_and_a_table_if_asked_for(ma
 
 def test_where_nothing_is_left_out_it_says_so(main, campaign):
     campaign.with_name("mine.json").write_text(text(GRAVE))
-    campaign.write_text(TOLERANT)
+    campaign.write_text(TOLERANT + 'keep = ["whole_length"]\n')
     _, said, _ = main("plan", campaign)
     assert "left out within 0.01 of plateau_mean, kinetic_friction: nothing\n" in said
 
@@ -109,12 +110,15 @@ def test_a_plan_as_data_has_what_is_left_out(main, campaign):
     campaign.with_name("mine.json").write_text(text(SLIGHT))
     campaign.write_text(TOLERANT)
     found = json.loads(main("plan", campaign, "--json")[1])["left_out"]
-    assert set(found) == set(OMISSIONS) - {"spread", "roughness"}
+    assert set(found) == (set(OMISSIONS) | {WHOLE_LENGTH}) - {"spread", "roughness"}
     for name, each in found.items():
         assert set(each) == {"effect", "having", "left_out", "influence", "saves", "reason"}
         assert each["effect"] == name
         assert 0 <= each["left_out"] <= each["having"]
-        assert each["influence"] == pytest.approx(1e-3 if each["left_out"] else 0.0, rel=1e-6)
+        if name != WHOLE_LENGTH:
+            assert each["influence"] == pytest.approx(1e-3 if each["left_out"] else 0.0, rel=1e-6)
+    assert 0.0 <= found[WHOLE_LENGTH]["influence"] <= 0.01
+    assert found[WHOLE_LENGTH]["having"] == 12  # four records, eight drives
     assert found["finite_slab"]["having"] == 4
     assert found["teeth"]["having"] == 8
 

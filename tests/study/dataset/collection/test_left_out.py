@@ -21,6 +21,7 @@ from tests.conftest import SMALL
 from tests.study.dataset.campaigns import compute
 from tests.study.plan.influence.made_up import CAMPAIGN, SLIGHT, text
 
+KEPT = 'keep = ["whole_length"]\n'
 WITHIN = '[effects]\nwithin = 0.01\ninfluences = "mine.json"\n'
 
 
@@ -35,7 +36,7 @@ def computed(folder: Path, campaign: str, changes: Mapping[str, float] = SLIGHT)
 
 
 def of_influence(found: xr.Dataset) -> set[str]:
-    return {name for name in found.variables if str(name).endswith(("_influence", "left_out"))}
+    return {name for name in found.variables if str(name).endswith(("_influence", "left_out", "length_error_allowed"))}
 
 
 def test_without_a_tolerance_nothing_is_said_of_it(tmp_path: Path) -> None:
@@ -64,6 +65,24 @@ def test_every_case_and_drive_says_what_it_lacks_and_what_that_is_expected_to_ch
                 expected = decision.influence(drive)[OBSERVABLES.index(name)]
                 np.testing.assert_equal(pulled[f"{name}_influence"].item(), expected)
     assert any(said)
+
+
+def test_every_record_and_drive_says_up_to_which_error_by_its_length_it_was_computed(tmp_path: Path) -> None:
+    plan, found = computed(tmp_path, CAMPAIGN + WITHIN, dict.fromkeys(SLIGHT, 0.5))
+    allowed = set()
+    for case in plan.cases:
+        here = found.sel(intrinsic_friction=case.parameters["intrinsic_friction"], radius=case.parameters["radius"])
+        here, decision = here.squeeze(), plan.decisions[case.case_id]
+        errors = [decision.length_error(label) for label in ("", "slow", "fast")]
+        allowed.update(errors)
+        pulled = [here["drive_length_error_allowed"].sel(drive=label).item() for label in ("slow", "fast")]
+        np.testing.assert_equal(
+            [here["length_error_allowed"].item(), *pulled], [np.nan if each is None else each for each in errors]
+        )
+    assert allowed - {None}
+    _, kept = computed(tmp_path / "kept", CAMPAIGN + WITHIN + KEPT)
+    assert np.isnan(kept["length_error_allowed"]).all()
+    assert np.isnan(kept["drive_length_error_allowed"]).all()
 
 
 @pytest.mark.parametrize("stages", [1, 2, 3])
@@ -109,7 +128,7 @@ def test_other_influences_are_another_plan_and_another_dataset(tmp_path: Path) -
 
 def test_where_everything_matters_the_numbers_are_those_without_a_tolerance(tmp_path: Path) -> None:
     _, plain = computed(tmp_path / "plain", CAMPAIGN)
-    _, tolerant = computed(tmp_path / "tolerant", CAMPAIGN + WITHIN, dict.fromkeys(SLIGHT, 0.5))
+    _, tolerant = computed(tmp_path / "tolerant", CAMPAIGN + WITHIN + KEPT, dict.fromkeys(SLIGHT, 0.5))
     assert set(tolerant["left_out"].values.ravel()) == {""}
     xr.testing.assert_identical(tolerant.drop_vars(of_influence(tolerant)).drop_attrs(), plain.drop_attrs())
 

@@ -7,7 +7,8 @@ import pytest
 
 from solver.case import Case
 from study.plan.influence.account import accounts, times_cheaper
-from study.plan.influence.decision import Choice, Decision
+from study.plan.influence.choice import Choice, Length
+from study.plan.influence.decision import Decision
 from study.plan.influence.scene import OBSERVABLES
 
 COLUMNS = [0, 2]
@@ -25,6 +26,7 @@ DECISIONS = (
         Case(),
         (choice("coupling", 0.1), choice("spread", 0.9, "matters")),
         {"a": (choice("teeth", 0.2),), "b": (choice("teeth", 0.3),)},
+        {"": Length(0.003, 1.0, ""), "a": Length(0.004, 0.5, ""), "b": Length(None, 0.5, "saves nothing")},
         seconds=2.0,
         seconds_of_all=8.0,
     ),
@@ -33,21 +35,22 @@ DECISIONS = (
         Case(),
         (choice("coupling", 0.4), choice("spread", 0.9, "saves nothing")),
         {"a": (choice("teeth", 0.1, "matters"),), "b": (choice("teeth", 0.1, "matters"),)},
+        {"": Length(None, 1.0, "saves nothing")},
         seconds=2.0,
         seconds_of_all=2.0,
     ),
-    Decision(Case(), Case(), (choice("spread", 0.9, "matters"),), {}, seconds=1.0, seconds_of_all=5.0),
+    Decision(Case(), Case(), (choice("spread", 0.9, "matters"),), {}, {}, seconds=1.0, seconds_of_all=5.0),
 )
 
 
 def test_each_effect_is_counted_where_it_is_with_its_largest_change_and_most_frequent_reason() -> None:
     """What is not asked for may be unknown."""
     found = {each.effect: each for each in accounts(DECISIONS, COLUMNS)}
-    assert list(found) == ["coupling", "spread", "teeth"]
-    assert [(each.having, each.left_out) for each in found.values()] == [(2, 2), (3, 0), (4, 2)]
-    assert [each.influence for each in found.values()] == pytest.approx([0.4, 0.0, 0.3])
-    assert [each.saves for each in found.values()] == [2.0, 0.0, 2.0]
-    assert [each.reason for each in found.values()] == ["", "matters", "matters"]
+    assert list(found) == ["coupling", "spread", "teeth", "whole_length"]
+    assert [(each.having, each.left_out) for each in found.values()] == [(2, 2), (3, 0), (4, 2), (4, 2)]
+    assert [each.influence for each in found.values()] == pytest.approx([0.4, 0.0, 0.3, 0.008])
+    assert [each.saves for each in found.values()] == [2.0, 0.0, 2.0, 1.5]
+    assert [each.reason for each in found.values()] == ["", "matters", "matters", "saves nothing"]
 
 
 def test_nothing_decided_is_nothing_counted() -> None:

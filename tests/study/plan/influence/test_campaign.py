@@ -1,6 +1,6 @@
 """A campaign with a tolerance: the same cases under the same names, each computed without what does not matter in it."""
 
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from pathlib import Path
 
 import pytest
@@ -10,6 +10,7 @@ from study.manifest.manifest import Manifest
 from study.manifest.problems import ManifestError
 from study.manifest.reader import parse_manifest
 from study.plan.influence.campaign import tolerance_of, yielded
+from study.plan.influence.length import WHOLE_LENGTH
 from study.plan.influence.omissions import OMISSIONS
 from study.plan.influence.scene import ASKED_FOR, OBSERVABLES, OF_DRIVES
 from study.plan.plan import Plan, make_plan
@@ -18,6 +19,7 @@ from tests.study.plan.influence.made_up import GRAVE, SLIGHT, text
 
 MINE = 'influences = "mine.json"\n'
 WITHIN = f"[effects]\nwithin = 0.01\n{MINE}"
+KEPT = f'keep = ["{WHOLE_LENGTH}"]\n'
 LIVELY = SMALL.replace("n_x = 17", "n_x = 65").replace("events = 60", "events = 2000")
 """Long enough for what is left out to save time."""
 
@@ -46,7 +48,7 @@ def test_without_a_tolerance_nothing_is_decided() -> None:
 
 
 def test_where_everything_matters_the_tasks_are_those_without_a_tolerance() -> None:
-    plan = planned(LIVELY + WITHIN, GRAVE)
+    plan = planned(LIVELY + WITHIN + KEPT, GRAVE)
     assert keys(plan) == keys(planned(LIVELY))
     assert plan.cases == planned(LIVELY).cases
     assert all(decision.seconds == decision.seconds_of_all for decision in plan.decisions.values())
@@ -54,7 +56,9 @@ def test_where_everything_matters_the_tasks_are_those_without_a_tolerance() -> N
 
 def test_the_tasks_are_those_of_a_campaign_that_leaves_the_same_out_itself() -> None:
     """What is left out by hand and by tolerance is one computation. Of a plateau, drives may change as they like."""
-    tolerant = planned(LIVELY + WITHIN + 'observables = ["plateau_mean"]\n', {"finite_slab": 0.004, "coupling": 0.004})
+    tolerant = planned(
+        LIVELY + WITHIN + KEPT + 'observables = ["plateau_mean"]\n', {"finite_slab": 0.004, "coupling": 0.004}
+    )
     by_hand = LIVELY.replace("n_x = 65", 'n_x = 65\nscheme = "half_plane"') + "[effects]\ncoupling = false\n"
     by_hand = by_hand.replace("samples = 40\n", 'samples = 40\nsurface_compliance = false\nprofile = "mean"\n')
     assert left_out(tolerant) == {"finite_slab", "coupling"}
@@ -265,3 +269,63 @@ def test_what_can_be_asked_for_is_what_the_dataset_has(
     listed = ", ".join(f'"{stage}"' for stage in stages)
     manifest = read(SMALL.replace('"contact", "slip", "dynamics"', listed) + outputs)
     assert yielded(manifest) == tuple(name for name in OBSERVABLES if name not in missing)
+
+
+def errors(plan: Plan) -> dict[str, set[float | None]]:
+    """Errors by their lengths of all records, "", and of the drives of each label."""
+    found: dict[str, set[float | None]] = {}
+    for decision in plan.decisions.values():
+        for label, length in decision.lengths.items():
+            found.setdefault(label, set()).add(length.error)
+    return found
+
+
+LONG = LIVELY.replace("events = 2000\n", "")
+"""Two node spacings."""
+
+
+def test_what_a_tolerance_leaves_is_spent_on_the_lengths_of_record_and_drives() -> None:
+    """The cases and drives of the plan are those that end at these errors."""
+    plan = planned(LONG + WITHIN, GRAVE)
+    found = errors(plan)
+    assert None not in found[""]
+    for case in plan.cases:
+        assert case.case is not None
+        assert case.case.target_length_error == plan.decisions[case.case_id].length_error()
+    driven = {(task.case, task.drive.length_error) for task in plan.tasks if task.drive}
+    wanted = {
+        (case.case, plan.decisions[case.case_id].length_error(label))
+        for case in plan.cases
+        for label in ("slow", "fast")
+    }
+    assert driven == wanted
+
+
+@pytest.mark.parametrize(
+    ("changed", "whole"),
+    [
+        (lambda campaign: campaign + KEPT, {"", "slow", "fast"}),
+        (lambda campaign: campaign + 'observables = ["plateau_mean", "static_friction"]\n', {"", "slow", "fast"}),
+        (lambda campaign: campaign + 'observables = ["plateau_mean"]\n', {"slow", "fast"}),
+        (lambda campaign: campaign + 'observables = ["contact_half_width"]\n', {"", "slow", "fast"}),
+        (lambda campaign: campaign + "[outputs]\nstatistics = true\n", {"", "slow", "fast"}),
+        (lambda campaign: campaign + "[outputs]\ntractions_at = [0, 9]\n", {"", "slow", "fast"}),
+        (lambda campaign: campaign + "[ensemble]\nuncertainty = 0.01\n", {"", "slow", "fast"}),
+        (lambda campaign: campaign + "[limits]\nuncertainty = 0.01\n", {""}),
+        (lambda campaign: campaign + "[limits]\nlength_error = 0.01\n", {""}),
+        (lambda campaign: campaign.replace('name = "slow"\n', 'name = "slow"\nuncertainty = 0.02\n'), {"slow"}),
+        (lambda campaign: campaign.replace('name = "slow"\n', 'name = "slow"\nlength_error = 0.02\n'), {"slow"}),
+        (lambda campaign: campaign + "[slip]\nresidual_shear = 0.5\n", {"", "slow", "fast"}),
+    ],
+    ids=[
+        "kept", "static friction", "plateau alone", "contact alone", "statistics", "states", "an ensemble grows", "uncertainty",
+        "length error", "uncertainty of a drive", "length error of a drive", "unlike all that was measured",
+    ],
+)  # fmt: skip
+def test_a_length_that_the_file_needs_or_sets_itself_stays(changed: Callable[[str], str], whole: set[str]) -> None:
+    campaign = LONG.replace("[outputs]\nrecords = true\n", "").replace("[limits]\n", "")
+    plan = planned(changed(campaign + WITHIN), GRAVE)
+    for label, found in errors(plan).items():
+        if label in whole:
+            assert found == {None}, label
+    assert all(decision.lengths[label].reason for decision in plan.decisions.values() for label in whole)

@@ -12,7 +12,9 @@ from solver.case import Case, SlipRule
 from solver.drive import Drive
 from solver.slab import Slab
 from study.accuracy.influence.scenes import random_scene
-from study.plan.influence.decision import Choice, Decision, Tolerance, decide
+from study.plan.influence.choice import BEATEN, Choice
+from study.plan.influence.decision import Decision, Tolerance, decide
+from study.plan.influence.length import WHOLE_LENGTH
 from study.plan.influence.omissions import OF_THE_CASE, OF_THE_DRIVE, OMISSIONS
 from study.plan.influence.scene import ASKED_FOR, OBSERVABLES, Scene
 from study.plan.influence.table import load_influences
@@ -20,11 +22,12 @@ from tests.study.plan.influence.made_up import GRAVE, SLIGHT, influences
 
 SCENES = [random_scene(seed) for seed in range(24)]
 TOLERANCES = (0.001, 0.003, 0.01, 0.03, 0.1, 0.3)
-BEATEN = "others save more within the tolerance"
 
 
 def tolerance(within: float, changes: Mapping[str, float] = SLIGHT, **others: object) -> Tolerance:
-    made = Tolerance(within, ASKED_FOR["dynamics"], frozenset(), influences(changes), True, False, 1.0)
+    """Of effects alone: lengths are whole, unless others say what is kept."""
+    whole = frozenset({WHOLE_LENGTH})
+    made = Tolerance(within, ASKED_FOR["dynamics"], whole, influences(changes), True, False, 1.0)
     return replace(made, **others)  # type: ignore[arg-type]
 
 
@@ -118,7 +121,7 @@ def test_nothing_is_left_out_that_matters_and_nothing_that_saves_nothing() -> No
 @pytest.mark.parametrize("name", OMISSIONS)
 def test_a_kept_effect_stays(name: str) -> None:
     for scene in SCENES:
-        for choice in all_choices(decided(scene, tolerance(0.5, kept=frozenset({name})))):
+        for choice in all_choices(decided(scene, tolerance(0.5, kept=frozenset({name, WHOLE_LENGTH})))):
             assert (choice.reason == "kept by the file") == (choice.effect == name)
             assert not (choice.left_out and choice.effect == name)
 

@@ -10,6 +10,7 @@ from solver.slab import Slab
 from study.discretization.front import load_front
 from study.plan.cost.sliding import expected_displacement
 from study.plan.influence.decision import Tolerance, decide
+from study.plan.influence.length import WHOLE_LENGTH
 from study.plan.influence.limits import Limit, limits_of
 from study.plan.influence.scene import ASKED_FOR
 from tests.study.plan.influence.made_up import GRAVE, SLIGHT, influences
@@ -21,7 +22,7 @@ def limits(
     case: Case, within: float = 0.0, slides: bool = True, asked: tuple[str, ...] = ASKED_FOR["slip"]
 ) -> dict[str, Limit]:
     known = influences(SLIGHT if within else GRAVE)
-    tolerance = Tolerance(within or 1e-3, asked, frozenset(), known, slides, False, 1.0)
+    tolerance = Tolerance(within or 1e-3, asked, frozenset({WHOLE_LENGTH}), known, slides, False, 1.0)
     found = limits_of(decide(case, {}, {}, tolerance), tolerance, load_front())
     known_sizes = [each.size for each in found if math.isfinite(each.size)]
     assert known_sizes == sorted(known_sizes, reverse=True)

@@ -1,0 +1,95 @@
+"""What is decided of one effect or length of a case or drive, and what could be chosen of all of them."""
+
+import itertools
+import math
+from collections.abc import Iterator, Mapping, Sequence
+from typing import Final, NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+Vector = NDArray[np.float64]
+
+LEAST_SAVING: Final = 0.01
+"""Share of the time of a case or drive that leaving an effect out, or a shorter length, has to save."""
+BEATEN: Final = "others save more within the tolerance"
+"""Why something stays that alone could go."""
+
+
+class Choice(NamedTuple):
+    """What was decided of one effect of a case or drive."""
+
+    effect: str
+    left_out: bool
+    influence: Vector
+    """(OBSERVABLES,): expected relative change without it; 0 of what it cannot change, NaN where that is not known."""
+    saves: float
+    """Seconds, of the case or drive alone, if nothing else is left out."""
+    reason: str
+    """Why it is not left out; empty where it is."""
+
+
+class Length(NamedTuple):
+    """What was decided of the length of a record or drive."""
+
+    error: float | None
+    """Relative standard error by its length up to which it is computed; None: to its whole length."""
+    saves: float
+    """Seconds, if nothing is left out."""
+    reason: str
+    """Why it is computed to its whole length; empty where it is not."""
+
+
+class Option(NamedTuple):
+    """Effects that can be left out together."""
+
+    seconds: float
+    changes: tuple[float, ...]
+    """By which they are expected to change what is asked for."""
+    effects: tuple[str, ...]
+
+
+class Part(NamedTuple):
+    """The case without its drives, or one drive: what could be left out of it, and its time with everything."""
+
+    seconds: float
+    choices: tuple[Choice, ...]
+    shorter: Mapping[float, float]
+    """Error by its length that it could end at, the largest first -> the share of its time that is left then."""
+    stays: str
+    """Why it is computed to its whole length; empty where it may be shorter."""
+
+    def options(self, columns: Sequence[int], within: float) -> list[Option]:
+        """Every set of effects whose changes stay within the tolerance, the cheapest first. columns: of what is asked for."""
+        possible = [
+            (each.effect, tuple(each.influence[columns].tolist()), 1.0 - each.saves / self.seconds)
+            for each in self.choices
+            if not each.reason
+        ]
+        return sorted(self._together(possible, len(columns), within), key=lambda option: option.seconds)
+
+    def _together(
+        self, possible: list[tuple[str, tuple[float, ...], float]], observables: int, within: float
+    ) -> Iterator[Option]:
+        for size in range(len(possible) + 1):
+            for chosen in itertools.combinations(possible, size):
+                changes = tuple([sum([each[1][place] for each in chosen]) for place in range(observables)])
+                if all(change <= within for change in changes):
+                    share = math.prod([each[2] for each in chosen])
+                    yield Option(self.seconds * share, changes, tuple([each[0] for each in chosen]))
+
+    def taken(self, effects: tuple[str, ...]) -> tuple[Choice, ...]:
+        """The choices, with these effects left out."""
+        found = []
+        for each in self.choices:
+            left_out = each.effect in effects
+            found.append(each._replace(left_out=left_out, reason=each.reason or ("" if left_out else BEATEN)))
+        return tuple(found)
+
+    def length(self, error: float | None) -> Length:
+        """The length, with this error."""
+        if error is not None:
+            return Length(error, self.seconds * (1.0 - self.shorter[error]), "")
+        if self.stays or not self.shorter:
+            return Length(None, 0.0, self.stays or "saves nothing")
+        return Length(None, self.seconds * (1.0 - min(self.shorter.values())), BEATEN)
