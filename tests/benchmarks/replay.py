@@ -99,7 +99,7 @@ class _Simulation:
             self._count += 1
 
     @_measured
-    def news(self, wait: bool) -> list[tuple[int, list[Done]]]:
+    def news(self) -> list[tuple[int, list[Done]]]:
         """All messages that have arrived; the next one where none has."""
         found: list[tuple[int, list[Done]]] = []
         while self._ends and (not found or self._ends[0][0] <= self.now):
