@@ -59,15 +59,15 @@ def _scalars(case: xr.Dataset) -> Iterator[tuple[str, xr.DataArray]]:
             yield name, case[name]
 
 
-def _uncertainty(case: xr.Dataset, each: xr.DataArray) -> float:
-    """The standard error that a number states; NaN where it states none."""
+def _uncertainty(case: xr.Dataset, each: xr.DataArray) -> float | None:
+    """The standard error that a number states, NaN where it is not known; None for a number that states none."""
     name = str(each.attrs.get("ancillary_variables", ""))
-    return float(case[name]) if name.endswith(_UNCERTAINTY) and name in case else math.nan
+    return float(case[name]) if name.endswith(_UNCERTAINTY) and name in case else None
 
 
-def _shown(value: Any, uncertainty: float) -> str:
+def _shown(value: Any, uncertainty: float | None) -> str:
     """A number, rounded beside an uncertainty as in the table of cases."""
-    if not math.isnan(uncertainty):
+    if uncertainty is not None:
         return with_error(value, uncertainty)
     return f"{value:.6g}" if isinstance(value, float) else str(value)
 

@@ -249,8 +249,8 @@ def _cell(values: xr.Dataset, name: str) -> str:
     if math.isnan(value):
         return "–"
     # The error of the grid is relative, and one for several numbers.
-    if error in values and error != GRID_ERROR and math.isfinite(uncertainty := float(values[error])):
-        return with_error(value, uncertainty)
+    if error in values and error != GRID_ERROR:
+        return with_error(value, float(values[error]))
     return f"{value:.5g}"
 
 

@@ -93,7 +93,7 @@ def test_the_line_says_what_came_out(record: FrictionRecord, driven: DriveResult
         (-2.0, 0.3, "-2.0 ± 0.3"),
         (0.5, 0.0, "0.5000 ± 0.0000"),
         (0.0, 0.0, "0.0000 ± 0.0000"),
-        (0.123456, float("nan"), "0.1235"),
+        (0.123456, float("nan"), "0.123 ± ?"),
         (float("inf"), 1.0, "inf"),
         (float("nan"), 1.0, "nan"),
     ],
