@@ -364,7 +364,8 @@ def test_the_reference_names_every_parameter() -> None:
 
 
 def test_the_reference_names_every_key_of_drives_outputs_and_tolerances() -> None:
-    rows = re.findall(r"^\| `(\w+)` \|", (CAMPAIGNS / "keys.md").read_text("utf-8"), re.MULTILINE)
+    text = "".join((CAMPAIGNS / name).read_text("utf-8") for name in ("keys.md", "targets.md"))
+    rows = re.findall(r"^\| `(\w+)` \|", text, re.MULTILINE)
     assert {"name", *drive_parameters(), *field_names(Outputs), *OTHERS["effects"]} <= set(rows)
 
 

@@ -129,7 +129,7 @@ def test_all_measured_scenes_are_like_the_measured_ones() -> None:
 
 
 def test_the_reference_names_every_effect_and_what_governs_it() -> None:
-    lines = (folder("campaigns") / "keys.md").read_text("utf-8").splitlines()
+    lines = (folder("campaigns") / "targets.md").read_text("utf-8").splitlines()
     rows = [line.strip("| ").split(" | ") for line in lines if line.startswith("| `") and line.count("|") == 4]
     found = {row[0].strip("`"): row[2] for row in rows}
     governed = {name: ", ".join(group.symbol for group in each.groups) for name, each in OMISSIONS.items()}
