@@ -11,7 +11,7 @@ from solver.drive import Scales
 from study.canonical import content_hash
 from study.dataset.agreement.matching import Pair, values
 from study.dataset.variables import DRIVE_NAME, parameters
-from study.manifest.parameters import TABLES, Value
+from study.manifest.parameters import TABLES, Value, words_of
 from study.manifest.problems import shown
 from study.origin import Origin
 
@@ -59,9 +59,10 @@ def _word(value: Value) -> str:
 
 
 def _keys(document: Mapping[str, Any]) -> Iterator[tuple[str, Any]]:
-    """The keys of a campaign file that are no parameters: `stages`, `ensemble.members`, `outputs.records`."""
+    """The keys of a campaign file that are no parameters: `stages`, `ensemble.members`, `outputs.records`, `effects.within`."""
     for key, value in document.items():
-        if isinstance(value, Mapping) and key not in _APART:
-            yield from ((f"{key}.{inner}", each) for inner, each in value.items())
+        if isinstance(value, Mapping) and (key in TABLES or key not in _APART):
+            known = words_of(key) if key in TABLES else ()
+            yield from ((f"{key}.{inner}", each) for inner, each in value.items() if inner not in known)
         elif key not in _APART:
             yield key, value
