@@ -64,7 +64,7 @@ OUTGROWN = Flag(
 WHOLE_SLAB = Flag(
     8,
     "whole_slab",
-    "all surface nodes in contact: the slab under a load, no contact of its own size",
+    "all surface nodes in contact: the slab under a load, no contact of its own size; its plateau may drift beyond ±",
     "lower normal_load or radius (half_width of a punch)",
 )
 BEYOND_CONTACT = Flag(

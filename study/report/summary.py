@@ -121,7 +121,8 @@ def left_out_summary(dataset: xr.Dataset) -> list[str]:
         if LENGTH_ERRORS[kind].name in dataset:
             errors = np.isfinite(dataset[LENGTH_ERRORS[kind].name].values)
             shorter += [f"{int(errors.sum())} of {errors.size} {runs}"] if errors.any() else []
-    lines = [f"left out: {', '.join(found)}; what that is expected to change is part of ±"] if found else []
+    regimes = ", and regimes are those without it" if "regime" in dataset else ""
+    lines = [f"left out: {', '.join(found)}; what that is expected to change is part of ±{regimes}"] if found else []
     return lines + ([f"shorter, as the tolerance allows it: {', '.join(shorter)}"] if shorter else [])
 
 
