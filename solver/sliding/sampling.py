@@ -157,9 +157,13 @@ def ensemble_uncertainty(values: NDArray[np.float64], stated: NDArray[np.float64
 
 
 def scatter_uncertainty(values: NDArray[np.float64]) -> float:
-    """Standard error of the mean over members (m,) of what is one event of each, as of independent ones; NaN of fewer than 2."""
-    found = values[np.isfinite(values)]
-    return float(np.std(found, ddof=1)) / math.sqrt(len(found)) if len(found) > 1 else math.nan
+    """Standard error of the mean over members (m,) of what is one event of each, as of independent ones.
+
+    NaN of fewer than 2, and where one has no value: a pin that has not slipped would have had a large one.
+    """
+    if len(values) < 2 or not np.isfinite(values).all():
+        return math.nan
+    return float(np.std(values, ddof=1)) / math.sqrt(len(values))
 
 
 def expected_of_ensemble(member: float, spacings: float, members: int) -> float:

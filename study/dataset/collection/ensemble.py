@@ -63,7 +63,8 @@ def ensemble_quantities(observable: Quantity) -> dict[str, Quantity]:
 def _reduced(observable: Quantity, variables: Mapping[str, xr.Variable]) -> dict[str, xr.Variable]:
     variable = variables[observable.name]
     values = _by_member(variable)
-    stated = _by_member(variables.get(observable.uncertainty, 0.0 * variable))
+    change = _by_member(variables.get(f"{observable.name}_influence", 0.0 * variable)) * np.abs(values)
+    stated = _own(_by_member(variables.get(observable.uncertainty, 0.0 * variable)), change)
     spans = _by_member(variables["record_spacings"])
     needed = _members_last(variables[OUTCOME]) != NOT_NEEDED
     if spans.ndim < values.ndim:  # a record serves all drives
@@ -76,7 +77,7 @@ def _reduced(observable: Quantity, variables: Mapping[str, xr.Variable]) -> dict
     parts: dict[str, Any] = {
         "mean": lambda place: _mean(values[place], weights[place]),
         "uncertainty": lambda place: _uncertainty(
-            observable, *(each[place][needed[place]] for each in (values, stated, spans))
+            observable, *(each[place][needed[place]] for each in (values, stated, spans, change))
         ),
         "std": lambda place: _std(values[place]),
     }
@@ -89,15 +90,25 @@ def _reduced(observable: Quantity, variables: Mapping[str, xr.Variable]) -> dict
     return found
 
 
+def _own(stated: NDArray[np.float64], change: NDArray[np.float64]) -> NDArray[np.float64]:
+    """What members state without what leaving effects out is expected to change: all of them have that in common."""
+    return np.sqrt(np.maximum(stated**2 - change**2, 0.0))
+
+
 def _uncertainty(
-    observable: Quantity, values: NDArray[np.float64], stated: NDArray[np.float64], spans: NDArray[np.float64]
+    observable: Quantity,
+    values: NDArray[np.float64],
+    own: NDArray[np.float64],
+    spans: NDArray[np.float64],
+    change: NDArray[np.float64],
 ) -> float:
-    """Standard error of the mean over members; of one event of each it is that of independent ones."""
+    """Standard error of the mean over members, of one event of each as of independent ones, and what is left out in full."""
+    there = np.isfinite(values)
+    in_common = float(np.mean(change[there])) if there.any() else np.nan
     if observable.ensemble == "event":
-        return scatter_uncertainty(values)
-    return ensemble_uncertainty(
-        values, stated, float(np.mean(spans[np.isfinite(spans)])) if np.isfinite(spans).any() else 0.0
-    )
+        return float(np.hypot(scatter_uncertainty(values), in_common))
+    span = float(np.mean(spans[np.isfinite(spans)])) if np.isfinite(spans).any() else 0.0
+    return float(np.hypot(ensemble_uncertainty(values, own, span), in_common))
 
 
 def _by_member(variable: xr.Variable) -> NDArray[np.float64]:

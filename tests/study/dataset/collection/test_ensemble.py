@@ -16,7 +16,7 @@ from solver.sliding.sampling import EVENLY, SHARED
 from solver.view import with_error
 from study.dataset import file
 from study.dataset.collection.collect import collect
-from study.dataset.collection.ensemble import ensemble_name, observables, over_members
+from study.dataset.collection.ensemble import ensemble_name, ensemble_variables, observables, over_members
 from study.dataset.groups import groups_of
 from study.manifest.cases import MEMBER, CampaignCase, expand
 from study.manifest.manifest import SEEDS, Ensemble, Manifest
@@ -147,7 +147,7 @@ def by_hand(name: str, values: np.ndarray, weights: np.ndarray, stated: np.ndarr
         return mean, math.nan, math.nan
     std = math.sqrt(((values[here] - values[here].mean()) ** 2).sum() / (here.sum() - 1))
     if observables()[name].ensemble == "event":  # each member's own is the scatter itself
-        return mean, std / math.sqrt(here.sum()), std
+        return mean, std / math.sqrt(len(values)) if here.all() else math.nan, std
     chance = std / math.sqrt(here.sum()) * (EVENLY if here.all() else 1.0)
     known = sorted(stated[np.isfinite(stated)])
     if not known:
@@ -229,6 +229,35 @@ def test_over_members_counts_texts_joins_flags_and_averages_numbers() -> None:
 def test_what_a_reader_is_shown_of_an_ensemble_is_the_ensembles_uncertainty() -> None:
     table = scalar_table(made_up())
     assert [row[1] for row in table.rows] == ["0.30 ± 0.05", "0.300 ± 0.010"]
+
+
+def of_members(name: str, values: list[float], stated: float, change: float) -> dict[str, xr.Variable]:
+    """The ensemble's variables of an observable with these values of its members."""
+    each = np.ones(len(values))
+    numbers = {"record_spacings": 0.1 * each, "events": 100.0 * each, name: np.array(values)}
+    numbers |= {f"{name}_uncertainty": stated * each, f"{name}_influence": change * each}
+    outcomes = xr.Variable((MEMBER,), np.full(len(values), "completed", object))
+    return ensemble_variables(
+        {"outcome": outcomes} | {key: xr.Variable((MEMBER,), put) for key, put in numbers.items()}
+    )
+
+
+@pytest.mark.parametrize("name", ["plateau_mean", "static_friction"])
+def test_what_leaving_out_is_expected_to_change_no_number_of_members_averages_away(name: str) -> None:
+    values = [0.2999, 0.3001] * 128
+    found = of_members(name, values, stated=math.hypot(1e-4, 0.1 * 0.3), change=0.1)
+    assert found[ensemble_name(name, "uncertainty")].item() == pytest.approx(0.1 * 0.3, rel=1e-3)
+    alone = of_members(name, values, stated=1e-4, change=0.0)
+    assert alone[ensemble_name(name, "uncertainty")].item() < 1e-4
+
+
+@pytest.mark.parametrize("change", [0.0, math.nan])
+def test_a_mean_of_those_that_slipped_alone_is_not_known(change: float) -> None:
+    """A pin that has not slipped would have had a large μ_s; and what left-out teeth do may be unknown."""
+    values = [0.3, 0.31, 0.32, math.nan if change == 0.0 else 0.33]
+    assert math.isnan(
+        of_members("static_friction", values, 1e-3, change)["static_friction_ensemble_uncertainty"].item()
+    )
 
 
 def test_the_table_has_one_row_for_each_case(build: Build) -> None:
