@@ -28,7 +28,9 @@ class ShardText(click.ParamType[Shard]):
 @cli.command()
 @CAMPAIGN
 @OUT
-@click.option("--serial", is_flag=True, help="Compute in this process alone, without MPI.")
+@click.option(
+    "--serial", is_flag=True, help="Compute in this process alone, without MPI: no task is ended for its time."
+)
 @click.option(
     "-j", "--jobs", type=click.IntRange(min=1), help="Compute in so many processes on this machine, without MPI."
 )

@@ -11,6 +11,7 @@ import numpy as np
 
 from solver.case import Case
 from solver.drive import Drive
+from solver.outcome import InvalidInput
 from study.plan.cost.drive import drive_seconds
 from study.plan.cost.seconds import compliance_seconds, record_seconds, touch_seconds
 from study.plan.influence.choice import LEAST_SAVING, Choice, Length, Part, Vector
@@ -160,10 +161,18 @@ def _choice(omission: Omission, scene: Scene, seconds: float, tolerance: Toleran
     expected = np.zeros(len(OBSERVABLES))
     found = np.full(len(omission.observables), math.nan) if unlike else tolerance.influences.expected(omission, scene)
     expected[[OBSERVABLES.index(name) for name in omission.observables]] = found
-    saves = seconds - _seconds(omission.left_out(scene), tolerance)
+    saves = _saving(omission, scene, seconds, tolerance)
     return Choice(
         omission.name, False, expected, saves, _reason(omission, expected, saves / seconds, unlike, tolerance)
     )
+
+
+def _saving(omission: Omission, scene: Scene, seconds: float, tolerance: Tolerance) -> float:
+    """Seconds that leaving an effect out saves; none where a case without it would be refused."""
+    try:
+        return seconds - _seconds(omission.left_out(scene), tolerance)
+    except InvalidInput:
+        return 0.0
 
 
 def _reason(omission: Omission, expected: Vector, saved: float, unlike: str, tolerance: Tolerance) -> str:
