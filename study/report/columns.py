@@ -19,8 +19,8 @@ _NO_BREAK: Final = "\N{NO-BREAK SPACE}"
 _TOGETHER: Final = re.compile(" [=±<≤>≥] |nanoslip (?=[a-z])")
 """Words that belong together: what a sign joins, and the name of a command."""
 _NUMBER: Final = re.compile(r"[-+]?[\d.]|[–…-]?$|(nan|inf)\b")
-_SENTENCE: Final = re.compile(r": | (?=\[)")
-"""Where an outcome ends and its flags or its message begin."""
+_SENTENCE: Final = re.compile(r": |; | (?=\[)")
+"""Where an outcome ends and its flags, its message or the next outcome of an ensemble begin."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -158,7 +158,7 @@ def _least(table: Table, row: tuple[str, ...]) -> str:
 def _split(cell: str, room: int) -> tuple[str, str]:
     """What of a cell stays in its row, and what stands below."""
     head = next((each for each in _heads(cell) if cell_len(each) <= room), "")
-    return head, cell[len(head) :].removeprefix(":").strip()
+    return head, cell[len(head) :].lstrip(":;").strip()
 
 
 def _cards(table: Table, width: int) -> Iterator[Line]:

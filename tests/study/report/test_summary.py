@@ -112,7 +112,7 @@ def test_numbers_are_still_there_where_members_differ_in_their_regime_and_a_term
     mixed = over_axes().isel(spring_stiffness=[0], stage_velocity=[1, 2])
     mixed["regime"][:] = "13 stick_slip; 2 sticks; 1 slides"
     mixed["drive_outcome"][:] = "14 no_plateau; 2 no_slip"
-    *_, left_out = table_lines(scalar_table(mixed), 60)
+    *_, left_out = table_lines(scalar_table(mixed), 50)
     assert left_out.text == "not shown, for lack of width: regime"
 
 
