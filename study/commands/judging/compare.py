@@ -1,5 +1,6 @@
 """`nanoslip compare`: two datasets beside each other, what differs and whether by more than their uncertainties."""
 
+import math
 import sys
 from collections import Counter
 from collections.abc import Sequence
@@ -20,6 +21,7 @@ from study.report.summary import words
 
 WORST: Final = 12
 """The most differences that are shown."""
+_SEVERITY: Final = (Verdict.DIFFERENT, None, Verdict.WITHIN)
 _WORDS: Final = {
     Verdict.IDENTICAL: "identical",
     Verdict.WITHIN: f"within uncertainties ({STANDARD_DEVIATIONS:g} combined standard deviations)",
@@ -42,7 +44,8 @@ def work(first: Path, second: Path) -> None:
             _print_rows("drives of cases" if kind else "cases", found[kind], unjudged(pair, kind, found[kind]))
     _print_worst(seen)
     counts = Counter(each.verdict for each in seen)
-    say("observables: " + ", ".join(f"{counts[verdict]} {_WORDS[verdict]}" for verdict in Verdict))
+    unknown = f", {counts[None]} of unknown uncertainty" if counts[None] else ""
+    say("observables: " + ", ".join(f"{counts[verdict]} {_WORDS[verdict]}" for verdict in Verdict) + unknown)
     sys.exit(CRASHED if counts[Verdict.DIFFERENT] else 0)
 
 
@@ -73,7 +76,7 @@ def _print_rows(what: str, found: Matched, others: tuple[Sequence[str], Sequence
 def _print_worst(seen: Sequence[Observed]) -> None:
     """Print the largest differences, those beyond their uncertainties first."""
     apart = [each for each in seen if each.verdict is not Verdict.IDENTICAL]
-    worst = sorted(apart, key=lambda each: (-each.verdict, -each.apart))[:WORST]
+    worst = sorted(apart, key=lambda each: (_SEVERITY.index(each.verdict), -each.apart))[:WORST]
     if worst:
         header = ("observable", "A", "B", "apart/σ", "verdict", "case")
         print_table(Table(header, tuple(map(_row, worst)), labels=3))
@@ -83,5 +86,6 @@ def _print_worst(seen: Sequence[Observed]) -> None:
 
 def _row(each: Observed) -> tuple[str, ...]:
     here, there = (f"{value:.6g}" if isinstance(value, float) else str(value) for value in each.values)
-    verdict = "beyond" if each.verdict is Verdict.DIFFERENT else "within"
-    return each.name, here, there, f"{each.apart:.2g}", verdict, words(each.label)
+    verdict = {Verdict.DIFFERENT: "beyond", Verdict.WITHIN: "within"}.get(each.verdict, "not known")  # type: ignore[arg-type]
+    apart = "–" if math.isnan(each.apart) else f"{each.apart:.2g}"
+    return each.name, here, there, apart, verdict, words(each.label)

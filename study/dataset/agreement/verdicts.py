@@ -27,9 +27,10 @@ class Observed:
     label: dict[str, Value]
     name: str
     values: tuple[Any, Any]
-    verdict: Verdict
+    verdict: Verdict | None
+    """None where they differ, and how uncertain one of them is, is not known."""
     apart: float
-    """Difference in combined standard deviations; infinite where none is known, or where one is missing or a word."""
+    """Difference in combined standard deviations; infinite where one is missing or a word, NaN where these are not known."""
 
 
 def observed(pair: Pair, kind: str, found: Matched) -> Iterator[Observed]:
@@ -95,7 +96,7 @@ def _errors(root: xr.Dataset, kind: str, name: str) -> list[float]:
     return values_over(stated, ending_of(root, kind))
 
 
-def _verdict(both: tuple[Any, Any], errors: tuple[float, float], scale: float) -> tuple[Verdict, float]:
+def _verdict(both: tuple[Any, Any], errors: tuple[float, float], scale: float) -> tuple[Verdict | None, float]:
     here, there = (np.array(value) for value in both)
     if identical(here, there):
         return Verdict.IDENTICAL, 0.0
@@ -105,5 +106,6 @@ def _verdict(both: tuple[Any, Any], errors: tuple[float, float], scale: float) -
     known = [error for error in errors if not math.isnan(error)]
     combined = math.hypot(*known)
     apart = difference / combined if combined > 0.0 else math.inf
-    agree = difference <= ROUNDING * scale or apart <= STANDARD_DEVIATIONS
-    return (Verdict.WITHIN if agree else Verdict.DIFFERENT), apart
+    if difference <= ROUNDING * scale or apart <= STANDARD_DEVIATIONS:
+        return Verdict.WITHIN, apart
+    return (Verdict.DIFFERENT, apart) if len(known) == len(errors) else (None, math.nan)
