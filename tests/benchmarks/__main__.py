@@ -10,11 +10,11 @@ import os
 for variable in ("OPENBLAS_NUM_THREADS", "OMP_NUM_THREADS", "NUMBA_NUM_THREADS"):
     os.environ[variable] = "1"
 
-import importlib
 import sys
 from pathlib import Path
 
-from tests.benchmarks.table import Row, as_markdown
+from tests.benchmarks.apart import rows_of
+from tests.benchmarks.table import as_markdown
 
 NAMES = (
     "sliding",
@@ -35,11 +35,7 @@ NAMES = (
 
 def main(names: list[str]) -> None:
     """Run the benchmarks named (all without names); only a whole run replaces the table in the repository."""
-    rows: list[Row] = []
-    for name in names or NAMES:
-        print(f"{name} …", file=sys.stderr, flush=True)
-        rows += importlib.import_module(f"tests.benchmarks.{name}").rows()
-    text = as_markdown(rows)
+    text = as_markdown(list(rows_of(names or NAMES)))
     print(text)
     if not names:
         Path(__file__).with_name("table.md").write_text(text + "\n", encoding="utf-8")
