@@ -16,7 +16,7 @@ ORDER = {
     "dynamics simulate",
     "solver.elasticity": "grid lagrange support stiffness condensation grid_scheme boundary_value schemes "
     "interior compliance conditioning",
-    "solver.elasticity.condensation": "parity translations dissection condensed",
+    "solver.elasticity.condensation": "parity translations elimination dissection condensed",
     "solver.elasticity.schemes": "convolution endless grading column biquadratic galerkin half_plane chain",
     "solver.contact": "kernels outcomes closed_forms pin node_friction soundness contact_system exchange normal convolved "
     "tableau compiled_contact coulomb state initial",

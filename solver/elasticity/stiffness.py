@@ -1,4 +1,4 @@
-"""The stiffness of a discretized slab: the four matrices of Eq. 11, and the restrained displacements."""
+"""The stiffness of a discretized slab (Eq. 11), and the restrained displacements."""
 
 from dataclasses import dataclass
 from typing import Any
@@ -17,30 +17,27 @@ def lame(poisson: float) -> float:
     return 2 * poisson / (1 - 2 * poisson)
 
 
+def in_blocks(k_u: Sparse, c_uw: Sparse, c_wu: Sparse, k_w: Sparse) -> Sparse:
+    """The four matrices of Eq. 11, (nodes, nodes), as one."""
+    return scipy.sparse.csr_array(scipy.sparse.block_array([[k_u, c_uw], [c_wu, k_w]]))
+
+
 @dataclass(frozen=True, slots=True, eq=False)
 class Stiffness:
-    """{f_x; f_z} = [K_u C_uw; C_wu K_w] {u; w} for every node, no support applied (Eq. 11).
+    """{f_x; f_z} = matrix {u; w} for every node, no support applied (Eq. 11).
 
-    The blocks are sparse, shape (nodes, nodes), in G. fixed_u, fixed_w: masks of the displacements held at zero, (nodes,).
+    matrix: sparse, (2·nodes, 2·nodes), in G. fixed_u, fixed_w: masks of the displacements held at zero, (nodes,).
     symmetric: whether the scheme promises a symmetric positive definite matrix. per_row: forces per translation of each row of
     nodes, (2·nodes, 2·rows), along x, then along z, where a scheme's cells may be so high and narrow that too few digits are
     left where its matrix is summed.
     """
 
     grid: Grid
-    k_u: Sparse
-    c_uw: Sparse
-    c_wu: Sparse
-    k_w: Sparse
+    matrix: Sparse
     fixed_u: NDArray[np.bool_]
     fixed_w: NDArray[np.bool_]
     symmetric: bool
     per_row: NDArray[np.float64] | None = None
-
-    @property
-    def matrix(self) -> Sparse:
-        """Eq. 11 as one sparse matrix, shape (2·nodes, 2·nodes): [f_x; f_z] = matrix @ [u; w]."""
-        return scipy.sparse.csr_array(scipy.sparse.block_array([[self.k_u, self.c_uw], [self.c_wu, self.k_w]]))
 
     @property
     def fixed(self) -> NDArray[np.bool_]:

@@ -13,6 +13,7 @@ from numpy.typing import NDArray
 
 from solver import Slab, surface_compliance
 from solver.elasticity.condensation import dissection
+from solver.elasticity.condensation.elimination import Eliminated, definitely_eliminated
 from solver.elasticity.grid_scheme import GridScheme, stiffness
 from solver.slab import SCHEMES
 from tests.benchmarks.table import Row, best, seconds, verdict
@@ -104,22 +105,15 @@ def _measure(n_x: int) -> None:
 
 
 def _operations(slab: Slab) -> float:
-    """Additions and multiplications of dense matrices: products, and solutions with the factors of every cut."""
-    counted, without = [], dissection._Slab._without
+    """Additions and multiplications of dense matrices: products and roots of every cut, halves of symmetric ones."""
+    counted: list[float] = []
 
-    def counting(
-        self: dissection._Slab,
-        stiffness: Dense,
-        surface: slice,
-        follows: Dense,
-        bears: Dense,
-        border: NDArray[np.int64],
-    ) -> dissection._Piece:
-        cut, top, rest = len(stiffness) - len(border), surface.stop - surface.start, len(border)
-        counted.append(2 * cut * ((top + rest) ** 2 + cut * (top + rest)) + 2 / 3 * cut**3)
-        return without(self, stiffness, surface, follows, bears, border)
+    def counting(stiffness: Dense, cut: int, follows: Dense) -> Eliminated:
+        others = len(stiffness) - cut + len(follows)
+        counted.append(cut * others**2 + cut**2 * others + cut**3 / 3)
+        return definitely_eliminated(stiffness, cut, follows)
 
-    with patch.object(dissection._Slab, "_without", counting):
+    with patch.object(dissection, "definitely_eliminated", counting):
         surface_compliance(slab)
     return float(sum(counted))
 

@@ -43,26 +43,24 @@ def condensed(k: Stiffness) -> Dense:
         on_top = on_top[np.argsort(where[on_top, 0], kind="stable")]
         matrix, moving = with_translations(k, fields)
         anchors = np.array([translation.anchor for translation in moving], np.int64)
-        compliance = _inverse(matrix, where, on_top, anchors)
+        compliance = _inverse(matrix, where, on_top, anchors, k.symmetric and not moving)
         place = np.full(fields.count, -1)
         place[on_top] = np.arange(len(on_top))
         displace(compliance, place, moving)
-        if k.symmetric:
-            _symmetrize(compliance)
         # A displacement without a field has no weight either: any place will do.
         _add(total, compliance, place[number], weight)
     return total
 
 
-def _inverse(matrix: Sparse, places: Dense, surface: Indices, last: Indices) -> Dense:
+def _inverse(matrix: Sparse, places: Dense, surface: Indices, last: Indices, symmetric: bool) -> Dense:
     """As `surface_inverse`; where that may have lost digits, it is found a second time. Raises SingularOperator.
 
     Multiplied by a number that is no power of two, each stiffness is rounded otherwise, those that are alike alike: what changes
     in the compliance is not known.
     """
-    found, reciprocal_condition = surface_inverse(matrix, places, surface, last)
+    found, reciprocal_condition = surface_inverse(matrix, places, surface, last, symmetric)
     if reciprocal_condition < DOUBTFUL:
-        change = surface_inverse(OTHERWISE * matrix, places, surface, last)[0]
+        change = surface_inverse(OTHERWISE * matrix, places, surface, last, symmetric)[0]
         change *= OTHERWISE
         change -= found
         share = float(np.abs(change, out=change).max() / np.abs(found).max())
@@ -72,15 +70,6 @@ def _inverse(matrix: Sparse, places: Dense, surface: Indices, last: Indices) -> 
                 "use a poisson further from 0.5, or an aspect_ratio nearer 1"
             )
     return found
-
-
-def _symmetrize(square: Dense) -> None:
-    """Replace a matrix by the mean of itself and its transpose, in place."""
-    for first in range(0, len(square), ROWS_AT_ONCE):
-        some, rest = slice(first, first + ROWS_AT_ONCE), slice(first, None)
-        mean = (square[some, rest] + square[rest, some].T) / 2.0
-        square[some, rest] = mean
-        square[rest, some] = mean.T
 
 
 def _add(total: Dense, compliance: Dense, place: NDArray[np.int64], weight: Dense) -> None:

@@ -16,7 +16,7 @@ from numpy.typing import NDArray
 from solver.elasticity.grid import FirstSpacing, Grid, binary_hierarchy
 from solver.elasticity.grid_scheme import GridScheme
 from solver.elasticity.lagrange import Basis, integral, lagrange, slope, value
-from solver.elasticity.stiffness import Stiffness, lame
+from solver.elasticity.stiffness import Stiffness, in_blocks, lame
 from solver.elasticity.support import restrained
 from solver.parameter import check, parameter, require
 from solver.slab import SCHEMES, Slab, Support, levels_of
@@ -64,10 +64,12 @@ def biquadratic(grid: Grid, poisson: float, support: Support) -> Stiffness:
     # An external nodal force balances the forces of the neighbours, hence the minus signs.
     return Stiffness(
         grid=grid,
-        k_u=block([-(dilation + 2) * p.dx_on_sides - p.dz_on_ends for p in parts]),
-        c_uw=block([-dilation * p.dz_on_sides - p.dx_on_ends for p in parts]),
-        c_wu=block([-dilation * p.dx_on_ends - p.dz_on_sides for p in parts]),
-        k_w=block([-(dilation + 2) * p.dz_on_ends - p.dx_on_sides for p in parts]),
+        matrix=in_blocks(
+            k_u=block([-(dilation + 2) * p.dx_on_sides - p.dz_on_ends for p in parts]),
+            c_uw=block([-dilation * p.dz_on_sides - p.dx_on_ends for p in parts]),
+            c_wu=block([-dilation * p.dx_on_ends - p.dz_on_sides for p in parts]),
+            k_w=block([-(dilation + 2) * p.dz_on_ends - p.dx_on_sides for p in parts]),
+        ),
         fixed_u=fixed_u,
         fixed_w=fixed_w,
         symmetric=False,

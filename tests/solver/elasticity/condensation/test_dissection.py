@@ -14,7 +14,7 @@ from tests.benchmarks.compliance import sparse_compliance
 
 
 def grid_of_springs(across: int, down: int, seed: int) -> tuple[sp.csr_array, np.ndarray]:
-    """A well-conditioned stiffness without symmetry whose fields act on their nearest eight, and their places."""
+    """A stiffness without symmetry, dominated by its diagonal, whose fields act on their nearest eight; and their places."""
     places = np.array([(column, -row) for row in range(down) for column in range(across)], dtype=float)
     near = np.abs(places[:, None] - places[None]).max(axis=2) <= 1.0
     values = np.random.default_rng(seed).uniform(-1.0, 1.0, near.shape) * near
@@ -36,6 +36,12 @@ def test_the_surface_of_the_inverse_is_found(
     # Diagonally dominant: nothing grows beyond rounding.
     found, _ = surface_inverse(matrix, places, surface)
     np.testing.assert_allclose(found, expected, atol=1e-14)
+
+    both_ways = sp.csr_array(matrix + matrix.T)  # as dominant, and so definite
+    expected = np.linalg.inv(both_ways.toarray())[np.ix_(surface, surface)]
+    found, _ = surface_inverse(both_ways, places, surface, symmetric=True)
+    np.testing.assert_allclose(found, expected, atol=1e-14)
+    assert np.array_equal(found, found.T)
 
 
 @pytest.mark.parametrize(
