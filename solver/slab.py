@@ -51,6 +51,13 @@ class Scheme(ABC):
     def matrix(self, slab: "Slab") -> NDArray[np.float64]:
         """The surface compliance, (2n, 2n), in 1/G per unit depth. Raises SingularOperator or InvalidInput."""
 
+    def resolves(self, slab: "Slab", half_width: float) -> bool:
+        """Whether pressures and approach of a contact so wide, in L_x, are the slab's own to some 5 %, as far as that is known.
+
+        It fails where the slab resists dilatation so much that it flows under the pin, and the grid cannot follow.
+        """
+        return True
+
     @property
     def bed_stiffness(self) -> float | None:
         """Stiffness per length of springs that are pressed down each for itself, in G/L_x; None of a continuum."""

@@ -85,7 +85,13 @@ UNCERTAIN = Flag(
     "plateau less certain than limits.uncertainty asks for",
     "raise the record's other limits, or limits.uncertainty",
 )
-FLAGS = (FEW_NODES, NEAR_ENDS, OUTGROWN, WHOLE_SLAB, BEYOND_CONTACT, LARGE_STRAIN, UNCERTAIN)
+UNRESOLVED_SLAB = Flag(
+    128,
+    "unresolved_slab",
+    "grid too coarse for a slab so thin or so nearly incompressible: pressures and approach are wrong by more than some 5 %",
+    "raise n_x, lower poisson, or use the scheme galerkin",
+)
+FLAGS = (FEW_NODES, NEAR_ENDS, OUTGROWN, WHOLE_SLAB, BEYOND_CONTACT, LARGE_STRAIN, UNCERTAIN, UNRESOLVED_SLAB)
 """All of them. `near_ends`, `outgrown` and `whole_slab` are degrees of one thing: a contact has the last that applies."""
 
 Flags = tuple[Flag, ...]
@@ -218,11 +224,13 @@ def _margin(case: Case, nodes: NDArray[Any]) -> float:
 def _judged(case: Case, seen: _Seen, expected: float) -> Flags:
     """expected: half-width of the contact, before anything is computed."""
     narrowest = min(seen.half_width, expected)  # few nodes make a narrow contact seem wide
+    several = FEWEST_NODES / 2 * case.slab.spacing  # of fewer nodes the one flag says enough
     found = (
         FEW_NODES if seen.fewest < FEWEST_NODES else None,
         _place(case, seen),
         BEYOND_CONTACT if seen.travel > seen.half_width else None,
         LARGE_STRAIN if case.normal_load > LARGEST_PRESSURE * 2 * narrowest else None,
+        None if case.slab.scheme.resolves(case.slab, max(narrowest, several)) else UNRESOLVED_SLAB,
     )
     return tuple([flag for flag in found if flag])
 
