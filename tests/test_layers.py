@@ -50,7 +50,7 @@ ORDER = {
     "study.dataset": "seal groups file made_of variables collection description access comparison pair verification agreement",
     "study.dataset.collection": "ensemble ragged layout table collect",
     "study.dataset.agreement": "matching verdicts facts",
-    "study.dataset.access": "selection single accessor tidy placement concatenation",
+    "study.dataset.access": "selection single accessor tidy placement concatenation mean_profile",
     "study.execution": "launch interruption program queue forecast progress ledger dispatch farms compiling executor failures "
     "journal batch",
     "study.execution.compiling": "sawtooth miniatures warm_up",

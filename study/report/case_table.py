@@ -7,6 +7,7 @@ from typing import Any, Final
 import xarray as xr
 
 from solver.view import with_error
+from study.dataset.access.mean_profile import REGIME, footnote, starred
 from study.dataset.collection.ensemble import ensemble_name, observables
 from study.dataset.variables import OUTCOMES, VALIDITY, all_groups
 from study.figures.sweep.label import readable
@@ -36,19 +37,21 @@ def case_table(case: xr.Dataset) -> tuple[Table, list[str]]:
             missing.append(name)
         else:
             meaning, unit = _meaning_and_unit(each)
-            number = _shown(value, _uncertainty(case, each))
+            number = starred(case)[0] if name == REGIME else _shown(value, _uncertainty(case, each))
             rows.append((name, f"{number} {unit}".rstrip(), meaning))
     return Table(("quantity", "value", "meaning"), tuple(rows), labels=2, prose=True), missing
 
 
 def ending_lines(case: xr.Dataset) -> Iterator[str]:
-    """How a case and its drive ended, why, and what to do about contacts that mean little."""
+    """How a case and its drive ended, why, what to do about contacts that mean little, and what a sign means."""
     for label, (ending, message) in zip(("outcome", "drive"), (OUTCOMES[""], OUTCOMES["drive"]), strict=True):
         if ending.name in case and not case[ending.name].dims:
             why = str(case[message.name].item())
             yield f"{label}: {case[ending.name].item()}" + (f": {why}" if why else "")
     if "advice" in case and (advice := str(case["advice"].item())):
         yield f"advice: {advice}"
+    if explained := footnote(case):
+        yield explained
 
 
 def _scalars(case: xr.Dataset) -> Iterator[tuple[str, xr.DataArray]]:

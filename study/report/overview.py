@@ -9,6 +9,7 @@ import numpy as np
 import xarray as xr
 from matplotlib.ticker import EngFormatter
 
+from study.dataset.access.mean_profile import REGIME, footnote, starred
 from study.dataset.collection.ensemble import NOT_NEEDED, over_members
 from study.dataset.variables import DISCRETIZATION_ERROR, MEMBERS_USED, OUTCOMES
 from study.figures.shared.closed_form import scales_of
@@ -73,13 +74,14 @@ def _ending(what: str, word: str, count: int, messages: list[str]) -> Ending:
 
 
 def regimes(dataset: xr.Dataset) -> str:
-    """How many drives did what; empty where all do the same."""
-    if "regime" not in dataset:
+    """How many drives did what, and what the sign of some means; empty where all do the same."""
+    if REGIME not in dataset:
         return ""
-    counts = Counter(word for word in dataset["regime"].values.ravel().tolist() if word)
+    counts = Counter(starred(dataset))
     if len(counts) < 2:
         return ""
-    return ", ".join(f"{count} {word.replace('_', '-')}" for word, count in counts.most_common())
+    found = ", ".join(f"{count} {word.replace('_', '-')}" for word, count in counts.most_common())
+    return "; ".join(filter(None, (found, footnote(dataset))))
 
 
 def accuracy(dataset: xr.Dataset) -> Iterator[str]:

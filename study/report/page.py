@@ -12,6 +12,7 @@ import jinja2
 import xarray as xr
 from markupsafe import Markup, escape
 
+from study.dataset.access.mean_profile import footnote
 from study.figures.shared.files import write_files
 from study.figures.sweep.label import SYMBOL
 from study.figures.views.catalogue import SORTS
@@ -104,7 +105,7 @@ def page(dataset: xr.Dataset, journal: Sequence[Run]) -> str:
         },
         sections=placed(sections),
         table=table,
-        alike=alike,
+        alike=[*alike, *filter(None, [footnote(dataset)])],
         runs=run_table(journal),
     )
 

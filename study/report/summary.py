@@ -16,6 +16,7 @@ from solver.outcome import Ending
 from solver.quantity import GRID_ERROR
 from solver.sliding.validity import flags_in
 from solver.view import with_error
+from study.dataset.access.mean_profile import REGIME, footnote, starred
 from study.dataset.collection.ensemble import NOT_NEEDED, ensemble_name, observables, over_members
 from study.dataset.variables import (
     DRIVE,
@@ -123,7 +124,8 @@ def left_out_summary(dataset: xr.Dataset) -> list[str]:
             shorter += [f"{int(errors.sum())} of {errors.size} {runs}"] if errors.any() else []
     regimes = ", and regimes are those without it" if "regime" in dataset else ""
     lines = [f"left out: {', '.join(found)}; what that is expected to change is part of ±{regimes}"] if found else []
-    return lines + ([f"shorter, as the tolerance allows it: {', '.join(shorter)}"] if shorter else [])
+    lines += [f"shorter, as the tolerance allows it: {', '.join(shorter)}"] if shorter else []
+    return lines + list(filter(None, [footnote(dataset)]))
 
 
 def short_summary(dataset: xr.Dataset) -> list[str]:
@@ -189,10 +191,10 @@ def _failure(outcomes: xr.DataArray, numbers: list[int], messages: list[str]) ->
 
 def drive_summary(dataset: xr.Dataset) -> list[str]:
     """How many drives ended how, and what their pins did; nothing of so few that a look at the table tells."""
-    endings = [name for name in ("drive_outcome", "regime") if name in dataset and dataset[name].size > FEW]
+    endings = [name for name in ("drive_outcome", REGIME) if name in dataset and dataset[name].size > FEW]
     lines = []
     for name in endings:
-        counts = Counter(dataset[name].values.ravel().tolist())
+        counts = Counter(starred(dataset) if name == REGIME else dataset[name].values.ravel().tolist())
         said = ", ".join(f"{count} {word}" for word, count in counts.most_common() if word)
         if said:
             lines.append(f"{name} of {dataset[name].size} drives: {said}")
@@ -245,7 +247,7 @@ def _varying(dataset: xr.Dataset, dims: tuple[Any, ...]) -> list[Any]:
 
 def _cell(values: xr.Dataset, name: str) -> str:
     if values[name].dtype.kind in "OUT":
-        return str(values[name].item()) or "–"
+        return "".join(starred(values) if name == REGIME else str(values[name].item())) or "–"
     value, error = float(values[name]), _UNCERTAINTY.get(name, "")
     if math.isnan(value):
         return "–"

@@ -104,9 +104,16 @@ def _draw_series(axes: Any, points: Points, series: Points, x: Any, color: str, 
     axes.errorbar(x[there], y, errors, fmt=f"{line}o", markersize=2.6, capsize=1.6, color=color, label=name or None)
     care = series.flagged[there]
     axes.plot(x[there][care], y[care], "o", markersize=2.0, color="white", zorder=5)
+    draw_stars(axes, x[there], y, series.toothless[there])
     bottom = np.full(int((~there).sum()), 0.02)
     crosses = axes.plot(x[~there], bottom, "x", color=FAILED, transform=axes.get_xaxis_transform(), zorder=6)
     crosses[0].set_in_layout(False)
+
+
+def draw_stars(axes: Any, x: NDArray[Any], y: NDArray[np.float64], toothless: NDArray[np.bool_]) -> None:
+    """Stars behind the points of what a pin does on the mean profile, whose teeth were left out."""
+    look = {"markersize": 8.0, "color": "white", "markeredgecolor": "black", "markeredgewidth": 0.5}
+    axes.plot(x[toothless], y[toothless], "*", **look, zorder=1.5)
 
 
 def _monotonic(x: NDArray[Any]) -> bool:

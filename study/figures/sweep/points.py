@@ -10,6 +10,7 @@ import xarray as xr
 from numpy.typing import NDArray
 
 from solver.quantity import GRID_ERROR
+from study.dataset.access.mean_profile import REGIME, on_mean_profile
 from study.dataset.access.selection import Places, places
 from study.dataset.collection.ensemble import over_members
 from study.dataset.variables import OUTCOMES, VALIDITY, parameters
@@ -36,6 +37,8 @@ class Points:
     """The coordinates in which cases differ."""
     flagged: NDArray[np.bool_]
     """Whether a validity flag says to take it with care."""
+    toothless: NDArray[np.bool_]
+    """Whether it is a regime on the mean profile, as the teeth were left out."""
     zipped: tuple[str, ...] = ()
     """The coordinates that vary together, as their campaign says."""
 
@@ -53,16 +56,18 @@ class Points:
         """Some of the points: a mask, or their places in another order."""
         axes = {name: each[chosen] for name, each in self.axes.items()}
         values, errors, flagged = self.values[chosen], self.errors[chosen], self.flagged[chosen]
-        return replace(self, values=values, errors=errors, axes=axes, flagged=flagged)
+        toothless = self.toothless[chosen]
+        return replace(self, values=values, errors=errors, axes=axes, flagged=flagged, toothless=toothless)
 
     def without(self, names: Collection[str]) -> "Points":
         """The points without some of their coordinates."""
         return replace(self, axes={name: each for name, each in self.axes.items() if name not in names})
 
     def columns(self) -> Columns:
-        """The points as a table: coordinates, value, uncertainty, and whether flagged."""
+        """The points as a table: coordinates, value, uncertainty, whether flagged, and of regimes whether on the mean profile."""
         errors = {} if self.text else {f"{self.name} uncertainty": self.errors}
-        return {**self.axes, self.name: self.values, **errors, "flagged": self.flagged}
+        toothless = {"on mean profile": self.toothless} if self.toothless.any() else {}
+        return {**self.axes, self.name: self.values, **errors, "flagged": self.flagged, **toothless}
 
 
 def points_of(dataset: xr.Dataset, name: str, over: str = "") -> Points:
@@ -85,6 +90,7 @@ def points_of(dataset: xr.Dataset, name: str, over: str = "") -> Points:
         errors,
         axes,
         flags != 0,
+        _toothless(found) if name == REGIME else np.zeros(len(values), dtype=bool),
         tuple(name for name in zipped(dataset) if name in axes),
     )
 
@@ -140,6 +146,11 @@ def _numbers(dataset: xr.Dataset, found: Places, name: str) -> tuple[NDArray[Any
         return numbers, nothing
     errors = np.asarray(found.values(error), dtype=float)
     return numbers, np.abs(numbers) * errors if error == GRID_ERROR else errors
+
+
+def _toothless(found: Places) -> NDArray[np.bool_]:
+    signed = on_mean_profile(found.root)
+    return replace(found, root=found.root.assign(signed=signed)).values("signed")
 
 
 def _ratio(above: tuple[NDArray[Any], Floats], below: tuple[NDArray[Any], Floats]) -> tuple[Floats, Floats]:

@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 
 from study.figures.shared.canvas import COLORS, column
 from study.figures.sweep.label import label, typeset
-from study.figures.sweep.lines import FAILED, WIDTH, grid_of, names_of, panels_of, title_of
+from study.figures.sweep.lines import FAILED, WIDTH, draw_stars, grid_of, names_of, panels_of, title_of
 from study.figures.sweep.points import Points
 from study.figures.sweep.roles import Roles, held_at
 from study.figures.sweep.scale import is_logarithmic, places_of, set_axis
@@ -24,7 +24,10 @@ MOST_VECTOR: Final = 500
 
 
 def draw_tiles(points: Points, roles: Roles) -> Figure:
-    """A tile for each case, coloured by its value; crosses are cases without one, dots those to be taken with care."""
+    """A tile for each case, coloured by its value.
+
+    Crosses are cases without one, dots those to be taken with care, stars regimes on the mean profile.
+    """
     points = held_at(points, roles.held)
     names = names_of(points) if points.text else []
     with column(width=WIDTH) as figure:
@@ -54,6 +57,7 @@ def _draw_panel(axes: Any, points: Points, here: Points, roles: Roles, names: li
     look = {"rasterized": tiles.size > MOST_VECTOR, "edgecolors": "face", "linewidth": 0.3}
     mesh = axes.pcolormesh(*ends, tiles, **look, **_colors(points, names))
     axes.plot(x[~here.there], y[~here.there], "x", markersize=4, color=FAILED)
+    draw_stars(axes, x[here.there], y[here.there], here.toothless[here.there])
     care = here.flagged & here.there
     axes.plot(x[care], y[care], "o", markersize=2.4, color="white", markeredgecolor="black", markeredgewidth=0.4)
     return mesh

@@ -7,6 +7,7 @@ import numpy as np
 import xarray as xr
 from matplotlib.figure import Figure
 
+from study.dataset.access.mean_profile import EXPLAINED
 from study.dataset.collection.ensemble import over_members
 from study.figures.sweep.label import symbol, words
 from study.figures.sweep.lines import draw_lines, draw_scattered
@@ -85,7 +86,12 @@ def _against(points: Points, roles: Roles) -> str:
 def _seen(points: Points, mapped: bool) -> str:
     """What the signs mean that are drawn of these points."""
     flagged = " Dots: to be taken with care." if points.flagged[points.there].any() else ""
-    return _crosses(points) + (flagged if mapped else _marks(points))
+    return _crosses(points) + (flagged + _stars(points) if mapped else _marks(points))
+
+
+def _stars(points: Points) -> str:
+    count = int((points.toothless & points.there).sum())
+    return f" Stars: {EXPLAINED} ({count} of {len(points.values)})." if count else ""
 
 
 def _crosses(points: Points) -> str:
@@ -94,9 +100,10 @@ def _crosses(points: Points) -> str:
 
 
 def _marks(points: Points) -> str:
-    """What bars and hollow points mean, where there are any."""
+    """What bars, hollow points and stars mean, where there are any."""
     bars = " Bars: its uncertainty, where larger than the point." if np.isfinite(points.errors).any() else ""
-    return bars + (" Hollow: to be taken with care." if points.flagged[points.there].any() else "")
+    hollow = " Hollow: to be taken with care." if points.flagged[points.there].any() else ""
+    return bars + hollow + _stars(points)
 
 
 register(Sort("answer", "Answer", answers, notes))

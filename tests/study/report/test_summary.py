@@ -196,3 +196,23 @@ def test_ensembles_that_know_enough_are_unfinished_or_were_asked_for_nothing_are
     assert short_summary(ensembles([0.02], [8], asked="members = 8")) == []
     assert short_summary(ensembles([0.02], [8], asked='uncertainty = 0.01\nobservable = "static_friction"')) == []
     assert short_summary(xr.Dataset()) == []
+
+
+def without_teeth() -> xr.Dataset:
+    """The drives over axes, of which all that slide but the first were computed without teeth."""
+    found = over_axes()
+    texts = np.array([[["", "", "teeth"], ["inertia, teeth", "", "inertia"]]], dtype=object)
+    return found.assign(drive_left_out=(found.regime.dims, texts))
+
+
+def test_a_regime_of_the_mean_profile_has_a_star_in_the_table_which_a_line_explains() -> None:
+    table = scalar_table(without_teeth())
+    column = table.header.index("regime")
+    assert [row[column] for row in table.rows] == ["sticks", "slides", "slides*", "slides*", "–", "stick_slip"]
+    *_, last = left_out_summary(without_teeth())
+    assert last == "*: regime on the mean profile, as the teeth were left out (2 of 6 drives)"
+
+
+def test_regimes_of_the_mean_profile_are_counted_apart() -> None:
+    many = xr.concat([without_teeth()] * 10, "pin_mass", data_vars="all")
+    assert drive_summary(many)[1] == "regime of 60 drives: 20 slides*, 10 sticks, 10 slides, 10 stick_slip"
