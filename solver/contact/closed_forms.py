@@ -27,6 +27,17 @@ def winkler_half_width(normal_load: float, radius: float, bed_stiffness: float) 
     return math.cbrt(1.5 * normal_load * radius / bed_stiffness)
 
 
+def film_half_width(normal_load: float, radius: float, poisson: float, height: float) -> float:
+    """a of a parabola on a bonded film much thinner than a: a guess, the wider of two limits.
+
+    Pressed flat, it is a bed of springs (λ+2G)/height. Nearly incompressible, it gives way sideways, w = -p''·height³/3G:
+    p = (a² - x²)²/(8 R height³), W = 2 a⁵/(15 R height³).
+    """
+    flat = winkler_half_width(normal_load, radius, 2 * (1 - poisson) / (1 - 2 * poisson) / height)
+    flowing = (7.5 * normal_load * radius * height**3) ** 0.2
+    return float(max(flat, flowing))
+
+
 def hertz_half_width(normal_load: float, radius: float, poisson: float) -> float:
     """Half-width of Hertz's contact on a half-plane, a² = 2WR(1-ν)/(πG), in L_x."""
     return math.sqrt(2 * normal_load * radius * (1 - poisson) / math.pi)

@@ -4,9 +4,9 @@
 A flagged result is no failure: it obeys all laws of the discrete model, and its outcome stays what it is.
 
 Hertz knows neither the slab's ends nor its bottom, which both make the contact narrower: his half-width is 6 % too large
-at a/L_x = 1/3 and 14 % at 1/2 on a slab as tall as wide, 22 and 30 % on one a quarter as tall. Nor does he know that
-friction drags the contact back, towards the left end. So guesses of the ends are early for initial contact and late for long
-records.
+at a/L_x = 1/3 and 14 % at 1/2 on a slab as tall as wide, 22 and 30 % on one a quarter as tall. On a film, where that would be
+many times, a film's own is taken. Nor does he know that friction drags the contact back, towards the left end. So guesses of
+the ends are early for initial contact and late for long records.
 """
 
 import math
@@ -18,6 +18,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from solver.case import Case
+from solver.contact.closed_forms import film_half_width
 from solver.contact.normal import expected_half_width
 from solver.contact.state import ContactState
 from solver.quantity import GRID_ERROR, quantity
@@ -147,11 +148,11 @@ class _Seen(NamedTuple):
 
 
 def expected_flags(case: Case, displacement: float = 0.0) -> Flags:
-    """The flags to be expected of a case, from Hertz's half-width (a flat punch's own), without computing anything.
+    """The flags to be expected of a case, from Hertz's half-width (a film's, a flat punch's own), without computing anything.
 
     displacement: δ_p that its record is expected to reach, in L_x; 0 is initial contact alone. A guess: see above.
     """
-    half_width, rounding = min(expected_half_width(case), 0.5), 0.499 if case.pin == "flat_punch" else 1e-9
+    half_width, rounding = min(_guess(case), 0.5), 0.499 if case.pin == "flat_punch" else 1e-9
     nodes = min(2 * math.floor(half_width / case.slab.spacing + rounding) + 1, case.slab.n_x)
     seen = _Seen(nodes, nodes, half_width, 0.5 - half_width - displacement, displacement)
     return _judged(case, seen, half_width)
@@ -164,7 +165,7 @@ def contact_flags(case: Case, state: ContactState) -> Flags:
     size = int(state.contact.sum())
     margin = _margin(case, np.flatnonzero(state.contact))
     seen = _Seen(size, size, contact_half_width(case, state), margin, 0.0)
-    return _judged(case, seen, expected_half_width(case))
+    return _judged(case, seen, _guess(case))
 
 
 def record_flags(case: Case, start: ContactState, record: FrictionRecord, end: ContactState) -> Flags:
@@ -180,7 +181,15 @@ def record_flags(case: Case, start: ContactState, record: FrictionRecord, end: C
     travel = record.final_displacement - start.displacement
     half_width = contact_half_width(case, start)
     seen = _Seen(fewest, most, half_width, _margin(case, nodes), travel)
-    return _judged(case, seen, expected_half_width(case)) + ((UNCERTAIN,) if _uncertain(case, record) else ())
+    return _judged(case, seen, _guess(case)) + ((UNCERTAIN,) if _uncertain(case, record) else ())
+
+
+def _guess(case: Case) -> float:
+    """Half-width of the contact before anything is computed: Hertz's, narrower on a film, a punch's own."""
+    slab, expected = case.slab, expected_half_width(case)
+    if case.pin == "flat_punch" or slab.scheme.endless or not slab.scheme.continuum:
+        return expected
+    return min(expected, film_half_width(case.normal_load, case.radius, slab.poisson, slab.aspect_ratio))
 
 
 def _uncertain(case: Case, record: FrictionRecord) -> bool:

@@ -14,10 +14,11 @@ import pytest
 from numpy.typing import NDArray
 
 from solver.case import Case, Effects
+from solver.contact.closed_forms import film_half_width, hertz_half_width
 from solver.contact.initial import initial_contact
 from solver.elasticity.compliance import surface_compliance
 from solver.slab import Slab
-from solver.sliding.validity import FEW_NODES, UNRESOLVED_SLAB, contact_flags
+from solver.sliding.validity import FEW_NODES, UNRESOLVED_SLAB, contact_flags, expected_flags
 from tests.verification.layer import wave_compliance
 
 Floats = NDArray[np.float64]
@@ -78,6 +79,25 @@ def test_the_closed_form_is_the_layers_and_that_of_a_film_that_flows() -> None:
     tall = pressed(0.1, 20.0, 1 / 3)
     assert tall.normal_load == pytest.approx(math.pi * 0.1**2 / (2 * RADIUS * (1 - 1 / 3)), rel=0.03)
     assert compliance(np.array([1.0]), 1e-3, 0.5)[0] == pytest.approx(1e-9 / 3, rel=1e-5)
+
+
+@pytest.mark.parametrize("height", [1e-3, 1e-2, 3e-2])
+@pytest.mark.parametrize("poisson", [0.3, 0.49, 0.499, 0.4999, 0.49999])
+def test_the_half_width_expected_on_a_film_is_its_own_and_not_hertzs(height: float, poisson: float) -> None:
+    """The wider of pressed flat and giving way sideways: 21 % too narrow where both matter, 18 % too wide at a = 8 heights."""
+    normal_load = pressed(0.25, height, poisson).normal_load
+    found = film_half_width(normal_load, RADIUS, poisson, height)
+    assert 0.79 * 0.25 < found < 1.18 * 0.25
+    assert hertz_half_width(normal_load, RADIUS, poisson) > 1.5 * found
+
+
+def test_what_is_expected_of_a_film_is_what_is_found() -> None:
+    """A grid too coarse, under a contact of 0.15 to each side; Hertz expects the whole slab under the pin."""
+    slab = Slab(129, 1e-3, 0.499999)
+    case = Case(radius=RADIUS, normal_load=0.01, slab=slab, effects=Effects(friction=False))
+    found = contact_flags(case, initial_contact(case, surface_compliance(slab)))
+    assert hertz_half_width(case.normal_load, RADIUS, slab.poisson) > 0.5
+    assert expected_flags(case) == found == (UNRESOLVED_SLAB,)
 
 
 LAYERS = list(product((1e-3, 1e-2, 3e-2), (0.3, 0.49, 0.499, 0.4999, 0.49999), (33, 65, 129)))
