@@ -47,7 +47,8 @@ ORDER = {
     "study.plan.kinds": "kind compliance contact record statistics states drive ensemble",
     "study.results": "whole_file lines entry own logs attempts runs store lease shard merging",
     "study.results.logs": "log places all_logs",
-    "study.dataset": "seal groups file made_of variables collection description access comparison pair verification agreement",
+    "study.dataset": "seal texts groups netcdf file made_of variables collection description access comparison pair verification "
+    "agreement",
     "study.dataset.collection": "ensemble ragged layout table collect",
     "study.dataset.agreement": "matching verdicts facts",
     "study.dataset.access": "selection single accessor tidy placement concatenation mean_profile",

@@ -10,6 +10,7 @@ import numpy as np
 import xarray as xr
 
 from study.dataset.groups import carrying, opened, tree_of
+from study.dataset.netcdf import write_tree
 from study.dataset.seal import broken, seal
 from study.results.lines import NO_FILE, is_no_file
 from study.results.store import StoreError
@@ -39,7 +40,7 @@ def write(dataset: xr.Dataset, path: Path) -> None:
     try:
         path.parent.mkdir(parents=True, exist_ok=True)
         with written_whole(path) as scratch:
-            tree.to_netcdf(scratch, engine="netcdf4", format="NETCDF4", encoding=_encodings(tree))
+            write_tree(tree, scratch)
             seal(scratch)
     except _REFUSALS as error:
         raise StoreError(f"{path}: cannot be written: {_reason(error)}") from None
@@ -97,31 +98,3 @@ def reading(path: Path) -> Iterator[xr.Dataset]:
 
 def _reason(error: Exception) -> object:
     return getattr(error, "strerror", None) or error
-
-
-def _encodings(tree: xr.DataTree) -> dict[str, dict[str, dict[str, Any]]]:
-    """Group -> variable -> how it is written."""
-    return {
-        node.path: {
-            str(name): _encoding(each, coordinate=name in node.coords)
-            for name, each in node.to_dataset(inherit=False).variables.items()
-        }
-        for node in tree.subtree
-    }
-
-
-SMALLEST_COMPRESSED: Final = 512
-"""Values from which a variable is compressed: below, the chunks that it then has take more than they save."""
-_COMPRESSED: Final = {"zlib": True, "complevel": 1, "shuffle": True}
-"""Level 9 saves 1 % more than level 1 (measured in README.md)."""
-
-
-def _encoding(variable: xr.Variable, coordinate: bool) -> dict[str, Any]:
-    """Texts as characters: netCDF 4.10 breaks down where a file with strings in groups is open twice and closed once.
-
-    Coordinates have no missing values (CF 2.5.1).
-    """
-    compressed = _COMPRESSED if variable.size >= SMALLEST_COMPRESSED else {}
-    if variable.dtype.kind in "OUT":
-        return {"dtype": "S1", **compressed}
-    return {**({"_FillValue": None} if coordinate and variable.dtype.kind == "f" else {}), **compressed}

@@ -10,6 +10,8 @@ from typing import Any, Final
 
 import xarray as xr
 
+from study.dataset.texts import are_texts, read_texts
+
 _KEY: Final = "nanoslip_groups"
 _LABEL: Final = "case_id"
 """The coordinate that every dataset of nanoslip has."""
@@ -72,8 +74,8 @@ def opened(path: Path) -> tuple[xr.Dataset, dict[str, xr.Dataset]]:
     found = xr.open_groups(path, engine="netcdf4")
     for each in found.values():
         for variable in each.variables.values():
-            if variable.dtype.kind in "OSU":
-                variable.load()  # xarray cannot transpose characters that it has not read
+            if are_texts(variable) and not isinstance(variable, xr.IndexVariable):  # which is read already
+                variable.data = read_texts(variable)  # xarray cannot transpose characters that it has not read
     root = found.pop(ROOT)
     groups = {name.strip("/"): group for name, group in found.items()}
 

@@ -9,6 +9,7 @@ import xarray as xr
 
 from study.dataset import file
 from study.dataset.groups import carrying, groups_of
+from study.dataset.netcdf import SMALLEST_COMPRESSED
 from study.results.store import StoreError
 from tests.study.results.results import NO_FILES
 
@@ -22,7 +23,7 @@ def made(size: int) -> xr.Dataset:
     )
 
 
-@pytest.mark.parametrize("size", [1, file.SMALLEST_COMPRESSED])
+@pytest.mark.parametrize("size", [1, SMALLEST_COMPRESSED])
 def test_what_is_read_is_what_was_written_compressed_where_it_is_long(tmp_path, size):
     file.write(made(size), tmp_path / "one.nc")
     with file.read(tmp_path / "one.nc") as again:
@@ -128,11 +129,11 @@ def test_a_text_that_was_damaged_is_refused_when_the_file_is_opened(tmp_path):
 def test_a_disk_that_refuses_the_dataset_is_named_and_nothing_is_left_of_it(tmp_path, monkeypatch, refused, said):
     """HDF5 says of a full disk no more than that."""
 
-    def full(_: object, scratch: Path, **options: object) -> None:
+    def full(_: object, scratch: Path) -> None:
         scratch.touch()
         raise refused
 
-    monkeypatch.setattr(xr.DataTree, "to_netcdf", full)
+    monkeypatch.setattr(file, "write_tree", full)
     with pytest.raises(StoreError, match=rf"one\.nc: cannot be written: .*{said}"):
         file.write(made(1), tmp_path / "one.nc")
     assert list(tmp_path.iterdir()) == []
