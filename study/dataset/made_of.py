@@ -19,7 +19,7 @@ NOTE: Final = "dataset.json"
 def made_of(manifest: Manifest, store: Store) -> str:
     """A hash of all that decides a dataset: the campaign, its results and failures, and the code that collects them."""
     found = hashlib.sha256(asked(manifest).encode())
-    for key, seal in sorted(store.seals().items()):
+    for key, seal in store.seals():
         found.update(f"{key} {seal}\n".encode())
     for key, attempt in sorted(store.failures().items()):
         found.update(f"{key} {attempt.outcome}\n".encode())

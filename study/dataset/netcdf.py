@@ -45,6 +45,7 @@ def _write_texts(name: str, variable: xr.Variable, group: netCDF4.Dataset) -> No
     for *block, letters in _chunks(target):
         piece: Any = (*block, ...)  # the dots: a single text is an array, too
         target[*block, letters] = characters(texts[piece], letters)
+        _let_go(target)
 
 
 def _write_numbers(name: str, variable: xr.Variable, group: netCDF4.Dataset) -> None:
@@ -55,6 +56,7 @@ def _write_numbers(name: str, variable: xr.Variable, group: netCDF4.Dataset) -> 
     target.set_auto_maskandscale(False)  # they are what is to be written
     for block in _chunks(target):
         target[block] = encoded.values[block]
+        _let_go(target)
 
 
 def _declare(
@@ -65,10 +67,7 @@ def _declare(
         if not _has(group, dimension):
             group.createDimension(dimension, size)
     compressed: Any = _COMPRESSED if values >= SMALLEST_COMPRESSED else {}
-    made = group.createVariable(name, kind, tuple(sizes), fill_value=missing, **compressed)
-    if compressed:
-        made.set_var_chunk_cache(size=0)  # else a chunk of each variable stays in memory until the file is closed
-    return made
+    return group.createVariable(name, kind, tuple(sizes), fill_value=missing, **compressed)
 
 
 def _has(group: netCDF4.Dataset | None, dimension: str) -> bool:
@@ -80,3 +79,9 @@ def _chunks(target: "netCDF4.Variable[Any]") -> Iterator[tuple[slice, ...]]:
     """Where each chunk of a variable lies: written whole, it is compressed once. One of small variables."""
     found = target.chunking()
     return blocks(target.shape, target.shape if isinstance(found, str) else found)
+
+
+def _let_go(target: "netCDF4.Variable[Any]") -> None:
+    """Have what was written of a variable leave the memory: else chunks of all variables stay until the file is closed."""
+    if target.chunking() != "contiguous":
+        target.set_var_chunk_cache(size=0)

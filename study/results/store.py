@@ -6,9 +6,11 @@ in logs, `results/*.log`, one of each process that computed: files grow with ran
 being found.
 """
 
+import itertools
 import os
 import re
 import sys
+from collections.abc import Iterator, Mapping
 from pathlib import Path
 from typing import Final
 
@@ -20,6 +22,7 @@ from study.results.attempts import Attempt
 from study.results.entry import CorruptResultError, Head, Meta, packed
 from study.results.logs.all_logs import Logs
 from study.results.logs.log import LogWriter
+from study.results.logs.places import Places
 from study.results.whole_file import clear_away, written_whole
 
 FOLDER: Final = "results"
@@ -68,18 +71,20 @@ class Store:
         """The finished results, as `finished` counts them, and how each ended."""
         return {key: meta.outcome for key, meta in self.metas().items()}
 
-    def metas(self) -> dict[str, Meta]:
-        """What every sound result says of itself. What has not changed since the last time is not checked again."""
-        self._logs.look()
-        return self._logs.places.metas() | {key: head.meta for key, head in self._own_heads().items()}
+    def metas(self) -> Mapping[str, Meta]:
+        """What every sound result says of itself. What has not changed since the last time is not checked again.
 
-    def seals(self) -> dict[str, int]:
-        """The seals of the same: they change with what is in a result."""
+        Of millions of results nothing is copied: what is found later may be among them then.
+        """
         self._logs.look()
-        places = self._logs.places
-        return {key: places[key].head.seal for key in places} | {
-            key: head.seal for key, head in self._own_heads().items()
-        }
+        return _Metas(self._logs.places, {key: head.meta for key, head in self._own_heads().items()})
+
+    def seals(self) -> Iterator[tuple[str, int]]:
+        """The keys of the same, in order, and their seals: they change with what is in a result."""
+        self._logs.look()
+        places, own = self._logs.places, self._own_heads()
+        for key in sorted(own.keys() | places.keys() if own else places):
+            yield key, own[key].seal if key in own else places.seal(key)
 
     def _own_heads(self) -> dict[str, Head]:
         """Of the results that are files of their own."""
@@ -155,6 +160,25 @@ class Store:
         """Results of an older nanoslip, which kept each in files of its own: this one does not read them."""
         files = self.folder.glob("*.np[yz]")
         return sorted(path for path in files if _KEY.fullmatch(path.stem))
+
+
+class _Metas(Mapping[str, Meta]):
+    """Key -> what its result says of itself: in a file of its own, else in a log."""
+
+    def __init__(self, places: Places, own: Mapping[str, Meta]) -> None:
+        self._places, self._own = places, own
+
+    def __getitem__(self, key: str) -> Meta:
+        return self._own[key] if key in self._own else self._places.meta(key)
+
+    def __contains__(self, key: object) -> bool:
+        return key in self._own or key in self._places
+
+    def __iter__(self) -> Iterator[str]:
+        return itertools.chain(self._own, (key for key in self._places if key not in self._own))
+
+    def __len__(self) -> int:
+        return sum(1 for _ in self)
 
 
 def _say_unsound(error: CorruptResultError) -> None:

@@ -1,6 +1,5 @@
 """`nanoslip collect`: the dataset of a campaign from the results that are there."""
 
-from dataclasses import replace
 from pathlib import Path
 
 from study.commands.shared.arguments import folder
@@ -16,9 +15,8 @@ def work(campaign: Path, out: Path | None) -> None:
     """Write and print the dataset of a campaign's results."""
     into = folder(campaign, out)
     with refusals():
-        plan, store = planned(campaign), Store(into)
-        if not store.failures():  # then tasks say nothing that their results do not; of millions they take much memory
-            plan = replace(plan, tasks=())
-        write_dataset(plan, store, anew=True)
+        store = Store(into)
+        # Without failures tasks say nothing that their results do not.
+        write_dataset(planned(campaign, tasks=bool(store.failures())), store, anew=True)
     if shards := folders(into):
         say(f"without {counted(len(shards), 'shard')}; {whole(f'nanoslip merge {campaign}')} takes them in")

@@ -46,39 +46,56 @@ from study.plan.task import TaskResult
 from study.plan.tasks import needed_kinds
 from study.results.store import Store
 
+Keys = Mapping[tuple[str, str], str]
+"""Kind of task and label of its drive ("" without one) -> key."""
+
 
 def collect(plan: Plan, store: Store) -> xr.Dataset:
     """The dataset of a campaign with its groups, finished or not: what is not computed is NaN, with the outcome `pending`."""
     manifest, layout, runs = plan.manifest, layout_of(plan), _runs(plan.manifest, store.folder)
     table = Table(manifest, layout, [each.group for each in runs])
     front = load_front(manifest.front, manifest.front_text)
-    finished, makers = store.outcomes(), dict[str, Origins]()
-    outcomes = _with_failures(plan, store, finished)
+    makers = dict[str, Origins]()
+    found = _Finished(plan, store)
     for place, (case, tasks) in zip(layout.places.tolist(), plan.case_tasks.in_order(), strict=True):
-        keys = tasks.keys
-        results = {task: store.find(key) for task, key in keys.items() if key in finished and task[0] != "compliance"}
-        for task, result in results.items():
-            if result is None:  # damaged since
-                outcomes.pop(keys[task], None)
-            else:
-                makers[keys[task]] = result.origins
-        _say_outcomes(table, place, plan, case, outcomes)
+        results = found.results(tasks.keys)
+        makers.update((result.key, result.origins) for result in results.values())
+        _say_outcomes(table, place, plan, case, found.outcomes(tasks.keys, results))
         table.say_makers(place, results)
         if case.case is not None:
             if case.case_id in plan.decisions:
                 table.say_left_out(place, plan.decisions[case.case_id])
             table.put(DISCRETIZATION_ERROR.name, place, "", front.expected_error(case.case))
-            _enter(table, place, runs, manifest, case, {task: result for task, result in results.items() if result})
+            _enter(table, place, runs, manifest, case, results)
     counts, variables = census(makers.values()), table.variables
     facts = _attributes(manifest, front, counts)
     root = xr.Dataset(variables | ensemble_variables(variables), coordinates(plan, layout), facts)
     return carrying(root, {each.group.name: each.dataset() for each in runs} | {SOFTWARE[0].name: _software(counts)})
 
 
-def _with_failures(plan: Plan, store: Store, finished: dict[str, Outcome]) -> dict[str, Outcome]:
-    """How tasks ended: those that are finished, what failed, and what needs that."""
-    failed = {key: attempt.outcome for key, attempt in store.failures().items()}
-    return plan.outcomes(finished, failed) if failed else finished
+class _Finished:
+    """The results of a plan that are there, a case at a time, and how its tasks ended."""
+
+    def __init__(self, plan: Plan, store: Store) -> None:
+        self._store, self._known = store, store.metas()
+        self._unsound: set[str] = set()
+        failed = {key: attempt.outcome for key, attempt in store.failures().items()}
+        self._lost = plan.outcomes(store.outcomes(), failed) if failed else {}
+        """How the others failed."""
+
+    def results(self, keys: Keys) -> dict[tuple[str, str], TaskResult]:
+        """Those of a case, its compliance apart. keys: of its tasks."""
+        sound = {task: key for task, key in keys.items() if key in self._known and key not in self._unsound}
+        found = {task: self._store.find(key) for task, key in sound.items() if task[0] != "compliance"}
+        self._unsound.update(keys[task] for task, result in found.items() if result is None)  # damaged since
+        return {task: result for task, result in found.items() if result is not None}
+
+    def outcomes(self, keys: Keys, results: Mapping[tuple[str, str], TaskResult]) -> dict[str, Outcome]:
+        """How the tasks of a case ended."""
+        ended = {key: self._lost[key] for key in keys.values() if key in self._lost and key not in self._known}
+        compliances = (key for (kind, _), key in keys.items() if kind == "compliance")
+        ended |= {key: self._known[key].outcome for key in compliances if key in self._known}
+        return ended | {result.key: result.outcome for result in results.values()}
 
 
 def _say_outcomes(table: Table, place: int, plan: Plan, case: CampaignCase, outcomes: Mapping[str, Outcome]) -> None:

@@ -48,9 +48,13 @@ class Places(Mapping[str, Place]):
         """The log that a result is in."""
         return self._paths[self._path[self._rows[key]]]
 
-    def metas(self) -> dict[str, Meta]:
-        """What every result says of itself."""
-        return {key: self._metas[self._meta[row]] for key, row in self._rows.items()}
+    def meta(self, key: str) -> Meta:
+        """What a result says of itself."""
+        return self._metas[self._meta[self._rows[key]]]
+
+    def seal(self, key: str) -> int:
+        """The seal of a result."""
+        return self._seal[self._rows[key]]
 
     def __getitem__(self, key: str) -> Place:
         row = self._rows[key]

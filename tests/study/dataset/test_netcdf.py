@@ -1,5 +1,7 @@
 """A dataset is written as xarray itself writes it, a chunk at a time."""
 
+import subprocess
+import sys
 import tracemalloc
 from pathlib import Path
 from typing import Any
@@ -75,6 +77,24 @@ def declared(group: netCDF4.Dataset) -> Any:
     ]
     sizes = [(name, len(each)) for name, each in group.dimensions.items()]
     return repr(group.__dict__), sizes, variables, [(name, declared(each)) for name, each in group.groups.items()]
+
+
+def test_no_chunk_stays_in_memory_once_it_is_written(tmp_path):
+    """netCDF keeps 64 MB of each variable until the file is closed. In a process of its own: no other memory is looked at."""
+    script = f"""
+import resource, sys
+import numpy as np, xarray as xr
+from study.dataset.netcdf import write_tree
+values = np.random.default_rng(1).normal(size=500_000)
+peaks = []
+for count in (2, 42):
+    given = xr.Dataset({{f"x{{number}}": ("case", values) for number in range(count)}})
+    write_tree(xr.DataTree(given), {str(tmp_path / "x.nc")!r})
+    peaks.append(resource.getrusage(resource.RUSAGE_SELF).ru_maxrss)
+print(1024 * (peaks[1] - peaks[0]))
+"""
+    more = int(subprocess.run([sys.executable, "-c", script], capture_output=True, check=True).stdout)
+    assert more < 20e6  # of 40 variables of 4 MB
 
 
 @pytest.mark.parametrize("shape", [(2, 2, 1), (9, 8, 11), (1, 40_000, 3)])  # plain, one chunk, several of the texts

@@ -15,7 +15,7 @@ import pytest
 from solver.slab import Slab
 from study.plan.tasks import compliance_task, run_task
 from study.results import attempts, own
-from study.results.entry import CorruptResultError
+from study.results.entry import CorruptResultError, Meta, packed
 from study.results.store import Store, StoreError
 from tests.study.results.results import ALL, COMPLIANCE, OTHER, RECORD, flip, same
 
@@ -212,3 +212,15 @@ def test_what_is_not_known_any_more_of_failures_is_said_when_a_run_begins(tmp_pa
     assert (f"{attempts.FILE}: 1 line" in capsys.readouterr().err) == bool(text)
     store.failures()
     assert capsys.readouterr().err == ""
+
+
+def test_what_results_say_of_themselves_is_found_in_files_and_logs_alike(store):
+    """And counted once where a result is in both."""
+    store.write(RECORD)
+    store.write(COMPLIANCE, shared=True)
+    own.write(own.path_of(store.folder, RECORD.key), packed(RECORD))
+    said = store.metas()
+    assert len(said) == 2
+    assert dict(said) == {each.key: Meta(each.kind, each.outcome, each.origins) for each in (RECORD, COMPLIANCE)}
+    assert OTHER.key not in said
+    assert [key for key, _ in store.seals()] == sorted(said)

@@ -92,7 +92,7 @@ def finished(folder: Path) -> Finished:
 
 def seals(out: Path) -> dict[str, int]:
     """Key -> checksum of all that its result says."""
-    return Store(out).seals()
+    return dict(Store(out).seals())
 
 
 def _files(out: Path) -> Iterator[tuple[str, Path]]:

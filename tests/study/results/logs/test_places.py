@@ -24,7 +24,8 @@ def test_a_place_is_as_it_was_entered() -> None:
         places.add(each)
     assert [places[each.head.key] for each in entered] == entered
     assert list(places.values()) == entered
-    assert places.metas() == {each.head.key: each.head.meta for each in entered}
+    assert [places.meta(each.head.key) for each in entered] == [each.head.meta for each in entered]
+    assert [places.seal(each.head.key) for each in entered] == [each.head.seal for each in entered]
     assert places.path(entered[1].head.key) == Path("b.log")
 
 
