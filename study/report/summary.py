@@ -7,6 +7,7 @@ import tomllib
 from collections import Counter
 from collections.abc import Iterator
 from dataclasses import dataclass
+from functools import lru_cache
 from typing import Any, Final
 
 import numpy as np
@@ -18,6 +19,7 @@ from solver.sliding.validity import flags_in
 from solver.view import with_error
 from study.dataset.access.mean_profile import REGIME, footnote, starred
 from study.dataset.collection.ensemble import NOT_NEEDED, ensemble_name, observables, over_members
+from study.dataset.texts import are_texts
 from study.dataset.variables import (
     DRIVE,
     LEFT_OUT,
@@ -77,9 +79,12 @@ def scalar_table(dataset: xr.Dataset, why: bool = True) -> Table:
     why: behind an outcome its message, too.
     """
     dataset = over_members(dataset)
+    columns = {name: title for name, title in _COLUMNS.items() if name in dataset}
+    numbers = {*columns, *map(_UNCERTAINTY.get, columns), VALIDITY.name}
+    # Of millions of cases other numbers stay in their file; texts are there.
+    dataset = dataset[[name for name, each in dataset.data_vars.items() if name in numbers or are_texts(each.variable)]]
     found = points(dataset, "static_friction" if "static_friction" in dataset else "outcome")
     shown = list(itertools.islice(found, MOST_ROWS))
-    columns = {name: title for name, title in _COLUMNS.items() if name in dataset}
     varying = tuple(shown[0].label)
     header = (*(in_unit(_name(name), name) for name in varying), *columns.values(), "outcome")
     rows = [
@@ -172,6 +177,7 @@ def failure_summary(dataset: xr.Dataset) -> list[str]:
     return lines
 
 
+@lru_cache(maxsize=1024)  # of a million messages few are different
 def alike(message: str) -> str:
     """A message without its numbers: what those have in common that differ in nothing else."""
     return re.sub(r"\d[\d.e+-]*", "#", message)

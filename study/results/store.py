@@ -10,9 +10,10 @@ import itertools
 import os
 import re
 import sys
-from collections.abc import Iterator, Mapping
+from collections.abc import Callable, Iterator, Mapping
+from operator import attrgetter
 from pathlib import Path
-from typing import Final
+from typing import Final, TypeVar
 
 from solver.outcome import Outcome
 from study.origin import Origins, here
@@ -26,6 +27,7 @@ from study.results.logs.places import Places
 from study.results.whole_file import clear_away, written_whole
 
 FOLDER: Final = "results"
+Said = TypeVar("Said")
 _KEY: Final = re.compile("[0-9a-f]{20}")
 
 
@@ -65,11 +67,11 @@ class Store:
 
     def inventory(self) -> dict[str, Origins]:
         """The finished results, as `finished` counts them, and the software that each stems from."""
-        return {key: meta.origins for key, meta in self.metas().items()}
+        return self._of_all(attrgetter("origins"))
 
     def outcomes(self) -> dict[str, Outcome]:
         """The finished results, as `finished` counts them, and how each ended."""
-        return {key: meta.outcome for key, meta in self.metas().items()}
+        return self._of_all(attrgetter("outcome"))
 
     def metas(self) -> Mapping[str, Meta]:
         """What every sound result says of itself. What has not changed since the last time is not checked again.
@@ -78,6 +80,12 @@ class Store:
         """
         self._logs.look()
         return _Metas(self._logs.places, {key: head.meta for key, head in self._own_heads().items()})
+
+    def _of_all(self, what: Callable[[Meta], Said]) -> dict[str, Said]:
+        self._logs.look()
+        found = self._logs.places.of_all(what)
+        found.update((key, what(head.meta)) for key, head in self._own_heads().items())
+        return found
 
     def seals(self) -> Iterator[tuple[str, int]]:
         """The keys of the same, in order, and their seals: they change with what is in a result."""

@@ -4,11 +4,11 @@ A run leaves the outline of a large plan among the results, so that looking need
 """
 
 import zipfile
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from contextlib import suppress
 from dataclasses import dataclass, fields
 from pathlib import Path
-from typing import Any, Final
+from typing import Any, Final, TypeVar
 
 import numpy as np
 
@@ -27,6 +27,7 @@ from study.results.whole_file import written_whole
 FILE: Final = "outline.npz"
 LARGE: Final = 5000
 """Tasks from which a run leaves it: fewer are planned in no time."""
+Said = TypeVar("Said")
 _ASKED: Final = "asked"
 
 
@@ -66,15 +67,20 @@ def _glance(campaign: Path, title: str, outline: Outline, known: tuple[Store, ..
     have = {store.folder.parent: store for store in known}
     out = known[0].folder.parent
     stores = tuple(have.get(each) or Store(each, whole=False) for each in (out, *folders(out)))
-    metas = {key: meta for store in stores for key, meta in store.metas().items()}
     failures: dict[str, Attempt] = {key: attempt for store in stores for key, attempt in store.failures().items()}
     look = outline.look(
-        {key: meta.outcome for key, meta in metas.items()},
+        _together([store.outcomes() for store in stores]),
         {key: attempt.outcome for key, attempt in failures.items()},
         given_up(failures),
     )
-    mine = {key: metas[key].origins for key in outline.names if key in metas}
-    return Glance(campaign, title, outline, stores, look, foreign_among(mine))
+    foreign = foreign_among(_together([store.inventory() for store in stores]))
+    mine = foreign.keys() & outline.names if foreign else set()
+    return Glance(campaign, title, outline, stores, look, {key: foreign[key] for key in sorted(mine)})
+
+
+def _together(found: Sequence[dict[str, Said]]) -> dict[str, Said]:
+    """What is known of all results, of the campaign itself and of its shards; of a single folder nothing is copied."""
+    return found[0] if len(found) == 1 else {key: said for each in found for key, said in each.items()}
 
 
 def leave(plan: Plan, out: Path) -> None:

@@ -1,7 +1,7 @@
 """Where results are in logs, and what they say of themselves. Of millions of them little is kept: numbers, in columns."""
 
 from array import array
-from collections.abc import Iterator, Mapping
+from collections.abc import Callable, Iterator, Mapping
 from pathlib import Path
 from typing import TypeVar
 
@@ -9,6 +9,7 @@ from study.results.entry import Head, Meta
 from study.results.logs.log import Place
 
 Value = TypeVar("Value", Meta, Path)
+Said = TypeVar("Said")
 
 
 class Places(Mapping[str, Place]):
@@ -51,6 +52,11 @@ class Places(Mapping[str, Place]):
     def meta(self, key: str) -> Meta:
         """What a result says of itself."""
         return self._metas[self._meta[self._rows[key]]]
+
+    def of_all(self, what: Callable[[Meta], Said]) -> dict[str, Said]:
+        """Something that every result says of itself."""
+        said = list(map(what, self._metas))
+        return {key: said[self._meta[row]] for key, row in self._rows.items()}
 
     def seal(self, key: str) -> int:
         """The seal of a result."""

@@ -25,6 +25,7 @@ def test_a_place_is_as_it_was_entered() -> None:
     assert [places[each.head.key] for each in entered] == entered
     assert list(places.values()) == entered
     assert [places.meta(each.head.key) for each in entered] == [each.head.meta for each in entered]
+    assert places.of_all(lambda meta: meta) == {each.head.key: each.head.meta for each in entered}
     assert [places.seal(each.head.key) for each in entered] == [each.head.seal for each in entered]
     assert places.path(entered[1].head.key) == Path("b.log")
 
