@@ -6,6 +6,7 @@ contact and a margin. When a touch comes near the window's end, a wider window i
 
 import math
 from dataclasses import dataclass
+from functools import lru_cache
 
 import numpy as np
 from numpy.typing import NDArray
@@ -27,6 +28,10 @@ MARGIN = 8
 """Free nodes followed on each side of the contact, at least."""
 GUARD = 3
 """A touch this near to the window's end asks for a wider window."""
+
+
+FEW = 129
+"""Nodes of a surface whose last tableaus are kept: with their compliances they take at most 13 MB."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -71,7 +76,9 @@ def _state(
     case: Case, compliance: SurfaceCompliance, window: slice, contact: NDArray[np.bool_], displacement: float
 ) -> KernelState:
     """The state for a contact set (n,) in the window, before its nodes are displaced; the response is not yet summed."""
-    matrix = _matrix_within(compliance, window)
+    few = len(compliance.matrix) <= 2 * FEW and not compliance.matrix.flags.writeable
+    set_up = _set_up_before if few else _set_up
+    matrix, inverted = set_up(_Matrix(compliance.matrix), window.start, window.stop, contact.tobytes())
     entries, nodes = 2 * len(contact) + 1, len(contact)
     inputs = np.zeros(entries)
     inputs[-1] = -case.normal_load
@@ -79,7 +86,7 @@ def _state(
     friction_of_nodes = np.zeros(nodes) if sticks else node_friction(case)[window]
     return KernelState(
         matrix=matrix,
-        tableau=in_lines(tableau(matrix, contact)),
+        tableau=in_lines(inverted),
         response=np.zeros(entries),
         inputs=inputs,
         rate=np.zeros(entries),
@@ -93,15 +100,32 @@ def _state(
     )
 
 
-def _matrix_within(compliance: SurfaceCompliance, window: slice) -> NDArray[np.float64]:
-    """The compliance of the window's nodes among each other, (2n, 2n)."""
-    surface, nodes = compliance.slab.n_x, window.stop - window.start
+class _Matrix:
+    """A compliance, told from others by where it lies: it never changes."""
+
+    def __init__(self, values: NDArray[np.float64]) -> None:
+        self.values = values
+
+    def __eq__(self, other: object) -> bool:
+        return isinstance(other, _Matrix) and other.values is self.values
+
+    def __hash__(self) -> int:
+        return id(self.values)
+
+
+def _set_up(matrix: _Matrix, start: int, stop: int, contact: bytes) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+    """The compliance of the window's nodes among each other, (2n, 2n), and the tableau of those in contact."""
+    surface, nodes = len(matrix.values) // 2, stop - start
     # Blocks are copied as pieces in a row: much faster than by lists of rows and columns.
-    blocks = compliance.matrix.reshape(2, surface, 2, surface)[:, window, :, window]
+    blocks = matrix.values.reshape(2, surface, 2, surface)[:, start:stop, :, start:stop]
     # One array type for all, plain and read-only, or the kernels would be compiled once per kind of array.
-    matrix = np.array(blocks, order="C").reshape(2 * nodes, 2 * nodes)
-    matrix.setflags(write=False)
-    return matrix
+    within = np.array(blocks, order="C").reshape(2 * nodes, 2 * nodes)
+    within.setflags(write=False)
+    return within, tableau(within, np.frombuffer(contact, np.bool_))
+
+
+_set_up_before = lru_cache(maxsize=8)(_set_up)
+"""The same of few nodes: sliding begins with the contact that was found, and cases of a campaign have the same ones again."""
 
 
 def rebuild(state: KernelState) -> None:

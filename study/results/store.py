@@ -115,15 +115,16 @@ class Store:
 
     def write(self, result: TaskResult, shared: bool = False) -> None:
         """Keep a result; shared: in a file of its own, as other tasks read it. Raises StoreError where the disk refuses."""
-        entry, path = packed(result), own.path_of(self.folder, result.key)
+        entry = packed(result)
         try:
             if shared:
-                own.write(path, entry)
-            else:
-                self._log.add(entry)
-                self._logs.places.forget(result.key)  # to be found anew
-                if path.is_file():
-                    path.unlink(missing_ok=True)  # it would count more
+                own.write(own.path_of(self.folder, result.key), entry)
+                return
+            self._log.add(entry)
+            self._logs.places.forget(result.key)  # to be found anew
+            file = f"{self.folder}/{result.key}{own.ENDING}"  # a path would take longer than the look
+            if os.path.isfile(file):
+                Path(file).unlink(missing_ok=True)  # it would count more
         except OSError as error:
             raise StoreError(f"{self.folder}: cannot write {result.key}: {error.strerror or error}") from error
 

@@ -1,5 +1,7 @@
 """The residual of equilibrium sees what comparisons do not: numbers that are none, and a contact that bears nothing."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
@@ -53,3 +55,43 @@ def test_a_contact_that_bears_nothing_has_an_infinite_residual() -> None:
 def test_every_stop_that_ends_a_run_has_an_outcome() -> None:
     """All but the one after which a wider window is set up."""
     assert set(Stop) - set(OUTCOME_OF_STOP) == {Stop.WINDOW_TOO_NARROW}
+
+
+def test_a_contact_that_is_set_up_again_is_the_same_whatever_was_done_to_the_first() -> None:
+    """Its tableau is remembered, as slips and other cases begin with it, too; kernels change theirs in place."""
+    slab = Slab(n_x=33)
+    compliance, contact = surface_compliance(slab), np.abs(np.arange(33) - 16) < 4
+    height = np.linspace(0.0, 1e-3, 33)
+    first = compiled_contact(Case(slab=slab), compliance, contact, np.zeros(33), height)
+    alone = compiled_contact(Case(slab=slab), replace(compliance), contact, np.zeros(33), height)
+    before = first.state.tableau.copy()
+    first.state.tableau[:] = np.nan
+    again = compiled_contact(Case(slab=slab), compliance, contact, np.zeros(33), height)
+    for each in (alone, again):
+        assert each.state.tableau.tobytes() == before.tobytes()
+        assert each.state.response.tobytes() == first.state.response.tobytes()
+
+
+def test_contacts_of_other_slabs_sets_and_windows_are_not_taken_for_each_other() -> None:
+    near, far = (surface_compliance(Slab(n_x=33, aspect_ratio=ratio)) for ratio in (0.5, 2.0))
+    nodes = np.abs(np.arange(33) - 16)
+    tableaus = {
+        compiled_contact(
+            Case(slab=each.slab), each, contact, np.zeros(33), np.zeros(33), followed=followed
+        ).state.tableau.tobytes()
+        for each in (near, far)
+        for contact in (nodes < 2, nodes < 4)
+        for followed in (nodes < 4, nodes < 6)
+    }
+    assert len(tableaus) == 8
+
+
+def test_a_compliance_that_may_change_is_looked_at_each_time() -> None:
+    slab = Slab(n_x=9)
+    changing = replace(surface_compliance(slab), matrix=surface_compliance(slab).matrix.copy())
+    contact, zero = np.arange(9) == 4, np.zeros(9)
+    soft = compiled_contact(Case(slab=slab), changing, contact, zero, zero)
+    changing.matrix[:] *= 0.5
+    stiff = compiled_contact(Case(slab=slab), changing, contact, zero, zero)
+    # Row and column of the node that is in contact hold its stiffness, less what the load asks for.
+    np.testing.assert_allclose(stiff.state.tableau[4, 4], 2.0 * soft.state.tableau[4, 4], rtol=1e-12)
