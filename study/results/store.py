@@ -91,7 +91,7 @@ class Store:
         """The keys of the same, in order, and their seals: they change with what is in a result."""
         self._logs.look()
         places, own = self._logs.places, self._own_heads()
-        for key in sorted(own.keys() | places.keys() if own else places):
+        for key in sorted([*places, *(key for key in own if key not in places)]):
             yield key, own[key].seal if key in own else places.seal(key)
 
     def _own_heads(self) -> dict[str, Head]:
