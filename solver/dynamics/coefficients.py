@@ -89,7 +89,7 @@ class FrictionCoefficients(Labels):
 
     @property
     def relative_uncertainty(self) -> float:
-        """The uncertainty of kinetic friction over it; infinite where there is none."""
+        """The uncertainty of kinetic friction over it; infinite where one of them is not known."""
         return self._relative(self.kinetic_friction_uncertainty)
 
     @property
@@ -106,7 +106,8 @@ class FrictionCoefficients(Labels):
         return drive.uncertainty is not None or drive.length_error is not None
 
     def _relative(self, error: float) -> float:
-        return error / abs(self.kinetic_friction) if self.outcome.ok and self.kinetic_friction else math.inf
+        known = self.outcome.ok and self.kinetic_friction and not math.isnan(error)
+        return error / abs(self.kinetic_friction) if known else math.inf
 
     def _facts(self) -> Iterator[str]:
         yield f"μ_s {with_error(self.static_friction, self.static_friction_uncertainty)}"
@@ -170,6 +171,9 @@ def _as_asked(friction: FrictionCoefficients, plateau: Plateau, drive: Drive) ->
     enough, found = drive.uncertainty, friction.relative_uncertainty
     if enough is None or found <= enough or not friction.outcome.ok:
         return friction.outcome
+    if math.isnan(plateau.uncertainty):
+        why = "the contact is at an end of the surface"
+        return Outcome(Ending.COMPLETED, f"kinetic friction is not known to {enough:.2%}: {why}")
     why = "raise duration"
     if plateau.relative_uncertainty > enough:
         why = f"its record knows the plateau to {plateau.relative_uncertainty:.2%} only: lower limits.uncertainty"

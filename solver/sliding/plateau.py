@@ -51,8 +51,8 @@ class Plateau(Viewed):
     It reaches from event `first_event` at displacement `start` (L_x) to event `last_event` at `end`, just after both.
     mean and std are displacement-weighted integrals over the sawtooth, without approximation. uncertainty is the standard
     error of the mean as an estimate of that over all positions of the pin (see solver.sliding.sampling): it knows how many node
-    spacings the steady part spans. of_length is the part of it that a longer record makes smaller. peak is the highest force
-    within. spacings: the length of the steady part.
+    spacings the steady part spans, and is NaN where the contact is at an end of the surface. of_length is the part of it that a
+    longer record makes smaller. peak is the highest force within. spacings: the length of the steady part.
     """
 
     mean: float = field(
@@ -84,7 +84,7 @@ class Plateau(Viewed):
     uncertainty: float = field(
         metadata=quantity(
             "standard error of plateau_mean",
-            comment="of an estimate of the mean over all starts, as F/W",
+            comment="of an estimate of the mean over all starts, as F/W; NaN with the contact at an end of the surface",
             si=companion("standard error of plateau_ratio", "1", "intrinsic_friction", "plateau_ratio_uncertainty"),
         )
     )
@@ -105,7 +105,7 @@ class Plateau(Viewed):
 
     @property
     def relative_uncertainty(self) -> float:
-        """The standard error of the mean over the mean; infinite where there is no plateau, or none that is not 0."""
+        """The standard error of the mean over the mean; infinite where it is not known, or there is no plateau but 0."""
         return self._relative(self.uncertainty)
 
     @property
@@ -115,7 +115,7 @@ class Plateau(Viewed):
         return math.inf if 0.0 < self.spacings < TELLING else self._relative(self.of_length)
 
     def _relative(self, error: float) -> float:
-        return error / abs(self.mean) if self.outcome.ok and self.mean else math.inf
+        return error / abs(self.mean) if self.outcome.ok and self.mean and not math.isnan(error) else math.inf
 
     def _facts(self) -> Iterator[str]:
         if self.outcome.ok:
@@ -235,7 +235,7 @@ def sampling_of(record: FrictionRecord, first: int, length: float) -> Sampling:
     spacings = length / record.spacing
     whole = round(spacings)
     counted = float(whole) if whole and abs(spacings - whole) < WHOLE else spacings
-    return Sampling(counted, nodes, record.residual_shear, record.spread)
+    return Sampling(counted, nodes, record.residual_shear, record.spread, record.at_an_end)
 
 
 def _beginnings(record: FrictionRecord, whole: Teeth) -> Iterator[_Beginning]:

@@ -131,6 +131,16 @@ class FrictionRecord(Viewed):
     outcome: Outcome
     """How the run ended."""
 
+    @property
+    def at_an_end(self) -> bool:
+        """Whether the contact came to an end of the surface: an end node triggered an event, or all nodes touched.
+
+        What the pin meets then does not repeat with the nodes, as it goes on and the end does not.
+        """
+        last = len(self.node_x) - 1
+        most = max(self.initial_contact_size, int(self.contact_size.max(initial=0)))
+        return most > last or bool(((self.node == 0) | (self.node == last)).any())
+
     def _facts(self) -> Iterator[str]:
         yield f"{len(self.displacement)} events"
         yield f"δ_p/L_x to {self.final_displacement:.4g}"

@@ -4,7 +4,9 @@ What the pin meets repeats with the nodes of the surface, so all that is read of
 the pin is, and one spacing is the longest correlation length there is. Over a stretch that is shorter, blocks agree
 with each other and say nothing of the rest of the spacing: what they miss is taken from the model here. Over whole spacings
 the modulation averages out, and what is left of it falls as one over their number. Most records are not the same in every
-spacing: the scatter of their means is seen, and falls as the root of their number. A record that is the same has found a cycle;
+spacing: the scatter of their means is seen, and falls as the root of their number, unless neighbours are alike: then it is that
+between groups of them, which knows of a drift. Where the contact is at an end of the surface nothing repeats, and nothing is
+known. A record that is the same has found a cycle;
 another start may find another one, of which more of the same says nothing. Constants and how well the result keeps its
 promise: tests/verification/calibration.
 """
@@ -50,12 +52,16 @@ EVENT_LEFT_OVER: Final = 0.1
 
 @dataclass(frozen=True, slots=True)
 class Sampling:
-    """A stretch of a record: its length in node spacings, nodes in contact on average, and the case's slip rule and disorder."""
+    """A stretch of a record: its length in node spacings, nodes in contact on average, and the case's slip rule and disorder.
+
+    at_an_end: of the surface is the contact, so that what the pin meets does not repeat. Then no mean is known.
+    """
 
     spacings: float
     nodes: float
     residual_shear: float = 0.0
     spread: float = 0.0
+    at_an_end: bool = False
 
     @property
     def unseen(self) -> float:
@@ -103,6 +109,8 @@ class Sampling:
         self, blocks: NDArray[np.float64], within: float, spacings: NDArray[np.float64] | None = None
     ) -> float:
         """The same without what other nodes' μ_i would change, of which a longer stretch says nothing."""
+        if self.at_an_end:
+            return math.nan
         seen = float(np.std(blocks, ddof=1))
         if self.spacings >= 1.0:
             return math.hypot(
@@ -122,11 +130,14 @@ class Sampling:
         if scatter < CYCLE * size:
             return CYCLES * size
         # A few may be alike by chance: what is to be expected counts as one of them.
-        return math.sqrt((count - 1) * scatter**2 + (BETWEEN * size) ** 2) / count
+        independent = math.sqrt((count - 1) * scatter**2 + (BETWEEN * size) ** 2) / count
+        return max(independent, _of_groups(spacings))
 
     def of_events(self) -> float:
         """Relative standard error of step and drop per event over the stretch, NaN below KNOWN; of disorder alone where slips
         drop nothing."""
+        if self.at_an_end:
+            return math.nan
         if self.residual_shear == 1.0:
             return self.disorder
         if self.spacings < KNOWN:
@@ -138,6 +149,20 @@ class Sampling:
     def of_peak(self) -> float:
         """Relative standard deviation, between starts, of the force at which a pin first slides."""
         return math.hypot(PEAK_MODULATION * self.discreteness, DISORDER * self.spread / math.sqrt(max(self.nodes, 1.0)))
+
+
+def _of_groups(spacings: NDArray[np.float64]) -> float:
+    """Largest standard error of the mean from two groups of neighbours, four, eight, …: 0 of fewer than four spacings.
+
+    Neighbours that are alike count as what they are, less than as many independent ones. Twice that of a force that rises all
+    along contains its values at both ends.
+    """
+    largest, size = 0.0, len(spacings) // 2
+    while size > 1:
+        groups = len(spacings) // size
+        means = spacings[len(spacings) - groups * size :].reshape(groups, size).mean(axis=1)
+        largest, size = max(largest, float(np.std(means, ddof=1)) / math.sqrt(groups)), size // 2
+    return largest
 
 
 def ensemble_uncertainty(values: NDArray[np.float64], stated: NDArray[np.float64], spacings: float) -> float:

@@ -59,13 +59,13 @@ NEAR_ENDS = Flag(
 OUTGROWN = Flag(
     4,
     "outgrown",
-    "contact at an end of the surface, where the grid ends and not the contact",
+    "contact at an end of the surface, where the grid ends and not the contact: its means have no known uncertainty",
     "lower normal_load, radius (half_width of a punch) or the record's limits",
 )
 WHOLE_SLAB = Flag(
     8,
     "whole_slab",
-    "all surface nodes in contact: the slab under a load, no contact of its own size; its plateau may drift beyond ±",
+    "all surface nodes in contact: the slab under a load, no contact of its own size; its means have no known uncertainty",
     "lower normal_load or radius (half_width of a punch)",
 )
 BEYOND_CONTACT = Flag(

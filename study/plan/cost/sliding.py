@@ -204,7 +204,9 @@ def _by_length() -> tuple[list[float], list[float]]:
 
 
 def _spacings_to(case: Case, target: float) -> float:
-    """Node spacings over which a plateau is known so well; infinite where it never is."""
+    """Node spacings over which a plateau is known so well; infinite where it never is, as with all nodes in contact."""
+    if contact_nodes(case) >= case.slab.n_x:
+        return math.inf
 
     def enough(spacings: float) -> bool:
         return _uncertainty_over(case, spacings) <= target

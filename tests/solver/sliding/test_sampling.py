@@ -53,6 +53,21 @@ def test_what_single_spacings_differ_by_falls_as_the_root_of_their_number() -> N
         assert of[4] > of[16] > of[64]
 
 
+@pytest.mark.parametrize("count", range(3, 20))
+def test_twice_the_uncertainty_of_a_drift_reaches_where_the_force_is_at_last(count: int) -> None:
+    """The mean of a force that goes on rising is off by half of the rise by the plateau's end."""
+    rise = 10.0 + 0.1 * np.arange(count)
+    stated = Sampling(float(count), 9.0).of_mean_force(np.full(32, 10.0), 0.0, rise)
+    assert 2.0 * stated >= (rise[-1] - rise.mean()) * (1.0 - 1e-12)  # two halves of an odd number of spacings just do
+
+
+def test_spacings_whose_neighbours_are_alike_are_known_less_well() -> None:
+    flat, wave = np.full(32, 10.0), 10.0 + 0.1 * np.repeat([1.0, -1.0], 8)
+    slow, fast = (Sampling(16.0, 9.0).of_mean_force(flat, 0.0, means) for means in (wave, np.tile([10.1, 9.9], 8)))
+    assert slow == pytest.approx(0.1, rel=1e-12)  # of two independent numbers
+    assert fast < 0.03
+
+
 def test_spacings_that_are_alike_by_chance_are_not_taken_for_certain() -> None:
     means = np.array([10.0, 10.0 + 1e-2])
     assert Sampling(2.0, 9.0).of_mean_force(np.full(32, 10.0), 0.0, means) > 0.5 * BETWEEN / 9.0 * 10.0

@@ -53,12 +53,14 @@ def test_targets_that_other_limits_do_not_allow_are_foretold() -> None:
 
 
 def test_what_no_record_knows_has_no_length() -> None:
-    """Other nodes would have another μ_i, and a pin whose pressures are frozen meets nothing new."""
+    """Other nodes would have another μ_i, a pin whose pressures are frozen meets nothing new, a slab's ends do not repeat."""
     spread = Case(slab=SLAB, heterogeneity=Heterogeneity(spread=0.3), target_uncertainty=1e-4)
     frozen = Case(slab=SLAB, effects=Effects(pin_translation=False), target_uncertainty=1e-3)
-    for case in (spread, frozen):
+    whole = Case(slab=SLAB, pin="flat_punch", half_width=0.5, target_uncertainty=0.1)
+    for case in (spread, frozen, whole):
         assert needed_displacement(case) == math.inf
         assert events_of(case) == events_of(replace(case, target_uncertainty=None))
+    assert misses_target(whole)
     assert math.isfinite(needed_displacement(replace(frozen, target_uncertainty=0.05)))
 
 
