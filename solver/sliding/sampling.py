@@ -16,6 +16,7 @@ from dataclasses import dataclass
 from typing import Final
 
 import numpy as np
+import scipy
 from numpy.typing import NDArray
 
 MODULATION: Final = 0.32
@@ -30,9 +31,12 @@ LEFT_OVER: Final = 1.3
 """What of the standard error of blocks is left of a mean over one whole spacing, of whose blocks the most is modulation."""
 EVENLY: Final = 0.6
 """What of the standard error of independent members is left where their starts are spread evenly."""
-SHARED: Final = (0.2, 0.45)
+SHARED: Final = (0.3, 0.7)
 """Part of the uncertainty that each member states that all members have in common, from half a node spacing on the second: below,
-most of what a member states is the modulation, which evenly spread starts average out."""
+most of what a member states is the modulation, which evenly spread starts average out. So much that twice the mean's holds where
+ensembles end as soon as they know enough, as those do first that state too little."""
+HELD: Final = 0.95
+"""How often twice the uncertainty of few members holds."""
 EXPECTED_BLOCKS: Final = 32
 """Blocks that a mean force is expected to have."""
 BETWEEN: Final = 0.045
@@ -178,7 +182,7 @@ def ensemble_uncertainty(values: NDArray[np.float64], stated: NDArray[np.float64
         return math.nan
     even = EVENLY if len(found) == len(values) else 1.0
     shared = SHARED[spacings >= 0.5] * float(np.median(known))
-    return math.hypot(even * float(np.std(found, ddof=1)) / math.sqrt(len(found)), shared)
+    return math.hypot(even * _of_independent(found), shared)
 
 
 def scatter_uncertainty(values: NDArray[np.float64]) -> float:
@@ -188,9 +192,20 @@ def scatter_uncertainty(values: NDArray[np.float64]) -> float:
     """
     if len(values) < 2 or not np.isfinite(values).all():
         return math.nan
-    return float(np.std(values, ddof=1)) / math.sqrt(len(values))
+    return _of_independent(values)
+
+
+def _of_independent(values: NDArray[np.float64]) -> float:
+    """Standard error of the mean of two values or more."""
+    return _student(len(values)) * float(np.std(values, ddof=1)) / math.sqrt(len(values))
+
+
+def _student(members: int) -> float:
+    """By how much more the standard error of so many counts, of which the scatter is not known but seen: twice it is to hold as
+    often as it does of many."""
+    return float(scipy.special.stdtrit(members - 1, 0.5 + 0.5 * HELD)) / 2.0
 
 
 def expected_of_ensemble(member: float, spacings: float, members: int) -> float:
     """The same as far as it is known before there are records: members are expected to scatter by what each of them states."""
-    return member * math.hypot(EVENLY / math.sqrt(members), SHARED[spacings >= 0.5])
+    return member * math.hypot(EVENLY * _student(members) / math.sqrt(members), SHARED[spacings >= 0.5])

@@ -5,11 +5,12 @@ from collections.abc import Sequence
 
 import numpy as np
 import pytest
+import scipy.stats
 
 from solver.case import Case
 from solver.outcome import COMPLETED, Ending, Outcome
 from solver.slab import Slab
-from solver.sliding.sampling import EVENLY, SHARED
+from solver.sliding.sampling import EVENLY, SHARED, ensemble_uncertainty, scatter_uncertainty
 from study.manifest.manifest import Ensemble, halving
 from study.plan.kinds.ensemble import ensemble_task
 from study.plan.task import Task, TaskResult
@@ -37,11 +38,20 @@ def ended(
     return run_task(ensemble_task([[task] for task in tasks], Ensemble(64, enough)), results).outcome.ending
 
 
+def student(members: int) -> float:
+    """By how much more the standard error of so many counts, so that twice it holds in 95 of 100."""
+    return float(scipy.stats.t.ppf(0.975, members - 1)) / 2.0
+
+
 def by_hand(means: Sequence[float], spacings: float, even: float = EVENLY) -> float:
     """Standard error of the mean of members by the words of solver.sliding.sampling, over the mean."""
     found = [mean for mean in means if not math.isnan(mean)]
     mean = sum(found) / len(found)
-    chance = even * math.sqrt(sum((each - mean) ** 2 for each in found) / (len(found) - 1) / len(found))
+    chance = (
+        even
+        * student(len(found))
+        * math.sqrt(sum((each - mean) ** 2 for each in found) / (len(found) - 1) / len(found))
+    )
     return math.hypot(chance, SHARED[spacings >= 0.5] * STATED) / mean
 
 
@@ -122,7 +132,9 @@ EIGHT = (0.30, 0.33, 0.31, 0.29, 0.32, 0.30, 0.28, 0.31)
 
 def test_of_one_event_of_each_the_scatter_decides_at_two_sizes_in_a_row() -> None:
     """What a member states of μ_s is the scatter itself; its error is that of independent draws."""
-    four, eight = (np.std(EIGHT[:size], ddof=1) / math.sqrt(size) / np.mean(EIGHT[:size]) for size in (4, 8))
+    four, eight = (
+        student(size) * np.std(EIGHT[:size], ddof=1) / math.sqrt(size) / np.mean(EIGHT[:size]) for size in (4, 8)
+    )
     assert eight < four
     assert pulled("static_friction", eight * 1.01, [EIGHT]) is Ending.COMPLETED
     assert pulled("static_friction", four * 1.01, [EIGHT]) is Ending.NOT_NEEDED
@@ -154,12 +166,13 @@ def modulated(random: np.random.Generator, count: int) -> np.ndarray:
     return np.asarray(1.0 + 0.01 * waves / 1.2 + 0.008 * random.normal(size=count))
 
 
-@pytest.mark.parametrize("enough", [0.006, 0.004, 0.003])
+@pytest.mark.parametrize("enough", [0.006, 0.0045, 0.004])
 def test_one_look_is_enough_for_honest_uncertainties(enough: float) -> None:
     """Of ensembles that ended at their target as often twice ± holds as of those of any fixed number.
 
     Who stops at the first good picture picks lucky ones; looks are few and each is at twice as many members, so that it does not
-    show. Members state what their scatter is, as those of short records do. 600 ensembles: 0.9 has an error of 0.012.
+    show. Members state what their scatter is, as those of short records do.
+    600 ensembles: 0.95 has an error of 0.009, and three are allowed.
     """
     random = np.random.default_rng(5)
     held: list[bool] = []
@@ -174,24 +187,24 @@ def test_one_look_is_enough_for_honest_uncertainties(enough: float) -> None:
                 break
     assert len(held) > 300
     assert len(set(used)) > 1 or enough == 0.006
-    assert np.mean(held) > 0.9
+    assert np.mean(held) > 0.95 - 0.027
 
 
 def _stated(means: np.ndarray, stated: float) -> float:
-    return math.hypot(EVENLY * float(np.std(means, ddof=1)) / math.sqrt(len(means)), SHARED[0] * stated)
+    return ensemble_uncertainty(means, np.full(len(means), stated), 0.3)
 
 
 @pytest.mark.parametrize("enough", [0.004, 0.003, 0.002])
 def test_two_looks_are_enough_for_what_scatters_freely(enough: float) -> None:
-    """Eight Gaussian draws and more: of t with 7 degrees of freedom twice ± holds in 0.914, less what luck stops."""
+    """Eight Gaussian draws and more, of which twice ± holds in 0.95, less what luck stops: 0.93 to 0.94 are seen of 6000."""
     random = np.random.default_rng(7)
     held = []
     for _ in range(1500):
         draws = 0.3 + 0.3 * 0.01 * random.normal(size=64)
-        errors = {size: float(np.std(draws[:size], ddof=1)) / math.sqrt(size) for size in (4, 8, 16, 32, 64)}
+        errors = {size: scatter_uncertainty(draws[:size]) for size in (4, 8, 16, 32, 64)}
         content = {size: error <= enough * draws[:size].mean() for size, error in errors.items()}
         size = next((size for size in (8, 16, 32, 64) if content[size] and content[size // 2]), None)
         if size:
             held.append(abs(draws[:size].mean() - 0.3) <= 2.0 * errors[size])
     assert len(held) > 500
-    assert np.mean(held) > 0.88
+    assert np.mean(held) > 0.93 - 0.02  # three standard errors of 1500
