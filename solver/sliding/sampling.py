@@ -42,6 +42,9 @@ EXPECTED_BLOCKS: Final = 32
 BETWEEN: Final = 0.045
 """Standard deviation between the means over single node spacings that is to be expected, of their mean, times nodes in contact
 over what a slip drops."""
+WANDER: Final = 1.0
+"""Standard deviation by which the mean force of a stretch twice as long is another one because other nodes are met, of it, times
+nodes over the root of the spread of μ_i: after each spacing one of the nodes in contact is another one."""
 CYCLE: Final = 0.002
 """The same where spacing after spacing is the same but for what initial contact left: the record has found a cycle."""
 CYCLES: Final = 0.03
@@ -84,10 +87,16 @@ class Sampling:
         return DISORDER * self.spread / math.sqrt(nodes + self.spacings)
 
     @property
+    def wandering(self) -> float:
+        """The same because a longer stretch would meet other nodes: 0 of a pin that goes on meeting the same."""
+        return WANDER * math.sqrt(self.spread) / max(self.nodes, 1.0) if self.spacings else 0.0
+
+    @property
     def least_of_mean_force(self) -> float:
         """What the relative standard error of a mean force is at the least, whatever its blocks are."""
         share = min(self.spacings, 1.0) ** 2
-        return self.unseen * math.sqrt(1.0 - share) * MODULATION * self.discreteness
+        between = BETWEEN if self.spacings < 2.0 else 0.0
+        return math.hypot(self.unseen * math.sqrt(1.0 - share) * MODULATION, between) * self.discreteness
 
     @property
     def expected_of_mean_force(self) -> float:
@@ -95,10 +104,10 @@ class Sampling:
         if self.spacings >= 1.0:
             whole = math.floor(self.spacings)
             left_over = LEFT_OVER * MODULATION / math.sqrt(EXPECTED_BLOCKS) / whole
-            sampled = math.hypot(left_over, BETWEEN / math.sqrt(whole) if whole > 1 else 0.0)
+            sampled = math.hypot(left_over, BETWEEN / math.sqrt(whole))
         else:
-            sampled = math.hypot(self.unseen * MODULATION, SEEN * self.spacings)
-        return math.hypot(sampled * self.discreteness, self.disorder)
+            sampled = math.hypot(self.unseen * MODULATION, SEEN * self.spacings, BETWEEN)
+        return math.hypot(sampled * self.discreteness, self.wandering, self.disorder)
 
     def of_mean_force(
         self, blocks: NDArray[np.float64], within: float, spacings: NDArray[np.float64] | None = None
@@ -115,21 +124,23 @@ class Sampling:
         """The same without what other nodes' μ_i would change, of which a longer stretch says nothing."""
         if self.at_an_end:
             return math.nan
-        seen = float(np.std(blocks, ddof=1))
+        mean, seen = abs(float(blocks.mean())), float(np.std(blocks, ddof=1))
+        unknown = self._between(mean, spacings), self.wandering * mean
         if self.spacings >= 1.0:
-            return math.hypot(
-                LEFT_OVER * seen / math.sqrt(len(blocks)) / math.floor(self.spacings),
-                self._between(spacings) if spacings is not None else 0.0,
-            )
+            return math.hypot(LEFT_OVER * seen / math.sqrt(len(blocks)) / math.floor(self.spacings), *unknown)
         # What was seen of the modulation tells its size the better the more of a spacing it was.
         share = self.spacings**2
-        expected = MODULATION * self.discreteness * abs(float(blocks.mean()))
-        modulation = math.hypot(math.sqrt(1.0 - share) * expected, math.sqrt(share) * seen)
-        return math.hypot(within, self.unseen * modulation)
+        modulation = math.hypot(math.sqrt(1.0 - share) * MODULATION * self.discreteness * mean, math.sqrt(share) * seen)
+        return math.hypot(within, self.unseen * modulation, *unknown)
 
-    def _between(self, spacings: NDArray[np.float64]) -> float:
-        """Standard error of the mean force because single spacings differ, from their means (k,)."""
-        size = self.discreteness * abs(float(spacings.mean()))
+    def _between(self, mean: float, spacings: NDArray[np.float64] | None) -> float:
+        """Standard error of the mean force because single spacings differ, from their means (k,).
+
+        Fewer than two do not say by how much: it is what is to be expected.
+        """
+        size = self.discreteness * mean
+        if spacings is None:
+            return BETWEEN * size
         scatter, count = float(np.std(spacings, ddof=1)), len(spacings)
         if scatter < CYCLE * size:
             return CYCLES * size

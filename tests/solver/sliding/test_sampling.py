@@ -17,6 +17,7 @@ from solver.sliding.sampling import (
     LEFT_OVER,
     MODULATION,
     SHARED,
+    WANDER,
     Sampling,
     ensemble_uncertainty,
     expected_of_ensemble,
@@ -81,12 +82,35 @@ def test_more_of_the_same_cycle_says_nothing_of_others() -> None:
     assert known == pytest.approx([CYCLES / 9.0 * 10.0] * 3, rel=1e-12)
 
 
+@pytest.mark.parametrize("spacings", [0.01, 0.5, 0.99, 1.0, 1.9])
+def test_fewer_than_two_spacings_do_not_say_how_much_they_differ(spacings: float) -> None:
+    """However smooth what was seen: the next spacing has another mean."""
+    stretch = Sampling(spacings, 9.0)
+    known = stretch.of_length(np.full(32, 10.0), 0.0)
+    least = BETWEEN / 9.0 * (1.0 - 1e-12)
+    assert known >= 10.0 * least
+    assert stretch.expected_of_mean_force >= least
+    assert stretch.least_of_mean_force >= least
+
+
+@pytest.mark.parametrize("spacings", [0.5, 1.0, 2.0, 8.0])
+def test_over_nodes_that_differ_the_mean_force_wanders_as_they_come_and_go(spacings: float) -> None:
+    """One of m nodes is another one after each spacing: more of the record is less alike, and that is its length's error."""
+    means = None if spacings < 2.0 else np.full(int(spacings), 10.0)
+    smooth, drawn = Sampling(spacings, 20.0), Sampling(spacings, 20.0, spread=0.2)
+    flat = np.full(32, 10.0)
+    wandering = WANDER * math.sqrt(0.2) / 20.0 * 10.0
+    expected = math.hypot(smooth.of_length(flat, 0.0, means), wandering)
+    assert drawn.of_length(flat, 0.0, means) == pytest.approx(expected, rel=1e-14)
+    assert replace(drawn, spacings=0.0).of_length(flat, 0.0) == replace(smooth, spacings=0.0).of_length(flat, 0.0)
+
+
 def test_what_is_to_be_expected_falls_with_length_nodes_and_residual() -> None:
     lengths = [
         Sampling(spacings, 9.0).expected_of_mean_force for spacings in (0.0, 0.1, 0.3, 0.5, 0.7, 1.0, 2.0, 4.0, 64.0)
     ]
     assert np.all(np.diff(lengths) < 0.0)
-    assert lengths[0] == pytest.approx(MODULATION / 9.0, rel=1e-12)
+    assert lengths[0] == pytest.approx(math.hypot(MODULATION, BETWEEN) / 9.0, rel=1e-12)
     assert Sampling(0.3, 40.0).expected_of_mean_force < Sampling(0.3, 9.0).expected_of_mean_force
     assert Sampling(0.3, 9.0, 1.0).expected_of_mean_force == 0.0
 
@@ -98,17 +122,20 @@ def test_no_blocks_bring_it_below_the_least() -> None:
 
 
 def test_the_modulation_of_whole_spacings_falls_as_one_over_their_number() -> None:
-    one = Sampling(1.0, 9.0).of_mean_force(BLOCKS, 1.0)
-    assert one == pytest.approx(LEFT_OVER * SEEN / math.sqrt(32), rel=1e-14)
+    one, between = LEFT_OVER * SEEN / math.sqrt(32), BETWEEN / 9.0 * BLOCKS.mean()
+    assert Sampling(1.0, 9.0).of_mean_force(BLOCKS, 1.0) == pytest.approx(math.hypot(one, between), rel=1e-14)
     for count in range(2, 9):
-        assert Sampling(float(count), 9.0).of_mean_force(BLOCKS, 1.0) == pytest.approx(one / count, rel=1e-14)
+        alike = np.full(count, BLOCKS.mean())  # a cycle
+        known = math.hypot(one / count, CYCLES / 9.0 * BLOCKS.mean())
+        assert Sampling(float(count), 9.0).of_mean_force(BLOCKS, 1.0, alike) == pytest.approx(known, rel=1e-14)
 
 
 def test_over_a_vanishing_stretch_the_whole_modulation_is_open() -> None:
     """Nothing of it was seen, so its size is the model's, whatever the blocks say of themselves."""
     short = Sampling(1e-6, 9.0)
-    assert short.of_mean_force(np.ones(32), 0.0) == pytest.approx(MODULATION / 9.0, rel=1e-9)
-    assert short.of_mean_force(BLOCKS, 0.0) == pytest.approx(MODULATION / 9.0 * BLOCKS.mean(), rel=1e-9)
+    whole = math.hypot(MODULATION, BETWEEN) / 9.0
+    assert short.of_mean_force(np.ones(32), 0.0) == pytest.approx(whole, rel=1e-9)
+    assert short.of_mean_force(BLOCKS, 0.0) == pytest.approx(whole * BLOCKS.mean(), rel=1e-9)
 
 
 def test_it_falls_with_length_with_nodes_with_residual() -> None:
@@ -119,7 +146,10 @@ def test_it_falls_with_length_with_nodes_with_residual() -> None:
     assert np.all(np.diff([of(0.3, nodes) for nodes in (1.0, 3.0, 9.0, 40.0)]) < 0.0)
     assert np.all(np.diff([of(0.3, residual_shear=residual_shear) for residual_shear in (0.0, 0.3, 0.9, 1.0)]) < 0.0)
     # Just before one spacing all of it was seen too: the two rules differ by LEFT_OVER alone.
-    assert of(1.0) / of(1.0 - 1e-6) == pytest.approx(LEFT_OVER, rel=1e-6)
+    between = BETWEEN / 9.0 * BLOCKS.mean()
+    assert math.sqrt((of(1.0) ** 2 - between**2) / (of(1.0 - 1e-6) ** 2 - between**2)) == pytest.approx(
+        LEFT_OVER, rel=1e-5
+    )
 
 
 def test_it_is_never_less_than_what_the_blocks_say_below_one_spacing() -> None:
@@ -154,8 +184,8 @@ def test_disorder_falls_as_the_root_of_the_nodes_that_were_met() -> None:
 def test_disorder_is_in_everything_that_is_stated(spacings: float) -> None:
     """Other nodes would have had other μ_i, however long the record: in squares, since it is of another cause."""
     plain, drawn = Sampling(spacings, 9.0), Sampling(spacings, 9.0, spread=0.3)
-    force = math.hypot(plain.of_mean_force(BLOCKS, 1e-3), drawn.disorder * BLOCKS.mean())
-    assert drawn.of_length(BLOCKS, 1e-3) == plain.of_length(BLOCKS, 1e-3) == plain.of_mean_force(BLOCKS, 1e-3)
+    force = math.hypot(drawn.of_length(BLOCKS, 1e-3), drawn.disorder * BLOCKS.mean())
+    assert drawn.of_length(BLOCKS, 1e-3) > plain.of_length(BLOCKS, 1e-3) == plain.of_mean_force(BLOCKS, 1e-3)
     assert drawn.of_mean_force(BLOCKS, 1e-3) == pytest.approx(force, rel=1e-14)
     assert drawn.of_events() == pytest.approx(math.hypot(plain.of_events(), drawn.disorder), rel=1e-14)
     assert drawn.of_peak() > plain.of_peak()
