@@ -4,7 +4,7 @@ import heapq
 import math
 import time
 from collections import defaultdict
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Collection, Sequence
 from typing import Any, Final
 
 from study.execution.ledger import Begin, Ledger
@@ -33,10 +33,10 @@ class Dispatcher:
     """Tasks given to each rank and not reported yet. Choosing a rank costs the same for two ranks as for thousands."""
 
     def __init__(self, sends: Sequence[Send], begin: Begin[Any] = lambda *_: None) -> None:
-        """sends: `sends[rank]` sends a list of tasks to that rank. begin: hears of each."""
+        """sends: `sends[rank]` sends a list of tasks to that rank. begin: hears of them."""
         self._sends, self._begin = sends, begin
         self._lookahead = lookahead(len(sends))
-        self._doing: list[dict[str, tuple[Any, float]]] = [{} for _ in sends]
+        self._doing: list[dict[str, float]] = [{} for _ in sends]  # key -> expected seconds
         self._load = [0.0] * len(sends)
         self._news = [0.0] * len(sends)
         self._next_look = 0.0
@@ -60,15 +60,16 @@ class Dispatcher:
         for rank, tasks in parcels.items():
             self._sends[rank](tasks)
 
-    def take_back(self, rank: int, key: str) -> Any:
-        """Remove and return the task of this key, which that rank reported or gave back."""
+    def take_back(self, rank: int, keys: Collection[str]) -> None:
+        """Note that a rank has reported or given back the tasks of these keys."""
+        if not keys:
+            return
         doing = self._doing[rank]
-        task, seconds = doing.pop(key)
+        seconds = sum(map(doing.pop, keys))
         self._news[rank] = time.monotonic()
         # Exactly nothing where nothing is left, whatever was rounded, and infinite while unknown.
         self._load[rank] = self._load[rank] - seconds if doing else 0.0
         self._lighter.add(rank)
-        return task
 
     def stranded(self) -> list[int]:
         """Ranks whose task takes so much longer than expected that those behind it had better go elsewhere; none twice."""
@@ -92,18 +93,12 @@ class Dispatcher:
         if not doing:
             self._news[rank] = time.monotonic()
         most = max(ledger.queue.ready // (PARCELS * len(self._load)), 1)
-        tasks: list[Any] = []
-        while len(tasks) < most and (task := ledger.first()) is not None:
-            seconds = ledger.expected(task)
-            if doing and load + seconds > self._lookahead:
-                break
-            tasks.append(ledger.take())
-            self._begin(task, seconds)
-            doing[task.key] = (task, seconds)
-            load += seconds
-        if tasks:
-            self._set_load(rank, load)
-        return tasks
+        taken = ledger.parcel(most, self._lookahead - load, at_least_one=not doing)
+        if taken:
+            self._begin(taken)
+            doing |= ((task.key, seconds) for task, seconds in taken)
+            self._set_load(rank, load + sum(seconds for _, seconds in taken))
+        return [task for task, _ in taken]
 
     def _set_load(self, rank: int, seconds: float) -> None:
         self._load[rank] = seconds

@@ -2,8 +2,9 @@
 
 import heapq
 import math
-from collections import Counter, defaultdict
+from collections import defaultdict
 from collections.abc import Sequence
+from dataclasses import dataclass
 from typing import Any, Final
 
 from study.execution.queue import TaskQueue, Work
@@ -18,26 +19,47 @@ LEAST: Final = 1e-3
 """Lower bound of a task's expected seconds: its files and messages, however little it computes."""
 
 
+@dataclass(slots=True)
+class _Account:
+    """What tasks of one kind were estimated to take, and took, s."""
+
+    estimated: float = 0.0
+    measured: float = 0.0
+
+
 class Expectation:
     """How long a task will take: its estimate, scaled by what tasks of its kind took over what they were estimated to."""
 
     def __init__(self) -> None:
-        self._estimated: defaultdict[str, float] = defaultdict(float)
-        self._measured: defaultdict[str, float] = defaultdict(float)
-        self._scales: dict[str, float] = {}
+        self._accounts: defaultdict[str, _Account] = defaultdict(_Account)
 
     def learn(self, task: Work, seconds: float) -> None:
         """Note that a task has ended after so many seconds."""
-        kind = task.kind
-        self._estimated[kind] += task.cost
-        self._measured[kind] += seconds
-        if self._estimated[kind] > 0.0:
-            self._scales[kind] = self._measured[kind] / self._estimated[kind]
+        account = self._accounts[task.kind]
+        account.estimated += task.cost
+        account.measured += seconds
 
     def seconds(self, task: Work) -> float:
         """Expected seconds of a task; infinite before any of its kind has ended."""
-        scale = self._scales.get(task.kind)
-        return math.inf if scale is None else max(task.cost * scale, LEAST)
+        account = self._accounts[task.kind]
+        if account.estimated == 0.0:
+            return math.inf
+        seconds = task.cost * account.measured / account.estimated
+        return seconds if seconds > LEAST else LEAST  # not `max`: this is asked of every task
+
+
+@dataclass(slots=True)
+class _Fading(_Account):
+    """Of a kind: what is left, and what has ended, which counts the less the longer ago."""
+
+    left: float = 0.0
+    """Estimated seconds of those that have not ended."""
+    count: int = 0
+    """Number of all tasks."""
+    keep: float = 1.0
+    """What an ended task still counts after another one."""
+    doubt: float = 0.0
+    """Seconds of ended tasks as which the estimate counts."""
 
 
 class Forecast:
@@ -48,24 +70,23 @@ class Forecast:
 
     def __init__(self, tasks: Sequence[Work], ranks: int = 1) -> None:
         self._ranks = ranks
-        self._left: defaultdict[str, float] = defaultdict(float)
-        count: Counter[str] = Counter()
+        self._kinds: defaultdict[str, _Fading] = defaultdict(_Fading)
         for task in tasks:
-            self._left[task.kind] += task.cost
-            count[task.kind] += 1
-        self._keep = {kind: 0.5 ** (1.0 / max(MEMORY * number, 1.0)) for kind, number in count.items()}
-        self._doubt = {kind: DOUBT * cost / count[kind] for kind, cost in self._left.items()}
+            kind = self._kinds[task.kind]
+            kind.left += task.cost
+            kind.count += 1
+        for kind in self._kinds.values():
+            kind.keep = 0.5 ** (1.0 / max(MEMORY * kind.count, 1.0))
+            kind.doubt = DOUBT * kind.left / kind.count
         self._done = 0.0
-        self._estimated: defaultdict[str, float] = defaultdict(float)
-        self._measured: defaultdict[str, float] = defaultdict(float)
 
     def learn(self, task: Work, seconds: float) -> None:
         """Note that a task has ended after so many seconds."""
-        self._left[task.kind] -= task.cost
+        kind, cost = self._kinds[task.kind], task.cost
+        kind.left -= cost
+        kind.estimated = kind.keep * kind.estimated + cost
+        kind.measured = kind.keep * kind.measured + seconds
         self._done += seconds
-        keep = self._keep[task.kind]
-        self._estimated[task.kind] = keep * self._estimated[task.kind] + task.cost
-        self._measured[task.kind] = keep * self._measured[task.kind] + seconds
 
     @property
     def seconds(self) -> float:
@@ -79,12 +100,10 @@ class Forecast:
         return self._done / (self._done + left) if left > 0.0 else 1.0
 
     def _core_seconds(self) -> float:
-        least = min(self._doubt.values(), default=0.0)
-        speed = _scaled(sum(self._measured.values()), sum(self._estimated.values()), least, 1.0)
-        return sum(
-            max(left, 0.0) * _scaled(self._measured[kind], self._estimated[kind], self._doubt[kind], speed)
-            for kind, left in self._left.items()
-        )
+        kinds = self._kinds.values()
+        least = min((kind.doubt for kind in kinds), default=0.0)
+        speed = _scaled(sum(kind.measured for kind in kinds), sum(kind.estimated for kind in kinds), least, 1.0)
+        return sum(max(kind.left, 0.0) * _scaled(kind.measured, kind.estimated, kind.doubt, speed) for kind in kinds)
 
 
 def _scaled(measured: float, estimated: float, doubt: float, else_: float) -> float:
@@ -100,7 +119,7 @@ def makespan(tasks: Sequence[Work], ranks: int) -> float:
     running: list[tuple[float, str]] = []
     now = 0.0
     while len(queue) or running:
-        while len(running) < ranks and queue.first() is not None:
+        while len(running) < ranks and queue.ready:
             task = queue.take()
             heapq.heappush(running, (now + task.cost, task.key))
         now, key = heapq.heappop(running)

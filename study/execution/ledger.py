@@ -5,7 +5,7 @@ import sys
 import time
 import traceback
 from collections import Counter
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Collection, Iterable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from typing import Final, Generic, TypeVar
 
@@ -48,8 +48,8 @@ Fail = Callable[[W, Done, bool], None]
 """Hears of each failed attempt: the task, how it ended, whether that is final."""
 
 
-Begin = Callable[[W, float], None]
-"""Hears of each task that is handed out, and how many seconds it is expected to take: infinite while unknown."""
+Begin = Callable[[Sequence[tuple[W, float]]], None]
+"""Hears of tasks that are handed out, and how many seconds each is expected to take: infinite while unknown."""
 
 
 Meanwhile = Callable[[], bool]
@@ -146,55 +146,81 @@ class Ledger(Generic[W]):
         """Whether a task is being computed or can be."""
         return self._away + self.queue.ready > 0
 
-    def first(self) -> W | None:
-        """The task to hand out next; None while none is ready. One that would not end in time is set aside, now and for good.
-
-        What is not known to take too long is tried: else a task longer than any job would never be.
-        """
-        while (task := self.queue.first()) is not None and self._outlasts(task):
-            self.queue.set_aside()
-        return task
-
     def take(self) -> W:
         """Take the next task from the queue to be computed."""
         self._away += 1
         return self.queue.take()
 
-    def give_back(self, task: W) -> None:
-        """Put a taken task back into the queue: nobody has begun with it."""
-        self._away -= 1
-        self.queue.put_back(task)
+    def parcel(self, most: int, room: float, at_least_one: bool) -> list[tuple[W, float]]:
+        """Take the next tasks, at most so many, which together are expected to end within `room` seconds, and say when each does.
 
-    def enter(self, task: W, done: Done) -> None:
+        at_least_one: the first one however long it takes. One that would not end in time is set aside, now and for good. What is
+        not known to take too long is tried: else a task longer than any job would never be.
+        """
+        left = self._until - time.time() if self._until < math.inf else math.inf
+        taken: list[tuple[W, float]] = []
+        for _ in range(self.queue.ready):
+            if len(taken) == most:
+                break
+            task = self.queue.take()
+            seconds = self._expectation.seconds(task)
+            if left < seconds < math.inf:
+                self.queue.set_aside(task.key)
+            elif seconds <= room or (at_least_one and not taken):
+                taken.append((task, seconds))
+                room -= seconds
+            else:
+                self.queue.put_back(task.key)
+                break
+        self._away += len(taken)
+        return taken
+
+    def give_back(self, keys: Iterable[str]) -> None:
+        """Put taken tasks back into the queue: nobody has begun with them."""
+        for key in keys:
+            self._away -= 1
+            self.queue.put_back(key)
+
+    def enter(self, done: Done) -> None:
         """Record the end of a taken task; tasks that need a failed one are abandoned."""
         if done.halt:
             self.halt = done.halt
-            self.give_back(task)
-            return
-        self._away -= 1
-        self._seconds += done.seconds
-        self._places.add(done.where)
-        if done.outcome.ending in UNDONE:
-            self._enter_failure(task, done)
-            return
-        self._expectation.learn(task, done.seconds)
-        self._done += 1
-        self._report(task, done.outcome, done.seconds)
-        self.queue.finish(task.key)
+            self.give_back((done.key,))
+        elif done.outcome.ending in UNDONE:
+            self._enter_failure(done)
+        else:
+            self.finish({done.key: done.seconds}, done.outcome, done.where)
 
-    def _enter_failure(self, task: W, done: Done) -> None:
-        self._failed[task.key] += 1
-        last = not done.again or self._failed[task.key] >= ATTEMPTS
+    def finish(self, ended: Mapping[str, float], outcome: Outcome, where: str) -> None:
+        """Record that taken tasks have ended, all in this way, which is no failure. ended: key -> seconds that it took."""
+        self._note(ended.values(), where)
+        self._done += len(ended)
+        for key, seconds in ended.items():
+            task = self.queue.finish(key)
+            self._expectation.learn(task, seconds)
+            self._report(task, outcome, seconds)
+
+    def _enter_failure(self, done: Done) -> None:
+        self._note((done.seconds,), done.where)
+        task = self.queue.taken(done.key)
+        self._failed[done.key] += 1
+        last = not done.again or self._failed[done.key] >= ATTEMPTS
         self._fail(task, done, last)
         if not last:
-            self.queue.put_last(task)
+            self.queue.put_last(done.key)
             return
         self._crashed += 1
         self._report(task, done.outcome, done.seconds)
         needs_failed = Outcome(Ending.NEEDS_FAILED, f"{task.label} {UNDONE[done.outcome.ending]}")
-        for lost in self.queue.abandon(task.key):
+        for lost in self.queue.abandon(done.key):
             self._crashed += 1
             self._report(lost, needs_failed, 0.0)
+
+    def _note(self, seconds: Collection[float], where: str) -> None:
+        """Count what has ended at a place."""
+        self._away -= len(seconds)
+        self._seconds += sum(seconds)
+        self._places.add(where)
 
     def expected(self, task: W) -> float:
         """Estimated seconds of this task, scaled by what its kind took so far; infinite before any of its kind ended."""
@@ -206,9 +232,3 @@ class Ledger(Generic[W]):
         stopped = left and not self.halt and (interrupted or self.queue.aside > 0)
         hosts = Counter(where.partition(" on ")[2] for where in self._places if where)
         return Tally(self._done, self._crashed, stopped, self.halt, self.queue.aside, self._seconds, hosts)
-
-    def _outlasts(self, task: W) -> bool:
-        if self._until == math.inf:
-            return False
-        seconds = self.expected(task)
-        return seconds < math.inf and time.time() + seconds > self._until

@@ -44,6 +44,9 @@ W = TypeVar("W", bound=Work)
 GONE: Final = -1
 """Stands for the missing needs of a task that is not in the queue."""
 
+_NONE: Final[list[int]] = []
+"""The dependents of all tasks that nobody needs: of millions of tasks most."""
+
 
 class TaskQueue(Generic[W]):
     """Tasks not yet handed out. Of the ready ones the first in the given order is next (a plan's: longest chain of work first).
@@ -54,15 +57,19 @@ class TaskQueue(Generic[W]):
     def __init__(self, tasks: Sequence[W]) -> None:
         self._tasks = list(tasks)
         needed = {need for task in tasks for need in task.needs}
-        needed &= {task.key for task in tasks if task.key in needed}
-        self._dependents: dict[str, list[int]] = {key: [] for key in needed}
+        places = {task.key: place for place, task in enumerate(tasks) if task.key in needed}
+        self._dependents: list[list[int]] = [_NONE] * len(self._tasks)  # of each task: the places of those that need it
+        for place in places.values():
+            self._dependents[place] = []
         self._missing: list[int] = []  # of each task: how many of its needs are not finished, or GONE
         for place, task in enumerate(tasks):
-            needs = {need for need in task.needs if need in needed}
+            needs = {places[need] for need in task.needs if need in places}
             for need in needs:
                 self._dependents[need].append(place)
             self._missing.append(len(needs))
-        self._ready = [place for place, missing in enumerate(self._missing) if not missing]  # sorted, so it is a heap
+        # The next ready task is the last of a sorted list, which costs nothing to take, or else the first of a heap, which does.
+        self._ready = [place for place, missing in enumerate(self._missing) if not missing][::-1]
+        self._later: list[int] = []
         self._taken: dict[str, int] = {}
         self._count = len(self._tasks)
         self._aside = 0
@@ -74,62 +81,78 @@ class TaskQueue(Generic[W]):
     @property
     def ready(self) -> int:
         """Number of tasks that could be handed out at once."""
-        return len(self._ready)
-
-    def first(self) -> W | None:
-        """The task to hand out next; None while no task is ready."""
-        return self._tasks[self._ready[0]] if self._ready else None
+        return len(self._ready) + len(self._later)
 
     @property
     def aside(self) -> int:
         """Number of tasks that were set aside."""
         return self._aside
 
-    def set_aside(self) -> None:
-        """Leave the task that `first` returns in the queue, and never hand it out."""
-        heapq.heappop(self._ready)
-        self._aside += 1
-
     def take(self) -> W:
-        """Remove and return the task that `first` returns."""
-        place = heapq.heappop(self._ready)
+        """Remove and return the next of the ready tasks, of which there is one."""
+        if not self._ready:
+            self._ready, self._later = sorted(self._later, reverse=True), []
+        late = self._later and self._later[0] < self._ready[-1]
+        place = heapq.heappop(self._later) if late else self._ready.pop()
         task = self._tasks[place]
         self._taken[task.key] = place
         self._missing[place] = GONE
         self._count -= 1
         return task
 
-    def put_back(self, task: W) -> None:
+    def taken(self, key: str) -> W:
+        """The taken task of this key."""
+        return self._tasks[self._taken[key]]
+
+    def put_back(self, key: str) -> None:
         """Undo the taking of a task."""
-        place = self._taken.pop(task.key)
-        self._missing[place] = 0
-        self._count += 1
-        heapq.heappush(self._ready, place)
+        self._make_ready(self._untake(key))
 
-    def put_last(self, task: W) -> None:
+    def set_aside(self, key: str) -> None:
+        """Undo the taking of a task, and never hand it out again."""
+        self._untake(key)
+        self._aside += 1
+
+    def put_last(self, key: str) -> None:
         """Put a taken task back, behind all others."""
-        self._taken[task.key] = len(self._tasks)
-        self._tasks.append(task)
+        place = self._taken[key]
+        self._taken[key] = len(self._tasks)
+        self._tasks.append(self._tasks[place])
+        self._dependents.append(self._dependents[place])
         self._missing.append(GONE)
-        self.put_back(task)
+        self.put_back(key)
 
-    def finish(self, key: str) -> None:
-        """Mark a taken task as finished: tasks that needed only this one become ready."""
-        self._taken.pop(key, None)
-        for place in self._dependents.pop(key, ()):
+    def finish(self, key: str) -> W:
+        """Mark a taken task as finished, and return it: tasks that needed only this one become ready."""
+        finished = self._taken.pop(key)
+        for place in self._dependents[finished]:
             if self._missing[place] != GONE:
                 self._missing[place] -= 1
                 if not self._missing[place]:
-                    heapq.heappush(self._ready, place)
+                    self._make_ready(place)
+        return self._tasks[finished]
 
     def abandon(self, key: str) -> list[W]:
         """Remove and return all tasks that need a taken task, directly or through others: it will never finish."""
-        self._taken.pop(key, None)
-        lost = []
-        for place in self._dependents.pop(key, ()):
+        return self._without(self._taken.pop(key))
+
+    def _without(self, lost: int) -> list[W]:
+        found = []
+        for place in self._dependents[lost]:
             if self._missing[place] != GONE:
                 self._missing[place] = GONE
                 self._count -= 1
-                task = self._tasks[place]
-                lost += [task, *self.abandon(task.key)]
-        return lost
+                found += [self._tasks[place], *self._without(place)]
+        return found
+
+    def _untake(self, key: str) -> int:
+        place = self._taken.pop(key)
+        self._missing[place] = 0
+        self._count += 1
+        return place
+
+    def _make_ready(self, place: int) -> None:
+        if self._ready and self._ready[-1] < place:
+            heapq.heappush(self._later, place)
+        else:
+            self._ready.append(place)

@@ -8,6 +8,7 @@ import os
 import sys
 import time
 from collections.abc import Callable, Mapping, Sequence
+from dataclasses import replace
 from pathlib import Path
 from tempfile import TemporaryDirectory
 from typing import Any, TypeVar
@@ -324,14 +325,14 @@ def _files(folder: Path) -> Callable[[Any], Outcome]:
 def _messages(farm: MPIFarm, tasks: Sequence[Task], size: int) -> tuple[float, int, int]:
     """Processor seconds of the root for parcels of this size, there, and their news back; how many tasks and messages."""
     given, ended, messages = MESSAGES * size, 0, MESSAGES
-    some = [tasks[number % len(tasks)] for number in range(given)]
+    some = [replace(tasks[number % len(tasks)], key=f"{number:020x}") for number in range(given)]
     start = time.thread_time()
     for first in range(0, given, size):
         farm._mail.send(1, some[first : first + size])
     while ended < given:
         arrived = farm._mail.received()
         messages += len(arrived)
-        ended += sum(len(news) for _, news in arrived)
+        ended += sum(len(ended) for _, news in arrived for ended in news.ended.values())
         if not arrived:
             time.sleep(1e-3)
     return time.thread_time() - start, given, messages

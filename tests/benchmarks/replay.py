@@ -9,7 +9,8 @@ from typing import Any, TypeVar
 
 from solver.outcome import COMPLETED
 from study.execution.dispatch import Dispatcher, lookahead
-from study.execution.farms.outbox import Outbox
+from study.execution.farms.coordinator import take_in
+from study.execution.farms.outbox import News, Outbox
 from study.execution.ledger import Done, Ledger
 from tests.study.execution.made_up import Work
 
@@ -55,9 +56,8 @@ def replay(tasks: Sequence[Timed], ranks: int, cost: Cost) -> Replay:
     dispatcher = Dispatcher([partial(simulation.give, rank) for rank in range(ranks)])
     while ledger.unfinished:
         dispatcher.hand_out(ledger)
-        for rank, ended in simulation.news():
-            for done in ended:
-                ledger.enter(dispatcher.take_back(rank, done.key), done)
+        for rank, news in simulation.news():
+            take_in(ledger, dispatcher, rank, news)
     return Replay(simulation.last_end, simulation.coordinating, time.thread_time() - start - simulation.took)
 
 
@@ -83,7 +83,7 @@ class _Simulation:
         self._cost = cost
         self._free = [0.0] * ranks
         self._left = [0] * ranks
-        self._outboxes: list[Outbox[Done]] = [Outbox(lookahead(ranks) / 2.0) for _ in range(ranks)]
+        self._outboxes: list[Outbox] = [Outbox(lookahead(ranks) / 2.0) for _ in range(ranks)]
         self._ends: list[tuple[float, int, int, Done]] = []
         self._count = 0
 
@@ -99,13 +99,13 @@ class _Simulation:
             self._count += 1
 
     @_measured
-    def news(self) -> list[tuple[int, list[Done]]]:
+    def news(self) -> list[tuple[int, News]]:
         """All messages that have arrived; the next one where none has."""
-        found: list[tuple[int, list[Done]]] = []
+        found: list[tuple[int, News]] = []
         while self._ends and (not found or self._ends[0][0] <= self.now):
             end, _, rank, done = heappop(self._ends)
             self._left[rank] -= 1
-            self._outboxes[rank].add([done], end)
+            self._outboxes[rank].add([done], (), end)
             if due := self._outboxes[rank].due(max(self._left[rank] - 1, 0), end):
                 self.now = max(self.now, end)
                 self._work(self._cost.message)

@@ -1,6 +1,7 @@
 """Tasks that a run has begun, on disk until it ends: where it is killed as a whole, by one of them perhaps, they say which."""
 
 import os
+from collections.abc import Sequence
 from contextlib import suppress
 from pathlib import Path
 from threading import Lock
@@ -23,9 +24,10 @@ class Begun:
         self._file: int | None = None
         self._closed = False
 
-    def begin(self, task: Work, seconds: float) -> None:
-        """Note a task that is expected to take so many seconds."""
-        if seconds < LONG:
+    def begin(self, tasks: Sequence[tuple[Work, float]]) -> None:
+        """Note tasks that are expected to take so many seconds each."""
+        long = [task.key for task, seconds in tasks if seconds >= LONG]
+        if not long:
             return
         with self._lock, suppress(OSError):
             if self._closed:
@@ -33,7 +35,7 @@ class Begun:
             if self._file is None:
                 # Without waiting: a pipe in its place would have no reader.
                 self._file = os.open(self._path, os.O_WRONLY | os.O_CREAT | os.O_APPEND | os.O_NONBLOCK, 0o666)
-            os.write(self._file, f"{task.key}\n".encode())
+            os.write(self._file, "".join(f"{key}\n" for key in long).encode())
 
     def close(self) -> None:
         """Forget all of them: the run ends by itself, or was told to stop."""

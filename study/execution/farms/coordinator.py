@@ -3,27 +3,18 @@
 import os
 from abc import ABC, abstractmethod
 from collections.abc import Sequence
-from dataclasses import dataclass
 from functools import partial
 from typing import Any, TypeVar
 
+from solver.outcome import Outcome
 from study.execution.dispatch import Dispatcher
+from study.execution.farms.outbox import News
 from study.execution.interruption import Interruption
 from study.execution.launch import end_of_time
-from study.execution.ledger import Begin, Done, Fail, Ledger, Meanwhile, Report, Tally
+from study.execution.ledger import Begin, Fail, Ledger, Meanwhile, Report, Tally
 from study.execution.queue import Work
 
 W = TypeVar("W", bound=Work)
-
-
-@dataclass(frozen=True, slots=True)
-class Returned:
-    """News of a rank: keys of the tasks that it has not begun and will not."""
-
-    keys: tuple[str, ...]
-
-
-News = Done | Returned
 
 
 class Coordinator(ABC):
@@ -51,12 +42,12 @@ class Coordinator(ABC):
         while ledger.unfinished and not (self.interruption.requested or ledger.halt):
             dispatcher.hand_out(ledger)
             for rank in dispatcher.stranded():
-                _take_in(ledger, dispatcher, rank, [self.take_back(rank)])
+                _give_back(ledger, dispatcher, rank, self.take_back(rank))
             if meanwhile and not meanwhile():
                 break
             self._hear(ledger, dispatcher, wait=not meanwhile)
         for rank in range(self.size):
-            _take_in(ledger, dispatcher, rank, [self.take_back(rank)])
+            _give_back(ledger, dispatcher, rank, self.take_back(rank))
         while dispatcher.busy:
             self._hear(ledger, dispatcher, wait=True)
         return ledger.tally(self.interruption.requested)
@@ -66,23 +57,29 @@ class Coordinator(ABC):
         """Have a rank compute tasks, behind those that it has."""
 
     @abstractmethod
-    def take_back(self, rank: int) -> Returned:
-        """Have a rank return the tasks that it has not begun: at once, or as news."""
+    def take_back(self, rank: int) -> tuple[str, ...]:
+        """Have a rank return the tasks that it has not begun, and say their keys: at once, or as news."""
 
     @abstractmethod
-    def news(self, wait: bool) -> Sequence[tuple[int, Sequence[News]]]:
-        """What ranks have said since, each time with the rank that said it. wait: a little, where none has."""
+    def news(self, wait: bool) -> Sequence[tuple[int, News]]:
+        """What ranks have told since, each time with the rank that told it. wait: a little, where none has."""
 
     def _hear(self, ledger: Ledger[Any], dispatcher: Dispatcher, wait: bool) -> None:
         for rank, news in self.news(wait):
-            _take_in(ledger, dispatcher, rank, news)
+            take_in(ledger, dispatcher, rank, news)
 
 
-def _take_in(ledger: Ledger[Any], dispatcher: Dispatcher, rank: int, news: Sequence[News]) -> None:
-    """Enter what a rank says of its tasks."""
-    for each in news:
-        if isinstance(each, Done):
-            ledger.enter(dispatcher.take_back(rank, each.key), each)
-        else:
-            for key in each.keys:
-                ledger.give_back(dispatcher.take_back(rank, key))
+def take_in(ledger: Ledger[Any], dispatcher: Dispatcher, rank: int, news: News) -> None:
+    """Enter what a rank tells of its tasks."""
+    for ending, seconds in news.ended.items():
+        dispatcher.take_back(rank, seconds)
+        ledger.finish(seconds, Outcome(ending), news.where)
+    for done in news.failed:
+        dispatcher.take_back(rank, (done.key,))
+        ledger.enter(done)
+    _give_back(ledger, dispatcher, rank, news.returned)
+
+
+def _give_back(ledger: Ledger[Any], dispatcher: Dispatcher, rank: int, keys: tuple[str, ...]) -> None:
+    dispatcher.take_back(rank, keys)
+    ledger.give_back(keys)

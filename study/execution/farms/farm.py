@@ -38,7 +38,7 @@ class Farm(Protocol):
     ) -> Tally:
         """Compute all tasks, each after its needs.
 
-        report: hears how each ends. fail: hears of each attempt that fails. begin: hears of each before it is computed.
+        report: hears how each ends. fail: hears of each attempt that fails. begin: hears of tasks before they are computed.
         meanwhile: done beside them again and again; when it is over, what has not been begun is left.
         """
 
@@ -102,10 +102,10 @@ class SerialFarm(LocalFarm):
         where = f"rank 0 on {socket.gethostname()}"
         while ledger.unfinished and not (self.interruption.requested or ledger.halt):
             task = ledger.take()
-            begin(task, ledger.expected(task))
+            begin([(task, ledger.expected(task))])
             done = attempt(execute, task, where, survive=(Exception, SystemExit, GeneratorExit))
             tell(task, done)
-            ledger.enter(task, done)
+            ledger.enter(done)
             if meanwhile and not meanwhile():
                 break
         return ledger.tally(self.interruption.requested)

@@ -1,29 +1,63 @@
-"""When a rank tells of its tasks: messages cost rank 0 more than what they say, so that news of short tasks travel together."""
+"""What a rank tells of its tasks, and when: a message costs rank 0 more than what it says, so short tasks travel together."""
 
 import math
-from typing import Generic, TypeVar
+from collections import defaultdict
+from collections.abc import Iterable, Mapping
+from dataclasses import dataclass
 
-T = TypeVar("T")
+from solver.outcome import UNDONE, Ending
+from study.execution.ledger import Done
 
 
-class Outbox(Generic[T]):
+@dataclass(frozen=True, slots=True)
+class News:
+    """What a rank tells of its tasks, in as few objects as can be: rank 0 reads what thousands of ranks tell."""
+
+    ended: Mapping[Ending, Mapping[str, float]]
+    """Seconds that tasks took, by their keys, and these by how the tasks ended. Their results say the rest."""
+    failed: tuple[Done, ...] = ()
+    """The tasks that failed."""
+    returned: tuple[str, ...] = ()
+    """Keys of the tasks that the rank has not begun and will not."""
+    where: str = ""
+    """Rank and host."""
+
+
+def news_of(done: Iterable[Done], returned: tuple[str, ...] = ()) -> News:
+    """What is to be told of tasks of one rank."""
+    ended: defaultdict[Ending, dict[str, float]] = defaultdict(dict)
+    failed = []
+    where = ""
+    for each in done:
+        where = each.where
+        if each.outcome.ending in UNDONE:
+            failed.append(each)
+        else:
+            ended[each.outcome.ending][each.key] = each.seconds
+    return News(dict(ended), tuple(failed), returned, where)
+
+
+class Outbox:
     """News that have not been sent."""
 
     def __init__(self, patience: float) -> None:
         """patience: seconds that news may wait for further ones."""
         self._patience = patience
-        self._news: list[T] = []
+        self._done: list[Done] = []
+        self._returned: tuple[str, ...] = ()
         self._oldest = math.inf
 
-    def add(self, news: list[T], now: float) -> None:
-        """Put news in. now: seconds of a clock; likewise in `due`."""
-        if news and not self._news:
-            self._oldest = now
-        self._news += news
+    def add(self, done: list[Done], returned: tuple[str, ...], now: float) -> None:
+        """Put in what has ended or is returned. now: seconds of a clock; likewise in `due`."""
+        if done or returned:
+            self._oldest = min(self._oldest, now)
+        self._done += done
+        self._returned += returned
 
-    def due(self, waiting: int, now: float) -> list[T]:
+    def due(self, waiting: int, now: float) -> News | None:
         """Take out what is to be sent now: all if no more tasks wait than have ended, or the oldest was patient enough."""
-        if not self._news or (waiting > len(self._news) and now < self._oldest + self._patience):
-            return []
-        found, self._news = self._news, []
-        return found
+        if self._oldest == math.inf or (waiting > len(self._done) and now < self._oldest + self._patience):
+            return None
+        news = news_of(self._done, self._returned)
+        self._done, self._returned, self._oldest = [], (), math.inf
+        return news

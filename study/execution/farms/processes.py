@@ -5,8 +5,9 @@ from multiprocessing import connection
 from typing import Any, Final
 
 from study.execution.farms.agent import Agent
-from study.execution.farms.coordinator import Coordinator, News, Returned
+from study.execution.farms.coordinator import Coordinator
 from study.execution.farms.farm import LocalFarm
+from study.execution.farms.outbox import News, news_of
 from study.execution.interruption import GRACE
 
 PATIENCE: Final = 0.1
@@ -30,11 +31,11 @@ class ProcessFarm(Coordinator, LocalFarm):
         """Have a process compute tasks, behind those that it has."""
         self._agents[rank].give(tasks)
 
-    def take_back(self, rank: int) -> Returned:
-        """Have a process return the tasks that it has not begun."""
-        return Returned(self._agents[rank].give_back())
+    def take_back(self, rank: int) -> tuple[str, ...]:
+        """Have a process return the tasks that it has not begun, and say their keys."""
+        return self._agents[rank].give_back()
 
-    def news(self, wait: bool) -> list[tuple[int, Sequence[News]]]:
+    def news(self, wait: bool) -> list[tuple[int, News]]:
         """The tasks that have ended. wait: for one, where none has."""
         connection.wait([agent.pipe for agent in self._agents if agent.busy and agent.pipe], PATIENCE if wait else 0.0)
-        return [(number, agent.arrived()) for number, agent in enumerate(self._agents)]
+        return [(number, news_of(agent.arrived())) for number, agent in enumerate(self._agents)]

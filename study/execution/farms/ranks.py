@@ -7,7 +7,6 @@ import socket
 import sys
 import time
 import traceback
-from collections.abc import Sequence
 from dataclasses import dataclass
 from multiprocessing import connection
 from types import TracebackType
@@ -15,9 +14,9 @@ from typing import Any, Final, NoReturn, Self
 
 from study.execution.dispatch import lookahead
 from study.execution.farms.agent import Agent
-from study.execution.farms.coordinator import Coordinator, News, Returned
+from study.execution.farms.coordinator import Coordinator
 from study.execution.farms.mail import Mail
-from study.execution.farms.outbox import Outbox
+from study.execution.farms.outbox import News, Outbox, news_of
 from study.execution.interruption import LAST_WORDS, Interruption
 from study.execution.launch import processes_here
 from study.execution.ledger import say
@@ -67,17 +66,17 @@ class MPIFarm(Coordinator):
         else:
             self._agent.give(tasks)
 
-    def take_back(self, rank: int) -> Returned:
-        """Have a rank return the tasks that it has not begun: this one at once, others as news."""
+    def take_back(self, rank: int) -> tuple[str, ...]:
+        """Have a rank return the tasks that it has not begun, and say their keys: this one at once, others as news."""
         if rank:
             self._mail.send(rank, _GiveBack())
-            return Returned(())
-        return Returned(self._agent.give_back())
+            return ()
+        return self._agent.give_back()
 
-    def news(self, wait: bool) -> list[tuple[int, Sequence[News]]]:
+    def news(self, wait: bool) -> list[tuple[int, News]]:
         """What has arrived from other ranks and from this one's child. wait: a little, where nothing has."""
         done = self._agent.arrived()
-        found: list[tuple[int, Sequence[News]]] = [(0, done)] if done else []
+        found: list[tuple[int, News]] = [(0, news_of(done))] if done else []
         for rank, message in self._mail.received():
             if isinstance(message, _Interrupted):
                 self.interruption.request()
@@ -89,7 +88,7 @@ class MPIFarm(Coordinator):
 
     def serve(self) -> int:
         """Compute what rank 0 sends, first come first served, until it leaves."""
-        outbox: Outbox[News] = Outbox(lookahead(self.size) / 2.0)
+        outbox = Outbox(lookahead(self.size) / 2.0)
         told = False
         while True:
             messages = [message for _, message in self._mail.received()]
@@ -98,21 +97,18 @@ class MPIFarm(Coordinator):
                     return message.code
                 if isinstance(message, list):
                     self._agent.give(message)
-            news: list[News] = [*self._agent.arrived()]
+            done = self._agent.arrived()
+            returned: tuple[str, ...] = ()
             interrupted = self.interruption.requested
             if interrupted and not told:
                 told = True
                 self._mail.send(0, _Interrupted())
             if interrupted or any(isinstance(message, _GiveBack) for message in messages):
-                news += self._returned()
-            outbox.add(news, time.monotonic())
+                returned = self._agent.give_back()
+            outbox.add(done, returned, time.monotonic())
             if due := outbox.due(self._agent.waiting, time.monotonic()):
                 self._mail.send(0, due)
-            self._pause.after(bool(messages or news))
-
-    def _returned(self) -> list[Returned]:
-        keys = self._agent.give_back()
-        return [Returned(keys)] if keys else []
+            self._pause.after(bool(messages or done or returned))
 
     def leave(self, code: int) -> NoReturn:
         """Rank 0 tells the others; all end together with one exit code, under any launcher."""

@@ -11,9 +11,7 @@ def test_the_time_a_task_will_take_is_learnt_from_its_kind():
     ledger = Ledger([Work("a", cost=1.0), Work("b", cost=3.0)], lambda *_: None)
     other = Work("c", kind="another")
     assert ledger.expected(other) == float("inf")
-    task = ledger.take()
-    done = attempt(lambda _: COMPLETED, task, "here")
-    ledger.enter(task, type(done)(done.key, done.outcome, seconds=2.0))
+    ledger.enter(Done(ledger.take().key, COMPLETED, seconds=2.0))
     assert ledger.expected(Work("b", cost=3.0)) == 6.0
 
 
@@ -28,10 +26,10 @@ def test_what_may_end_differently_is_tried_once_more_behind_all_others(again, at
         DIAMOND, diary.report, lambda task, done, final: failed.append((task.key, done.outcome.ending, final))
     )
     order = []
-    while ledger.queue.first() is not None:
+    while ledger.queue.ready:
         task = ledger.take()
         order.append(task.key)
-        ledger.enter(task, failing(Ending.CRASHED, again) if task.key == "a" else Done(task.key, COMPLETED, 1.0))
+        ledger.enter(failing(Ending.CRASHED, again) if task.key == "a" else Done(task.key, COMPLETED, 1.0))
     assert order == ["a", "e", "a"][: attempts + 1]
     ends = [("a", Ending.CRASHED, number == attempts) for number in range(1, attempts + 1)]
     assert failed[:attempts] == ends
@@ -46,6 +44,6 @@ def test_where_nothing_can_be_finished_any_more_no_task_has_failed():
 
     ledger = Ledger(DIAMOND, Diary().report, lambda *_: pytest.fail("no attempt"))
     task = ledger.take()
-    ledger.enter(task, attempt(execute, task, "here"))
+    ledger.enter(attempt(execute, task, "here"))
     assert ledger.tally(False) == Tally(halt="the disk is full")
     assert ledger.queue.take() is task

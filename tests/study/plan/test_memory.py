@@ -171,7 +171,7 @@ def test_the_ledger_gives_up_what_waits_for_a_task_without_memory(tmp_path):
     ledger = Ledger(plan.tasks, lambda task, outcome, seconds: reported.append(outcome))
     task = ledger.take()
     for _ in range(ATTEMPTS):
-        ledger.enter(task, attempt(lambda _: Outcome(Ending.OUT_OF_MEMORY, "none left"), task, "here"))
+        ledger.enter(attempt(lambda _: Outcome(Ending.OUT_OF_MEMORY, "none left"), task, "here"))
         if not reported:
             assert ledger.take() == task  # it may be there the next time
     assert [outcome.ending for outcome in reported] == [Ending.OUT_OF_MEMORY, Ending.NEEDS_FAILED]

@@ -9,6 +9,7 @@ import pytest
 from study.commands.running.killed import KILLED, blame
 from study.execution.failures import left
 from study.execution.farms.begun import FILE, LONG, Begun
+from study.execution.farms.outbox import News
 from study.manifest.reader import load_manifest
 from study.plan.plan import Plan, make_plan
 from study.results.store import Store
@@ -19,22 +20,21 @@ from tests.study.results.results import NO_FILES
 
 def test_long_tasks_are_noted_and_those_of_which_nothing_is_known(tmp_path: Path) -> None:
     begun = Begun(tmp_path)
-    for key, seconds in (("short", 0.5 * LONG), ("long", 2.0 * LONG), ("unknown", math.inf)):
-        begun.begin(Work(key), seconds)
+    begun.begin([(Work("short"), 0.5 * LONG), (Work("long"), 2.0 * LONG), (Work("unknown"), math.inf)])
     assert Begun(tmp_path).read() == {"long", "unknown"}
 
 
 def test_a_run_that_ends_by_itself_leaves_nothing(tmp_path: Path) -> None:
     begun = Begun(tmp_path)
-    begun.begin(Work("long"), math.inf)
+    begun.begin([(Work("long"), math.inf)])
     begun.close()
-    begun.begin(Work("later"), math.inf)
+    begun.begin([(Work("later"), math.inf)])
     assert (begun.read(), list(tmp_path.iterdir())) == (frozenset(), [])
 
 
 def test_a_disk_that_takes_nothing_does_not_stop_a_run(tmp_path: Path) -> None:
     begun = Begun(tmp_path / "nowhere")
-    begun.begin(Work("long"), math.inf)
+    begun.begin([(Work("long"), math.inf)])
     begun.close()
 
 
@@ -43,7 +43,7 @@ def test_what_is_no_file_is_not_waited_for(tmp_path: Path, no_file) -> None:
     no_file(tmp_path / FILE)
     begun = Begun(tmp_path)
     assert begun.read() == frozenset()
-    begun.begin(Work("long"), math.inf)
+    begun.begin([(Work("long"), math.inf)])
     begun.close()
 
 
@@ -56,7 +56,7 @@ def test_what_is_in_hand_when_a_run_is_killed_is_noted_unless_it_was_told_to_sto
     tmp_path: Path, told: bool, noted: set[str]
 ) -> None:
     class Dying(MadeUpRanks):
-        def news(self, wait: bool) -> list[tuple[int, list[object]]]:
+        def news(self, wait: bool) -> list[tuple[int, News]]:
             if told:
                 self.interruption.request()
             raise Killed
@@ -75,7 +75,7 @@ def plan(campaign: Path) -> Plan:
 
 def killed(plan: Plan, out: Path, key: str) -> None:
     """A run that is killed at this task, and the beginning of the next one."""
-    Begun(out).begin(Work(key), math.inf)
+    Begun(out).begin([(Work(key), math.inf)])
     blame(plan, Store(out), out)
 
 
@@ -95,7 +95,7 @@ def test_a_task_that_was_at_hand_by_accident_is_computed_and_forgiven(nanoslip, 
     out = campaign.parent / "out"
     record = next(task for task in plan.tasks if task.kind == "record")
     out.mkdir()
-    Begun(out).begin(record, math.inf)
+    Begun(out).begin([(record, math.inf)])
     done = nanoslip("run", campaign, "--out", out)
     assert done.returncode == 0, done.stderr
     lines = [json.loads(line) for line in (out / "attempts.jsonl").read_text().splitlines()]

@@ -6,7 +6,8 @@ from collections.abc import Callable
 import pytest
 
 from solver.outcome import COMPLETED
-from study.execution.farms.coordinator import Coordinator, News, Returned
+from study.execution.farms.coordinator import Coordinator
+from study.execution.farms.outbox import News, news_of
 from study.execution.interruption import Interruption
 from study.execution.launch import WARNING
 from study.execution.ledger import Done, Tally
@@ -22,26 +23,26 @@ class MadeUpRanks(Coordinator):
         self.computed: list[str] = []
         self._seconds = seconds
         self._waiting: list[list[Work]] = [[] for _ in range(size)]
-        self._returned: list[tuple[int, list[News]]] = []
+        self._returned: list[tuple[int, News]] = []
 
     def give(self, rank: int, tasks: list[Work]) -> None:
         self._waiting[rank].extend(tasks)
 
-    def take_back(self, rank: int) -> Returned:
-        returned = Returned(tuple(task.key for task in self._waiting[rank][1:]))
+    def take_back(self, rank: int) -> tuple[str, ...]:
+        returned = tuple(task.key for task in self._waiting[rank][1:])
         del self._waiting[rank][1:]
         if rank == 0:
             return returned
-        self._returned.append((rank, [returned]))
-        return Returned(())
+        self._returned.append((rank, news_of([], returned)))
+        return ()
 
-    def news(self, wait: bool) -> list[tuple[int, list[News]]]:
+    def news(self, wait: bool) -> list[tuple[int, News]]:
         found, self._returned = self._returned, []
         for rank, tasks in enumerate(self._waiting):
             if tasks:
                 key = tasks.pop(0).key
                 self.computed.append(key)
-                found.append((rank, [Done(key, COMPLETED, self._seconds)]))
+                found.append((rank, news_of([Done(key, COMPLETED, self._seconds)])))
         return found
 
 

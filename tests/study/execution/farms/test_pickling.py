@@ -10,7 +10,7 @@ from solver.case import Case
 from solver.drive import Drive
 from solver.outcome import COMPLETED, Ending, Outcome
 from solver.slab import Slab
-from study.execution.farms.coordinator import Returned
+from study.execution.farms.outbox import news_of
 from study.execution.farms.pickling import dumps, loads
 from study.execution.ledger import Done
 from study.plan.task import Task
@@ -58,7 +58,7 @@ TASK = Task(
 MESSAGES = [
     [TASK, TASK],
     [Done("key", COMPLETED, 0.5), Done("other", Outcome(Ending.CRASHED, "why"), 0.1, "rank 1", "trace", again=True)],
-    Returned(("a", "b")),
+    news_of([Done("key", COMPLETED, 0.5, "rank 1")], ("a", "b")),
     (Nothing(), Own(1), Half(3), Mixed(4, 5), Work("a")),
     "ready",
 ]
