@@ -7,6 +7,8 @@ import dataclasses
 import io
 import pickle
 from collections.abc import Callable
+from functools import cache
+from importlib import import_module
 from inspect import ismemberdescriptor
 from operator import attrgetter
 from typing import Any, Final
@@ -44,24 +46,28 @@ def _has_plain_slots(cls: type) -> bool:
 
 
 _REDUCERS: Final = _Reducers()
-_SETTERS: Final[dict[type, list[Callable[[Any, Any], None]]]] = {}
 
 
 def _reducer(cls: type[Any]) -> Callable[[Any], Reduced]:
     names = [field.name for field in dataclasses.fields(cls)]
+    home = f"{cls.__module__}:{cls.__qualname__}"  # a text: pickle imports anew what it is to find by its name
     if len(names) > 1:
         values = attrgetter(*names)
-        return lambda value: (_build, (cls, values(value)))
-    return lambda value: (_build, (cls, tuple(getattr(value, name) for name in names)))
+        return lambda value: (_build, (home, values(value)))
+    return lambda value: (_build, (home, tuple(getattr(value, name) for name in names)))
 
 
-def _build(cls: type[Any], values: tuple[Any, ...]) -> object:
-    """A value of this type, which was checked when it was made."""
-    setters = _SETTERS.get(cls)
-    if setters is None:
-        names = [field.name for field in dataclasses.fields(cls)]
-        setters = _SETTERS[cls] = [getattr(cls, name).__set__ for name in names]
+def _build(home: str, values: tuple[Any, ...]) -> object:
+    """A value of the type that is at home there, which was checked when it was made."""
+    cls, setters = _setters(home)
     value = object.__new__(cls)
     for put, each in zip(setters, values, strict=True):
         put(value, each)
     return value
+
+
+@cache
+def _setters(home: str) -> tuple[type[Any], list[Callable[[Any, Any], None]]]:
+    module, _, name = home.partition(":")
+    cls = attrgetter(name)(import_module(module))
+    return cls, [getattr(cls, field.name).__set__ for field in dataclasses.fields(cls)]
