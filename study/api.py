@@ -2,7 +2,7 @@
 
 import os
 import warnings
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Collection, Iterable, Mapping, Sequence
 from contextlib import ExitStack
 from pathlib import Path
 from tempfile import TemporaryDirectory
@@ -188,5 +188,5 @@ def _run_tasks(farm: SerialFarm, tasks: Sequence[Task], folder: Path, progress: 
         return farm.run(tasks, diary.report, diary.fail)
 
 
-def _silent(_task: Task, _outcome: Outcome, _seconds: float) -> None:
+def _silent(_tasks: Sequence[Task], _outcome: Outcome, _seconds: Collection[float]) -> None:
     """Report nothing."""

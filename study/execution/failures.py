@@ -2,7 +2,7 @@
 
 import datetime
 import sys
-from collections.abc import Collection, Mapping
+from collections.abc import Collection, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -44,15 +44,17 @@ class Diary:
     """Keeps all that is known of attempts that fail, and that a task which has failed has not in the end."""
 
     def __init__(self, out: Path, report: Report[Task]) -> None:
-        """report: hears how each task ends, as this does."""
+        """report: hears how tasks end, as this does."""
         self._out, self._report = out, report
         self._failed = set(attempts.final(out, here().solver))
 
-    def report(self, task: Task, outcome: Outcome, seconds: float) -> None:
-        """Note how a task has ended."""
-        if task.key in self._failed and outcome.ending not in UNDONE and outcome.ending is not Ending.NEEDS_FAILED:
-            self._note(task, Done(task.key, outcome, seconds), final=False)
-        self._report(task, outcome, seconds)
+    def report(self, tasks: Sequence[Task], outcome: Outcome, seconds: Collection[float]) -> None:
+        """Note how tasks have ended."""
+        if self._failed and outcome.ending not in UNDONE and outcome.ending is not Ending.NEEDS_FAILED:
+            for task, took in zip(tasks, seconds, strict=True):
+                if task.key in self._failed:
+                    self._note(task, Done(task.key, outcome, took), final=False)
+        self._report(tasks, outcome, seconds)
 
     def fail(self, task: Task, done: Done, final: bool) -> None:
         """Note an attempt that has failed."""

@@ -3,7 +3,7 @@
 import heapq
 import math
 from collections import defaultdict
-from collections.abc import Sequence
+from collections.abc import Collection, Sequence
 from dataclasses import dataclass
 from typing import Any, Final
 
@@ -33,11 +33,12 @@ class Expectation:
     def __init__(self) -> None:
         self._accounts: defaultdict[str, _Account] = defaultdict(_Account)
 
-    def learn(self, task: Work, seconds: float) -> None:
-        """Note that a task has ended after so many seconds."""
-        account = self._accounts[task.kind]
-        account.estimated += task.cost
-        account.measured += seconds
+    def learn(self, tasks: Sequence[Work], seconds: Collection[float]) -> None:
+        """Note that tasks have ended, each after so many seconds."""
+        for task, took in zip(tasks, seconds, strict=True):
+            account = self._accounts[task.kind]
+            account.estimated += task.cost
+            account.measured += took
 
     def seconds(self, task: Work) -> float:
         """Expected seconds of a task; infinite before any of its kind has ended."""
@@ -80,13 +81,14 @@ class Forecast:
             kind.doubt = DOUBT * kind.left / kind.count
         self._done = 0.0
 
-    def learn(self, task: Work, seconds: float) -> None:
-        """Note that a task has ended after so many seconds."""
-        kind, cost = self._kinds[task.kind], task.cost
-        kind.left -= cost
-        kind.estimated = kind.keep * kind.estimated + cost
-        kind.measured = kind.keep * kind.measured + seconds
-        self._done += seconds
+    def learn(self, tasks: Sequence[Work], seconds: Collection[float]) -> None:
+        """Note that tasks have ended, each after so many seconds."""
+        for task, took in zip(tasks, seconds, strict=True):
+            kind, cost = self._kinds[task.kind], task.cost
+            kind.left -= cost
+            kind.estimated = kind.keep * kind.estimated + cost
+            kind.measured = kind.keep * kind.measured + took
+        self._done += sum(seconds)
 
     @property
     def seconds(self) -> float:

@@ -15,7 +15,8 @@ from study.execution.queue import TaskQueue, Work
 
 W = TypeVar("W", bound=Work)
 Execute = Callable[[W], Outcome]
-Report = Callable[[W, Outcome, float], None]
+Report = Callable[[Sequence[W], Outcome, Collection[float]], None]
+"""Hears of tasks that have ended, all in the same way, and how many seconds each took."""
 
 ATTEMPTS: Final = 2
 """How often a task is begun whose process dies: what killed it may have been no fault of its own."""
@@ -195,10 +196,9 @@ class Ledger(Generic[W]):
         """Record that taken tasks have ended, all in this way, which is no failure. ended: key -> seconds that it took."""
         self._note(ended.values(), where)
         self._done += len(ended)
-        for key, seconds in ended.items():
-            task = self.queue.finish(key)
-            self._expectation.learn(task, seconds)
-            self._report(task, outcome, seconds)
+        tasks = [self.queue.finish(key) for key in ended]
+        self._expectation.learn(tasks, ended.values())
+        self._report(tasks, outcome, ended.values())
 
     def _enter_failure(self, done: Done) -> None:
         self._note((done.seconds,), done.where)
@@ -210,11 +210,11 @@ class Ledger(Generic[W]):
             self.queue.put_last(done.key)
             return
         self._crashed += 1
-        self._report(task, done.outcome, done.seconds)
+        self._report((task,), done.outcome, (done.seconds,))
         needs_failed = Outcome(Ending.NEEDS_FAILED, f"{task.label} {UNDONE[done.outcome.ending]}")
-        for lost in self.queue.abandon(done.key):
-            self._crashed += 1
-            self._report(lost, needs_failed, 0.0)
+        if lost := self.queue.abandon(done.key):
+            self._crashed += len(lost)
+            self._report(lost, needs_failed, [0.0] * len(lost))
 
     def _note(self, seconds: Collection[float], where: str) -> None:
         """Count what has ended at a place."""

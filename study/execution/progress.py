@@ -2,7 +2,7 @@
 
 import sys
 import time
-from collections.abc import Sequence
+from collections.abc import Collection, Sequence
 from types import TracebackType
 from typing import Any, Protocol, Self, TextIO
 
@@ -18,13 +18,13 @@ BAR, OTHERS = 20, 72
 
 
 class Progress(Protocol):
-    """Called at each task's end, while entered."""
+    """Called where tasks have ended, while entered."""
 
     def __enter__(self) -> Self: ...
     def __exit__(
         self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
     ) -> None: ...
-    def __call__(self, task: Work, outcome: Outcome, seconds: float) -> None: ...
+    def __call__(self, tasks: Sequence[Work], outcome: Outcome, seconds: Collection[float]) -> None: ...
 
 
 class PlainProgress:
@@ -44,9 +44,9 @@ class PlainProgress:
     def __exit__(self, *_: object) -> None:
         self._say(f"{self._done} of {self._count} tasks done in {duration(time.monotonic() - self._start)}")
 
-    def __call__(self, task: Work, outcome: Outcome, seconds: float) -> None:
-        self._done += 1
-        self._forecast.learn(task, seconds)
+    def __call__(self, tasks: Sequence[Work], outcome: Outcome, seconds: Collection[float]) -> None:
+        self._done += len(tasks)
+        self._forecast.learn(tasks, seconds)
         now = time.monotonic()
         if now - self._last >= SILENCE:
             self._last = now
@@ -91,13 +91,13 @@ class TerminalProgress:
         self._bar.update(self._row, rate="", left=took, description="")
         self._bar.__exit__(kind, error, trace)
 
-    def __call__(self, task: Work, outcome: Outcome, seconds: float) -> None:
-        self._done += 1
-        self._forecast.learn(task, seconds)
+    def __call__(self, tasks: Sequence[Work], outcome: Outcome, seconds: Collection[float]) -> None:
+        self._done += len(tasks)
+        self._forecast.learn(tasks, seconds)
         rate = f"{self._done / (time.monotonic() - self._start):.2g}/s"
         left = f"about {duration(self._forecast.seconds)} left"
         share = self._forecast.share
-        label = next((text for text in (task.label, task.kind) if len(text) <= self._room), "")
+        label = next((text for text in (tasks[-1].label, tasks[-1].kind) if len(text) <= self._room), "")
         self._bar.update(self._row, completed=share, done=self._done, rate=rate, left=left, description=label)
 
 

@@ -7,7 +7,7 @@ import json
 import os
 import sys
 import time
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Collection, Mapping, Sequence
 from dataclasses import replace
 from pathlib import Path
 from tempfile import TemporaryDirectory
@@ -272,9 +272,12 @@ def _campaign(farm: Farm, mode: str, folder: Path, out: Path) -> Any:
     Store(out).prepare()
     durations: dict[str, list[float]] = {}
     _begin(farm)
-    _, took = _timed(
-        lambda: farm.run(plan.tasks, lambda task, _, took: durations.setdefault(task.kind, []).append(took))
-    )
+
+    def report(tasks: Sequence[Task], _: Outcome, seconds: Collection[float]) -> None:
+        for task, took in zip(tasks, seconds, strict=True):
+            durations.setdefault(task.kind, []).append(took)
+
+    _, took = _timed(lambda: farm.run(plan.tasks, report))
     used = _processor_seconds(farm)
     return durations if mode == "durations" else (took, sum(map(sum, durations.values())), used)
 

@@ -4,6 +4,7 @@ import os
 import signal
 import sys
 import time
+from collections.abc import Collection, Sequence
 from typing import Final
 
 from solver.outcome import COMPLETED, Outcome
@@ -49,9 +50,10 @@ def main(what: str) -> None:
     with farm:
         finished: list[str] = []
 
-        def report(task: Work, outcome: Outcome, seconds: float) -> None:
-            assert set(task.needs) <= set(finished)
-            finished.append(task.key)
+        def report(tasks: Sequence[Work], outcome: Outcome, seconds: Collection[float]) -> None:
+            for task in tasks:
+                assert set(task.needs) <= set(finished)
+                finished.append(task.key)
 
         if not farm.root:
             if what == "broken":

@@ -6,7 +6,7 @@ any other: with what is left, in the order of the whole plan.
 
 import itertools
 import math
-from collections.abc import Sequence
+from collections.abc import Collection, Sequence
 from contextlib import closing
 from pathlib import Path
 from typing import Final
@@ -97,6 +97,6 @@ class HeadStart:
         self._compiled.update(task.key for task in itertools.chain.from_iterable(each.tasks for each in new))
         return new
 
-    def _note(self, task: Task, outcome: Outcome, _seconds: float) -> None:
-        if task.shared and outcome.ending not in UNDONE and outcome.ending is not Ending.NEEDS_FAILED:
-            self._ended.add(task.key)
+    def _note(self, tasks: Sequence[Task], outcome: Outcome, _seconds: Collection[float]) -> None:
+        if outcome.ending not in UNDONE and outcome.ending is not Ending.NEEDS_FAILED:
+            self._ended.update(task.key for task in tasks if task.shared)

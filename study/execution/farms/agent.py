@@ -124,7 +124,7 @@ class Agent:
             outcome = Outcome(Ending.TIMED_OUT, _TIMED_OUT.format(task.limit))
             return self._lost(task, child, outcome, again=False)
         if done is not None:
-            self._expectation.learn(self._begun.popleft(), done.seconds)
+            self._expectation.learn((self._begun.popleft(),), (done.seconds,))
         return done
 
     def _dead(self, task: Work, child: ChildProcess) -> Done | None:

@@ -38,7 +38,7 @@ class Farm(Protocol):
     ) -> Tally:
         """Compute all tasks, each after its needs.
 
-        report: hears how each ends. fail: hears of each attempt that fails. begin: hears of tasks before they are computed.
+        report: hears how they end. fail: hears of each attempt that fails. begin: hears of tasks before they are computed.
         meanwhile: done beside them again and again; when it is over, what has not been begun is left.
         """
 

@@ -1,5 +1,6 @@
 """Made-up tasks, and what notes what becomes of them."""
 
+from collections.abc import Collection, Sequence
 from dataclasses import dataclass
 
 from solver.outcome import COMPLETED, Outcome
@@ -40,6 +41,7 @@ class Diary:
             raise ZeroDivisionError("a defect")
         return COMPLETED
 
-    def report(self, task: Work, outcome: Outcome, seconds: float) -> None:
-        assert task.key not in self.reported
-        self.reported[task.key] = outcome
+    def report(self, tasks: Sequence[Work], outcome: Outcome, seconds: Collection[float]) -> None:
+        for task in tasks:
+            assert task.key not in self.reported
+            self.reported[task.key] = outcome

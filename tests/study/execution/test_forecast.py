@@ -42,7 +42,7 @@ def test_the_time_left_is_right_within_a_factor_of_two_from_a_tenth_on(name: str
     forecast, elapsed, total = Forecast(tasks), 0.0, sum(times)
     looked, wrong = 0, []
     for task, seconds in zip(tasks, times, strict=True):
-        forecast.learn(task, seconds)
+        forecast.learn([task], [seconds])
         elapsed += seconds
         left = total - elapsed
         if 0.1 * total < elapsed:
@@ -72,11 +72,9 @@ def test_before_anything_is_known_the_estimate_is_told_and_ranks_share_it() -> N
 def test_a_kind_is_scaled_by_its_own_tasks_and_others_a_little() -> None:
     tasks = [Work(f"{kind}{number}", kind, 1.0) for kind in "xy" for number in range(100)]
     forecast = Forecast(tasks)
-    for task in tasks[:50]:
-        forecast.learn(task, 10.0)
+    forecast.learn(tasks[:50], [10.0] * 50)
     assert 50.0 * 9.0 + 100.0 * 7.0 < forecast.seconds < 50.0 * 10.0 + 100.0 * 10.0
-    for task in tasks[50:]:
-        forecast.learn(task, 1.0)
+    forecast.learn(tasks[50:], [1.0] * 150)
     assert forecast.seconds == pytest.approx(0.0, abs=1e-9)
     assert forecast.share == pytest.approx(1.0)
 

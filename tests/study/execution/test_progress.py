@@ -23,7 +23,7 @@ def bar_of(tasks: list[Task], width: int) -> list[str]:
     console = rich.console.Console(file=screen, width=width, force_terminal=True, color_system=None)
     with TerminalProgress(tasks, console) as progress:
         for task in tasks:
-            progress(task, COMPLETED, 0.01)
+            progress([task], COMPLETED, [0.01])
             progress._bar.refresh()  # it redraws ten times a second by itself
     return [state.strip() for state in re.split(r"\x1b\[[0-9?]+[A-Za-z]|[\r\n]", screen.getvalue()) if state.strip()]
 

@@ -168,7 +168,7 @@ def test_a_task_without_memory_says_so_and_is_not_kept(tmp_path, monkeypatch, ca
 def test_the_ledger_gives_up_what_waits_for_a_task_without_memory(tmp_path):
     plan = planned(tmp_path, "numerics.n_x = 17")
     reported: list[Outcome] = []
-    ledger = Ledger(plan.tasks, lambda task, outcome, seconds: reported.append(outcome))
+    ledger = Ledger(plan.tasks, lambda tasks, outcome, seconds: reported.extend([outcome] * len(tasks)))
     task = ledger.take()
     for _ in range(ATTEMPTS):
         ledger.enter(attempt(lambda _: Outcome(Ending.OUT_OF_MEMORY, "none left"), task, "here"))

@@ -23,7 +23,7 @@ def main(fault: str, rank: int, folder: Path) -> None:
     with open_farm(faults.program(folder)) as farm:
         if not farm.root:
             farm.leave(farm.serve())
-        tally = farm.run(tasks, lambda task, outcome, _: ended.update({task.key: outcome}), fail)
+        tally = farm.run(tasks, lambda tasks, outcome, _: ended.update({task.key: outcome for task in tasks}), fail)
         said = {
             "done": tally.done,
             "crashed": tally.crashed,

@@ -1,11 +1,11 @@
 """Whoever computes, and however it is reached: every task is computed once, and after a signal only what has been begun."""
 
 import time
-from collections.abc import Callable
+from collections.abc import Callable, Collection, Sequence
 
 import pytest
 
-from solver.outcome import COMPLETED
+from solver.outcome import COMPLETED, Outcome
 from study.execution.farms.coordinator import Coordinator
 from study.execution.farms.outbox import News, news_of
 from study.execution.interruption import Interruption
@@ -49,9 +49,9 @@ class MadeUpRanks(Coordinator):
 def coordinated(ranks: MadeUpRanks, tasks: tuple[Work, ...], stop_after: str = "") -> tuple[Tally, Diary]:
     diary = Diary()
 
-    def report(task: Work, outcome: object, seconds: float) -> None:
-        diary.report(task, COMPLETED, seconds)
-        if task.key == stop_after:
+    def report(tasks: Sequence[Work], outcome: Outcome, seconds: Collection[float]) -> None:
+        diary.report(tasks, outcome, seconds)
+        if stop_after in [task.key for task in tasks]:
             ranks.interruption.request()
 
     return ranks.run(tasks, report), diary

@@ -36,7 +36,7 @@ def run(tasks: tuple[Work, ...], folder: Path, size: int) -> tuple[Tally, dict[s
     with ProcessFarm([Agent(faults.program(folder), number) for number in range(size)]) as farm:
         tally = farm.run(
             tasks,
-            lambda task, outcome, _: reported.update({task.key: outcome}),
+            lambda tasks, outcome, _: reported.update({task.key: outcome for task in tasks}),
             lambda _task, done, _final: failed.append(done),
         )
     return tally, reported, failed
@@ -87,7 +87,7 @@ def test_a_fault_while_kernels_are_compiled_leaves_a_farm_that_computes(tmp_path
     reported: list[str] = []
     with ProcessFarm([Agent(faults.program(tmp_path), 0)]) as farm:
         farm.run([Work("segmentation fault")], lambda *_: None)
-        tally = farm.run(SOUND, lambda task, outcome, _: reported.append(task.key))
+        tally = farm.run(SOUND, lambda tasks, outcome, _: reported.extend(task.key for task in tasks))
     assert (tally, len(reported)) == (Tally(done=19), 19)
 
 

@@ -34,7 +34,9 @@ CHAIN_AND_REST = tuple(Work(str(number), (str(number - 1),) if 0 < number < 10 e
 def test_every_task_is_computed_once_after_its_needs_by_all_processes(tmp_path: Path) -> None:
     reported: dict[str, Outcome] = {}
     with ProcessFarm([Agent(program(tmp_path), number) for number in range(2)]) as farm:
-        tally = farm.run(CHAIN_AND_REST, lambda task, outcome, _: reported.update({task.key: outcome}))
+        tally = farm.run(
+            CHAIN_AND_REST, lambda tasks, outcome, _: reported.update({task.key: outcome for task in tasks})
+        )
     assert tally == Tally(done=40)
     assert set(reported.values()) == {COMPLETED}
     assert len({path.read_text() for path in tmp_path.iterdir()}) == 2
