@@ -12,7 +12,7 @@ from study.execution.ledger import Begin, Ledger
 LOOKAHEAD: Final = 0.2
 """Seconds of work that may wait at a rank beyond the task it computes, of few ranks: hides the latency of messages."""
 
-INTERVAL: Final = 2e-4
+INTERVAL: Final = 4e-4
 """Seconds between two parcels, of all ranks together: so long that messages cost rank 0 less than the tasks in them."""
 
 STRANDED: Final = 1.0
