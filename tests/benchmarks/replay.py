@@ -5,6 +5,7 @@ from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from functools import partial
 from heapq import heappop, heappush
+from io import StringIO
 from typing import Any, TypeVar
 
 from solver.outcome import COMPLETED
@@ -12,6 +13,7 @@ from study.execution.dispatch import Dispatcher, lookahead
 from study.execution.farms.coordinator import take_in
 from study.execution.farms.outbox import News, Outbox
 from study.execution.ledger import Done, Ledger
+from study.execution.progress import PlainProgress
 from tests.study.execution.made_up import Work
 
 T = TypeVar("T")
@@ -25,7 +27,7 @@ class Replay:
     coordinating: float
     """Time that the coordinator was at work."""
     own: float
-    """Processor seconds, not simulated, of the ledger and the dispatcher."""
+    """Processor seconds, not simulated, of the ledger, the dispatcher and the progress, from when they are set up."""
 
 
 @dataclass(frozen=True)
@@ -50,14 +52,16 @@ def replay(tasks: Sequence[Timed], ranks: int, cost: Cost) -> Replay:
 
     A rank does what it was given in that order. Messages take no time beyond the coordinator's; files are in `seconds`.
     """
-    start = time.thread_time()
     simulation = _Simulation(ranks, cost)
-    ledger: Ledger[Work] = Ledger(tasks, lambda *_: None)
+    progress = PlainProgress(tasks, StringIO(), ranks)
+    ledger: Ledger[Work] = Ledger(tasks, progress)
     dispatcher = Dispatcher([partial(simulation.give, rank) for rank in range(ranks)])
-    while ledger.unfinished:
-        dispatcher.hand_out(ledger)
-        for rank, news in simulation.news():
-            take_in(ledger, dispatcher, rank, news)
+    start = time.thread_time()
+    with progress:
+        while ledger.unfinished:
+            dispatcher.hand_out(ledger)
+            for rank, news in simulation.news():
+                take_in(ledger, dispatcher, rank, news)
     return Replay(simulation.last_end, simulation.coordinating, time.thread_time() - start - simulation.took)
 
 
