@@ -12,7 +12,7 @@ from study.execution.ledger import Begin, Ledger
 LOOKAHEAD: Final = 0.2
 """Seconds of work that may wait at a rank beyond the task it computes, of few ranks: hides the latency of messages."""
 
-INTERVAL: Final = 4e-4
+INTERVAL: Final = 5e-4
 """Seconds between two parcels, of all ranks together: so long that messages cost rank 0 less than the tasks in them."""
 
 STRANDED: Final = 1.0
@@ -20,6 +20,9 @@ STRANDED: Final = 1.0
 
 PARCELS: Final = 2
 """Each rank's share of the ready tasks comes in at least so many parcels: towards the end they become smaller."""
+
+REFILL: Final = 0.75
+"""Share of the lookahead from which on a rank is not given more: one task at a time would be a message each."""
 
 Send = Callable[[list[Any]], None]
 
@@ -55,7 +58,8 @@ class Dispatcher:
             self._set_load(rank, self._load[rank])
         self._lighter.clear()
         parcels: dict[int, list[Any]] = defaultdict(list)
-        while tasks := self._parcel(rank := self._least_loaded(), ledger):
+        enough = REFILL * self._lookahead
+        while self._load[rank := self._least_loaded()] < enough and (tasks := self._parcel(rank, ledger)):
             parcels[rank] += tasks
         for rank, tasks in parcels.items():
             self._sends[rank](tasks)

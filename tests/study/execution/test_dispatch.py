@@ -5,7 +5,7 @@ from functools import partial
 import pytest
 
 from solver.outcome import COMPLETED
-from study.execution.dispatch import LOOKAHEAD, STRANDED, Dispatcher
+from study.execution.dispatch import LOOKAHEAD, REFILL, STRANDED, Dispatcher
 from study.execution.ledger import Done, Ledger
 from tests.study.execution.made_up import Work
 
@@ -53,6 +53,18 @@ def test_long_tasks_are_kept_for_the_rank_that_is_free_first():
     assert harness.hand_out() == [(1, ["2"])]
     harness.finish(0, "0", 1.0)
     assert harness.hand_out() == [(0, ["3"])]
+
+
+def test_a_rank_that_has_almost_enough_is_not_sent_single_tasks():
+    harness = Harness(1, [Work(str(number)) for number in range(100)])
+    harness.hand_out()
+    harness.finish(0, "0", 0.01)
+    ((_, keys),) = harness.hand_out()
+    sent = []
+    for key in keys:
+        harness.finish(0, key, 0.01)
+        sent += [len(more) for _, more in harness.hand_out()]
+    assert min(sent) >= (1.0 - REFILL) * LOOKAHEAD / 0.01 - 1  # a task may be one too many by rounding
 
 
 def test_what_waits_behind_a_task_that_hangs_is_handed_out_elsewhere(monkeypatch):
