@@ -53,7 +53,7 @@ MESSAGES, PARCELS = 2000, (1, 16)
 """Parcels that are timed, and how many tasks are in each."""
 OTHER = "processor"
 """File in which a rank but the root leaves its processor seconds."""
-REPLAYED = 250_000
+REPLAYED = 500_000
 """Cases of the replayed campaign; each is a friction record and a drive of it."""
 
 
@@ -135,8 +135,9 @@ def _cost(driven: Path, tasks: list[Timed]) -> Cost:
     seen = [found(2, __name__, "messages", driven, size) for size in PARCELS]
     equations = [[count, messages] for _, count, messages in seen]
     per_task, per_message = np.linalg.solve(equations, [took for took, _, _ in seen])
-    own = replay(tasks, MANY, Cost(0.0)).own / len(tasks)
-    return Cost(float(per_task) + own, float(per_message))
+    sending = Cost(float(per_task), float(per_message))
+    own = replay(tasks, MANY, sending).own / len(tasks)
+    return replace(sending, task=sending.task + own)
 
 
 def _replay_row(tasks: list[Timed], ranks: int, cost: Cost) -> Row:
