@@ -53,7 +53,7 @@ FEW_NODES = Flag(
 NEAR_ENDS = Flag(
     2,
     "near_ends",
-    f"contact nearer to an end of the slab than {NEAR:g} of its half-width",
+    f"contact nearer to an end of the slab than {NEAR:g} of its half-width: its plateau may drift beyond ±",
     "lower normal_load, radius (half_width of a punch) or the record's limits",
 )
 OUTGROWN = Flag(
