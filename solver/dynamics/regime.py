@@ -72,6 +72,7 @@ class StickSlipCount:
             "s",
             per="time",
             uncertainty="stick_slip_period_uncertainty",
+            ensemble="independent",
             comment="mean time from the start of one macroscopic slip to the next, of those that begin in the second half "
             "of the time; NaN unless the regime is stick_slip and two begin there",
         )

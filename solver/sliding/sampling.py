@@ -206,6 +206,12 @@ def scatter_uncertainty(values: NDArray[np.float64]) -> float:
     return _of_independent(values)
 
 
+def independent_uncertainty(values: NDArray[np.float64]) -> float:
+    """Standard error of the mean over the members (m,) that have a value, as of independent ones; NaN of fewer than 2."""
+    found = values[np.isfinite(values)]
+    return _of_independent(found) if len(found) > 1 else math.nan
+
+
 def _of_independent(values: NDArray[np.float64]) -> float:
     """Standard error of the mean of two values or more."""
     return _student(len(values)) * float(np.std(values, ddof=1)) / math.sqrt(len(values))

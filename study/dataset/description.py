@@ -5,7 +5,7 @@
 
 import difflib
 import sys
-from collections import Counter
+import textwrap
 from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import dataclass, replace
 
@@ -36,6 +36,8 @@ from study.plan.tasks import KINDS
 
 CASES = "cases"
 """What stands for the dimensions that the cases lie along."""
+WIDTH = 140
+"""Characters of a line of the page that is no row of a table."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -125,13 +127,23 @@ class _Family:
 
     @property
     def lines(self) -> list[str]:
-        return [f"{self.mark} is one of", "", *(f"- `{word}`: {meaning}" for word, meaning in self.words.items()), ""]
+        named = ", ".join(f"`{word}` ({meaning})" for word, meaning in self.words.items())
+        return [*textwrap.wrap(f"{self.mark} is one of {named}.", WIDTH, break_on_hyphens=False), ""]
 
     def folded(self, found: Iterable[Described]) -> list[Described]:
         """Those that there is one of for each word, alike but for it, as one; the others as they are."""
         marked = {each: self._marked(each) for each in found}
-        counts = Counter(marked.values())
-        return list(dict.fromkeys(new if counts[new] == len(self.words) else each for each, new in marked.items()))
+        units: dict[Described, list[str]] = {}
+        for new in marked.values():
+            units.setdefault(replace(new, units=""), []).append(new.units)
+        rows = (self._one(each, new, units[replace(new, units="")]) for each, new in marked.items())
+        return list(dict.fromkeys(rows))
+
+    def _one(self, each: Described, new: Described, units: list[str]) -> Described:
+        """The row of those that are alike but for their word and perhaps their units, or of one that is not."""
+        if len(units) < len(self.words):
+            return each
+        return new if len(set(units)) == 1 else replace(new, units=f"that of {self.mark}")
 
     def _marked(self, each: Described) -> Described:
         word = next((word for word in self.words if each.name.startswith(f"{word}_")), None)

@@ -36,7 +36,12 @@ def _of_size(size: str, meaning: str) -> list[tuple[str, Any, Field[Any]]]:
     declared: dict[str, tuple[str, dict[str, Any]]] = {
         "exponent": (
             f"power-law exponent of {size}",
-            {"symbol": "τ", "uncertainty": error, "comment": _joined(of, _REFERENCE.get(size, ""))},
+            {
+                "symbol": "τ",
+                "uncertainty": error,
+                "ensemble": "independent",
+                "comment": _joined(of, _REFERENCE.get(size, "")),
+            },
         ),
         "exponent_uncertainty": (
             "error of that exponent",
@@ -69,10 +74,11 @@ def _of_range(size: str, meaning: str) -> list[tuple[str, Any, Field[Any]]]:
     of, kind, words = f"of {meaning}", f"{size} scaling range", "longest interval that a power law describes"
     declared: dict[str, tuple[str, dict[str, Any]]] = {
         "exponent": (
-            f"exponent in {kind}",
+            f"{size} scaling exponent",
             {
                 "symbol": "τ",
                 "uncertainty": f"{size}_scaling_exponent_uncertainty",
+                "ensemble": "independent",
                 "comment": f"{of}; the range is the {words}; NaN where there is none",
             },
         ),

@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 
 from solver.outcome import Ending
 from solver.quantity import Quantity, attributes
-from solver.sliding.sampling import ensemble_uncertainty, scatter_uncertainty
+from solver.sliding.sampling import ensemble_uncertainty, independent_uncertainty, scatter_uncertainty
 from study.dataset.variables import MEMBERS_USED, OUTCOMES, scalars
 from study.manifest.cases import MEMBER
 from study.plan.standing.endings import NOTHING_KNOWN
@@ -105,10 +105,14 @@ def _uncertainty(
     """Standard error of the mean over members, of one event of each as of independent ones, and what is left out in full."""
     there = np.isfinite(values)
     in_common = float(np.mean(change[there])) if there.any() else np.nan
-    if observable.ensemble == "event":
-        return float(np.hypot(scatter_uncertainty(values), in_common))
+    if observable.ensemble in _OF_SCATTER:
+        return float(np.hypot(_OF_SCATTER[observable.ensemble](values), in_common))
     span = float(np.mean(spans[np.isfinite(spans)])) if np.isfinite(spans).any() else 0.0
     return float(np.hypot(ensemble_uncertainty(values, own, span), in_common))
+
+
+_OF_SCATTER: Final = {"event": scatter_uncertainty, "independent": independent_uncertainty}
+"""`Quantity.ensemble` -> standard error of the mean, where the scatter of members says all of it."""
 
 
 def _by_member(variable: xr.Variable) -> NDArray[np.float64]:
