@@ -188,7 +188,6 @@ class StickSlipFit:
     static_friction: float = field(
         metadata=quantity(
             "fitted static friction coefficient",
-            uncertainty="fit_residual",
             symbol="μ_s",
             comment="for which Eq. 16-19 fit the spring force best",
         )
@@ -196,7 +195,6 @@ class StickSlipFit:
     later_static_friction: float = field(
         metadata=quantity(
             "fitted static friction of later slips",
-            uncertainty="fit_residual",
             symbol="μ_s",
             comment="for which Eq. 16-19 fit the spring force best, of every slip but the first",
         )
@@ -204,7 +202,6 @@ class StickSlipFit:
     kinetic_friction: float = field(
         metadata=quantity(
             "fitted kinetic friction coefficient",
-            uncertainty="fit_residual",
             symbol="μ_k",
             comment="for which Eq. 16-19 fit the spring force best",
         )

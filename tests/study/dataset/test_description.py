@@ -115,6 +115,13 @@ def test_a_symbol_of_equations_is_answered_with_the_variables_that_are_called_so
         described(symbol)
 
 
+def test_what_a_number_states_as_its_uncertainty_is_an_error() -> None:
+    """How well a fit describes what was fitted is none: two numbers may differ by 150 residuals and still agree."""
+    stated = {row.uncertainty for row in rows()}
+    assert {name for name in stated if not name.endswith("_uncertainty")} == {"", "discretization_error"}
+    assert "fit_residual" in {row.name for row in rows()}
+
+
 def test_an_unknown_name_is_answered_with_the_nearest_ones() -> None:
     with pytest.raises(KeyError, match="plateau_meen: no variable of a dataset; nearest: plateau_mean"):
         described("plateau_meen")
