@@ -145,8 +145,9 @@ OUTCOMES = {
 
 MEMBERS_USED: Final = Quantity(
     "members_used",
-    "members that means are of",
-    comment="without those that are not computed yet, and those not needed for the ensemble's uncertainty",
+    "members computed and needed",
+    comment="means are of those of them that have the number; without those that are not computed yet, and those not needed for "
+    "the ensemble's uncertainty",
 )
 
 _BY_NAME: Final = "by its name along software; empty while pending"

@@ -9,6 +9,7 @@ import xarray as xr
 from solver.view import with_error
 from study.dataset.access.mean_profile import REGIME, footnote, starred
 from study.dataset.collection.ensemble import ensemble_name, observables
+from study.dataset.collection.members import fewer, means_of
 from study.dataset.variables import OUTCOMES, VALIDITY, all_groups
 from study.figures.sweep.label import readable
 from study.report.console import Table
@@ -38,7 +39,7 @@ def case_table(case: xr.Dataset) -> tuple[Table, list[str]]:
         else:
             meaning, unit = _meaning_and_unit(each)
             number = starred(case)[0] if name == REGIME else _shown(value, _uncertainty(case, each))
-            rows.append((name, f"{number} {unit}".rstrip(), meaning))
+            rows.append((name, f"{number} {unit}".rstrip() + fewer(case, name), meaning))
     return Table(("quantity", "value", "meaning"), tuple(rows), labels=2, prose=True), missing
 
 
@@ -50,15 +51,15 @@ def ending_lines(case: xr.Dataset) -> Iterator[str]:
             yield f"{label}: {case[ending.name].item()}" + (f": {why}" if why else "")
     if "advice" in case and (advice := str(case["advice"].item())):
         yield f"advice: {advice}"
-    if explained := footnote(case):
-        yield explained
+    yield from filter(None, (footnote(case), means_of(case)))
 
 
 def _scalars(case: xr.Dataset) -> Iterator[tuple[str, xr.DataArray]]:
     """What is shown of a case: an uncertainty is shown with its variable, an ensemble's mean as the variable itself."""
     apart = _SAID_APART | {ensemble_name(name, "mean") for name in observables()}
+    beside = (_UNCERTAINTY, ensemble_name("", "members"))
     for name in map(str, case.data_vars):
-        if not case[name].dims and name not in apart and not name.endswith(_UNCERTAINTY):
+        if not case[name].dims and name not in apart and not name.endswith(beside):
             yield name, case[name]
 
 

@@ -11,7 +11,8 @@ from matplotlib.ticker import EngFormatter
 
 from study.dataset.access.mean_profile import REGIME, footnote, starred
 from study.dataset.collection.ensemble import NOT_NEEDED, over_members
-from study.dataset.variables import DISCRETIZATION_ERROR, MEMBERS_USED, OUTCOMES
+from study.dataset.collection.members import ends_of, members_of
+from study.dataset.variables import DISCRETIZATION_ERROR, OUTCOMES
 from study.figures.shared.closed_form import scales_of
 from study.figures.sweep.label import label
 from study.report.summary import alike
@@ -89,17 +90,22 @@ def accuracy(dataset: xr.Dataset) -> Iterator[str]:
     if DISCRETIZATION_ERROR.name in dataset:
         errors = dataset[DISCRETIZATION_ERROR.name].values.ravel()
         yield f"Grid (discretization_error of stiffness, approach, half-width, pressure): {_shares(errors, 'measured')}"
-    of_mean = ""
-    if MEMBERS_USED.name in dataset:
-        used = dataset[MEMBERS_USED.name].values
-        members = " to ".join(dict.fromkeys(str(end) for end in (used.min(), used.max())))
-        of_mean = f", standard error of the mean of {members} members"
     dataset = over_members(dataset)
     for name in UNCERTAIN:
         uncertainty = dataset[name].attrs.get("ancillary_variables", "") if name in dataset else ""
         if uncertainty in dataset and np.isfinite(dataset[name].values).any():
             share = np.abs(dataset[uncertainty].values.ravel() / dataset[name].values.ravel())
-            yield f"{_sentence(label(name))}: ± {_shares(share, 'known')[:-1]}{of_mean}."
+            yield f"{_sentence(label(name))}: ± {_shares(share, 'known')[:-1]}{_of_mean(dataset, name)}."
+
+
+def _of_mean(reduced: xr.Dataset, name: str) -> str:
+    """Of how many members a number's means are, where they are of members; of those without any nothing is said."""
+    counts = members_of(reduced, name)
+    if counts is None:
+        return ""
+    having, used = (each.values[counts[0].values > 0] for each in counts)
+    of = "" if (having == used).all() else f" of {ends_of(used)}"
+    return f", standard error of the mean of {ends_of(having)}{of} members"
 
 
 def _sentence(text: str) -> str:

@@ -13,6 +13,7 @@ import xarray as xr
 from markupsafe import Markup, escape
 
 from study.dataset.access.mean_profile import footnote
+from study.dataset.collection.members import means_of
 from study.figures.shared.files import write_files
 from study.figures.sweep.label import SYMBOL
 from study.figures.views.catalogue import SORTS
@@ -105,7 +106,7 @@ def page(dataset: xr.Dataset, journal: Sequence[Run]) -> str:
         },
         sections=placed(sections),
         table=table,
-        alike=[*alike, *filter(None, [footnote(dataset)])],
+        alike=[*alike, *filter(None, [footnote(dataset), means_of(dataset)])],
         runs=run_table(journal),
     )
 

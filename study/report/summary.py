@@ -18,7 +18,8 @@ from solver.quantity import GRID_ERROR
 from solver.sliding.validity import flags_in
 from solver.view import with_error
 from study.dataset.access.mean_profile import REGIME, footnote, starred
-from study.dataset.collection.ensemble import NOT_NEEDED, ensemble_name, observables, over_members
+from study.dataset.collection.ensemble import NOT_NEEDED, ensemble_name, ensemble_quantities, observables, over_members
+from study.dataset.collection.members import fewer
 from study.dataset.texts import are_texts
 from study.dataset.variables import (
     DRIVE,
@@ -239,7 +240,9 @@ _COLUMNS: Final = {
 Numbers stand before the regime, whose words are long where members of an ensemble differ in it."""
 _UNHURT: Final = (COMPLETED, PENDING, NOT_NEEDED)
 """Endings that are no failure."""
-_UNCERTAINTY: Final = {each.name: each.uncertainty for kind in KINDS for each in scalars(kind).values()}
+_UNCERTAINTY: Final = {each.name: each.uncertainty for kind in KINDS for each in scalars(kind).values()} | {
+    std.name: std.uncertainty for each in observables().values() for std in [ensemble_quantities(each)["std"]]
+}
 """Variable -> the one that says how uncertain it is."""
 
 
@@ -258,9 +261,8 @@ def _cell(values: xr.Dataset, name: str) -> str:
     if math.isnan(value):
         return "–"
     # The error of the grid is relative, and one for several numbers.
-    if error in values and error != GRID_ERROR:
-        return with_error(value, float(values[error]))
-    return f"{value:.5g}"
+    known = error in values and error != GRID_ERROR
+    return (with_error(value, float(values[error])) if known else f"{value:.5g}") + fewer(values, name)
 
 
 def _ending(values: xr.Dataset) -> tuple[str, str, str]:

@@ -7,6 +7,7 @@ import xarray as xr
 
 from study.dataset import file
 from study.dataset.collection.collect import collect
+from study.dataset.collection.members import means_of
 from study.dataset.made_of import is_made_of, made_of, note
 from study.manifest.manifest import Manifest
 from study.plan.plan import Plan
@@ -58,7 +59,7 @@ def _print_summary(dataset: xr.Dataset) -> None:
     knows less than was asked for, and the advice of its validity flags."""
     table, alike = said_once(scalar_table(dataset, why=False))
     print_table(table)
-    print_sentences(alike)
+    print_sentences([*alike, *filter(None, [means_of(dataset)])])
     print_sentences(drive_summary(dataset))
     print_sentences(failure_summary(dataset), "failed")
     print_sentences([*short_summary(dataset), *flag_summary(dataset), *left_out_summary(dataset)])

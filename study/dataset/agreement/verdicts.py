@@ -11,7 +11,7 @@ import xarray as xr
 from solver.quantity import GRID_ERROR
 from study.dataset.access.tidy import values_over
 from study.dataset.agreement.matching import Matched, Pair, ending_of
-from study.dataset.collection.ensemble import ensemble_name, observables
+from study.dataset.collection.ensemble import PARTS, ensemble_name, observables
 from study.dataset.comparison import ROUNDING, Verdict, identical, magnitude
 from study.dataset.variables import COMPUTED_BY, DRIVE, MEMBERS_USED, OUTCOMES, all_groups, companions, scalars
 from study.manifest.parameters import Value
@@ -63,10 +63,11 @@ def _names(pair: Pair, kind: str) -> list[str]:
     of_drives |= {each.name for each in OUTCOMES[DRIVE]}
     apart = {each.name for each in COMPUTED_BY.values()} | {message.name for _, message in OUTCOMES.values()}
     apart |= {group.id.name for group in all_groups().values()} | {"advice", GRID_ERROR}
-    apart |= {ensemble_name(name, part) for name in observables() for part in ("mean", "uncertainty", "std")}
+    apart |= {ensemble_name(name, part) for name in observables() for part in PARTS}
     apart.add(MEMBERS_USED.name)
     both = [str(name) for name in pair[0].data_vars if name in pair[1].data_vars and name not in apart]
-    return [name for name in both if (name in of_drives) == bool(kind) and not name.endswith("_uncertainty")]
+    told = ("_uncertainty", ensemble_name("", "members"))
+    return [name for name in both if (name in of_drives) == bool(kind) and not name.endswith(told)]
 
 
 def _judged(pair: Pair, name: str) -> bool:

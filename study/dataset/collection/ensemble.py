@@ -1,5 +1,6 @@
 """What an ensemble knows: means over members, their standard error, and how much members differ."""
 
+import math
 from collections import Counter
 from collections.abc import Mapping
 from typing import Any, Final
@@ -43,21 +44,32 @@ def _members_used(variables: Mapping[str, xr.Variable]) -> xr.Variable:
 
 
 def ensemble_name(name: str, part: str) -> str:
-    """The variable that holds a part (`mean`, `uncertainty`, `std`) of an observable's ensemble."""
+    """The variable that holds a part (one of PARTS) of an observable's ensemble."""
     return f"{name}_ensemble_{part}"
 
 
 def ensemble_quantities(observable: Quantity) -> dict[str, Quantity]:
     """Part -> the variable that holds it, of an observable."""
-    mean, error, std = (ensemble_name(observable.name, part) for part in ("mean", "uncertainty", "std"))
+    mean, error, std, error_of_std, members = (ensemble_name(observable.name, part) for part in PARTS)
     words, units = observable.long_name, observable.units
     return {
         "mean": Quantity(
             mean, f"mean of {words}", units, uncertainty=error, comment="over the members of the ensemble"
         ),
         "uncertainty": Quantity(error, f"error of {words}", units, comment="standard error of the mean over members"),
-        "std": Quantity(std, f"scatter of {words}", units, comment="standard deviation between members"),
+        "std": Quantity(
+            std, f"scatter of {words}", units, uncertainty=error_of_std, comment="standard deviation between members"
+        ),
+        "std_uncertainty": Quantity(error_of_std, "error of that scatter", units, comment=_OF_STD),
+        "members": Quantity(
+            members, "members that mean and scatter are of", comment=f"those that have {observable.name}"
+        ),
     }
+
+
+PARTS: Final = ("mean", "uncertainty", "std", "std_uncertainty", "members")
+"""What is known of an ensemble's observable."""
+_OF_STD: Final = "its standard error as of n normal members, a share of 1/√(2(n - 1)) of it"
 
 
 def _reduced(observable: Quantity, variables: Mapping[str, xr.Variable]) -> dict[str, xr.Variable]:
@@ -80,10 +92,12 @@ def _reduced(observable: Quantity, variables: Mapping[str, xr.Variable]) -> dict
             observable, *(each[place][needed[place]] for each in (values, stated, spans, change))
         ),
         "std": lambda place: _std(values[place]),
+        "std_uncertainty": lambda place: _error_of_std(values[place]),
+        "members": lambda place: np.isfinite(values[place]).sum(),
     }
     found = {}
     for part, quantity in ensemble_quantities(observable).items():
-        reduced = np.empty(values.shape[:-1])
+        reduced = np.empty(values.shape[:-1], np.int64 if part == "members" else np.float64)
         for place in np.ndindex(reduced.shape):
             reduced[place] = parts[part](place)
         found[quantity.name] = xr.Variable(_without_member(variable), reduced, attributes(quantity))
@@ -138,16 +152,25 @@ def _std(values: NDArray[np.float64]) -> float:
     return float(np.std(found, ddof=1)) if len(found) > 1 else float("nan")
 
 
+def _error_of_std(values: NDArray[np.float64]) -> float:
+    members = int(np.isfinite(values).sum())
+    return _std(values) / math.sqrt(2.0 * (members - 1)) if members > 1 else float("nan")
+
+
 def over_members(dataset: xr.Dataset) -> xr.Dataset:
     """The scalars of a dataset with the members of each ensemble as one case; the dataset itself where it has no members.
 
-    Observables and their uncertainties are the ensemble's, other numbers means over members, endings are counted.
+    Observables and their uncertainties are the ensemble's, other numbers means over the members that have them, endings are
+    counted. `NAME_ensemble_members` says of each number how many have it.
     """
     if MEMBER not in dataset.dims:
         return dataset
     cases = dataset[[name for name in dataset.data_vars if set(dataset[name].dims) <= _dims_of_cases(dataset)]].load()
     used = cases[OUTCOME] != NOT_NEEDED
     kept = {str(name): _joined(each, used) if MEMBER in each.dims else each for name, each in cases.data_vars.items()}
+    kept |= {
+        ensemble_name(str(name), "members"): _having(each) for name, each in cases.data_vars.items() if _averaged(each)
+    }
     for name, observable in observables().items():
         if ensemble_name(name, "mean") in dataset:
             own = {name: cases[ensemble_name(name, "mean")]}
@@ -155,6 +178,14 @@ def over_members(dataset: xr.Dataset) -> xr.Dataset:
             kept |= own | _twins(cases, own)
     coordinates = {name: each for name, each in cases.coords.items() if MEMBER not in each.dims}
     return xr.Dataset({name: each.variable for name, each in kept.items()}, coordinates, dataset.attrs)
+
+
+def _averaged(array: xr.DataArray) -> bool:
+    return MEMBER in array.dims and "flag_masks" not in array.attrs and array.dtype.kind not in "OUT"
+
+
+def _having(array: xr.DataArray) -> xr.DataArray:
+    return array.notnull().sum(MEMBER)
 
 
 def _twins(cases: xr.Dataset, reduced: Mapping[str, xr.DataArray]) -> dict[str, xr.DataArray]:
@@ -179,7 +210,7 @@ def _joined(array: xr.DataArray, used: xr.DataArray) -> xr.DataArray:
     """
     if "flag_masks" in array.attrs:
         return array.reduce(np.bitwise_or.reduce, MEMBER, keep_attrs=True)
-    if array.dtype.kind not in "OUT":
+    if _averaged(array):
         return array.astype(float).mean(MEMBER, keep_attrs=True)
     values, counting = (
         _members_last(each.variable) for each in (array, used.broadcast_like(array).transpose(*array.dims))

@@ -13,6 +13,7 @@ from solver.quantity import GRID_ERROR
 from study.dataset.access.mean_profile import REGIME, on_mean_profile
 from study.dataset.access.selection import Places, places
 from study.dataset.collection.ensemble import over_members
+from study.dataset.collection.members import members_of
 from study.dataset.variables import OUTCOMES, VALIDITY, parameters
 from study.figures.sweep.label import known, label, said, symbol
 
@@ -39,6 +40,10 @@ class Points:
     """Whether a validity flag says to take it with care."""
     toothless: NDArray[np.bool_]
     """Whether it is a regime on the mean profile, as the teeth were left out."""
+    members: NDArray[np.int64]
+    """How many members of an ensemble each mean is of; -1 of what is no mean."""
+    lacking: NDArray[np.bool_]
+    """Whether a mean is of fewer members than its ensemble has, as the others have no value."""
     zipped: tuple[str, ...] = ()
     """The coordinates that vary together, as their campaign says."""
 
@@ -56,18 +61,28 @@ class Points:
         """Some of the points: a mask, or their places in another order."""
         axes = {name: each[chosen] for name, each in self.axes.items()}
         values, errors, flagged = self.values[chosen], self.errors[chosen], self.flagged[chosen]
-        toothless = self.toothless[chosen]
-        return replace(self, values=values, errors=errors, axes=axes, flagged=flagged, toothless=toothless)
+        toothless, members, lacking = self.toothless[chosen], self.members[chosen], self.lacking[chosen]
+        return replace(
+            self,
+            values=values,
+            errors=errors,
+            axes=axes,
+            flagged=flagged,
+            toothless=toothless,
+            members=members,
+            lacking=lacking,
+        )
 
     def without(self, names: Collection[str]) -> "Points":
         """The points without some of their coordinates."""
         return replace(self, axes={name: each for name, each in self.axes.items() if name not in names})
 
     def columns(self) -> Columns:
-        """The points as a table: coordinates, value, uncertainty, whether flagged, and of regimes whether on the mean profile."""
+        """The points as a table: coordinates, value, uncertainty, members, whether flagged or on the mean profile."""
         errors = {} if self.text else {f"{self.name} uncertainty": self.errors}
         toothless = {"on mean profile": self.toothless} if self.toothless.any() else {}
-        return {**self.axes, self.name: self.values, **errors, "flagged": self.flagged, **toothless}
+        members = {"members": self.members} if (self.members >= 0).any() else {}
+        return {**self.axes, self.name: self.values, **errors, **members, "flagged": self.flagged, **toothless}
 
 
 def points_of(dataset: xr.Dataset, name: str, over: str = "") -> Points:
@@ -83,6 +98,7 @@ def points_of(dataset: xr.Dataset, name: str, over: str = "") -> Points:
         values, errors = _ratio((values, errors), _numbers(dataset, found, over))
     flags = found.values(VALIDITY.name) if VALIDITY.name in dataset else np.zeros(len(values))
     axes = varying(found)
+    members, used = _members(dataset, found, name)
     return Points(
         f"{name}/{over}" if over else name,
         f"{label(name)} over {symbol(over)}" if over else label(name),
@@ -91,6 +107,8 @@ def points_of(dataset: xr.Dataset, name: str, over: str = "") -> Points:
         axes,
         flags != 0,
         _toothless(found) if name == REGIME else np.zeros(len(values), dtype=bool),
+        members,
+        (members > 0) & (members < used),
         tuple(name for name in zipped(dataset) if name in axes),
     )
 
@@ -146,6 +164,16 @@ def _numbers(dataset: xr.Dataset, found: Places, name: str) -> tuple[NDArray[Any
         return numbers, nothing
     errors = np.asarray(found.values(error), dtype=float)
     return numbers, np.abs(numbers) * errors if error == GRID_ERROR else errors
+
+
+def _members(dataset: xr.Dataset, found: Places, name: str) -> tuple[NDArray[np.int64], NDArray[np.int64]]:
+    """How many members a number is of, and how many its ensembles have; -1 of what is no mean over members."""
+    counts = members_of(dataset, name)
+    if counts is None:
+        nothing = np.full(len(found.positions), -1)
+        return nothing, nothing
+    having, used = (replace(found, root=found.root.assign(counted=each)).values("counted") for each in counts)
+    return having, used
 
 
 def _toothless(found: Places) -> NDArray[np.bool_]:

@@ -56,7 +56,9 @@ def view_of(points: Points, x: str = "", hue: str = "") -> View:
     with_it = f" {' and '.join(map(symbol, points.zipped))} vary together." if kept else ""
     if scattered(drawn) and not x:
         names = " and ".join(map(symbol, counts_of(drawn)))
-        caption = f"{sentence(points.label)}, against {names}.{with_it}{_crosses(points)}{_marks(points)}"
+        caption = (
+            f"{sentence(points.label)}, against {names}.{with_it}{_crosses(points)}{_members(points)}{_marks(points)}"
+        )
         return View(stem, caption, lambda: draw_scattered(drawn), points.columns)
     roles = roles_of(drawn, x, hue)
     signs = _seen(held_at(drawn, roles.held), _mapped(drawn, roles))
@@ -86,7 +88,7 @@ def _against(points: Points, roles: Roles) -> str:
 def _seen(points: Points, mapped: bool) -> str:
     """What the signs mean that are drawn of these points."""
     flagged = " Dots: to be taken with care." if points.flagged[points.there].any() else ""
-    return _crosses(points) + (flagged + _stars(points) if mapped else _marks(points))
+    return _crosses(points) + _members(points) + (flagged + _stars(points) if mapped else _marks(points))
 
 
 def _stars(points: Points) -> str:
@@ -104,6 +106,17 @@ def _marks(points: Points) -> str:
     bars = " Bars: its uncertainty, where larger than the point." if np.isfinite(points.errors).any() else ""
     hollow = " Hollow: to be taken with care." if points.flagged[points.there].any() else ""
     return bars + hollow + _stars(points)
+
+
+def _members(points: Points) -> str:
+    """How many means are of fewer members than there are, where there are any."""
+    lacking = points.lacking & points.there
+    if not lacking.any():
+        return ""
+    least = int(points.members[lacking].min())
+    return (
+        f" Of {int(lacking.sum())} of {len(points.values)} points some members have no value; the least have {least}."
+    )
 
 
 register(Sort("answer", "Answer", answers, notes))
