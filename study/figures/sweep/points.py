@@ -95,7 +95,9 @@ def points_of(dataset: xr.Dataset, name: str, over: str = "") -> Points:
     found = places(dataset, widest, {})
     values, errors = _numbers(dataset, found, name)
     if over:
-        values, errors = _ratio((values, errors), _numbers(dataset, found, over))
+        below, its_errors = _numbers(dataset, found, over)
+        exact = tuple(not _stated(dataset, each) for each in (name, over))
+        values, errors = _ratio((values, errors), (below, its_errors), exact)
     flags = found.values(VALIDITY.name) if VALIDITY.name in dataset else np.zeros(len(values))
     axes = varying(found)
     members, used = _members(dataset, found, name)
@@ -158,9 +160,8 @@ def _numbers(dataset: xr.Dataset, found: Places, name: str) -> tuple[NDArray[Any
     if values.dtype.kind in "OUTS":
         return values.astype(object), nothing
     numbers = np.where(np.isfinite(values.astype(float)), values, np.nan).astype(float)
-    declared = known(name)
-    error = declared.uncertainty if declared else ""
-    if error not in dataset:
+    error = _stated(dataset, name)
+    if not error:
         return numbers, nothing
     errors = np.asarray(found.values(error), dtype=float)
     return numbers, np.abs(numbers) * errors if error == GRID_ERROR else errors
@@ -176,18 +177,33 @@ def _members(dataset: xr.Dataset, found: Places, name: str) -> tuple[NDArray[np.
     return having, used
 
 
+def _stated(dataset: xr.Dataset, name: str) -> str:
+    """The variable of the dataset that says how uncertain a number is; empty where none does."""
+    declared = known(name)
+    error = declared.uncertainty if declared else ""
+    return error if error in dataset else ""
+
+
 def _toothless(found: Places) -> NDArray[np.bool_]:
     signed = on_mean_profile(found.root)
     return replace(found, root=found.root.assign(signed=signed)).values("signed")
 
 
-def _ratio(above: tuple[NDArray[Any], Floats], below: tuple[NDArray[Any], Floats]) -> tuple[Floats, Floats]:
-    """A ratio and its uncertainty; one of no known uncertainty counts as exact. Raises ValueError of words."""
+def _ratio(
+    above: tuple[NDArray[Any], Floats], below: tuple[NDArray[Any], Floats], exact: tuple[bool, ...]
+) -> tuple[Floats, Floats]:
+    """A ratio and its uncertainty, NaN where that of either number is not known. Raises ValueError of words.
+
+    exact: whether each of both states none at all, as a parameter; of two such numbers the ratio's is not known.
+    """
     if any(values.dtype.kind in "OUTS" for values, _ in (above, below)):
         raise ValueError("a ratio needs two numbers, and one of these is words")
     with np.errstate(divide="ignore", invalid="ignore"):
         ratio = above[0] / below[0]
         ratio = np.where(np.isfinite(ratio), ratio, np.nan)
-        shares = [np.nan_to_num(error / value) for value, error in (above, below)]
+        shares = [
+            np.zeros_like(ratio) if sure else error / value
+            for (value, error), sure in zip((above, below), exact, strict=True)
+        ]
         errors = np.abs(ratio) * np.hypot(*shares)
-    return ratio, np.where(np.isnan(above[1]) & np.isnan(below[1]), np.nan, errors)
+    return ratio, np.full_like(ratio, np.nan) if all(exact) else errors

@@ -4,6 +4,7 @@ import numpy as np
 import pytest
 
 import nanoslip
+from study.dataset.collection.ensemble import ensemble_name
 from study.figures.sweep.points import points_of
 from tests.study.figures.sweep.cases import listed, product
 
@@ -62,6 +63,17 @@ def test_members_are_their_mean_with_its_standard_error() -> None:
     assert points.values.shape == (2,)
     np.testing.assert_array_equal(points.values, data.plateau_mean_ensemble_mean.values.ravel())
     np.testing.assert_array_equal(points.errors, data.plateau_mean_ensemble_uncertainty.values.ravel())
+
+
+def test_the_scatter_of_members_over_their_mean_has_the_uncertainties_of_both() -> None:
+    """The standard deviation of 8 normal values is known to 1/√14 = 27 % itself; its mean here to 1 %."""
+    names = [ensemble_name("plateau_mean", part) for part in ("std", "std_uncertainty")]
+    data = product(intrinsic_friction=[0.2, 0.4, 0.6])
+    values = ([0.01, 0.02, 0.03], [0.01 / np.sqrt(14.0), 0.02 / np.sqrt(14.0), np.nan])
+    data = data.assign({name: ("intrinsic_friction", each) for name, each in zip(names, values, strict=True)})
+    points = points_of(data, names[0], "plateau_mean")
+    np.testing.assert_allclose(points.errors[:2] / points.values[:2], np.hypot(1.0 / np.sqrt(14.0), 0.01), rtol=1e-12)
+    assert np.isnan(points.errors[2])  # else it was the mean's alone
 
 
 def test_a_variable_that_is_not_there_is_named() -> None:
