@@ -53,12 +53,16 @@ class EventStatistics(Labels):
     )
     cycle_events: int = field(
         metadata=quantity(
-            "events of the cycle at the end", comment="after which the end of the record repeats itself; 0: it does not"
+            "events of the cycle at the end",
+            ensemble="own",
+            comment="after which the end of the record repeats itself; 0: it does not",
         )
     )
     cycle_spacings: float = field(
         metadata=quantity(
-            "length of that cycle, in node spacings", comment="how far the pin moves in a cycle of cycle_events"
+            "length of that cycle, in node spacings",
+            ensemble="own",
+            comment="how far the pin moves in a cycle of cycle_events",
         )
     )
     """0 without one."""

@@ -23,6 +23,7 @@ from study.dataset.variables import (
     LEFT_OUT,
     LENGTH_ERRORS,
     MEMBERS_USED,
+    MEMBERS_WITH_CYCLE,
     OUTCOMES,
     SOFTWARE,
     all_groups,
@@ -193,7 +194,7 @@ def _all() -> Iterator[Described]:
         yield from _of(_GROUPS.get(kind, kind), dims, (*head, *scalars(kind).values(), *companions(kind).values()))
     for group in all_groups().values():
         yield from _of("the runs of a case", f"{CASES}, drive" if group.driven else CASES, (group.id,))
-    yield from _of("the ensemble", f"{CASES} without member", (MEMBERS_USED,))
+    yield from _of("the ensemble", f"{CASES} without member", (MEMBERS_USED, MEMBERS_WITH_CYCLE))
     for observable in observables().values():
         yield from _of("the ensemble", f"{CASES} without member", ensemble_quantities(observable).values())
     for name, quantity in influences().items():

@@ -149,6 +149,11 @@ MEMBERS_USED: Final = Quantity(
     comment="means are of those of them that have the number; without those that are not computed yet, and those not needed for "
     "the ensemble's uncertainty",
 )
+MEMBERS_WITH_CYCLE: Final = Quantity(
+    "members_with_cycle",
+    "members that found a cycle",
+    comment="those whose record repeats itself at its end: cycle_events",
+)
 
 _BY_NAME: Final = "by its name along software; empty while pending"
 COMPUTED_BY = {

@@ -12,17 +12,23 @@ from numpy.typing import NDArray
 from solver.outcome import Ending
 from solver.quantity import Quantity, attributes
 from solver.sliding.sampling import ensemble_uncertainty, independent_uncertainty, scatter_uncertainty
-from study.dataset.variables import MEMBERS_USED, OUTCOMES, scalars
+from study.dataset.variables import MEMBERS_USED, MEMBERS_WITH_CYCLE, OUTCOMES, scalars
 from study.manifest.cases import MEMBER
 from study.plan.standing.endings import NOTHING_KNOWN
 from study.plan.tasks import KINDS
 
 OUTCOME: Final = OUTCOMES[""][0].name
+OWN: Final = "own"
+"""`Quantity.ensemble` of what has no mean over members."""
 NOT_NEEDED: Final = Ending.NOT_NEEDED.value
 
 
 def observables() -> dict[str, Quantity]:
     """The variables that members make an ensemble of, by name: those that are declared so (`Quantity.ensemble`)."""
+    return {name: each for name, each in _declared().items() if each.ensemble != OWN}
+
+
+def _declared() -> dict[str, Quantity]:
     return {each.name: each for kind in KINDS for each in scalars(kind).values() if each.ensemble}
 
 
@@ -31,6 +37,8 @@ def ensemble_variables(variables: Mapping[str, xr.Variable]) -> dict[str, xr.Var
     if MEMBER not in variables[OUTCOME].dims:
         return {}
     found = {MEMBERS_USED.name: _members_used(variables)}
+    if _CYCLE in variables:
+        found[MEMBERS_WITH_CYCLE.name] = _members_with_cycle(variables[_CYCLE])
     for name, observable in observables().items():
         if name in variables:
             found |= _reduced(observable, variables)
@@ -41,6 +49,15 @@ def _members_used(variables: Mapping[str, xr.Variable]) -> xr.Variable:
     ended = variables[OUTCOME]
     used = ~np.isin(_members_last(ended), [*NOTHING_KNOWN, NOT_NEEDED])
     return xr.Variable(_without_member(ended), used.sum(axis=-1), attributes(MEMBERS_USED))
+
+
+_CYCLE: Final = "cycle_events"
+"""0 where the end of a record does not repeat itself, NaN where there is no record."""
+
+
+def _members_with_cycle(events: xr.Variable) -> xr.Variable:
+    found = (_by_member(events) > 0.0).sum(axis=-1)
+    return xr.Variable(_without_member(events), found, attributes(MEMBERS_WITH_CYCLE))
 
 
 def ensemble_name(name: str, part: str) -> str:
@@ -161,11 +178,12 @@ def over_members(dataset: xr.Dataset) -> xr.Dataset:
     """The scalars of a dataset with the members of each ensemble as one case; the dataset itself where it has no members.
 
     Observables and their uncertainties are the ensemble's, other numbers means over the members that have them, endings are
-    counted. `NAME_ensemble_members` says of each number how many have it.
+    counted. `NAME_ensemble_members` says of each number how many have it. What has no mean over members is left out.
     """
     if MEMBER not in dataset.dims:
         return dataset
     cases = dataset[[name for name in dataset.data_vars if set(dataset[name].dims) <= _dims_of_cases(dataset)]].load()
+    cases = cases.drop_vars([name for name, each in _declared().items() if each.ensemble == OWN], errors="ignore")
     used = cases[OUTCOME] != NOT_NEEDED
     kept = {str(name): _joined(each, used) if MEMBER in each.dims else each for name, each in cases.data_vars.items()}
     kept |= {

@@ -110,3 +110,18 @@ def test_of_a_number_that_no_member_has_nothing_is_said_but_that_it_is_missing()
     assert not points.lacking.any()
     with pytest.raises(StopIteration):
         next(accuracy(found))
+
+
+def test_a_cycle_is_counted_over_members_and_what_has_no_mean_is_left_out() -> None:
+    """One of 8 members with a cycle of 5 events made 0.625 events of a cycle; chances of different laws have no mean."""
+    own = ("cycle_events", "cycle_spacings", "slips_preferred_chance")
+    columns = {name: np.array([0.0, 5.0, math.nan, 0.0]) for name in own}
+    columns |= {"outcome": np.full(4, "completed", object), "events": np.array([90.0, 91.0, 92.0, 95.0])}
+    variables = {name: xr.Variable((MEMBER,), put, {"long_name": name}) for name, put in columns.items()}
+    variables["record_spacings"] = xr.Variable((MEMBER,), np.ones(4), {"long_name": "length"})
+    found = over_members(xr.Dataset(variables | ensemble_variables(variables), {MEMBER: np.arange(4)}))
+    assert found["members_with_cycle"].item() == 1
+    assert found["events"].item() == 92.0
+    assert not set(own) & set(found.data_vars)
+    shown = [name for name, *_ in case_table(found)[0].rows]
+    assert "members_with_cycle" in shown
