@@ -87,7 +87,7 @@ def finished(folder: Path) -> Finished:
     write_dataset(plan, Store(out))
     store = Store(out)
     results = {key: store.read(key) for key in store.finished()}
-    return Finished(plan, out, results, failed, dict(_files(out)))
+    return Finished(plan, out, results, failed, dict(_files(out, results)))
 
 
 def seals(out: Path) -> dict[str, int]:
@@ -95,9 +95,11 @@ def seals(out: Path) -> dict[str, int]:
     return dict(Store(out).seals())
 
 
-def _files(out: Path) -> Iterator[tuple[str, Path]]:
+def _files(out: Path, results: dict[str, TaskResult]) -> Iterator[tuple[str, Path]]:
     logs = sorted((out / FOLDER).glob(f"*{log.ENDING}"))
     yield "a log of results", max(logs, key=lambda path: path.stat().st_size).relative_to(out)
-    yield "a result of its own", min((out / FOLDER).glob(f"*{own.ENDING}")).relative_to(out)
+    # Of a compliance nothing is wanted any more when its records are there.
+    shared = [path for path in (out / FOLDER).glob(f"*{own.ENDING}") if results[path.stem].kind == "record"]
+    yield "a result of its own", min(shared).relative_to(out)
     for name in (attempts.FILE, runs.FILE, lease.FILE, f"{FOLDER}/{NOTE}", file.FILE):
         yield f"`{name}`", Path(name)
