@@ -19,7 +19,7 @@ from solver.sliding.validity import flags_in
 from solver.view import with_error
 from study.dataset.access.mean_profile import REGIME, footnote, starred
 from study.dataset.collection.ensemble import NOT_NEEDED, ensemble_name, ensemble_quantities, observables, over_members
-from study.dataset.collection.members import fewer
+from study.dataset.collection.members import counted, fewer
 from study.dataset.texts import are_texts
 from study.dataset.variables import (
     DRIVE,
@@ -81,7 +81,7 @@ def scalar_table(dataset: xr.Dataset, why: bool = True) -> Table:
     """
     dataset = over_members(dataset)
     columns = {name: title for name, title in _COLUMNS.items() if name in dataset}
-    numbers = {*columns, *map(_UNCERTAINTY.get, columns), VALIDITY.name}
+    numbers = {*columns, *map(_UNCERTAINTY.get, columns), *map(counted, columns), VALIDITY.name}
     # Of millions of cases other numbers stay in their file; texts are there.
     dataset = dataset[[name for name, each in dataset.data_vars.items() if name in numbers or are_texts(each.variable)]]
     found = points(dataset, "static_friction" if "static_friction" in dataset else "outcome")

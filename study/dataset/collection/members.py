@@ -13,15 +13,19 @@ from study.manifest.cases import MEMBER
 EXPLAINED: Final = "behind a mean: as many members have this number, the others have none"
 
 
+def counted(name: str) -> str:
+    """The variable that says how many members have a number; name: of the number, or of its standard deviation."""
+    return ensemble_name(name.removesuffix(ensemble_name("", "std")), "members")
+
+
 def members_of(reduced: xr.Dataset, name: str) -> tuple[xr.DataArray, xr.DataArray] | None:
     """How many members have a number, and how many were used; None of what is no mean over members.
 
     reduced: of study.dataset.collection.ensemble.over_members.
     """
-    counted = ensemble_name(name.removesuffix(ensemble_name("", "std")), "members")
-    if not {counted, MEMBERS_USED.name} <= set(reduced.data_vars):
+    if not {counted(name), MEMBERS_USED.name} <= set(reduced.data_vars):
         return None
-    having, used = xr.broadcast(reduced[counted], reduced[MEMBERS_USED.name])
+    having, used = xr.broadcast(reduced[counted(name)], reduced[MEMBERS_USED.name])
     return having, used
 
 
