@@ -28,6 +28,8 @@ from study.results.whole_file import clear_away, written_whole
 
 FOLDER: Final = "results"
 Said = TypeVar("Said")
+OUTLINE: Final = "outline.npz"
+"""File among the results: the plan in little (study.commands.shared.glance), for whoever looks how far a campaign is."""
 _KEY: Final = re.compile("[0-9a-f]{20}")
 
 

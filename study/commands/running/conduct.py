@@ -96,7 +96,8 @@ def _carry_out(farm: Farm, journal: Journal, order: Order, plan: Plan, store: St
     blame(plan, store, order.into)
     work = _left(plan, order, store, retry=order.retry and not early)
     _get_ready(farm, plan, order, work.tasks)
-    leave(plan, order.into)
+    if not order.shard:  # whose plan is a part: only the whole's is looked at
+        leave(plan, order.into)
     if work.tasks:
         journal.begin(farm.size, farm.unit)
     tally = _compute(farm, order.into, work.tasks)

@@ -21,10 +21,9 @@ from study.plan.plan import Plan
 from study.plan.standing.outline import Look, Outline, asked, outline_of
 from study.results.attempts import Attempt
 from study.results.shard import folders
-from study.results.store import FOLDER, Store
+from study.results.store import FOLDER, OUTLINE, Store
 from study.results.whole_file import written_whole
 
-FILE: Final = "outline.npz"
 LARGE: Final = 5000
 """Tasks from which a run leaves it: fewer are planned in no time."""
 Said = TypeVar("Said")
@@ -59,7 +58,7 @@ def glance(campaign: Path, out: Path) -> Glance:
 
 def at_hand(campaign: Path, manifest: Manifest, store: Store) -> Glance | None:
     """The same where a run has left the outline of the plan; None where none has, or that of another plan."""
-    found = _outline(store.folder / FILE, asked(manifest))
+    found = _outline(store.folder / OUTLINE, asked(manifest))
     return _glance(campaign, manifest.title, found, (store,)) if found else None
 
 
@@ -91,13 +90,13 @@ def leave(plan: Plan, out: Path) -> None:
     columns: dict[str, Any] = {item.name: getattr(found, item.name) for item in fields(Outline)}
     columns[_ASKED] = np.array(asked(plan.manifest))
     # Without it, looking takes longer: that is all.
-    with suppress(OSError), written_whole(out / FOLDER / FILE) as scratch, scratch.open("wb") as file:
+    with suppress(OSError), written_whole(out / FOLDER / OUTLINE) as scratch, scratch.open("wb") as file:
         np.savez(file, **columns)
 
 
 def outlined(out: Path) -> bool:
     """Whether a run has left an outline among these results, of whatever plan."""
-    return (out / FOLDER / FILE).is_file()
+    return (out / FOLDER / OUTLINE).is_file()
 
 
 def _outline(path: Path, expected: str) -> Outline | None:

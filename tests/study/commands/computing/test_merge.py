@@ -5,6 +5,7 @@ from pathlib import Path
 import pytest
 
 import nanoslip
+from study.commands.shared import glance
 from study.execution import executor
 from study.plan.task import TaskResult
 from study.plan.tasks import Task
@@ -112,3 +113,16 @@ def test_what_is_no_shard_is_one_line_and_exit_code_2(main: Main, campaign: Path
     code, _, errors = main("run", campaign, "--shard", "4/3")
     assert code == 2
     assert "4/3: needs a number of so many parts" in errors
+
+
+def test_what_other_shards_have_not_computed_is_left_however_large_the_campaign(
+    main: Main, campaign: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """A run leaves the outline of a large plan; a shard must not leave that of its part in its place."""
+    monkeypatch.setattr(glance, "LARGE", 1)
+    assert main("run", campaign, "--out", tmp_path, "--serial", "--shard", "1/2")[0] == 0
+    assert main("merge", campaign, "--out", tmp_path)[0] == 99
+    assert '"finished": false' in main("status", campaign, "--out", tmp_path, "--json")[1]
+    code, _, errors = main("run", campaign, "--out", tmp_path, "--serial")
+    assert (code, "4 cases, 0 tasks left" in errors) == (0, False)
+    assert '"pending"' not in main("status", campaign, "--out", tmp_path, "--json")[1]

@@ -7,7 +7,7 @@ import pytest
 from study.commands.shared import glance
 from study.manifest.reader import parse_manifest
 from study.plan.plan import make_plan
-from study.results.store import FOLDER, Store
+from study.results.store import FOLDER, OUTLINE, Store
 from tests.conftest import SMALL
 
 DIRECTORY = b"PK\x01\x02"
@@ -23,7 +23,7 @@ def test_a_damaged_outline_is_as_none(tmp_path: Path, monkeypatch, place: int) -
     store.prepare()
     glance.leave(make_plan(manifest), tmp_path)
     assert glance.at_hand(tmp_path / "small.toml", manifest, store)
-    path = tmp_path / FOLDER / glance.FILE
+    path = tmp_path / FOLDER / OUTLINE
     damaged = bytearray(path.read_bytes())
     damaged[damaged.index(DIRECTORY) + place] ^= 1
     path.write_bytes(damaged)
