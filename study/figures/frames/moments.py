@@ -77,6 +77,8 @@ def moments_of(case: Case, events: Sequence[int]) -> Moments:
     """
     compliance = surface_compliance(case.slab)
     states, outcome = states_at(case, compliance, events)
+    if not states and outcome.ok:
+        raise InvalidInput(f"no event {events[0]}: the record ends before")
     if not states:
         raise InvalidInput(f"no contact after event {events[0]}: {outcome.ending}: {outcome.message}".rstrip(": "))
     record = slide(replace(case, max_events=max(events[len(states) - 1], 1)), compliance)

@@ -6,14 +6,14 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from solver.case import Case, SlipOrder, SlipRule
+from solver.case import Case, Effects, SlipOrder, SlipRule
 from solver.contact import compiled_contact
 from solver.contact.initial import initial_contact
 from solver.elasticity.compliance import SurfaceCompliance, surface_compliance
 from solver.outcome import Ending
 from solver.slab import Slab, Support
 from solver.sliding import columns
-from solver.sliding.events import slide, slide_to_state
+from solver.sliding.events import slide, slide_to_state, states_at
 from solver.sliding.record import EVENT_KINDS
 from tests.physics import assert_contact_laws, coupled_half_plane, half_plane, smallest_step, stored_energy
 
@@ -259,3 +259,27 @@ def test_a_contact_that_failed_to_form_gives_an_empty_record_with_its_reason() -
     record = slide(case, COMPLIANCE)
     assert record.outcome.ending is Ending.CASCADE_LIMIT
     assert len(record.kind) == 0
+
+
+@pytest.mark.parametrize("limits", [{"max_events": 7}, {"max_displacement": 1e-3}], ids=["events", "displacement"])
+@pytest.mark.parametrize(
+    "changes",
+    [{}, {"effects": Effects(pin_translation=False)}, {"slip_rule": SlipRule(residual_shear=1.0)}],
+    ids=["whole", "frozen", "coulomb"],
+)
+def test_states_after_events_end_where_the_record_does(changes: dict[str, object], limits: dict[str, object]) -> None:
+    case = replace(case_with(), **(changes | limits))  # type: ignore[arg-type]
+    last = len(slide(case, COMPLIANCE).displacement)
+    assert last > 1
+    found, outcome = states_at(case, COMPLIANCE, (0, last, last + 1, 100_000))
+    assert (len(found), outcome.ok) == (2, True)
+    assert states_at(case, COMPLIANCE, (100_000,))[0] == []
+
+
+def test_a_failure_behind_the_end_of_the_record_is_not_the_cases() -> None:
+    """This pin gets too steep where it touches, but long after its seventh event."""
+    case = case_with(radius=50.0, max_events=7)
+    behind = slide(replace(case, max_events=100_000), COMPLIANCE)
+    assert (behind.outcome.ending, len(behind.displacement) > case.max_events) == (Ending.STEEP_PIN, True)
+    found, outcome = states_at(case, COMPLIANCE, (0, 5, 100_000))
+    assert (len(found), outcome.ending) == (2, Ending.COMPLETED)

@@ -53,10 +53,12 @@ def test_a_node_that_cannot_slip_has_no_limit() -> None:
     ).all()
 
 
-def test_no_contact_is_refused_with_what_the_solver_says() -> None:
+def test_nothing_to_show_is_refused_with_the_reason() -> None:
     steep = Case(normal_load=1.0, radius=0.1, slab=Slab(n_x=17))
     with pytest.raises(InvalidInput, match=f"no contact after event 0: {Ending.STEEP_PIN}: "):
         moments_of(steep, (0,))
+    with pytest.raises(InvalidInput, match="no event 9: the record ends before"):
+        moments_of(Case(max_events=5, slab=Slab(n_x=17)), (9,))
     with pytest.raises(InvalidInput, match="friction = false"):
         moments_of(Case(effects=Effects(friction=False), slab=Slab(n_x=17)), (0, 5))
 
