@@ -102,8 +102,6 @@ def _planned(manifest: Manifest, facts: Mapping[str, Any], path: Path) -> Plan:
 
 def other_software(found: xr.Dataset) -> str:
     """Who computed the dataset, and who recomputes it, where they may not make the same bits; else empty."""
-    if (_endings(found, "") == PENDING).all():
-        return ""
     origin = Origin(**{item.name: str(found.attrs.get(item.name, UNKNOWN)) for item in fields(Origin)})
     home = computing()
     if origin.alike(home):

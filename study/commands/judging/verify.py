@@ -30,14 +30,18 @@ def work(dataset: Path, sample: int | None, as_json: bool) -> None:
         file.check(dataset)  # however large it is
         plan = verification.rebuilt(found, dataset)
         cases = verification.computed(plan, found)
+        failed = verification.failed(plan, found)
+        pending = len(plan.cases) - len(cases) - failed
+        if not cases:
+            said = ", ".join(_skipped(pending, failed))
+            raise Refusal(f"{dataset}: no case has a result to compute again: {said}")
         chosen = verification.sample(cases, sample)
         say(f"{plan.manifest.title}: {len(chosen)} of {len(plan.cases)} cases to recompute", stderr=True)
         other = verification.other_software(found)
         code = _recompute(verification.tasks_of(plan, chosen, found), Path(folder))
         if not code:
             findings = list(verification.compare(found, plan, chosen, Store(Path(folder))))
-            failed = verification.failed(plan, found)
-            left = _Left(len(plan.cases) - len(cases) - failed, failed, len(cases) - len(chosen))
+            left = _Left(pending, failed, len(cases) - len(chosen))
             if as_json:
                 print_json(_data(findings, dataset, left, other))
             else:
@@ -81,10 +85,14 @@ def _print_findings(findings: list[Finding], path: Path, left: _Left, other: str
         if len(found) > MOST_ROWS:
             say(f"{verdict}: {len(found) - MOST_ROWS} more")
     parts = [f"{count} {verdict}" for verdict, count in _counts(findings).items()]
-    parts += [f"{left.pending} pending, skipped"] if left.pending else []
-    parts += [f"{left.failed} failed, skipped"] if left.failed else []
+    parts += [f"{said}, skipped" for said in _skipped(left.pending, left.failed)]
     parts += [f"{left.not_in_sample} not in the sample"] if left.not_in_sample else []
     say(f"{path}: cases: {', '.join(parts)}; {findings[0].label}: {findings[0].verdict}")
+
+
+def _skipped(pending: int, failed: int) -> list[str]:
+    """Counts of the cases without a result, of each sort that there is."""
+    return [f"{count} {sort}" for count, sort in ((pending, "pending"), (failed, "failed")) if count]
 
 
 def _counts(findings: list[Finding]) -> dict[str, int]:

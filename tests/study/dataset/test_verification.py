@@ -242,12 +242,6 @@ def test_other_software_is_named(altered):
     assert said.endswith(f"recomputed by {computing()}")
 
 
-def test_a_dataset_without_results_was_computed_by_nobody(tmp_path):
-    with file.reading(computed(tmp_path / "empty", RECORDS, leave_out=lambda _: True)) as found:
-        assert found.attrs["numpy_version"] == "nothing is computed yet"
-        assert verification.other_software(found) == ""
-
-
 AXES = "[drive_axes]\nspring_stiffness = [1e5, 2e5]\ndamping_ratio = [0.1, 0.3]\n[outputs]\nfit = false\n"
 
 

@@ -3,6 +3,7 @@
 import shutil
 
 import netCDF4
+import pytest
 
 from study.execution import executor
 
@@ -54,6 +55,20 @@ def test_tasks_that_crash_disagree_with_nothing_there_or_here(main, campaign, mo
     code, said, errors = main("verify", out)
     assert (code, said) == (3, "")
     assert "6 tasks failed, or needed one that did: nothing is compared" in errors
+
+
+@pytest.mark.parametrize("as_json", [False, True], ids=["words", "json"])
+def test_a_dataset_without_any_result_cannot_be_computed_again(main, campaign, monkeypatch, as_json):
+    out = campaign.parent / "out"
+
+    def defective(task, inputs):
+        raise ArithmeticError("a defect of the solver")
+
+    monkeypatch.setattr(executor, "run_task", defective)
+    assert main("run", campaign, "--out", out, "--serial")[0] == 3
+    code, said, errors = main("verify", out, *["--json"][:as_json])
+    assert (code, said) == (2, "")
+    assert errors == f"Error: {out / 'results.nc'}: no case has a result to compute again: 4 failed\n"
 
 
 def test_what_cannot_be_verified_is_one_clear_message(main, campaign):
