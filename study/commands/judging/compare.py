@@ -35,7 +35,7 @@ def work(first: Path, second: Path) -> None:
         pair = over_members(one), over_members(other)
         kinds = [kind for kind in KINDS if all(OUTCOMES[kind][0].name in root for root in pair)]
         print_sentences([f"A: {first}, {one.attrs.get('title', '')}", f"B: {second}, {other.attrs.get('title', '')}"])
-        _print_facts(pair)
+        _print_facts((one, other))
         found = {kind: matched(pair, kind) for kind in kinds}
         if not any(each.rows for each in found.values()):
             raise NotComparableError(f"{first} and {second} share no computed case")

@@ -1,6 +1,7 @@
 """Whether the numbers of shared cases agree: the same bits, within their uncertainties, or beyond them."""
 
 import math
+import re
 from collections.abc import Iterator
 from dataclasses import dataclass
 from typing import Any, Final
@@ -18,6 +19,21 @@ from study.manifest.parameters import Value
 
 STANDARD_DEVIATIONS: Final = 2.0
 """Combined ones by which two numbers may differ and still agree."""
+TELLING: Final = 4
+"""Members of each ensemble from which on it tells that all of one say another word than all of the other.
+
+Were both words as likely in both, four and four members would be apart like that 2 times in 70: less often than two numbers
+are by `STANDARD_DEVIATIONS`.
+"""
+_COUNTED: Final = re.compile(r"\d+ ")
+"""How words begin on which members do not agree."""
+
+
+Judged = tuple[Verdict | None, float]
+"""A verdict, and how far apart both are, as `Observed` has them."""
+_APART: Final[Judged] = (Verdict.DIFFERENT, math.inf)
+"""Of what cannot be subtracted."""
+_NOT_KNOWN: Final[Judged] = (None, math.nan)
 
 
 @dataclass(frozen=True, slots=True)
@@ -28,7 +44,7 @@ class Observed:
     name: str
     values: tuple[Any, Any]
     verdict: Verdict | None
-    """None where they differ, and how uncertain one of them is, is not known."""
+    """None where they differ, and how uncertain one of them is, is not known; of an ensemble a missing number and most words."""
     apart: float
     """Difference in combined standard deviations; infinite where one is missing or a word, NaN where these are not known."""
 
@@ -39,10 +55,13 @@ def observed(pair: Pair, kind: str, found: Matched) -> Iterator[Observed]:
         if _judged(pair, name):
             columns = [_values(root, kind, name) for root in pair]
             errors = [_errors(root, kind, name) for root in pair]
+            members = [_members(root, kind) for root in pair]
             scale = magnitude(np.array(columns[0] + columns[1])) if _number(pair, name) else 0.0
             for label, at in zip(found.labels, found.rows, strict=True):
                 both = columns[0][at[0]], columns[1][at[1]]
-                yield Observed(label, name, both, *_verdict(both, (errors[0][at[0]], errors[1][at[1]]), scale))
+                of_both = members[0][at[0]], members[1][at[1]]
+                verdict = _verdict(both, (errors[0][at[0]], errors[1][at[1]]), scale)
+                yield Observed(label, name, both, *(_NOT_KNOWN if _by_chance(both, verdict, of_both) else verdict))
 
 
 def unjudged(pair: Pair, kind: str, found: Matched) -> tuple[list[str], list[str]]:
@@ -97,16 +116,32 @@ def _errors(root: xr.Dataset, kind: str, name: str) -> list[float]:
     return values_over(stated, ending_of(root, kind))
 
 
-def _verdict(both: tuple[Any, Any], errors: tuple[float, float], scale: float) -> tuple[Verdict | None, float]:
+def _members(root: xr.Dataset, kind: str) -> list[float]:
+    """How many members each row is of; NaN where it is one case."""
+    if MEMBERS_USED.name in root:
+        return values_over(root[MEMBERS_USED.name], ending_of(root, kind))
+    return [math.nan] * ending_of(root, kind).size
+
+
+def _by_chance(both: tuple[Any, Any], verdict: Judged, members: tuple[float, float]) -> bool:
+    """Whether what cannot be subtracted may differ for the choice of members alone."""
+    if verdict != _APART or all(map(math.isnan, members)):
+        return False
+    if not all(isinstance(value, str) for value in both):
+        return any(value != value for value in both)  # noqa: PLR0124  only NaN is not itself
+    return any(map(_COUNTED.match, both)) or not all(count >= TELLING for count in members)
+
+
+def _verdict(both: tuple[Any, Any], errors: tuple[float, float], scale: float) -> Judged:
     here, there = (np.array(value) for value in both)
     if identical(here, there):
         return Verdict.IDENTICAL, 0.0
     difference = abs(both[0] - both[1]) if here.dtype.kind in "fiu" else math.nan
     if math.isnan(difference):
-        return Verdict.DIFFERENT, math.inf
+        return _APART
     known = [error for error in errors if not math.isnan(error)]
     combined = math.hypot(*known)
     apart = difference / combined if combined > 0.0 else math.inf
     if difference <= ROUNDING * scale or apart <= STANDARD_DEVIATIONS:
         return Verdict.WITHIN, apart
-    return (Verdict.DIFFERENT, apart) if len(known) == len(errors) else (None, math.nan)
+    return (Verdict.DIFFERENT, apart) if len(known) == len(errors) else _NOT_KNOWN

@@ -66,6 +66,41 @@ def test_words_agree_where_they_are_the_same_and_advice_is_not_compared() -> Non
     assert set(found) == {"outcome", "plateau_mean", "surface_stiffness"}
 
 
+def ensemble(outcome: str, used: int, plateau: float = 0.3) -> xr.Dataset:
+    """One case whose members have been joined: words that differ between them are counted."""
+    return made(plateau, 0.1, outcome=outcome).assign(members_used=("radius", [used]))
+
+
+@pytest.mark.parametrize(
+    ("one", "other", "known"),
+    [
+        (("completed", 4), ("completed", 4), True),
+        (("2 completed; 1 no_plateau", 3), ("3 completed; 1 no_plateau", 4), False),  # counts of samples
+        (("completed", 16), ("15 completed; 1 no_plateau", 16), False),
+        (("completed", 3), ("no_plateau", 4), False),  # by chance 2 times in 35, were both as likely
+        (("completed", 4), ("no_plateau", 4), True),  # 2 times in 70
+    ],
+)
+def test_words_of_members_contradict_where_all_of_one_ensemble_differ_from_all_of_the_other(one, other, known) -> None:
+    found = verdicts(ensemble(*one), ensemble(*other))["outcome"]
+    if not known:
+        assert found == (None, pytest.approx(NAN, nan_ok=True))
+    elif one == other:
+        assert found == (Verdict.IDENTICAL, 0.0)
+    else:
+        assert found == (Verdict.DIFFERENT, math.inf)
+
+
+def test_words_of_one_case_and_of_an_ensemble_are_not_judged() -> None:
+    assert verdicts(made(0.3, 0.1), ensemble("2 completed; 1 no_plateau", 3))["outcome"][0] is None
+    assert verdicts(ensemble("2 completed; 1 no_plateau", 3), made(0.3, 0.1))["outcome"][0] is None
+
+
+def test_a_number_that_only_one_of_two_ensembles_knows_is_not_judged() -> None:
+    found = verdicts(ensemble("completed", 4), ensemble("completed", 4, plateau=NAN))["plateau_mean"]
+    assert found == (None, pytest.approx(NAN, nan_ok=True))
+
+
 def test_numbers_without_an_uncertainty_are_named() -> None:
     pair = made(0.3, 0.1), made(0.3, 0.1, events=8.0)
     assert unjudged(pair, "", matched(pair, "")) == (["events"], [])
@@ -78,3 +113,10 @@ def test_a_number_is_judged_where_both_state_how_certain_it_is() -> None:
     del pair[0].plateau_mean.attrs["ancillary_variables"]
     assert "plateau_mean" not in verdicts(*pair)
     assert "plateau_mean" in unjudged(pair, "", matched(pair, ""))[0]
+
+
+def test_numbers_of_ensembles_that_state_no_scatter_contradict_each_other() -> None:
+    pair = ensemble("completed", 2), ensemble("completed", 2, plateau=0.4)
+    for each in pair:
+        each["plateau_uncertainty"][:] = 0.0
+    assert verdicts(*pair)["plateau_mean"] == (Verdict.DIFFERENT, math.inf)
