@@ -21,7 +21,7 @@ class Shard:
         found = re.fullmatch(r"(\d{1,6})/(\d{1,6})", text, re.ASCII)
         number, of = map(int, found.groups()) if found else (0, 0)
         if not 1 <= number <= of:
-            raise ValueError(f"{text}: needs a number of so many parts, from 1/10 to 10/10 for example")
+            raise ValueError(f"{text}: needs NUMBER/OF, as 1/10 to 10/10, of at most 999999 parts")
         return cls(number, of)
 
     def folder(self, out: Path) -> Path:

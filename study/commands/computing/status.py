@@ -20,7 +20,7 @@ from study.report.columns import Table
 from study.report.console import console, print_table, say, table_text, whole
 
 _GIVEN_UP: Final = "are not tried any more: failed, or need one that has; nanoslip run --retry tries again"
-_UNMERGED: Final = "counted with what {shards} are at or have finished; {merge} brings them together"
+_UNMERGED: Final = "counted with the results of {shards} not merged yet; {merge} brings them together"
 INTERVAL: Final = 2.0
 """Seconds between two looks at the results."""
 

@@ -91,7 +91,7 @@ def _carry_out(farm: Farm, journal: Journal, order: Order, plan: Plan, store: St
     if order.shard:
         plan = part(plan, order.shard)
         if not plan.cases:
-            say(f"{order.shard} has nothing to do: there are more shards than cases or, where members wait, ensembles")
+            say(f"{order.shard} has nothing to do: there are fewer cases (or ensembles) than shards")
             return 0
     blame(plan, store, order.into)
     work = _left(plan, order, store, retry=order.retry and not early)

@@ -27,7 +27,7 @@ def test_merged_shards_are_the_same_bytes_as_one_run(main: Main, campaign: Path,
         assert f", shard {number} of 3: " in errors
     assert not (out / "results.nc").exists()
     assert main("status", campaign, "--out", out, "--json")[1].count('"finished": true') == 1
-    assert "counted with what 3 shards" in main("status", campaign, "--out", out)[1]
+    assert "counted with the results of 3 shards not merged yet" in main("status", campaign, "--out", out)[1]
     code, said, errors = main("merge", campaign, "--out", out)
     assert (code, f"dataset: {out / 'results.nc'}" in said, errors) == (0, True, "")
     assert sorted(path.name for path in out.iterdir()) == ["results", "results.nc", "runs.jsonl"]
@@ -112,7 +112,7 @@ def test_a_failure_of_a_shard_is_one_of_the_campaign_and_not_tried_again(
 def test_what_is_no_shard_is_one_line_and_exit_code_2(main: Main, campaign: Path) -> None:
     code, _, errors = main("run", campaign, "--shard", "4/3")
     assert code == 2
-    assert "4/3: needs a number of so many parts" in errors
+    assert "4/3: needs NUMBER/OF, as 1/10 to 10/10" in errors
 
 
 def test_what_other_shards_have_not_computed_is_left_however_large_the_campaign(
