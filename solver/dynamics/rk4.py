@@ -54,10 +54,13 @@ def integrate_rk4(
             f"time_step = {time_step:.6g}: the stuck pin's vibrations would grow; needs {longest(motion):.6g} or less"
         )
         return nothing(samples), Outcome(Ending.UNSTABLE_STEP, message)
-    steps = max(1, math.ceil(motion.duration / time_step * (1.0 - 1e-12)))
-    if steps > step_limit:
-        message = f"time_step = {time_step:.6g}: {steps} steps; needs {motion.duration / step_limit:.6g} or more"
+    steps_needed = motion.duration / time_step * (1.0 - 1e-12)
+    if steps_needed > step_limit:
+        message = (
+            f"time_step = {time_step:.6g}: {steps_needed:.6g} steps; needs {motion.duration / step_limit:.6g} or more"
+        )
         return nothing(samples), Outcome(Ending.STEP_LIMIT, message)
+    steps = max(1, math.ceil(steps_needed))
     run = integrate_by_steps(teeth, motion, steps, samples, BINS, None if reverse_motion else True)
     if math.isnan(run.friction_work):
         message = f"time_step = {time_step:.6g}: the motion ran away at t = {run.reached:.6g}; needs a shorter step"

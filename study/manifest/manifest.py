@@ -128,7 +128,9 @@ class Budget:
 
     def __post_init__(self) -> None:
         if not isinstance(self.time, str) or not _TIME.fullmatch(self.time) or not self.seconds:
-            raise InvalidInput(f'time = {shown(self.time)}: needs a time, as "90 s", "10 min", "2 h" or "1 d"')
+            raise InvalidInput(
+                f'time = {shown(self.time)}: needs a time, as "90 s", "10 min", "2 h" or "1 d": {_DIGITS}'
+            )
         count: Any = self.ranks
         if isinstance(count, bool) or not isinstance(count, int) or not 1 <= count <= MOST_RANKS:
             raise InvalidInput(f"ranks = {shown(count)}: needs a whole number from 1 to {MOST_RANKS}")
@@ -141,6 +143,7 @@ class Budget:
 
 
 MOST_RANKS = 10**6
+_DIGITS = "above 0, with at most nine digits before and nine after the point"
 _SECONDS = {"s": 1.0, "min": 60.0, "h": 3600.0, "d": 86400.0}
 _TIME = re.compile(r"\d{1,9}(\.\d{1,9})? (s|min|h|d)")
 

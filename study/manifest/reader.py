@@ -136,6 +136,8 @@ def _ensemble(files: NamedFiles, content: dict[str, Any], stages: tuple[Stage, .
 
 
 SECONDS: Final = "seconds"
+LEAST_SECONDS: Final = 0.1
+"""Least time that a task may be given: a task may be over before a shorter one has been looked at."""
 """Key of [limits] that limits no case, but how long a task may take."""
 OTHERS: Final = {"limits": (SECONDS,), "effects": tuple(_TOLERATED)}
 """Table -> its keys that are no parameters of a case."""
@@ -221,8 +223,8 @@ class _Reader(NamedFiles):
             return None
         top["limits"] = dict(top["limits"])
         seconds = top["limits"].pop(SECONDS)
-        if isinstance(seconds, bool) or not isinstance(seconds, int | float) or not 0.0 < seconds < math.inf:
-            self.refuse(f"limits.{SECONDS} = {shown(seconds)}", "needs a number of seconds above 0")
+        if isinstance(seconds, bool) or not isinstance(seconds, int | float) or not LEAST_SECONDS <= seconds < math.inf:
+            self.refuse(f"limits.{SECONDS} = {shown(seconds)}", f"needs a number of seconds from {LEAST_SECONDS:g} on")
             return None
         return float(seconds)
 

@@ -117,3 +117,11 @@ def test_a_motion_that_runs_away_ends_by_name(monkeypatch):
     assert "ran away at t = " in result.outcome.message
     assert 0 < result.steps < 1000
     assert np.isnan(result.position[-1])
+
+
+@pytest.mark.parametrize("step", [1e-300, 5e-324])
+def test_a_step_of_which_no_drive_has_room_is_refused_in_few_words(step):
+    problem = Problem(profile_through([0.0, 100.0], [0.1], [600.0]), 0.1, 0.3, 50.0)
+    found = integrate(problem.profile, problem.drive(integrator=RK4(step)), K)
+    assert found.outcome.ending is Ending.STEP_LIMIT
+    assert len(found.outcome.message) < 80

@@ -393,9 +393,9 @@ def test_a_manifest_is_the_same_from_its_texts_alone_and_no_file_is_read(tmp_pat
             parse_manifest(there.path, text, {name: beside[name] for name in beside if name != key})
 
 
-@pytest.mark.parametrize("value", ["0", "-1", "true", '"a"', "inf", "nan", "[1]"])
+@pytest.mark.parametrize("value", ["0", "-1", "1e-300", "0.09", "true", '"a"', "inf", "nan", "[1]"])
 def test_the_time_of_a_task_is_refused_where_it_is_none(tmp_path, value):
-    with pytest.raises(ManifestError, match=r"limits\.seconds = .*: needs a number of seconds above 0"):
+    with pytest.raises(ManifestError, match=r"limits\.seconds = .*: needs a number of seconds from 0\.1 on"):
         parse_manifest(tmp_path / "mine.toml", f'title = "x"\nlimits.seconds = {value}\n', {})
 
 

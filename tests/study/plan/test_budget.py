@@ -44,3 +44,9 @@ def test_what_a_budget_does_not_buy_is_refused_by_name(observable: str) -> None:
         ManifestError, match=f'ensemble.observable = "{observable}": needs "plateau_mean" beside budget'
     ):
         planned("1 h", asked)
+
+
+@pytest.mark.parametrize("time", ["1e-300 s", "1e300 d", "0 s"])
+def test_a_time_out_of_range_is_refused_with_the_range(time: str) -> None:
+    with pytest.raises(ManifestError, match="above 0, with at most nine digits before and nine after the point"):
+        parse_manifest(ROOT / "mine.toml", f'{CAMPAIGN}[budget]\ntime = "{time}"\n', {})
