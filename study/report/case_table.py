@@ -8,6 +8,7 @@ import xarray as xr
 
 from solver.view import with_error
 from study.dataset.access.mean_profile import REGIME, footnote, starred
+from study.dataset.collection.counted import in_short
 from study.dataset.collection.ensemble import ensemble_name, observables
 from study.dataset.collection.members import fewer, means_of
 from study.dataset.variables import OUTCOMES, VALIDITY, all_groups
@@ -32,6 +33,7 @@ def case_table(case: xr.Dataset) -> tuple[Table, list[str]]:
     case: of study.dataset.access.single; what lies along a dimension is left out.
     """
     rows, missing = [], []
+    case = in_short(case)
     for name, each in _scalars(case):
         value = each.item()
         if value == "" or (isinstance(value, float) and math.isnan(value)):

@@ -18,7 +18,8 @@ LEAST_ROOM: Final = 24
 _NO_BREAK: Final = "\N{NO-BREAK SPACE}"
 _TOGETHER: Final = re.compile(" [=±<≤>≥] |nanoslip (?=[a-z])")
 """Words that belong together: what a sign joins, and the name of a command."""
-_NUMBER: Final = re.compile(r"[-+]?[\d.]|[–…-]?$|(nan|inf)\b")
+_NUMBER: Final = re.compile(r"(?!.*[^\W\d_]{4})[-+]?[\d.]|[–…-]?$|(nan|inf)\b")
+"""The start of a number with its error and unit; four letters in a row are a word, as in `3 completed`, which counts members."""
 _SENTENCE: Final = re.compile(r": |; | (?=\[)")
 """Where an outcome ends and its flags, its message or the next outcome of an ensemble begin."""
 

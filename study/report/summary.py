@@ -18,8 +18,9 @@ from solver.quantity import GRID_ERROR
 from solver.sliding.validity import flags_in
 from solver.view import with_error
 from study.dataset.access.mean_profile import REGIME, footnote, starred
+from study.dataset.collection.counted import in_short, is_counted
 from study.dataset.collection.ensemble import NOT_NEEDED, ensemble_name, ensemble_quantities, observables, over_members
-from study.dataset.collection.members import counted, fewer
+from study.dataset.collection.members import counter_of, fewer
 from study.dataset.texts import are_texts
 from study.dataset.variables import (
     DRIVE,
@@ -77,11 +78,12 @@ def points(dataset: xr.Dataset, variable: str) -> Iterator[Point]:
 def scalar_table(dataset: xr.Dataset, why: bool = True) -> Table:
     """One row for each case and drive, up to `MOST_ROWS`; the members of an ensemble are one row.
 
-    why: behind an outcome its message, too.
+    why: behind an outcome its message, too; not where members have several, which `failure_summary` and the page's head say.
     """
-    dataset = over_members(dataset)
+    of_members = MEMBER in dataset.dims
+    dataset = in_short(over_members(dataset)) if of_members else dataset
     columns = {name: title for name, title in _COLUMNS.items() if name in dataset}
-    numbers = {*columns, *map(_UNCERTAINTY.get, columns), *map(counted, columns), VALIDITY.name}
+    numbers = {*columns, *map(_UNCERTAINTY.get, columns), *map(counter_of, columns), VALIDITY.name}
     # Of millions of cases other numbers stay in their file; texts are there.
     dataset = dataset[[name for name, each in dataset.data_vars.items() if name in numbers or are_texts(each.variable)]]
     found = points(dataset, "static_friction" if "static_friction" in dataset else "outcome")
@@ -92,7 +94,7 @@ def scalar_table(dataset: xr.Dataset, why: bool = True) -> Table:
         (
             *(said(point.label[name]) for name in varying),
             *(_cell(point.values, name) for name in columns),
-            "".join(_ending(point.values)[: 3 if why else 2]),
+            "".join(_ending(point.values)[: 3 if why and not (of_members and _differ(point.values)) else 2]),
         )
         for point in shown
     ]
@@ -263,6 +265,13 @@ def _cell(values: xr.Dataset, name: str) -> str:
     # The error of the grid is relative, and one for several numbers.
     known = error in values and error != GRID_ERROR
     return (with_error(value, float(values[error])) if known else f"{value:.5g}") + fewer(values, name)
+
+
+def _differ(values: xr.Dataset) -> bool:
+    """Whether an ensemble's members say different things on how they ended."""
+    return any(
+        is_counted(str(values[each.name].item())) for both in OUTCOMES.values() for each in both if each.name in values
+    )
 
 
 def _ending(values: xr.Dataset) -> tuple[str, str, str]:

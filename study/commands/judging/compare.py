@@ -12,6 +12,7 @@ from study.commands.shared.sources import dataset_of
 from study.dataset.agreement.facts import differing
 from study.dataset.agreement.matching import KINDS, Matched, NotComparableError, Pair, matched
 from study.dataset.agreement.verdicts import STANDARD_DEVIATIONS, Observed, observed, unjudged
+from study.dataset.collection.counted import shortened
 from study.dataset.collection.ensemble import over_members
 from study.dataset.comparison import Verdict
 from study.dataset.variables import OUTCOMES
@@ -85,7 +86,9 @@ def _print_worst(seen: Sequence[Observed]) -> None:
 
 
 def _row(each: Observed) -> tuple[str, ...]:
-    here, there = (f"{value:.6g}" if isinstance(value, float) else str(value) for value in each.values)
+    here, there = (f"{value:.6g}" if isinstance(value, float) else shortened(str(value)) for value in each.values)
+    if here == there and isinstance(each.values[0], str):  # what differs is behind the most frequent text
+        here, there = each.values
     verdict = {Verdict.DIFFERENT: "beyond", Verdict.WITHIN: "within"}.get(each.verdict, "not known")  # type: ignore[arg-type]
     apart = "–" if math.isnan(each.apart) else f"{each.apart:.2g}"
     return each.name, here, there, apart, verdict, words(each.label)

@@ -1,7 +1,6 @@
 """What an ensemble knows: means over members, their standard error, and how much members differ."""
 
 import math
-from collections import Counter
 from collections.abc import Mapping
 from typing import Any, Final
 
@@ -12,6 +11,7 @@ from numpy.typing import NDArray
 from solver.outcome import Ending
 from solver.quantity import Quantity, attributes
 from solver.sliding.sampling import ensemble_uncertainty, independent_uncertainty, scatter_uncertainty
+from study.dataset.collection.counted import counted
 from study.dataset.variables import MEMBERS_USED, MEMBERS_WITH_CYCLE, OUTCOMES, scalars
 from study.manifest.cases import MEMBER
 from study.plan.standing.endings import NOTHING_KNOWN
@@ -235,13 +235,5 @@ def _joined(array: xr.DataArray, used: xr.DataArray) -> xr.DataArray:
     )
     texts = np.empty(values.shape[:-1], dtype=object)
     for place in np.ndindex(texts.shape):
-        texts[place] = _counted(values[place][counting[place]])
+        texts[place] = counted(values[place][counting[place]].tolist())
     return xr.DataArray(texts, dims=_without_member(array.variable), attrs=array.attrs)
-
-
-def _counted(values: NDArray[Any]) -> str:
-    """The text that all members have, else every text with the number of members that have it."""
-    counts = Counter(str(value) for value in values)
-    if len(counts) == 1:
-        return next(iter(counts))
-    return "; ".join(f"{count} {text}" for text, count in counts.most_common() if text)

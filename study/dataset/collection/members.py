@@ -13,7 +13,7 @@ from study.manifest.cases import MEMBER
 EXPLAINED: Final = "behind a mean: as many members have this number, the others have none"
 
 
-def counted(name: str) -> str:
+def counter_of(name: str) -> str:
     """The variable that says how many members have a number; name: of the number, or of its standard deviation."""
     return ensemble_name(name.removesuffix(ensemble_name("", "std")), "members")
 
@@ -23,9 +23,9 @@ def members_of(reduced: xr.Dataset, name: str) -> tuple[xr.DataArray, xr.DataArr
 
     reduced: of study.dataset.collection.ensemble.over_members.
     """
-    if not {counted(name), MEMBERS_USED.name} <= set(reduced.data_vars):
+    if not {counter_of(name), MEMBERS_USED.name} <= set(reduced.data_vars):
         return None
-    having, used = xr.broadcast(reduced[counted(name)], reduced[MEMBERS_USED.name])
+    having, used = xr.broadcast(reduced[counter_of(name)], reduced[MEMBERS_USED.name])
     return having, used
 
 

@@ -54,6 +54,16 @@ def test_numbers_of_shown_columns_are_whole_and_columns_left_out_are_named(width
     assert all(cell_len(line) <= width for line in lines)
 
 
+def test_outcomes_that_count_members_are_words_and_no_wider_than_the_terminal() -> None:
+    """Where every member count begins a cell the column was taken for numbers, and its header stood at the end of the longest."""
+    endings = ["9000 completed; 500 no_plateau; 300 steep_pin; 200 no_slip", "6000 completed; 4000 no_plateau"]
+    table = Table(("μ_i", "outcome"), tuple((f"0.{number}", each) for number, each in enumerate(endings)))
+    lines = [line.text for line in table_lines(table, 40)]
+    assert max(map(cell_len, lines)) <= 40
+    assert lines[0].split() == ["μ_i", "outcome"]
+    assert lines[0].index("outcome") == lines[2].index("9000")
+
+
 def test_a_wider_table_shows_no_less_and_in_the_end_all() -> None:
     gone = []
     for width in range(40, 200):

@@ -112,8 +112,29 @@ def test_numbers_are_still_there_where_members_differ_in_their_regime_and_a_term
     mixed = over_axes().isel(spring_stiffness=[0], stage_velocity=[1, 2])
     mixed["regime"][:] = "13 stick_slip; 2 sticks; 1 slides"
     mixed["drive_outcome"][:] = "14 no_plateau; 2 no_slip"
-    *_, left_out = table_lines(scalar_table(mixed), 50)
+    *_, left_out = table_lines(scalar_table(mixed), 45)
     assert left_out.text == "not shown, for lack of width: regime"
+
+
+def test_an_ensembles_row_counts_endings_and_leaves_their_messages_to_the_summary() -> None:
+    """Eight messages in one cell made a row of half a screen."""
+    rises = [f"the driving force still rises by {number}.5% over the last half of the record" for number in range(3)]
+    mixed = of_members(["no_plateau"] * 3 + ["completed"] * 5, [*rises, *[""] * 5])
+    assert [row[-1] for row in scalar_table(mixed).rows] == ["5 completed; 3 no_plateau"]
+    assert rises[0] in failure_summary(mixed)[0]
+    differing = of_members(["no_plateau"] * 3, rises)
+    assert [row[-1] for row in scalar_table(differing).rows] == ["no_plateau"]
+    alike = of_members(["no_plateau"] * 3, rises[:1] * 3)
+    assert [row[-1] for row in scalar_table(alike).rows] == [f"no_plateau: {rises[0]}"]
+
+
+def of_members(endings: list[str], messages: list[str]) -> xr.Dataset:
+    """One ensemble whose members ended so."""
+    names = {"outcome": endings, "message": messages}
+    return xr.Dataset(
+        {name: ("member", np.array(texts, dtype=object)) for name, texts in names.items()},
+        {"member": range(len(endings))},
+    )
 
 
 def test_contacts_alone_show_what_contacts_are(tmp_path: Path) -> None:

@@ -1,0 +1,48 @@
+"""Texts of an ensemble: what all members say, else how many say what; and the same in few letters, for tables."""
+
+import re
+from collections import Counter
+from collections.abc import Sequence
+from typing import Any, Final
+
+import numpy as np
+import xarray as xr
+
+LONGEST: Final = 30
+"""Characters of a counted text in a table; of a longer one the most frequent text is told, and how many say something else."""
+_PARTS: Final = re.compile(r"; (?=\d+ )")
+_COUNT: Final = re.compile(r"(\d+) ")
+
+
+def counted(values: Sequence[Any]) -> str:
+    """The text that all members have, else every text with the number of members that have it, the most frequent first."""
+    counts = Counter(str(value) for value in values)
+    if len(counts) == 1:
+        return next(iter(counts))
+    return "; ".join(f"{count} {text}" for text, count in counts.most_common() if text)
+
+
+def is_counted(text: str) -> bool:
+    """Whether a text begins with a number of members."""
+    return _COUNT.match(text) is not None
+
+
+def shortened(text: str) -> str:
+    """A counted text in at most `LONGEST` characters where its first words allow it; any other text as it is."""
+    first, *others = _PARTS.split(text)
+    if len(text) <= LONGEST or not others or not is_counted(first):
+        return text
+    numbers = [int(found[1]) for each in others if (found := _COUNT.match(each))]
+    return f"{first}; {sum(numbers)} others"
+
+
+def in_short(dataset: xr.Dataset) -> xr.Dataset:
+    """A dataset whose counted texts are short, for a table."""
+    texts = {str(name): each for name, each in dataset.data_vars.items() if each.dtype.kind == "O"}
+    return dataset.assign({name: each.copy(data=_each_shortened(each.values)) for name, each in texts.items()})
+
+
+def _each_shortened(values: Any) -> Any:
+    found = np.empty(values.shape, dtype=object)
+    found.ravel()[:] = [shortened(value) if isinstance(value, str) else value for value in values.ravel().tolist()]
+    return found

@@ -1,0 +1,45 @@
+"""Counted texts say how many members say what; short ones lose words, and no member."""
+
+import numpy as np
+import pytest
+import xarray as xr
+
+from study.dataset.collection.counted import LONGEST, counted, in_short, is_counted, shortened
+
+
+def test_what_all_members_say_is_not_counted() -> None:
+    assert counted(["slides"] * 3) == "slides"
+    assert counted(["slides", "sticks", "slides"]) == "2 slides; 1 sticks"
+    assert [is_counted(text) for text in ("slides", "2 slides; 1 sticks", "0.2.0 of today")] == [False, True, False]
+
+
+@pytest.mark.parametrize("members", [8, 10_000])
+def test_a_shortened_text_fits_its_cell_and_counts_every_member(members: int) -> None:
+    texts = ["completed", "no_plateau", "steep_pin", "no_slip"]
+    whole = counted([texts[int(place**0.5) % 4] for place in range(members)])
+    short = shortened(whole)
+    assert len(short) <= LONGEST < len(whole)
+    assert whole.startswith(short.partition(";")[0])
+    assert sum(int(word) for word in short.split() if word.isdigit()) == members
+
+
+def test_sentences_of_members_that_hold_semicolons_lose_none() -> None:
+    sentence = "the force still rises; raise limits.events"
+    short = shortened(counted([sentence] * 3 + ["needs 3; or 4"] * 2 + ["stop", "too small"]))
+    assert short == f"3 {sentence}; 4 others"
+
+
+@pytest.mark.parametrize(
+    "text", ["slides", "3 no_plateau; 5 completed", "one; two; three and some more words than a cell"]
+)
+def test_other_texts_stay_as_they_are(text: str) -> None:
+    assert shortened(text) == text
+
+
+def test_texts_of_a_dataset_are_short_and_its_numbers_as_they_were() -> None:
+    long = "13 stick_slip; 2 sticks; 1 slides"
+    data = xr.Dataset({"regime": ("case", np.array([long, "slides"], dtype=object)), "events": ("case", [1.0, 2.0])})
+    found = in_short(data)
+    assert found["regime"].values.tolist() == ["13 stick_slip; 3 others", "slides"]
+    assert data["regime"].values.tolist() == [long, "slides"]
+    xr.testing.assert_identical(found["events"], data["events"])
