@@ -15,7 +15,7 @@ from study.dataset.collection.members import ends_of, members_of
 from study.dataset.variables import DISCRETIZATION_ERROR, OUTCOMES
 from study.figures.shared.closed_form import scales_of
 from study.figures.sweep.label import label
-from study.report.summary import alike
+from study.report.summary import alike, counted_as
 
 UNHURT: Final = ("completed", NOT_NEEDED)
 """Endings that ask for nothing."""
@@ -46,13 +46,13 @@ class Ending:
 
 
 def endings(dataset: xr.Dataset) -> list[Ending]:
-    """How cases, then drives ended: failures first, the most frequent first. Members of an ensemble count each.
+    """How cases, then drives ended: failures first, the most frequent first. Of ensembles members are counted, and said to be.
 
     What a drive inherits from its case is said once, of the case.
     """
     found: list[Ending] = []
     said: set[str] = set()
-    for kind, (outcome, message) in OUTCOMES.items():
+    for outcome, message in OUTCOMES.values():
         if outcome.name not in dataset:
             continue
         words, messages = (dataset[each.name].values.ravel().tolist() for each in (outcome, message))
@@ -60,7 +60,7 @@ def endings(dataset: xr.Dataset) -> list[Ending]:
         for word, texts in sorted(of_word.items(), key=lambda item: -len(item[1])):
             if word:
                 own = [text for text in texts if not any(known in text for known in said)]
-                found.append(_ending("drive" if kind else "case", word, len(texts), own))
+                found.append(_ending(counted_as(dataset[outcome.name]), word, len(texts), own))
         said = {text for text in messages if text}
     return sorted(found, key=lambda ending: not ending.failed)
 

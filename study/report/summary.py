@@ -180,6 +180,11 @@ def failure_summary(dataset: xr.Dataset) -> list[str]:
     return lines
 
 
+def counted_as(outcomes: xr.DataArray) -> str:
+    """What has one of these outcomes each: a drive, a member of an ensemble, else a case."""
+    return "drive" if outcomes.name == OUTCOMES[DRIVE][0].name else "member" if MEMBER in outcomes.dims else "case"
+
+
 @lru_cache(maxsize=1024)  # of a million messages few are different
 def alike(message: str) -> str:
     """A message without its numbers: what those have in common that differ in nothing else."""
@@ -190,7 +195,7 @@ def _failure(outcomes: xr.DataArray, numbers: list[int], messages: list[str]) ->
     """One way to fail in a line. outcomes: of all. numbers: of those that ended so. messages: of all, in the same order."""
     first = numbers[0]
     here = outcomes[np.unravel_index(first, outcomes.shape)]
-    what = "drives" if outcomes.name == OUTCOMES["drive"][0].name else "cases"
+    what = f"{counted_as(outcomes)}s"
     place = words({name: here[name].item() for name in map(str, _varying(outcomes.to_dataset(), outcomes.dims))})
     where = f"{len(numbers)} of {outcomes.size} {what}" + (f", first {place}" if place else "")
     others = len({messages[number] for number in numbers}) - 1

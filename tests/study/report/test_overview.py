@@ -24,6 +24,12 @@ def test_every_case_is_counted_and_failures_come_first() -> None:
     assert [each.text for each in found[0].advice] == ["needs 3 to 6 rows"]
 
 
+def test_members_of_ensembles_are_not_called_cases() -> None:
+    """Flags are said of "1 of 9 cases" on the same page, and an ensemble of eight members is one of the nine."""
+    data = ended(["completed"] * 3 + ["invalid"], ["", "", "", "needs 3 to 6 rows"]).rename(case="member")
+    assert [each.words for each in overview.endings(data)] == ["1 member: invalid", "3 members: completed"]
+
+
 def test_messages_that_differ_in_numbers_alone_are_said_once() -> None:
     messages = [f"still rises by {number}.5%; raise limits.events" for number in range(6)] + ["another"]
     (found,) = overview.endings(ended(["no_plateau"] * 7, messages))

@@ -114,7 +114,7 @@ def test_what_a_reader_is_shown_is_of_the_members_used_and_no_failure(until: xr.
     assert not table.failed
     assert not failure_summary(until)
     told = {ending.words: ending.failed for ending in endings(until)}
-    assert told[f"{32 - sum(used)} cases: not needed"] is False
+    assert told[f"{32 - sum(used)} members: not needed"] is False
     assert any(f"standard error of the mean of {min(used)} to {max(used)} members" in line for line in accuracy(until))
 
 
