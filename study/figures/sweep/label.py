@@ -39,6 +39,15 @@ def label(name: str) -> str:
     return in_unit(f"{meaning}{own}", name)
 
 
+def ratio(above: str, below: str) -> str:
+    """A ratio of two variables on an axis; what the first is measured in stands behind both."""
+    found = known(above)
+    meaning, _, own = (found.meaning if found else above).partition(", in ")
+    sign = f" {found.symbol}" if found and found.symbol and found.symbol not in meaning else ""
+    measured = f", in {own}" if own and "/" not in sign else ""
+    return f"{in_unit(f'{meaning}{sign}', above)} over {short(below)}{measured}"
+
+
 def short(name: str) -> str:
     """A variable where there is little room: symbol and unit."""
     return in_unit(symbol(name), name)

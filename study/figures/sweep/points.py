@@ -15,7 +15,7 @@ from study.dataset.access.selection import Places, places
 from study.dataset.collection.ensemble import over_members
 from study.dataset.collection.members import members_of
 from study.dataset.variables import OUTCOMES, VALIDITY, parameters
-from study.figures.sweep.label import known, label, said, symbol
+from study.figures.sweep.label import known, label, ratio, said
 
 Floats = NDArray[np.float64]
 Columns = Mapping[str, NDArray[Any]]
@@ -103,7 +103,7 @@ def points_of(dataset: xr.Dataset, name: str, over: str = "") -> Points:
     members, used = _members(dataset, found, name)
     return Points(
         f"{name}/{over}" if over else name,
-        f"{label(name)} over {symbol(over)}" if over else label(name),
+        ratio(name, over) if over else label(name),
         values,
         errors,
         axes,

@@ -5,6 +5,7 @@ import pytest
 
 import nanoslip
 from study.dataset.collection.ensemble import ensemble_name
+from study.figures.sweep.label import ratio
 from study.figures.sweep.points import points_of
 from tests.study.figures.sweep.cases import listed, product
 
@@ -79,3 +80,11 @@ def test_the_scatter_of_members_over_their_mean_has_the_uncertainties_of_both() 
 def test_a_variable_that_is_not_there_is_named() -> None:
     with pytest.raises(KeyError, match="static_friction"):
         points_of(product(intrinsic_friction=[0.2]), "static_friction")
+
+
+def test_a_ratio_is_named_before_what_its_upper_part_is_measured_in() -> None:
+    """It read "... in L_x over F/W"."""
+    assert ratio("mean_step", "plateau_mean") == "mean step per event over F/W, in L_x"
+    assert ratio("surface_stiffness", "normal_load") == "lateral stiffness K over W/(G·L_x·L_y), in G·L_y"
+    assert ratio("plateau_mean", "intrinsic_friction") == "F/W on the plateau over μ_i"
+    assert ratio("stage_velocity", "spring_stiffness") == "velocity of the stage V_o (m/s) over k (N/m)"
