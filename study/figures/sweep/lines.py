@@ -98,10 +98,11 @@ def _draw_series(axes: Any, points: Points, series: Points, x: Any, color: str, 
     order = np.argsort(x, kind="stable")
     x, series = x[order], series.at(order)
     there = series.there
-    y = _heights(points, series.values[there])
-    errors = np.nan_to_num(series.errors[there])
+    heights = np.full(len(x), np.nan)  # a line breaks at what is no number
+    heights[there] = y = _heights(points, series.values[there])
+    errors = np.nan_to_num(series.errors)
     line = "" if series.text or len(set(x[there].tolist())) < there.sum() else line
-    axes.errorbar(x[there], y, errors, fmt=f"{line}o", markersize=2.6, capsize=1.6, color=color, label=name or None)
+    axes.errorbar(x, heights, errors, fmt=f"{line}o", markersize=2.6, capsize=1.6, color=color, label=name or None)
     care = series.flagged[there]
     axes.plot(x[there][care], y[care], "o", markersize=2.0, color="white", zorder=5)
     draw_stars(axes, x[there], y, series.toothless[there])

@@ -41,6 +41,13 @@ def test_cases_without_a_value_are_crosses_on_the_lower_edge() -> None:
     assert crosses(draw_lines(points, roles_of(points))) == [(2.0, pytest.approx(0.02))]
 
 
+def test_a_line_breaks_where_a_value_is_missing() -> None:
+    data = product(lambda radius: np.where(radius == 2.0, np.nan, radius), radius=[4.0, 1.0, 2.0, 3.0])
+    points = points_of(data, "plateau_mean")
+    line = draw_lines(points, roles_of(points)).axes[0].containers[0].lines[0]
+    np.testing.assert_array_equal(line.get_ydata(), [1.0, np.nan, 3.0, 4.0])
+
+
 def test_each_value_has_its_tile() -> None:
     data = product(
         lambda radius, n_x: np.where((radius == 2.0) & (n_x == 65), np.nan, radius * n_x),
