@@ -1,6 +1,5 @@
 """The cases of a dataset as a table: one row each, labelled by the parameters in which they differ."""
 
-import itertools
 import math
 import re
 import tomllib
@@ -12,6 +11,7 @@ from typing import Any, Final
 
 import numpy as np
 import xarray as xr
+from numpy.typing import NDArray
 
 from solver.outcome import Ending
 from solver.quantity import GRID_ERROR
@@ -43,7 +43,9 @@ from study.plan.tasks import KINDS
 from study.report.columns import Table
 
 MOST_ROWS: Final = 500
-"""The most rows of a table on the terminal or the page."""
+"""The most rows of a table on the page."""
+MOST_LINES: Final = 40
+"""The most rows of a table on the terminal: what is said below it stays in sight."""
 COMPLETED: Final = Ending.COMPLETED.value
 FEW: Final = 50
 """Drives whose endings are not counted."""
@@ -63,20 +65,33 @@ class Point:
     """What singles it out for the accessor of study.dataset.access."""
 
 
-def points(dataset: xr.Dataset, variable: str) -> Iterator[Point]:
-    """The cases that a variable has, with their drives where it has them, in the variable's order."""
+def points(dataset: xr.Dataset, variable: str, most: int) -> Iterator[Point]:
+    """The cases that a variable has, with their drives where it has them, in the variable's order: so many at most.
+
+    What has ended goes before what has not.
+    """
     dims = dataset[variable].dims
     varying = [str(name) for name in _varying(dataset, dims)]
     scalars = dataset[[name for name in dataset.data_vars if set(dataset[name].dims) <= set(dims)]].load()
-    for position in np.ndindex(*(dataset.sizes[dim] for dim in dims)):
-        values = scalars.isel(dict(zip(dims, position, strict=True)))
+    shape = dataset[variable].shape
+    for number in sorted(np.argsort(_waiting(scalars, dataset[variable]), kind="stable")[:most].tolist()):
+        values = scalars.isel(dict(zip(dims, np.unravel_index(number, shape), strict=True)))
         label = {name: values[name].item() for name in varying}
         selection = {str(dim): values[dim].item() for dim in dims}
         yield Point(label, values, selection)
 
 
-def scalar_table(dataset: xr.Dataset, why: bool = True) -> Table:
-    """One row for each case and drive, up to `MOST_ROWS`; the members of an ensemble are one row.
+def _waiting(dataset: xr.Dataset, of: xr.DataArray) -> NDArray[np.bool_]:
+    """Whether cases, with their drives, are still to be computed, in the order of a variable; (n,)."""
+    found = xr.zeros_like(of, dtype=np.bool_)
+    for ending, _ in OUTCOMES.values():
+        if ending.name in dataset:
+            found = found | (dataset[ending.name] == PENDING)
+    return np.asarray(found.transpose(*of.dims).values.ravel())
+
+
+def scalar_table(dataset: xr.Dataset, why: bool = True, most: int = MOST_ROWS) -> Table:
+    """One row for each case and drive, so many at most; the members of an ensemble are one row.
 
     why: behind an outcome its message, too; not where members have several, which `failure_summary` and the page's head say.
     """
@@ -86,8 +101,8 @@ def scalar_table(dataset: xr.Dataset, why: bool = True) -> Table:
     numbers = {*columns, *map(_UNCERTAINTY.get, columns), *map(counter_of, columns), VALIDITY.name}
     # Of millions of cases other numbers stay in their file; texts are there.
     dataset = dataset[[name for name, each in dataset.data_vars.items() if name in numbers or are_texts(each.variable)]]
-    found = points(dataset, "static_friction" if "static_friction" in dataset else "outcome")
-    shown = list(itertools.islice(found, MOST_ROWS))
+    what = "static_friction" if "static_friction" in dataset else "outcome"
+    shown = list(points(dataset, what, most))
     varying = tuple(shown[0].label)
     header = (*(in_unit(_name(name), name) for name in varying), *columns.values(), "outcome")
     rows = [
@@ -98,8 +113,8 @@ def scalar_table(dataset: xr.Dataset, why: bool = True) -> Table:
         )
         for point in shown
     ]
-    if next(found, None) is not None:
-        rows.append((*("…" for _ in header[1:]), f"the dataset has more than {MOST_ROWS} rows"))
+    if more := dataset[what].size - len(shown):
+        rows.append((*("…" for _ in header[1:]), f"{more} more"))
     failed = frozenset(number for number, point in enumerate(shown) if _ending(point.values)[0] not in _UNHURT)
     return Table(header, tuple(rows), len(varying), failed)
 

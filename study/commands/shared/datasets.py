@@ -14,6 +14,7 @@ from study.plan.plan import Plan
 from study.report.common import said_once
 from study.report.console import print_sentences, print_table, say, whole
 from study.report.summary import (
+    MOST_LINES,
     drive_summary,
     failure_summary,
     flag_summary,
@@ -57,7 +58,7 @@ def _print(dataset: xr.Dataset, path: Path) -> None:
 def _print_summary(dataset: xr.Dataset) -> None:
     """Print the table of a dataset's cases, how its drives ended, why and what to do, where an ensemble
     knows less than was asked for, and the advice of its validity flags."""
-    table, alike = said_once(scalar_table(dataset, why=False))
+    table, alike = said_once(scalar_table(dataset, why=False, most=MOST_LINES))
     print_table(table)
     print_sentences([*alike, *filter(None, [means_of(dataset)])])
     print_sentences(drive_summary(dataset))

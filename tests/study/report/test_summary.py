@@ -237,3 +237,11 @@ def test_a_regime_of_the_mean_profile_has_a_star_in_the_table_which_a_line_expla
 def test_regimes_of_the_mean_profile_are_counted_apart() -> None:
     many = xr.concat([without_teeth()] * 10, "pin_mass", data_vars="all")
     assert drive_summary(many)[1] == "regime of 60 drives: 20 slides*, 10 sticks, 10 slides, 10 stick_slip"
+
+
+def test_what_has_ended_is_in_a_table_before_what_has_not_and_the_rest_is_counted() -> None:
+    endings = ["pending"] * 7 + ["completed", "pending", "invalid"]
+    table = scalar_table(failing(endings, [""] * 10), most=4)
+    assert [row[-1] for row in table.rows] == ["pending", "pending", "completed", "invalid", "6 more"]
+    assert table.failed == {3}
+    assert len(scalar_table(failing(endings, [""] * 10), most=10).rows) == 10
