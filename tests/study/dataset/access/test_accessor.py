@@ -54,7 +54,10 @@ def test_the_teeth_are_both_sides_of_each_drop(full):
     assert line["friction_force"][0] == one["initial_friction"]
     assert line["friction_force"][-1] == one["final_friction"]
     assert line["displacement"][-1] == one["final_displacement"]
-    assert float(line["friction_force"].max()) == one["peak_friction"].item()
+    # Forces over the load, rounded each in its own way.
+    assert float(line["friction_force"].max()) == pytest.approx(
+        one["peak_friction"].item(), rel=4 * np.finfo(float).eps
+    )
 
 
 def test_events_of_all_cases_are_one_table_with_their_parameters(full):
