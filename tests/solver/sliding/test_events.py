@@ -278,7 +278,7 @@ def test_states_after_events_end_where_the_record_does(changes: dict[str, object
 
 def test_a_failure_behind_the_end_of_the_record_is_not_the_cases() -> None:
     """This pin gets too steep where it touches, but long after its seventh event."""
-    case = case_with(radius=50.0, max_events=7)
+    case = case_with(radius=25.0, max_events=7)
     behind = slide(replace(case, max_events=100_000), COMPLIANCE)
     assert (behind.outcome.ending, len(behind.displacement) > case.max_events) == (Ending.STEEP_PIN, True)
     found, outcome = states_at(case, COMPLIANCE, (0, 5, 100_000))
