@@ -13,7 +13,7 @@ from study.figures.shared.canvas import COLORS, column
 from study.figures.sweep.label import label, typeset
 from study.figures.sweep.lines import FAILED, WIDTH, draw_stars, grid_of, names_of, panels_of, title_of
 from study.figures.sweep.points import Points
-from study.figures.sweep.roles import Roles, held_at
+from study.figures.sweep.roles import Roles, counts_of, held_at
 from study.figures.sweep.scale import is_logarithmic, places_of, set_axis
 
 Floats = NDArray[np.float64]
@@ -21,12 +21,20 @@ LETTERS: Final = 56
 """Letters of a legend that stand side by side above a figure: more would be cut off at its sides."""
 MOST_VECTOR: Final = 500
 """Tiles up to which they stay shapes; more are an image inside the picture."""
+MOST_SIGNS: Final = 2500
+"""Tiles of a panel up to which each has room for a sign; among more the signs would hide them."""
+
+
+def is_crowded(points: Points, roles: Roles) -> bool:
+    """Whether tiles are too many for signs on them: those to be taken with care are hatched then, those without a value white."""
+    counts = counts_of(points)
+    return counts[roles.x] * counts[roles.hue] > MOST_SIGNS
 
 
 def draw_tiles(points: Points, roles: Roles) -> Figure:
     """A tile for each case, coloured by its value.
 
-    Crosses are cases without one, dots those to be taken with care, stars regimes on the mean profile.
+    Crosses are cases without one, dots those to be taken with care, stars regimes on the mean profile. Very many have none.
     """
     points = held_at(points, roles.held)
     names = names_of(points) if points.text else []
@@ -56,9 +64,15 @@ def _draw_panel(axes: Any, points: Points, here: Points, roles: Roles, names: li
     ends = [_edges(values, axis.get_scale() == "log") for values, axis in ((columns, axes.xaxis), (rows, axes.yaxis))]
     look = {"rasterized": tiles.size > MOST_VECTOR, "edgecolors": "face", "linewidth": 0.3}
     mesh = axes.pcolormesh(*ends, tiles, **look, **_colors(points, names))
+    care = here.flagged & here.there
+    if is_crowded(points, roles):
+        inside = np.zeros(tiles.shape)
+        inside[np.searchsorted(rows, y), np.searchsorted(columns, x)] = care
+        if 0.0 < inside.mean() < 1.0:
+            axes.contourf(columns, rows, inside, levels=[0.5, 1.5], colors="none", hatches=["//"])
+        return mesh
     axes.plot(x[~here.there], y[~here.there], "x", markersize=4, color=FAILED)
     draw_stars(axes, x[here.there], y[here.there], here.toothless[here.there])
-    care = here.flagged & here.there
     axes.plot(x[care], y[care], "o", markersize=2.4, color="white", markeredgecolor="black", markeredgewidth=0.4)
     return mesh
 

@@ -13,7 +13,7 @@ from study.figures.sweep.label import symbol, words
 from study.figures.sweep.lines import draw_lines, draw_scattered
 from study.figures.sweep.points import Points, points_of
 from study.figures.sweep.roles import MOST_HUES, Roles, counts_of, held_at, roles_of, scattered, together
-from study.figures.sweep.tiles import draw_tiles
+from study.figures.sweep.tiles import draw_tiles, is_crowded
 from study.figures.views.alike import differs, in_words, sentence
 from study.figures.views.view import Sort, View, register
 
@@ -61,7 +61,7 @@ def view_of(points: Points, x: str = "", hue: str = "") -> View:
         )
         return View(stem, caption, lambda: draw_scattered(drawn), points.columns)
     roles = roles_of(drawn, x, hue)
-    signs = _seen(held_at(drawn, roles.held), _mapped(drawn, roles))
+    signs = _seen(held_at(drawn, roles.held), roles, _mapped(drawn, roles))
     caption = f"{sentence(points.label)}, {_against(drawn, roles)}.{with_it}{signs}"
     return View(stem, caption, lambda: figure_of(drawn, roles), points.columns)
 
@@ -85,8 +85,10 @@ def _against(points: Points, roles: Roles) -> str:
     return f"against {symbol(roles.x)}{hue}{panels}{held}"
 
 
-def _seen(points: Points, mapped: bool) -> str:
+def _seen(points: Points, roles: Roles, mapped: bool) -> str:
     """What the signs mean that are drawn of these points."""
+    if mapped and is_crowded(points, roles):
+        return _white(points) + _members(points) + _outlined(points)
     flagged = " Dots: to be taken with care." if points.flagged[points.there].any() else ""
     return _crosses(points) + _members(points) + (flagged + _stars(points) if mapped else _marks(points))
 
@@ -94,6 +96,19 @@ def _seen(points: Points, mapped: bool) -> str:
 def _stars(points: Points) -> str:
     count = int((points.toothless & points.there).sum())
     return f" Stars: {EXPLAINED} ({count} of {len(points.values)})." if count else ""
+
+
+def _white(points: Points) -> str:
+    missing = int((~points.there).sum())
+    return f" White: {missing} without a value." if missing else ""
+
+
+def _outlined(points: Points) -> str:
+    """What of many points is to be taken with care, and whose regimes are on the mean profile."""
+    care, toothless = (int((which & points.there).sum()) for which in (points.flagged, points.toothless))
+    where = "All" if care == points.there.sum() else f"{care} of {len(points.values)}, hatched,"
+    flagged = f" {where} are to be taken with care." if care else ""
+    return flagged + (f" Of {toothless}: {EXPLAINED}." if toothless else "")
 
 
 def _crosses(points: Points) -> str:

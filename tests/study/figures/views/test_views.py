@@ -138,6 +138,27 @@ def test_a_list_of_axes_that_vary_together_is_drawn_once_and_says_so() -> None:
     assert "against W/(G·L_x·L_y). R/L_x and" in other.caption
 
 
+def test_signs_that_would_hide_a_crowded_map_are_a_line_around_what_is_to_be_taken_with_care() -> None:
+    data = product(
+        lambda radius, intrinsic_friction: np.where(radius > 70.0, np.nan, intrinsic_friction),
+        intrinsic_friction=np.linspace(0.1, 1.0, 40).tolist(),
+        radius=np.linspace(1.0, 80.0, 80).tolist(),
+    )
+    flags = data["validity_flags"]
+    flags[:20] = 1
+    found = view_of(points_of(data, "plateau_mean"))
+    assert "White: 400 without a value. 1400 of 3200, hatched, are to be taken with care." in found.caption
+    axes = found.draw().axes[0]
+    assert not axes.lines
+    (hatched,) = axes.collections[1].get_paths()
+    frictions, radii = data["intrinsic_friction"].values, data["radius"].values
+    # As far as halfway to the next ones, which have no flag or no value.
+    np.testing.assert_allclose(hatched.vertices.min(axis=0), [radii[0], frictions[0]])
+    np.testing.assert_allclose(hatched.vertices.max(axis=0), [radii[69:71].mean(), frictions[19:21].mean()])
+    flags[:] = 1
+    assert "All are to be taken with care." in view_of(points_of(data, "plateau_mean")).caption
+
+
 def test_signs_are_explained_where_they_are_drawn() -> None:
     data = product(lambda radius, n_x: 0.1 * radius, radius=[1.0, 2.0, 3.0], n_x=[17, 33])
     data["validity_flags"][0, 0] = 1
