@@ -65,7 +65,7 @@ class Point:
     """What singles it out for the accessor of study.dataset.access."""
 
 
-def points(dataset: xr.Dataset, variable: str, most: int) -> Iterator[Point]:
+def points(dataset: xr.Dataset, variable: str, most: int = MOST_ROWS) -> Iterator[Point]:
     """The cases that a variable has, with their drives where it has them, in the variable's order: so many at most.
 
     What has ended goes before what has not.
