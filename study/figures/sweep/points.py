@@ -2,7 +2,7 @@
 
 import tomllib
 from collections.abc import Collection, Mapping
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, fields, replace
 from typing import Any, Final
 
 import numpy as np
@@ -60,18 +60,9 @@ class Points:
     def at(self, chosen: NDArray[Any]) -> "Points":
         """Some of the points: a mask, or their places in another order."""
         axes = {name: each[chosen] for name, each in self.axes.items()}
-        values, errors, flagged = self.values[chosen], self.errors[chosen], self.flagged[chosen]
-        toothless, members, lacking = self.toothless[chosen], self.members[chosen], self.lacking[chosen]
-        return replace(
-            self,
-            values=values,
-            errors=errors,
-            axes=axes,
-            flagged=flagged,
-            toothless=toothless,
-            members=members,
-            lacking=lacking,
-        )
+        arrays = {each.name: getattr(self, each.name) for each in fields(self)}
+        some = {name: array[chosen] for name, array in arrays.items() if isinstance(array, np.ndarray)}
+        return replace(self, axes=axes, **some)
 
     def without(self, names: Collection[str]) -> "Points":
         """The points without some of their coordinates."""

@@ -1,5 +1,7 @@
 """Points hold every case once, with its axes; a ratio's uncertainty follows from both numbers; members are mean and error."""
 
+from dataclasses import fields
+
 import numpy as np
 import pytest
 
@@ -18,6 +20,16 @@ def test_every_case_is_a_point_beside_its_axes() -> None:
     np.testing.assert_array_equal(points.values, 0.5 * points.axes["intrinsic_friction"])
     np.testing.assert_allclose(points.errors, 0.01 * points.values, rtol=1e-12)
     assert points.label == "F/W on the plateau"
+
+
+def test_some_of_the_points_are_these_in_every_array() -> None:
+    points = points_of(product(intrinsic_friction=[0.2, 0.4, 0.6], normal_load=LOADS), "plateau_mean")
+    some = points.at(np.array([4, 1]))
+    for name, values in points.columns().items():
+        assert some.columns()[name].tolist() == [values[4], values[1]]
+    for each in fields(points):
+        if isinstance(array := getattr(points, each.name), np.ndarray):
+            np.testing.assert_array_equal(getattr(some, each.name), array[[4, 1]])
 
 
 def test_a_ratio_has_the_uncertainties_of_both() -> None:
