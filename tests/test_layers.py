@@ -69,7 +69,7 @@ ORDER = {
     "measurement",
     "study.accuracy.influence": "scenes ensembles measurement judgement verdict picture",
     "study.commands": "shared preparing running computing looking judging cli",
-    "study.commands.running": "order finished killed head_start conduct",
+    "study.commands.running": "order finished killed broken_off remaining head_start planning conduct",
     "study.commands.preparing": "declared campaigns new check plan explain",
     "study.commands.computing": "declared run status collect merge submit",
     "study.commands.looking": "declared report figure show try frames",

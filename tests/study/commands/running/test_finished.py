@@ -4,7 +4,7 @@ from pathlib import Path
 
 import pytest
 
-from study.commands.running import conduct
+from study.commands.running import planning
 from study.commands.shared import glance
 from study.commands.shared.plans import planned_from
 from study.execution.farms import begun
@@ -25,7 +25,9 @@ def finished(main, campaign: Path, monkeypatch) -> Path:
 def plans(monkeypatch) -> list[Path]:
     """The campaigns that runs have planned."""
     found: list[Path] = []
-    monkeypatch.setattr(conduct, "planned_from", lambda manifest: found.append(manifest.path) or planned_from(manifest))
+    monkeypatch.setattr(
+        planning, "planned_from", lambda manifest: found.append(manifest.path) or planned_from(manifest)
+    )
     return found
 
 

@@ -1,0 +1,23 @@
+"""Whether a run ends before all is computed, and what it says then."""
+
+from study.commands.shared.exits import Refusal
+from study.commands.shared.plans import counted
+from study.execution.journal import Journal
+from study.execution.ledger import Tally
+from study.report.console import say
+from study.results.lease import Lease
+
+
+def broken_off(journal: Journal, tally: Tally, lease: Lease) -> bool:
+    """Whether a run ends before all is computed; says why. Raises Refusal where no task could be finished any more."""
+    journal.computed(tally)
+    if tally.halt:
+        raise Refusal(f"{tally.halt}; what is finished is kept: run again to continue")
+    if tally.interrupted and not lease.lost:
+        _print_interrupted(tally)
+    return bool(lease.lost) or tally.interrupted
+
+
+def _print_interrupted(tally: Tally) -> None:
+    late = f"{counted(tally.outlasting, 'task')} left would outlast this job; " if tally.outlasting else ""
+    say(f"interrupted: {late}what is finished is kept; run again to continue", stderr=True)
