@@ -4,13 +4,12 @@ import os
 import signal
 import subprocess
 import sys
-import time
 
 import pytest
 
 from study.results.store import FOLDER
 from tests.conftest import SMALL, launcher, longer, polite_signal
-from tests.study.results.results import written
+from tests.study.results.results import until_written, written
 
 pytestmark = pytest.mark.mpi
 
@@ -73,9 +72,7 @@ def test_a_run_cut_short_goes_on_to_the_same_dataset(nanoslip, environment, tmp_
     assert nanoslip("run", campaign, "--out", whole).returncode == 0
     words = [*launcher(2), sys.executable, "-m", "study", "run", str(campaign), "--out", str(cut)]
     running = subprocess.Popen(words, env=environment, stderr=subprocess.PIPE, text=True, start_new_session=True)
-    while len(written(cut)) < 5:
-        assert running.poll() is None
-        time.sleep(0.002)
+    until_written(cut, 5, running)
     if kill:
         os.killpg(running.pid, signal.SIGKILL)  # launcher and ranks at once
     else:

@@ -1,6 +1,8 @@
 """Made-up results, as tests of their files share them, and what is done to files."""
 
 import os
+import subprocess
+import time
 from collections import Counter
 from dataclasses import replace
 from pathlib import Path
@@ -41,6 +43,13 @@ def written(out: Path) -> Counter[str]:
     places = (found for path in folder.glob(f"*{log.ENDING}") for found in log.scan(path))
     kept = Counter(found.head.key for found in places if isinstance(found, log.Place))
     return kept + Counter(path.stem for path in folder.glob(f"*{own.ENDING}"))
+
+
+def until_written(out: Path, results: int, running: "subprocess.Popen[str]") -> None:
+    """Wait until a run has kept so many results of a campaign, and see that it goes on."""
+    while len(written(out)) < results:
+        assert running.poll() is None
+        time.sleep(0.002)
 
 
 def same(one: TaskResult, other: TaskResult) -> bool:

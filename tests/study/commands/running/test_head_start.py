@@ -16,7 +16,7 @@ from study.plan import memory
 from study.plan.plan import Planning
 from study.results import runs
 from tests.conftest import SMALL, Main, longer
-from tests.study.results.results import written
+from tests.study.results.results import until_written, written
 
 PROGRAM = Path(__file__).with_name("head_start_program.py")
 TASKS = 13
@@ -180,9 +180,7 @@ def test_it_is_the_same_in_two_processes_and_goes_on_when_it_was_killed(nanoslip
     assert (out / "results.nc").read_bytes() == (whole / "results.nc").read_bytes()
 
     running = started(environment, "run", long, "--out", killed, "--jobs", 2)
-    while len(written(killed)) < 5:
-        assert running.poll() is None
-        time.sleep(0.002)
+    until_written(killed, 5, running)
     os.killpg(running.pid, signal.SIGKILL)
     said = running.communicate(timeout=60)[1]
     assert (running.returncode, "tasks left" in said) == (-signal.SIGKILL, False)

@@ -5,7 +5,6 @@ import os
 import signal
 import subprocess
 import sys
-import time
 from pathlib import Path
 
 import pytest
@@ -20,7 +19,7 @@ from study.execution.program import Program
 from tests.conftest import longer
 from tests.study.execution.farms.faults import program
 from tests.study.execution.made_up import Work
-from tests.study.results.results import written
+from tests.study.results.results import until_written, written
 
 NOTHING = Program("builtins", "callable")
 
@@ -90,9 +89,7 @@ def test_a_signal_ends_all_processes_and_the_next_run_goes_on(environment, tmp_p
     campaign.write_text(longer(radii=40, events=6000))
     words = [sys.executable, "-m", "study", "run", str(campaign), "--out", str(out), "-j", "2"]
     running = subprocess.Popen(words, env=environment, stderr=subprocess.PIPE, text=True, start_new_session=True)
-    while len(written(out)) < 4:
-        assert running.poll() is None
-        time.sleep(0.01)
+    until_written(out, 4, running)
     if number == signal.SIGINT:
         os.killpg(running.pid, number)
     else:
