@@ -1,5 +1,7 @@
 """A headless Chromium that tests look at pages with: commands of its DevTools protocol over a pair of pipes."""
 
+import base64
+import io
 import json
 import os
 import shutil
@@ -8,6 +10,10 @@ from collections.abc import Iterator
 from contextlib import contextmanager
 from pathlib import Path
 from typing import Any, Self
+
+import numpy as np
+from numpy.typing import NDArray
+from PIL import Image
 
 FOUND = shutil.which("chromium") or shutil.which("chromium-browser") or shutil.which("google-chrome")
 
@@ -87,6 +93,11 @@ class Chromium:
         found = self.call("Runtime.evaluate", expression=script, returnByValue=True, awaitPromise=True)
         assert "exceptionDetails" not in found, found
         return found["result"].get("value")
+
+    def picture(self) -> NDArray[np.uint8]:
+        """The colours of the window, (height, width, 3)."""
+        with Image.open(io.BytesIO(base64.b64decode(self.call("Page.captureScreenshot")["data"]))) as shot:
+            return np.asarray(shot.convert("RGB"))
 
     def press(self, key: str) -> None:
         """Press a key on the keyboard: Tab, Enter."""

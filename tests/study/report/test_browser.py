@@ -54,6 +54,9 @@ Object.values([...document.querySelectorAll("main > section")].filter(each => ea
 """How far right each row of sections with figures reaches, in pixels."""
 
 
+TABLE = 'document.querySelector(".wide")'
+
+
 @pytest.fixture(scope="module")
 def pages(tmp_path_factory: pytest.TempPathFactory) -> dict[str, Path]:
     made = {}
@@ -83,6 +86,31 @@ def test_a_page_is_whole(browser: Chromium, pages: dict[str, Path], name: str, w
     assert browser.value("document.documentElement.scrollWidth") <= width
     assert browser.value("[...document.images].every(each => each.alt)")
     assert browser.complaints == []
+
+
+@pytest.mark.parametrize("dark", [False, True], ids=["light", "dark"])
+def test_a_shadow_shows_at_each_end_of_a_table_beyond_which_there_is_more(
+    browser: Chromium, pages: dict[str, Path], dark: bool
+) -> None:
+    browser.show(pages["failing"], 390, dark)
+    hidden = browser.value(f"{TABLE}.scrollWidth - {TABLE}.clientWidth")
+    assert hidden > 100  # both ends have shadows in the middle
+    for place, shaded in ((0, (False, True)), (hidden / 2, (True, True)), (hidden, (True, False))):
+        browser.value(f"{TABLE}.scrollLeft = {place}")
+        assert tuple(shadows(browser)) == shaded
+    browser.show(pages["pressed"], 1200, dark)
+    assert tuple(shadows(browser)) == (False, False)
+
+
+def shadows(browser: Chromium) -> Iterator[bool]:
+    """Whether the left end of the first table is darker than its middle, and the right one, in a row without text."""
+    left, right, top = browser.value(
+        f'{TABLE}.scrollIntoView({{block: "center"}}), (b => [b.left, b.right, b.top])({TABLE}.getBoundingClientRect())'
+    )
+    row = browser.picture()[round(top) + 2, round(left) : round(right)]  # above the words of its header
+    row = row.sum(axis=1, dtype=int)
+    for end in (row[1], row[-2]):
+        yield bool(end != row[len(row) // 2])
 
 
 @pytest.mark.parametrize("name", CAMPAIGNS)

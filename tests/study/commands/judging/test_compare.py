@@ -1,6 +1,7 @@
 """Two campaigns are compared case by case: exit code 0 within uncertainties, 1 beyond, 2 where there is nothing to compare."""
 
 import netCDF4
+import numpy as np
 import pytest
 
 from tests.conftest import SMALL
@@ -57,6 +58,34 @@ def test_what_is_within_uncertainties_is_exit_code_0(main, small, tmp_path):
     change(other, "plateau_mean", 2.0)
     code, said, _ = main("compare", small, other)
     assert (code, "beyond" in said) == (1, True)
+
+
+def test_words_of_members_are_told_in_short_unless_the_difference_hides_behind_the_most_frequent_one(
+    main, campaign, tmp_path
+):
+    campaign.write_text(SMALL.replace("[50.0, 100.0]", "[50.0]") + "[ensemble]\nmembers = 4\n")
+    one, other = tmp_path / "one", tmp_path / "other"
+    assert main("run", campaign, "--out", one, "--serial")[0] == 0
+    other.mkdir()
+    (other / "results.nc").write_bytes((one / "results.nc").read_bytes())
+    members = ["sticks", "sticks", "stick_slip", "micro_slip"]
+    write_regimes(one, members)
+    write_regimes(other, ["sticks", "sticks", "slides", "micro_slip"])
+    said = main("compare", one, other)[1]
+    assert "2 sticks; 1 stick_slip; 1 micro_slip  2 sticks; 1 slides; 1 micro_slip" in said
+    write_regimes(other, [*members[1:], "stick_slip"])
+    said = main("compare", one, other)[1]
+    assert "2 sticks; 2 others" in said
+    assert "2 stick_slip; 2 others" in said
+
+
+def write_regimes(out, members):
+    with netCDF4.Dataset(out / "results.nc", "a") as opened:
+        opened.set_auto_mask(False)
+        regimes = opened["regime"]
+        for place in np.ndindex(regimes.shape[:-1]):
+            member = place[regimes.dimensions.index("member")]
+            regimes[place] = members[member]
 
 
 def test_what_cannot_be_compared_is_one_clear_message(main, campaign, small, tmp_path):
