@@ -186,13 +186,19 @@ class Drive:
         own = {name: getattr(self, name) for name in declared(type(self))}
         return own | INTEGRATORS.flat(self.integrator)
 
-    def scaled(self, scales: Scales, pin_mass: float) -> Self:
-        """A drive given in SI in the solver's units. Raises InvalidInput where a value is out of range in them."""
-        time = scales.time(pin_mass)
+    def scaled(self, scales: Scales, pin_mass: float, lasting: tuple[str, float] | None = None) -> Self:
+        """A drive given in SI in the solver's units. Raises InvalidInput where a value is out of range in them.
+
+        lasting: which of the `DURATIONS` was given, and its value, which messages show; None for `duration` itself.
+        """
+        time, units = scales.time(pin_mass), scales.units(pin_mass)
         values = self.flat
         for name, stated in parameters_of_a_drive().items():
             if stated.scale and values[name] is not None:
-                values[name] = _FROM_SI[stated.scale](values[name], scales, time)
+                found = _FROM_SI[stated.scale](values[name], scales, time)
+                key, given = lasting if lasting and name == "duration" else (name, values[name])
+                own = given / values[name] * units[stated.scale] if values[name] else 1.0
+                values[name] = _in_range(key, given, found, stated, own, " with this pin_mass and these [scales]")
         return self.of(values)
 
 
@@ -202,6 +208,17 @@ _FROM_SI: Final[dict[str, Callable[[float, Scales, float], float]]] = {
     "time": lambda value, scales, time: value / time,
 }
 """Scale of a parameter -> its value in the solver's units, from SI; time: their unit of time, in s."""
+
+
+def _in_range(key: str, given: float, value: float, stated: Parameter, own: float, note: str) -> float:
+    """`value`, which is `given` in other units. Raises InvalidInput in those of the key where it is out of the range stated.
+
+    own: the unit of `value` in that of the key.
+    """
+    if not stated.holds(value):
+        least, most = max(stated.least, stated.least * own), min(stated.most, stated.most * own)
+        require(key, given, False, dataclasses.replace(stated, least=least, most=most, note=note).allowed(key, False))
+    return value
 
 
 PERIODS: Final = "duration_periods"
@@ -231,10 +248,15 @@ def in_seconds(parameters: Mapping[str, Any], pin_mass: float) -> dict[str, Any]
     value = as_float(given[0], parameters[given[0]])
     known: dict[str, Any] = {name: found[name] for name in ("spring_stiffness", "stage_velocity") if name in found}
     drive = Drive.of({**si_defaults(), **known})
+    stated = declared(Drive)["duration"]
     if given == [PERIODS]:
-        return {**found, "duration": value * natural_period(drive.spring_stiffness, as_float("pin_mass", pin_mass))}
-    require("stage_velocity", drive.stage_velocity, drive.stage_velocity > 0.0, f"stage_velocity > 0 with {TRAVEL}")
-    return {**found, "duration": value / drive.stage_velocity}
+        period = natural_period(drive.spring_stiffness, as_float("pin_mass", pin_mass))
+        note = " with this pin_mass and spring_stiffness"
+        return {**found, "duration": _in_range(PERIODS, value, value * period, stated, 1.0 / period, note)}
+    speed = drive.stage_velocity
+    require("stage_velocity", speed, speed > 0.0, f"stage_velocity > 0 with {TRAVEL}")
+    note = " with this stage_velocity"
+    return {**found, "duration": _in_range(TRAVEL, value, value / speed, stated, speed, note)}
 
 
 def parameters_of_a_drive() -> dict[str, Parameter]:

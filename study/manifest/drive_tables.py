@@ -5,7 +5,7 @@ from collections.abc import Iterator, Mapping, Sequence
 from typing import Any, Final, NamedTuple
 
 from solver.drive import INTEGRATORS, PERIODS, TRAVEL, Scales
-from solver.outcome import COMPLETED, InvalidInput
+from solver.outcome import COMPLETED, InvalidInput, quoted
 from study.manifest.checker import Checker
 from study.manifest.drives import CampaignDrive, NamedDrive, drive_parameters
 from study.manifest.parameters import Value
@@ -131,20 +131,15 @@ def _driven(table: _Table, point: dict[str, Value], scales: Scales) -> CampaignD
     try:
         drive.dimensionless(scales)
     except InvalidInput as error:
-        return CampaignDrive(table.name, point, drive.flat, None, InvalidInput(f"{_IN_UNITS}{error}").outcome)
+        return CampaignDrive(table.name, point, drive.flat, None, error.outcome)
     return CampaignDrive(table.name, point, drive.flat, drive, COMPLETED, frozenset(given))
 
 
 _DEFAULTS: Final = NamedDrive(DEFAULT)
-_IN_UNITS: Final = "in units of pin_mass and [scales], "
 
 
 def _refuse_table(checker: Checker, table: _Table, first: CampaignDrive) -> None:
-    message = first.outcome.message
-    if message.startswith(_IN_UNITS):
-        checker.refuse(table.where, message)
-        return
-    key, _, wrong = message.replace(" = None", ": missing").partition(": ")
+    key, _, wrong = first.outcome.message.replace(" = None", ": missing").partition(": ")
     checker.refuse(f"{AXES if key.split()[0] in first.point else table.where}.{key}", wrong)
 
 
@@ -154,4 +149,5 @@ def _refuse_values(checker: Checker, axes: Mapping[str, tuple[Value, ...]], driv
         for index, value in enumerate(values):
             if value not in good:
                 why = next(drive.outcome.message for drive in drives if drive.point[name] == value)
-                checker.refuse(f"{AXES}.{name}[{index}] = {shown(value)}", why)
+                alone = why.removeprefix(f"{name} = {quoted(value)}: ")
+                checker.refuse(f"{AXES}.{name}[{index}] = {shown(value)}", alone)

@@ -52,7 +52,9 @@ class NamedDrive:
 
     def dimensionless(self, scales: Scales) -> Drive:
         """The same drive in the solver's units. Raises InvalidInput where a value is out of range in them."""
-        return self.in_si.scaled(scales, self.pin_mass)
+        lasting = {PERIODS: self.duration_periods, TRAVEL: self.stage_travel}
+        given = next(((key, value) for key, value in lasting.items() if value is not None), None)
+        return self.in_si.scaled(scales, self.pin_mass, given)
 
 
 @dataclass(frozen=True, slots=True)

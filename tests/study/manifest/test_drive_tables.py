@@ -101,7 +101,8 @@ WRONG = {
     ),
     "a value that no other one suits": (
         "scales.shear_modulus = 1e-30\n[drive_axes]\nspring_stiffness = [1e-20, 1e30]",
-        re.compile(r"drive_axes\.spring_stiffness\[1\] = 1e\+30: in units of pin_mass and \[scales\], spring_stiffness = "),
+        "drive_axes.spring_stiffness[1] = 1e+30: "
+        "needs 1e-30 ≤ spring_stiffness ≤ 0.01 with this pin_mass and these [scales]",
     ),
     "no point that suits": (
         "[drive_axes]\npin_mass = [1, 2]\n" + TABLE + 'integrator = "rk4"',
@@ -130,6 +131,29 @@ def test_a_wrong_axis_is_refused_in_one_line(tmp_path: Path, text: str, line: st
         read(tmp_path, text)
     (found,) = (said.removeprefix(f"{tmp_path}/mine.toml: ") for said in error.value.lines)
     assert line.fullmatch(found) or line.match(found) if isinstance(line, re.Pattern) else found == line
+
+
+IN_SECONDS = "with this pin_mass and spring_stiffness"  # period of the pin on its spring: 2π√(0.5/2e5) s = 9.93 ms
+IN_UNITS = "with this pin_mass and these [scales]"  # stiffness 1e8 N/m, time √(0.5/1e8) s
+
+
+@pytest.mark.parametrize(
+    ("given", "need"),
+    {
+        "spring_stiffness = 1e-29": f"1e-22 ≤ spring_stiffness ≤ 1e30 {IN_UNITS}",
+        "duration = 1e+30": f"1e-30 ≤ duration ≤ 7.07107e25 {IN_UNITS}",
+        "duration_periods = 1e-30": f"1.00658e-28 ≤ duration_periods ≤ 1e30 {IN_SECONDS}",
+        "duration_periods = 1e+28": f"1e-30 ≤ duration_periods ≤ 7.11763e27 {IN_UNITS}",
+        "stage_travel = 1e+30": "1e-30 ≤ stage_travel ≤ 2e27 with this stage_velocity",
+        "stage_travel = 1e+25": f"1e-30 ≤ stage_travel ≤ 1.41421e23 {IN_UNITS}",
+    }.items(),
+)
+def test_what_is_out_of_range_in_other_units_is_refused_in_those_of_its_key(
+    tmp_path: Path, given: str, need: str
+) -> None:
+    with pytest.raises(ManifestError) as error:
+        read(tmp_path, f"{TABLE}{given}\n")
+    assert str(error.value).endswith(f"drives[0].{given}: needs {need}")
 
 
 def test_every_problem_of_axes_is_told_at_once(tmp_path: Path) -> None:
