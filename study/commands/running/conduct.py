@@ -85,7 +85,9 @@ def _carry_out(farm: Farm, journal: Journal, order: Order, plan: Plan, store: St
     if early or work.tasks:
         drop_intermediates(plan, store)
     if order.shard:
-        say(f"{order.shard} is done; {whole(f'nanoslip merge {order.campaign}')} brings all shards together")
+        failed = tally.crashed + len(work.given_up) - now
+        ended = f"has ended without {counted(failed, 'task')}" if failed else "is done"
+        say(f"{order.shard} {ended}; {whole(f'nanoslip merge {order.campaign}')} brings all shards together")
     else:
         write_dataset(plan, store)
     return _conclude(tally.crashed, len(work.given_up) - now, order)

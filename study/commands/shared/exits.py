@@ -25,12 +25,20 @@ class Refusal(click.ClickException):
 def show(error: click.ClickException) -> None:
     """Print an error once, however many processes were started together."""
     if launcher_rank() == 0:
-        if isinstance(error, Refusal):
-            import_module(_CONSOLE).print_error(error.message)
-        else:
-            error.show()
+        _print(error)
     if processes_started() > 1:
         time.sleep(LAST_WORDS)  # the end of one rank is that of all, and of what it has not been heard to say
+
+
+def _print(error: click.ClickException) -> None:
+    """Print an error in lines that fit the terminal; of a wrong command line its usage first."""
+    if isinstance(error, click.exceptions.NoArgsIsHelpError):
+        error.show()
+        return
+    if isinstance(error, click.UsageError) and error.ctx:
+        path = error.ctx.command_path
+        click.echo(f"{error.ctx.get_usage()}\nTry '{path} --help' for help.\n", err=True)
+    import_module(_CONSOLE).print_error(error.format_message())
 
 
 def aborted() -> int:

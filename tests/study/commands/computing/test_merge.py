@@ -1,5 +1,6 @@
 """Shards compute a campaign between them; merged, they are the same bytes as one run. What one has not finished is left."""
 
+from collections.abc import Mapping
 from pathlib import Path
 
 import pytest
@@ -61,6 +62,22 @@ def test_what_a_shard_has_not_finished_is_left_and_another_run_of_it_or_of_all_c
     assert (code, "0 tasks to do" in errors) == (0, True)
     main("run", campaign, "--out", alone, "--serial")
     assert dataset(out) == dataset(alone)
+
+
+def test_a_shard_of_which_tasks_failed_has_ended_without_them(
+    main: Main, campaign: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    compute = executor.run_task
+
+    def defective(task: Task, inputs: Mapping[str, TaskResult]) -> TaskResult:
+        if task.kind == "record":
+            raise RuntimeError("a defect")
+        return compute(task, inputs)
+
+    monkeypatch.setattr(executor, "run_task", defective)
+    for _ in ("now", "before"):
+        code, said, _ = main("run", campaign, "--out", tmp_path, "--serial", "--shard", "1/1")
+        assert (code, "shard 1 of 1 has ended without 12 tasks; nanoslip merge" in said) == (3, True)
 
 
 def test_python_takes_in_what_shards_have_finished_too(main: Main, campaign: Path, tmp_path: Path) -> None:
