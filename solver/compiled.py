@@ -1,6 +1,6 @@
 """Numerical kernels: declared as plain functions, compiled by numba when they are first called.
 
-Numba takes longer to load than all else that a campaign is planned with, so nothing here imports it before a kernel runs.
+Loading numba takes longer than planning a campaign, so it is imported when the first kernel runs.
 How a kernel is compiled, and kept on disk, is in solver.compiling.
 """
 

@@ -1,8 +1,8 @@
-"""How a computation ended: a value with advice where physics or numerics say no, an exception where the input is wrong.
+"""How a computation ended: an `Outcome` with advice where physics or numerics fail, an exception where the input is wrong.
 
 A case that cannot be computed is data, not a crash: functions of this package return a result whose `outcome`
-names the reason. Exceptions are kept for input that means nothing (`InvalidInput`) and for operators that cannot
-exist (`SingularOperator`); both say the offending value and what is needed.
+names the reason. Exceptions are for input without meaning (`InvalidInput`) and for matrices that have no inverse
+(`SingularOperator`). Both name the offending value and what is needed.
 """
 
 from dataclasses import dataclass
@@ -126,6 +126,6 @@ class SingularOperator(SolverError):
 
 
 class TooFarApart(SolverError):
-    """Numbers so far apart that none comes of them; the message names them."""
+    """Numbers of magnitudes so different that double precision cannot combine them; the message names them."""
 
     ending = Ending.ROUNDING

@@ -26,7 +26,7 @@ _KEY = "parameter"
 
 @dataclass(frozen=True, slots=True)
 class Parameter:
-    """What is declared of a field. Bounds hold for numbers; None is allowed where the field's type has it."""
+    """Declaration of a parameter. Bounds hold for numbers; None is allowed where the field's type has it."""
 
     meaning: str
     """What it is, short enough for the label of an axis."""

@@ -1,6 +1,6 @@
-"""What a number of a result is: its declaration, in the metadata of the dataclass field that holds it.
+"""Declaration of a result's number, in the metadata of the dataclass field that holds it.
 
-A field says its name in a dataset, meaning, unit and uncertainty once; variables, tables and pages of them follow from it.
+A field states its name in a dataset, meaning, unit and uncertainty once. Variables, tables and pages follow from it.
 """
 
 from collections.abc import Mapping

@@ -1,4 +1,4 @@
-"""One call each from a case to what it yields: its contact state, its friction record, and what a drive makes of it."""
+"""One function each for the results of a case: its contact state, its friction record, and the motion of its driven pin."""
 
 import math
 import warnings

@@ -1,6 +1,6 @@
-"""How a result shows itself: one line in a console, a labelled dataset (xarray), a picture (matplotlib).
+"""Representations of a result: one line in a console, a labelled dataset (xarray), a picture (matplotlib).
 
-Either library is imported when it is asked for: the solver computes without them.
+Each of the two libraries is imported when its representation is asked for: the solver computes without them.
 """
 
 from collections.abc import Iterable, Iterator, Mapping
@@ -64,7 +64,7 @@ class OneLine:
 
 
 class Labels(OneLine):
-    """A result that can be had as a labelled dataset."""
+    """A result with a method that returns it as a labelled dataset."""
 
     __slots__ = ()
 
@@ -84,7 +84,7 @@ class Labels(OneLine):
 
 
 class Viewed(Labels):
-    """A result that can be had as a labelled dataset and as a picture."""
+    """A result with methods that return it as a labelled dataset and as a picture."""
 
     __slots__ = ()
 

@@ -1,4 +1,4 @@
-"""Content hashes, and the canonical text of a value that they are made of: equal contents have equal texts, no others have."""
+"""Content hashes, and the canonical texts that are hashed: two values have the same text if and only if they are equal."""
 
 import hashlib
 import json
@@ -12,7 +12,7 @@ from solver.parameter import declared
 
 
 class CanonicalText(str):
-    """A canonical text that is known already: it stands for its value in another one."""
+    """A canonical text that was made before, to be inserted into that of a larger value."""
 
     __slots__ = ()
 

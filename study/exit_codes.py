@@ -1,4 +1,4 @@
-"""What a command says by its exit code. 0: done, whatever the physics said."""
+"""Exit codes of the commands. 0: done, also where the physics refused cases."""
 
 from typing import Final
 

@@ -1,4 +1,4 @@
-"""Python's search for garbage: it looks at all objects again and again while they become more."""
+"""Pause Python's garbage collector while millions of objects are made: it would visit all of them again and again."""
 
 import gc
 from collections.abc import Iterator

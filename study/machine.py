@@ -1,4 +1,4 @@
-"""The machine and the libraries that compute here, as a run's journal says them; what decides last bits, results say too."""
+"""The machine and its numerical libraries, for the journal of a run. Those that decide last bits are written into results too."""
 
 import os
 import platform

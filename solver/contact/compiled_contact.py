@@ -101,7 +101,7 @@ def _state(
 
 
 class _Matrix:
-    """A compliance, told from others by where it lies: it never changes."""
+    """A compliance matrix as a key of a cache: equal if it is the same array, which is read-only."""
 
     def __init__(self, values: NDArray[np.float64]) -> None:
         self.values = values

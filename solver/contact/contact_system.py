@@ -1,8 +1,8 @@
 """The linear system of a contact set: forces and approach from the heights of its nodes and the load.
 
 [A 1; 1ᵀ 0] [f; approach] = [heights; -W], A being the compliance of the nodes in contact. It is factorized for one set. A set
-that differs in a few nodes has the same system with a border: a node that has left gets a row that says so, one that has come
-gets its own row and column. So a change costs one solution with the factors that there are.
+that differs in a few nodes has the same system with a border: a node that has left adds the row f = 0, a node that has come
+adds its own row and column. So a change of the set costs one solution with the existing factors.
 """
 
 from collections.abc import Callable

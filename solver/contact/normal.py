@@ -1,8 +1,10 @@
 """Press the pin down (§3.1): the contact set, pressures and approach at a given load, before any node slips.
 
-Three kinds of surface: stuck to the pin at u = 0, where shear and pressure act on each other through the coupling; free of
-friction, where pressure alone acts and moves the surface sideways under the pin; and without coupling, where it does not
-even do that, and stuck or free is the same. The last two need the normal forces' half of the compliance, or half of that.
+Three kinds of surface are computed:
+
+- Stuck to the pin at u = 0: shear and pressure act on each other through the coupling of the compliance.
+- Without friction: only pressure acts, and it moves the surface sideways under the pin. Half of the compliance is needed.
+- Without coupling: pressure causes no sideways motion, so stuck and frictionless contacts are the same. A quarter is needed.
 """
 
 import math

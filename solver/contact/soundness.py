@@ -1,5 +1,7 @@
-"""Whether a contact that was found means something: its numbers are near enough for double precision, its pin is flat
-enough for shear and pressure to be what lies along and across the slab."""
+"""Checks of a contact that was found: double precision can resolve its numbers, and the pin's slope is small.
+
+Only under a small slope is shear the force along the slab, and pressure the force across it.
+"""
 
 import numpy as np
 from numpy.typing import NDArray

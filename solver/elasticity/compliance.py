@@ -16,7 +16,7 @@ Dense = NDArray[np.float64]
 
 
 class Compliance(OneLine, ABC):
-    """How the surface of a slab gives way to forces: as a matrix, or as what says the same with less."""
+    """Displacements of a slab's surface per nodal force, stored as a matrix or, where all nodes are alike, as a convolution."""
 
     __slots__ = ()
     slab: Slab

@@ -1,1 +1,1 @@
-"""What accuracy costs in time: work-precision diagrams of every numerical knob (`nanoslip accuracy`)."""
+"""Time that accuracy costs: work-precision diagrams of every numerical setting (`nanoslip accuracy`)."""

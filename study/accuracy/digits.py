@@ -1,4 +1,4 @@
-"""What a digit costs: processor time against the uncertainty that was asked for, of plateau and kinetic friction.
+"""Cost of a smaller uncertainty: processor time against the target uncertainty of plateau and kinetic friction.
 
 `python -m study.accuracy.digits` writes the table, study/accuracy/digits.md. Each number is over several starts of the pin within
 a node spacing. The error is against the mean of long records from all of them, each start against the others.
@@ -43,7 +43,7 @@ PLATEAU, KINETIC = "plateau", "μ_k"
 
 @dataclass(frozen=True, slots=True)
 class Price:
-    """What one target took."""
+    """Time and error of one target uncertainty."""
 
     observable: str
     target: float

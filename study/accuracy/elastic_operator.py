@@ -1,7 +1,7 @@
-"""The elastic operator: scheme × n_x × grading, the errors of what contact needs of it against its time.
+"""Error against time of the surface compliance: scheme × n_x × grading.
 
-The reference is the finest operator that is affordable: the Galerkin scheme on a much finer and evenly graded grid. It is
-of our own making; that it converges to the slab of an independent library is held by tests/verification.
+The reference is the finest affordable compliance: the Galerkin scheme on a much finer and evenly graded grid. It is nanoslip's
+own; tests/verification show that it converges to the slab of an independent library.
 """
 
 import math

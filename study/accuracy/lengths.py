@@ -1,4 +1,4 @@
-"""What length and members buy: the error of plateau, static and kinetic friction against the time of records and their drives.
+"""Error of plateau, static and kinetic friction against time, for records of several lengths and ensembles of several sizes.
 
 `python -m study.accuracy.lengths` writes tables and diagram, study/accuracy/lengths.md and lengths.png: of records of so many
 node spacings, and of means over so many of them that start evenly spread within one, those without a plateau left out. The
@@ -37,7 +37,7 @@ Numbers = np.ndarray[tuple[int, ...], np.dtype[np.float64]]
 
 @dataclass(frozen=True, slots=True)
 class Bought:
-    """What one length and number of members gives."""
+    """Error and time of one record length and number of members."""
 
     observable: str
     spacings: float

@@ -1,4 +1,4 @@
-"""Sheets as tables: on the terminal, and in Markdown."""
+"""Diagrams as tables: on the terminal, and in Markdown."""
 
 import math
 from collections.abc import Iterable

@@ -1,4 +1,4 @@
-"""Processor time, and the machine that spent it."""
+"""Processor time, and the machine that it was measured on."""
 
 import platform
 import time

@@ -1,4 +1,4 @@
-"""Whether a dataset's file is made of the results that are there: a campaign with nothing to do need not collect them again."""
+"""Whether a dataset's file is up to date with the results on disk. If so, they need not be collected again."""
 
 import hashlib
 import json

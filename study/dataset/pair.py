@@ -44,7 +44,7 @@ _ADVICE: Final = {message.name for _, message in OUTCOMES.values()}
 
 @dataclass(frozen=True, slots=True)
 class Finding:
-    """What came of one case, or of what all cases share."""
+    """The verdict on one case, or on what all cases share."""
 
     label: str
     verdict: Verdict

@@ -1,4 +1,4 @@
-"""The last line of a dataset's file: a checksum of all before it. netCDF reads past it, and whoever changes the file drops it."""
+"""The last line of a dataset's file: a checksum of all before it. netCDF ignores it; whoever changes the file removes it."""
 
 import hashlib
 import re

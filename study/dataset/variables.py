@@ -1,4 +1,4 @@
-"""What a dataset calls things: name, meaning and unit of every variable.
+"""Name, meaning and unit of every variable of a dataset.
 
 Those of results are declared where the solver makes them (solver.quantity) and follow from the parts of the kinds of task; here
 are the few that belong to the dataset itself. Lengths are in L_x, stiffness in G·L_y, forces over the load W; what a drive

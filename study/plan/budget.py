@@ -1,6 +1,6 @@
-"""What a budget of time buys: the best accuracy whose plan fits into it.
+"""The best accuracy whose plan fits a budget of time.
 
-Where something slides that is the uncertainty of plateaus, for which records are as long as it takes; with initial contact alone
+Where the pin slides, accuracy is the uncertainty of plateaus, and records are as long as that takes. With initial contact alone
 it is the error of the grid.
 """
 

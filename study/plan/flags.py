@@ -1,4 +1,4 @@
-"""How the flags of a campaign's cases are said: one line for each flag, on the terminal and in the report."""
+"""Validity flags of a campaign's cases in words: one line for each flag, on the terminal and in the report."""
 
 import math
 from collections.abc import Callable, Sequence

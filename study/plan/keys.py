@@ -1,6 +1,6 @@
 """Keys of tasks: a hash of the whole case, less what is known not to matter.
 
-What is new in a case therefore tells its results apart at once; a field is left out only by a line here that says why.
+So a new field of a case changes the keys at once. A field is left out only by a line here that gives the reason.
 """
 
 import itertools

@@ -1,4 +1,4 @@
-"""What is to be expected of a plan's cases before anything is computed."""
+"""Forecast for a plan's cases before anything is computed: validity flags, and lengths of records."""
 
 import math
 from typing import NamedTuple
@@ -10,7 +10,7 @@ from study.plan.plan import Plan
 
 
 class Outlook(NamedTuple):
-    """Flags of the cases, and how far their records go."""
+    """Expected flags of the cases, and lengths of their records."""
 
     masks: bytes
     """Flags of every case, as bits; none of a refused one."""

@@ -1,4 +1,4 @@
-"""How much of what repeats a plan's records will see, and what it would cost to see all of it."""
+"""Lengths of a plan's records in node spacings, after which the surface repeats; and the cost of a full spacing."""
 
 import math
 
@@ -6,7 +6,7 @@ from study.plan.outlook import Outlook
 
 
 def span_line(outlook: Outlook) -> str:
-    """The node spacings that the records will span, and the price of one for each; empty where nothing slides."""
+    """The number of node spacings that the records will span, and the time for one in each; empty where nothing slides."""
     if math.isinf(outlook.shortest):
         return ""
     low, high = f"{outlook.shortest:.2g}", f"{outlook.longest:.2g}"

@@ -1,4 +1,4 @@
-"""One unit of work, and what came of it. No files, no ranks."""
+"""One unit of work, and its result. No files, no ranks."""
 
 import itertools
 import math
@@ -89,7 +89,7 @@ def _short(value: Value) -> str:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class TaskResult:
-    """What came of a task, refusals included; all numbers in the solver's units."""
+    """The result of a task, refusals included; all numbers in the solver's units."""
 
     key: str
     kind: str

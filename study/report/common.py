@@ -1,4 +1,4 @@
-"""What all rows of a table have in common, said once instead of in every row."""
+"""Values that are the same in all rows of a table: printed once above it, not in every row."""
 
 from dataclasses import replace
 

@@ -1,4 +1,4 @@
-"""What of one case can be drawn as a line: its friction record, the spring force of its drive, its contact pressure."""
+"""Lines that can be drawn of one case: its friction record, the spring force of its drive, its contact pressure."""
 
 from collections.abc import Iterator
 from dataclasses import dataclass

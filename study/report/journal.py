@@ -1,4 +1,4 @@
-"""What a page says of the runs that computed a dataset: what they took in a sentence, and a table of them."""
+"""The runs that computed a dataset, for its page: their time in a sentence, and a table."""
 
 from collections.abc import Sequence
 from typing import Final

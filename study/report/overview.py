@@ -1,4 +1,4 @@
-"""What a page says before its figures: how cases ended, how accurate they are, what the numbers stand for."""
+"""The text of a page before its figures: outcomes of cases, accuracy, and units."""
 
 from collections import Counter
 from collections.abc import Iterator

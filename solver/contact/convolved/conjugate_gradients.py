@@ -1,10 +1,10 @@
-"""Normal forces of a given contact at a given load, by conjugate gradients: the surface under each node at its height.
+"""Normal forces of a given contact set at a given load, by preconditioned conjugate gradients.
 
-Of all forces N with ΣN = W on these nodes they have the least energy N·CN/2 + h·N (CN: how deep they press the surface, h: the
-pin's heights), so that its gradient CN + h is the same at all of them: the approach. A direction with ΣN = 0 keeps the load. It
-is made of the gradient by the inverse convolution, cut down to the nodes, less a share of what a unit gradient makes, so that
-its sum is 0. That is so near to solving for the forces that a handful of steps is enough, on 10² or 10⁵ nodes alike; where a
-contact falls into many spots, some dozens.
+They minimize the energy N·CN/2 + h·N under ΣN = W. CN is the depth to which they press the surface, h the pin's height. At the
+minimum the gradient CN + h is the same at all nodes: the approach. Search directions have ΣN = 0, which keeps the load. The
+preconditioner is the inverse convolution, restricted to the nodes of the set, less a multiple of its answer to a unit gradient,
+so that the sum is 0. It is so near to the inverse that a handful of steps is enough, on 10² or 10⁵ nodes alike. A contact of
+many separate spots takes some dozens.
 """
 
 from typing import NamedTuple

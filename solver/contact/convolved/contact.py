@@ -1,8 +1,8 @@
 """Press the pin down on a surface without ends (§3.1): contact set, pressures and approach at a given load, without a matrix.
 
-It is the contact that `normal` finds from a matrix, for pins that drag nothing: without coupling, or without friction, where
-pressure moves the surface sideways under the pin. What one round of that costs, a solve for all nodes in contact, is here some
-convolutions, n log n.
+It finds the same contact as `normal` does from a matrix, where shear is zero: without coupling, or without friction, where
+pressure moves the surface sideways under the pin. A round costs some convolutions, n log n, in place of a solve for all nodes
+in contact.
 """
 
 import numpy as np

@@ -1,4 +1,4 @@
-"""Motion between changes of roles: how far until the next one, and the step there. Forces do not jump."""
+"""Motion of pin or load up to the next change of a node's role: its distance, and the step. Forces are continuous."""
 
 import numpy as np
 from numpy.typing import NDArray

@@ -1,7 +1,7 @@
-"""Who is in contact, sticks or slides: roles change one at a time, the worst first, until all constraints hold.
+"""Roles of the surface nodes (free, stick, slide): changed one at a time, the worst violation first, until all constraints hold.
 
-A sticking node slides where its shear would grow beyond its limit, a sliding node sticks where it would be dragged with its
-shear. Where roles come back there is no (unique) assignment that satisfies all constraints.
+A sticking node slides where its shear would exceed its limit. A sliding node sticks where it would move in the direction of its
+own shear. Where an earlier assignment of roles comes back, none (or no unique one) satisfies all constraints.
 """
 
 import numpy as np

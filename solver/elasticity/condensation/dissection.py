@@ -1,9 +1,9 @@
 """Invert a sparse stiffness at the surface alone, by nested dissection (George 1973).
 
-The slab is cut in two, each half in two again. A piece meets the rest of the slab only in the fields along its cuts, and
-those are few: the grid has few rows, and they are the coarser the deeper they lie. Eliminating a piece leaves what the rest
-sees of it: a stiffness of the fields along its border, and how its surface follows them. Its own surface's compliance grows
-by a product of low rank for every cut, from the smallest pieces up to the slab.
+The slab is cut in two, each half in two again. A piece shares with the rest of the slab only the fields along its cuts. They
+are few, as the grid has few rows, which are coarser the deeper they lie. Eliminating a piece leaves two matrices: the stiffness
+of the fields along its border, and the displacements of its surface per displacement of these. The compliance of its surface
+grows by a product of low rank for every cut, from the smallest pieces up to the slab.
 """
 
 from dataclasses import dataclass

@@ -1,4 +1,4 @@
-"""Eliminate fields that act on others: what the others see of them, and how the surface's compliance grows by it.
+"""Eliminate some fields of a stiffness: the stiffness left for the others, and what is added to the surface's compliance.
 
 With K of these fields (c), X of these and the others, F of the surface per displacement of either: of the others' stiffness S
 remains S - Xᵀ K⁻¹ X, of what the surface follows F_b - F_c K⁻¹ X, and F_c K⁻¹ F_cᵀ is added to its compliance.

@@ -1,9 +1,9 @@
-"""Translations of whole rows of nodes, unknowns in place of one displacement of each row.
+"""Translations of whole rows of nodes, as unknowns in place of one displacement of each row.
 
-Cells much higher than wide resist stretching along x by λ·dz/dx, shear by dx/dz. So a row moves as a whole under the sum of
-stiffnesses larger than that sum by λ(dz/dx)², and rounding leaves as many digits less of it: none of a slab stretched 10 000
-times at ν = 0.4999. Where a scheme knows that sum itself, the displacement of one node of the row, its anchor, becomes that of
-all of it; those of the others are counted from there.
+Cells much higher than wide resist stretching along x by λ·dz/dx, and shear by dx/dz. The force that moves a row as a whole is a
+sum of entries that are larger than the sum by λ(dz/dx)². Rounding loses as many digits of it: all of them in a slab stretched
+10 000 times at ν = 0.4999. Where a scheme knows that sum exactly, one node of the row, its anchor, stands for the row's
+translation. Displacements of the row's other nodes are counted relative to it.
 """
 
 from typing import NamedTuple

@@ -1,6 +1,6 @@
 """The compliance of a surface that is the same everywhere: displacements under pressure are a convolution, by FFT.
 
-What a node's force does depends on distance alone, so that n numbers say what a matrix of (2n)² would.
+Displacements depend on the distance from a force alone, so n numbers hold what a matrix of (2n)² entries would.
 """
 
 from dataclasses import dataclass, field

@@ -1,4 +1,4 @@
-"""Schemes whose surface goes on beyond its end nodes, the same everywhere: a convolution says what their matrix would."""
+"""Schemes of a surface that continues beyond its end nodes and is the same everywhere: their compliance is a convolution."""
 
 from abc import abstractmethod
 

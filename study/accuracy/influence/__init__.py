@@ -1,1 +1,1 @@
-"""How much each effect matters, measured on random scenes, and whether what was found from that keeps its promise."""
+"""Influence of each effect, measured on random scenes; and a test of the tolerance within which effects are left out."""

@@ -1,4 +1,4 @@
-"""What an ensemble of starts of one scene yields, and by how much an effect that is left out changes it."""
+"""Results of an ensemble of starts of one scene, and by how much they change when an effect is left out."""
 
 import math
 import time
@@ -28,7 +28,7 @@ Vector = NDArray[np.float64]
 
 
 class Ensemble(NamedTuple):
-    """What the starts of a scene yield, and what it took."""
+    """Results of the starts of one scene, and the processor time that they took."""
 
     values: Vector
     """(starts, OBSERVABLES): NaN where a start yields none."""

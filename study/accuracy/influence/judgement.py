@@ -1,7 +1,7 @@
-"""Whether what is left out keeps its promise: on random scenes that nothing was measured on, against all effects on.
+"""Test of the stated tolerance when effects are left out: on new random scenes, against all effects on.
 
-Four ways to choose are compared on the same scenes: everything on, a rule of thumb, what was found within several tolerances,
-and everything off that can be off.
+Four ways to choose effects are compared on the same scenes: all on, a rule of thumb, the measured influences within several
+tolerances, and all off that can be off.
 """
 
 import time

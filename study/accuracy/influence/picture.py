@@ -1,4 +1,4 @@
-"""The price of leaving things out: how much the numbers change against the time, one point for each way to choose."""
+"""Error against time when effects are left out: one point for each way to choose them."""
 
 from collections.abc import Sequence
 

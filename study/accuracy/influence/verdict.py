@@ -1,4 +1,4 @@
-"""What came of trying the promise, as Markdown: how often it was kept, what was saved, and the worst scenes with reasons."""
+"""Results of testing a tolerance, as Markdown: how often it was kept, the time saved, and the worst scenes with reasons."""
 
 from collections.abc import Iterator, Sequence
 from typing import Final

@@ -1,4 +1,4 @@
-"""Arguments and help of the commands that compute a campaign; each does its work in the file of its name."""
+"""Arguments and help of the commands that compute a campaign; the code of each is in the file of its name."""
 
 from pathlib import Path
 from typing import Any

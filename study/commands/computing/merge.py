@@ -1,4 +1,4 @@
-"""`nanoslip merge`: what shards have finished becomes the campaign's, and its dataset is written."""
+"""`nanoslip merge`: move the results of shards into the campaign's folder, and write its dataset."""
 
 import sys
 from contextlib import ExitStack

@@ -1,1 +1,1 @@
-"""Commands that hand numbers on, compare them, and say what they mean and how far they hold."""
+"""Commands that export, compare, verify and explain numbers, and measure their accuracy."""

@@ -1,4 +1,4 @@
-"""Arguments and help of the commands that hand numbers on and compare them; each does its work in the file of its name."""
+"""Arguments and help of the commands that export and compare numbers; the code of each is in the file of its name."""
 
 from pathlib import Path
 

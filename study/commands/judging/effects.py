@@ -1,4 +1,4 @@
-"""`nanoslip effects`: how much each effect matters, measured; and whether what is left out by it keeps its promise."""
+"""`nanoslip effects`: the measured influence of each effect; and a test of the tolerance within which effects are left out."""
 
 from collections.abc import Sequence
 from pathlib import Path

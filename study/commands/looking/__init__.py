@@ -1,1 +1,1 @@
-"""Commands that show what came out, as page, figure, text or film."""
+"""Commands that show results as a page, figure, text or film."""

@@ -1,4 +1,4 @@
-"""Arguments and help of the commands that show what came out; each does its work in the file of its name."""
+"""Arguments and help of the commands that show results; the code of each is in the file of its name."""
 
 from pathlib import Path
 from typing import Final

@@ -1,1 +1,1 @@
-"""Commands before a campaign is computed: what there is to start from, whether a file is right, what it would take."""
+"""Commands before a campaign is computed: starters, checks of campaign files, and estimates of time and disk."""

@@ -1,4 +1,4 @@
-"""Arguments and help of the commands before a campaign is computed; each does its work in the file of its name."""
+"""Arguments and help of the commands before a campaign is computed; the code of each is in the file of its name."""
 
 from pathlib import Path
 

@@ -1,1 +1,1 @@
-"""What `nanoslip run` does on the root: asked for as an order, conducted on a farm."""
+"""The part of `nanoslip run` that the root process does: an `Order` is carried out on a farm of processes."""

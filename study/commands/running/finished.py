@@ -1,4 +1,4 @@
-"""A campaign that the outline of its plan shows to be finished: a run has nothing to do, and plans nothing to find that out."""
+"""Finished campaigns: a run recognizes them by the outline of their plan, without planning them again."""
 
 from study.commands.running.order import Order
 from study.commands.shared.datasets import print_written

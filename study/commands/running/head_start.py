@@ -52,7 +52,7 @@ def possible(order: Order, store: Store) -> bool:
 
 
 class HeadStart:
-    """Has a farm compute short tasks as they are planned."""
+    """Computes short tasks on a farm while further cases are planned."""
 
     def __init__(self, farm: Farm, planning: Planning, heard: Heard) -> None:
         """heard: hears the number of cases that are planned."""

@@ -1,4 +1,4 @@
-"""What is done about the tasks that a run was at when it was killed as a whole: they come last, and fail at the second time."""
+"""Tasks that were running when a whole run was killed: the next run computes them last. After a second time they have failed."""
 
 from pathlib import Path
 from typing import Final

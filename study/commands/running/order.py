@@ -1,4 +1,4 @@
-"""What a run is asked for."""
+"""The arguments of a run: campaign, folder, shard, and what to compute again."""
 
 from dataclasses import dataclass
 from pathlib import Path

@@ -1,6 +1,6 @@
-"""How far a campaign is, from the files of its results and the outline of its plan.
+"""Progress of a campaign, from the files of its results and the outline of its plan.
 
-A run leaves the outline of a large plan among the results, so that looking need not plan anew.
+A run writes the outline of a large plan beside the results, so that `nanoslip status` need not plan again.
 """
 
 import zipfile
@@ -32,7 +32,7 @@ _ASKED: Final = "asked"
 
 @dataclass(frozen=True, slots=True)
 class Glance:
-    """A campaign, and how far it is."""
+    """A campaign and its progress: what is finished, failed and left."""
 
     campaign: Path
     title: str

@@ -1,4 +1,4 @@
-"""A command's work is imported when it is called: help, completion and wrong command lines are instant."""
+"""Import the code of a command when the command is called, so that help, completion and usage errors are instant."""
 
 from importlib import import_module
 

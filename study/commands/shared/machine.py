@@ -1,4 +1,4 @@
-"""What a command prints for scripts: one JSON document instead of text. The keys are in study/commands/README.md."""
+"""Output for scripts: one JSON document instead of text. The keys are in study/commands/README.md."""
 
 import json
 import math

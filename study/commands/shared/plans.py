@@ -37,7 +37,7 @@ def planned_from(manifest: Manifest, tasks: bool = True) -> Plan:
 
 @dataclass(frozen=True, slots=True)
 class Standing:
-    """A campaign's plan, and how far it is."""
+    """A campaign's plan and its progress: what is finished and left."""
 
     campaign: Path
     plan: Plan

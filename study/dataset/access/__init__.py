@@ -1,1 +1,1 @@
-"""Getting at the data: one case of a dataset, all of its events, several datasets as one."""
+"""Access to a dataset: one case, all of its events, several datasets joined into one, flat tables."""

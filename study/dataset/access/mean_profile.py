@@ -1,4 +1,4 @@
-"""Drives that a campaign's tolerance computed on the mean profile: what their pins do is not what they do over teeth."""
+"""Drives computed on the mean friction profile, as a tolerance allows: their regime may differ from that over the sawtooth."""
 
 from typing import Final
 

@@ -1,4 +1,4 @@
-"""Where the cases of several datasets lie in one: their axes together, and each variable over them."""
+"""Positions of the cases of several datasets in their union: its axes, and each variable over them."""
 
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass

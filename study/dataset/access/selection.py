@@ -1,4 +1,4 @@
-"""Which cases are meant, and their runs: by names of coordinates, as `radius=200`."""
+"""Selection of cases, and of their records and trajectories, by values of coordinates: `radius=200`."""
 
 import difflib
 from collections.abc import Iterator, Mapping

@@ -1,4 +1,4 @@
-"""What two datasets were made of and by: parameters, keys of their campaigns, scales and software that differ."""
+"""Differences in the origin of two datasets: parameters, keys of their campaigns, scales and software."""
 
 import tomllib
 from collections.abc import Iterator, Mapping
@@ -24,7 +24,7 @@ _APART: Final = ("title", "axes", "drives", "drive_axes", "scales", *TABLES)
 
 @dataclass(frozen=True, slots=True)
 class Fact:
-    """Something that is said differently of two datasets."""
+    """A parameter, key, scale or software that differs between two datasets."""
 
     name: str
     values: tuple[str, str]

@@ -1,4 +1,4 @@
-"""Moments as a file: a strip (PNG, PDF, SVG) or a film (GIF, MP4), as its suffix says."""
+"""The contact after several events as a file: a strip (PNG, PDF, SVG) or a film (GIF, MP4), as its suffix says."""
 
 import os
 from collections.abc import Iterable

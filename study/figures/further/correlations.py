@@ -1,4 +1,4 @@
-"""What events know of those before them: an elastic slab against chains of blocks on springs."""
+"""Correlation of events with earlier events: an elastic slab against chains of blocks on springs."""
 
 from collections.abc import Iterator
 from typing import Final

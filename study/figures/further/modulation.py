@@ -1,4 +1,4 @@
-"""How the plateau goes up and down within one node spacing: what one record knows depends on which part of it the pin meets."""
+"""Modulation of the plateau within one node spacing: a shorter record depends on the part of the spacing that the pin crosses."""
 
 from collections.abc import Iterator
 from dataclasses import dataclass

@@ -1,4 +1,4 @@
-"""A table of claims: what the paper says, what is found, and why the two differ."""
+"""A table of claims: the paper's statement, the dataset's number, and why the two differ."""
 
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass

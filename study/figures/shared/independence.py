@@ -1,4 +1,4 @@
-"""How many independent numbers several correlated ones are worth."""
+"""Effective number of independent values among several correlated ones."""
 
 import numpy as np
 from numpy.typing import NDArray

@@ -1,4 +1,4 @@
-"""What axes, legends and captions call variables and values."""
+"""Labels of variables and values on axes, in legends and in captions."""
 
 import math
 import re

@@ -1,4 +1,4 @@
-"""Which coordinate goes where: along x, into colours, into panels; what is left is held at one value."""
+"""Assignment of coordinates to a figure: x axis, colours, panels. Those left over are held at one value."""
 
 import math
 from collections.abc import Collection, Mapping

@@ -1,4 +1,4 @@
-"""Places of values along an axis: numbers where they are, on a logarithmic scale where they span much; texts in a row."""
+"""Positions of values along an axis: numbers on a linear or logarithmic scale, texts at equal distances."""
 
 from typing import Any, Final
 

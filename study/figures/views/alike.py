@@ -1,4 +1,4 @@
-"""Numbers that need no figure, as one sentence tells them: the same in all cases, known of one, or of none."""
+"""Numbers that need no figure, told in one sentence: the same in all cases, known of one case only, or of none."""
 
 from collections.abc import Iterator, Sequence
 from typing import Final

@@ -1,4 +1,4 @@
-"""Which of many runs are shown: few that every axis has its share of."""
+"""Choice of the few runs that are drawn of many, spread over the values of every axis."""
 
 from collections.abc import Mapping, Sequence
 from typing import Any

@@ -1,1 +1,1 @@
-"""What tasks cost, before they are computed: seconds on one core, bytes of memory."""
+"""Estimated cost of tasks: seconds on one core, bytes of memory."""

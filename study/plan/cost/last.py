@@ -1,4 +1,4 @@
-"""What several estimates of one case need is computed once: a function that remembers its last answer."""
+"""A function that caches its last answer, for numbers that several estimates of one case share."""
 
 from collections.abc import Callable
 from functools import wraps

@@ -1,1 +1,1 @@
-"""Ensembles that get members until they know enough: which tasks wait for that, and how many members that will take."""
+"""Ensembles that grow until a target uncertainty is reached: which tasks wait for that, and how many members are expected."""

@@ -1,7 +1,7 @@
-"""Members of a later batch wait for those before them: their tasks need the answer to whether they are needed.
+"""Members of a later batch: their tasks wait for the decision, made from the members before them, whether they are needed.
 
-What such a task yields is one of two things, so its key says what it waits for: the same member of an ensemble without a target,
-or with another one, is another task.
+Such a task may end without a result, so its key includes the decision that it waits for. The same member of an ensemble without a
+target, or with another one, is another task.
 """
 
 from dataclasses import replace
@@ -16,7 +16,7 @@ from study.plan.task import Task
 
 
 class Batches:
-    """Takes the cases of a campaign in their order, the members of each ensemble one after the other."""
+    """Assigns members to batches. It is given the cases of a campaign in their order, an ensemble's members in succession."""
 
     def __init__(self, manifest: Manifest) -> None:
         self._ensemble = manifest.ensemble

@@ -1,4 +1,4 @@
-"""How many members an ensemble is expected to need until it knows enough, to a factor of two."""
+"""Expected number of members until an ensemble reaches its target uncertainty, to a factor of two."""
 
 import math
 from collections.abc import Iterable
@@ -18,7 +18,7 @@ MISSED: Final = 2.0
 
 
 class Expected(NamedTuple):
-    """What is expected of a campaign's ensembles."""
+    """Expected sizes of a campaign's ensembles."""
 
     fewest: int
     """Members of the ensemble that needs fewest."""

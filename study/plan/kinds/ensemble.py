@@ -1,6 +1,6 @@
-"""Whether an ensemble needs further members: not where those so far know well enough what they are asked for.
+"""The decision whether an ensemble needs further members: not if those so far reach the target uncertainty.
 
-Nothing but the answer comes of it, as how it ends: all that waits for the answer `not_needed` ends likewise, at once.
+Its only result is its outcome. After the outcome `not_needed`, all tasks that wait for it end with the same outcome at once.
 """
 
 import math
@@ -40,7 +40,7 @@ def one_event(observable: str) -> bool:
 
 
 def ensemble_task(members: Sequence[Sequence[Task]], ensemble: Ensemble) -> Task:
-    """The question whether members know enough. members: of each its record, then its drives where these are asked for."""
+    """The task that decides whether members reach the target. members: of each its record, then its drives where asked for."""
     read = [task for tasks in members for task in tasks]
     keys, first = tuple(task.key for task in read), read[0]
     enough = ensemble.uncertainty or 0.0

@@ -59,7 +59,7 @@ class Wanted(NamedTuple):
 
 @dataclass(frozen=True, slots=True)
 class Computed:
-    """What a task came to: the values of its kind's parts, in their order, and how it ended."""
+    """The result of a task before it is stored: the values of its kind's parts, in their order, and its outcome."""
 
     values: tuple[object, ...] = ()
     outcome: Outcome = COMPLETED

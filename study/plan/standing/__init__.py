@@ -1,1 +1,1 @@
-"""How far a plan is: how its cases and drives ended, what of it is finished and left."""
+"""Progress of a plan: outcomes of its cases and drives, and which tasks are finished or left."""

@@ -1,6 +1,6 @@
-"""A plan in little, as columns: which tasks there are, what they need and cost, whose they are. To look at, not to compute.
+"""Outline of a plan as columns: its tasks, their needs, costs and cases. Enough to count progress, not to compute.
 
-What is finished and how cases ended is counted from it for very many tasks in a fraction of the time that planning takes.
+Of very many tasks, finished ones and outcomes of cases are counted from it in a fraction of the time that planning takes.
 """
 
 from collections import Counter, defaultdict
@@ -86,7 +86,7 @@ def kind_counts(tasks: Iterable[Task], left: Iterable[Task], given_up: Iterable[
 
 @dataclass(frozen=True, slots=True)
 class Look:
-    """How far a campaign is."""
+    """Progress of a campaign: outcomes, and tasks finished, failed and left."""
 
     kinds: Mapping[str, KindCount]
     """By name, in the order in which they begin."""
