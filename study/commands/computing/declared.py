@@ -28,31 +28,27 @@ class ShardText(click.ParamType[Shard]):
 @cli.command()
 @CAMPAIGN
 @OUT
-@click.option(
-    "--serial", is_flag=True, help="Compute in this process alone, without MPI: no task is ended for its time."
-)
-@click.option(
-    "-j", "--jobs", type=click.IntRange(min=1), help="Compute in so many processes on this machine, without MPI."
-)
+@click.option("--serial", is_flag=True, help="Compute in this process alone, without MPI; no time limit ends a task.")
+@click.option("-j", "--jobs", type=click.IntRange(min=1), help="Number of processes on this machine, without MPI.")
 @click.option(
     "--grace", default=GRACE, show_default=True, help="Seconds that running tasks get to finish after a signal."
 )
 @click.option(
-    "--recompute-foreign", is_flag=True, help="Compute again what other software computed (`nanoslip status` names it)."
+    "--recompute-foreign", is_flag=True, help="Compute results of other software again (`nanoslip status` names it)."
 )
-@click.option("--retry", is_flag=True, help="Try again what has failed (`nanoslip status` counts it).")
+@click.option("--retry", is_flag=True, help="Try tasks again that have failed (`nanoslip status` counts them).")
 @click.option(
     "--shard",
     type=ShardText(),
-    help="Compute one of so many parts (3/10), in a folder of its own; `nanoslip merge` brings them together.",
+    help="Compute one part, 3/10 the third of ten, in a folder of its own; `nanoslip merge` joins the parts.",
 )
 def run(**given: object) -> None:
-    """Compute what is not finished of CAMPAIGN, then collect it.
+    """Compute what is left of CAMPAIGN, then write its dataset.
 
-    Under mpiexec or srun: with all ranks.
+    Under mpiexec or srun all ranks compute.
 
-    Exit codes: 0 complete, 3 complete but for tasks that failed, 99 interrupted: run again, 2 wrong input or a full disk, 1 a
-    defect of the program itself.
+    Exit codes: 0 complete; 1 a defect of the program; 2 wrong input or a full disk; 3 complete, but some tasks failed; 99
+    interrupted, run again to continue.
     """
     work("computing.run", **given)
 
@@ -60,12 +56,12 @@ def run(**given: object) -> None:
 @cli.command()
 @CAMPAIGN
 @OUT
-@click.option("--watch", is_flag=True, help="Look again every two seconds until all is finished; Ctrl-C ends it.")
+@click.option("--watch", is_flag=True, help="Repeat every two seconds until all is finished; stop it with Ctrl-C.")
 @JSON
 def status(**given: object) -> None:
-    """Show how much of CAMPAIGN is finished, and how it ended.
+    """Show how much of CAMPAIGN is finished, and how its cases ended.
 
-    From the files of results alone: while it runs, after an interruption, from another machine.
+    It reads the files of results alone. So it works while CAMPAIGN is computed, after an interruption, and on another machine.
     """
     work("computing.status", **given)
 
@@ -74,7 +70,7 @@ def status(**given: object) -> None:
 @CAMPAIGN
 @OUT
 def collect(**given: object) -> None:
-    """Write the dataset of CAMPAIGN from the results that are there."""
+    """Write the dataset of CAMPAIGN from its finished results."""
     work("computing.collect", **given)
 
 
@@ -82,9 +78,9 @@ def collect(**given: object) -> None:
 @CAMPAIGN
 @OUT
 def merge(**given: object) -> None:
-    """Bring all shards of CAMPAIGN together, and write its dataset.
+    """Join all shards of CAMPAIGN, and write its dataset.
 
-    Exit codes: 0 complete, 3 complete but for tasks that failed, 99 tasks are left: nanoslip run computes them.
+    Exit codes: 0 complete; 3 complete, but some tasks failed; 99 tasks are left, which `nanoslip run` computes.
     """
     work("computing.merge", **given)
 
@@ -98,9 +94,9 @@ def merge(**given: object) -> None:
     help="Settings of the cluster: a changed copy of site.toml [default: the one that comes with nanoslip]",
 )
 @click.option(
-    "--shards", type=click.IntRange(min=1), help="An array of so many small jobs, and one that merges what they have."
+    "--shards", type=click.IntRange(min=1), help="Number of small jobs in an array; one job more merges their results."
 )
-@click.option("--submit", is_flag=True, help="Hand it to sbatch.")
+@click.option("--submit", is_flag=True, help="Submit the scripts by sbatch.")
 def submit(**given: object) -> None:
     """Write batch scripts that run CAMPAIGN as a job, or an array."""
     work("computing.submit", **given)

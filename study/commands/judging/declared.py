@@ -12,8 +12,10 @@ from study.commands.shared.lazy import work
 @cli.command()
 @CAMPAIGN
 @OUT
-@click.option("--csv", "form", flag_value="csv", help="A header, a line of units that begins with #, rows [default].")
-@click.option("--json", "form", flag_value="json", help="Title, variables with unit and meaning, rows.")
+@click.option(
+    "--csv", "form", flag_value="csv", help="As CSV: a header, a line of units that begins with #, rows [default]."
+)
+@click.option("--json", "form", flag_value="json", help="As JSON: title, variables with unit and meaning, rows.")
 @click.option("--records", "table", flag_value="records", help="The events of all friction records instead of cases.")
 @click.option("--trajectories", "table", flag_value="trajectories", help="The samples of all drives instead of cases.")
 @click.option("-o", "--output", type=click.Path(path_type=Path), help="Write this file [default: standard output].")
@@ -21,7 +23,7 @@ def export(**given: object) -> None:
     """Write CAMPAIGN's numbers as a table for other programs.
 
     CAMPAIGN is a campaign file or its name, a dataset (results.nc) or the folder it is in. The table has a row for each case,
-    with a drive for each case and drive: parameters first, then numbers. What is not known is empty in CSV, null in JSON.
+    or for each drive of each case: parameters first, then numbers. Unknown numbers are empty in CSV and null in JSON.
 
     Example: nanoslip export results/mine --csv -o mine.csv
     """
@@ -34,11 +36,12 @@ def export(**given: object) -> None:
 def compare(**given: object) -> None:
     """Show what differs between datasets A and B, and how much.
 
-    Each is a dataset (results.nc), the folder it is in, or a campaign. Cases with the same values of all parameters that vary in
-    either are compared; an ensemble is one case. Numbers that state an uncertainty agree within 2 combined standard deviations,
-    words if they are the same; other numbers are only named. Cases that only one has are counted, and are no difference.
+    Each is a dataset (results.nc), the folder it is in, or a campaign. Cases are compared that have the same values of all
+    parameters that vary in either; an ensemble is one case. Numbers with an uncertainty agree within 2 combined standard
+    deviations. Words agree if they are the same. Numbers without an uncertainty are named where they differ, but not judged.
+    Cases of only one dataset are counted; they are no difference.
 
-    Exit codes: 0 same or within uncertainties, 1 something is beyond, 2 nothing to compare.
+    Exit codes: 0 same or within uncertainties; 1 a difference beyond them; 2 nothing to compare.
 
     Example: nanoslip compare results/mine results/finer
     """
@@ -48,15 +51,15 @@ def compare(**given: object) -> None:
 @cli.command()
 @click.argument("dataset", type=click.Path(path_type=Path))
 @click.option(
-    "--sample", type=click.IntRange(min=1), help="So many cases only, evenly spread, the same each time [default: all]"
+    "--sample", type=click.IntRange(min=1), help="Number of cases, evenly spread, the same each time [default: all]"
 )
 @JSON
 def verify(**given: object) -> None:
-    """Compute DATASET again from itself alone, and compare.
+    """Compute DATASET again from the file alone, and compare.
 
     DATASET is a file results.nc, or the folder it is in. Each case is bit-identical, within tolerance, or different.
 
-    Exit codes: 0 identical or within tolerance, 1 something is different, 2 nothing that can be computed again.
+    Exit codes: 0 all identical or within tolerance; 1 a case is different; 2 DATASET cannot be computed again.
     """
     work("judging.verify", **given)
 
@@ -67,7 +70,7 @@ def verify(**given: object) -> None:
 def describe(**given: object) -> None:
     """Explain the variables of a dataset, or one of them.
 
-    NAME is a variable of a file results.nc; without it a table of all is printed.
+    NAME is a variable of a file results.nc; without a name a table of all variables is printed.
     """
     work("judging.describe", **given)
 
@@ -75,37 +78,41 @@ def describe(**given: object) -> None:
 @cli.command()
 @click.argument("campaign", type=CampaignPath(path_type=Path), required=False)
 @OUT
-@click.option("--quick", is_flag=True, help="A few settings of every setting, in seconds, to see that it works.")
+@click.option("--quick", is_flag=True, help="Measure few values of every setting: a trial that takes seconds.")
 @click.option(
     "--save",
     type=click.Path(path_type=Path),
-    help="Write the front there too: campaigns choose from it by front = FILE.",
+    help="Write the Pareto front to this file; campaigns choose from it by front = FILE.",
 )
 def accuracy(**given: object) -> None:
     """Measure error against time for every numerical setting.
 
-    On CAMPAIGN's first case [default: the paper's case].
+    It is measured on the first case of CAMPAIGN [default: the paper's case].
     """
     work("judging.accuracy", **given)
 
 
 @cli.command()
 @click.option(
-    "--measure", "measured", metavar="N", type=click.IntRange(min=40), help="Measure them on N random scenes."
+    "--measure", "measured", metavar="N", type=click.IntRange(min=40), help="Measure the influences on N random scenes."
 )
 @click.option(
-    "--judge", "judged", metavar="N", type=click.IntRange(min=1), help="Try what is left out by them on N other scenes."
+    "--judge",
+    "judged",
+    metavar="N",
+    type=click.IntRange(min=1),
+    help="Test on N other scenes how much leaving effects out changes.",
 )
 @click.option(
-    "--save", type=click.Path(path_type=Path), help="Write what was measured (JSON) or judged (Markdown) there."
+    "--save", type=click.Path(path_type=Path), help="Write what was measured (JSON) or judged (Markdown) to this file."
 )
 @click.option("-j", "--processes", type=click.IntRange(min=1), help="Processes [default: cores here]")
 def effects(**given: object) -> None:
     """Show how much each effect matters.
 
-    What a campaign with `[effects] within = 0.01` leaves out is decided from this. The median is shown, and what 95 % of the
-    scenes do not exceed. A file that --measure --save wrote is used by `[effects] influences = FILE`. --judge compares what is
-    found with everything on and everything off, on scenes that nothing was measured on.
+    A campaign with `[effects] within = 0.01` chooses by these influences what it leaves out. Shown are the median over scenes and
+    what 95 % of the scenes do not exceed. A campaign uses a file of --measure --save by `[effects] influences = FILE`. --judge
+    compares such a choice with all effects on and all off, on scenes that no influence was measured on.
 
     Example: nanoslip effects --judge 100 --save judged.md
     """

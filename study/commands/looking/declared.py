@@ -14,7 +14,7 @@ FORMATS: Final = ("pdf", "svg", "png")
 RESULTS: Final = Path("results")
 PARAMETERS = click.argument("parameters", nargs=-1, metavar="[KEY=VALUE]...")
 PICTURE = click.option(
-    "-o", "--picture", type=click.Path(path_type=Path), help="Draw into this file (.png, .pdf, .svg), not in text."
+    "-o", "--picture", type=click.Path(path_type=Path), help="Draw a picture into this file (.png, .pdf, .svg) instead."
 )
 
 
@@ -28,7 +28,7 @@ def report(**given: object) -> None:
 
 @cli.command()
 @click.argument("names", nargs=-1, metavar="[CAMPAIGN | NAME]...")
-@click.option("--all", "everything", is_flag=True, help="Every shipped figure, and pages of them.")
+@click.option("--all", "everything", is_flag=True, help="Draw every shipped figure, and write pages of them.")
 @click.option(
     "--format",
     "formats",
@@ -42,29 +42,31 @@ def report(**given: object) -> None:
     type=click.Path(path_type=Path),
     default=RESULTS,
     show_default=True,
-    help="Folder of shipped figures, which lie below it as campaigns do: fig5 in figures, regimes in maps.",
+    help="Folder of shipped figures. Folders below it are those of their campaigns: fig5 in figures, regimes in maps.",
 )
 @click.option(
     "--out",
     type=click.Path(path_type=Path),
-    help="Folder of CAMPAIGN's results; of shipped figures: with one for each campaign, figures/records for example  "
+    help="Folder of CAMPAIGN's results. Of shipped figures: the folder with a folder for each campaign, as figures/records  "
     f"[default: results/<campaign>; {RESULTS}]",
 )
-@click.option("--y", default="", metavar="NUMBER", help="Variable of CAMPAIGN, or ratio of two, that is drawn.")
-@click.option("--x", default="", metavar="AXIS", help="What it is drawn against [default: the axis of most values]")
-@click.option("--hue", default="", metavar="AXIS", help="What has a colour for each value [default: the next axis]")
+@click.option("--y", default="", metavar="NUMBER", help="Variable of CAMPAIGN to draw, or a ratio of two.")
+@click.option("--x", default="", metavar="AXIS", help="Axis of CAMPAIGN along x [default: the one with most values]")
+@click.option(
+    "--hue", default="", metavar="AXIS", help="Axis of CAMPAIGN with a colour for each value [default: the next one]"
+)
 @click.option("-o", "--output", type=click.Path(path_type=Path), help="File of that figure: .pdf, .svg or .png.")
-@click.option("--csv", "table", is_flag=True, help="The numbers that are drawn, too, in a file beside it.")
+@click.option("--csv", "table", is_flag=True, help="Write the numbers that are drawn to a file beside it.")
 def figure(**given: object) -> None:
-    """Draw a number of CAMPAIGN over its axes, or shipped figures.
+    """Draw a variable of CAMPAIGN over its axes, or shipped figures.
 
-    CAMPAIGN has been run, or is a file results.nc. Variables are those of `nanoslip describe`, or as equations call them; axes
-    left over are panels, members of an ensemble mean and standard error:
+    CAMPAIGN has been run, or is a file results.nc. Variables have the names of `nanoslip describe`, or symbols as in equations.
+    Axes beyond x and colour become panels. Members of an ensemble are drawn as mean and standard error.
 
-    nanoslip figure campaigns/mine.toml --y plateau/mu_i -o mine.pdf
+    Example: nanoslip figure campaigns/mine.toml --y plateau/mu_i -o mine.pdf
 
-    Without --y, NAMEs are shipped figures, which are drawn with tables of what the paper says and what is found. What is not
-    computed yet is computed in this process. Each folder gets a page of all its figures. Without anything they are listed.
+    Without --y, NAMEs are shipped figures. Each is drawn with a table that compares the paper's numbers with those found. Cases
+    that are not computed yet are computed in this process. Each folder gets a page of its figures. Without names they are listed.
     """
     work("looking.figure", **given)
 
@@ -77,9 +79,9 @@ def figure(**given: object) -> None:
 def show_case(**given: object) -> None:
     """Show one case of CAMPAIGN: its numbers and a small plot.
 
-    CAMPAIGN is a campaign file or its name, a dataset (results.nc) or the folder it is in. KEY=VALUE single out the case by its
-    parameters, exactly. A campaign's dataset is taken, or its finished results where it has none yet. Members of an ensemble
-    are one case unless member=NUMBER is given; drives are rows of a table unless one is singled out.
+    CAMPAIGN is a campaign file or its name, a dataset (results.nc) or the folder it is in. KEY=VALUE select the case by exact
+    values of its parameters. A campaign without a dataset is shown from its finished results. Members of an ensemble are one
+    case, unless member=NUMBER selects one. Drives are rows of a table, unless drive=NAME selects one.
 
     Example: nanoslip show campaigns/mine.toml intrinsic_friction=0.5 normal_load=1e-3
     """
@@ -88,16 +90,14 @@ def show_case(**given: object) -> None:
 
 @cli.command("try")
 @PARAMETERS
-@click.option("--contact", is_flag=True, help="Press the pin down only.")
-@click.option(
-    "--drive", is_flag=True, help="Pull the pin by the paper's drive too; a key of [[drives]] does so by itself."
-)
+@click.option("--contact", is_flag=True, help="Compute initial contact only.")
+@click.option("--drive", is_flag=True, help="Pull the pin by the paper's drive, too. Any key of [[drives]] implies it.")
 @PICTURE
 def try_case(**given: object) -> None:
-    """Compute one case now and show it; nothing is kept.
+    """Compute one case now and show it; nothing is written to disk.
 
-    KEY=VALUE are keys of a campaign's tables of parameters, [scales], [ensemble], [outputs] and [[drives]]; the rest has its
-    default: the paper's case at 129 nodes, over two node spacings.
+    KEY=VALUE are keys of a campaign's tables of parameters, [scales], [ensemble], [outputs] and [[drives]]. All others have
+    their defaults: the paper's case at 129 nodes, over two node spacings.
 
     Example: nanoslip try radius=50 normal_load=1e-3
     """
@@ -119,14 +119,14 @@ def try_case(**given: object) -> None:
     type=click.Path(path_type=Path),
     default=Path("frames.png"),
     show_default=True,
-    help="A strip (.png, .pdf, .svg) or a film (.gif, .mp4).",
+    help="File to write: a strip (.png, .pdf, .svg) or a film (.gif, .mp4).",
 )
 def frames(**given: object) -> None:
-    """Show one case of CAMPAIGN at work, event by event.
+    """Draw the contact of one case of CAMPAIGN, event by event.
 
-    Pressure, shear, slip and F/W are computed again from the campaign file; no results are needed. KEY=VALUE single out the
-    case by its axes.
+    Pressure, shear, slip and F/W are computed from the campaign file; no results are needed. KEY=VALUE select the case by values
+    on the campaign's axes.
 
-    nanoslip frames smoke intrinsic_friction=0.5 --events 0:200:10 -o pin.gif
+    Example: nanoslip frames smoke intrinsic_friction=0.5 --events 0:200:10 -o pin.gif
     """
     work("looking.frames", **given)

@@ -14,7 +14,7 @@ from study.commands.shared.lazy import work
 def campaigns(**given: object) -> None:
     """List the campaigns that come with nanoslip.
 
-    They are there to run by name or to copy.
+    Run them by name, or copy them.
     """
     work("preparing.campaigns", **given)
 
@@ -25,8 +25,8 @@ def campaigns(**given: object) -> None:
 def new(**given: object) -> None:
     """Write a commented campaign to start from.
 
-    STARTER is its name; without it the starters are listed. It is written to FILE [default: STARTER.toml], which must not be
-    there yet, with the files that it needs beside it.
+    STARTER is its name; without a name the starters are listed. It is written to FILE [default: STARTER.toml], which must not
+    exist yet. Files that it needs are written beside it.
 
     Example: nanoslip new sweep campaigns/mine.toml
     """
@@ -38,10 +38,12 @@ def new(**given: object) -> None:
 def check(**given: object) -> None:
     """Find every problem of campaign files, without computing.
 
-    Each CAMPAIGN is a file, or the name of one that comes with nanoslip. One that is fine is one line: its cases and tasks. The
-    problems of the others are all shown, a line each: file, key, value and what is allowed.
+    Each CAMPAIGN is a file, or the name of one that comes with nanoslip. Of a correct one a line tells its cases and tasks. Of
+    the others every problem is a line: file, key, value and what is allowed.
 
-    Exit codes: 0 all are fine, 2 some are not. Example: nanoslip check campaigns/*.toml
+    Exit codes: 0 all are correct; 2 some are not.
+
+    Example: nanoslip check campaigns/*.toml
     """
     work("preparing.check", **given)
 
@@ -49,15 +51,15 @@ def check(**given: object) -> None:
 @cli.command()
 @CAMPAIGN
 @OUT
-@click.option("--ranks", type=click.IntRange(min=1), help="Estimate the time on so many ranks [default: cores here]")
 @click.option(
-    "--effects", "show_effects", is_flag=True, help="Say of every effect whether it is on, and what is left out."
+    "--ranks", type=click.IntRange(min=1), help="Number of ranks to estimate the time for [default: cores here]"
 )
+@click.option("--effects", "show_effects", is_flag=True, help="Show which effects are on, and what is left out.")
 @JSON
 def plan(**given: object) -> None:
-    """Show what CAMPAIGN would compute, and what it takes.
+    """Show the tasks of CAMPAIGN, their time, memory and disk space.
 
-    What is finished is left out of the time.
+    The time is that of the tasks that are not finished.
     """
     work("preparing.plan", **given)
 
@@ -68,8 +70,8 @@ def plan(**given: object) -> None:
 def explain(**given: object) -> None:
     """Explain one case of CAMPAIGN before it is computed.
 
-    KEY=VALUE single it out, as in `nanoslip show`. Says which dimensionless groups govern the case, which effects matter in it,
-    what leaving them out changes and saves, what limits its accuracy, and what half of that would cost.
+    KEY=VALUE select the case, as in `nanoslip show`. Shown are the dimensionless groups that govern it, which effects matter,
+    what leaving them out changes and saves, what limits its accuracy, and what halving that error would cost.
 
     Example: nanoslip explain campaigns/mine.toml intrinsic_friction=0.5
     """
