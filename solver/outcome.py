@@ -78,7 +78,7 @@ class Outcome:
 
     @property
     def usable(self) -> bool:
-        """True when what was computed is right and whole, though it may lack what the outcome says it lacks."""
+        """True when all computed numbers are valid, though some may be missing: the outcome says which."""
         return self.ending in _USABLE
 
 

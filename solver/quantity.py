@@ -94,7 +94,7 @@ def quantities(kind: type, prefix: str = "") -> Mapping[str, Quantity]:
 
 
 def attributes(quantity: Quantity) -> dict[str, Any]:
-    """What every variable of the dataset says of itself; words have no unit."""
+    """Attributes of the variable in the dataset; words have no unit."""
     more: dict[str, Any] = {
         "symbol": quantity.symbol,
         "ancillary_variables": quantity.uncertainty,

@@ -18,5 +18,5 @@ def all_kept() -> Iterator[None]:
 
 
 def keep_for_good() -> None:
-    """Search nothing again of what there is by now: a process holds its modules to its end, and millions of planned tasks."""
+    """Exempt all present objects from garbage collection: modules and millions of planned tasks live as long as the process."""
     gc.freeze()

@@ -38,7 +38,7 @@ class Pin:
         return np.asarray(height + np.interp(xi, self.knots, self.rises))
 
     def rounding(self, xi: Vector) -> float:
-        """What rounding of ξ (any shape) and of the heights there may change displacements by, in L_x."""
+        """Largest change of displacements by rounding of ξ (any shape) and of heights there, in L_x."""
         of_profile = 0.0 if self.rises is None else float(np.abs(self.rises).max())
         largest = float((np.abs(xi) + self.curvature * xi**2 / 2).max()) + of_profile
         return 4.0 * float(np.finfo(float).eps) * largest

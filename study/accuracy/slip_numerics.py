@@ -63,7 +63,7 @@ def _turned(case: Case, effort: Effort) -> dict[str, list[tuple[float, Case]]]:
 
 
 def read(record: FrictionRecord, setup: Setup) -> Reading:
-    """What is read off a record, and off the setup's drive over it; NaN where there is no plateau."""
+    """Observables of a record, and of the setup's drive over it; NaN where there is no plateau."""
     nothing = (math.nan, math.nan)
     events = event_statistics(record)
     step = (events.mean_step, events.mean_step_uncertainty)

@@ -49,7 +49,7 @@ def worst(differences: Iterable[Difference]) -> Verdict:
 
 
 def compared(name: str, kept: NDArray[Any], again: NDArray[Any], scale: float | None = None) -> Difference:
-    """What was kept of a variable, beside what came out again. Whole numbers and texts have no rounding.
+    """Compare the stored values of a variable with recomputed ones. Whole numbers and texts have no rounding.
 
     scale: magnitude of the variable; without it the largest of `again`.
     """

@@ -132,7 +132,7 @@ class _Family:
         return [*textwrap.wrap(f"{self.mark} is one of {named}.", WIDTH, break_on_hyphens=False), ""]
 
     def folded(self, found: Iterable[Described]) -> list[Described]:
-        """Those that there is one of for each word, alike but for it, as one; the others as they are."""
+        """Variables that differ only by a word of the family are folded into one; the others stay as they are."""
         marked = {each: self._marked(each) for each in found}
         units: dict[Described, list[str]] = {}
         for new in marked.values():

@@ -153,7 +153,7 @@ class Pair:
         return ((name, kept[name], now[name]) for name in names if kept[name].shape == now[name].shape)
 
     def finding(self, case: CampaignCase) -> Finding:
-        """What came of one case."""
+        """The verdict on one case."""
         place = place_of(self._again, case.case_id) or {}
         parted = bool(self._parted[tuple(place.values())])
         # What is made of several cases, as the mean over an ensemble, needs all of them.

@@ -180,7 +180,7 @@ LENGTH_ERRORS: Final = {
 
 @cache  # asked for every case
 def influences() -> dict[str, Quantity]:
-    """Observable -> the variable that says how much it is expected to change by what is left out."""
+    """Observable -> the variable with its expected change by the effects that are left out."""
     return {name: Quantity(f"{name}_influence", f"expected change of {name}", comment=_CHANGE) for name in OBSERVABLES}
 
 

@@ -174,7 +174,7 @@ def _as_pending(found: xr.Dataset) -> xr.Dataset:
 
 
 def compare(found: xr.Dataset, plan: Plan, cases: Sequence[CampaignCase], store: Store) -> Iterator[Finding]:
-    """The dataset beside what `store` says now: first what all cases share, then case by case."""
+    """Compare the dataset with the results in `store`: first what all cases share, then case by case."""
     path = store.folder / file.FILE
     file.write(collect(plan, store), path)  # what is read has the types that a file gives it
     with file.read(path) as opened_again:

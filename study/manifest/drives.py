@@ -76,7 +76,7 @@ class CampaignDrive:
 
     @property
     def label(self) -> str:
-        """What tells it from the campaign's other drives, in one line."""
+        """Its name and the values in which it differs from the campaign's other drives, in one line."""
         return " ".join([self.name, *(f"{name}={value}" for name, value in self.point.items())])
 
 

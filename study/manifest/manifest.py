@@ -99,7 +99,7 @@ class Ensemble:
             raise InvalidInput(f"members = {shown(count)}: needs {allowed}")
 
     def batch(self, member: int) -> int:
-        """The batch that a member comes in, from 0: later ones are computed only where those before do not know enough."""
+        """The batch of a member, from 0. A later batch is computed only if the earlier ones do not reach the target."""
         return 0 if self.uncertainty is None else (member // FIRST_MEMBERS).bit_length()
 
     def varied(self, case: Case, member: int) -> dict[str, Value]:

@@ -15,7 +15,7 @@ _OF_CONTACTS = ("contact", "record")
 
 
 def flag_lines(masks: Sequence[int], words: Callable[[int], str]) -> list[str]:
-    """For each flag that any case has: in how many, which is the first, what it means, what to do.
+    """For each flag that any case has: number of cases, the first one, meaning and advice.
 
     masks: the flags of every case, as bits. words: a case's number -> what tells it from the others, empty for a single case.
     """

@@ -7,7 +7,7 @@ from study.plan.tasks import in_stages
 
 
 def longest_chain_first(tasks: Iterable[Task]) -> tuple[Task, ...]:
-    """Order by the work that hangs on a task, itself included: what is needed always has more than what needs it."""
+    """Order by the cost of a task and the longest chain that depends on it: a task always has more than those that need it."""
     ordered = list(in_stages(tasks))
     after: dict[str, float] = {}  # work of the longest chain that hangs on a task, of those that are needed
     # One pass from the last stage back sees every chain whole.

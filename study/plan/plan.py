@@ -68,7 +68,7 @@ class Plan:
     def possible(
         self, left: Sequence[Task], given_up: Collection[str], failed: Collection[str] = ()
     ) -> tuple[Task, ...]:
-        """Of tasks that are left those that can be tried: not given up, and needing none that is; what has failed comes last."""
+        """Unfinished tasks that can be tried: neither they nor their needs are given up. Those that failed before come last."""
         if not given_up and not failed:
             return tuple(left)
         lost = set(given_up)

@@ -66,7 +66,7 @@ class Task:
     values: tuple[Value | None, ...] = field(default=(), compare=False)
 
     def planned(self, cost: float, memory: float, disk: float, limit: float, label: Label) -> "Task":
-        """The task with what a plan knows of it."""
+        """The task with the fields that a plan adds."""
         make: Any = Task
         planned: Task = make(*_CONTENT(self), cost, memory, disk, limit, *label)
         return planned

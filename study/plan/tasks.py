@@ -60,7 +60,7 @@ LONGEST: Final = 1e12
 
 
 def in_stages(tasks: Iterable[Task]) -> Iterator[Task]:
-    """Tasks batch after batch, kind after kind, what is intermediate before what is made of it: none needs a later one."""
+    """Tasks by batch, then by kind, intermediate ones before those that use them: no task needs a later one."""
     stages: defaultdict[tuple[int, int, bool], list[Task]] = defaultdict(list)
     places = {kind: place for place, kind in enumerate(KINDS)}
     for task in tasks:

@@ -46,7 +46,7 @@ def case_table(case: xr.Dataset) -> tuple[Table, list[str]]:
 
 
 def ending_lines(case: xr.Dataset) -> Iterator[str]:
-    """How a case and its drive ended, why, what to do about contacts that mean little, and what a sign means."""
+    """Outcomes of a case and its drive with their messages, advice for validity flags, and the meaning of signs."""
     for label, (ending, message) in zip(("outcome", "drive"), (OUTCOMES[""], OUTCOMES["drive"]), strict=True):
         if ending.name in case and not case[ending.name].dims:
             why = str(case[message.name].item())

@@ -9,7 +9,7 @@ NOTHING = "–"
 
 
 def said_once(table: Table) -> tuple[Table, list[str]]:
-    """A table without the columns whose cells are all alike, and sentences that say what is in them.
+    """A table without the columns whose cells are all the same, and sentences with their values.
 
     Labels and the last column stay, and a table of one row stays as it is.
     """

@@ -11,7 +11,7 @@ from study.dataset.access.tidy import Column
 
 
 def as_csv(columns: Sequence[Column]) -> str:
-    """A header of names, a line of units whose first cell begins with `# `, then the rows; what is not known is empty.
+    """A header of names, a line of units whose first cell begins with `# `, then the rows; unknown numbers are empty.
 
     Numbers have all their digits; `true`, `false` and `inf` are words, as in a table of cases.
     """
@@ -25,7 +25,7 @@ def as_csv(columns: Sequence[Column]) -> str:
 
 
 def as_json(columns: Sequence[Column], title: str) -> str:
-    """An object with `title`, `variables` (name -> `units` and `long_name`) and `rows` (objects); what is not known is null.
+    """An object with `title`, `variables` (name -> `units` and `long_name`) and `rows` (objects); unknown numbers are null.
 
     Infinite numbers are texts, `inf` and `-inf`, as JSON has none.
     """

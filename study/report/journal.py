@@ -35,7 +35,7 @@ def cost(runs: Sequence[Run]) -> str:
 
 
 def run_table(runs: Sequence[Run]) -> tuple[Table, list[str]]:
-    """One row for each of the last runs, and sentences that say what they have in common and how many are not shown."""
+    """One row for each of the last runs; and sentences with common values, and the number of runs not shown."""
     shown = runs[-MOST_RUNS:]
     facts = [_facts(run) for run in shown]
     values = {name: [each.get(name) or NOTHING for each in facts] for each in facts for name in each}

@@ -75,7 +75,7 @@ def _ending(what: str, word: str, count: int, messages: list[str]) -> Ending:
 
 
 def regimes(dataset: xr.Dataset) -> str:
-    """How many drives did what, and what the sign of some means; empty where all do the same."""
+    """Number of drives in each regime, and the meaning of a sign; empty where all have the same regime."""
     if REGIME not in dataset:
         return ""
     counts = Counter(starred(dataset))
@@ -122,7 +122,7 @@ def _shares(values: Any, word: str) -> str:
 
 
 def scales(dataset: xr.Dataset) -> Iterator[str]:
-    """What the dimensionless numbers stand for, a line each; none where a dataset does not say."""
+    """The scales of the dimensionless numbers, a line each; none where a dataset does not state them."""
     found = scales_of(dataset.attrs)
     if found is None:
         return

@@ -117,7 +117,7 @@ def lowered(text: str) -> Markup:
 
 
 def section(dataset: xr.Dataset, sort: Sort) -> Section | None:
-    """The figures of a sort, and what there is to say of those that are not there; None where a dataset has neither."""
+    """The figures of a sort, and notes on those left out; None where a dataset has neither."""
     views, notes = list(sort.views(dataset)), list(sort.notes(dataset))
     if not views and not notes:
         return None

@@ -135,7 +135,7 @@ def flag_summary(dataset: xr.Dataset) -> list[str]:
 
 
 def left_out_summary(dataset: xr.Dataset) -> list[str]:
-    """A line of what a campaign's tolerance left out, and of how many cases and drives, and one of what is shorter for it."""
+    """A line of the effects that a campaign's tolerance left out, of how many cases and drives; and one of shorter records."""
     found, shorter = [], []
     for kind, what, runs in (("", "cases", "records"), (DRIVE, "drives", "drives")):
         if LEFT_OUT[kind].name in dataset:
@@ -152,7 +152,7 @@ def left_out_summary(dataset: xr.Dataset) -> list[str]:
 
 
 def short_summary(dataset: xr.Dataset) -> list[str]:
-    """One line of the ensembles whose members are all there and know less than was asked for; none without such."""
+    """One line of the ensembles that did not reach their uncertainty with all members; none without such."""
     asked = tomllib.loads(dataset.attrs.get("manifest", "")).get("ensemble", {})
     name = str(asked.get("observable", Ensemble().observable))
     mean, error = (ensemble_name(name, part) for part in ("mean", "uncertainty"))
@@ -219,7 +219,7 @@ def _failure(outcomes: xr.DataArray, numbers: list[int], messages: list[str]) ->
 
 
 def drive_summary(dataset: xr.Dataset) -> list[str]:
-    """How many drives ended how, and what their pins did; nothing of so few that a look at the table tells."""
+    """Number of drives by outcome and by regime; nothing where the table shows as few at a glance."""
     endings = [name for name in ("drive_outcome", REGIME) if name in dataset and dataset[name].size > FEW]
     lines = []
     for name in endings:

@@ -25,7 +25,7 @@ SHOWN: Final = ("maximum_pressure", *ASKED_FOR["dynamics"])
 
 
 def work(measured: int | None, judged: int | None, save: Path | None, processes: int | None) -> None:
-    """Print what is known of each effect; or measure it, or try what is made of it, on so many random scenes."""
+    """Print the influence of each effect; or measure the influences, or test choices made by them, on so many random scenes."""
     with refusals():
         if measured and judged:
             raise Refusal("--measure and --judge: needs one of them at a time")

@@ -30,7 +30,7 @@ USUAL = 0.01
 
 
 def work(campaign: Path, parameters: tuple[str, ...]) -> None:
-    """Print what there is to say of the case of a campaign that has these parameters."""
+    """Print groups, effects, accuracy and cost of the case of a campaign that has these parameters."""
     with refusals():
         manifest = spelled_out(load_manifest(campaign))
         asked = manifest.tolerated is not None

@@ -15,7 +15,7 @@ from study.results.store import Store
 
 
 def print_outdated(store: Store) -> None:
-    """Say which results are there that nothing reads any more."""
+    """Print which results are of an older nanoslip, which this one does not read."""
     if found := store.outdated():
         told = f"{counted(len(found), 'result')} of an older nanoslip there, first {found[0].name}"
         say(f"{store.folder}: {told}: not read, computed again; the files may be removed", stderr=True)

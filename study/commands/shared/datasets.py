@@ -39,7 +39,7 @@ def write_dataset(plan: Plan, store: Store, anew: bool = False) -> None:
 
 
 def print_written(manifest: Manifest, store: Store) -> bool:
-    """Print the dataset that is there already; whether there is one, of just the results that are there."""
+    """Print the existing dataset if it is up to date with the results; returns whether it is."""
     path = store.folder.parent / file.FILE
     if is_made_of(path, store, made_of(manifest, store)):
         with suppress(StoreError), file.reading(path) as found:  # else it was damaged

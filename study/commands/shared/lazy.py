@@ -7,7 +7,7 @@ from study.garbage import all_kept, keep_for_good
 
 
 def work(command: str, /, **given: object) -> None:
-    """Do what a command is for: call `work` of `study.commands.<command>` with what was given on the command line."""
+    """Call `work` of `study.commands.<command>` with the arguments of the command line."""
     pin_threads()  # what is imported now imports numpy, whose libraries read the number of threads once
     with all_kept():
         doing = import_module(f"study.commands.{command}").work

@@ -45,7 +45,7 @@ class Axes:
 
 
 def axes_of(roots: Sequence[xr.Dataset]) -> Axes:
-    """The axes that tell the cases of all datasets apart: their dimensions, and as few further parameters as that takes."""
+    """The axes by which the cases of all datasets are distinct: their dimensions, and as few further parameters as possible."""
     added: list[str] = []
     dims = list(dict.fromkeys(str(dim) for root in roots for dim in root.dims))
     candidates = [name for name in parameters() if name not in dims and _differs(name, roots)]

@@ -86,7 +86,7 @@ def run_of(root: xr.Dataset, name: str, selection: Selection) -> tuple[xr.Datase
 
 
 def id_of(root: xr.Dataset, name: str) -> str:
-    """The variable that says which run is whose. Raises ValueError where a dataset has no such group."""
+    """The variable that names the run of each case. Raises ValueError where a dataset has no such group."""
     known = all_groups()[name].id.name
     if name not in groups_of(root):
         raise ValueError(f"this dataset has no group {name}: its campaign leaves that out (see [outputs] and stages)")

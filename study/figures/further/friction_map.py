@@ -22,7 +22,7 @@ LOADS: Final = 1e3
 
 
 def share_of(dataset: xr.Dataset, name: str) -> xr.DataArray:
-    """A coefficient over μ_i, NaN where it was not measured or a flag says that the contact says little."""
+    """A coefficient over μ_i, NaN where it was not measured or the contact has a validity flag."""
     return (dataset[name] / dataset["intrinsic_friction"]).where(dataset["validity_flags"] == 0).squeeze()
 
 

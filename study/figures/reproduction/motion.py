@@ -67,7 +67,7 @@ def _mark(axes: Any, stick: Stick) -> None:
 
 
 def claims_of_motion(dataset: xr.Dataset) -> Iterator[Claim]:
-    """What §3.3 says of position and velocity."""
+    """Claims of §3.3 on position and velocity."""
     first, _ = slip_times(dataset)
     yield compared(paper.FIRST_SLIP, first, digits=3, scale=1e3)
     yield compared(paper.RESTICKS, over_members(dataset, "resticks"), _RESTICKS)
@@ -84,7 +84,7 @@ _RESTICKS = "counted where the pin comes to rest; it takes a later peak as high 
 
 
 def claims_of_friction(dataset: xr.Dataset) -> Iterator[Claim]:
-    """What §3.3 says of the friction force itself."""
+    """Claims of §3.3 on the friction force itself."""
     sticks = [stick_of(dataset, int(member)) for member in dataset["member"].values]
     mass, damping = float(dataset["pin_mass"]), float(dataset["damping_ratio"])
     expected = 1e3 * float(np.sqrt(mass / float(dataset["spring_stiffness"]))) / damping

@@ -90,7 +90,7 @@ def draw_steps(dataset: xr.Dataset) -> Figure:
 
 
 def claims_of_steps(dataset: xr.Dataset) -> Iterator[Claim]:
-    """What §3.2.2 says of single steps, with L_x = 1 mm."""
+    """Claims of §3.2.2 on single steps, with L_x = 1 mm."""
     nanometres = 1e9 * _of(dataset, "mean_step_si", 0.5)
     yield Claim(paper.STEP.meaning, str(paper.STEP), over_starts(nanometres), _STEP)
     below = [_share_below_a_nanometre(dataset, int(member)) for member in dataset["member"].values]

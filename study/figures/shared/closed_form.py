@@ -26,7 +26,7 @@ class ClosedForm:
 
 
 def scales_of(attributes: Mapping[Any, Any]) -> Scales | None:
-    """What a dataset's dimensionless numbers stand for, from its attributes; None where they do not say."""
+    """The scales of a dataset, from its attributes; None where these do not state them."""
     names = ("slab_width", "slab_depth", "shear_modulus")
     if not all(name in attributes for name in names):
         return None

@@ -112,7 +112,7 @@ def _draw_series(axes: Any, points: Points, series: Points, x: Any, color: str, 
 
 
 def draw_stars(axes: Any, x: NDArray[Any], y: NDArray[np.float64], toothless: NDArray[np.bool_]) -> None:
-    """Stars behind the points of what a pin does on the mean profile, whose teeth were left out."""
+    """Draw stars behind regimes on the mean profile, whose teeth were left out."""
     look = {"markersize": 8.0, "color": "white", "markeredgecolor": "black", "markeredgewidth": 0.5}
     axes.plot(x[toothless], y[toothless], "*", **look, zorder=1.5)
 

@@ -30,7 +30,7 @@ class View:
 
     @property
     def label(self) -> str:
-        """What tells one of many alike from the others, in words."""
+        """The parameters in which one run differs from the others, in words."""
         return words(self.place)
 
 

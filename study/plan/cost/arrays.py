@@ -23,7 +23,7 @@ def contact_bytes(case: Case) -> float:
 
 
 def sliding_bytes(case: Case) -> float:
-    """The same of sliding on from there, without room for what is recorded."""
+    """Bytes of arrays while sliding on from initial contact, without the record itself."""
     return _FLOAT * max(_touch_numbers(case), _slide_numbers(case))
 
 

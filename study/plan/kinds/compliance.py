@@ -28,7 +28,7 @@ def compliance_needs(slab: Slab) -> tuple[str, ...]:
 
 
 def contact_needs(case: Case) -> tuple[str, ...]:
-    """What initial contact of a case needs, whatever comes after it."""
+    """Tasks that initial contact of a case needs, whether or not it slides afterwards."""
     return () if needs_no_matrix(case) else compliance_needs(case.slab)
 
 

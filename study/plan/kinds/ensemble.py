@@ -30,7 +30,7 @@ _LENGTH: Final = "spacings"
 
 
 def kind_of(observable: str) -> Kind:
-    """The kind of task whose results have a variable that an ensemble can be asked to know."""
+    """The kind of task whose results contain the observable of an ensemble."""
     return DRIVE if KNOWABLE[observable] == "dynamics" else RECORD
 
 

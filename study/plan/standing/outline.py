@@ -139,7 +139,7 @@ class Outline:
         return [key.decode("ascii") for key in self.keys.tolist()]
 
     def look(self, finished: Mapping[str, Outcome], failed: Mapping[str, Outcome], given_up: Collection[str]) -> Look:
-        """Count. finished: results that are there. failed: by the last attempt. given_up: of those, what is not tried again."""
+        """Count tasks. finished: those with results. failed: by their last attempt. given_up: failed and not tried again."""
         keys = self.names
         ended = np.array([_CODE[finished[key].ending] if key in finished else _NONE for key in keys], np.int8)
         done = ended != _NONE
