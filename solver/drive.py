@@ -178,7 +178,8 @@ class Drive:
         """
         if strangers := parameters.keys() - {*parameters_of_a_drive(), PERIODS, TRAVEL}:
             raise TypeError(f"Drive.from_si() got unexpected keyword arguments {sorted(strangers)}")
-        return cls.of({**si_defaults(), **in_seconds(parameters, pin_mass)}).scaled(scales or Scales(), pin_mass)
+        in_si = cls.of({**si_defaults(), **in_seconds(parameters, pin_mass)})
+        return in_si.scaled(scales or Scales(), pin_mass, lasting(parameters))
 
     @property
     def flat(self) -> dict[str, Any]:
@@ -186,19 +187,19 @@ class Drive:
         own = {name: getattr(self, name) for name in declared(type(self))}
         return own | INTEGRATORS.flat(self.integrator)
 
-    def scaled(self, scales: Scales, pin_mass: float, lasting: tuple[str, float] | None = None) -> Self:
+    def scaled(self, scales: Scales, pin_mass: float, length: tuple[str, float] | None = None) -> Self:
         """A drive given in SI in the solver's units. Raises InvalidInput where a value is out of range in them.
 
-        lasting: which of the `DURATIONS` was given, and its value, which messages show; None for `duration` itself.
+        length: which of the `DURATIONS` was given, and its value, which messages show; None for `duration` itself.
         """
         time, units = scales.time(pin_mass), scales.units(pin_mass)
         values = self.flat
         for name, stated in parameters_of_a_drive().items():
             if stated.scale and values[name] is not None:
                 found = _FROM_SI[stated.scale](values[name], scales, time)
-                key, given = lasting if lasting and name == "duration" else (name, values[name])
+                key, given = length if length and name == "duration" else (name, values[name])
                 own = given / values[name] * units[stated.scale] if values[name] else 1.0
-                values[name] = _in_range(key, given, found, stated, own, " with this pin_mass and these [scales]")
+                values[name] = _in_range(key, given, found, stated, own, " with this pin_mass and these scales")
         return self.of(values)
 
 
@@ -225,6 +226,11 @@ PERIODS: Final = "duration_periods"
 TRAVEL: Final = "stage_travel"
 DURATIONS: Final = ("duration", PERIODS, TRAVEL)
 """The ways to say how long a drive lasts."""
+
+
+def lasting(parameters: Mapping[str, Any]) -> tuple[str, float] | None:
+    """Which of the `DURATIONS` but `duration` itself these parameters give, and its value; None where they give neither."""
+    return next(((key, parameters[key]) for key in (PERIODS, TRAVEL) if parameters.get(key) is not None), None)
 
 
 def natural_period(spring_stiffness: float, pin_mass: float) -> float:

@@ -4,7 +4,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass, field
 from typing import Any, Self
 
-from solver.drive import PERIODS, TRAVEL, Drive, Scales, in_seconds, parameters_of_a_drive, si_defaults
+from solver.drive import PERIODS, TRAVEL, Drive, Scales, in_seconds, lasting, parameters_of_a_drive, si_defaults
 from solver.outcome import InvalidInput, Outcome, quoted
 from solver.parameter import Parameter, check, declared, parameter
 from study.manifest.parameters import Value
@@ -40,8 +40,8 @@ class NamedDrive:
         """The drive from the entries of a table [[drives]]; the paper's values for the rest. Raises InvalidInput."""
         own = {key: entries.pop(key) for key in declared(cls) if key in entries}
         checked = cls(name, **own)
-        lasting = {PERIODS: checked.duration_periods, TRAVEL: checked.stage_travel}
-        entries = in_seconds({**entries, **lasting}, checked.pin_mass)
+        length = {PERIODS: checked.duration_periods, TRAVEL: checked.stage_travel}
+        entries = in_seconds({**entries, **length}, checked.pin_mass)
         return cls(name, **own, in_si=Drive.of({**si_defaults(), **entries}))
 
     @property
@@ -52,9 +52,8 @@ class NamedDrive:
 
     def dimensionless(self, scales: Scales) -> Drive:
         """The same drive in the solver's units. Raises InvalidInput where a value is out of range in them."""
-        lasting = {PERIODS: self.duration_periods, TRAVEL: self.stage_travel}
-        given = next(((key, value) for key, value in lasting.items() if value is not None), None)
-        return self.in_si.scaled(scales, self.pin_mass, given)
+        length = lasting({PERIODS: self.duration_periods, TRAVEL: self.stage_travel})
+        return self.in_si.scaled(scales, self.pin_mass, length)
 
 
 @dataclass(frozen=True, slots=True)

@@ -102,7 +102,7 @@ WRONG = {
     "a value that no other one suits": (
         "scales.shear_modulus = 1e-30\n[drive_axes]\nspring_stiffness = [1e-20, 1e30]",
         "drive_axes.spring_stiffness[1] = 1e+30: "
-        "needs 1e-30 ≤ spring_stiffness ≤ 0.01 with this pin_mass and these [scales]",
+        "needs 1e-30 ≤ spring_stiffness ≤ 0.01 with this pin_mass and these scales",
     ),
     "no point that suits": (
         "[drive_axes]\npin_mass = [1, 2]\n" + TABLE + 'integrator = "rk4"',
@@ -134,7 +134,7 @@ def test_a_wrong_axis_is_refused_in_one_line(tmp_path: Path, text: str, line: st
 
 
 IN_SECONDS = "with this pin_mass and spring_stiffness"  # period of the pin on its spring: 2π√(0.5/2e5) s = 9.93 ms
-IN_UNITS = "with this pin_mass and these [scales]"  # stiffness 1e8 N/m, time √(0.5/1e8) s
+IN_UNITS = "with this pin_mass and these scales"  # stiffness 1e8 N/m, time √(0.5/1e8) s
 
 
 @pytest.mark.parametrize(
@@ -154,6 +154,10 @@ def test_what_is_out_of_range_in_other_units_is_refused_in_those_of_its_key(
     with pytest.raises(ManifestError) as error:
         read(tmp_path, f"{TABLE}{given}\n")
     assert str(error.value).endswith(f"drives[0].{given}: needs {need}")
+    key, value = given.split(" = ")
+    with pytest.raises(InvalidInput) as raised:
+        Drive.from_si(**{key: float(value)})
+    assert str(raised.value) == f"{given}: needs {need}"
 
 
 def test_every_problem_of_axes_is_told_at_once(tmp_path: Path) -> None:

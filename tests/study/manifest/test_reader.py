@@ -185,7 +185,7 @@ WRONG = {
     "units that overflow": (
         DRIVE + "[scales]\nshear_modulus = 1e-20\nslab_depth = 1e-20",
         "drives[0].spring_stiffness = 200000.0: "
-        "needs 1e-30 ≤ spring_stiffness ≤ 1e-10 with this pin_mass and these [scales]",
+        "needs 1e-30 ≤ spring_stiffness ≤ 1e-10 with this pin_mass and these scales",
     ),
     # parameters
     "unknown axis": ("axes.radus = [1]", "axes.radus = [1]: unknown; did you mean radius?"),
