@@ -14,7 +14,7 @@ from solver.family import Family
 from solver.outcome import InvalidInput, quoted
 from solver.parameter import MOST_WHOLE, Parameter, as_float, check, declared, parameter, require
 
-ProfileShape = Literal["sawtooth", "linear", "mean"]
+ProfileShape = Literal["sawtooth", "coarse", "linear", "mean"]
 
 MOST_SAMPLES = 10**7
 """Output times that a drive may be asked to hold."""

@@ -9,6 +9,7 @@ limit that is not negative; where initial contact leaves one, it is taken as 0.
 import math
 from collections.abc import Callable
 from dataclasses import dataclass
+from typing import Final
 
 import numpy as np
 from numpy.typing import NDArray
@@ -17,6 +18,9 @@ from solver.drive import ProfileShape
 from solver.outcome import Ending, InvalidInput, SolverError
 from solver.sliding.plateau import Plateau, Teeth, teeth
 from solver.sliding.record import FrictionRecord
+
+COARSE: Final = 64
+"""Coarse teeth in a node spacing, at the most; a record of it has hundreds to thousands."""
 
 
 class NoPlateauError(SolverError):
@@ -92,6 +96,20 @@ def linear(record: FrictionRecord, plateau: Plateau) -> FrictionLimit:
     return _periodic(Teeth(whole.edges, whole.start, np.append(whole.start[1:], whole.end[-1])), plateau)
 
 
+def coarse(record: FrictionRecord, plateau: Plateau) -> FrictionLimit:
+    """F̃ of the sawtooth with its teeth taken together, to at most 64 in a node spacing: fewer and longer, as high in the mean and
+    at the most.
+
+    A pin stops where the limit is highest, and its work is that of the mean. Teeth much shorter than what the spring gives way
+    by, a drop of force over k, matter through these two alone.
+    Raises NoPlateauError where the record has no plateau.
+    """
+    fine = sawtooth(record, plateau)
+    whole = Teeth(fine.edges, fine.force, fine.force + fine.slope * np.diff(fine.edges))
+    fewer, periodic_from = taken_together(whole, fine.periodic_from, record.spacing / COARSE)
+    return FrictionLimit(fewer.edges, fewer.start, (fewer.end - fewer.start) / np.diff(fewer.edges), periodic_from)
+
+
 def mean(plateau: Plateau, normal_load: float) -> FrictionLimit:
     """The same F̃ everywhere, from the first position on: the plateau's mean. normal_load: W, in G·L_x·L_y.
 
@@ -105,9 +123,36 @@ def mean(plateau: Plateau, normal_load: float) -> FrictionLimit:
 SHAPES: dict[ProfileShape, Callable[[FrictionRecord, Plateau], FrictionLimit]] = {
     "sawtooth": sawtooth,
     "linear": linear,
+    "coarse": coarse,
     "mean": lambda record, plateau: mean(plateau, record.normal_load),
 }
 """F̃ by the name that a `Drive` asks for as `profile`."""
+
+
+def taken_together(teeth: Teeth, stays: int, shortest: float) -> tuple[Teeth, int]:
+    """The teeth that begin in one stretch of length `shortest` (L_x) as one, and the place of the edge that stays.
+
+    Each new tooth is straight, as long as the old ones together, ends at their highest force and has their mean force. Where it
+    would begin below zero it begins at zero instead, and ends at twice their mean. A tooth by itself stays as it is.
+    stays: number of an edge that no tooth crosses.
+    """
+    kept = np.union1d(
+        _edges_kept(teeth.edges[: stays + 1], shortest), stays + _edges_kept(teeth.edges[stays:], shortest)
+    )
+    first = kept[:-1]
+    width = np.diff(teeth.edges)
+    mean = np.add.reduceat(0.5 * width * (teeth.start + teeth.end), first) / np.add.reduceat(width, first)
+    highest = np.maximum.reduceat(np.maximum(teeth.start, teeth.end), first)
+    start = np.maximum(2.0 * mean - highest, 0.0)
+    alone = np.diff(kept) == 1
+    start, end = np.where(alone, teeth.start[first], start), np.where(alone, teeth.end[first], 2.0 * mean - start)
+    return Teeth(teeth.edges[kept], start, end), int(np.searchsorted(kept, stays))
+
+
+def _edges_kept(edges: NDArray[np.float64], shortest: float) -> NDArray[np.intp]:
+    """Numbers of the edges that remain: the first one in each of equal stretches of that length, and the last."""
+    stretch = np.floor((edges - edges[0]) / shortest)
+    return np.union1d(np.flatnonzero(np.diff(stretch, prepend=-1.0)), len(edges) - 1)
 
 
 def friction_limit_of(record: FrictionRecord, plateau: Plateau, shape: ProfileShape) -> FrictionLimit:

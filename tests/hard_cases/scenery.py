@@ -42,7 +42,7 @@ SENSIBLE_DRIVE = {
     "duration": powers(-4, 0),
     "surface_compliance": st.booleans(),
     "reverse_motion": st.booleans(),
-    "profile": st.sampled_from(["sawtooth", "linear", "mean"]),
+    "profile": st.sampled_from(["sawtooth", "coarse", "linear", "mean"]),
 }
 
 

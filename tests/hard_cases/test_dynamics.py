@@ -26,7 +26,7 @@ from tests.synthetic import STIFFNESS, constant_profile, noisy_record, profile_t
 
 RECORD = noisy_record()
 PLATEAU = plateau_of(RECORD)
-PROFILES = {shape: friction_limit_of(RECORD, PLATEAU, shape) for shape in ("sawtooth", "linear", "mean")}
+PROFILES = {shape: friction_limit_of(RECORD, PLATEAU, shape) for shape in ("sawtooth", "coarse", "linear", "mean")}
 SCALES = Scales()
 STEPS = 30_000
 """Segments allowed: some milliseconds."""

@@ -100,7 +100,7 @@ DRIVE = {
     "stage_velocity": or_nonsense(st.one_of(powers(-9, 1), st.just(0.0))),
     "duration": or_nonsense(powers(-9, 1)),
     "integrator": st.sampled_from(["exact", "exact", "rk4"]),
-    "profile": st.sampled_from(["sawtooth", "linear", "mean"]),
+    "profile": st.sampled_from(["sawtooth", "coarse", "linear", "mean"]),
     "time_step": powers(-9, 0),
 }
 

@@ -2,7 +2,7 @@
 
 import math
 import time
-from collections.abc import Iterator, Mapping
+from collections.abc import Collection, Iterator, Mapping
 from dataclasses import replace
 from typing import Final, NamedTuple
 
@@ -124,16 +124,16 @@ def _scatter(values: Vector) -> float:
     return float(np.std(values, ddof=1))
 
 
-def reduced_in(scene: Scene) -> Iterator[tuple[str, Vector]]:
-    """What a scene yields, (starts, observables): with all its effects (named WHOLE), then without each of them."""
+def reduced_in(scene: Scene, effects: Collection[str] = tuple(OMISSIONS)) -> Iterator[tuple[str, Vector]]:
+    """What a scene yields, (starts, observables): with all its effects (named WHOLE), then without each of the named ones."""
     compliance = compliance_of(scene)
     whole = ensemble_of(scene, compliance)
     yield WHOLE, whole.values
-    for omission in (each for each in OF_THE_CASE if each.there(scene)):
+    for omission in (each for each in OF_THE_CASE if each.name in effects and each.there(scene)):
         without = omission.left_out(scene)
         on = compliance if without.case.slab == scene.case.slab else compliance_of(without)
         yield omission.name, ensemble_of(without, on).values
-    for omission in (each for each in OF_THE_DRIVE if each.there(scene)):
+    for omission in (each for each in OF_THE_DRIVE if each.name in effects and each.there(scene)):
         yield omission.name, driven(omission.left_out(scene), whole).values
 
 

@@ -1,7 +1,8 @@
 """Measure influences on many random scenes, on several processes."""
 
-from collections.abc import Callable, Iterable, Iterator, Mapping
+from collections.abc import Callable, Collection, Iterable, Iterator, Mapping
 from concurrent.futures import ProcessPoolExecutor
+from functools import partial
 from multiprocessing import get_context
 from typing import Final, TypeVar
 
@@ -13,7 +14,7 @@ from study.accuracy.influence.scenes import random_scene
 from study.accuracy.timing import machine
 from study.plan.influence.omissions import OMISSIONS, Omission
 from study.plan.influence.scene import Scene
-from study.plan.influence.table import Measured, as_text, measured_of
+from study.plan.influence.table import Measured, as_text, load_influences, measured_of
 from study.plan.keys import SOLVER_VERSION
 
 Vector = NDArray[np.float64]
@@ -25,16 +26,22 @@ FIRST: Final = 0
 """Seed of the first scene that is measured; those that promises are tried on come long after the last."""
 
 
-def measure(scenes: int, processes: int, heard: Heard) -> str:
-    """The text of a file of influences, measured on so many scenes."""
-    found = list(spread_out(_measured, range(FIRST, FIRST + scenes), processes, heard))
-    about = {
-        "scenes": f"{scenes} random ones, seeds from {FIRST}",
-        "starts": f"{STARTS} of each scene",
-        "solver_version": SOLVER_VERSION,
-        **machine(),
-    }
-    return as_text(about, {name: _of_effect(each, found) for name, each in OMISSIONS.items()})
+def measure(scenes: int, processes: int, heard: Heard, effects: Collection[str] = ()) -> str:
+    """The text of a file of influences, measured on so many scenes.
+
+    effects: names of those that are measured, beside the known influences of the others; without names all are.
+    """
+    named = tuple(name for name in OMISSIONS if name in effects) or tuple(OMISSIONS)
+    found = list(spread_out(partial(_measured, effects=named), range(FIRST, FIRST + scenes), processes, heard))
+    measured = {name: _of_effect(OMISSIONS[name], found) for name in named}
+    on = f"{scenes} random ones, seeds from {FIRST}"
+    if len(named) == len(OMISSIONS):
+        about = {"scenes": on, "starts": f"{STARTS} of each scene", "solver_version": SOLVER_VERSION, **machine()}
+        return as_text(about, measured)
+    known = load_influences()
+    about = {**known.about, **dict.fromkeys(named, f"on {on}, by solver_version {SOLVER_VERSION}")}
+    of_all = {**known.effects, **measured}
+    return as_text(about, {name: of_all[name] for name in OMISSIONS if name in of_all})
 
 
 def spread_out(work: Callable[[int], Result], seeds: Iterable[int], processes: int, heard: Heard) -> Iterator[Result]:
@@ -45,9 +52,9 @@ def spread_out(work: Callable[[int], Result], seeds: Iterable[int], processes: i
             yield result
 
 
-def _measured(seed: int) -> tuple[Scene, Mapping[str, Vector]]:
+def _measured(seed: int, effects: Collection[str]) -> tuple[Scene, Mapping[str, Vector]]:
     scene = random_scene(seed)
-    return scene, influences_among(dict(reduced_in(scene)))
+    return scene, influences_among(dict(reduced_in(scene, effects)))
 
 
 def _of_effect(omission: Omission, found: Iterable[tuple[Scene, Mapping[str, Vector]]]) -> Measured:

@@ -104,6 +104,13 @@ def accuracy(**given: object) -> None:
     help="Test on N other scenes how much leaving effects out changes.",
 )
 @click.option(
+    "--effect",
+    "named",
+    metavar="NAME",
+    multiple=True,
+    help="Measure this effect alone; the influences of the others stay as they are known.",
+)
+@click.option(
     "--save", type=click.Path(path_type=Path), help="Write what was measured (JSON) or judged (Markdown) to this file."
 )
 @click.option("-j", "--processes", type=click.IntRange(min=1), help="Processes [default: cores here]")

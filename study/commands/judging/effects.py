@@ -6,6 +6,7 @@ from typing import Final
 
 import numpy as np
 
+from solver.outcome import quoted
 from study.accuracy.influence.judgement import FIRST, Trial, trial
 from study.accuracy.influence.measurement import measure, spread_out
 from study.accuracy.influence.picture import draw
@@ -24,11 +25,17 @@ from study.results.whole_file import written_whole
 SHOWN: Final = ("maximum_pressure", *ASKED_FOR["dynamics"])
 
 
-def work(measured: int | None, judged: int | None, save: Path | None, processes: int | None) -> None:
-    """Print the influence of each effect; or measure the influences, or test choices made by them, on so many random scenes."""
+def work(
+    measured: int | None, judged: int | None, named: Sequence[str], save: Path | None, processes: int | None
+) -> None:
+    """Print the influence of each effect; or measure the influences, or test choices made by them, on so many random scenes.
+
+    named: effects that are measured; without names all are.
+    """
     with refusals():
         if measured and judged:
             raise Refusal("--measure and --judge: needs one of them at a time")
+        _check_named(named, measured)
         if save and not (measured or judged):
             raise Refusal("--save: needs --measure or --judge beside it")
         if save and judged and save.suffix == ".png":
@@ -43,7 +50,7 @@ def work(measured: int | None, judged: int | None, save: Path | None, processes:
         with counting("{} scenes done") as heard:
             side_by_side = processes or cores()
             if measured:
-                text = measure(measured, side_by_side, heard)
+                text = measure(measured, side_by_side, heard, named)
             else:
                 seeds = range(FIRST, FIRST + (judged or 0))
                 trials = list(spread_out(trial, seeds, side_by_side, heard))
@@ -55,6 +62,14 @@ def work(measured: int | None, judged: int | None, save: Path | None, processes:
         for path, content in contents.items():
             _write(path, content)
             say(whole(f"written: {path}"))
+
+
+def _check_named(named: Sequence[str], measured: int | None) -> None:
+    if named and not measured:
+        raise Refusal("--effect: needs --measure beside it")
+    for name in named:
+        if name not in OMISSIONS:
+            raise Refusal(f"--effect {quoted(name)}: needs one of {', '.join(OMISSIONS)}")
 
 
 def _make_folder(path: Path) -> None:

@@ -1,5 +1,6 @@
 """Drives computed on the mean friction profile, as a tolerance allows: their regime may differ from that over the sawtooth."""
 
+import re
 from typing import Final
 
 import numpy as np
@@ -11,7 +12,8 @@ REGIME: Final = "regime"
 SIGN: Final = "*"
 """Beside a regime of the mean profile, in tables and figures."""
 EXPLAINED: Final = "regime on the mean profile, as the teeth were left out"
-_TEETH: Final = "teeth"
+_TEETH: Final = np.vectorize(lambda text: bool(re.search(r"\bteeth\b", text)), otypes=[bool])
+"""Whether a text names the teeth, not `fine_teeth` alone: coarse ones stop a pin where it would stop."""
 
 
 def on_mean_profile(dataset: xr.Dataset) -> xr.DataArray:
@@ -20,7 +22,7 @@ def on_mean_profile(dataset: xr.Dataset) -> xr.DataArray:
     if name not in dataset:
         return xr.DataArray(False)
     texts = dataset[name]
-    return xr.DataArray(np.char.count(texts.values.astype(str), _TEETH) > 0, dims=texts.dims)
+    return xr.DataArray(_TEETH(texts.values.astype(str)), dims=texts.dims)
 
 
 def starred(dataset: xr.Dataset) -> list[str]:

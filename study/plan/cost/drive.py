@@ -12,6 +12,7 @@ from dataclasses import replace
 from solver.case import Case
 from solver.drive import Drive
 from solver.dynamics.coefficients import FEWEST_SPACINGS, LONGER, PERIODS
+from solver.dynamics.friction_limit import COARSE
 from solver.dynamics.stick_slip import MOST_SAMPLES, MOST_SLIPS
 from study.plan.cost.sliding import (
     discreteness,
@@ -57,9 +58,17 @@ def drive_seconds(drive: Drive, case: Case, fitted: bool = True) -> float:
     slips, passes = _slips(drive, force, way, lateral_stiffness(case)), 1.0
     if drive.max_slips is not None and 1.0 < slips >= drive.max_slips:
         way, slips, passes = way * drive.max_slips / slips, float(drive.max_slips), 2.0
-    teeth = 0.0 if drive.profile == "mean" else way / mean_step(case)
+    tooth = _tooth(drive, case)
+    teeth = way / tooth
     ringing = mean_step(case) * math.sqrt(lateral_stiffness(case))
     return passes * _motion_seconds(drive, teeth, ringing) + (_fit_seconds(drive, slips) if fitted else 0.0)
+
+
+def _tooth(drive: Drive, case: Case) -> float:
+    """Length of the teeth that a pin is pulled over, in L_x; infinite without."""
+    if drive.profile == "mean":
+        return math.inf
+    return max(mean_step(case), case.slab.spacing / COARSE if drive.profile == "coarse" else 0.0)
 
 
 def needed_duration(drive: Drive, case: Case) -> float:
@@ -84,7 +93,7 @@ def _stuck_seconds(drive: Drive, case: Case, force: float) -> float:
     """Seconds of a pin that only creeps up to the force that it would slip at: the teeth on the way that a contact yields by."""
     if drive.profile == "mean" or not drive.surface_compliance:
         return 0.0
-    return _STUCK_TOOTH * force / lateral_stiffness(case) / mean_step(case)
+    return _STUCK_TOOTH * force / lateral_stiffness(case) / _tooth(drive, case)
 
 
 def _motion_seconds(drive: Drive, teeth: float, ringing: float) -> float:

@@ -187,12 +187,13 @@ def discreteness(case: Case) -> float:
 def needed_spacings(case: Case, error: float) -> float:
     """Node spacings over which a plateau's error by its length is so small; infinite where it never is."""
     drop, least = discreteness(case), TELLING if case.effects.pin_translation else 0.0
-    if least and Sampling(least, contact_nodes(case), spread=case.heterogeneity.spread).wandering >= error:
+    wandering = Sampling(least, contact_nodes(case), spread=case.heterogeneity.spread).wandering
+    if wandering >= error:
         return math.inf
     if drop == 0.0:
         return least
     lengths, errors = _by_length()
-    place = bisect.bisect_left(errors, -error / drop)
+    place = bisect.bisect_left(errors, -math.sqrt(error**2 - wandering**2) / drop)
     return max(lengths[place], least) if place < len(lengths) else math.inf
 
 

@@ -27,6 +27,8 @@ class Choice(NamedTuple):
     """Seconds, of the case or drive alone, if nothing else is left out."""
     reason: str
     """Why it is not left out; empty where it is."""
+    part_of: str = ""
+    """The effect that it goes with."""
 
 
 class Length(NamedTuple):
@@ -60,30 +62,36 @@ class Part(NamedTuple):
     """Why it is computed to its whole length; empty where it may be shorter."""
 
     def options(self, columns: Sequence[int], within: float) -> list[Option]:
-        """Every set of effects whose changes stay within the tolerance, the cheapest first. columns: of what is asked for."""
+        """Every set of effects whose changes stay within the tolerance, the cheapest first. columns: of what is asked for.
+
+        What goes with another effect is no option beside it.
+        """
         possible = [
-            (each.effect, tuple(each.influence[columns].tolist()), 1.0 - each.saves / self.seconds)
+            (each, tuple(each.influence[columns].tolist()), 1.0 - each.saves / self.seconds)
             for each in self.choices
             if not each.reason
         ]
         return sorted(self._together(possible, len(columns), within), key=lambda option: option.seconds)
 
     def _together(
-        self, possible: list[tuple[str, tuple[float, ...], float]], observables: int, within: float
+        self, possible: list[tuple[Choice, tuple[float, ...], float]], observables: int, within: float
     ) -> Iterator[Option]:
         for size in range(len(possible) + 1):
             for chosen in itertools.combinations(possible, size):
+                effects = tuple([each[0].effect for each in chosen])
+                if any(each[0].part_of in effects for each in chosen):
+                    continue
                 changes = tuple([sum([each[1][place] for each in chosen]) for place in range(observables)])
                 if all(change <= within for change in changes):
-                    share = math.prod([each[2] for each in chosen])
-                    yield Option(self.seconds * share, changes, tuple([each[0] for each in chosen]))
+                    yield Option(self.seconds * math.prod([each[2] for each in chosen]), changes, effects)
 
     def taken(self, effects: tuple[str, ...]) -> tuple[Choice, ...]:
         """The choices, with these effects left out."""
         found = []
         for each in self.choices:
             left_out = each.effect in effects
-            found.append(each._replace(left_out=left_out, reason=each.reason or ("" if left_out else BEATEN)))
+            stays = f"goes with {each.part_of}" if each.part_of in effects else each.reason or BEATEN
+            found.append(each._replace(left_out=left_out, reason="" if left_out else stays))
         return tuple(found)
 
     def length(self, error: float | None) -> Length:

@@ -163,7 +163,12 @@ def _choice(omission: Omission, scene: Scene, seconds: float, tolerance: Toleran
     expected[[OBSERVABLES.index(name) for name in omission.observables]] = found
     saves = _saving(omission, scene, seconds, tolerance)
     return Choice(
-        omission.name, False, expected, saves, _reason(omission, expected, saves / seconds, unlike, tolerance)
+        omission.name,
+        False,
+        expected,
+        saves,
+        _reason(omission, expected, saves / seconds, unlike, tolerance),
+        omission.part_of,
     )
 
 
@@ -178,7 +183,7 @@ def _saving(omission: Omission, scene: Scene, seconds: float, tolerance: Toleran
 def _reason(omission: Omission, expected: Vector, saved: float, unlike: str, tolerance: Tolerance) -> str:
     """Why an effect cannot be left out, as far as it alone says."""
     of_asked = expected[tolerance.columns]
-    if omission.name in tolerance.kept:
+    if {omission.name, omission.part_of} & tolerance.kept:
         return "kept by the file"
     if np.isnan(of_asked).any():
         return f"influence not known{f' with {unlike}' if unlike else ', no scenes like this one were measured'}"

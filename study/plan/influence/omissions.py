@@ -5,6 +5,7 @@ from dataclasses import dataclass, replace
 from typing import Final
 
 from solver.case import Case
+from solver.dynamics.friction_limit import COARSE
 from solver.elasticity.schemes.galerkin import Galerkin
 from solver.elasticity.schemes.half_plane import HalfPlane
 from solver.slab import Slab
@@ -42,6 +43,8 @@ class Omission:
     """Whether a scene has the effect, and can do without."""
     left_out: Callable[[Scene], Scene]
     """The scene without it."""
+    part_of: str = ""
+    """Name of the effect that it goes with, if that is left out."""
 
     @property
     def of_drive(self) -> bool:
@@ -89,6 +92,11 @@ def _drive(**changes: object) -> tuple[Callable[[Scene], bool], Callable[[Scene]
         return scene._replace(drive=replace(scene.drive, **changes))  # type: ignore[arg-type]  # names of its fields
 
     return there, without
+
+
+def _over_teeth(scene: Scene) -> bool:
+    """Whether a pin is pulled over every tooth of its record."""
+    return scene.drive is not None and scene.drive.profile == "sawtooth" and scene.drive.integrator.rests
 
 
 OF_THE_CASE: Final = (
@@ -152,6 +160,15 @@ OF_THE_DRIVE: Final = (
         (DAMPING, SPEED),
         "c⟨(v - V_o)²⟩/(V_o F) of the force: what it dissipates on the way",
         *_drive(damping_ratio=0.0),
+    ),
+    Omission(
+        "fine_teeth",
+        f"teeth taken together, to {COARSE} in a node spacing, with their tops and their mean",
+        (DAMPING, SPEED, TOOTH),
+        "what a damper dissipates of the ringing by single teeth",
+        _over_teeth,
+        _drive(profile="coarse")[1],
+        part_of="teeth",
     ),
     Omission(
         "teeth",

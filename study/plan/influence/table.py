@@ -62,6 +62,13 @@ class Measured:
         """The lowest and the highest place along each group, (groups,)."""
         return self.places.min(axis=0), self.places.max(axis=0)
 
+    @cached_property
+    def _scaled(self) -> tuple[Vector, Vector]:
+        """The places in shares of the measured range, (scenes, groups), and that range, (groups,)."""
+        low, high = self._range
+        across = np.maximum(high - low, 1e-12)
+        return self.places / across, across
+
     def _by_law(self, places: Vector) -> Vector:
         """(places, observables)."""
         return np.exp(_design(places) @ self.laws)
@@ -78,14 +85,21 @@ class Measured:
                 place[number] = min(max(place[number], low[number]), high[number])
         if not (np.all(place >= low) and np.all(place <= high)):
             return nothing
-        distance = (((self.places - place) / np.maximum(high - low, 1e-12)) ** 2).sum(axis=1)
-        nearest = np.argsort(distance, kind="stable")
-        alike = self._excess[nearest[:ALIKE]]
+        scaled, across = self._scaled
+        away = scaled - place / across
+        distance = np.einsum("sg,sg->s", away, away)
+        alike = self._excess[_nearest(distance)]
         if len(alike) < ALIKE or np.isnan(alike).any():
-            largest = np.array([_largest(column[nearest]) for column in self._excess.T])
+            nearest_first = np.argsort(distance, kind="stable")
+            largest = np.array([_largest(column[nearest_first]) for column in self._excess.T])
         else:  # nearly always, and faster
             largest = alike.max(axis=0)
         return np.asarray(np.minimum(largest * self._by_law(place[None])[0], LARGEST))
+
+
+def _nearest(distance: Vector) -> NDArray[np.intp]:
+    """The ALIKE least of them, in any order; all of fewer."""
+    return np.argpartition(distance, ALIKE - 1)[:ALIKE] if len(distance) > ALIKE else np.arange(len(distance))
 
 
 def _design(places: Vector) -> Vector:

@@ -4,10 +4,19 @@ import numpy as np
 import pytest
 
 from solver.drive import Drive
-from solver.dynamics.friction_limit import FrictionLimit, NoPlateauError, friction_limit_of, linear, sawtooth
+from solver.dynamics.friction_limit import (
+    COARSE,
+    FrictionLimit,
+    NoPlateauError,
+    coarse,
+    friction_limit_of,
+    linear,
+    sawtooth,
+    taken_together,
+)
 from solver.dynamics.integrate import integrate
 from solver.outcome import InvalidInput
-from solver.sliding.plateau import plateau_of
+from solver.sliding.plateau import Teeth, plateau_of
 from tests.synthetic import LOAD, noisy_record, profile_through, record_from
 
 RECORD = noisy_record()
@@ -33,7 +42,7 @@ def test_the_linear_profile_joins_the_forces_after_events():
     assert np.allclose(profile.limit(within), joined, rtol=0, atol=ROUNDING)
 
 
-@pytest.mark.parametrize("shape", ["sawtooth", "linear"])
+@pytest.mark.parametrize("shape", ["sawtooth", "coarse", "linear"])
 def test_the_steady_part_repeats_and_the_past_is_mirrored(shape):
     profile = friction_limit_of(RECORD, PLATEAU, shape)
     x = np.linspace(PLATEAU.start, PLATEAU.end, 777)[1:-1]
@@ -107,3 +116,56 @@ def test_ever_finer_teeth_tend_to_the_mean(compliant):
         assert (
             np.abs(fine.position - mean.position).max() < 10.0 * period
         )  # a rise of K·p delays the first slip by 5 p/V·V
+
+
+def random_teeth(seed: int, count: int = 500) -> Teeth:
+    """Teeth of very different lengths that rise by up to a fifth."""
+    draw = np.random.default_rng(seed)
+    edges = np.concatenate(([0.0], np.cumsum(draw.exponential(1.0, count) ** 2)))
+    start = draw.uniform(1.0, 1.2, count)
+    return Teeth(edges, start, start + draw.uniform(0.0, 0.2, count))
+
+
+@pytest.mark.parametrize("seed", range(5))
+@pytest.mark.parametrize("shortest", [0.1, 7.0, 1e5])
+def test_mean_and_highest_force_of_each_stretch_stay(seed: int, shortest: float) -> None:
+    """By the integral of the old teeth over each new one; forces here are too high for a tooth to begin below zero."""
+    old, stays = random_teeth(seed), 123
+    new, place = taken_together(old, stays, shortest)
+    assert new.edges[place] == old.edges[stays]
+    assert set(new.edges) <= set(old.edges)
+    assert (new.edges[0], new.edges[-1]) == (old.edges[0], old.edges[-1])
+    work = np.diff(old.integral(new.edges))
+    whole = float(work.sum())
+    assert np.allclose(0.5 * np.diff(new.edges) * (new.start + new.end), work, rtol=0, atol=1e-13 * whole)
+    for left, right, highest in zip(new.edges[:-1], new.edges[1:], np.maximum(new.start, new.end), strict=True):
+        within = (old.edges[:-1] >= left) & (old.edges[1:] <= right)
+        assert highest == pytest.approx(max(old.start[within].max(), old.end[within].max()), rel=1e-13)
+    stretches = old.edges[stays] // shortest + (old.edges[-1] - old.edges[stays]) // shortest + 2
+    assert len(new.start) <= stretches
+
+
+def test_a_tooth_by_itself_stays_as_it_is() -> None:
+    old = random_teeth(9)
+    new, place = taken_together(old, 123, 1e-9)
+    assert place == 123
+    for found, given in zip((new.edges, new.start, new.end), (old.edges, old.start, old.end), strict=True):
+        assert np.array_equal(found, given)
+
+
+def test_no_tooth_begins_below_zero() -> None:
+    """A single high tooth among low ones: the mean is kept, its height is not."""
+    old = Teeth(np.arange(101.0), np.zeros(100), np.where(np.arange(100) == 50, 1.0, 0.01))
+    new, _ = taken_together(old, 50, 1000.0)
+    assert np.all(new.start >= 0.0)
+    assert np.sum(np.diff(new.edges) * (new.start + new.end)) == pytest.approx(np.sum(old.end), rel=1e-13)
+
+
+def test_a_records_coarse_teeth_are_few_and_as_strong() -> None:
+    """Their steady force is the sawtooth's, and so is the force that a stiff spring has to reach."""
+    fine, few = sawtooth(RECORD, PLATEAU), coarse(RECORD, PLATEAU)
+    most = (fine.edges[-1] - fine.edges[0]) / RECORD.spacing * COARSE + 2.0
+    assert len(few.force) <= most < len(fine.force)
+    assert few.steady_force == pytest.approx(fine.steady_force, rel=1e-12)
+    tops = [limit.force + limit.slope * np.diff(limit.edges) for limit in (fine, few)]
+    assert tops[1].max() == pytest.approx(tops[0].max(), rel=1e-12)

@@ -180,7 +180,7 @@ WRONG = {
     "effect that is a number": (DRIVE + "reverse_motion = 1", "drives[0].reverse_motion = 1: needs true or false"),
     "unknown friction profile": (
         DRIVE + 'profile = "average"',
-        'drives[0].profile = "average": needs one of sawtooth, linear, mean',
+        'drives[0].profile = "average": needs one of sawtooth, coarse, linear, mean',
     ),
     "units that overflow": (
         DRIVE + "[scales]\nshear_modulus = 1e-20\nslab_depth = 1e-20",
