@@ -90,8 +90,8 @@ class Part(NamedTuple):
         found = []
         for each in self.choices:
             left_out = each.effect in effects
-            stays = f"goes with {each.part_of}" if each.part_of in effects else each.reason or BEATEN
-            found.append(each._replace(left_out=left_out, reason="" if left_out else stays))
+            beaten = f"goes with {each.part_of}" if each.part_of in effects else BEATEN
+            found.append(each._replace(left_out=left_out, reason=each.reason or ("" if left_out else beaten)))
         return tuple(found)
 
     def length(self, error: float | None) -> Length:

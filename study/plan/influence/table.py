@@ -88,18 +88,8 @@ class Measured:
         scaled, across = self._scaled
         away = scaled - place / across
         distance = np.einsum("sg,sg->s", away, away)
-        alike = self._excess[_nearest(distance)]
-        if len(alike) < ALIKE or np.isnan(alike).any():
-            nearest_first = np.argsort(distance, kind="stable")
-            largest = np.array([_largest(column[nearest_first]) for column in self._excess.T])
-        else:  # nearly always, and faster
-            largest = alike.max(axis=0)
+        largest = np.array([_largest(column, distance) for column in self._excess.T])
         return np.asarray(np.minimum(largest * self._by_law(place[None])[0], LARGEST))
-
-
-def _nearest(distance: Vector) -> NDArray[np.intp]:
-    """The ALIKE least of them, in any order; all of fewer."""
-    return np.argpartition(distance, ALIKE - 1)[:ALIKE] if len(distance) > ALIKE else np.arange(len(distance))
 
 
 def _design(places: Vector) -> Vector:
@@ -115,10 +105,13 @@ def _law(places: Vector, influences: Vector) -> Vector:
     return np.asarray(np.linalg.lstsq(_design(places[known]), logs, rcond=None)[0])
 
 
-def _largest(nearest_first: Vector) -> float:
-    """The largest of the influences that are known of the nearest scenes; NaN of too few."""
-    known = nearest_first[~np.isnan(nearest_first)][:ALIKE]
-    return float(known.max()) if len(known) == ALIKE else math.nan
+def _largest(values: Vector, distance: Vector) -> float:
+    """The largest of the values that are known of the nearest scenes; NaN of too few."""
+    known = ~np.isnan(values)
+    values, distance = values[known], distance[known]
+    if len(values) <= ALIKE:
+        return float(values.max()) if len(values) == ALIKE else math.nan
+    return float(values[distance.argpartition(ALIKE - 1)[:ALIKE]].max())
 
 
 @dataclass(frozen=True, slots=True, eq=False)
