@@ -2,7 +2,7 @@
 
 import json
 import os
-from collections.abc import Mapping
+from collections.abc import Collection, Mapping
 
 import numpy as np
 import pytest
@@ -11,15 +11,17 @@ from study.accuracy.influence import measurement
 from study.accuracy.influence.scenes import random_scene
 from study.plan.influence.omissions import OMISSIONS
 from study.plan.influence.scene import Scene
+from study.plan.influence.table import load_influences
+from study.plan.keys import SOLVER_VERSION
 
 
 def square(seed: int) -> tuple[int, int]:
     return seed**2, os.getpid()
 
 
-def made_up(scene: Scene) -> Mapping[str, np.ndarray]:
+def made_up(scene: Scene, effects: Collection[str]) -> Mapping[str, np.ndarray]:
     """Without computing anything."""
-    there = {name: omission for name, omission in OMISSIONS.items() if omission.there(scene)}
+    there = {name: OMISSIONS[name] for name in effects if OMISSIONS[name].there(scene)}
     return {name: np.full(len(omission.observables), 0.25) for name, omission in there.items()}
 
 
@@ -31,10 +33,26 @@ def test_work_is_spread_over_processes_and_keeps_its_order() -> None:
     assert os.getpid() not in {process for _, process in found}
 
 
-def test_each_effect_has_a_row_for_each_scene_that_has_it(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(measurement, "reduced_in", lambda scene: made_up(scene).items())
+@pytest.fixture
+def at_once(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Influences are made up, one scene after the other."""
+    monkeypatch.setattr(measurement, "reduced_in", lambda scene, effects: made_up(scene, effects).items())
     monkeypatch.setattr(measurement, "influences_among", lambda values: values)
     monkeypatch.setattr(measurement, "spread_out", lambda work, seeds, processes, heard: [work(seed) for seed in seeds])
+
+
+@pytest.mark.usefixtures("at_once")
+def test_one_effect_is_measured_beside_what_is_known_of_the_others() -> None:
+    found, known = json.loads(measurement.measure(40, 1, lambda _: None, ("teeth",))), load_influences()
+    assert found["about"]["solver_version"] == known.about["solver_version"]
+    assert found["about"]["teeth"] == f"on 40 random ones, seeds from 0, by solver_version {SOLVER_VERSION}"
+    assert len(found["effects"]["teeth"]) == 40
+    for name, measured in known.effects.items():
+        assert name == "teeth" or len(found["effects"][name]) == len(measured.places)
+
+
+@pytest.mark.usefixtures("at_once")
+def test_each_effect_has_a_row_for_each_scene_that_has_it() -> None:
     found = json.loads(measurement.measure(40, 1, lambda _: None))
     assert found["about"]["scenes"] == "40 random ones, seeds from 0"
     assert {"starts", "solver_version"} <= set(found["about"])

@@ -30,6 +30,8 @@ def test_every_effect_is_shown_with_what_governs_it(main):
         (("--measure", "39"), "39 is not in the range x>=40"),
         (("--judge", "0"), "0 is not in the range x>=1"),
         (("--judge", "1", "-j", "0"), "0 is not in the range x>=1"),
+        (("--effect", "teeth"), "--effect: needs --measure beside it"),
+        (("--measure", "40", "--effect", "tooth"), "--effect 'tooth': needs one of finite_slab, coupling"),
     ],
 )
 def test_options_that_exclude_each_other_are_refused(main, words, said):
@@ -41,10 +43,10 @@ def test_options_that_exclude_each_other_are_refused(main, words, said):
 @pytest.fixture
 def at_once(monkeypatch):
     """Nothing is computed: influences are made up, and so are trials."""
-    asked: list[tuple[int, int]] = []
+    asked: list[tuple[int, int, tuple[str, ...]]] = []
 
-    def measure(scenes: int, processes: int, heard) -> str:
-        asked.append((scenes, processes))
+    def measure(scenes: int, processes: int, heard, named: tuple[str, ...]) -> str:
+        asked.append((scenes, processes, named))
         heard(scenes)
         return text(SLIGHT)
 
@@ -58,9 +60,14 @@ def at_once(monkeypatch):
 def test_what_is_measured_is_saved_and_read_by_campaigns(main, at_once, tmp_path):
     path = tmp_path / "deep" / "mine.json"
     code, said, _ = main("effects", "--measure", "50", "-j", "3", "--save", path)
-    assert (code, at_once) == (0, [(50, 3)])
+    assert (code, at_once) == (0, [(50, 3, ())])
     assert said == f"written: {path}\n"
     assert set(load_influences(path).effects) == set(OMISSIONS)
+
+
+def test_single_effects_are_measured_by_name(main, at_once):
+    assert main("effects", "--measure", "40", "-j", "1", "--effect", "teeth", "--effect", "coupling")[0] == 0
+    assert at_once == [(40, 1, ("teeth", "coupling"))]
 
 
 def test_what_is_measured_goes_to_a_pipe(main, at_once):

@@ -7,7 +7,8 @@ from study.dataset.access.mean_profile import on_mean_profile
 
 
 def test_the_teeth_are_found_among_what_was_left_out() -> None:
-    texts = np.array([["", "teeth"], ["inertia, teeth", "3 teeth; 1 inertia"], ["inertia", ""]], dtype=object)
+    """Not among fine ones: coarse teeth hold a pin as firmly."""
+    texts = np.array([["", "teeth"], ["inertia, teeth", "3 teeth; 1 inertia"], ["fine_teeth", ""]], dtype=object)
     found = on_mean_profile(xr.Dataset({"drive_left_out": (("case", "drive"), texts)}))
     assert found.dims == ("case", "drive")
     assert found.values.tolist() == [[False, True], [True, True], [False, False]]
