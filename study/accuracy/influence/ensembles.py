@@ -98,7 +98,7 @@ def influence(whole: Vector, reduced: Vector) -> Vector:
     """Influence of what a reduced ensemble leaves out on each observable, (observables,): see study.plan.influence.table.
 
     whole, reduced: (starts, observables). NaN where the whole ensemble does not yield the observable, LARGEST where only the
-    reduced one does not. The starts that lack it in either are left out of both. One standard error is taken off, of the change
+    reduced one does not: less than half as often. The starts that lack it in either are left out of both. One standard error is taken off, of the change
     and of what certainty is lost: so much two ensembles of the same scene differ that start elsewhere.
     """
     return np.array([_of_one(on, off) for on, off in zip(whole.T, reduced.T, strict=True)])
@@ -110,8 +110,8 @@ def _of_one(on: Vector, off: Vector) -> float:
         return math.nan
     both = known & ~np.isnan(off)
     count = int(both.sum())
-    if count < FEWEST // 2:
-        return LARGEST
+    if count < FEWEST // 2:  # too few of both: of a scene that yields it by chance, at some starts, nothing is learnt
+        return LARGEST if 2 * np.sum(~np.isnan(off)) < known.sum() else math.nan
     mean, scatter_on, scatter_off = abs(float(np.mean(on[both]))), _scatter(on[both]), _scatter(off[both])
     even = EVENLY if count == len(on) else 1.0
     error = even * math.hypot(scatter_on, scatter_off) / math.sqrt(count)

@@ -107,6 +107,15 @@ def test_what_cannot_be_computed_without_the_effect_is_the_largest_influence() -
     assert max(found[: STARTS - FEWEST // 2 + 1]) < 1.0
 
 
+def test_of_starts_that_yield_a_number_by_chance_nothing_is_said() -> None:
+    """Half of the starts have it, with the effect and without, but hardly the same ones."""
+    first, last = np.arange(STARTS) < STARTS // 2, np.arange(STARTS) >= STARTS // 2
+    on, off = (np.where(known, 1.0 + 0.1 * SPREAD, math.nan) for known in (first, last))
+    assert math.isnan(influence(column(on), column(off))[0])
+    rarely = np.where(np.arange(STARTS) == STARTS - 1, 1.0, math.nan)
+    assert influence(column(on), column(rarely))[0] == LARGEST
+
+
 def test_a_start_that_either_lacks_is_left_out_of_both() -> None:
     on, off = 1.0 + 0.1 * SPREAD, 1.0 + 0.1 * SPREAD
     off[-1] = math.nan
