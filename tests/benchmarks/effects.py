@@ -32,6 +32,7 @@ WITHOUT = {
     "surface compliance (and hysteresis)": {"surface_compliance": False},
     "reverse motion": {"reverse_motion": False},
     "damping": {"damping_ratio": 0.0},
+    "fine teeth (profile `coarse` when off)": {"profile": "coarse"},
     "teeth (profile `mean` when off)": {"profile": "mean"},
     "teeth and surface compliance": {"profile": "mean", "surface_compliance": False},
 }

@@ -97,9 +97,9 @@ def _named(results: tuple[TaskResult, ...]) -> Iterator[tuple[str, float]]:
 def influence(whole: Vector, reduced: Vector) -> Vector:
     """Influence of what a reduced ensemble leaves out on each observable, (observables,): see study.plan.influence.table.
 
-    whole, reduced: (starts, observables). NaN where the whole ensemble does not yield the observable, LARGEST where only the
-    reduced one does not: less than half as often. The starts that lack it in either are left out of both. One standard error is taken off, of the change
-    and of what certainty is lost: so much two ensembles of the same scene differ that start elsewhere.
+    whole, reduced: (starts, observables). NaN where the whole ensemble does not yield the observable, LARGEST where the
+    reduced one does so less than half as often. The starts that lack it in either are left out of both. One standard error is
+    taken off, of the change and of what certainty is lost: so much two ensembles of the same scene differ that start elsewhere.
     """
     return np.array([_of_one(on, off) for on, off in zip(whole.T, reduced.T, strict=True)])
 
