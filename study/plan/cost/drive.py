@@ -30,7 +30,11 @@ _SLOW = 31.0  # times the speed of ringing by one tooth: half of that more
 _SEGMENTS = (0.6, 1.7)  # to a tooth: of a pin that runs, and times that speed over the stage's
 _STUCK_TOOTH = 1e-4  # of a pin that never gets over it
 _RIGID_TOOTH = 9e-8  # of a contact that does not yield
-_COARSE_TOOTH = 1.4e-6  # of teeth taken together, yielding or not: most pins stop on them
+_COARSE_TOOTH = (
+    2e-8,
+    1.4e-6,
+)  # of teeth taken together, yielding or not: of a pin that runs, and more of one that stops on them
+_COARSE_SLOW = 300.0  # times the speed of ringing by one of the record's teeth: half of that more
 _PER_TIME_STEP = 6.5e-8  # rk4
 _PER_LEAP = 5e-7  # more for a step over many teeth, which looks each of them up
 _MANY_TEETH = 20.0
@@ -111,7 +115,9 @@ def _motion_seconds(drive: Drive, teeth: float, ringing: float) -> float:
 
 def _exact_seconds(drive: Drive, teeth: float, ringing: float) -> float:
     if drive.profile == "coarse":
-        return _COARSE_TOOTH * min(teeth, drive.step_limit)
+        running, stopping = _COARSE_TOOTH
+        each = running + stopping / (1.0 + (drive.stage_velocity / (_COARSE_SLOW * ringing)) ** 2)
+        return each * min(teeth, drive.step_limit)
     if not (drive.surface_compliance and teeth):
         return _RIGID_TOOTH * min(teeth, drive.step_limit)
     least, more = _SEGMENTS

@@ -138,6 +138,10 @@ TASKS: dict[str, Task] = {
     "states": states_task(Case(), (0, 500, 1000), False),
     "states, with the inside": states_task(Case(), (0, 500, 1000), True),
     "drive, exact": driven(),
+    **{
+        f"drive over coarse teeth, {speed} m/s": driven(profile="coarse", stage_velocity=speed)
+        for speed in (2e-3, 5e-2)
+    },
     "drive, rk4": driven(integrator="rk4", time_step=1e-7),
 }
 
