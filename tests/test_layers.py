@@ -49,7 +49,7 @@ ORDER = {
     "study.results.logs": "log places all_logs",
     "study.dataset": "seal texts groups netcdf file made_of variables collection description access comparison pair verification "
     "agreement",
-    "study.dataset.collection": "counted ensemble members ragged layout table collect",
+    "study.dataset.collection": "counted ensemble members ragged pieces layout column coordinates table makers entering collect",
     "study.dataset.agreement": "matching verdicts facts",
     "study.dataset.access": "selection single accessor tidy placement concatenation mean_profile",
     "study.execution": "launch interruption program queue forecast progress ledger dispatch farms compiling executor failures "

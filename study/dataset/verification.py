@@ -134,7 +134,7 @@ def sample(cases: Sequence[CampaignCase], count: int | None) -> tuple[CampaignCa
 def tasks_of(plan: Plan, cases: Sequence[CampaignCase], found: xr.Dataset) -> tuple[Task, ...]:
     """The tasks that these cases' part of the dataset is made of, and what they need, needs first."""
     wanted: set[str] = set()
-    layout = layout_of(plan)
+    layout = layout_of(plan.manifest)
     for case in cases:
         keys = plan.case_tasks[case.case_id]
         pending = _pending_drives(layout, found, case) if keys.drives else set()

@@ -1,9 +1,12 @@
 """Expand a campaign into cases: one for each combination of its axes (product), each position (zip) or each line of its table."""
 
-import itertools
+import math
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass
-from typing import Any, NamedTuple
+from typing import Any, Final, NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
 
 from solver.case import Case
 from solver.outcome import COMPLETED, InvalidInput, Outcome
@@ -19,6 +22,8 @@ Point = tuple[Value | None, ...]
 """Values of the axes, and the member's number where there are several. None: a setting that this case does not have."""
 Heard = Callable[[int], None]
 """Hears how many are done, of many things that take long together."""
+_AT_ONCE: Final = 4096
+"""Cases whose places on the axes are found together."""
 
 
 class Labels(NamedTuple):
@@ -69,18 +74,30 @@ def expanding(manifest: Manifest) -> Iterator[CampaignCase]:
     """The same one by one. Raises ManifestError after the last one."""
     known: set[str] = set()
     count = 0
-    for case in _Expansion(manifest).cases():
+    for case in cases_of(manifest, range(count_of(manifest))):
         known.add(case.case_id)
         count += 1
         yield case
     if len(known) < count:
-        raise ManifestError(_same(manifest))
+        raise ManifestError(same(manifest))
 
 
-def _same(manifest: Manifest) -> Iterator[str]:
+def count_of(manifest: Manifest) -> int:
+    """How many cases a campaign has, members of ensembles each for itself."""
+    lengths = [len(values) for values in manifest.axes.values()]
+    points = math.prod(lengths) if manifest.design == "product" else min(lengths, default=0)
+    return points * manifest.ensemble.members
+
+
+def cases_of(manifest: Manifest, numbers: range) -> Iterator[CampaignCase]:
+    """The cases of these numbers, one behind the other, made from the axes alone; whether two are the same is not looked at."""
+    return _Expansion(manifest).cases(numbers)
+
+
+def same(manifest: Manifest) -> Iterator[str]:
     """A line for each case that is one before it."""
     numbers: dict[str, int] = {}
-    for number, case in enumerate(_Expansion(manifest).cases(), 1):
+    for number, case in enumerate(cases_of(manifest, range(count_of(manifest))), 1):
         first = numbers.setdefault(case.case_id, number)
         if first != number:
             yield f"{manifest.path}: cases {first} and {number} are the same: {case.point}"
@@ -107,13 +124,24 @@ class _Expansion:
         self._alike: dict[tuple[str, ...], Alike] = {}
         self._texts = Texts(naming)
 
-    def cases(self) -> Iterator[CampaignCase]:
-        """All of them, refused ones included."""
-        manifest = self._manifest
-        combine: Any = itertools.product if manifest.design == "product" else zip
-        for point in combine(*manifest.axes.values()):
-            for member in range(manifest.ensemble.members):
-                yield self._case(point, member)
+    def cases(self, numbers: range) -> Iterator[CampaignCase]:
+        """Those of these numbers, refused ones included."""
+        for begin in range(numbers.start, numbers.stop, _AT_ONCE):
+            for *point, member in self._points(np.arange(begin, min(begin + _AT_ONCE, numbers.stop))):
+                yield self._case(tuple(point), member)
+
+    def _points(self, numbers: NDArray[np.intp]) -> Iterator[tuple[Any, ...]]:
+        """Values of the axes and the member's number, of the cases of these numbers."""
+        axes, members = list(self._manifest.axes.values()), range(self._manifest.ensemble.members)
+        if self._manifest.design == "product":
+            places = np.unravel_index(numbers, (*map(len, axes), len(members)))
+        else:
+            point, member = np.divmod(numbers, len(members))
+            places = (*(point for _ in axes), member)
+        return zip(
+            *(map(each.__getitem__, at.tolist()) for each, at in zip((*axes, members), places, strict=True)),
+            strict=True,
+        )
 
     def _case(self, point: Point, member: int) -> CampaignCase:
         names, values = tuple(self._manifest.axes), point

@@ -58,6 +58,13 @@ class TasksOfCases(Mapping[str, CaseTasks]):
         self._begins.append(len(self._keys))
         self._keys += keys.values()
 
+    def part(self, numbers: range) -> "TasksOfCases":
+        """Those of the cases of these numbers."""
+        found = TasksOfCases()
+        for number in numbers:
+            found.add(self.cases[number], self._tasks(number).keys)
+        return found
+
     def alike(self) -> Iterator[tuple[TaskNames, list[int], list[str]]]:
         """Of cases with the same kinds of tasks: these, the positions of the cases, and their keys, one case behind the other."""
         for names in self._known:

@@ -9,7 +9,7 @@ from solver.case import Case
 from solver.outcome import UNDONE, Ending, Outcome
 from study.discretization.targets import settled
 from study.garbage import all_kept
-from study.manifest.cases import CampaignCase, Heard, expanding
+from study.manifest.cases import CampaignCase, Heard, cases_of, expanding
 from study.manifest.manifest import Manifest
 from study.origin import Origins, foreign_among
 from study.plan.budget import estimated, spent
@@ -46,6 +46,16 @@ class Plan:
     """What may be left out of the cases."""
     decisions: Mapping[str, Decision] = field(default_factory=dict)
     """case_id -> what is left out of it, where there is a tolerance; nothing of a case that is refused."""
+
+    @property
+    def count(self) -> int:
+        """How many cases there are."""
+        return len(self.cases)
+
+    def piece(self, numbers: range) -> "Plan":
+        """The plan of the cases of these numbers, without tasks."""
+        cases = self.cases[numbers.start : numbers.stop]
+        return replace(self, cases=cases, tasks=(), case_tasks=self.case_tasks.part(numbers))
 
     def asked(self, case: CampaignCase) -> Case | None:
         """A case of the plan with all that its campaign asks for; None where it is refused."""
@@ -107,15 +117,14 @@ class Plan:
         return tuple(key for key in ended if key not in wanted)
 
 
-def make_plan(manifest: Manifest, heard: Heard = lambda _: None, tasks: bool = True) -> Plan:
+def make_plan(manifest: Manifest, heard: Heard = lambda _: None) -> Plan:
     """Everything a campaign has to compute. Raises ManifestError where two cases are the same.
 
     Of an error asked for, the plan's manifest has the numerics that were chosen for it (see study.discretization.targets).
-    heard: hears the number of cases so far, again and again. tasks: whether they are wanted, and not their keys alone; of
-    millions they take half of the time and a third of the memory.
+    heard: hears the number of cases so far, again and again.
     """
     with all_kept():
-        return plan_of(spelled_out(manifest), heard, tasks)
+        return plan_of(spelled_out(manifest), heard)
 
 
 def spelled_out(manifest: Manifest) -> Manifest:
@@ -131,10 +140,10 @@ def spelled_out(manifest: Manifest) -> Manifest:
     return replace(settled(manifest), budget=budget)
 
 
-def plan_of(manifest: Manifest, heard: Heard = lambda _: None, tasks: bool = True) -> Plan:
-    """The plan of a manifest that is spelled out already; `tasks` as in `make_plan`."""
+def plan_of(manifest: Manifest, heard: Heard = lambda _: None) -> Plan:
+    """The plan of a manifest that is spelled out already."""
     with all_kept():
-        planning = Planning(manifest, tasks)
+        planning = Planning(manifest)
         while planning.go_on():
             heard(planning.cases)
         return planning.plan()
@@ -143,11 +152,14 @@ def plan_of(manifest: Manifest, heard: Heard = lambda _: None, tasks: bool = Tru
 class Planning:
     """A plan in the making, some cases at a time. What is planned stays as it is, whatever cases follow."""
 
-    def __init__(self, manifest: Manifest, tasks: bool = True) -> None:
-        """manifest: spelled out. tasks: whether they are wanted, and not their keys alone."""
+    def __init__(self, manifest: Manifest, tasks: bool = True, numbers: range | None = None) -> None:
+        """manifest: spelled out. tasks: whether they are wanted, and not their keys alone: those take half of the time.
+
+        numbers: of the cases, where not all are wanted; whether two of the campaign are the same is not looked at then.
+        """
         self._manifest = manifest
         self._tasks_wanted = tasks
-        self._ahead = expanding(manifest)
+        self._ahead = expanding(manifest) if numbers is None else cases_of(manifest, numbers)
         self._of_cases = TasksOfCases()
         self._kinds = [kind for kind in KINDS.values() if kind.needed(manifest)]
         self._found: dict[str, Task] = {}

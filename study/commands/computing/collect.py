@@ -4,8 +4,10 @@ from pathlib import Path
 
 from study.commands.shared.arguments import folder
 from study.commands.shared.datasets import write_dataset
-from study.commands.shared.plans import counted, planned
+from study.commands.shared.plans import counted
 from study.commands.shared.refusals import refusals
+from study.dataset.collection.pieces import InPieces
+from study.manifest.reader import load_manifest
 from study.report.console import say, whole
 from study.results.shard import folders
 from study.results.store import Store
@@ -15,8 +17,6 @@ def work(campaign: Path, out: Path | None) -> None:
     """Write and print the dataset of a campaign's results."""
     into = folder(campaign, out)
     with refusals():
-        store = Store(into)
-        # Without failures tasks say nothing that their results do not.
-        write_dataset(planned(campaign, tasks=bool(store.failures())), store, anew=True)
+        write_dataset(InPieces(load_manifest(campaign)), Store(into), anew=True)
     if shards := folders(into):
         say(f"without {counted(len(shards), 'shard')}; {whole(f'nanoslip merge {campaign}')} takes them in")

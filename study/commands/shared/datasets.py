@@ -2,17 +2,19 @@
 
 from contextlib import suppress
 from pathlib import Path
+from typing import Final
 
 import xarray as xr
 
 from study.dataset import file
 from study.dataset.collection.collect import collect
 from study.dataset.collection.members import means_of
+from study.dataset.collection.pieces import Planned
 from study.dataset.made_of import is_made_of, made_of, note
+from study.garbage import all_kept
 from study.manifest.manifest import Manifest
-from study.plan.plan import Plan
 from study.report.common import said_once
-from study.report.console import print_sentences, print_table, say, whole
+from study.report.console import counting, print_sentences, print_table, say, whole
 from study.report.summary import (
     MOST_LINES,
     drive_summary,
@@ -24,15 +26,20 @@ from study.report.summary import (
 )
 from study.results.store import Store, StoreError
 
+COLLECTED: Final = "{} cases collected"
+"""What is shown while a dataset is made."""
 
-def write_dataset(plan: Plan, store: Store, anew: bool = False) -> None:
+
+def write_dataset(plan: Planned, store: Store, anew: bool = False) -> None:
     """Write the dataset of the results that are there, and print it. Raises StoreError.
 
     anew: also where it is there already.
     """
     if not anew and print_written(plan.manifest, store):
         return
-    path, collected = store.folder.parent / file.FILE, collect(plan, store)
+    path = store.folder.parent / file.FILE
+    with counting(COLLECTED) as heard, all_kept():
+        collected = collect(plan, store, heard)
     file.write(collected, path)
     note(path, store, made_of(plan.manifest, store))
     _print(collected, path)

@@ -22,15 +22,15 @@ PLANNED: Final = "{} cases planned"
 """What is shown while a plan is made."""
 
 
-def planned(campaign: Path, tasks: bool = True) -> Plan:
-    """The plan of a campaign file. Raises ManifestError. tasks: whether they are wanted, and not their keys alone."""
-    return planned_from(load_manifest(campaign), tasks)
+def planned(campaign: Path) -> Plan:
+    """The plan of a campaign file. Raises ManifestError."""
+    return planned_from(load_manifest(campaign))
 
 
-def planned_from(manifest: Manifest, tasks: bool = True) -> Plan:
+def planned_from(manifest: Manifest) -> Plan:
     """The plan of a campaign. Raises ManifestError."""
     with counting(PLANNED) as heard, all_kept():
-        plan = make_plan(manifest, heard, tasks)
+        plan = make_plan(manifest, heard)
         keep_for_good()
     return plan
 

@@ -56,21 +56,30 @@ class _Rows:
     factors: list[Mapping[str, float]] = field(default_factory=list)
 
 
-class Table:
-    """Values of cases, and of their drives, each at its place."""
+class Declared:
+    """The variables of a campaign's dataset over its cases, and over the drives of each."""
 
-    def __init__(self, manifest: Manifest, layout: Layout, groups: list[Group]) -> None:
+    def __init__(self, manifest: Manifest, layout: Layout, groups: Sequence[Group]) -> None:
         """groups: of runs, whose names stand over the cases or drives."""
-        self._dims = {"": _lengths(layout.axes), "drive": _lengths(layout.axes | layout.drive_axes)}
-        self._drives = math.prod(_lengths(layout.drive_axes).values())
-        self._drive_place = _places(layout.drive_position, _lengths(layout.drive_axes))
-        self._of: dict[str, str] = {}
-        self._quantities: dict[str, Quantity] = {}
-        self._values: dict[str, NDArray[Any]] = {}
-        self._waiting = {kind: _Rows() for kind in KINDS}
+        self.layout = layout
+        self.drives = math.prod(_lengths(layout.drive_axes).values())
+        self.drive_place = _places(layout.drive_position, _lengths(layout.drive_axes))
+        self.of: dict[str, str] = {}
+        """Name -> `drive` where it lies over the drives too."""
+        self.quantities: dict[str, Quantity] = {}
+        self._fills: dict[str, object] = {}
         self._declare_all(manifest, groups)
 
-    def _declare_all(self, manifest: Manifest, groups: list[Group]) -> None:
+    def empty(self, cases: int) -> dict[str, NDArray[Any]]:
+        """Of so many cases what stands for values that are not there, by name; the drives of a case one behind the other."""
+        return {
+            name: np.full(
+                cases * (self.drives if self.of[name] else 1), fill, dtype=object if isinstance(fill, str) else None
+            )
+            for name, fill in self._fills.items()
+        }
+
+    def _declare_all(self, manifest: Manifest, groups: Sequence[Group]) -> None:
         kinds = needed_kinds(manifest)
         for kind in ("", "drive"):
             if not kind or kind in kinds:
@@ -96,22 +105,30 @@ class Table:
             self._declare("drive" if each.driven else "", each.id, "")
 
     def _declare(self, kind: str, quantity: Quantity, fill: object) -> None:
-        of = "drive" if kind == "drive" else ""
-        length = math.prod(self._dims[of].values())
-        self._of[quantity.name], self._quantities[quantity.name] = of, quantity
-        self._values[quantity.name] = np.full(length, fill, dtype=object if isinstance(fill, str) else None)
+        self.of[quantity.name] = "drive" if kind == "drive" else ""
+        self.quantities[quantity.name], self._fills[quantity.name] = quantity, fill
+
+
+class Whole:
+    """Values of all cases, and of their drives, each at its place."""
+
+    def __init__(self, declared: Declared) -> None:
+        self._declared, self._cases = declared, math.prod(declared.layout.shape)
+        self._values = declared.empty(self._cases)
+
+    def take(self, places: NDArray[np.intp], values: Mapping[str, NDArray[Any]]) -> None:
+        """Set the values of the cases at these places, as `Table.values` gives them."""
+        for name, found in values.items():
+            self._values[name].reshape(self._cases, -1)[places] = found.reshape(len(places), -1)
 
     @property
     def variables(self) -> dict[str, xr.Variable]:
         """All of them, by name."""
-        for kind in self._waiting:
-            self._enter_waiting(kind)
-        found = {}
+        layout, found = self._declared.layout, {}
         for name, values in (self._values | self._less_certain()).items():
-            dims = self._dims[self._of[name]]
-            found[name] = xr.Variable(
-                tuple(dims), values.reshape(tuple(dims.values())), attributes(self._quantities[name])
-            )
+            dims = _lengths(layout.axes | layout.drive_axes if self._declared.of[name] else layout.axes)
+            shaped = values.reshape(tuple(dims.values()))
+            found[name] = xr.Variable(tuple(dims), shaped, attributes(self._declared.quantities[name]))
         return found
 
     def _less_certain(self) -> dict[str, NDArray[Any]]:
@@ -126,9 +143,24 @@ class Table:
                         found[each.uncertainty] = np.hypot(self._values[each.uncertainty], size)
         return found
 
+
+class Table:
+    """Values of some cases, and of their drives, a case behind the other."""
+
+    def __init__(self, declared: Declared, cases: int) -> None:
+        """cases: how many."""
+        self._declared, self._values = declared, declared.empty(cases)
+        self._waiting = {kind: _Rows() for kind in KINDS}
+
+    def values(self) -> dict[str, NDArray[Any]]:
+        """All that was set, by the variables' names: over the cases, and the drives of each one behind the other."""
+        for kind in self._waiting:
+            self._enter_waiting(kind)
+        return self._values
+
     def put(self, name: str, place: int, drive: str, value: object) -> None:
-        """Set one value. place: of the case (Layout.places)."""
-        self._values[name][self._place(self._of[name], place, drive)] = value
+        """Set one value. place: of the case among them."""
+        self._values[name][self._place(self._declared.of[name], place, drive)] = value
 
     def say_outcome(self, place: int, outcome: Outcome | None, drive: str = "") -> None:
         """Set how a case, or its drive, ended; None leaves it pending."""
@@ -155,7 +187,7 @@ class Table:
                 self.put(LENGTH_ERRORS[kind].name, place, drive, error)
             changes = dict(zip(OBSERVABLES, decision.influence(drive), strict=True))
             for name, quantity in influences().items():
-                if quantity.name in self._quantities and (name in OF_DRIVES) == bool(drive):
+                if quantity.name in self._declared.quantities and (name in OF_DRIVES) == bool(drive):
                     self.put(quantity.name, place, drive, changes[name])
 
     def enter(self, place: int, case: Case, drive: str, result: TaskResult, by: Mapping[str, float]) -> None:
@@ -171,7 +203,7 @@ class Table:
             self.put(ADVICE.name, place, drive, _advice(flags))
 
     def _place(self, of: str, place: int, drive: str) -> int:
-        return place * self._drives + self._drive_place[drive] if of else place
+        return place * self._declared.drives + self._declared.drive_place[drive] if of else place
 
     def _enter_waiting(self, kind: str) -> None:
         """Set the scalars of the results that wait, those with the same names together."""

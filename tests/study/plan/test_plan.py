@@ -261,23 +261,6 @@ def test_a_million_cases_fit_a_gigabyte(tmp_path: Path) -> None:
     assert (taken[3000] - taken[1000]) / 2000 < 850
 
 
-def test_who_wants_no_tasks_gets_the_same_cases_and_keys_in_less_memory(tmp_path: Path) -> None:
-    """As a dataset is collected. 460 bytes of a case seen, with its task 690."""
-    whole, taken = make_plan(many(tmp_path, 3000)), {}
-    for cases in (1000, 3000):
-        manifest = many(tmp_path, cases)
-        tracemalloc.start()
-        try:
-            planned = make_plan(manifest, tasks=False)
-            taken[cases] = tracemalloc.get_traced_memory()[1]
-        finally:
-            tracemalloc.stop()
-    assert planned.tasks == ()
-    assert planned.cases == whole.cases
-    assert dict(planned.case_tasks) == dict(whole.case_tasks)
-    assert (taken[3000] - taken[1000]) / 2000 < 550
-
-
 def test_planning_a_case_more_is_little_work(tmp_path: Path) -> None:
     """Counted in calls of functions, built-in ones too, as clocks are no law. 250 seen; 1790 when each case was made alone."""
     calls = {}
