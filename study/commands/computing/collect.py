@@ -13,10 +13,10 @@ from study.results.shard import folders
 from study.results.store import Store
 
 
-def work(campaign: Path, out: Path | None) -> None:
+def work(campaign: Path, out: Path | None, jobs: int) -> None:
     """Write and print the dataset of a campaign's results."""
     into = folder(campaign, out)
     with refusals():
-        write_dataset(InPieces(load_manifest(campaign)), Store(into), anew=True)
+        write_dataset(InPieces(load_manifest(campaign)), Store(into), anew=True, processes=jobs)
     if shards := folders(into):
         say(f"without {counted(len(shards), 'shard')}; {whole(f'nanoslip merge {campaign}')} takes them in")

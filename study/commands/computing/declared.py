@@ -69,6 +69,13 @@ def status(**given: object) -> None:
 @cli.command()
 @CAMPAIGN
 @OUT
+@click.option(
+    "-j",
+    "--jobs",
+    type=click.IntRange(min=1),
+    default=1,
+    help="Read results in so many processes; the bytes are the same.",
+)
 def collect(**given: object) -> None:
     """Write the dataset of CAMPAIGN from its finished results."""
     work("computing.collect", **given)

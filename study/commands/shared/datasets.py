@@ -30,16 +30,16 @@ COLLECTED: Final = "{} cases collected"
 """What is shown while a dataset is made."""
 
 
-def write_dataset(plan: Planned, store: Store, anew: bool = False) -> None:
+def write_dataset(plan: Planned, store: Store, anew: bool = False, processes: int = 1) -> None:
     """Write the dataset of the results that are there, and print it. Raises StoreError.
 
-    anew: also where it is there already.
+    anew: also where it is there already. processes: that read results.
     """
     if not anew and print_written(plan.manifest, store):
         return
     path = store.folder.parent / file.FILE
     with counting(COLLECTED) as heard, all_kept():
-        collected = collect(plan, store, heard)
+        collected = collect(plan, store, heard, processes)
     file.write(collected, path)
     note(path, store, made_of(plan.manifest, store))
     _print(collected, path)

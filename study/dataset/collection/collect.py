@@ -19,7 +19,7 @@ import xarray as xr
 from solver.drive import Scales
 from study.dataset.collection.coordinates import Coordinates
 from study.dataset.collection.ensemble import ensemble_variables
-from study.dataset.collection.entering import Entering, Finished
+from study.dataset.collection.entering import Entering, Finished, one_by_one, side_by_side
 from study.dataset.collection.layout import layout_of
 from study.dataset.collection.makers import Makers, software, software_attributes
 from study.dataset.collection.pieces import Planned, pieces
@@ -39,10 +39,11 @@ from study.plan.tasks import needed_kinds
 from study.results.store import Store
 
 
-def collect(plan: Planned, store: Store, heard: Heard = lambda _: None) -> xr.Dataset:
+def collect(plan: Planned, store: Store, heard: Heard = lambda _: None, processes: int = 1) -> xr.Dataset:
     """The dataset of a campaign with its groups, finished or not: what is not computed is NaN, with the outcome `pending`.
 
-    Raises ManifestError where two cases are the same. heard: hears the number of cases so far, again and again.
+    Raises ManifestError where two cases are the same, StoreError. heard: hears the number of cases so far, again and again.
+    processes: that read results, forked from this one; where runs are collected, this one reads all of them.
     """
     manifest, layout, runs = plan.manifest, layout_of(plan.manifest), _runs(plan.manifest, store.folder)
     front, declared = (
@@ -51,8 +52,11 @@ def collect(plan: Planned, store: Store, heard: Heard = lambda _: None) -> xr.Da
     )
     entering = Entering(manifest, declared, front, Finished(plan, store))
     whole, labels, makers = Whole(declared), Coordinates(manifest, layout), Makers()
-    for numbers in pieces(plan):
-        piece, places = entering.piece(plan.piece(numbers), runs), layout.places(numbers)
+    entered = (
+        side_by_side(entering, plan, processes) if processes > 1 and not runs else one_by_one(entering, plan, runs)
+    )
+    for numbers, piece in zip(pieces(plan), entered, strict=True):
+        places = layout.places(numbers)
         whole.take(places, piece.numbers)
         labels.add(places, piece.ids, piece.able, piece.parameters)
         makers.add(piece.made)

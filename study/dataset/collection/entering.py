@@ -1,6 +1,9 @@
 """A piece of a campaign's cases, one behind the other: their labels, their numbers and how they ended."""
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
+from concurrent.futures import ProcessPoolExecutor
+from concurrent.futures.process import BrokenProcessPool
+from multiprocessing import get_context
 from typing import Any, NamedTuple
 
 from numpy.typing import NDArray
@@ -8,7 +11,7 @@ from numpy.typing import NDArray
 from solver.outcome import Outcome
 from study.dataset.collection.column import Values
 from study.dataset.collection.coordinates import values_in, varied
-from study.dataset.collection.pieces import Planned
+from study.dataset.collection.pieces import Planned, pieces
 from study.dataset.collection.ragged import Runs
 from study.dataset.collection.table import Declared, Table
 from study.dataset.variables import DISCRETIZATION_ERROR, factors
@@ -19,7 +22,7 @@ from study.origin import Origins
 from study.plan.plan import Plan
 from study.plan.standing.endings import case_outcome, drive_outcome
 from study.plan.task import TaskResult
-from study.results.store import Store
+from study.results.store import Store, StoreError
 
 Keys = Mapping[tuple[str, str], str]
 """Kind of task and label of its drive ("" without one) -> key."""
@@ -85,6 +88,38 @@ class Entering:
                 _enter(table, place, runs, self._manifest, case, results)
         ids, able = [case.case_id for case in plan.cases], sum(case.case is not None for case in plan.cases)
         return Entered(ids, able, values_in(plan, varied(self._declared.layout)), table.values(), made)
+
+
+def one_by_one(entering: Entering, plan: Planned, runs: Sequence[Runs]) -> Iterator[Entered]:
+    """All pieces of a campaign in their order. runs: are added to."""
+    return (entering.piece(plan.piece(numbers), runs) for numbers in pieces(plan))
+
+
+def side_by_side(entering: Entering, plan: Planned, processes: int) -> Iterator[Entered]:
+    """The same without runs, entered in so many processes. Raises StoreError where one of them dies.
+
+    They are forked: each has what is known of the results by now, which would have to be found again in a fresh one.
+    """
+    try:
+        with ProcessPoolExecutor(processes, get_context("fork"), _begin, (entering, plan)) as pool:
+            yield from pool.map(_piece, pieces(plan))
+    except BrokenProcessPool:
+        raise StoreError(
+            "a process that read results died, perhaps for want of memory: collect with fewer jobs"
+        ) from None
+
+
+_begun: list[tuple[Entering, Planned]] = []
+"""What a forked process has in hand."""
+
+
+def _begin(entering: Entering, plan: Planned) -> None:
+    _begun.append((entering, plan))
+
+
+def _piece(numbers: range) -> Entered:
+    entering, plan = _begun[-1]
+    return entering.piece(plan.piece(numbers), ())
 
 
 def _say_outcomes(table: Table, place: int, plan: Plan, case: CampaignCase, outcomes: Mapping[str, Outcome]) -> None:
