@@ -108,7 +108,7 @@ class Galerkin(GridScheme):
         flow = confined_modulus(slab.poisson) * min(slab.aspect_ratio, half_width) / half_width**2
         if flow * max(slab.spacing / MOST_FLOW, slab.aspect_ratio / MOST_FLOW_IN_A_STRIP) <= 1.0:  # by any grid
             return True
-        if self.grid(slab).rows == ONE_STRIP:
+        if _rows(self, slab) == ONE_STRIP:
             return flow * slab.aspect_ratio <= MOST_FLOW_IN_A_STRIP
         return flow * slab.spacing <= MOST_FLOW
 
@@ -119,6 +119,12 @@ class Galerkin(GridScheme):
             longer = acting.T @ lengthening(slab) @ acting
             found += (longer + longer.T) / 2
         return found
+
+
+@lru_cache(maxsize=256)  # asked for every case of a campaign and for every record, which share few slabs
+def _rows(scheme: Galerkin, slab: Slab) -> int:
+    """Rows of a slab's grid."""
+    return scheme.grid(slab).rows
 
 
 def galerkin(grid: Grid, poisson: float, support: Support) -> Stiffness:
