@@ -114,7 +114,7 @@ def _motion_seconds(drive: Drive, teeth: float, ringing: float) -> float:
 
 
 def _exact_seconds(drive: Drive, teeth: float, ringing: float) -> float:
-    if drive.profile == "coarse":
+    if drive.profile == "coarse" and teeth:
         running, stopping = _COARSE_TOOTH
         each = running + stopping / (1.0 + (drive.stage_velocity / (_COARSE_SLOW * ringing)) ** 2)
         return each * min(teeth, drive.step_limit)
