@@ -9,7 +9,7 @@ from solver.dynamics.coefficients import FrictionCoefficients, measured
 from solver.dynamics.integrate import DynamicsResult
 from solver.dynamics.regime import StickSlipCount, count_sticks
 from solver.dynamics.stick_slip import StickSlipFit, fit_stick_slip
-from solver.sliding.plateau import plateau_of
+from solver.sliding.plateau import Plateau, plateau_of
 from solver.sliding.record import FrictionRecord
 from study.canonical import CanonicalText, canonical_text
 from study.manifest.manifest import Manifest
@@ -31,7 +31,7 @@ from study.plan.kinds.kind import (
     whole_again,
 )
 from study.plan.kinds.record import record_task
-from study.plan.task import Inputs, Task
+from study.plan.task import Inputs, Task, TaskResult
 
 NAME = "drive"
 
@@ -84,9 +84,14 @@ def _dimensionless(manifest: Manifest) -> tuple[tuple[str, Drive], ...]:
     return tuple((each.label, each.drive.dimensionless(manifest.scales)) for each in manifest.drives if each.drive)
 
 
+@of_the_last  # a record is pulled over by one drive after the other
+def _pulled_over(result: TaskResult) -> tuple[FrictionRecord, Plateau]:
+    record = whole_again(FrictionRecord, result)
+    return record, plateau_of(record)
+
+
 def _run(task: Task, inputs: Inputs) -> Computed:
-    record, drive = whole_again(FrictionRecord, inputs[task.needs[0]]), drive_of(task)
-    plateau = plateau_of(record)
+    drive, (record, plateau) = drive_of(task), _pulled_over(inputs[task.needs[0]])
     motion, coefficients = measured(record, plateau, drive)
     fit = fit_stick_slip(motion, drive, record.normal_load) if task.fitted else None
     return Computed((coefficients, fit, count_sticks(motion, drive), motion), coefficients.outcome)
