@@ -45,11 +45,26 @@ class Pin:
 
     def slope(self, xi: Vector) -> Vector:
         """dheight/dξ under the pin; at a knot, of what lies to its right."""
-        slope = self.curvature * xi
+        return np.asarray(self.curvature * xi + self._rise_slope(xi))
+
+    def steepest(self, left: Vector, right: Vector) -> float:
+        """The largest |dheight/dξ| anywhere between left and right, both (k,), of k stretches of ξ; 0 without any."""
+        places = np.concatenate((left, right) if self.knots is None else (left, right, self.knots))
+        places.sort()
+        starts, ends = places[:-1], places[1:]
+        middle = (starts + ends) / 2
+        begun, over = (np.searchsorted(np.sort(side), middle, side="right") for side in (left, right))
+        within = (begun > over) & (ends > starts)
+        rise = self._rise_slope(middle[within])
+        largest = (float(np.abs(self.curvature * at[within] + rise).max(initial=0.0)) for at in (starts, ends))
+        return max(largest)
+
+    def _rise_slope(self, xi: Vector) -> Vector:
+        """What the roughness adds to the slope at ξ; at a knot, of what lies to its right."""
         if self.knots is None or self.rises is None:
-            return np.asarray(slope)
+            return np.zeros_like(xi)
         steps = np.concatenate(([0.0], np.diff(self.rises) / np.diff(self.knots), [0.0]))
-        return np.asarray(slope + steps[np.searchsorted(self.knots, xi, side="right")])
+        return np.asarray(steps[np.searchsorted(self.knots, xi, side="right")])
 
 
 def surface_from_pin(case: Case) -> Vector:

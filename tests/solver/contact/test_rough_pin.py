@@ -12,7 +12,7 @@ from solver.contact.kernels.slip_distance import slip_on_rough
 from solver.contact.kernels.state import RoughPin
 from solver.contact.pin import pin_of
 from solver.elasticity.compliance import surface_compliance
-from solver.outcome import InvalidInput
+from solver.outcome import Ending, InvalidInput
 from solver.parameter import Roughness
 from solver.slab import Slab
 from solver.sliding.events import slide, slide_to_state
@@ -102,6 +102,53 @@ def test_the_slope_is_that_of_the_height() -> None:
     xi = np.linspace(-0.7, 0.7, 998)  # none of them a knot
     numeric = (pin.height(xi + 1e-9) - pin.height(xi - 1e-9)) / 2e-9
     np.testing.assert_allclose(pin.slope(xi), numeric, atol=1e-6)
+
+
+def test_the_steepest_slope_of_stretches_is_the_largest_of_what_lies_in_them() -> None:
+    """By brute force at 20 001 places of each stretch: none is steeper than what is found, and the steepest is as steep."""
+    pin = pin_of(rough(random_profile(1e-4)))
+    left = np.random.default_rng(7).uniform(-0.7, 0.6, 5)
+    right = left + np.array([0.0, 1e-3, 0.01, 0.1, 0.3])
+    for one in (slice(1, 2), slice(2, 3), slice(3, 5), slice(0, 5)):
+        places = np.linspace(left[one], right[one], 20_001)
+        brute = float(np.abs(pin.slope(places)).max())
+        found = pin.steepest(left[one], right[one])
+        assert brute * (1 - 1e-12) <= found <= brute + 0.3 / 20_000 * pin.curvature  # how far the nearest place may be
+    assert pin.steepest(left[:1], right[:1]) == 0.0  # nothing lies in it
+    assert pin_of(CASE).steepest(np.array([0.1]), np.array([0.2])) == pytest.approx(0.2 / CASE.radius)
+
+
+def wall(at: float, height: float = 2e-5) -> Case:
+    """A smooth pin, but for a wall 1e-9 wide that makes its rear lower, and a gentle ramp far in front."""
+    return rough(((at, 0.0), (at + 1e-9, height), (0.5, height), (1.0, 0.0)))
+
+
+@pytest.mark.parametrize("way", ["stick", "frictionless", "gradual"])
+def test_a_wall_between_two_nodes_under_the_contact_is_a_steep_pin(way: InitialContact) -> None:
+    case = replace(wall(-0.05), initial_contact=way)
+    state = initial_contact(case, COMPLIANCE)
+    places = COMPLIANCE.x + state.u
+    assert state.contact[np.searchsorted(places, -0.05) - 1 :][:2].all()  # both of its neighbours touch
+    assert np.abs(pin_of(case).slope(places)[state.contact]).max() < 0.1  # which do not stand on it
+    assert state.outcome.ending is Ending.STEEP_PIN
+    assert not len(slide(case, COMPLIANCE).displacement)
+
+
+def test_a_wall_that_the_contact_comes_upon_as_it_slides_is_a_steep_pin() -> None:
+    """Friction drags the contact back, over a wall that is at first behind it."""
+    at = float(COMPLIANCE.x[initial_contact(CASE, COMPLIANCE).contact][0]) - 0.4 * SLAB.spacing
+    case = replace(wall(at, 1e-6), max_events=20_000, max_spacings=1.5)
+    assert initial_contact(case, COMPLIANCE).outcome.ok
+    assert slide(case, COMPLIANCE).outcome.ending is Ending.STEEP_PIN
+
+
+@pytest.mark.parametrize("at", [-0.4, 0.4])
+def test_a_wall_beside_the_contact_is_allowed(at: float) -> None:
+    """A pin that is steep where nothing touches it is what it would be without: to the rounding of its heights."""
+    away = rough(((at, 0.01 * (at < 0.0)), (at + 1e-9, 0.01 * (at > 0.0))))
+    record, smooth = slide(away, COMPLIANCE), slide(CASE, COMPLIANCE)
+    assert record.outcome.ok
+    np.testing.assert_allclose(record.force_after, smooth.force_after, atol=1e-9 * CASE.normal_load)
 
 
 def test_constant_pressures_feel_roughness_at_first_touch_only() -> None:
