@@ -49,8 +49,9 @@ PERIODS: Final = 2.0
 class FrictionCoefficients(Labels):
     """Macroscopic friction of one drive, as forces over W; NaN where it could not be measured, for which see `outcome`.
 
-    static_friction: largest driving force before the first macroscopic slip ran off (μ_s). every_static_friction: (s,)
-    the same for each slip. static_friction_uncertainty: standard deviation between starts of the pin within a node spacing,
+    static_friction: largest driving force before the first macroscopic slip ran off (μ_s); NaN where it is beyond all that the
+    record holds by more than that: most of it is inertia and damper then. every_static_friction: (s,) the driving force of each
+    slip. static_friction_uncertainty: standard deviation between starts of the pin within a node spacing,
     from the scatter between stretches of the plateau or, where it is larger, from the model of solver.sampling.
     kinetic_friction: mean of the driving force where it is steady (μ_k). kinetic_friction_uncertainty: from its block
     means, from the plateau that it repeats, and from how much of a node spacing the pin travels. of_length: the part of it
@@ -173,24 +174,21 @@ def _as_asked(friction: FrictionCoefficients, plateau: Plateau, drive: Drive) ->
         return friction.outcome
     if math.isnan(plateau.uncertainty):
         why = "the contact is at an end of the surface"
-        return Outcome(Ending.COMPLETED, f"kinetic friction is not known to {enough:.2%}: {why}")
+        return _and(friction.outcome, f"kinetic friction is not known to {enough:.2%}: {why}")
     why = "raise duration"
     if plateau.relative_uncertainty > enough:
         why = f"its record knows the plateau to {plateau.relative_uncertainty:.2%} only: lower limits.uncertainty"
-    return Outcome(Ending.COMPLETED, f"kinetic friction is known to {found:.2%}, not {enough:.2%}: {why}")
+    return _and(friction.outcome, f"kinetic friction is known to {found:.2%}, not {enough:.2%}: {why}")
 
 
 def friction_coefficients(result: DynamicsResult, record: FrictionRecord, plateau: Plateau) -> FrictionCoefficients:
     """μ_s and μ_k of a drive over `record`. The outcome is the drive's, or `NO_SLIP`, or `NO_PLATEAU` of its force."""
     nan = float("nan")
     if not len(result.slip_force):
-        message = (
-            f"no slip longer than {result.presliding_length:.3g} L_x: raise the drive's duration or stage_velocity, or "
-            "soften the spring"
-        )
-        failed = result.outcome if not result.outcome.ok else Outcome(Ending.NO_SLIP, message)
+        failed = result.outcome if not result.outcome.ok else _no_slip(result, plateau, record.normal_load)
         return FrictionCoefficients(nan, nan, result.slip_force, nan, nan, nan, failed)
     static = result.slip_force / record.normal_load
+    first, excess = _first_slip(record, static)
     kinetic, uncertainty, outcome = nan, nan, result.outcome
     slides = float(result.time[-1] - result.slip_time[0])
     if outcome.ok and slides < PERIODS * result.settling_time:
@@ -201,17 +199,50 @@ def friction_coefficients(result: DynamicsResult, record: FrictionRecord, platea
         kinetic, uncertainty, outcome = _steady_mean(result.binned_force / record.normal_load)
     not_travelled = _not_travelled(result, record, kinetic)
     return FrictionCoefficients(
-        static_friction=float(static[0]),
-        static_friction_uncertainty=math.hypot(
-            _uncertainty_of_peak(record, plateau, float(static[0])), _beyond(record, float(static[0]))
-        ),
+        static_friction=first,
+        static_friction_uncertainty=math.hypot(_uncertainty_of_peak(record, plateau, first), _beyond(record, first)),
         every_static_friction=static,
         kinetic_friction=kinetic,
         kinetic_friction_uncertainty=math.hypot(
             uncertainty, plateau.uncertainty, not_travelled, _beyond(record, kinetic)
         ),
         of_length=_of_length(result, record, uncertainty, not_travelled),
-        outcome=outcome,
+        outcome=_and(outcome, excess),
+    )
+
+
+def _no_slip(result: DynamicsResult, plateau: Plateau, normal_load: float) -> Outcome:
+    """Why a pin never slipped macroscopically: nothing pulls, nothing pulls hard enough, or its slips are too short."""
+    pull = result.binned_force / normal_load
+    reached = max(float(pull.max()), float(result.spring_force[-1]) / normal_load)
+    if result.stick_velocity == 0.0:
+        message = "the stage is at rest: raise stage_velocity"
+    elif reached < plateau.peak and pull[-1] == pull.max():
+        message = (
+            f"the pin is pulled with F/W = {reached:.3g} in the end, it slips at {plateau.mean:.3g} to {plateau.peak:.3g}: "
+            "raise the drive's duration, stage_velocity or spring_stiffness"
+        )
+    else:
+        message = (
+            f"pulled with F/W = {reached:.3g} the pin slips, but never by more than {result.presliding_length:.3g} L_x, which "
+            "the contact stretches: lower spring_stiffness, or raise stage_velocity"
+        )
+    return Outcome(Ending.NO_SLIP, message)
+
+
+def _and(outcome: Outcome, more: str) -> Outcome:
+    """The outcome with more in its message."""
+    return Outcome(outcome.ending, "; ".join(filter(None, (outcome.message, more))))
+
+
+def _first_slip(record: FrictionRecord, static: NDArray[np.float64]) -> tuple[float, str]:
+    """μ_s of the first slip, from the driving force of each; NaN, and the reason with advice, where that is not friction."""
+    first = float(static[0])
+    if _beyond(record, first) <= _highest(record):
+        return first, ""
+    return float("nan"), (
+        f"the driving force of the first slip, F/W = {first:.3g}, is inertia and damper: the contact holds "
+        f"{_highest(record):.3g} at most; for static friction lower stage_velocity, spring_stiffness or damping_ratio"
     )
 
 
@@ -228,8 +259,8 @@ def _steady_mean(bins: NDArray[np.float64]) -> tuple[float, float, Outcome]:
 
 
 def _uncertainty_of_peak(record: FrictionRecord, plateau: Plateau, static: float) -> float:
-    """Standard deviation of F/W where the pin first slides, between starts; NaN without a plateau."""
-    if not plateau.outcome.ok:
+    """Standard deviation of F/W where the pin first slides, between starts; NaN without a plateau or a peak."""
+    if not plateau.outcome.ok or math.isnan(static):
         return float("nan")
     expected = sampling_of(record, plateau.first_event, plateau.end - plateau.start).of_peak() * static
     return float(np.fmax(_scatter_of_peaks(record, plateau) / record.normal_load, expected))
@@ -237,8 +268,12 @@ def _uncertainty_of_peak(record: FrictionRecord, plateau: Plateau, static: float
 
 def _beyond(record: FrictionRecord, coefficient: float) -> float:
     """By how much a coefficient lies outside all that the record holds, F/W: inertia and damper are in the driving force too."""
-    highest = float(max(record.force_before.max(), record.initial_force, record.final_force)) / record.normal_load
-    return max(coefficient - highest, -coefficient, 0.0) if math.isfinite(coefficient) else 0.0
+    return max(coefficient - _highest(record), -coefficient, 0.0) if math.isfinite(coefficient) else 0.0
+
+
+def _highest(record: FrictionRecord) -> float:
+    """The largest F/W of a record."""
+    return float(max(record.force_before.max(), record.initial_force, record.final_force)) / record.normal_load
 
 
 def _of_length(result: DynamicsResult, record: FrictionRecord, uncertainty: float, not_travelled: float) -> float:

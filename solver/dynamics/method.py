@@ -22,12 +22,17 @@ def outcome_of(run: Run, motion: Motion, step_limit: int) -> Outcome:
     if run.reached >= motion.duration or slipped_enough(run, motion):
         return COMPLETED
     if run.steps < step_limit:
-        return reversed_at(run)
+        return reversed_at(run, motion)
     message = (
-        f"{step_limit} segments reached t = {run.reached:.6g} of {motion.duration:.6g}: "
-        "raise step_limit, shorten the drive, or look for chatter in the friction profile"
+        f"{step_limit} segments reached {part_reached(run, motion)}: "
+        "raise step_limit, shorten the drive, slow the stage or soften the spring"
     )
     return Outcome(Ending.STEP_LIMIT, message)
+
+
+def part_reached(run: Run, motion: Motion) -> str:
+    """How far a run got, in words without a unit: who reads them gave the drive's duration in seconds."""
+    return f"{100.0 * run.reached / motion.duration:.4g} % of the duration"
 
 
 def slipped_enough(run: Run, motion: Motion) -> bool:
@@ -35,7 +40,7 @@ def slipped_enough(run: Run, motion: Motion) -> bool:
     return int(np.count_nonzero(np.isfinite(run.slips[:, 3]))) >= motion.most_slips
 
 
-def reversed_at(run: Run) -> Outcome:
+def reversed_at(run: Run, motion: Motion) -> Outcome:
     """The end of a run whose pin was not to move back."""
-    message = f"the pin slips back at t = {run.reached:.6g}: needs reverse_motion = true"
+    message = f"the pin slips back after {part_reached(run, motion)}: needs reverse_motion = true"
     return Outcome(Ending.REVERSED, message)

@@ -12,7 +12,7 @@ import numpy as np
 from solver.drive import INTEGRATORS, Drive
 from solver.dynamics.kernels.runge_kutta import integrate_by_steps
 from solver.dynamics.kernels.state import Motion, Run, Teeth
-from solver.dynamics.method import Method, reversed_at, slipped_enough
+from solver.dynamics.method import Method, part_reached, reversed_at, slipped_enough
 from solver.dynamics.precision import nothing
 from solver.dynamics.result import BINS
 from solver.outcome import COMPLETED, Ending, Outcome
@@ -50,22 +50,21 @@ def integrate_rk4(
     may move back, the run ends where F would be -F̃.
     """
     if not is_stable(time_step, motion):
+        shorter = time_step / longest(motion)
         message = (
-            f"time_step = {time_step:.6g}: the stuck pin's vibrations would grow; needs {longest(motion):.6g} or less"
+            f"the stuck pin's vibrations would grow: needs a time_step shorter by a factor of {shorter:.4g} or more"
         )
         return nothing(samples), Outcome(Ending.UNSTABLE_STEP, message)
     steps_needed = motion.duration / time_step * (1.0 - 1e-12)
     if steps_needed > step_limit:
-        message = (
-            f"time_step = {time_step:.6g}: {steps_needed:.6g} steps; needs {motion.duration / step_limit:.6g} or more"
-        )
+        message = f"{steps_needed:.6g} steps of time_step, step_limit = {step_limit}: raise one of the two"
         return nothing(samples), Outcome(Ending.STEP_LIMIT, message)
     steps = max(1, math.ceil(steps_needed))
     run = integrate_by_steps(teeth, motion, steps, samples, BINS, None if reverse_motion else True)
     if math.isnan(run.friction_work):
-        message = f"time_step = {time_step:.6g}: the motion ran away at t = {run.reached:.6g}; needs a shorter step"
+        message = f"the motion ran away after {part_reached(run, motion)}: needs a shorter time_step"
         return run, Outcome(Ending.UNSTABLE_STEP, message)
-    return run, COMPLETED if run.steps == steps or slipped_enough(run, motion) else reversed_at(run)
+    return run, COMPLETED if run.steps == steps or slipped_enough(run, motion) else reversed_at(run, motion)
 
 
 def is_stable(time_step: float, motion: Motion) -> bool:

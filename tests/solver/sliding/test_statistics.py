@@ -1,6 +1,7 @@
 """Counts are of triggers and of whole cascades; μ_s and μ_k come with uncertainties, or with the reason why not."""
 
 import math
+import re
 import time
 from dataclasses import replace
 from itertools import pairwise
@@ -110,11 +111,39 @@ def test_scalars_do_not_depend_on_how_many_samples_are_kept():
         assert getattr(found[0], name) == getattr(found[1], name)
 
 
-def test_a_drive_too_short_to_slip_says_so():
-    found = friction_coefficients(*driven(replace(PAPER, duration=0.02 / TIME_UNIT)))
+@pytest.mark.parametrize("spring_stiffness", [1e-5, 2e-3])
+def test_a_pin_that_is_pulled_too_little_says_so_and_slips_once_pulled_as_said(spring_stiffness):
+    """By a drive too short, or a spring too weak for its time: a harder pull by what is missing, and a tenth more, is enough."""
+    duration = 0.15 * LOAD / (spring_stiffness * PAPER.stage_velocity)
+    little = replace(PAPER, spring_stiffness=spring_stiffness, duration=duration)
+    found = friction_coefficients(*driven(little))
     assert found.outcome.ending is Ending.NO_SLIP
-    assert "duration" in found.outcome.message
     assert np.isnan([found.static_friction, found.kinetic_friction]).all()
+    told, advice = found.outcome.message.split(": raise ")
+    reached, least, most = map(float, re.findall(r"0\.\d+", told))
+    assert 0.1 < reached < least < most
+    assert advice == "the drive's duration, stage_velocity or spring_stiffness"
+    for name in ("duration", "stage_velocity", "spring_stiffness"):
+        more = replace(little, **{name: getattr(little, name) * 1.1 * most / reached})
+        assert len(driven(more)[0].slip_time), name
+
+
+def test_a_stage_at_rest_is_told_from_a_spring_too_weak():
+    found = friction_coefficients(*driven(replace(PAPER, stage_velocity=0.0)))
+    assert found.outcome.message == "the stage is at rest: raise stage_velocity"
+
+
+def test_a_pin_that_follows_in_slips_too_short_is_to_have_a_softer_spring_or_a_faster_stage():
+    stiff = replace(
+        PAPER, spring_stiffness=10.0, stage_velocity=0.02 * PAPER.stage_velocity, duration=50 * PAPER.duration
+    )
+    result, record, plateau = driven(stiff)
+    found = friction_coefficients(result, record, plateau)
+    assert found.outcome.ending is Ending.NO_SLIP
+    assert result.micro_slips > 100
+    assert found.outcome.message.endswith(": lower spring_stiffness, or raise stage_velocity")
+    for change in ({"spring_stiffness": PAPER.spring_stiffness}, {"stage_velocity": 50.0 * stiff.stage_velocity}):
+        assert len(driven(replace(stiff, **change))[0].slip_time)
 
 
 def test_a_drive_that_stops_amid_the_first_oscillations_has_static_friction_only():
@@ -145,6 +174,32 @@ def test_what_inertia_adds_to_static_friction_is_in_its_uncertainty():
     beyond = found.static_friction - record.force_before.max() / LOAD
     assert beyond > 0.1
     assert found.static_friction_uncertainty >= beyond
+
+
+def test_a_driving_force_that_is_mostly_inertia_is_no_static_friction():
+    """More than twice of all that the contact ever holds: the outcome says so, also of a drive that was given up amid it."""
+    fast = replace(PAPER, stage_velocity=150.0 * PAPER.stage_velocity, duration=PAPER.duration / 8.0, damping_ratio=0.5)
+    result, record, plateau = driven(fast)
+    assert result.slip_force[0] > 2.0 * record.force_before.max()
+    found = friction_coefficients(result, record, plateau)
+    assert np.isnan([found.static_friction, found.static_friction_uncertainty]).all()
+    assert found.every_static_friction[0] == result.slip_force[0] / LOAD
+    assert "is inertia and damper" in found.outcome.message
+    given_up, _, _ = driven(replace(fast, step_limit=result.steps // 2))
+    found = friction_coefficients(given_up, record, plateau)
+    assert found.outcome.ending is Ending.STEP_LIMIT
+    assert math.isnan(found.static_friction)
+    assert "% of the duration" in found.outcome.message
+    assert "is inertia and damper" in found.outcome.message
+
+
+def test_a_drive_given_up_after_its_first_slip_ran_off_has_its_static_friction():
+    whole, record, plateau = driven()
+    given_up, _, _ = driven(replace(PAPER, step_limit=whole.steps - 1))
+    assert given_up.outcome.ending is Ending.STEP_LIMIT
+    found, known = (friction_coefficients(result, record, plateau) for result in (given_up, whole))
+    assert found.static_friction == known.static_friction
+    assert math.isnan(found.kinetic_friction)
 
 
 def test_a_failed_run_passes_its_outcome_on():
