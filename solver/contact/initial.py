@@ -21,7 +21,7 @@ from solver.contact.kernels.enumerations import Stop
 from solver.contact.kernels.equilibrium import refresh, set_rate_to_load
 from solver.contact.kernels.loading import raise_load
 from solver.contact.normal import INSIDE, NormalContact, expected_half_width, normal_contact
-from solver.contact.outcomes import OUTCOME_OF_ENDING, OUTCOME_OF_STOP
+from solver.contact.outcomes import OUTCOME_OF_ENDING, OUTCOME_OF_STOP, advised, advised_of_pillars
 from solver.contact.pin import pin_of, surface_from_pin
 from solver.contact.soundness import soundness
 from solver.contact.state import ContactState, beyond_window, contact_state, coulomb_state, state_from_forces
@@ -84,11 +84,12 @@ def initial_contact(case: Case, compliance: Compliance) -> ContactState:
 
 def checked(case: Case, compliance: Compliance, state: ContactState) -> ContactState:
     """The state, its outcome checked against the condition of the operator and against `soundness`."""
-    outcome = explained(state.outcome, compliance, state.contact)
+    explanation = explained(advised(case, state.outcome), compliance, state.contact)
+    outcome = advised_of_pillars(case, explanation)
     # Constant pressures are those of initial contact, however far the pin has gone since.
     carried = case.effects.pin_translation or state.displacement == 0.0
     if carried and (outcome.ok or outcome.ending in CAUSED_BY_ROUNDING):
-        found = soundness(case, compliance, state.contact, state.u, state.displacement)
+        found = advised_of_pillars(case, soundness(case, compliance, state.contact, state.u, state.displacement))
         # What rounding decides is no fault of friction or operator; a flank's steepness counts where all else is well.
         outcome = found if outcome.ok or found.ending is Ending.ROUNDING else outcome
     return state if outcome is state.outcome else replace(state, outcome=outcome)

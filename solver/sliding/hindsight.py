@@ -15,27 +15,39 @@ CREATED = 1e-6
 floor overshot."""
 ROUNDING = 2e-16
 """Energy that rounding may create in one event on average, as a share of the load times what is displaced."""
-ENERGY_CREATED = Outcome(
-    Ending.ENERGY_CREATED,
-    "events created energy, more than a millionth of the work: slips of many nodes at once overshoot, or the operator is "
-    'not an elastic body\'s; use slip.slip_order = "worst_first", or the scheme galerkin',
-)
 
 
 def in_hindsight(case: Case, record: FrictionRecord, end: ContactState) -> Outcome:
     """COMPLETED, or what is wrong with a record though all its events went well."""
     stiffness = record.initial_stiffness
     if case.slip_rule.residual_shear < 1.0 and stiffness <= 0.0:
-        return Outcome(
-            Ending.SINGULAR_OPERATOR,
-            f"lateral stiffness K = {stiffness:.3g}: an elastic slab's is above 0; use the scheme galerkin",
-        )
+        other = "an aspect_ratio nearer 1" if case.slab.scheme.reciprocal else "the scheme galerkin"
+        message = f"lateral stiffness K = {stiffness:.3g}: an elastic slab's is above 0; use {other}"
+        return Outcome(Ending.SINGULAR_OPERATOR, message)
     # Classical sliding has looked at its energy event by event.
     if case.slip_rule.residual_shear == 1.0 or not _creates_energy(case, record, end):
         return COMPLETED
     xi = (surface_from_pin(case) + end.u - end.displacement)[end.contact]
     steep = (np.abs(pin_of(case).slope(xi)) > 0.5 * node_friction(case)[end.contact]).any()
-    return STEEP_PIN if steep else ENERGY_CREATED
+    return STEEP_PIN if steep else energy_created(case)
+
+
+def energy_created(case: Case) -> Outcome:
+    """The outcome of a record whose events created energy, with the causes that the case may have and what to do about each."""
+    causes = []
+    if case.slip_rule.slip_order != "worst_first":
+        causes.append('slips of many nodes at once overshoot: use slip.slip_order = "worst_first"')
+    if not case.slab.scheme.reciprocal:
+        causes.append("the operator is not an elastic body's: use the scheme galerkin")
+    if case.heterogeneity.roughness:
+        causes.append("the pin is rougher than its nodes can follow: use a smoother heterogeneity.roughness")
+    if not causes:
+        causes.append(
+            "use a poisson further from 0.5, an aspect_ratio nearer 1, another n_x, or a lower slip.event_floor"
+        )
+    return Outcome(
+        Ending.ENERGY_CREATED, f"events created energy, more than a millionth of the work: {'; or '.join(causes)}"
+    )
 
 
 def _creates_energy(case: Case, record: FrictionRecord, end: ContactState) -> bool:

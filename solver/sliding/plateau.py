@@ -180,7 +180,7 @@ def plateau_of(record: FrictionRecord) -> Plateau:
     """Find the steady part of `record`; the outcome is `NO_PLATEAU`, with advice, where there is none."""
     events = len(record.displacement)
     if events < 2 * FEWEST_EVENTS:
-        return _refused(f"{events} events: a plateau needs at least {2 * FEWEST_EVENTS}; raise limits.events")
+        return _refused(f"{events} events: a plateau needs at least {2 * FEWEST_EVENTS}; raise {_limit(record)}")
     whole = teeth(record)
     complaint = ""
     for begins in _beginnings(record, whole):
@@ -195,13 +195,24 @@ def _complaint(record: FrictionRecord, whole: Teeth, begins: _Beginning, first: 
     """What is wrong with calling the record steady after event `first`, with advice; empty if nothing is."""
     last = len(record.displacement) - 1
     if last - first < FEWEST_EVENTS:
-        return f"{max(last - first, 0)} events in the steady part: needs {FEWEST_EVENTS} or more; raise limits.events"
+        return (
+            f"{max(last - first, 0)} events in the steady part: needs {FEWEST_EVENTS} or more; raise {_limit(record)}"
+        )
     start, end = float(record.displacement[first]), float(record.displacement[last])
     if begins.before >= LEAST_OVERLAP * record.spacing:
         wrong = _unlike(whole, start, end, min(begins.before, record.spacing))
     else:
         wrong = unsteadiness(whole.block_means(start, end, BLOCKS), latest=begins.latest)
-    return f"the friction force still {wrong}; raise limits.events or limits.spacings" if wrong else ""
+    return f"the friction force still {wrong}; raise {_limit(record)}" if wrong else ""
+
+
+def _limit(record: FrictionRecord) -> str:
+    """The limit at which a record ended: one of displacement is reached between two events, that of events with the last one."""
+    last = record.displacement[-1] if len(record.displacement) else -math.inf
+    moved_on = (
+        record.final_displacement - last > 1e-12 * record.final_displacement
+    )  # beyond the rounding of a sum of steps
+    return "limits.spacings or limits.displacement, which ended it" if moved_on else "limits.events"
 
 
 def _plateau(record: FrictionRecord, whole: Teeth, first: int) -> Plateau:

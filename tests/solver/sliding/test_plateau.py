@@ -74,6 +74,17 @@ def test_too_few_events_are_no_plateau():
     assert plateau.outcome.message.startswith("10 events")
 
 
+@pytest.mark.parametrize(("tail", "limit"), [(0.0, "limits.events"), (1e-7, "limits.spacings or limits.displacement")])
+def test_a_record_without_a_plateau_is_to_be_longer_by_the_limit_that_ended_it(tail: float, limit: str) -> None:
+    """One of displacement is met between two events: after the last one the pin has moved on."""
+    few, rising = (record_from([1e-6] * count, [1e-9] * count, tail=tail) for count in (10, 400))
+    nothing = replace(few, **{name: getattr(few, name)[:0] for name in ("displacement", "force_before", "force_after")})
+    for record in (few, rising) if not tail else (few, rising, nothing):
+        message = plateau_of(record).outcome.message
+        assert f"; raise {limit}" in message
+        assert message.count("limits.") == limit.count("limits.")
+
+
 def test_the_integral_of_the_teeth_is_additive_and_includes_what_follows_the_last_event():
     record = record_from([1e-5, 2e-5, 1e-5], [1e-6, 2e-6, 3e-6], initial_force=1e-6, tail=5e-6)
     whole = teeth(record)
