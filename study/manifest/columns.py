@@ -1,14 +1,17 @@
-"""Read the CSV files of a campaign: the table of cases and the pin's roughness. Values are not yet checked here."""
+"""Read the CSV files of a campaign: the table of cases, whose values are not yet checked, and the pin's roughness."""
 
 import csv
 import io
+import math
 from dataclasses import dataclass
+from functools import partial
 from pathlib import Path
 from typing import Any, NamedTuple
 
+from solver.case import FARTHEST_POINT, LEAST_APART, Heterogeneity
 from solver.slab import SCHEMES
 from study.manifest.parameters import Value, axes
-from study.manifest.problems import ManifestError, path_shown, shown, unknown
+from study.manifest.problems import ManifestError, need, path_shown, shown, unknown
 
 
 class Given(NamedTuple):
@@ -81,16 +84,37 @@ def read_profile(path: Path, given: str | None = None) -> PinProfile:
     lines = _lines(path, text)
     if not lines or [word.strip() for word in lines[0][1]] != ["xi", "height"]:
         raise ManifestError([f"{path}: needs the header xi,height"])
-    problems, points = [], []
+    problems: list[str] = []
+    points: list[tuple[float, float]] = []
     for line, row in lines[1:]:
-        try:
-            xi, height = map(float, row)
-            points.append((xi, height))
-        except ValueError:
-            problems.append(f"{path}: line {line}: {shown(','.join(row))}: needs two numbers, xi and height")
+        point = _point(row)
+        if wrong := _wrong_point(point, points[-1:], alone=len(lines) == 2):
+            problems.append(f"{path}: line {line}: {shown(','.join(row))}: {wrong}")
+        elif point:
+            points.append(point)
     if problems:
         raise ManifestError(problems)
     return PinProfile(raw, text, tuple(points))
+
+
+def _point(row: list[str]) -> tuple[float, float] | None:
+    """The point of a line; None where it is none."""
+    try:
+        xi, height = map(float, row)
+    except ValueError:
+        return None
+    return (xi, height) if math.isfinite(xi) and math.isfinite(height) else None
+
+
+def _wrong_point(point: tuple[float, float] | None, before: list[tuple[float, float]], alone: bool) -> str:
+    """What is needed instead of a point of a profile, behind the last good one; empty where all is well."""
+    if point is None:
+        return "needs two finite numbers, xi and height"
+    if max(map(abs, point)) > FARTHEST_POINT:
+        return f"needs |ξ| and |height| up to {FARTHEST_POINT:g}"
+    if alone or (before and point[0] - before[0][0] < LEAST_APART):
+        return need(partial(Heterogeneity, roughness=(*before, point)))
+    return ""
 
 
 def _lines(path: Path, text: str) -> list[tuple[int, list[str]]]:

@@ -185,17 +185,29 @@ def test_a_roughness_is_read_from_its_file_and_known_by_its_content(tmp_path: Pa
     ("content", "wrong"),
     [
         ("x,y\n0,0\n", "rough.csv: needs the header xi,height"),
-        ("xi,height\n0,0\n1\n", 'rough.csv: line 3: "1": needs two numbers, xi and height'),
-        ("xi,height\n0,a\n", 'rough.csv: line 2: "0,a": needs two numbers'),
-        ("xi,height\n0,0\n", "needs no or at least 2 points"),
-        ("xi,height\n0,0\n0,1\n", "needs points with increasing ξ"),
-        ("xi,height\n0,0\n1,inf\n", "needs finite numbers"),
+        ("xi,height\n0,0\n1\n", 'rough.csv: line 3: "1": needs two finite numbers, xi and height'),
+        ("xi,height\n0,a\n", 'rough.csv: line 2: "0,a": needs two finite numbers'),
+        ("xi,height\n0,0\n", 'rough.csv: line 2: "0,0": needs no or at least 2 points'),
+        ("xi,height\n0,0\n\n0,1\n", 'rough.csv: line 4: "0,1": needs points with increasing ξ'),
+        ("xi,height\n0,0\n-1,1\n2,0\n", 'rough.csv: line 3: "-1,1": needs points with increasing ξ'),
+        ("xi,height\n0,0\n1e-13,1\n", 'rough.csv: line 3: "1e-13,1": needs points at least 1e-12 apart'),
+        ("xi,height\n0,0\n1,2e6\n", r'rough.csv: line 3: "1,2e6": needs \|ξ\| and \|height\| up to 1e\+06'),
+        ("xi,height\n0,0\n1,inf\n", 'rough.csv: line 3: "1,inf": needs two finite numbers'),
     ],
 )
 def test_a_wrong_roughness_is_refused(tmp_path: Path, content: str, wrong: str) -> None:
     (tmp_path / "rough.csv").write_text(content)
     with pytest.raises(ManifestError, match=wrong):
         planned(tmp_path, 'heterogeneity.roughness = "rough.csv"')
+
+
+def test_every_wrong_line_of_a_roughness_is_named_and_no_right_one(tmp_path: Path) -> None:
+    """A wrong line is no measure for the next one."""
+    (tmp_path / "rough.csv").write_text("xi,height\n0,1\n0,nan\n-1,0\n3e6,0\n1,0\n2,0\n")
+    with pytest.raises(ManifestError) as refused:
+        planned(tmp_path, 'heterogeneity.roughness = "rough.csv"')
+    lines = [line.partition("rough.csv: ")[2].partition(":")[0] for line in refused.value.lines]
+    assert lines == ["line 3", "line 4", "line 5"]
 
 
 def test_a_roughness_means_nothing_for_a_punch(tmp_path: Path) -> None:
