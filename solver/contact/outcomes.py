@@ -39,12 +39,12 @@ OUTCOME_OF_STOP = {
     ),
     Stop.CONTACT_LOST: Outcome(
         Ending.CONTACT_LOST,
-        "no node is left that can carry the load: the pin has left the slab; lower the displacement limit",
+        "no node is left that can carry the load: the pin has left the slab; lower the record's limits",
     ),
     Stop.EDGE_REACHED: Outcome(
         Ending.EDGE_REACHED,
         "the punch's edge has come upon the next node, where a sharp edge has no answer: "
-        "lower the displacement limit, or raise n_x",
+        "lower the record's limits, or raise n_x",
     ),
     Stop.CONTACT_CYCLE: Outcome(
         Ending.CONTACT_NOT_CONVERGED,
@@ -59,7 +59,7 @@ OUTCOME_OF_STOP = {
     Stop.OVERSHOT: Outcome(
         Ending.OVERSHOT,
         "the smallest step pushed nodes beyond μ_i·pressure by more than 1e-4 of μ_i·W: lower slip.event_floor, or, where it "
-        "is small, the radius or the displacement limit",
+        "is small, the radius or the record's limits",
     ),
     Stop.STEEP: STEEP_PIN,
     Stop.NOT_FINITE: NOT_FINITE,

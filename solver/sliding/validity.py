@@ -72,7 +72,7 @@ BEYOND_CONTACT = Flag(
     16,
     "beyond_contact",
     "pin moved by more than the contact's half-width, away from where it came down",
-    "lower limits.displacement or limits.events",
+    "lower the record's limits",
 )
 LARGE_STRAIN = Flag(
     32,
@@ -90,7 +90,7 @@ UNRESOLVED_SLAB = Flag(
     128,
     "unresolved_slab",
     "grid too coarse for a slab so thin or so nearly incompressible: pressures and approach are wrong by more than some 5 %",
-    "raise n_x, lower poisson, or use the scheme galerkin",
+    "raise n_x, lower poisson, or use the scheme galerkin instead of another",
 )
 FLAGS = (FEW_NODES, NEAR_ENDS, OUTGROWN, WHOLE_SLAB, BEYOND_CONTACT, LARGE_STRAIN, UNCERTAIN, UNRESOLVED_SLAB)
 """All of them. `near_ends`, `outgrown` and `whole_slab` are degrees of one thing: a contact has the last that applies."""
