@@ -34,16 +34,16 @@ def soundness(
             f"heights of the pin are known to {share:.0e} of what the load displaces, {COARSEST:g} is needed: raise normal_load, "
             "or use a larger radius or lower heights in heterogeneity.roughness",
         )
-    return COMPLETED if _steepest(case, contact, xi) <= STEEPEST else STEEP_PIN
+    return COMPLETED if _steepest(case, xi) <= STEEPEST else STEEP_PIN
 
 
-def _steepest(case: Case, contact: NDArray[np.bool_], xi: Vector) -> float:
-    """The largest |slope| of the pin under the contact, with its nodes at ξ: at each of them, and of all that lies between two
-    neighbours. A wall between two nodes is none that either of them stands on, and the pin drags it over them all the same."""
+def _steepest(case: Case, xi: Vector) -> float:
+    """The largest |slope| of the pin under a contact whose nodes are at ξ: at each of them, and of all between the outermost two.
+    A wall between two nodes is none that any of them stands on, and the pin drags it over them all the same."""
+    if not len(xi):
+        return 0.0
     pin = pin_of(case)
-    neighbours = np.diff(np.flatnonzero(contact)) == 1
-    left, right = np.minimum(xi[:-1], xi[1:])[neighbours], np.maximum(xi[:-1], xi[1:])[neighbours]
-    return max(float(np.abs(pin.slope(xi)).max(initial=0.0)), pin.steepest(left, right))
+    return max(float(np.abs(pin.slope(xi)).max()), pin.steepest(xi.min(keepdims=True), xi.max(keepdims=True)))
 
 
 def rounding_share(case: Case, compliance: Compliance, contact: NDArray[np.bool_], xi: Vector) -> float:

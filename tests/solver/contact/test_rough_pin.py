@@ -134,6 +134,17 @@ def test_a_wall_between_two_nodes_under_the_contact_is_a_steep_pin(way: InitialC
     assert not len(slide(case, COMPLIANCE).displacement)
 
 
+def test_a_wall_beside_which_nodes_are_free_under_the_contact_is_a_steep_pin() -> None:
+    """On a fine grid the nodes next to it do not touch: no neighbours in contact have it between them."""
+    slab = Slab(n_x=129)
+    step = ((-0.1, 0.0), (-0.05, 0.0), (-0.049999999, 2e-5), (0.05, 2e-5), (0.1, 0.0))
+    case = rough(step, Case(slab=slab, intrinsic_friction=0.1))
+    state = initial_contact(case, surface_compliance(slab))
+    touching = np.flatnonzero(state.contact)
+    assert np.diff(touching).max() > 1
+    assert state.outcome.ending is Ending.STEEP_PIN
+
+
 def test_a_wall_that_the_contact_comes_upon_as_it_slides_is_a_steep_pin() -> None:
     """Friction drags the contact back, over a wall that is at first behind it."""
     at = float(COMPLIANCE.x[initial_contact(CASE, COMPLIANCE).contact][0]) - 0.4 * SLAB.spacing
