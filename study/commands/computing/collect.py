@@ -13,10 +13,11 @@ from study.results.shard import folders
 from study.results.store import Store
 
 
-def work(campaign: Path, out: Path | None, jobs: int) -> None:
-    """Write and print the dataset of a campaign's results."""
+def work(campaign: Path, out: Path | None, jobs: int, replace: bool) -> None:
+    """Write and print the dataset of a campaign's results; replace: also that of one with more of them."""
     into = folder(campaign, out)
     with refusals():
-        write_dataset(InPieces(load_manifest(campaign)), Store(into), anew=True, processes=jobs)
+        plan = InPieces(load_manifest(campaign))
+        write_dataset(plan, Store(into), anew=True, processes=jobs, keep=not replace)
     if shards := folders(into):
         say(f"without {counted(len(shards), 'shard')}; {whole(f'nanoslip merge {campaign}')} takes them in")

@@ -76,8 +76,16 @@ def status(**given: object) -> None:
     default=1,
     help="Read results in so many processes; the bytes are the same.",
 )
+@click.option(
+    "--replace",
+    is_flag=True,
+    help="Replace a dataset that has more finished cases, as of the campaign before it changed.",
+)
 def collect(**given: object) -> None:
-    """Write the dataset of CAMPAIGN from its finished results."""
+    """Write the dataset of CAMPAIGN from its finished results.
+
+    What is not computed is "pending". An existing dataset with more finished cases is kept.
+    """
     work("computing.collect", **given)
 
 

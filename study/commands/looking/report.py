@@ -4,14 +4,23 @@ from pathlib import Path
 
 from study.commands.shared.arguments import folder
 from study.commands.shared.refusals import refusals
+from study.commands.shared.sources import is_of
 from study.dataset import file
+from study.manifest.reader import load_manifest
 from study.report import page
 from study.report.console import say, whole
+from study.results.store import StoreError
 
 
 def work(campaign: Path, out: Path | None) -> None:
     """Write the page of a campaign's dataset; the run that made it has printed its table."""
     into = folder(campaign, out)
     with refusals(), file.reading(into / file.FILE) as opened:
+        if not is_of(opened, load_manifest(campaign)):
+            run, collect = (whole(f"nanoslip {each} {campaign}") for each in ("run", "collect"))
+            raise StoreError(
+                f"{into / file.FILE}: no dataset of {campaign} as it is now: {run} computes what is missing, "
+                f"{collect} takes what is finished"
+            )
         written = page.write(opened, into)
     say(whole(f"report: {written}"))

@@ -1,18 +1,22 @@
 """A campaign's dataset: written from its results, and printed as a table."""
 
+from collections.abc import Iterator
 from contextlib import suppress
 from pathlib import Path
 from typing import Final
 
 import xarray as xr
 
+from study.commands.shared.plans import counted
 from study.dataset import file
 from study.dataset.collection.collect import collect
 from study.dataset.collection.members import means_of
 from study.dataset.collection.pieces import Planned
 from study.dataset.made_of import is_made_of, made_of, note
+from study.dataset.variables import OUTCOMES
 from study.garbage import all_kept
 from study.manifest.manifest import Manifest
+from study.plan.standing.endings import PENDING
 from study.report.common import said_once
 from study.report.console import counting, print_sentences, print_table, say, whole
 from study.report.summary import (
@@ -30,16 +34,22 @@ COLLECTED: Final = "{} cases collected"
 """What is shown while a dataset is made."""
 
 
-def write_dataset(plan: Planned, store: Store, anew: bool = False, processes: int = 1) -> None:
+def write_dataset(plan: Planned, store: Store, anew: bool = False, processes: int = 1, keep: bool = False) -> None:
     """Write the dataset of the results that are there, and print it. Raises StoreError.
 
-    anew: also where it is there already. processes: that read results.
+    anew: also where it is there already. processes: that read results. keep: refuse instead where the one that is there has
+    more finished cases or drives.
     """
     if not anew and print_written(plan.manifest, store):
         return
     path = store.folder.parent / file.FILE
     with counting(COLLECTED) as heard, all_kept():
         collected = collect(plan, store, heard, processes)
+    if keep and (losses := list(_losses(path, collected))):
+        raise StoreError(
+            f"{path}: not replaced: has {'; '.join(losses)}; has the campaign changed? {whole('nanoslip run')} computes what is "
+            f"missing, {whole('nanoslip collect --replace')} writes the dataset without it"
+        )
     file.write(collected, path)
     note(path, store, made_of(plan.manifest, store))
     _print(collected, path)
@@ -53,6 +63,20 @@ def print_written(manifest: Manifest, store: Store) -> bool:
             _print(found, path)
             return True
     return False
+
+
+def _losses(path: Path, collected: xr.Dataset) -> Iterator[str]:
+    """What a dataset that is there has more of than the one that would replace it: nothing where that lacks nothing.
+
+    One that cannot be read, or is of another nanoslip, is no loss.
+    """
+    with suppress(StoreError), file.reading(path) as found:
+        for kind, (ending, _) in OUTCOMES.items():
+            if ending.name in found and ending.name in collected:
+                had, has = (int((each[ending.name] != PENDING).sum()) for each in (found, collected))
+                if has < min(had, collected[ending.name].size):
+                    what = counted(had, f"finished {kind or 'case'}")
+                    yield f"{what}, collected now {has} of {collected[ending.name].size}"
 
 
 def _print(dataset: xr.Dataset, path: Path) -> None:

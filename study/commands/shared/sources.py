@@ -10,6 +10,7 @@ from study.commands.shared.arguments import folder
 from study.commands.shared.plans import planned
 from study.dataset import file
 from study.dataset.collection.collect import collect
+from study.manifest.manifest import Manifest
 from study.report.console import say, whole
 from study.results.store import Store, StoreError
 
@@ -28,7 +29,7 @@ def dataset_of(source: Path, out: Path | None = None) -> Iterator[xr.Dataset]:
     plan, into = planned(source), folder(source, out)
     if (into / file.FILE).is_file():
         with file.reading(into / file.FILE) as found:
-            if found.attrs.get("manifest_sha256") == plan.manifest.sha256:
+            if is_of(found, plan.manifest):
                 yield found
                 return
     store = Store(into)
@@ -36,3 +37,8 @@ def dataset_of(source: Path, out: Path | None = None) -> Iterator[xr.Dataset]:
         raise StoreError(f"{into}: no results of {source} there: {whole(f'nanoslip run {source}')} computes them")
     say(f"{into}: no dataset of {source} as it is now: from the results that are finished", stderr=True)
     yield collect(plan, store)
+
+
+def is_of(dataset: xr.Dataset, manifest: Manifest) -> bool:
+    """Whether a dataset is of the campaign as it is, and not of what its file said earlier."""
+    return bool(dataset.attrs.get("manifest_sha256") == manifest.sha256)

@@ -29,3 +29,25 @@ def test_a_failure_that_all_cases_share_is_said_once_in_red_with_its_advice(main
     _, said, _ = main("collect", campaign, "--out", out)
     (line,) = (line for line in said.splitlines() if "raise it" in line)
     assert line.startswith("\x1b[31mcascade_limit: 4 of 4 cases, first μ_i = 0.25, R/L_x = 50: one event needed more")
+
+
+def test_a_finished_dataset_is_not_replaced_by_one_of_a_changed_campaign_without_a_word(main, campaign):
+    out = campaign.parent / "out"
+    assert main("run", campaign, "--out", out, "--serial")[0] == 0
+    before = (out / "results.nc").read_bytes()
+    campaign.write_text(campaign.read_text().replace("n_x = 17", "n_x = 9"))
+    code, _, said = main("collect", campaign, "--out", out)
+    assert (code, (out / "results.nc").read_bytes()) == (2, before)
+    assert "4 finished cases, collected now 0 of 4" in said
+    assert "--replace" in said
+    assert main("collect", campaign, "--out", out, "--replace")[0] == 0
+    with xr.open_dataset(out / "results.nc") as found:
+        assert set(found["outcome"].values.ravel()) == {"pending"}
+
+
+def test_a_changed_campaign_of_which_all_is_there_is_collected(main, campaign):
+    """One value less of an axis leaves fewer cases, and loses none that are asked for."""
+    out = campaign.parent / "out"
+    assert main("run", campaign, "--out", out, "--serial")[0] == 0
+    campaign.write_text(campaign.read_text().replace("intrinsic_friction = [0.25, 0.5]", "intrinsic_friction = [0.5]"))
+    assert main("collect", campaign, "--out", out)[0] == 0

@@ -31,3 +31,13 @@ def test_a_report_of_a_dataset_that_was_damaged_says_so(main, campaign, monkeypa
     code, _, said = main("report", campaign, "--out", out)
     assert code == 2
     assert f"{out / FILE}: cannot be read: NetCDF: HDF error" in said
+
+
+def test_a_report_of_a_campaign_that_has_changed_since_is_refused(main, campaign):
+    """Else it would show the numbers of another campaign below the title of this one."""
+    out = campaign.parent / "out"
+    assert main("run", campaign, "--out", out, "--serial")[0] == 0
+    campaign.write_text(campaign.read_text().replace("n_x = 17", "n_x = 9"))
+    code, _, said = main("report", campaign, "--out", out)
+    assert (code, (out / page.FILE).exists()) == (2, False)
+    assert f"no dataset of {campaign} as it is now" in said
