@@ -7,6 +7,7 @@ from typing import Any, Final
 
 import numpy as np
 from matplotlib.figure import Figure
+from matplotlib.transforms import offset_copy
 from numpy.typing import NDArray
 
 from study.figures.shared.canvas import COLORS, column
@@ -18,6 +19,10 @@ from study.figures.sweep.scale import is_logarithmic, places_of, set_axis
 WIDTH: Final = 4.0
 """Of a figure on a page, in inches."""
 FAILED: Final = "#c00000"
+UNSURE: Final = "$?$"
+"""Mark beside a point without a known uncertainty, which tables write as ± ?."""
+SHORTEST: Final = 0.2
+"""Share of a number at which its bar ends on a logarithmic axis, with an arrow, where it would go further down."""
 MOST_COLUMNS: Final = 3
 """Panels side by side."""
 
@@ -53,7 +58,10 @@ def grid_of(figure: Figure, count: int, columns: int, **shared: Any) -> list[Any
 
 
 def draw_lines(points: Points, roles: Roles) -> Figure:
-    """One line for each value of the hue, in each panel, points alone over words; crosses at the bottom are without a value."""
+    """One line for each value of the hue, in each panel, points alone over words.
+
+    Crosses at the bottom are without a value, question marks without a known uncertainty.
+    """
     points = held_at(points, roles.held)
     line = "" if points.axes[roles.x].dtype.kind in "Ob" else "-"
     with column(width=WIDTH) as figure:
@@ -94,21 +102,40 @@ def _series(here: Points, points: Points, roles: Roles) -> Iterator[tuple[str, P
 
 
 def _draw_series(axes: Any, points: Points, series: Points, x: Any, color: str, name: str, line: str = "-") -> None:
-    """Values with error bars, hollow where flagged; crosses where there is no value."""
+    """Values with error bars, a question mark where these are not known, hollow where flagged; crosses without a value."""
     order = np.argsort(x, kind="stable")
     x, series = x[order], series.at(order)
     there = series.there
     heights = np.full(len(x), np.nan)  # a line breaks at what is no number
     heights[there] = y = _heights(points, series.values[there])
-    errors = np.nan_to_num(series.errors)
     line = "" if series.text or len(set(x[there].tolist())) < there.sum() else line
-    axes.errorbar(x, heights, errors, fmt=f"{line}o", markersize=2.6, capsize=1.6, color=color, label=name or None)
+    errors = np.nan_to_num(series.errors)
+    ends = far_below(points, series)
+    lower = np.where(ends, (1.0 - SHORTEST) * np.nan_to_num(heights), errors)
+    axes.plot(x[ends], SHORTEST * heights[ends], "v", markersize=2.6, color=color)
+    axes.errorbar(
+        x, heights, (lower, errors), fmt=f"{line}o", markersize=2.6, capsize=1.6, color=color, label=name or None
+    )
     care = series.flagged[there]
     axes.plot(x[there][care], y[care], "o", markersize=2.0, color="white", zorder=5)
     draw_stars(axes, x[there], y, series.toothless[there])
+    unsure = series.unsure[there]
+    beside = offset_copy(axes.transData, axes.figure, 3.5, 3.5, "points")
+    look = {"marker": UNSURE, "markersize": 3.6, "markeredgewidth": 0.3, "color": color, "transform": beside}
+    axes.plot(x[there][unsure], y[unsure], linestyle="", **look)
     bottom = np.full(int((~there).sum()), 0.02)
     crosses = axes.plot(x[~there], bottom, "x", color=FAILED, transform=axes.get_xaxis_transform(), zorder=6)
     crosses[0].set_in_layout(False)
+
+
+def far_below(points: Points, series: Points) -> NDArray[np.bool_]:
+    """Where a bar would reach so far down an axis without a 0 that nothing else could be seen.
+
+    points: all that stand along that axis; series: those of which it is asked.
+    """
+    if points.text or not is_logarithmic(points.values):
+        return np.zeros(len(series.values), np.bool_)
+    return np.asarray(series.there & (np.nan_to_num(series.errors) > (1.0 - SHORTEST) * series.values))
 
 
 def draw_stars(axes: Any, x: NDArray[Any], y: NDArray[np.float64], toothless: NDArray[np.bool_]) -> None:

@@ -46,6 +46,8 @@ class Points:
     """Whether a mean is of fewer members than its ensemble has, as the others have no value."""
     zipped: tuple[str, ...] = ()
     """The coordinates that vary together, as their campaign says."""
+    stated: bool = False
+    """Whether numbers of this sort have an uncertainty, known or not."""
 
     @property
     def text(self) -> bool:
@@ -56,6 +58,11 @@ class Points:
     def there(self) -> NDArray[np.bool_]:
         """Where there is a value."""
         return np.asarray(self.values != "") if self.text else np.isfinite(self.values)
+
+    @property
+    def unsure(self) -> NDArray[np.bool_]:
+        """Where there is a number whose uncertainty should be known, and is not."""
+        return self.there & np.isnan(self.errors) & self.stated
 
     def at(self, chosen: NDArray[Any]) -> "Points":
         """Some of the points: a mask, or their places in another order."""
@@ -85,9 +92,11 @@ def points_of(dataset: xr.Dataset, name: str, over: str = "") -> Points:
     widest = max((each for each in (name, over, OUTCOMES[""][0].name) if each), key=lambda each: dataset[each].ndim)
     found = places(dataset, widest, {})
     values, errors = _numbers(dataset, found, name)
+    stated = bool(_stated(dataset, name))
     if over:
         below, its_errors = _numbers(dataset, found, over)
         exact = tuple(not _stated(dataset, each) for each in (name, over))
+        stated = not all(exact)
         values, errors = _ratio((values, errors), (below, its_errors), exact)
     flags = found.values(VALIDITY.name) if VALIDITY.name in dataset else np.zeros(len(values))
     axes = varying(found)
@@ -103,6 +112,7 @@ def points_of(dataset: xr.Dataset, name: str, over: str = "") -> Points:
         members,
         (members > 0) & (members < used),
         tuple(name for name in zipped(dataset) if name in axes),
+        stated,
     )
 
 

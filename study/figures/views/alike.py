@@ -43,9 +43,7 @@ def _value(points: Points) -> str:
     value = points.values[first]
     if points.text:
         return str(value).replace("_", "-")
-    return (
-        with_error(float(value), float(points.errors[first])) if np.isfinite(points.errors[first]) else f"{value:.5g}"
-    )
+    return with_error(float(value), float(points.errors[first])) if points.stated else f"{value:.5g}"
 
 
 def _toothless(points: Points) -> str:

@@ -10,7 +10,7 @@ from matplotlib.figure import Figure
 from study.dataset.access.mean_profile import EXPLAINED
 from study.dataset.collection.ensemble import over_members
 from study.figures.sweep.label import symbol, words
-from study.figures.sweep.lines import draw_lines, draw_scattered
+from study.figures.sweep.lines import SHORTEST, draw_lines, draw_scattered, far_below
 from study.figures.sweep.points import Points, points_of
 from study.figures.sweep.roles import MOST_HUES, Roles, counts_of, held_at, roles_of, scattered, together
 from study.figures.sweep.tiles import draw_tiles, is_crowded
@@ -117,8 +117,12 @@ def _crosses(points: Points) -> str:
 
 
 def _marks(points: Points) -> str:
-    """What bars, hollow points and stars mean, where there are any."""
+    """What bars, question marks, hollow points and stars mean, where there are any."""
     bars = " Bars: its uncertainty, where larger than the point." if np.isfinite(points.errors).any() else ""
+    if far_below(points, points).any():
+        bars += f" Arrows: down to less than {SHORTEST:.0%} of the number."
+    if unsure := int(points.unsure.sum()):
+        bars += f" Question marks: ± not known of {unsure} of {len(points.values)} points."
     hollow = " Hollow: to be taken with care." if points.flagged[points.there].any() else ""
     return bars + hollow + _stars(points)
 

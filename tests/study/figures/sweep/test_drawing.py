@@ -6,11 +6,12 @@ import numpy as np
 import pytest
 from matplotlib.figure import Figure
 
-from study.figures.sweep.lines import FAILED, draw_lines, draw_scattered, panels_of
+from study.figures.sweep.lines import FAILED, SHORTEST, UNSURE, draw_lines, draw_scattered, panels_of
 from study.figures.sweep.points import Points, points_of
 from study.figures.sweep.roles import Roles, roles_of
 from study.figures.sweep.scale import is_logarithmic
 from study.figures.sweep.tiles import draw_tiles
+from study.figures.views.answer import view_of
 from tests.study.figures.sweep.cases import listed, product, regimes
 
 
@@ -144,3 +145,30 @@ def test_regimes_on_the_mean_profile_have_stars(over: list[str], draw: Callable[
     assert sum(len(line.get_xdata()) for line in stars) == 2
     assert points.toothless.tolist()[:3] == [True, True, False]
     assert not points_of(regimes(over, ["teeth"]), "plateau_mean").toothless.any()
+
+
+def test_a_point_without_a_known_uncertainty_has_a_mark_and_no_bar() -> None:
+    """Without a bar alone it would look like the most precise one."""
+    data = product(radius=[1.0, 2.0, 4.0], intrinsic_friction=[0.2])
+    data["plateau_uncertainty"] = data["plateau_uncertainty"].where(data["radius"] != 2.0)
+    points = points_of(data, "plateau_mean")
+    axes = draw_lines(points, roles_of(points)).axes[0]
+    marks = [list(line.get_xdata()) for line in axes.lines if line.get_marker() == UNSURE]
+    assert marks == [[2.0]]
+    assert "± not known of 1 of 3 points" in view_of(points).caption
+    exact = points_of(data, "radius", "intrinsic_friction")  # parameters have no uncertainty that could be missing
+    assert not exact.unsure.any()
+
+
+def test_a_bar_of_all_of_a_number_is_an_arrow_on_a_logarithmic_axis() -> None:
+    """Such an axis has no 0: the bar would be a line through all decades, to the floor."""
+    data = product(lambda radius: radius, radius=[1.0, 10.0, 100.0])
+    data["plateau_uncertainty"] = ("radius", np.array([0.1, 10.0, 7.0]))
+    points = points_of(data, "plateau_mean")
+    axes = draw_lines(points, roles_of(points)).axes[0]
+    assert axes.get_yscale() == "log"
+    (bars,) = (container.lines[2][0] for container in axes.containers)
+    lower = [float(segment[0][1]) for segment in bars.get_segments()]
+    assert lower == pytest.approx([0.9, SHORTEST * 10.0, 93.0])
+    assert [list(line.get_xdata()) for line in axes.lines if line.get_marker() == "v"] == [[10.0]]
+    assert "Arrows" in view_of(points).caption
