@@ -24,6 +24,17 @@ def words() -> dict[str, str]:
     return {stated.word or name: name for name, stated in parameters_of_a_case().items()}
 
 
+_LATIN: Final = {"μ": "mu", "ζ": "zeta", "ν": "nu", "τ": "tau", "δ": "delta"}
+"""Greek letters of symbols, as they are typed."""
+
+
+def typed(symbol: str) -> tuple[set[str], set[str]]:
+    """What people may type for a symbol, in Greek and in Latin letters: whole as `R/L_x`, and without what it is measured in."""
+    latin = "".join(_LATIN.get(letter, letter) for letter in symbol)
+    whole = {symbol, latin} - {""}
+    return whole, {each.partition("/")[0] for each in whole}
+
+
 def words_of(table: str) -> tuple[str, ...]:
     """The words that a table of a manifest takes, in the order of declaration."""
     return tuple(stated.word or name for name, stated in parameters_of_a_case().items() if stated.table == table)

@@ -3,9 +3,11 @@
 from collections.abc import Mapping, Sequence
 from typing import Final
 
+from solver.case import parameters_of_a_case
 from study.commands.shared.exits import Refusal
 from study.manifest.cases import MEMBER, CampaignCase
-from study.manifest.parameters import Value, in_words, words
+from study.manifest.drives import drive_parameters
+from study.manifest.parameters import Value, in_words, typed, words
 from study.manifest.problems import ManifestError
 
 FEW: Final = 4
@@ -13,16 +15,30 @@ FEW: Final = 4
 
 
 def assignments(given: Sequence[str]) -> dict[str, str]:
-    """Words of a command line, `key=value` each, as a mapping. Raises Refusal."""
+    """Words of a command line, `key=value` each, as a mapping; a key may be a parameter's symbol. Raises Refusal."""
     found: dict[str, str] = {}
     for word in given:
         key, sign, value = word.partition("=")
         if not (sign and key and value):
             raise Refusal(f"{word}: needs key=value, as radius=50")
+        key = _of_symbol(key)
         if key in found:
             raise Refusal(f"{word}: {key} is given twice")
         found[key] = value
     return found
+
+
+def _of_symbol(key: str) -> str:
+    """The parameter of a case or a drive that has this symbol; any other key, or one of several, as it is."""
+    stated = {**parameters_of_a_case(), **drive_parameters()}
+    symbols = {each.word or name: typed(each.symbol) for name, each in stated.items()}
+    if key in stated or key in symbols:
+        return key
+    for place in (0, 1):
+        found = [name for name, known in symbols.items() if key in known[place]]
+        if len(found) == 1:
+            return found[0]
+    return key
 
 
 def chosen(cases: Sequence[CampaignCase], given: Mapping[str, str]) -> CampaignCase:

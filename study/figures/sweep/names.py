@@ -7,8 +7,7 @@ import xarray as xr
 
 from study.figures.sweep.label import known
 from study.figures.sweep.points import Points, points_of
-
-_LETTERS = {"μ": "mu", "ζ": "zeta", "ν": "nu", "τ": "tau"}
+from study.manifest.parameters import typed
 
 
 class UnknownNameError(ValueError):
@@ -68,11 +67,11 @@ def axis_named(points: Points, dataset: xr.Dataset, word: str) -> str:
 
 def _called(names: Sequence[str], word: str) -> list[str]:
     """The variables of these names that a word means, by the first rule that finds any."""
-    symbols = {name: _symbols(name) for name in names if not name.startswith("fitted_")}
+    symbols = {name: typed(_symbol(name)) for name in names if not name.startswith("fitted_")}
     for found in (
         [word] if word in names else [],
-        [name for name, known_as in symbols.items() if word in known_as],
-        [name for name, known_as in symbols.items() if word in {each.partition("/")[0] for each in known_as}],
+        [name for name, (known_as, _) in symbols.items() if word in known_as],
+        [name for name, (_, in_short) in symbols.items() if word in in_short],
         [name for name in names if name == f"{word}_mean"],
     ):
         if found:
@@ -80,13 +79,10 @@ def _called(names: Sequence[str], word: str) -> list[str]:
     return []
 
 
-def _symbols(name: str) -> set[str]:
-    """What equations call a variable, in Greek and in Latin letters."""
+def _symbol(name: str) -> str:
+    """What equations call a variable; empty where they do not."""
     found = known(name)
-    if found is None or not found.symbol:
-        return set()
-    latin = "".join(_LETTERS.get(letter, letter) for letter in found.symbol)
-    return {found.symbol, latin}
+    return found.symbol if found else ""
 
 
 def _listed(names: Iterable[str]) -> str:

@@ -78,3 +78,20 @@ def test_a_word_that_gives_no_key_a_value_is_refused(word: str) -> None:
 def test_an_effect_is_on_in_the_words_of_a_campaign_and_of_a_table(word: str) -> None:
     cases = expand(parse_manifest(ROOT / "x.toml", 'title = "x"\naxes.coupling = [false, true]\n', {}))
     assert chosen(cases, {"coupling": word}).parameters["coupling"] is True
+
+
+@pytest.mark.parametrize(
+    ("typed", "key"),
+    [
+        ("mu_i", "intrinsic_friction"),
+        ("μ_i", "intrinsic_friction"),
+        ("R", "radius"),
+        ("R/L_x", "radius"),
+        ("V_o", "stage_velocity"),
+        ("events", "events"),
+        ("max_events", "max_events"),
+        ("nonsense", "nonsense"),
+    ],
+)
+def test_a_parameter_may_be_given_by_the_symbol_that_heads_its_column(typed: str, key: str) -> None:
+    assert assignments([f"{typed}=0.5"]) == {key: "0.5"}

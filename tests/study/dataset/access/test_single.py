@@ -55,3 +55,18 @@ def test_members_of_an_ensemble_are_one_case_and_one_of_a_list_has_its_parameter
     assert one_case(listed, {"case": "1", "member": "1"}).outcome.dims == ()
     with pytest.raises(ValueError, match=r"give also radius = 50\.0, 60\.0; half_width = 0\.1, 0\.2$"):
         one_case(listed, {})
+
+
+def test_a_member_that_is_singled_out_has_no_number_of_its_ensemble() -> None:
+    members = xr.Dataset(
+        {
+            "outcome": ("member", ["completed"] * 2),
+            "plateau_mean": ("member", [0.1, 0.3]),
+            "plateau_mean_ensemble_std": ((), 0.14),
+            "plateau_mean_ensemble_members": ((), 2),
+            "members_used": ((), 2),
+        },
+        {"member": [0, 1]},
+    )
+    assert set(one_case(members, {"member": "1"}).data_vars) == {"outcome", "plateau_mean"}
+    assert "members_used" in one_case(members, {})
