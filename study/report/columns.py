@@ -1,9 +1,12 @@
-"""A table as lines of a given width: whole columns are left out where it is too wide, no cell is ever cut or folded."""
+"""A table as lines of a given width: whole columns are left out where it is too wide, no cell is ever cut or folded.
+
+What was asked for is left out last: before that rows are numbered, and a table above says which row is which.
+"""
 
 import re
 import textwrap
 from collections.abc import Iterator
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Final, NamedTuple
 
 from rich.cells import cell_len
@@ -34,6 +37,8 @@ class Table:
     """The first so many columns say which row it is: they are never left out, nor is the last one."""
     failed: frozenset[int] = frozenset()
     """Numbers of the rows that a terminal shows in colour."""
+    asked: int = 0
+    """So many columns behind the labels are what was asked for."""
     prose: bool = False
     """Whether the last column holds sentences, not outcomes: they may be folded as any sentence."""
 
@@ -52,6 +57,25 @@ def table_lines(table: Table, width: int) -> list[Line]:
     A sentence in the last column is wrapped there; the message of an outcome that does not fit stands below its row. Where the
     labels alone are too wide, every cell has a line.
     """
+    found = _fitting(table, width)
+    if found is None:
+        return list(_cards(table, width))
+    layout, kept = found
+    if kept < table.labels + table.asked < len(table.header):
+        names, numbered = _numbered(table)
+        above, below = _fitting(names, width), _fitting(numbered, width)
+        if above and below and below[1] - numbered.labels > kept - table.labels:
+            return [*above[0].lines(), Line(""), *_shown(numbered, *below, width)]
+    return list(_shown(table, layout, kept, width))
+
+
+def _shown(table: Table, layout: "_Layout", kept: int, width: int) -> Iterator[Line]:
+    yield from layout.lines()
+    yield from _left_out(table.header[kept:-1], width)
+
+
+def _fitting(table: Table, width: int) -> "tuple[_Layout, int] | None":
+    """The layout with the most columns that fits, and how many these are without the last; None where the labels are too wide."""
     last = len(table.header) - 1
     for folded in (False, True):
         for kept in range(last, min(table.labels, last) - 1, -1):
@@ -59,8 +83,17 @@ def table_lines(table: Table, width: int) -> list[Line]:
                 break  # a header on several lines is better than a column less
             layout = _Layout(table, (*range(kept), last), width, folded)
             if layout.fits:
-                return [*layout.lines(), *_left_out(table.header[kept:last], width)]
-    return list(_cards(table, width))
+                return layout, kept
+    return None
+
+
+def _numbered(table: Table) -> tuple[Table, Table]:
+    """A table as two: the labels of its rows, and what is known of them, both behind the number of the row."""
+    known = table.labels
+    header, rows = ("case", *table.header), [(str(n), *row) for n, row in enumerate(table.rows, start=1)]
+    names = Table(header[: known + 1], tuple(row[: known + 1] for row in rows), known)
+    told = tuple((row[0], *row[known + 1 :]) for row in rows)
+    return names, replace(table, header=("case", *header[known + 1 :]), rows=told, labels=1)
 
 
 def wrapped(text: str, width: int, first: str = INDENT, later: str = INDENT) -> list[str]:

@@ -21,8 +21,9 @@ def said_once(table: Table) -> tuple[Table, list[str]]:
     known = [f"{table.header[place]} = {columns[place][0]}" for place in alike if columns[place][0] != NOTHING]
     unknown = [table.header[place] for place in alike if columns[place][0] == NOTHING]
     kept = [place for place in range(last + 1) if place not in alike]
+    asked = sum(table.labels <= place < table.labels + table.asked for place in kept)
     rows = tuple(tuple(row[place] for place in kept) for row in table.rows)
     sentences = [f"In all rows: {', '.join(known)}."] if known else []
     if unknown:
         sentences.append(f"Not known in any row: {', '.join(unknown)}.")
-    return replace(table, header=tuple(table.header[place] for place in kept), rows=rows), sentences
+    return replace(table, header=tuple(table.header[place] for place in kept), rows=rows, asked=asked), sentences

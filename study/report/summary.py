@@ -32,7 +32,7 @@ from study.dataset.variables import (
     parameters,
     scalars,
 )
-from study.figures.sweep.label import in_unit, said, unit_of
+from study.figures.sweep.label import in_unit, said, symbol, unit_of
 from study.figures.sweep.points import listed
 from study.manifest.cases import MEMBER
 from study.manifest.manifest import Ensemble
@@ -97,7 +97,8 @@ def scalar_table(dataset: xr.Dataset, why: bool = True, most: int = MOST_ROWS) -
     """
     of_members = MEMBER in dataset.dims
     dataset = in_short(over_members(dataset)) if of_members else dataset
-    columns = {name: title for name, title in _COLUMNS.items() if name in dataset}
+    asked = [name for name in _asked(dataset) if name in dataset]
+    columns = {name: _COLUMNS.get(name, symbol(name)) for name in (*asked, *_DRIVEN, *_COLUMNS) if name in dataset}
     numbers = {*columns, *map(_UNCERTAINTY.get, columns), *map(counter_of, columns), VALIDITY.name}
     # Of millions of cases other numbers stay in their file; texts are there.
     dataset = dataset[[name for name, each in dataset.data_vars.items() if name in numbers or are_texts(each.variable)]]
@@ -116,7 +117,17 @@ def scalar_table(dataset: xr.Dataset, why: bool = True, most: int = MOST_ROWS) -
     if more := dataset[what].size - len(shown):
         rows.append((*("…" for _ in header[1:]), f"{more} more"))
     failed = frozenset(number for number, point in enumerate(shown) if _ending(point.values)[0] not in _UNHURT)
-    return Table(header, tuple(rows), len(varying), failed)
+    return Table(header, tuple(rows), len(varying), failed, len(asked))
+
+
+def _asked(dataset: xr.Dataset) -> list[str]:
+    """What a campaign was computed for: the number that decides how many members it has, those whose error it bounds, else
+    what its last stage is for.
+    """
+    manifest = tomllib.loads(dataset.attrs.get("manifest", ""))
+    named = [manifest.get("ensemble", {}).get("observable", ""), *manifest.get("effects", {}).get("observables", ())]
+    stage = _DRIVEN[:2] if "drive_outcome" in dataset else ("plateau_mean",) if "plateau_mean" in dataset else ()
+    return list(dict.fromkeys(filter(None, (*named, *stage))))
 
 
 def flag_summary(dataset: xr.Dataset) -> list[str]:
@@ -231,8 +242,12 @@ def drive_summary(dataset: xr.Dataset) -> list[str]:
 
 
 def words(label: dict[str, Value]) -> str:
-    """A label as text, by the names that a campaign file knows: `R/L_x = 200, slip_order = worst_first, V_o = 0.002 m/s`."""
-    return ", ".join(f"{_name(name)} = {said(value)} {unit_of(name)}".rstrip() for name, value in label.items())
+    """A label as text, by the names that a campaign file knows: `R/L_x = 200, slip_order = worst_first, V_o = 0.002 m/s`.
+
+    Parameters that it has not, as a scheme its settings, are left out.
+    """
+    known = {name: value for name, value in label.items() if value != "" and value == value}  # noqa: PLR0124  NaN is not
+    return ", ".join(f"{_name(name)} = {said(value)} {unit_of(name)}".rstrip() for name, value in known.items())
 
 
 def _name(parameter: str) -> str:
@@ -260,6 +275,8 @@ _COLUMNS: Final = {
 }
 """Variable -> title of its column. The first ones matter most: a narrow terminal leaves out the last ones.
 Numbers stand before the regime, whose words are long where members of an ensemble differ in it."""
+_DRIVEN: Final = ("static_friction", "kinetic_friction", "regime")
+"""What a drive is for: two numbers and a word, which may have to make room."""
 _UNHURT: Final = (COMPLETED, PENDING, NOT_NEEDED)
 """Endings that are no failure."""
 _UNCERTAINTY: Final = {each.name: each.uncertainty for kind in KINDS for each in scalars(kind).values()} | {

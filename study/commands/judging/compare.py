@@ -79,8 +79,8 @@ def _print_worst(seen: Sequence[Observed]) -> None:
     apart = [each for each in seen if each.verdict is not Verdict.IDENTICAL]
     worst = sorted(apart, key=lambda each: (_SEVERITY.index(each.verdict), -each.apart))[:WORST]
     if worst:
-        header = ("observable", "A", "B", "apart/σ", "verdict", "case")
-        print_table(Table(header, tuple(map(_row, worst)), labels=3))
+        header = ("observable", "A", "B", "verdict", "apart/σ", "case")
+        print_table(Table(header, tuple(map(_row, worst)), labels=4, prose=True))
     if len(apart) > len(worst):
         say(f"and {len(apart) - len(worst)} smaller differences")
 
@@ -91,4 +91,4 @@ def _row(each: Observed) -> tuple[str, ...]:
         here, there = each.values
     verdict = {Verdict.DIFFERENT: "beyond", Verdict.WITHIN: "within"}.get(each.verdict, "not known")  # type: ignore[arg-type]
     apart = "–" if math.isnan(each.apart) else f"{each.apart:.2g}"
-    return each.name, here, there, apart, verdict, words(each.label)
+    return each.name, here, there, verdict, apart, words(each.label)

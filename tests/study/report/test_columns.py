@@ -169,3 +169,17 @@ def test_a_sentence_that_begins_like_infinity_is_no_number() -> None:
     rows = (("a", "influence not known"), ("b", "matters"))
     lines = [line.text for line in table_lines(Table(("effect", "why"), rows, prose=True), 40)]
     assert len({line.index(cell[1][:3]) for line, cell in zip(lines[2:], rows, strict=True)}) == 1
+
+
+@pytest.mark.parametrize("width", [46, 50])
+def test_rows_are_numbered_before_what_was_asked_for_is_left_out(width: int) -> None:
+    """Three long labels leave no room for a number: they stand in a table above, row for row."""
+    rows = tuple((*("label" * 2 for _ in range(3)), f"{number}.5 ± 0.1", "7.25", "completed") for number in range(3))
+    table = Table(("one", "two", "three", "μ_s", "events", "outcome"), rows, 3, asked=1)
+    lines = [line.text for line in table_lines(table, width)]
+    assert "not shown" not in " ".join(lines)
+    assert sum(line.split()[:2] == ["2", "label" * 2] for line in lines) == 1
+    assert sum(line.split() == ["2", "1.5", "±", "0.1", "7.25", "completed"] for line in lines) == 1
+    assert all(cell_len(line) <= width for line in lines)
+    whole = [line.text for line in table_lines(table, 120)]
+    assert whole[0].split() == list(table.header)

@@ -7,7 +7,16 @@ import xarray as xr
 
 from study import api
 from study.report.columns import table_lines
-from study.report.summary import FEW, drive_summary, failure_summary, left_out_summary, scalar_table, short_summary
+from study.report.summary import (
+    FEW,
+    drive_summary,
+    failure_summary,
+    left_out_summary,
+    scalar_table,
+    short_summary,
+    words,
+)
+from tests.study.figures.sweep.cases import product
 
 CONTACTS = {
     "title": "Contacts",
@@ -245,3 +254,20 @@ def test_what_has_ended_is_in_a_table_before_what_has_not_and_the_rest_is_counte
     assert [row[-1] for row in table.rows] == ["pending", "pending", "completed", "invalid", "6 more"]
     assert table.failed == {3}
     assert len(scalar_table(failing(endings, [""] * 10), most=10).rows) == 10
+
+
+def test_what_a_campaign_asks_for_stands_before_other_numbers() -> None:
+    data = product(intrinsic_friction=[0.2, 0.4], radius=[50.0, 100.0])
+    driven = data.assign({
+        name: data["plateau_mean"].copy() for name in ("static_friction", "kinetic_friction", "mean_step")
+    } | {"drive_outcome": data["outcome"].copy(), "drive_message": data["message"].copy()})  # fmt: skip
+    assert scalar_table(data).header[2:] == ("plateau F/W", "outcome")
+    table = scalar_table(driven)
+    assert (table.header[2:5], table.asked) == (("μ_s", "μ_k", "plateau F/W"), 2)
+    driven.attrs["manifest"] = '[ensemble]\nobservable = "kinetic_friction"\n[effects]\nobservables = ["mean_step"]\n'
+    table = scalar_table(driven)
+    assert (table.header[2:6], table.asked) == (("μ_k", "mean step", "μ_s", "plateau F/W"), 3)
+
+
+def test_settings_that_a_case_has_not_are_no_part_of_its_label() -> None:
+    assert words({"radius": 50.0, "first_spacing": "", "rows": float("nan")}) == "R/L_x = 50"
