@@ -13,6 +13,7 @@ from study.dataset.collection.ensemble import ensemble_name, observables
 from study.dataset.collection.members import fewer, means_of
 from study.dataset.variables import OUTCOMES, VALIDITY, all_groups
 from study.figures.sweep.label import readable
+from study.report.common import plain
 from study.report.console import Table
 
 _UNCERTAINTY: Final = "_uncertainty"
@@ -75,7 +76,7 @@ def _shown(value: Any, uncertainty: float | None) -> str:
     """A number, rounded beside an uncertainty as in the table of cases."""
     if uncertainty is not None:
         return with_error(value, uncertainty)
-    return f"{value:.6g}" if isinstance(value, float) else str(value)
+    return plain(value, 6) if isinstance(value, float) else str(value)
 
 
 def _meaning_and_unit(each: xr.DataArray) -> tuple[str, str]:

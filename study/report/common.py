@@ -4,8 +4,17 @@ from dataclasses import replace
 
 from study.report.columns import Table
 
+MOST: float = 1e12
+"""Whole numbers below it are written as such."""
 NOTHING = "–"
 """The cell of a number that is not known."""
+
+
+def plain(value: float, digits: int) -> str:
+    """A number in so many digits; a whole one that has more in all of them, in groups of three."""
+    if 10**digits <= abs(value) < MOST and value == round(value):
+        return f"{value:,.0f}".replace(",", "\N{NO-BREAK SPACE}")
+    return f"{value:.{digits}g}"
 
 
 def said_once(table: Table) -> tuple[Table, list[str]]:

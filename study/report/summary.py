@@ -41,6 +41,7 @@ from study.plan.flags import flag_lines
 from study.plan.standing.endings import PENDING
 from study.plan.tasks import KINDS
 from study.report.columns import Table
+from study.report.common import plain
 
 MOST_ROWS: Final = 500
 """The most rows of a table on the page."""
@@ -275,6 +276,8 @@ _COLUMNS: Final = {
 }
 """Variable -> title of its column. The first ones matter most: a narrow terminal leaves out the last ones.
 Numbers stand before the regime, whose words are long where members of an ensemble differ in it."""
+_COUNTS: Final = ("events",)
+"""Numbers that are whole, and whose means over members are said so, too."""
 _DRIVEN: Final = ("static_friction", "kinetic_friction", "regime")
 """What a drive is for: two numbers and a word, which may have to make room."""
 _UNHURT: Final = (COMPLETED, PENDING, NOT_NEEDED)
@@ -301,7 +304,8 @@ def _cell(values: xr.Dataset, name: str) -> str:
         return "–"
     # The error of the grid is relative, and one for several numbers.
     known = error in values and error != GRID_ERROR
-    return (with_error(value, float(values[error])) if known else f"{value:.5g}") + fewer(values, name)
+    value = round(value) if name in _COUNTS else value
+    return (with_error(value, float(values[error])) if known else plain(value, 5)) + fewer(values, name)
 
 
 def _differ(values: xr.Dataset) -> bool:

@@ -27,6 +27,14 @@ def is_counted(text: str) -> bool:
     return _COUNT.match(text) is not None
 
 
+def commonest(text: str) -> tuple[str, float]:
+    """The text that most members have, and their share of those that have any; all of it of a text that is not counted."""
+    if not is_counted(text):
+        return text, 1.0
+    parts = [each.split(" ", 1) for each in _PARTS.split(text)]
+    return parts[0][1], int(parts[0][0]) / sum(int(number) for number, _ in parts)
+
+
 def shortened(text: str) -> str:
     """A counted text in at most `LONGEST` characters where its first words allow it; any other text as it is."""
     first, *others = _PARTS.split(text)

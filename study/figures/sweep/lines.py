@@ -10,6 +10,7 @@ from matplotlib.figure import Figure
 from matplotlib.transforms import offset_copy
 from numpy.typing import NDArray
 
+from study.dataset.collection.counted import commonest
 from study.figures.shared.canvas import COLORS, column
 from study.figures.sweep.label import label, said, short, typeset, words
 from study.figures.sweep.points import Points
@@ -121,8 +122,15 @@ def _draw_series(axes: Any, points: Points, series: Points, x: Any, color: str, 
     draw_stars(axes, x[there], y, series.toothless[there])
     unsure = series.unsure[there]
     beside = offset_copy(axes.transData, axes.figure, 3.5, 3.5, "points")
-    look = {"marker": UNSURE, "markersize": 3.6, "markeredgewidth": 0.3, "color": color, "transform": beside}
-    axes.plot(x[there][unsure], y[unsure], linestyle="", **look)
+    look = {
+        "marker": UNSURE,
+        "markersize": 3.6,
+        "markeredgewidth": 0.3,
+        "color": color,
+        "clip_on": False,
+        "transform": beside,
+    }
+    axes.plot(x[there][unsure], y[unsure], linestyle="", **look)[0].set_in_layout(False)
     bottom = np.full(int((~there).sum()), 0.02)
     crosses = axes.plot(x[~there], bottom, "x", color=FAILED, transform=axes.get_xaxis_transform(), zorder=6)
     crosses[0].set_in_layout(False)
@@ -155,12 +163,12 @@ def _heights(points: Points, values: NDArray[Any]) -> NDArray[np.float64]:
     if not points.text:
         return values.astype(float)
     names = names_of(points)
-    return np.array([names.index(value) for value in values.tolist()], dtype=float)
+    return np.array([names.index(commonest(value)[0]) for value in values.tolist()], dtype=float)
 
 
 def names_of(points: Points) -> list[str]:
-    """The words that occur as values, each once."""
-    return [name for name in dict.fromkeys(points.values.tolist()) if name]
+    """The words that occur as values, each once; of members that differ the commonest."""
+    return [name for name in dict.fromkeys(commonest(value)[0] for value in points.values.tolist()) if name]
 
 
 def _finish(figure: Figure, points: Points) -> None:

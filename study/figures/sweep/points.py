@@ -20,6 +20,8 @@ from study.figures.sweep.label import known, label, ratio, said
 Floats = NDArray[np.float64]
 Columns = Mapping[str, NDArray[Any]]
 """Name of a column -> its values; all as long."""
+LACKING: Final = "–"
+"""A number that a case has not, on an axis where others have it."""
 _CASE: Final = "case"
 """The dimension of a list of cases."""
 
@@ -151,7 +153,7 @@ def _manifest(root: xr.Dataset) -> dict[str, Any]:
 
 def _whole(values: NDArray[Any]) -> NDArray[Any]:
     if values.dtype.kind == "f" and not np.isfinite(values).all():
-        return np.array(["–" if np.isnan(each) else said(each) for each in values.tolist()], dtype=object)
+        return np.array([LACKING if np.isnan(each) else said(each) for each in values.tolist()], dtype=object)
     return values.astype(object) if values.dtype.kind in "UTS" else values
 
 

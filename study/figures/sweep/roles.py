@@ -8,7 +8,7 @@ from typing import Any, Final
 import numpy as np
 from numpy.typing import NDArray
 
-from study.figures.sweep.points import Points
+from study.figures.sweep.points import LACKING, Points
 
 MOST_HUES: Final = 6
 """Lines in one panel that are told apart by colour; more values make a map."""
@@ -78,9 +78,14 @@ def roles_of(points: Points, x: str = "", hue: str = "") -> Roles:
 
 
 def values_of(points: Points, name: str) -> list[Any]:
-    """The values of a coordinate: numbers in their order, texts as they come."""
+    """The values of a coordinate: numbers in their order, also where some cases lack them, last; texts as they come."""
     found = list(dict.fromkeys(points.axes[name].tolist()))
-    return found if points.axes[name].dtype.kind == "O" else sorted(found)
+    if points.axes[name].dtype.kind != "O":
+        return sorted(found)
+    try:
+        return sorted(found, key=lambda value: (value == LACKING, 0.0 if value == LACKING else float(value)))
+    except ValueError:
+        return found
 
 
 def held_at(points: Points, values: Mapping[str, Any]) -> Points:

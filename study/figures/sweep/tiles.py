@@ -9,6 +9,7 @@ from matplotlib.colors import ListedColormap
 from matplotlib.figure import Figure
 from numpy.typing import NDArray
 
+from study.dataset.collection.counted import commonest
 from study.figures.shared.canvas import COLORS, column
 from study.figures.sweep.label import label, typeset
 from study.figures.sweep.lines import FAILED, WIDTH, draw_stars, grid_of, names_of, panels_of, title_of
@@ -61,8 +62,12 @@ def _draw_panel(axes: Any, points: Points, here: Points, roles: Roles, names: li
     axes.grid(visible=False)
     for axis, name in ((axes.xaxis, roles.x), (axes.yaxis, roles.hue)):
         set_axis(axis, points, name)
-    ends = [_edges(values, axis.get_scale() == "log") for values, axis in ((columns, axes.xaxis), (rows, axes.yaxis))]
-    look = {"rasterized": tiles.size > MOST_VECTOR, "edgecolors": "face", "linewidth": 0.3}
+    ends = [_edges(values, axis) for values, axis in ((columns, axes.xaxis), (rows, axes.yaxis))]
+    look: dict[str, Any] = {"rasterized": tiles.size > MOST_VECTOR, "edgecolors": "face", "linewidth": 0.3}
+    if names and (shares := _shares(here)).min(initial=1.0) < 1.0:
+        shades = np.ones(tiles.shape)
+        shades[np.searchsorted(rows, y), np.searchsorted(columns, x)] = shares
+        look |= {"alpha": shades, "edgecolors": "none", "rasterized": True}  # without hairlines between the shapes
     mesh = axes.pcolormesh(*ends, tiles, **look, **_colors(points, names))
     care = here.flagged & here.there
     if is_crowded(points, roles):
@@ -80,7 +85,12 @@ def _draw_panel(axes: Any, points: Points, here: Points, roles: Roles, names: li
 def _numbers(here: Points, names: list[str]) -> Floats:
     if not here.text:
         return here.values
-    return np.array([names.index(value) if value else np.nan for value in here.values.tolist()])
+    return np.array([names.index(commonest(value)[0]) if value else np.nan for value in here.values.tolist()])
+
+
+def _shares(here: Points) -> Floats:
+    """How many of the members say what most of them say."""
+    return np.array([commonest(value)[1] for value in here.values.tolist()])
 
 
 def _colors(points: Points, names: list[str]) -> dict[str, Any]:
@@ -92,14 +102,17 @@ def _colors(points: Points, names: list[str]) -> dict[str, Any]:
 
 
 def _palette(number: int) -> Sequence[Any]:
-    """So many colours, each different: words that count an ensemble's members can be more than there are in `COLORS`."""
+    """So many colours, each different: words can be more than there are in `COLORS`."""
     return COLORS[:number] if number <= len(COLORS) else list(colormaps["turbo"](np.linspace(0.05, 0.95, number)))
 
 
-def _edges(places: Floats, logarithmic: bool) -> Floats:
-    """(n + 1,) ends of n tiles: halfway between neighbours."""
-    if logarithmic:
-        return np.asarray(np.exp(_edges(np.log(places), False)))
+def _edges(places: Floats, axis: Any) -> Floats:
+    """(n + 1,) ends of n tiles: halfway between neighbours on the scale of their axis (matplotlib's)."""
+    scale = axis.get_transform()
+    return np.asarray(scale.inverted().transform(_halfway(scale.transform(places.astype(float)))))
+
+
+def _halfway(places: Floats) -> Floats:
     if len(places) == 1:
         return np.array([places[0] - 0.5, places[0] + 0.5])
     middles = 0.5 * (places[1:] + places[:-1])

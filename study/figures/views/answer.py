@@ -8,6 +8,7 @@ import xarray as xr
 from matplotlib.figure import Figure
 
 from study.dataset.access.mean_profile import EXPLAINED
+from study.dataset.collection.counted import commonest
 from study.dataset.collection.ensemble import over_members
 from study.figures.sweep.label import symbol, words
 from study.figures.sweep.lines import SHORTEST, draw_lines, draw_scattered, far_below
@@ -89,8 +90,10 @@ def _seen(points: Points, roles: Roles, mapped: bool) -> str:
     """What the signs mean that are drawn of these points."""
     if mapped and is_crowded(points, roles):
         return _white(points) + _members(points) + _outlined(points)
+    differing = points.text and any(commonest(value)[1] < 1.0 for value in points.values.tolist())
+    mixed = " Of members that differ: what most do" + (", the paler the fewer." if mapped else ".") if differing else ""
     flagged = " Dots: to be taken with care." if points.flagged[points.there].any() else ""
-    return _crosses(points) + _members(points) + (flagged + _stars(points) if mapped else _marks(points))
+    return mixed + _crosses(points) + _members(points) + (flagged + _stars(points) if mapped else _marks(points))
 
 
 def _stars(points: Points) -> str:

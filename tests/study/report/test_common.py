@@ -1,7 +1,7 @@
 """What differs between rows stays in the table, what does not is said once; nothing is lost."""
 
 from study.report.columns import Table
-from study.report.common import said_once
+from study.report.common import plain, said_once
 
 HEADER = ("k (N/m)", "regime", "plateau F/W", "μ_s", "μ_k", "outcome")
 
@@ -36,3 +36,13 @@ def test_labels_and_endings_stay_where_they_are_alike() -> None:
         Table(("n_x", "drive", "outcome"), (("17", "a", "done"), ("17", "b", "done")), 2),
         ["In all rows: events = 5."],
     )
+
+
+def test_a_large_whole_number_is_written_whole_and_others_in_their_digits() -> None:
+    assert plain(199880.0, 5) == "199\N{NO-BREAK SPACE}880"
+    assert [plain(value, 5) for value in (2000.0, 0.123456, 275649123.5, 1e30)] == [
+        "2000",
+        "0.12346",
+        "2.7565e+08",
+        "1e+30",
+    ]

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 import xarray as xr
 
-from study.dataset.collection.counted import LONGEST, counted, in_short, is_counted, shortened
+from study.dataset.collection.counted import LONGEST, commonest, counted, in_short, is_counted, shortened
 
 
 def test_what_all_members_say_is_not_counted() -> None:
@@ -43,3 +43,8 @@ def test_texts_of_a_dataset_are_short_and_its_numbers_as_they_were() -> None:
     assert found["regime"].values.tolist() == ["13 stick_slip; 3 others", "slides"]
     assert data["regime"].values.tolist() == [long, "slides"]
     xr.testing.assert_identical(found["events"], data["events"])
+
+
+def test_the_commonest_text_has_its_share_of_the_members_that_say_something() -> None:
+    assert commonest("slides") == ("slides", 1.0)
+    assert commonest(counted(["slides", "sticks", "slides", ""])) == ("slides", 2 / 3)

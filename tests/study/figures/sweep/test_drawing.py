@@ -9,7 +9,7 @@ from matplotlib.figure import Figure
 from study.figures.sweep.lines import FAILED, SHORTEST, UNSURE, draw_lines, draw_scattered, panels_of
 from study.figures.sweep.points import Points, points_of
 from study.figures.sweep.roles import Roles, roles_of
-from study.figures.sweep.scale import is_logarithmic
+from study.figures.sweep.scale import begins_with_zero, is_logarithmic
 from study.figures.sweep.tiles import draw_tiles
 from study.figures.views.answer import view_of
 from tests.study.figures.sweep.cases import listed, product, regimes
@@ -75,9 +75,9 @@ def test_words_have_tiles_of_their_own_colour() -> None:
 
 @pytest.mark.parametrize("count", [6, 9])
 def test_each_word_has_its_own_colour_and_stands_whole_in_the_legend(count: int) -> None:
-    """Nine mixtures of regimes, as members of an ensemble make them, are more than there are colours of lines."""
+    """Nine words are more than there are colours of lines."""
     data = product(lambda radius, n_x: radius + n_x, radius=np.arange(1.0, count + 1.0).tolist(), n_x=[17, 33])
-    words = [f"{number} stick_slip; {20 - number} slides" for number in range(count)]
+    words = [f"stick_slip of sort {number}; and slides" for number in range(count)]
     data["outcome"] = (("radius", "n_x"), np.array([[word, word] for word in words], dtype=object))
     figure = draw_tiles(points := points_of(data, "outcome"), roles_of(points))
     figure.draw_without_rendering()
@@ -172,3 +172,28 @@ def test_a_bar_of_all_of_a_number_is_an_arrow_on_a_logarithmic_axis() -> None:
     assert lower == pytest.approx([0.9, SHORTEST * 10.0, 93.0])
     assert [list(line.get_xdata()) for line in axes.lines if line.get_marker() == "v"] == [[10.0]]
     assert "Arrows" in view_of(points).caption
+
+
+def test_members_that_differ_have_the_colour_of_what_most_do_and_the_paler_the_fewer() -> None:
+    data = product(lambda radius, n_x: radius + n_x, radius=[1.0, 2.0, 4.0], n_x=[17, 33])
+    words = [["slides", "12 slides; 4 sticks"], ["9 sticks; 7 slides", "8 sticks"], ["sticks", "11 sticks"]]
+    data["outcome"] = (("radius", "n_x"), np.array(words, dtype=object))
+    points = points_of(data, "outcome")
+    figure = draw_tiles(points, roles_of(points))
+    mesh = figure.axes[0].collections[0]
+    assert [text.get_text() for text in figure.legends[0].get_texts()] == ["slides", "sticks"]
+    np.testing.assert_array_equal(np.asarray(mesh.get_array()).reshape(2, 3), [[0, 1, 1], [0, 1, 1]])
+    np.testing.assert_allclose(np.asarray(mesh.get_alpha()).reshape(2, 3), [[1.0, 9 / 16, 1.0], [0.75, 1.0, 1.0]])
+    assert "the paler the fewer" in view_of(points).caption
+
+
+def test_a_zero_beside_many_decades_has_a_place_of_its_own_on_the_axis() -> None:
+    """On a linear scale it lay on the smallest numbers, label on label."""
+    data = product(stage_velocity=[1e3, 0.0, 1e-12, 2e-3], intrinsic_friction=[0.2])
+    points = points_of(data, "plateau_mean")
+    figure = draw_lines(points, roles_of(points))
+    axes = figure.axes[0]
+    places = axes.transAxes.inverted().transform(axes.transData.transform([(x, 0.1) for x in axes.get_xticks()]))
+    assert [text.get_text() for text in axes.get_xticklabels()] == ["0", "1e-12", "0.002", "1000"]
+    assert (np.diff(places[:, 0]) > 0.1).all()
+    assert not begins_with_zero(np.array([0.0, 0.3, 3.0]))

@@ -64,3 +64,8 @@ def test_a_design_that_fills_little_of_its_product_is_scattered() -> None:
     assert scattered(points_of(listed(columns, [0.1, 0.2, 0.3]), "plateau_mean"))
     assert not scattered(over(intrinsic_friction=[0.1, 0.2], radius=[1.0, 2.0, 3.0]))
     assert not scattered(points_of(listed({"radius": [50.0, 100.0]}, [0.1, 0.2]), "plateau_mean"))
+
+
+def test_numbers_that_some_cases_lack_are_in_their_order_and_the_missing_one_is_last() -> None:
+    points = points_of(listed({"aspect_ratio": [1.0, float("nan"), 1e4, 1e-4]}, [0.1] * 4), "plateau_mean")
+    assert values_of(points, "aspect_ratio") == ["1e-4", "1", "1e4", "–"]
