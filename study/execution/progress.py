@@ -32,17 +32,18 @@ class PlainProgress:
 
     def __init__(self, tasks: Sequence[Work], stream: TextIO, ranks: int = 1) -> None:
         self._count = len(tasks)
+        self._tasks = f"{self._count} task{'' if self._count == 1 else 's'}"
         self._forecast = Forecast(tasks, ranks)
         self._stream = stream
         self._done = 0
 
     def __enter__(self) -> Self:
         self._start = self._last = time.monotonic()
-        self._say(f"{self._count} tasks to do")
+        self._say(f"{self._tasks} to do")
         return self
 
     def __exit__(self, *_: object) -> None:
-        self._say(f"{self._done} of {self._count} tasks done in {duration(time.monotonic() - self._start)}")
+        self._say(f"{self._done} of {self._tasks} done in {duration(time.monotonic() - self._start)}")
 
     def __call__(self, tasks: Sequence[Work], outcome: Outcome, seconds: Collection[float]) -> None:
         self._done += len(tasks)

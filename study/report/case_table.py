@@ -8,7 +8,7 @@ import xarray as xr
 
 from solver.view import with_error
 from study.dataset.access.mean_profile import REGIME, footnote, starred
-from study.dataset.collection.counted import in_short
+from study.dataset.collection.counted import in_short, joined
 from study.dataset.collection.ensemble import ensemble_name, observables
 from study.dataset.collection.members import fewer, means_of
 from study.dataset.variables import OUTCOMES, VALIDITY, all_groups
@@ -50,9 +50,9 @@ def ending_lines(case: xr.Dataset) -> Iterator[str]:
     """Outcomes of a case and its drive with their messages, advice for validity flags, and the meaning of signs."""
     for label, (ending, message) in zip(("outcome", "drive"), (OUTCOMES[""], OUTCOMES["drive"]), strict=True):
         if ending.name in case and not case[ending.name].dims:
-            why = str(case[message.name].item())
+            why = joined(str(case[message.name].item()))
             yield f"{label}: {case[ending.name].item()}" + (f": {why}" if why else "")
-    if "advice" in case and (advice := str(case["advice"].item())):
+    if "advice" in case and (advice := joined(str(case["advice"].item()))):
         yield f"advice: {advice}"
     yield from filter(None, (footnote(case), means_of(case)))
 

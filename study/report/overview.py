@@ -10,12 +10,13 @@ import xarray as xr
 from matplotlib.ticker import EngFormatter
 
 from study.dataset.access.mean_profile import REGIME, footnote, starred
+from study.dataset.collection.counted import without_numbers
 from study.dataset.collection.ensemble import NOT_NEEDED, over_members
 from study.dataset.collection.members import ends_of, members_of
 from study.dataset.variables import DISCRETIZATION_ERROR, OUTCOMES
 from study.figures.shared.closed_form import scales_of
 from study.figures.sweep.label import label
-from study.report.summary import alike, counted_as
+from study.report.summary import counted_as
 
 UNHURT: Final = ("completed", NOT_NEEDED)
 """Endings that ask for nothing."""
@@ -68,7 +69,7 @@ def endings(dataset: xr.Dataset) -> list[Ending]:
 def _ending(what: str, word: str, count: int, messages: list[str]) -> Ending:
     kinds: dict[str, list[str]] = {}
     for text in filter(None, messages):
-        kinds.setdefault(alike(text), []).append(text)
+        kinds.setdefault(without_numbers(text), []).append(text)
     advice = [Advice(texts[0], len(texts) - 1) for texts in sorted(kinds.values(), key=len, reverse=True)]
     words = f"{count} {what}{'s' if count > 1 else ''}: {word.replace('_', ' ')}"
     return Ending(words, word not in UNHURT, tuple(advice[:MOST_ADVICE]), max(len(advice) - MOST_ADVICE, 0))

@@ -1,12 +1,10 @@
 """The cases of a dataset as a table: one row each, labelled by the parameters in which they differ."""
 
 import math
-import re
 import tomllib
 from collections import Counter
 from collections.abc import Iterator
 from dataclasses import dataclass
-from functools import lru_cache
 from typing import Any, Final
 
 import numpy as np
@@ -18,7 +16,7 @@ from solver.quantity import GRID_ERROR
 from solver.sliding.validity import flags_in
 from solver.view import with_error
 from study.dataset.access.mean_profile import REGIME, footnote, starred
-from study.dataset.collection.counted import in_short, is_counted
+from study.dataset.collection.counted import in_short, is_counted, without_numbers
 from study.dataset.collection.ensemble import NOT_NEEDED, ensemble_name, ensemble_quantities, observables, over_members
 from study.dataset.collection.members import counter_of, fewer
 from study.dataset.texts import are_texts
@@ -106,7 +104,11 @@ def scalar_table(dataset: xr.Dataset, why: bool = True, most: int = MOST_ROWS) -
     what = "static_friction" if "static_friction" in dataset else "outcome"
     shown = list(points(dataset, what, most))
     varying = tuple(shown[0].label)
-    header = (*(in_unit(_name(name), name) for name in varying), *columns.values(), "outcome")
+    labels = [in_unit(_name(name), name) for name in varying]
+    titles = [
+        f"{title} of contact" if title in labels else title for title in columns.values()
+    ]  # a punch is given its own
+    header = (*labels, *titles, "outcome")
     rows = [
         (
             *(said(point.label[name]) for name in varying),
@@ -196,7 +198,7 @@ def failure_summary(dataset: xr.Dataset) -> list[str]:
     for outcome, message in OUTCOMES.values():
         if outcome.name in dataset:
             endings, texts = (dataset[each.name].values.ravel().tolist() for each in (outcome, message))
-            kinds = list(map(alike, texts))
+            kinds = list(map(without_numbers, texts))
             groups: dict[tuple[str, str], list[int]] = {}
             for number, (ending, kind) in enumerate(zip(endings, kinds, strict=True)):
                 if ending and (kind or ending not in _UNHURT) and not any(known in kind for known in of_cases):
@@ -210,12 +212,6 @@ def failure_summary(dataset: xr.Dataset) -> list[str]:
 def counted_as(outcomes: xr.DataArray) -> str:
     """What has one of these outcomes each: a drive, a member of an ensemble, else a case."""
     return "drive" if outcomes.name == OUTCOMES[DRIVE][0].name else "member" if MEMBER in outcomes.dims else "case"
-
-
-@lru_cache(maxsize=1024)  # of a million messages few are different
-def alike(message: str) -> str:
-    """A message without its numbers: what those have in common that differ in nothing else."""
-    return re.sub(r"\d[\d.e+-]*", "#", message)
 
 
 def _failure(outcomes: xr.DataArray, numbers: list[int], messages: list[str]) -> str:

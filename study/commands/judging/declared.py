@@ -4,7 +4,7 @@ from pathlib import Path
 
 import click
 
-from study.commands.shared.arguments import CAMPAIGN, JSON, OUT, CampaignPath
+from study.commands.shared.arguments import CAMPAIGN, JSON, OUT, CampaignPath, NewFile
 from study.commands.shared.group import cli
 from study.commands.shared.lazy import work
 
@@ -18,7 +18,7 @@ from study.commands.shared.lazy import work
 @click.option("--json", "form", flag_value="json", help="As JSON: title, variables with unit and meaning, rows.")
 @click.option("--records", "table", flag_value="records", help="The events of all friction records instead of cases.")
 @click.option("--trajectories", "table", flag_value="trajectories", help="The samples of all drives instead of cases.")
-@click.option("-o", "--output", type=click.Path(path_type=Path), help="Write this file [default: standard output].")
+@click.option("-o", "--output", type=NewFile(path_type=Path), help="Write this file [default: standard output].")
 def export(**given: object) -> None:
     """Write CAMPAIGN's numbers as a table for other programs.
 

@@ -5,7 +5,7 @@ from typing import Final
 
 import click
 
-from study.commands.shared.arguments import CAMPAIGN, OUT
+from study.commands.shared.arguments import CAMPAIGN, OUT, NewFile
 from study.commands.shared.group import cli
 from study.commands.shared.lazy import work
 
@@ -14,7 +14,7 @@ FORMATS: Final = ("pdf", "svg", "png")
 RESULTS: Final = Path("results")
 PARAMETERS = click.argument("parameters", nargs=-1, metavar="[KEY=VALUE]...")
 PICTURE = click.option(
-    "-o", "--picture", type=click.Path(path_type=Path), help="Draw a picture into this file (.png, .pdf, .svg) instead."
+    "-o", "--picture", type=NewFile(path_type=Path), help="Draw a picture into this file (.png, .pdf, .svg) instead."
 )
 
 
@@ -55,7 +55,7 @@ def report(**given: object) -> None:
 @click.option(
     "--hue", default="", metavar="AXIS", help="Axis of CAMPAIGN with a colour for each value [default: the next one]"
 )
-@click.option("-o", "--output", type=click.Path(path_type=Path), help="File of that figure: .pdf, .svg or .png.")
+@click.option("-o", "--output", type=NewFile(path_type=Path), help="File of that figure: .pdf, .svg or .png.")
 @click.option("--csv", "table", is_flag=True, help="Write the numbers that are drawn to a file beside it.")
 def figure(**given: object) -> None:
     """Draw a variable of CAMPAIGN over its axes, or shipped figures.
@@ -116,7 +116,7 @@ def try_case(**given: object) -> None:
 @click.option(
     "-o",
     "--output",
-    type=click.Path(path_type=Path),
+    type=NewFile(path_type=Path),
     default=Path("frames.png"),
     show_default=True,
     help="File to write: a strip (.png, .pdf, .svg) or a film (.gif, .mp4).",

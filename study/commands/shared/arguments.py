@@ -8,6 +8,7 @@ import click
 from click.shell_completion import CompletionItem
 
 from study import shipped
+from study.commands.shared.exits import Refusal
 
 
 class CampaignPath(click.Path):
@@ -21,6 +22,17 @@ class CampaignPath(click.Path):
         """Files, and the campaigns that come with nanoslip."""
         names = [CompletionItem(name) for name in shipped.campaigns() if name.startswith(incomplete)]
         return [*super().shell_complete(ctx, param, incomplete), *names]
+
+
+class NewFile(click.Path):
+    """A file that is to be written, into a folder that is there."""
+
+    def convert(self, value: Any, param: click.Parameter | None, ctx: click.Context | None) -> Any:
+        """The path of the file. Raises Refusal."""
+        path = Path(os.fsdecode(super().convert(value, param, ctx)))
+        if not path.parent.is_dir():
+            raise Refusal(f"{path}: cannot be written: there is no folder {path.parent}")
+        return path
 
 
 CAMPAIGN = click.argument("campaign", type=CampaignPath(path_type=Path))

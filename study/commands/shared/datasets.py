@@ -1,5 +1,6 @@
 """A campaign's dataset: written from its results, and printed as a table."""
 
+import json
 from collections.abc import Iterator
 from contextlib import suppress
 from pathlib import Path
@@ -9,6 +10,7 @@ import xarray as xr
 
 from study.commands.shared.plans import counted
 from study.dataset import file
+from study.dataset.access.mean_profile import SIGN
 from study.dataset.collection.collect import collect
 from study.dataset.collection.members import means_of
 from study.dataset.collection.pieces import Planned
@@ -17,8 +19,9 @@ from study.dataset.variables import OUTCOMES
 from study.garbage import all_kept
 from study.manifest.manifest import Manifest
 from study.plan.standing.endings import PENDING
+from study.report.columns import table_lines
 from study.report.common import said_once
-from study.report.console import counting, print_sentences, print_table, say, whole
+from study.report.console import console, counting, print_sentences, print_table, say, whole
 from study.report.summary import (
     MOST_LINES,
     drive_summary,
@@ -80,18 +83,29 @@ def _losses(path: Path, collected: xr.Dataset) -> Iterator[str]:
 
 
 def _print(dataset: xr.Dataset, path: Path) -> None:
-    _print_summary(dataset)
+    print_summary(dataset)
     say(whole(f"dataset: {path}"))
     if mixed := dataset.attrs.get(file.MIXED):
         say(f"{mixed} (computed_by says which case is whose)")
 
 
-def _print_summary(dataset: xr.Dataset) -> None:
+def print_summary(dataset: xr.Dataset) -> None:
     """Print the table of a dataset's cases, how its drives ended, why and what to do, where an ensemble
     knows less than was asked for, and the advice of its validity flags."""
     table, alike = said_once(scalar_table(dataset, why=False, most=MOST_LINES))
     print_table(table)
+    print_sentences(_chosen(dataset))
     print_sentences([*alike, *filter(None, [means_of(dataset)])])
-    print_sentences(drive_summary(dataset))
+    counts = drive_summary(dataset)
+    print_sentences(counts)
     print_sentences(failure_summary(dataset), "failed")
-    print_sentences([*short_summary(dataset), *flag_summary(dataset), *left_out_summary(dataset)])
+    signed = SIGN in "".join([*(line.text for line in table_lines(table, console().width)), *alike, *counts])
+    notes = [line for line in left_out_summary(dataset) if signed or not line.startswith(SIGN)]
+    print_sentences([*short_summary(dataset), *flag_summary(dataset), *notes])
+
+
+def _chosen(dataset: xr.Dataset) -> Iterator[str]:
+    """What a campaign that asks for an error, or has a budget, got for it."""
+    if file.CHOSEN in dataset.attrs:
+        found = json.loads(dataset.attrs[file.CHOSEN])
+        yield f"chosen: {', '.join(f'{name} = {value}' for name, value in found.items())}"

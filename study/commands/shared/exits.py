@@ -42,10 +42,12 @@ def _print(error: click.ClickException) -> None:
 
 
 def aborted() -> int:
-    """The exit code after Ctrl-C; one of several ranks ends by the signal itself.
+    """Say that Ctrl-C has ended the command, and the exit code for it; one of several ranks ends by the signal itself.
 
     Launchers then end the others, which may wait in MPI for this one; after an exit code they do not.
     """
+    if launcher_rank() == 0:
+        import_module(_CONSOLE).say("interrupted", stderr=True)
     if processes_started() > 1:
         signal.signal(signal.SIGINT, signal.SIG_DFL)
         os.kill(os.getpid(), signal.SIGINT)

@@ -3,6 +3,7 @@
 import re
 from collections import Counter
 from collections.abc import Sequence
+from functools import lru_cache
 from typing import Any, Final
 
 import numpy as np
@@ -33,6 +34,27 @@ def commonest(text: str) -> tuple[str, float]:
         return text, 1.0
     parts = [each.split(" ", 1) for each in _PARTS.split(text)]
     return parts[0][1], int(parts[0][0]) / sum(int(number) for number, _ in parts)
+
+
+def joined(text: str) -> str:
+    """A counted text in which texts that differ in numbers alone are one, the first of them, with the members of all."""
+    if not is_counted(text):
+        return text
+    kinds: dict[str, list[tuple[int, str]]] = {}
+    for part in _PARTS.split(text):
+        number, said = part.split(" ", 1)
+        kinds.setdefault(without_numbers(said), []).append((int(number), said))
+    found = [
+        f"{sum(number for number, _ in each)} {each[0][1]}{' (numbers differ)' if len(each) > 1 else ''}"
+        for each in sorted(kinds.values(), key=lambda each: -sum(number for number, _ in each))
+    ]
+    return "; ".join(found)
+
+
+@lru_cache(maxsize=1024)  # of a million messages few are different
+def without_numbers(message: str) -> str:
+    """A message without its numbers: what those have in common that differ in nothing else."""
+    return re.sub(r"\d[\d.e+-]*", "#", message)
 
 
 def shortened(text: str) -> str:

@@ -7,7 +7,7 @@ from dataclasses import replace
 import rich.console
 
 from solver.outcome import COMPLETED
-from study.execution.progress import TerminalProgress
+from study.execution.progress import PlainProgress, TerminalProgress
 from study.plan.tasks import Task, compliance_task, record_task
 from tests.study.plan.running import CASE
 
@@ -41,3 +41,10 @@ def test_in_the_end_it_says_how_long_it_took() -> None:
 
 def test_nothing_to_do_is_no_bar() -> None:
     assert bar_of([], 80) == []
+
+
+def test_one_task_is_a_task() -> None:
+    said = io.StringIO()
+    with PlainProgress(TASKS[:1], said):
+        pass
+    assert said.getvalue().startswith("1 task to do\n0 of 1 task done")

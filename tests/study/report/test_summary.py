@@ -271,3 +271,10 @@ def test_what_a_campaign_asks_for_stands_before_other_numbers() -> None:
 
 def test_settings_that_a_case_has_not_are_no_part_of_its_label() -> None:
     assert words({"radius": 50.0, "first_spacing": "", "rows": float("nan")}) == "R/L_x = 50"
+
+
+def test_the_half_width_of_a_punch_and_that_of_its_contact_have_titles_of_their_own() -> None:
+    punches = product(half_width=[0.01, 0.1], intrinsic_friction=[0.2])
+    table = scalar_table(punches.assign(contact_half_width=punches["plateau_mean"]))
+    assert len(set(table.header)) == len(table.header)
+    assert table.header[0] == "a/L_x"

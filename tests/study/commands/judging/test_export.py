@@ -18,6 +18,10 @@ def test_cases_events_and_samples_are_exported(main, campaign, tmp_path):
 
     target = tmp_path / "new" / "table.JSON"
     code, said, errors = main("export", out / "results.nc", "-o", target)
+    assert (code, said, target.parent.exists()) == (2, "", False)
+    assert f"there is no folder {target.parent}" in errors
+    target.parent.mkdir()
+    code, said, errors = main("export", out / "results.nc", "-o", target)
     assert (code, said, errors) == (0, "", f"written: {target} (4 rows)\n")
     assert [row["drive"] for row in json.loads(target.read_text("utf-8"))["rows"]] == ["slow", "fast"] * 2
     assert [path.name for path in target.parent.iterdir()] == ["table.JSON"]

@@ -68,6 +68,7 @@ def test_a_number_of_a_campaign_is_drawn_over_the_axes_that_are_asked_for(
     main: Main, tmp_path: Path, dataset: xr.Dataset
 ) -> None:
     target = tmp_path / "folder" / "fig.svg"
+    target.parent.mkdir()
     code, said, _ = main("figure", tmp_path, "--y", "plateau/mu_i", "--hue", "R/L_x", "-o", target, "--csv")
     assert code == 0
     assert "against μ_i, one colour for each R/L_x" in said

@@ -54,6 +54,7 @@ def test_words_of_members_are_short_in_the_table(main, campaign, tmp_path):
 
 
 def test_a_picture_is_written_whole_instead_of_text(main, computed, tmp_path):
+    (tmp_path / "new").mkdir()
     code, said, _ = main("show", computed[1], *ONE, "-o", tmp_path / "new" / "case.png")
     assert (code, "┤" in said) == (0, False)
     assert (tmp_path / "new" / "case.png").read_bytes().startswith(b"\x89PNG")

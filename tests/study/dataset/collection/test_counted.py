@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 import xarray as xr
 
-from study.dataset.collection.counted import LONGEST, commonest, counted, in_short, is_counted, shortened
+from study.dataset.collection.counted import LONGEST, commonest, counted, in_short, is_counted, joined, shortened
 
 
 def test_what_all_members_say_is_not_counted() -> None:
@@ -48,3 +48,10 @@ def test_texts_of_a_dataset_are_short_and_its_numbers_as_they_were() -> None:
 def test_the_commonest_text_has_its_share_of_the_members_that_say_something() -> None:
     assert commonest("slides") == ("slides", 1.0)
     assert commonest(counted(["slides", "sticks", "slides", ""])) == ("slides", 2 / 3)
+
+
+def test_texts_that_differ_in_numbers_alone_are_told_once_with_the_members_of_all() -> None:
+    falls = [f"the force falls by {share}%; raise limits.events" for share in (2.3, 4.0, 1e-05)]
+    assert joined(counted([*falls, falls[0], "no slip"])) == f"4 {falls[0]} (numbers differ); 1 no slip"
+    assert joined(counted(["no slip"] * 2 + ["stop"])) == "2 no slip; 1 stop"
+    assert joined("2.3% too little") == "2.3% too little"
