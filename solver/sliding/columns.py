@@ -67,6 +67,7 @@ def friction_record(
         initial_stiffness=initial_stiffness,
         initial_slips=start.slips,
         initial_contact_size=int(start.contact.sum()),
+        end_nodes=int((start.contact | end.contact)[[0, -1]].sum()),
         final_displacement=final[0],
         final_force=final[1],
         outcome=end.outcome,

@@ -110,6 +110,11 @@ class FrictionRecord(Viewed):
     )
     initial_slips: int = field(metadata=quantity("node slips of initial contact"))
     initial_contact_size: int = field(metadata=quantity("nodes in contact after initial contact"))
+    end_nodes: int = field(
+        metadata=quantity(
+            "end nodes of the surface in contact", comment="0 to 2, where the record begins or where it ends"
+        )
+    )
     final_displacement: float = field(
         metadata=quantity(
             "displacement at the end, in L_x",
@@ -133,13 +138,15 @@ class FrictionRecord(Viewed):
 
     @property
     def at_an_end(self) -> bool:
-        """Whether the contact came to an end of the surface: an end node triggered an event, or all nodes touched.
+        """Whether the contact came to an end of the surface: an end node is in contact at first or at last, slipped or
+        triggered an event, or all nodes touched.
 
         What the pin meets then does not repeat with the nodes, as it goes on and the end does not.
         """
         last = len(self.node_x) - 1
         most = max(self.initial_contact_size, int(self.contact_size.max(initial=0)))
-        return most > last or bool(((self.node == 0) | (self.node == last)).any())
+        slipped = bool(self.node_slips[[0, last]].any())
+        return self.end_nodes > 0 or slipped or most > last or bool(((self.node == 0) | (self.node == last)).any())
 
     def _facts(self) -> Iterator[str]:
         yield f"{len(self.displacement)} events"

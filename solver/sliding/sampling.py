@@ -183,16 +183,17 @@ def _of_groups(spacings: NDArray[np.float64]) -> float:
 def ensemble_uncertainty(values: NDArray[np.float64], stated: NDArray[np.float64], spacings: float) -> float:
     """Standard error of the mean over members (m,) whose starts are spread evenly over a node spacing; NaN of fewer than 2.
 
-    stated: the members' own uncertainties (m,), NaN where one states none; of none at all the mean's is not known either.
+    stated: the members' own uncertainties (m,), NaN where one states none. Where a member that has a value does so, the mean's is
+    not known either: of ensembles some of whose members are at an end of the surface twice ± would hold in six of ten.
     spacings: what a member spans, in node spacings.
     Members without a value (NaN) are left out; then phases are missing, and all of the scatter counts as chance.
     """
-    found = values[np.isfinite(values)]
-    known = stated[np.isfinite(stated)]
-    if len(found) < 2 or not len(known):
+    there = np.isfinite(values)
+    found, own = values[there], stated[there]
+    if len(found) < 2 or not np.isfinite(own).all():
         return math.nan
     even = EVENLY if len(found) == len(values) else 1.0
-    shared = SHARED[spacings >= 0.5] * float(np.median(known))
+    shared = SHARED[spacings >= 0.5] * float(np.median(own))
     return math.hypot(even * _of_independent(found), shared)
 
 

@@ -171,13 +171,15 @@ def contact_flags(case: Case, state: ContactState) -> Flags:
 def record_flags(case: Case, start: ContactState, record: FrictionRecord, end: ContactState) -> Flags:
     """The flags of a friction record from `start` to `end`: what was so at any time of it.
 
-    Sizes are known after every event; places from both ends and from the nodes of all events, which are in contact.
+    Sizes are known after every event; places from both ends, and from the nodes that triggered an event or slipped in one, which
+    are in contact.
     """
     if not start.outcome.ok:
         return ()
     first = int(start.contact.sum())
     fewest, most = (int(extreme(initial=first)) for extreme in (record.contact_size.min, record.contact_size.max))
-    nodes = np.concatenate((np.flatnonzero(start.contact), np.flatnonzero(end.contact), record.node))
+    there = map(np.flatnonzero, (start.contact, end.contact, record.node_slips))
+    nodes = np.concatenate((*there, record.node))
     travel = record.final_displacement - start.displacement
     half_width = contact_half_width(case, start)
     seen = _Seen(fewest, most, half_width, _margin(case, nodes), travel)

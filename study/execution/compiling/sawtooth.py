@@ -35,6 +35,7 @@ def sawtooth(case: Case) -> FrictionRecord:
         initial_stiffness=stiffness,
         initial_slips=0,
         initial_contact_size=1,
+        end_nodes=0,
         final_displacement=spacing,
         final_force=low,
         outcome=COMPLETED,

@@ -7,15 +7,17 @@ import numpy as np
 import pytest
 
 from solver.case import Case
+from solver.contact.initial import initial_contact
 from solver.drive import Drive
 from solver.dynamics.coefficients import measured
 from solver.elasticity.compliance import surface_compliance
 from solver.outcome import Ending
 from solver.slab import Slab
-from solver.sliding.events import slide
+from solver.sliding.events import slide, slide_to_state
 from solver.sliding.plateau import plateau_of
 from solver.sliding.record import FrictionRecord
 from solver.sliding.statistics import event_statistics
+from solver.sliding.validity import OUTGROWN, WHOLE_SLAB, record_flags
 from tests.synthetic import modulated_record
 
 TARGET = 0.002
@@ -70,6 +72,20 @@ def test_kinetic_friction_over_such_a_record_is_not_known_either() -> None:
     assert friction.outcome.message == "kinetic friction is not known to 5.00%: the contact is at an end of the surface"
 
 
+def test_a_record_is_flagged_outgrown_where_it_states_no_uncertainty_of_means() -> None:
+    """A contact may reach the last node in the course of an event that another node triggers, and end there."""
+    slab = Slab(65, 2.0)
+    compliance, flagged = surface_compliance(slab), set()
+    for friction, begins in ((0.3, 0.25), (0.9, 0.25), (0.9, 0.3125)):
+        case = Case(intrinsic_friction=friction, start=begins, slab=slab, max_events=20_000, max_spacings=2.0)
+        start = initial_contact(case, compliance)
+        record, end = slide_to_state(case, compliance, start)
+        outgrown = bool({OUTGROWN, WHOLE_SLAB} & set(record_flags(case, start, record, end)))
+        assert record.at_an_end == outgrown
+        flagged.add(outgrown)
+    assert flagged == {False, True}
+
+
 def test_what_is_at_an_end_is_seen_by_nodes_and_sizes_alone() -> None:
     record = modulated_record(2.4, 0.0)
     last = len(record.node_x) - 1
@@ -78,5 +94,7 @@ def test_what_is_at_an_end_is_seen_by_nodes_and_sizes_alone() -> None:
         assert replace(record, node=np.append(record.node[1:], np.int32(node))).at_an_end
     for inside in (1, last - 1):
         assert not replace(record, node=np.append(record.node[1:], np.int32(inside))).at_an_end
+    assert replace(record, end_nodes=1).at_an_end
+    assert replace(record, node_slips=np.bincount([last], minlength=last + 1)).at_an_end
     assert replace(record, initial_contact_size=last + 1).at_an_end
     assert replace(record, contact_size=np.append(record.contact_size[1:], np.int32(last + 1))).at_an_end

@@ -239,10 +239,16 @@ def test_a_missing_member_is_a_missing_phase() -> None:
     assert ensemble_uncertainty(values, STATED, 1.0) == pytest.approx(math.hypot(chance, SHARED[1] * 0.2), rel=1e-14)
 
 
-def test_a_member_that_states_no_uncertainty_is_left_to_those_that_do() -> None:
-    stated = np.array([np.nan, 0.2, 0.2, np.nan])
-    assert ensemble_uncertainty(VALUES, stated, 1.0) == ensemble_uncertainty(VALUES, np.full(4, 0.2), 1.0)
-    assert math.isnan(ensemble_uncertainty(VALUES, np.full(4, np.nan), 1.0))
+@pytest.mark.parametrize("without", [1, 2, 4])
+def test_a_mean_over_members_of_which_one_states_no_uncertainty_has_none(without: int) -> None:
+    stated = np.array([*[np.nan] * without, *[0.2] * (4 - without)])
+    assert math.isnan(ensemble_uncertainty(VALUES, stated, 1.0))
+
+
+def test_what_a_member_without_a_value_states_does_not_matter() -> None:
+    values = np.array([np.nan, 1.0, 0.99, 1.01])
+    stated = [ensemble_uncertainty(values, np.array([first, 0.2, 0.2, 0.2]), 1.0) for first in (np.nan, 9.0, 0.2)]
+    assert stated[0] == stated[1] == stated[2] > 0.0
 
 
 @pytest.mark.parametrize("values", [[], [1.0], [np.nan, 1.0], [np.nan, np.nan, np.nan]])

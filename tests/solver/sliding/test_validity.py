@@ -98,11 +98,14 @@ def test_a_flag_of_sliding_is_raised_and_not_beside(far: float, near: float, fla
 
 
 def test_a_record_is_flagged_for_what_was_so_at_any_time_of_it() -> None:
-    """Made-up records of 3 events, alike but for one number: sizes, nodes of events and the end are all looked at."""
+    """Made-up records of 3 events, alike but for one number: sizes, nodes of events or slips and the end are all looked at."""
     case = punch(13)
     start = touched(case)
     plain = replace(
-        record_from([1e-4] * 3, [1e-5] * 3), contact_size=np.array([13, 13, 13]), node=np.array([16, 16, 16])
+        record_from([1e-4] * 3, [1e-5] * 3),
+        contact_size=np.array([13, 13, 13]),
+        node=np.array([16, 16, 16]),
+        node_slips=np.bincount([16], minlength=N),
     )
     at_the_end = replace(start, contact=np.arange(N) == N - 1)
     for record, end, flags in (
@@ -111,6 +114,7 @@ def test_a_record_is_flagged_for_what_was_so_at_any_time_of_it() -> None:
         (replace(plain, contact_size=np.array([13, N, 13])), start, (WHOLE_SLAB,)),
         (replace(plain, node=np.array([16, 0, 16])), start, (OUTGROWN,)),
         (replace(plain, node=np.array([16, 1, 16])), start, (NEAR_ENDS,)),
+        (replace(plain, node_slips=np.bincount([0, 16], minlength=N)), start, (OUTGROWN,)),
         (plain, at_the_end, (OUTGROWN,)),
         (replace(plain, final_displacement=0.3), start, (BEYOND_CONTACT,)),
     ):
