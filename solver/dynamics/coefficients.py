@@ -52,7 +52,8 @@ class FrictionCoefficients(Labels):
     static_friction: largest driving force before the first macroscopic slip ran off (μ_s); NaN where it is beyond all that the
     record holds by more than that: most of it is inertia and damper then. every_static_friction: (s,) the driving force of each
     slip. static_friction_uncertainty: standard deviation between starts of the pin within a node spacing,
-    from the scatter between stretches of the plateau or, where it is larger, from the model of solver.sampling.
+    from the scatter between stretches of the plateau or, where it is larger, from the model of solver.sampling, in which a force
+    above all of the plateau counts as one that only initial contact holds.
     kinetic_friction: mean of the driving force where it is steady (μ_k). kinetic_friction_uncertainty: from its block
     means, from the plateau that it repeats, and from how much of a node spacing the pin travels. of_length: the part of it
     that a longer drive makes smaller.
@@ -262,7 +263,8 @@ def _uncertainty_of_peak(record: FrictionRecord, plateau: Plateau, static: float
     """Standard deviation of F/W where the pin first slides, between starts; NaN without a plateau or a peak."""
     if not plateau.outcome.ok or math.isnan(static):
         return float("nan")
-    expected = sampling_of(record, plateau.first_event, plateau.end - plateau.start).of_peak() * static
+    sampling = sampling_of(record, plateau.first_event, plateau.end - plateau.start)
+    expected = sampling.of_peak(1.0 - plateau.peak / static) * static if static else 0.0
     return float(np.fmax(_scatter_of_peaks(record, plateau) / record.normal_load, expected))
 
 

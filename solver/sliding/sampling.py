@@ -25,6 +25,9 @@ EVENT_MODULATION: Final = 0.6
 """The same of step and force drop per event, of their means; that it depends on the contact little was measured."""
 PEAK_MODULATION: Final = 1.1
 """The same of the force at which a pin first slides, between starts."""
+OVERSHOOT: Final = 0.06
+"""The same where that force is above all that the plateau repeats: initial contact then gives way as a whole, at a force that
+differs by up to 40 % with where between two nodes the pin came down. One start does not tell whether its own is a high one."""
 DISORDER: Final = 1.3
 """Standard deviation of the mean force between seeds, of its mean, times √nodes over the spread of μ_i."""
 LEFT_OVER: Final = 1.3
@@ -161,9 +164,16 @@ class Sampling:
             return math.hypot(EVENT_LEFT_OVER / self.spacings, self.disorder)
         return math.hypot(self.unseen * EVENT_MODULATION, EVENT_LEFT_OVER, self.disorder)
 
-    def of_peak(self) -> float:
-        """Relative standard deviation, between starts, of the force at which a pin first slides."""
-        return math.hypot(PEAK_MODULATION * self.discreteness, DISORDER * self.spread / math.sqrt(max(self.nodes, 1.0)))
+    def of_peak(self, above: float = 0.0) -> float:
+        """Relative standard deviation, between starts, of the force at which a pin first slides.
+
+        above: share of that force by which it is more than all that the plateau repeats, to which twice the uncertainty reaches
+        back then; 0 or less where it is not. Slips that drop nothing have no such peak.
+        """
+        modulation = PEAK_MODULATION * self.discreteness
+        if above > 0.0 and self.residual_shear < 1.0:
+            modulation = max(modulation, OVERSHOOT, above / 2.0)
+        return math.hypot(modulation, DISORDER * self.spread / math.sqrt(max(self.nodes, 1.0)))
 
 
 def _of_groups(spacings: NDArray[np.float64]) -> float:

@@ -16,6 +16,7 @@ from solver.sliding.sampling import (
     KNOWN,
     LEFT_OVER,
     MODULATION,
+    OVERSHOOT,
     SHARED,
     WANDER,
     Sampling,
@@ -164,6 +165,18 @@ def test_without_drops_nothing_is_modulated() -> None:
     assert smooth.of_peak() == 0.0
     assert smooth.of_mean_force(np.ones(32), 2e-3) == 2e-3
     assert smooth.of_mean_force(BLOCKS, 2e-3) == pytest.approx(2e-3, rel=1e-4)
+
+
+def test_a_first_slip_above_the_plateau_is_known_the_less_whatever_the_nodes() -> None:
+    """But for so few that their modulation is more, and for slips that drop nothing."""
+    for nodes in (30.0, 300.0):
+        assert Sampling(2.0, nodes).of_peak(1e-3) == OVERSHOOT > Sampling(2.0, nodes).of_peak()
+        assert Sampling(2.0, nodes).of_peak(0.3) == 0.15  # back to the plateau
+        assert Sampling(2.0, nodes).of_peak(-0.3) == Sampling(2.0, nodes).of_peak()
+    assert Sampling(2.0, 5.0).of_peak(1e-3) == Sampling(2.0, 5.0).of_peak() > OVERSHOOT
+    assert Sampling(2.0, 30.0, residual_shear=1.0).of_peak(0.3) == 0.0
+    both = math.hypot(OVERSHOOT, DISORDER * 0.2 / math.sqrt(30.0))
+    assert Sampling(2.0, 30.0, spread=0.2).of_peak(1e-3) == pytest.approx(both, rel=1e-14)
 
 
 def test_fewer_than_one_node_counts_as_one() -> None:
