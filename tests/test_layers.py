@@ -27,7 +27,7 @@ ORDER = {
     "solver.sliding": "kernels record columns sampling plateau target full_contact tangential coulomb hindsight events "
     "statistics distributions validity",
     "solver.sliding.distributions": "power_law goodness rivals comparison histogram bounded scaling size_distribution "
-    "events record",
+    "events between_starts record",
     "solver.sliding.kernels": "events step full_contact tangential",
     "solver.dynamics": "friction_limit kernels result precision proportion method rigid exact rk4 integrate coefficients "
     "stick_slip regime",

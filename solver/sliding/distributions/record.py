@@ -7,9 +7,11 @@ from typing import Any, Final
 import numpy as np
 
 from solver.quantity import quantity
-from solver.sliding.distributions.comparison import LAWS
+from solver.sliding.distributions.between_starts import BY_RANGE, uncertainty_of_tail
+from solver.sliding.distributions.comparison import LAWS, SIGNIFICANT
 from solver.sliding.distributions.events import DISCRETE, EventSizes, event_sizes, rank_correlation
 from solver.sliding.distributions.goodness import DRAWS
+from solver.sliding.distributions.power_law import EXPONENTS
 from solver.sliding.distributions.scaling import NOWHERE
 from solver.sliding.distributions.size_distribution import size_distribution
 from solver.sliding.plateau import Plateau
@@ -39,13 +41,18 @@ def _of_size(size: str, meaning: str) -> list[tuple[str, Any, Field[Any]]]:
             {
                 "symbol": "τ",
                 "uncertainty": error,
-                "ensemble": "independent",
-                "comment": _joined(of, _REFERENCE.get(size, "")),
+                "ensemble": "fitted",
+                "comment": _joined(
+                    of, _REFERENCE.get(size, ""), f"NaN outside of {EXPONENTS[0]:.0f} to {EXPONENTS[1]:g}"
+                ),
             },
         ),
         "exponent_uncertainty": (
             "error of that exponent",
-            {"comment": "standard error; of independent sizes, the cut-off given"},
+            {
+                "comment": f"standard deviation between starts, from repeated fits; NaN where {size}_goodness is below "
+                f"{SIGNIFICANT:g}: then it is no power law"
+            },
         ),
         "cutoff": (f"lower cut-off of {size}", {"comment": f"{of}; the power law begins there"}),
         "tail": (f"events from {size}_cutoff on", {}),
@@ -85,7 +92,7 @@ def _of_range(size: str, meaning: str) -> list[tuple[str, Any, Field[Any]]]:
         ),
         "exponent_uncertainty": (
             "error of that exponent",
-            {"comment": "standard error; of independent sizes, the range given"},
+            {"comment": f"standard deviation between starts: {BY_RANGE:g} errors of the fit"},
         ),
         "first": (f"lower end of {kind}", {"comment": of}),
         "last": (f"upper end of {kind}", {"comment": of}),
@@ -148,7 +155,14 @@ def event_distributions(record: FrictionRecord, plateau: Plateau, draws: int = D
         fit = size_distribution(getattr(sizes, size), discrete=discrete, draws=draws)
         names = ("exponent", "exponent_uncertainty", "cutoff", "tail", "goodness", "preferred", "preferred_chance")
         found |= {f"{size}_{name}": getattr(fit, name) for name in names}
-        found |= {f"{size}_scaling_{name}": value for name, value in (fit.scaling or NOWHERE)._asdict().items()}
+        found[f"{size}_exponent_uncertainty"] = (
+            math.nan
+            if fit.goodness < SIGNIFICANT
+            else uncertainty_of_tail(getattr(sizes, size), discrete, fit.exponent, fit.exponent_uncertainty)
+        )
+        scaling = fit.scaling or NOWHERE
+        scaling = scaling._replace(exponent_uncertainty=BY_RANGE * scaling.exponent_uncertainty)
+        found |= {f"{size}_scaling_{name}": value for name, value in scaling._asdict().items()}
     return EventDistributions(**found, **_correlations(sizes))
 
 

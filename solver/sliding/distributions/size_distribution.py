@@ -7,9 +7,9 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from solver.sliding.distributions.comparison import Comparison, comparisons, preferred
+from solver.sliding.distributions.comparison import SIGNIFICANT, Comparison, comparisons, preferred
 from solver.sliding.distributions.goodness import DRAWS, goodness_of_fit
-from solver.sliding.distributions.power_law import fitted_power_law, sorted_sizes
+from solver.sliding.distributions.power_law import EXPONENTS, fitted_power_law, sorted_sizes
 from solver.sliding.distributions.scaling import ScalingRange, scaling_range
 from solver.view import OneLine, with_error
 
@@ -31,7 +31,7 @@ class SizeDistribution(OneLine):
     mean: float
     largest: float
     exponent: float
-    """τ of the density x^-τ from the cut-off on."""
+    """τ of the density x^-τ from the cut-off on; NaN at the bounds of what is looked for, EXPONENTS."""
     exponent_uncertainty: float
     """Standard error of τ with the cut-off given, of independent sizes."""
     cutoff: float
@@ -54,8 +54,9 @@ class SizeDistribution(OneLine):
     def _facts(self) -> Iterator[str]:
         yield f"{self.count} sizes to {self.largest:.4g}"
         if self.tail:
-            yield f"exponent {with_error(self.exponent, self.exponent_uncertainty)} from {self.cutoff:.4g} on"
-            yield f"goodness {self.goodness:.2g}"
+            found = with_error(self.exponent, self.exponent_uncertainty)
+            yield f"exponent {found if math.isfinite(self.exponent) else 'at a bound'} from {self.cutoff:.4g} on"
+            yield f"goodness {self.goodness:.2g}{', no power law' if self.goodness < SIGNIFICANT else ''}"
         yield f"preferred: {self.preferred or 'none'}"
 
 
@@ -76,4 +77,6 @@ def size_distribution(
     rivals = comparisons(sample, law)
     goodness = goodness_of_fit(sample, law, draws)
     scaling = scaling_range(sample, draws)
+    if not EXPONENTS[0] < law.exponent < EXPONENTS[1]:  # a bound is no measurement
+        law = law._replace(exponent=math.nan, uncertainty=math.nan)
     return SizeDistribution(count, mean, largest, *law, goodness, *preferred(rivals), rivals, scaling)

@@ -136,13 +136,19 @@ def _uncertainty(
     """Standard error of the mean over members, of one event of each as of independent ones, and what is left out in full."""
     there = np.isfinite(values)
     in_common = float(np.mean(change[there])) if there.any() else np.nan
+    if observable.ensemble == "fitted" and not np.isfinite(own[there]).all():
+        return math.nan
     if observable.ensemble in _OF_SCATTER:
         return float(np.hypot(_OF_SCATTER[observable.ensemble](values), in_common))
     span = float(np.mean(spans[np.isfinite(spans)])) if np.isfinite(spans).any() else 0.0
     return float(np.hypot(ensemble_uncertainty(values, own, span), in_common))
 
 
-_OF_SCATTER: Final = {"event": scatter_uncertainty, "independent": independent_uncertainty}
+_OF_SCATTER: Final = {
+    "event": scatter_uncertainty,
+    "independent": independent_uncertainty,
+    "fitted": independent_uncertainty,
+}
 """`Quantity.ensemble` -> standard error of the mean, where the scatter of members says all of it."""
 
 

@@ -67,6 +67,17 @@ def test_what_cannot_be_known_is_nan(sizes: list[float]) -> None:
     assert found.tail == 0
 
 
+@pytest.mark.parametrize("discrete", [True, False])
+def test_an_exponent_at_a_bound_is_none(discrete: bool) -> None:
+    """Sizes that fall like x^-60 from 100 on, steeper than any that are looked for."""
+    sizes = 100.0 * (1.0 - np.random.default_rng(4).random(400)) ** (-1.0 / 59.0)
+    found = size_distribution(np.floor(sizes) if discrete else sizes, discrete=discrete, draws=5)
+    assert math.isnan(found.exponent)
+    assert math.isnan(found.exponent_uncertainty)
+    assert found.tail >= 50
+    assert "exponent at a bound from 1" in str(found)
+
+
 def test_reference_lines_are_those_of_the_literature() -> None:
     assert MEAN_FIELD == 1.5
     assert pytest.approx(1.0 + 2.0 / 3.0) == GUTENBERG_RICHTER
@@ -99,7 +110,7 @@ def test_what_is_no_power_law_leaves_numbers_or_none(name: str) -> None:
     discrete, draw = NASTY[name]
     found = size_distribution(draw(np.random.default_rng(6)), discrete=discrete, draws=5)
     if found.tail:
-        assert found.exponent_uncertainty > 0.0
+        assert found.exponent_uncertainty > 0.0 or math.isnan(found.exponent)
         assert found.preferred is not None
         assert 0.0 <= found.preferred_chance <= 1.0
         assert np.isfinite([rival.ratio for rival in found.comparisons]).all()
