@@ -57,7 +57,9 @@ SEEN: Final = 0.09
 KNOWN: Final = 0.1
 """Node spacings below which step and drop per event are not known: initial contact takes about as long to be forgotten."""
 EVENT_LEFT_OVER: Final = 0.1
-"""Uncertainty of step and drop per event over one whole spacing, of their means."""
+"""Uncertainty of step and drop per event over two spacings or more, which can be compared, of their means, times their number."""
+EVENT_ALONE: Final = 0.15
+"""The same of fewer, of which it is not seen how much they differ."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -161,8 +163,9 @@ class Sampling:
         if self.spacings < KNOWN:
             return math.nan
         if self.spacings >= 1.0:
-            return math.hypot(EVENT_LEFT_OVER / self.spacings, self.disorder)
-        return math.hypot(self.unseen * EVENT_MODULATION, EVENT_LEFT_OVER, self.disorder)
+            left_over = EVENT_LEFT_OVER if self.spacings >= 2.0 else EVENT_ALONE
+            return math.hypot(left_over / self.spacings, self.disorder)
+        return math.hypot(self.unseen * EVENT_MODULATION, EVENT_ALONE, self.disorder)
 
     def of_peak(self, above: float = 0.0) -> float:
         """Relative standard deviation, between starts, of the force at which a pin first slides.

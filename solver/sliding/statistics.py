@@ -3,6 +3,7 @@
 The plateau of a friction record is found in solver.sliding.plateau.
 """
 
+import math
 from collections.abc import Iterator
 from dataclasses import dataclass, field
 from typing import Final
@@ -20,6 +21,8 @@ from solver.sliding.record import EVENT_KINDS, FrictionRecord, drops
 from solver.sliding.sampling import Sampling
 from solver.view import Labels, with_error
 
+HALVES: Final = 0.25
+"""Uncertainty of step and drop per event over what halves of the record differ by, where that is more than the model's."""
 LONGEST_CYCLE: Final = 6000
 """Events at the end of a record that are searched for a cycle."""
 
@@ -123,10 +126,12 @@ def event_statistics(record: FrictionRecord) -> EventStatistics:
         cascade_releases=int(record.releases.sum()),
         cascade_touches=int(record.touches.sum()),
         mean_step=float(record.displacement[-1]) * per_event if events else float("nan"),
-        mean_step_uncertainty=_uncertainty_of_mean(np.diff(np.concatenate(([0.0], record.displacement))), sampling),
+        mean_step_uncertainty=_uncertainty_of_mean(
+            np.diff(np.concatenate(([0.0], record.displacement))), record, sampling
+        ),
         mean_slips=float(record.slips.sum()) * per_event,
         mean_drop=float(fallen.sum()) * per_event,
-        mean_drop_uncertainty=_uncertainty_of_mean(fallen, sampling),
+        mean_drop_uncertainty=_uncertainty_of_mean(fallen, record, sampling),
         peak_friction=float(np.concatenate(forces).max()) / record.normal_load
         if record.final_displacement > 0.0
         else float("nan"),
@@ -159,14 +164,28 @@ def cycle_of(record: FrictionRecord) -> int:
     return 0
 
 
-def _uncertainty_of_mean(values: NDArray[np.float64], sampling: Sampling) -> float:
+def _uncertainty_of_mean(values: NDArray[np.float64], record: FrictionRecord, sampling: Sampling) -> float:
     """Standard error of the mean over events: that of blocks (the last events, less than a block, are left out), and what
-    the phases that were not seen may have brought, which is all from one spacing on where slips drop anything. NaN where a
-    block has fewer than two events."""
+    the phases that were not seen may have brought, which is all from one spacing on where slips drop anything, unless halves
+    of the record tell of more. NaN where a block has fewer than two events."""
     size = len(values) // BLOCKS
     if size < 2:
         return float("nan")
     within = mean_uncertainty(values[: BLOCKS * size].reshape(BLOCKS, -1).mean(axis=1))
     unseen = sampling.of_events() * abs(float(values.mean()))
     modelled = sampling.spacings >= 1.0 and sampling.residual_shear < 1.0
-    return unseen if modelled else float(np.hypot(within, unseen))
+    if modelled:
+        return float(np.maximum(unseen, HALVES * _between_halves(values, record, math.floor(sampling.spacings))))
+    return float(np.hypot(within, unseen))
+
+
+def _between_halves(values: NDArray[np.float64], record: FrictionRecord, spacings: int) -> float:
+    """How much the mean over events differs between the two halves of the last spacings, both whole ones; 0 of fewer than two.
+
+    Steps are longer until initial contact is forgotten: how long that takes differs from case to case.
+    """
+    half = spacings // 2 * record.spacing
+    before, middle = np.searchsorted(record.displacement, record.final_displacement - half * np.array([2.0, 1.0]))
+    if not before < middle < len(values):
+        return 0.0
+    return abs(float(values[middle:].mean()) - float(values[before:middle].mean()))

@@ -12,6 +12,7 @@ from solver.sliding.sampling import (
     CYCLES,
     DISORDER,
     EVENLY,
+    EVENT_ALONE,
     EVENT_LEFT_OVER,
     KNOWN,
     LEFT_OVER,
@@ -209,7 +210,7 @@ def test_of_events_nothing_is_known_before_first_touch_is_forgotten() -> None:
     known = [Sampling(spacings, 9.0).of_events() for spacings in np.linspace(KNOWN, 0.99, 50)]
     assert np.isfinite(known).all()
     assert np.all(np.diff(known) < 0.0)
-    assert Sampling(1.0, 9.0).of_events() == EVENT_LEFT_OVER
+    assert Sampling(1.0, 9.0).of_events() == EVENT_ALONE > EVENT_LEFT_OVER
     assert Sampling(5.0, 9.0).of_events() == EVENT_LEFT_OVER / 5.0
 
 

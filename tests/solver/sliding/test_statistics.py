@@ -21,7 +21,7 @@ from solver.slab import Slab
 from solver.sliding.events import slide
 from solver.sliding.plateau import Plateau, plateau_of
 from solver.sliding.record import FrictionRecord
-from solver.sliding.statistics import LONGEST_CYCLE, cycle_of, event_statistics
+from solver.sliding.statistics import HALVES, LONGEST_CYCLE, cycle_of, event_statistics
 from tests.synthetic import LOAD, SPACING, STIFFNESS, noisy_record, record_from
 
 TIME_UNIT = math.sqrt(0.5 / 1e8)  # s: the paper's pin of 0.5 kg, G = 10 GPa, L_y = 1 cm
@@ -73,6 +73,27 @@ def test_means_over_events_scatter_as_their_uncertainties_say():
     scatter = 1.0 / math.sqrt(12.0 * 640)  # of a uniform distribution's mean, over its range
     assert 0.5 < found.mean_step_uncertainty / (2e-6 * scatter) < 2.0
     assert 0.5 < found.mean_drop_uncertainty / (2e-7 / LOAD * scatter) < 2.0
+
+
+@pytest.mark.parametrize("growth", [1.5, 3.0])
+@pytest.mark.parametrize("spacings", [2.0, 5.0])
+def test_twice_the_uncertainty_of_a_mean_reaches_the_half_way_to_its_later_spacings(
+    growth: float, spacings: float
+) -> None:
+    """Steps and drops that are larger all through the first half of whole spacings: half of the difference of both means."""
+    length, count = 1.0 / 128.0, 3000
+    first = round(count / (1.0 + growth))
+    steps = np.repeat([growth, 1.0], [first, count - first])
+    half = length * (spacings // 2)
+    steps[:first] *= half / steps[:first].sum()
+    steps[first:] *= half / steps[first:].sum()
+    lead = np.full(400, (spacings * length - 2.0 * half) / 400) if spacings % 2 else np.empty(0)
+    steps = np.concatenate((lead, steps))
+    record = replace(record_from(steps, 0.4 * steps), residual_shear=0.0)
+    found = event_statistics(record)
+    change = steps[len(lead)] - steps[-1]
+    assert found.mean_step_uncertainty == pytest.approx(HALVES * change, rel=0.01)  # an event may be in the other half
+    assert found.mean_drop_uncertainty == pytest.approx(HALVES * 0.4 * change / LOAD, rel=0.01)
 
 
 def test_fewer_than_two_events_a_block_say_nothing_of_their_scatter():
@@ -321,6 +342,6 @@ def test_steps_of_slips_that_drop_are_no_better_known_than_the_model_says(spacin
     length = spacings * SPACING / events
     record = replace(record_from(np.full(events, length), np.full(events, STIFFNESS * length)), residual_shear=0.0)
     found = event_statistics(record)
-    expected = math.hypot(0.6 * 2.0 / math.pi, 0.1) if spacings < 1.0 else 0.1 / 4.0
+    expected = math.hypot(0.6 * 2.0 / math.pi, 0.15) if spacings < 1.0 else 0.1 / 4.0
     assert found.mean_step_uncertainty == pytest.approx(expected * length, rel=1e-6)
     assert found.mean_drop_uncertainty == pytest.approx(expected * STIFFNESS * length / LOAD, rel=1e-6)
