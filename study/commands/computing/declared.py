@@ -31,7 +31,11 @@ class ShardText(click.ParamType[Shard]):
 @click.option("--serial", is_flag=True, help="Compute in this process alone, without MPI; no time limit ends a task.")
 @click.option("-j", "--jobs", type=click.IntRange(min=1), help="Number of processes on this machine, without MPI.")
 @click.option(
-    "--grace", default=GRACE, show_default=True, help="Seconds that running tasks get to finish after a signal."
+    "--grace",
+    type=click.FloatRange(min=0.0),
+    default=GRACE,
+    show_default=True,
+    help="Seconds that running tasks get to finish after a signal.",
 )
 @click.option(
     "--recompute-foreign", is_flag=True, help="Compute results of other software again (`nanoslip status` names it)."

@@ -40,6 +40,13 @@ def test_from_plan_to_report(main, campaign):
     assert "report.html" in said
 
 
+def test_a_time_below_zero_to_finish_in_is_refused(main, campaign):
+    code, said, errors = main("run", campaign, "--grace", "-1")
+    assert (code, said) == (2, "")
+    assert "-1.0 is not in the range x>=0.0" in " ".join(errors.split())
+    assert not (campaign.parent / "out").exists()
+
+
 def test_a_tolerant_campaign_is_computed_once_and_says_the_same_when_resumed(main, campaign):
     """Interrupted, too: what is left out is decided anew, and is the same."""
     campaign.write_text(SMALL + "[effects]\nwithin = 0.1\n")
