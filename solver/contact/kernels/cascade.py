@@ -81,7 +81,9 @@ def _slip_together(state: KernelState, constants: KernelConstants, first: int) -
             return Stop.CASCADE_LIMIT, EventKind.NOTHING, -1
         for i in range(n):
             along[i] = 0.0
-            if limited(y[i], opposite) + state.active_friction[i] * y[n + i] > tolerance or i == first:
+            size = limited(y[i], opposite)
+            offends = size > tolerance and size + state.active_friction[i] * y[n + i] > tolerance
+            if offends or i in (first, worst):  # the worst one may offend by the rounding of the search alone
                 xi = state.x[i] + state.inputs[i] - displacement
                 along[i], down[i] = slip_move(
                     y, state.tableau, state.node_friction, i, xi, constants.pin, constants.slip.residual_shear

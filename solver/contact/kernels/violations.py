@@ -51,6 +51,8 @@ def worst_violation(
 ) -> tuple[int, float]:
     """The offender with the largest limited shear over μ_i·pressure, of ties the one further right, or -1; the largest tension.
 
+    No shear does not offend, whatever a slight tension times μ_i is: no slip could lessen it.
+
     All as maxima of integers, which compilers turn into vector instructions (`error_model` drops a branch that forbids it):
     a ratio's lowest bits give way to the node's place. Ratios nearer than half of what is cut off fall together in at least
     one of two cuts, half a step apart.
@@ -59,7 +61,7 @@ def worst_violation(
     for i in range(len(active_friction)):
         size, allowed = limited(shear[i], opposite), -active_friction[i] * normal[i]
         ratio = bits(size / max(allowed, tolerance))
-        offends = size - allowed > tolerance
+        offends = (size - allowed > tolerance) & (size > tolerance)
         cut = max(cut, ranked(ratio, i) if offends else 0)
         shifted = max(shifted, ranked(ratio + HALF_PLACE, i) if offends else 0)
         tension = max(tension, bits(normal[i] if contact[i] else 0.0))
