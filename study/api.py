@@ -8,6 +8,7 @@ from pathlib import Path
 from tempfile import TemporaryDirectory
 from typing import Any
 
+import scipy
 import threadpoolctl
 import xarray as xr
 
@@ -84,7 +85,7 @@ def run(
     """
     plan = make_plan(_manifest(campaign))
     with ExitStack() as stack:
-        stack.enter_context(threadpoolctl.threadpool_limits(limits=1))  # sums depend on the number of threads
+        stack.enter_context(_one_thread())
         folder = Path(stack.enter_context(TemporaryDirectory()) if out is None else out)
         farm = SerialFarm(computing(folder).load)
         lease = stack.enter_context(Lease(folder, farm.interruption.request))
@@ -97,6 +98,12 @@ def run(
             return file.read(path)
         with file.read(path) as opened:
             return loaded(opened)
+
+
+def _one_thread() -> threadpoolctl.threadpool_limits:
+    """One thread for linear algebra while the context lasts, as sums depend on their number."""
+    _ = scipy.linalg  # loads its library, which brings threads of its own: what is loaded later would keep them
+    return threadpoolctl.threadpool_limits(limits=1)
 
 
 def open_dataset(path: Place) -> xr.Dataset:

@@ -1,6 +1,8 @@
 """A campaign computed from Python is the command's campaign: same dataset, same messages, resumed in the same folder."""
 
 import io
+import subprocess
+import sys
 import tomllib
 from pathlib import Path
 
@@ -15,7 +17,7 @@ from study.execution import executor
 from study.manifest.problems import ManifestError
 from study.results import own
 from study.results.store import FOLDER, StoreError
-from tests.conftest import SMALL
+from tests.conftest import SMALL, THREADS
 from tests.study.plan.influence.made_up import SLIGHT, text
 
 TINY = {"title": "tiny", "axes": {"normal_load": [1e-3, 2e-3]}, "numerics": {"n_x": 17}, "limits": {"events": 20}}
@@ -131,6 +133,29 @@ def test_what_does_not_fit_the_memory_is_refused(monkeypatch):
     monkeypatch.setattr(api, "shortages", lambda *_: ["a task needs about 1e9 GB of memory"])
     with pytest.raises(MemoryError, match="1e9 GB"):
         run(TINY)
+
+
+THREADED = """
+import hashlib, sys
+from pathlib import Path
+import nanoslip
+nanoslip.run({**%r, "numerics": {"n_x": 65}}, out=sys.argv[1], progress=False)
+print(hashlib.sha256(Path(sys.argv[1], "results.nc").read_bytes()).hexdigest())
+"""
+
+
+def test_the_bits_are_those_of_one_thread_whatever_the_environment(tmp_path, environment):
+    """Each in an interpreter of its own, as a library of linear algebra reads the environment when it is loaded."""
+
+    def digest(folder: str, **threads: str) -> str:
+        program = (sys.executable, "-c", THREADED % TINY, str(tmp_path / folder))
+        return subprocess.run(program, env=environment | threads, check=True, capture_output=True, text=True).stdout
+
+    assert (
+        digest("as it is")
+        == digest("one", **dict.fromkeys(THREADS, "1"))
+        == digest("four", **dict.fromkeys(THREADS, "4"))
+    )
 
 
 WATCHED = {"pipe": {}, "terminal": {"force_terminal": True}, "notebook": {"force_jupyter": True}}
