@@ -17,7 +17,7 @@ from solver.contact.state import ContactState
 from solver.outcome import Ending, Outcome
 from solver.sliding.columns import friction_record
 from solver.sliding.kernels.events import Events
-from solver.sliding.plateau import plateau_of
+from solver.sliding.plateau import TELLING, plateau_of
 from solver.sliding.sampling import Sampling
 
 FIRST_LOOK: Final = 64
@@ -54,6 +54,8 @@ class Target:
         spacing = case.slab.spacing if case.effects.pin_translation else math.inf
         most_nodes = float(events.contact_size[:held].max())
         longest = Sampling(events.displacement[held - 1] / spacing, most_nodes, case.slip_rule.residual_shear)
+        if case.target_length_error is not None and 0.0 < longest.spacings < TELLING:
+            return False
         return longest.least_of_mean_force <= enough
 
     def _known(self, events: Events, held: int) -> bool:
