@@ -66,8 +66,9 @@ class FrictionLimit:
     @property
     def steady_force(self) -> float:
         """Mean of F̃ over one period, in G·L_x·L_y."""
-        width = np.diff(self.edges)[self.periodic_from :]
-        middle = (self.force + 0.5 * self.slope * np.diff(self.edges))[self.periodic_from :]
+        repeats = slice(self.periodic_from, None)
+        width = np.diff(self.edges[repeats])
+        middle = self.force[repeats] + 0.5 * self.slope[repeats] * width
         return float(width @ middle / width.sum())
 
     def limit(self, x: NDArray[np.float64]) -> NDArray[np.float64]:

@@ -9,7 +9,7 @@ from solver.dynamics.coefficients import FrictionCoefficients, measured
 from solver.dynamics.integrate import DynamicsResult
 from solver.dynamics.regime import StickSlipCount, count_sticks
 from solver.dynamics.stick_slip import StickSlipFit, fit_stick_slip
-from solver.sliding.plateau import Plateau, plateau_of
+from solver.sliding.plateau import Plateau
 from solver.sliding.record import FrictionRecord
 from study.canonical import CanonicalText, canonical_text
 from study.manifest.manifest import Manifest
@@ -86,8 +86,7 @@ def _dimensionless(manifest: Manifest) -> tuple[tuple[str, Drive], ...]:
 
 @of_the_last  # a record is pulled over by one drive after the other
 def _pulled_over(result: TaskResult) -> tuple[FrictionRecord, Plateau]:
-    record = whole_again(FrictionRecord, result)
-    return record, plateau_of(record)
+    return whole_again(FrictionRecord, result), whole_again(Plateau, result, Plateau.PREFIX)
 
 
 def _run(task: Task, inputs: Inputs) -> Computed:

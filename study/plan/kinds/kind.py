@@ -152,11 +152,11 @@ def _coded(value: Any, words: tuple[str, ...]) -> float | int:
     return float("nan") if value is None else words.index(value)
 
 
-def whole_again(kind: type[Value], result: TaskResult) -> Value:
-    """The solver's value that `numbers` took apart: of a whole part without a prefix."""
-    held: dict[str, Any] = {**result.scalars, **result.arrays, "outcome": result.outcome}
+def whole_again(kind: type[Value], result: TaskResult, prefix: str = "") -> Value:
+    """The solver's value that `numbers` took apart: of a whole part with this prefix."""
+    held: dict[str, Any] = {**result.scalars, **result.arrays, f"{prefix}outcome": result.outcome}
     make: Any = kind
-    return make(**{item.name: held[item.name] for item in fields(make)})  # type: ignore[no-any-return]
+    return make(**{item.name: held[f"{prefix}{item.name}"] for item in fields(make)})  # type: ignore[no-any-return]
 
 
 def case_of(task: Task) -> Case:

@@ -105,6 +105,11 @@ RECORD = Kind(
     _tasks,
     _run,
     _estimate,
-    (Part(Validity), Part(Plateau, Plateau.PREFIX), Part(EventStatistics), Part(FrictionRecord, whole=True)),
+    (
+        Part(Validity),
+        Part(Plateau, Plateau.PREFIX, whole=True),
+        Part(EventStatistics),
+        Part(FrictionRecord, whole=True),
+    ),
     (Ragged("record", "event", "row_size", _kept), Ragged("record", "record_node", "record_node_row_size", _kept)),
 )
