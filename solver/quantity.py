@@ -35,6 +35,8 @@ class Quantity:
     """One of SCALED."""
     uncertainty: str = ""
     """The variable that says how uncertain this one is."""
+    in_common: str = ""
+    """The variable that says which part of its error the members of an ensemble have in common."""
     comment: str = ""
     """All there is to say of it, in sentences."""
     symbol: str = ""

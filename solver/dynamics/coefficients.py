@@ -43,6 +43,7 @@ BY_LENGTH: Final = 0.5
 scenes differed by up to the whole of it in 95 of 100."""
 PERIODS: Final = 2.0
 """Of its own motion that a pin has to slide before a mean driving force is friction, not inertia."""
+_BEYOND: Final = "how far {} is beyond all forces of the record, as F/W: inertia and damper, the same for all starts"
 
 
 @dataclass(frozen=True, slots=True, eq=False, repr=False)
@@ -65,11 +66,15 @@ class FrictionCoefficients(Labels):
             symbol="μ_s",
             comment="from the first macroscopic slip",
             uncertainty="static_friction_uncertainty",
+            in_common="static_friction_excess",
             ensemble="event",
         )
     )
     static_friction_uncertainty: float = field(
         metadata=quantity("uncertainty of static_friction", comment="standard deviation between starts")
+    )
+    static_friction_excess: float = field(
+        metadata=quantity("μ_s beyond the record", comment=_BEYOND.format("static_friction")),
     )
     every_static_friction: NDArray[np.float64]
     kinetic_friction: float = field(
@@ -78,6 +83,7 @@ class FrictionCoefficients(Labels):
             symbol="μ_k",
             comment="from steady sliding",
             uncertainty="kinetic_friction_uncertainty",
+            in_common="kinetic_friction_excess",
             ensemble="mean",
         )
     )
@@ -85,6 +91,9 @@ class FrictionCoefficients(Labels):
         metadata=quantity(
             "uncertainty of kinetic_friction", comment="standard error of an estimate of the mean over all starts"
         )
+    )
+    kinetic_friction_excess: float = field(
+        metadata=quantity("μ_k beyond the record", comment=_BEYOND.format("kinetic_friction")),
     )
     of_length: float
     outcome: Outcome
@@ -187,7 +196,7 @@ def friction_coefficients(result: DynamicsResult, record: FrictionRecord, platea
     nan = float("nan")
     if not len(result.slip_force):
         failed = result.outcome if not result.outcome.ok else _no_slip(result, plateau, record.normal_load)
-        return FrictionCoefficients(nan, nan, result.slip_force, nan, nan, nan, failed)
+        return FrictionCoefficients(nan, nan, nan, result.slip_force, nan, nan, nan, nan, failed)
     static = result.slip_force / record.normal_load
     first, excess = _first_slip(record, static)
     kinetic, uncertainty, outcome = nan, nan, result.outcome
@@ -199,14 +208,15 @@ def friction_coefficients(result: DynamicsResult, record: FrictionRecord, platea
     if outcome.ok:
         kinetic, uncertainty, outcome = _steady_mean(result.binned_force / record.normal_load)
     not_travelled = _not_travelled(result, record, kinetic)
+    beyond = _beyond(record, first), _beyond(record, kinetic)
     return FrictionCoefficients(
         static_friction=first,
-        static_friction_uncertainty=math.hypot(_uncertainty_of_peak(record, plateau, first), _beyond(record, first)),
+        static_friction_uncertainty=math.hypot(_uncertainty_of_peak(record, plateau, first), beyond[0]),
+        static_friction_excess=beyond[0],
         every_static_friction=static,
         kinetic_friction=kinetic,
-        kinetic_friction_uncertainty=math.hypot(
-            uncertainty, plateau.uncertainty, not_travelled, _beyond(record, kinetic)
-        ),
+        kinetic_friction_uncertainty=math.hypot(uncertainty, plateau.uncertainty, not_travelled, beyond[1]),
+        kinetic_friction_excess=beyond[1],
         of_length=_of_length(result, record, uncertainty, not_travelled),
         outcome=_and(outcome, excess),
     )
@@ -269,8 +279,11 @@ def _uncertainty_of_peak(record: FrictionRecord, plateau: Plateau, static: float
 
 
 def _beyond(record: FrictionRecord, coefficient: float) -> float:
-    """By how much a coefficient lies outside all that the record holds, F/W: inertia and damper are in the driving force too."""
-    return max(coefficient - _highest(record), -coefficient, 0.0) if math.isfinite(coefficient) else 0.0
+    """By how much a coefficient lies outside all that the record holds, F/W: inertia and damper are in the driving force too.
+
+    NaN of none.
+    """
+    return max(coefficient - _highest(record), -coefficient, 0.0) if math.isfinite(coefficient) else math.nan
 
 
 def _highest(record: FrictionRecord) -> float:
@@ -305,5 +318,5 @@ def _scatter_of_peaks(record: FrictionRecord, plateau: Plateau) -> float:
     within = slice(plateau.first_event + 1, plateau.last_event + 1)
     place = (record.displacement[within] - plateau.start) / (plateau.end - plateau.start)
     stretch = np.minimum((8.0 * place).astype(np.int64), 7)
-    highest = [record.force_before[within][stretch == number].max() for number in np.unique(stretch)]
+    highest = np.maximum.reduceat(record.force_before[within], np.flatnonzero(np.diff(stretch, prepend=-1)))
     return float(np.std(highest, ddof=1)) if len(highest) > 1 else float("nan")

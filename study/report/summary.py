@@ -182,9 +182,19 @@ def short_summary(dataset: xr.Dataset) -> list[str]:
     place = words({dim: first[dim].item() for dim in map(str, _varying(dataset, known.dims))})
     where = f"{len(short)} of {known.size} ensembles" + (f", first {place}" if place else "")
     worst = f"the worst to {float(known.max()):.1%}"
+    advice = _to_know_more(dataset, name, enough)
+    return [f"{name} is not known to {enough:.2g} with {most} members: {where}; {worst}; {advice}"]
+
+
+def _to_know_more(dataset: xr.Dataset, name: str, enough: float) -> str:
+    """Advice to ensembles that do not know an observable well enough: more members leave what they have in common."""
+    observable = observables()[name]
+    if observable.in_common in dataset:
+        common = dataset[observable.in_common].mean(MEMBER) / abs(dataset[ensemble_name(name, "mean")])
+        if bool((common > enough).any()):
+            return "inertia and damper are part of it, in all members alike: lower stage_velocity or damping_ratio"
     # What members do not know in common, only longer ones do; an event of each is independent.
-    more = "" if observables()[name].ensemble == "event" else " or limits.spacings"
-    return [f"{name} is not known to {enough:.2g} with {most} members: {where}; {worst}; raise ensemble.members{more}"]
+    return "raise ensemble.members" + ("" if observable.ensemble == "event" else " or limits.spacings")
 
 
 def failure_summary(dataset: xr.Dataset) -> list[str]:

@@ -92,8 +92,10 @@ _OF_STD: Final = "its standard error as of n normal members, a share of 1/√(2(
 def _reduced(observable: Quantity, variables: Mapping[str, xr.Variable]) -> dict[str, xr.Variable]:
     variable = variables[observable.name]
     values = _by_member(variable)
-    change = _by_member(variables.get(f"{observable.name}_influence", 0.0 * variable)) * np.abs(values)
-    stated = _own(_by_member(variables.get(observable.uncertainty, 0.0 * variable)), change)
+    nothing = 0.0 * variable
+    change = _by_member(variables.get(f"{observable.name}_influence", nothing)) * np.abs(values)
+    change = np.hypot(change, _by_member(variables.get(observable.in_common, nothing)))
+    stated = _own(_by_member(variables.get(observable.uncertainty, nothing)), change)
     spans = _by_member(variables["record_spacings"])
     needed = _members_last(variables[OUTCOME]) != NOT_NEEDED
     if spans.ndim < values.ndim:  # a record serves all drives
@@ -122,7 +124,7 @@ def _reduced(observable: Quantity, variables: Mapping[str, xr.Variable]) -> dict
 
 
 def _own(stated: NDArray[np.float64], change: NDArray[np.float64]) -> NDArray[np.float64]:
-    """What members state without what leaving effects out is expected to change: all of them have that in common."""
+    """What members state without what they have in common: inertia, and what leaving effects out is expected to change."""
     return np.sqrt(np.maximum(stated**2 - change**2, 0.0))
 
 
@@ -133,7 +135,7 @@ def _uncertainty(
     spans: NDArray[np.float64],
     change: NDArray[np.float64],
 ) -> float:
-    """Standard error of the mean over members, of one event of each as of independent ones, and what is left out in full."""
+    """Standard error of the mean over members, of one event of each as of independent ones; what they have in common in full."""
     there = np.isfinite(values)
     in_common = float(np.mean(change[there])) if there.any() else np.nan
     if observable.ensemble == "fitted" and not np.isfinite(own[there]).all():

@@ -76,8 +76,10 @@ def _run(task: Task, inputs: Inputs) -> Computed:
     enough = bool(asked)
     for number in range(each_member):
         drive = asked[number::each_member]
-        values, stated = (_numbers(drive, name) for name in (task.observable, quantity.uncertainty))
-        enough = enough and _enough(task, values, stated, spacings)
+        values, stated, common = (
+            _numbers(drive, name) for name in (task.observable, quantity.uncertainty, quantity.in_common)
+        )
+        enough = enough and _enough(task, values, stated, np.nan_to_num(common), spacings)
     return Computed((), Outcome(Ending.NOT_NEEDED) if enough else COMPLETED)
 
 
@@ -86,7 +88,11 @@ def _numbers(results: Iterable[TaskResult], name: str) -> NDArray[np.float64]:
 
 
 def _enough(
-    task: Task, values: NDArray[np.float64], stated: NDArray[np.float64], spacings: NDArray[np.float64]
+    task: Task,
+    values: NDArray[np.float64],
+    stated: NDArray[np.float64],
+    common: NDArray[np.float64],
+    spacings: NDArray[np.float64],
 ) -> bool:
     """Whether members know their mean well enough, and half of them did where few may agree by chance."""
     count, alone = len(values), not one_event(task.observable) and _mean(spacings) >= SHORT
@@ -95,7 +101,9 @@ def _enough(
         if one_event(task.observable):
             uncertainty = scatter_uncertainty(values[:size])
         else:
-            uncertainty = ensemble_uncertainty(values[:size], stated[:size], _mean(spacings[:size]))
+            own = np.sqrt(np.maximum(stated[:size] ** 2 - common[:size] ** 2, 0.0))
+            uncertainty = ensemble_uncertainty(values[:size], own, _mean(spacings[:size]))
+        uncertainty = math.hypot(uncertainty, _mean(common[:size]))
         if size < FIRST_MEMBERS or not uncertainty <= task.enough * mean:
             return False
     return True

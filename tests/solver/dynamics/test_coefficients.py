@@ -47,3 +47,16 @@ def test_a_drive_a_little_too_short_does_not_slide_for_the_periods_that_are_need
     friction = friction_coefficients(replace(motion, settling_time=slides / 1.9996), record, plateau)
     assert friction.outcome.ending is Ending.NO_PLATEAU
     assert "slides for 1.99 of its periods, 2 are needed" in friction.outcome.message
+
+
+def test_what_no_force_of_the_record_reaches_is_stated_beside_the_uncertainty() -> None:
+    """A pin a hundred times as heavy is pulled on by its own motion: contact holds half of what spring and damper reach."""
+    case = Case(slab=Slab(33), max_events=2000)
+    heavy = Drive.from_si(Scales(), pin_mass=50.0, stage_velocity=1e-2, damping_ratio=0.01, duration=0.3)
+    for drive in (PAPER, heavy):
+        found = drive_result(case, drive)
+        record, friction = found.record, found.coefficients
+        held = max(record.force_before.max(), record.initial_force, record.final_force) / case.normal_load
+        assert friction.static_friction_excess == max(friction.static_friction - held, 0.0)
+        assert friction.static_friction_uncertainty > friction.static_friction_excess
+    assert friction.static_friction_excess > 0.4 * friction.static_friction

@@ -2,7 +2,7 @@
 
 import itertools
 import math
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from dataclasses import replace
 from pathlib import Path
 
@@ -235,14 +235,16 @@ def test_what_a_reader_is_shown_of_an_ensemble_is_the_ensembles_uncertainty() ->
     assert [row[1] for row in table.rows] == ["0.30 ± 0.05", "0.300 ± 0.010"]
 
 
-def of_members(name: str, values: list[float], stated: float, change: float) -> dict[str, xr.Variable]:
-    """The ensemble's variables of an observable with these values of its members."""
+def of_members(
+    name: str, values: list[float], stated: float, change: float, more: Mapping[str, xr.Variable] | None = None
+) -> dict[str, xr.Variable]:
+    """The ensemble's variables of an observable with these values of its members. more: variables of theirs."""
     each = np.ones(len(values))
     numbers = {"record_spacings": 0.1 * each, "events": 100.0 * each, name: np.array(values)}
     numbers |= {f"{name}_uncertainty": stated * each, f"{name}_influence": change * each}
     outcomes = xr.Variable((MEMBER,), np.full(len(values), "completed", object))
     return ensemble_variables(
-        {"outcome": outcomes} | {key: xr.Variable((MEMBER,), put) for key, put in numbers.items()}
+        {"outcome": outcomes} | {key: xr.Variable((MEMBER,), put) for key, put in numbers.items()} | dict(more or {})
     )
 
 
@@ -253,6 +255,14 @@ def test_what_leaving_out_is_expected_to_change_no_number_of_members_averages_aw
     assert found[ensemble_name(name, "uncertainty")].item() == pytest.approx(0.1 * 0.3, rel=1e-3)
     alone = of_members(name, values, stated=1e-4, change=0.0)
     assert alone[ensemble_name(name, "uncertainty")].item() < 1e-4
+
+
+@pytest.mark.parametrize("name", ["static_friction", "kinetic_friction"])
+def test_inertia_in_a_coefficient_no_number_of_members_averages_away(name: str) -> None:
+    """A heavy pin's driving force can be twice all friction: sixteen members then agreed to 0.03 %."""
+    common = {f"{name}_excess": xr.Variable((MEMBER,), np.full(256, 0.1))}
+    found = of_members(name, [0.2999, 0.3001] * 128, stated=math.hypot(1e-4, 0.1), change=0.0, more=common)
+    assert found[ensemble_name(name, "uncertainty")].item() == pytest.approx(0.1, rel=1e-3)
 
 
 @pytest.mark.parametrize("change", [0.0, math.nan])

@@ -113,7 +113,9 @@ def test_what_waits_for_a_yes_is_computed_as_if_nobody_had_asked() -> None:
     assert all(np.array_equal(one.arrays[name], other.arrays[name]) for name in one.arrays)
 
 
-def pulled(observable: str, enough: float, drives: Sequence[Sequence[float]], stated: float = 0.002) -> Ending:
+def pulled(
+    observable: str, enough: float, drives: Sequence[Sequence[float]], stated: float = 0.002, excess: float = 0.0
+) -> Ending:
     """How the question ends that is asked of drives, each with a value of every member; records span two node spacings."""
     known, members = {}, []
     for number, record in enumerate(records(len(drives[0]))):
@@ -121,7 +123,7 @@ def pulled(observable: str, enough: float, drives: Sequence[Sequence[float]], st
         known[record.key] = TaskResult(record.key, "record", COMPLETED, spans)
         own = [Task(f"{name} {number}", "drive", SLAB, record.case, needs=(record.key,)) for name in range(len(drives))]
         for task, values in zip(own, drives, strict=True):
-            scalars = {observable: values[number], f"{observable}_uncertainty": stated}
+            scalars = {observable: values[number], f"{observable}_uncertainty": stated, f"{observable}_excess": excess}
             known[task.key] = TaskResult(task.key, "drive", COMPLETED, scalars)
         members.append([record, *own])
     return run_task(ensemble_task(members, Ensemble(64, enough, observable)), known).outcome.ending
@@ -139,6 +141,13 @@ def test_of_one_event_of_each_the_scatter_decides_at_two_sizes_in_a_row() -> Non
     assert pulled("static_friction", eight * 1.01, [EIGHT]) is Ending.COMPLETED
     assert pulled("static_friction", four * 1.01, [EIGHT]) is Ending.NOT_NEEDED
     assert pulled("static_friction", four * 1.01, [EIGHT[:4]]) is Ending.COMPLETED
+
+
+@pytest.mark.parametrize("observable", ["static_friction", "kinetic_friction"])
+def test_members_that_agree_on_inertia_do_not_know_friction(observable: str) -> None:
+    alike = [0.584] * 8
+    assert pulled(observable, 0.01, [alike], stated=1e-4) is Ending.NOT_NEEDED
+    assert pulled(observable, 0.01, [alike], stated=0.32, excess=0.28) is Ending.COMPLETED
 
 
 def test_every_drive_has_to_be_known() -> None:
