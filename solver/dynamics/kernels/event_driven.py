@@ -53,7 +53,7 @@ def integrate_exactly(
             break
         friction_force = min(max(friction_force, -limit), limit)
         pin = Pin(t, x, v, friction_force)
-        forward = moves_forward(motion, pin)
+        forward = moves_forward(motion, pin, slope)
         way = right - x if forward else left - x
         if way <= 0.0 if forward else way >= 0.0:
             index += 1 if forward else -1

@@ -14,13 +14,15 @@ def limited_friction(x: float, relaxed: float, surface_stiffness: float, limit: 
 
 
 @compiled(error_model="numpy")
-def moves_forward(motion: Motion, pin: Pin) -> bool:
-    """Direction of the motion; from rest the acceleration decides, or its rate where that is 0 to rounding."""
+def moves_forward(motion: Motion, pin: Pin, slope: float) -> bool:
+    """Direction of the motion; from rest the acceleration decides, or its rate where that is 0 to rounding. slope: of F̃."""
     if pin.velocity != 0.0:
         return pin.velocity > 0.0
     q = driving_force(motion, pin) - pin.friction_force
     jerk = motion.spring * motion.stage - motion.damping * q
-    return q > 0.0 if abs(q) > max(abs(jerk) * motion.instant, acceleration_rounding(motion, pin)) else jerk >= 0.0
+    return (
+        q > 0.0 if abs(q) > max(abs(jerk) * motion.instant, acceleration_rounding(motion, pin, slope)) else jerk >= 0.0
+    )
 
 
 @compiled(error_model="numpy")

@@ -38,7 +38,7 @@ def monotone_end(segment: Segment, motion: Motion, watched: bool, horizon: float
     An extremum that the last segment ended at is not met again, although rounding leaves a little acceleration there.
     """
     c, stiffness, q, p = segment.damping, segment.stiffness, segment.q, segment.p
-    doubt = acceleration_rounding(motion, segment.pin)
+    doubt = acceleration_rounding(motion, segment.pin, segment.slope)
     end = min(horizon, next_zero(c, stiffness, q if abs(q) > doubt else 0.0, p, motion.instant))
     if watched:
         k = motion.spring

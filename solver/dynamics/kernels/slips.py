@@ -16,11 +16,13 @@ def driving_force(motion: Motion, pin: Pin) -> float:
 
 
 @compiled(error_model="numpy")
-def acceleration_rounding(motion: Motion, pin: Pin) -> float:
-    """What rounding may make of an acceleration of 0: it is a small difference of large forces and positions."""
-    far = motion.stage * pin.time + abs(pin.position)
-    forces = motion.spring * far + motion.damping * (motion.stage + abs(pin.velocity)) + abs(pin.friction_force)
-    return 4.4e-16 * forces
+def acceleration_rounding(motion: Motion, pin: Pin, slope: float) -> float:
+    """What rounding may make of an acceleration of 0: it is a small difference of large forces and positions.
+
+    slope: of the friction force, which is read off the position.
+    """
+    far = motion.spring * (motion.stage * pin.time + abs(pin.position)) + abs(slope * pin.position)
+    return 4.4e-16 * (far + motion.damping * (motion.stage + abs(pin.velocity)) + abs(pin.friction_force))
 
 
 @compiled(allocates=True, error_model="numpy")
