@@ -8,6 +8,7 @@ import sys
 import time
 from collections.abc import Callable
 from pathlib import Path
+from typing import Any
 
 from solver.outcome import COMPLETED, Ending, Outcome
 from study.execution.ledger import Execute
@@ -34,12 +35,12 @@ def _raise(error: BaseException) -> Callable[[], None]:
 
 
 def _overflow_stack() -> None:
-    """Beyond what Python guards: through C."""
+    """Beyond what Python guards: through C, at once."""
     sys.setrecursionlimit(10**9)
-    overflow: list[object] = []
+    overflow: Any = str
     for _ in range(10**6):
-        overflow = [overflow]
-    repr(overflow)
+        overflow = (overflow,)
+    isinstance(0, overflow)
 
 
 def _loop() -> None:
