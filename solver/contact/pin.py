@@ -59,10 +59,10 @@ class Pin:
         largest = (float(np.abs(self.curvature * at[within] + rise).max(initial=0.0)) for at in (starts, ends))
         return max(largest)
 
-    def _rise_slope(self, xi: Vector) -> Vector:
+    def _rise_slope(self, xi: Vector) -> Vector | float:
         """What the roughness adds to the slope at ξ; at a knot, of what lies to its right."""
         if self.knots is None or self.rises is None:
-            return np.zeros_like(xi)
+            return 0.0
         steps = np.concatenate(([0.0], np.diff(self.rises) / np.diff(self.knots), [0.0]))
         return np.asarray(steps[np.searchsorted(self.knots, xi, side="right")])
 

@@ -43,7 +43,10 @@ def _steepest(case: Case, xi: Vector) -> float:
     if not len(xi):
         return 0.0
     pin = pin_of(case)
-    return max(float(np.abs(pin.slope(xi)).max()), pin.steepest(xi.min(keepdims=True), xi.max(keepdims=True)))
+    at_nodes = float(np.abs(pin.slope(xi)).max())
+    if pin.knots is None:  # a smooth pin is steepest at the outermost
+        return at_nodes
+    return max(at_nodes, pin.steepest(xi.min(keepdims=True), xi.max(keepdims=True)))
 
 
 def rounding_share(case: Case, compliance: Compliance, contact: NDArray[np.bool_], xi: Vector) -> float:
