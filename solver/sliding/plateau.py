@@ -21,7 +21,7 @@ from numpy.typing import NDArray
 from solver.outcome import COMPLETED, Ending, Outcome
 from solver.quantity import companion, quantity
 from solver.sliding.record import FrictionRecord
-from solver.sliding.sampling import Sampling
+from solver.sliding.sampling import Sampling, scatter
 from solver.view import Curve, Labelled, Picture, Viewed, in_words, labelled, with_error
 
 BINS: Final = 512
@@ -148,7 +148,7 @@ class Teeth:
         """∫F from the first edge to each x within the edges, without approximation."""
         width = self.edges[1:] - self.edges[:-1]
         whole = np.zeros(len(self.edges))
-        np.cumsum(0.5 * width * (self.start + self.end), out=whole[1:])
+        (0.5 * width * (self.start + self.end)).cumsum(out=whole[1:])
         piece = self.edges[1:-1].searchsorted(x, side="right")
         part = x - self.edges[piece]
         rise = (self.end - self.start)[piece] * np.divide(part, width[piece], out=np.zeros_like(part), where=part > 0.0)
@@ -176,6 +176,16 @@ class _Beginning(NamedTuple):
     before: float = 0.0
 
 
+class _Stretch(NamedTuple):
+    """What may be the steady part: from just after event `first` at `start` (L_x) to the last one at `end`."""
+
+    first: int
+    start: float
+    end: float
+    blocks: NDArray[np.float64]
+    """Mean force in BLOCKS equal parts of it."""
+
+
 def plateau_of(record: FrictionRecord) -> Plateau:
     """Find the steady part of `record`; the outcome is `NO_PLATEAU`, with advice, where there is none."""
     events = len(record.displacement)
@@ -185,24 +195,28 @@ def plateau_of(record: FrictionRecord) -> Plateau:
     complaint = ""
     for begins in _beginnings(record, whole):
         first = int(np.searchsorted(record.displacement, begins.at))
-        complaint = _complaint(record, whole, begins, first)
+        within = max(events - 1 - first, 0)
+        if within < FEWEST_EVENTS:
+            complaint = f"{within} events in the steady part: needs {FEWEST_EVENTS} or more; raise {_limit(record)}"
+            continue
+        stretch = _stretch(record, whole, first)
+        complaint = _complaint(record, whole, begins, stretch)
         if not complaint:
-            return _plateau(record, whole, first)
+            return _plateau(record, whole, stretch)
     return _refused(complaint)
 
 
-def _complaint(record: FrictionRecord, whole: Teeth, begins: _Beginning, first: int) -> str:
-    """What is wrong with calling the record steady after event `first`, with advice; empty if nothing is."""
-    last = len(record.displacement) - 1
-    if last - first < FEWEST_EVENTS:
-        return (
-            f"{max(last - first, 0)} events in the steady part: needs {FEWEST_EVENTS} or more; raise {_limit(record)}"
-        )
-    start, end = float(record.displacement[first]), float(record.displacement[last])
+def _stretch(record: FrictionRecord, whole: Teeth, first: int) -> _Stretch:
+    start, end = float(record.displacement[first]), float(record.displacement[-1])
+    return _Stretch(first, start, end, whole.block_means(start, end, BLOCKS))
+
+
+def _complaint(record: FrictionRecord, whole: Teeth, begins: _Beginning, stretch: _Stretch) -> str:
+    """What is wrong with calling the record steady in a stretch, with advice; empty if nothing is."""
     if begins.before >= LEAST_OVERLAP * record.spacing:
-        wrong = _unlike(whole, start, end, min(begins.before, record.spacing))
+        wrong = _unlike(whole, stretch.start, stretch.end, min(begins.before, record.spacing))
     else:
-        wrong = unsteadiness(whole.block_means(start, end, BLOCKS), latest=begins.latest)
+        wrong = unsteadiness(stretch.blocks, latest=begins.latest)
     return f"the friction force still {wrong}; raise {_limit(record)}" if wrong else ""
 
 
@@ -215,16 +229,16 @@ def _limit(record: FrictionRecord) -> str:
     return "limits.spacings or limits.displacement, which ended it" if moved_on else "limits.events"
 
 
-def _plateau(record: FrictionRecord, whole: Teeth, first: int) -> Plateau:
-    """What the record is from just after event `first` to its last one."""
+def _plateau(record: FrictionRecord, whole: Teeth, stretch: _Stretch) -> Plateau:
+    """What the record is in a stretch that is steady."""
+    first, start, end, blocks = stretch
     last = len(record.displacement) - 1
-    start, end = float(record.displacement[first]), float(record.displacement[last])
     steady = Teeth(record.displacement[first:], record.force_after[first:last], record.force_before[first + 1 :])
     mean, std = _moments(steady)
-    blocks, sampling = whole.block_means(start, end, BLOCKS), sampling_of(record, first, end - start)
+    sampling = sampling_of(record, first, end - start)
     count = math.floor(sampling.spacings)
     spacings = whole.block_means(start, end, count) if count >= 2 else None
-    within = mean_uncertainty(blocks)
+    of_length = sampling.of_length(blocks, mean_uncertainty(blocks), spacings)
     return Plateau(
         start=start,
         end=end,
@@ -232,8 +246,8 @@ def _plateau(record: FrictionRecord, whole: Teeth, first: int) -> Plateau:
         last_event=last,
         mean=mean / record.normal_load,
         std=std / record.normal_load,
-        uncertainty=sampling.of_mean_force(blocks, within, spacings) / record.normal_load,
-        of_length=sampling.of_length(blocks, within, spacings) / record.normal_load,
+        uncertainty=sampling.with_disorder(of_length, float(blocks.mean())) / record.normal_load,
+        of_length=of_length / record.normal_load,
         peak=float(max(steady.start.max(), steady.end.max())) / record.normal_load,
         spacings=sampling.spacings,
     )
@@ -277,7 +291,7 @@ def _unlike(whole: Teeth, start: float, end: float, overlap: float) -> str:
     now = whole.block_means(end - overlap, end, 8)
     change = now - whole.block_means(start - overlap, start, 8)
     share = float(change.mean()) / abs(float(now.mean())) if now.mean() else math.inf
-    error = float(np.std(change, ddof=1)) / math.sqrt(8)
+    error = scatter(change) / math.sqrt(8)
     if abs(share) <= LARGEST_CHANGE or abs(float(change.mean())) <= SIGNIFICANT * error:
         return ""
     return f"{'rises' if share > 0.0 else 'falls'} by {abs(share):.1%} from one node spacing to the next"
@@ -292,14 +306,18 @@ def truncation(bins: NDArray[np.float64]) -> int:
     """First bin of the steady part: the one that minimises the marginal standard error of what follows it."""
     centred = (bins - bins[-1])[::-1]
     kept = np.arange(1, len(bins) + 1)
-    squares = np.cumsum(centred**2) - np.cumsum(centred) ** 2 / kept
-    return int(np.argmin((squares / kept**2)[::-1][: latest_truncation(len(bins)) + 1]))
+    squares = (centred**2).cumsum() - centred.cumsum() ** 2 / kept
+    return int((squares / kept**2)[::-1][: latest_truncation(len(bins)) + 1].argmin())
 
 
 def mean_uncertainty(blocks: NDArray[np.float64]) -> float:
     """Largest standard error of the mean from 8, 16 and 32 blocks, given the means of 32: long correlation counts."""
-    grouped = (blocks.reshape(count, -1).mean(axis=1) for count in (8, 16, BLOCKS))
-    return max(float(np.std(means, ddof=1)) / math.sqrt(len(means)) for means in grouped)
+    grouped = (blocks, *(blocks.reshape(count, -1).mean(axis=1) for count in (8, 16)))
+    return max(scatter(means) / math.sqrt(len(means)) for means in grouped)
+
+
+_PLACES: Final = (np.arange(8) - 3.5) / 8.0
+"""Of eight equal parts of a stretch, in its lengths from its middle."""
 
 
 def unsteadiness(blocks: NDArray[np.float64], latest: bool) -> str:
@@ -308,7 +326,7 @@ def unsteadiness(blocks: NDArray[np.float64], latest: bool) -> str:
     latest: the truncation is as late as it may be, so that scatter does not excuse a change.
     """
     means = blocks.reshape(8, -1).mean(axis=1)
-    mean, place = float(means.mean()), (np.arange(8) - 3.5) / 8.0
+    mean, place = float(means.mean()), _PLACES
     change = float(place @ means / (place @ place))
     rest = means - mean - change * place
     error = float(np.sqrt(rest @ rest / 6.0 / (place @ place)))
@@ -320,7 +338,7 @@ def unsteadiness(blocks: NDArray[np.float64], latest: bool) -> str:
 
 def _moments(steady: Teeth) -> tuple[float, float]:
     """Mean and standard deviation of the force over displacement."""
-    width = np.diff(steady.edges)
+    width = steady.edges[1:] - steady.edges[:-1]
     mean = float(width @ (steady.start + steady.end)) / (2.0 * float(width.sum()))
     low, high = steady.start - mean, steady.end - mean
     return mean, float(np.sqrt(width @ (low * low + low * high + high * high) / (3.0 * width.sum())))

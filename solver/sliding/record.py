@@ -145,7 +145,7 @@ class FrictionRecord(Viewed):
         """
         last = len(self.node_x) - 1
         most = max(self.initial_contact_size, int(self.contact_size.max(initial=0)))
-        slipped = bool(self.node_slips[[0, last]].any())
+        slipped = bool(self.node_slips[0] or self.node_slips[last])
         return self.end_nodes > 0 or slipped or most > last or bool(((self.node == 0) | (self.node == last)).any())
 
     def _facts(self) -> Iterator[str]:

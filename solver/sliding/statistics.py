@@ -112,7 +112,6 @@ def event_statistics(record: FrictionRecord) -> EventStatistics:
     events = len(record.displacement)
     slips, releases, touches = np.bincount(record.kind, minlength=len(EVENT_KINDS)).tolist()
     per_event = 1.0 / events if events else float("nan")
-    forces = (record.force_before, record.force_after, [record.initial_force, record.final_force])
     sampling = sampling_of(record, 0, record.final_displacement)
     cycle = cycle_of(record)
     fallen = drops(record.force_before / record.normal_load, record.force_after / record.normal_load)
@@ -132,9 +131,7 @@ def event_statistics(record: FrictionRecord) -> EventStatistics:
         mean_slips=float(record.slips.sum()) * per_event,
         mean_drop=float(fallen.sum()) * per_event,
         mean_drop_uncertainty=_uncertainty_of_mean(fallen, record, sampling),
-        peak_friction=float(np.concatenate(forces).max()) / record.normal_load
-        if record.final_displacement > 0.0
-        else float("nan"),
+        peak_friction=_peak(record) / record.normal_load if record.final_displacement > 0.0 else float("nan"),
         dissipated=float(record.dissipated.sum()),
         spacings=sampling.spacings,
         cycle_events=cycle,
@@ -142,6 +139,12 @@ def event_statistics(record: FrictionRecord) -> EventStatistics:
         if cycle
         else 0.0,
     )
+
+
+def _peak(record: FrictionRecord) -> float:
+    """The largest friction force of a record."""
+    largest = record.force_before.max(initial=record.initial_force)
+    return float(record.force_after.max(initial=max(largest, record.final_force)))
 
 
 def cycle_of(record: FrictionRecord) -> int:
