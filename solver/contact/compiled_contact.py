@@ -76,9 +76,9 @@ def _state(
     case: Case, compliance: SurfaceCompliance, window: slice, contact: NDArray[np.bool_], displacement: float
 ) -> KernelState:
     """The state for a contact set (n,) in the window, before its nodes are displaced; the response is not yet summed."""
-    few = len(compliance.matrix) <= 2 * FEW and not compliance.matrix.flags.writeable
+    few = compliance.slab.n_x <= FEW and compliance.lasting
     set_up = _set_up_before if few else _set_up
-    matrix, inverted = set_up(_Matrix(compliance.matrix), window.start, window.stop, contact.tobytes())
+    matrix, inverted = set_up(compliance, window.start, window.stop, contact.tobytes())
     entries, nodes = 2 * len(contact) + 1, len(contact)
     inputs = np.zeros(entries)
     inputs[-1] = -case.normal_load
@@ -100,24 +100,13 @@ def _state(
     )
 
 
-class _Matrix:
-    """A compliance matrix as a key of a cache: equal if it is the same array, which is read-only."""
-
-    def __init__(self, values: NDArray[np.float64]) -> None:
-        self.values = values
-
-    def __eq__(self, other: object) -> bool:
-        return isinstance(other, _Matrix) and other.values is self.values
-
-    def __hash__(self) -> int:
-        return id(self.values)
-
-
-def _set_up(matrix: _Matrix, start: int, stop: int, contact: bytes) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+def _set_up(
+    compliance: SurfaceCompliance, start: int, stop: int, contact: bytes
+) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
     """The compliance of the window's nodes among each other, (2n, 2n), and the tableau of those in contact."""
-    surface, nodes = len(matrix.values) // 2, stop - start
+    surface, nodes = compliance.slab.n_x, stop - start
     # Blocks are copied as pieces in a row: much faster than by lists of rows and columns.
-    blocks = matrix.values.reshape(2, surface, 2, surface)[:, start:stop, :, start:stop]
+    blocks = compliance.matrix.reshape(2, surface, 2, surface)[:, start:stop, :, start:stop]
     # One array type for all, plain and read-only, or the kernels would be compiled once per kind of array.
     within = np.array(blocks, order="C").reshape(2 * nodes, 2 * nodes)
     within.setflags(write=False)

@@ -36,6 +36,7 @@ class ContactSystem:
         self._matrix, self.slope, self._held = compliance.matrix, slope, held
         self._base, self._members = base, np.concatenate((base & held, base))
         self._entries = np.flatnonzero(self._members)
+        self._with_load = np.append(self._entries, 2 * len(base))
         self._ones = (self._entries >= len(base)).astype(np.float64)
         symmetric = compliance.slab.scheme.reciprocal and slope is None
         self._solve = _factorized(self._block(self._entries, self._entries), symmetric, int(base.sum()))
@@ -63,15 +64,18 @@ class ContactSystem:
         n, members = len(contact), np.concatenate((contact & self._held, contact))
         # From the lowest node up: where the load is small, forces are small differences of what higher ones would ask for.
         lowest = float(heights[contact].min())
-        right = np.zeros(2 * n)
-        right[n:][contact] = heights[contact] - lowest
-        answer = self._solved(np.append(right[self._entries], -normal_load)[None])[0]
+        right = np.zeros(2 * n + 1)
+        right[n:-1][contact] = heights[contact] - lowest
+        right[-1] = -normal_load
+        answer = self._solved(right[self._with_load][None])[0]
         changed = np.flatnonzero(members ^ self._members)
-        border = self._border(changed, members[changed], answer, right[changed])
-        answer -= border @ self._columns
         forces = np.zeros(2 * n)
+        if len(changed):
+            border = self._border(changed, members[changed], answer, right[changed])
+            answer -= border @ self._columns
         forces[self._entries] = answer[:-1]
-        forces[changed] = np.where(members[changed], border[self._places[changed]], 0.0)
+        if len(changed):
+            forces[changed] = np.where(members[changed], border[self._places[changed]], 0.0)
         if not np.isfinite(forces).all():
             # Every comparison with a NaN is false: nothing would seem to be wrong.
             raise TooFarApart("the forces of the contact are no numbers: use a load, a radius and heights nearer 1")
@@ -80,13 +84,13 @@ class ContactSystem:
     def _solved(self, rows: Dense) -> Dense:
         """Forces and approach (any, size + 1) for right sides that are rows, the load's last."""
         forces = self._solve(rows[:, :-1])
-        approach = (forces @ self._ones - rows[:, -1]) / self._share
-        return np.column_stack((forces - np.outer(approach, self._alone), approach))
+        found = np.empty_like(rows)
+        found[:, -1] = approach = (forces @ self._ones - rows[:, -1]) / self._share
+        found[:, :-1] = forces - approach[:, None] * self._alone
+        return found
 
     def _border(self, changed: Indices, come: Contact, answer: Vector, right: Vector) -> Vector:
         """Forces on entries that have come, and what takes those of the gone away, by their rows of the border so far."""
-        if not len(changed):
-            return np.zeros(len(self._rows))
         self._extend(changed[self._places[changed] < 0])
         at = self._places[changed]
         corner = -self._products[at[:, None], at]

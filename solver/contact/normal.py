@@ -8,6 +8,7 @@ Three kinds of surface are computed:
 """
 
 import math
+from functools import lru_cache
 from typing import NamedTuple
 
 import numpy as np
@@ -15,7 +16,7 @@ from numpy.typing import NDArray
 
 from solver.case import Case
 from solver.contact.closed_forms import hertz_half_width, winkler_half_width
-from solver.contact.contact_system import ContactSystem
+from solver.contact.contact_system import FEW, ContactSystem
 from solver.contact.exchange import Exchange
 from solver.contact.pin import pin_of, surface_from_pin
 from solver.elasticity.compliance import SurfaceCompliance
@@ -61,12 +62,10 @@ def normal_contact(case: Case, compliance: SurfaceCompliance, stuck: bool) -> No
             system = _system(case, compliance, contact, u, stuck)
         found = _pressed(case, compliance, system, contact, u, stuck)
         wrong = _wrong(case, found)
-        rounding = RESTING * case.normal_load + pin_of(case).rounding((x + found.u)[contact])
-        before, moved = moved, float(np.abs(found.u - u).max())
-        u = found.u
+        before, moved, u = moved, float(np.abs(found.u - u).max()), found.u
         if not wrong.any():
             # What comes of a stuck contact is its set alone.
-            if stuck or (moved <= rounding and system.is_of(contact)):
+            if stuck or (system.is_of(contact) and moved <= _rounding(case, found)):
                 return found
             if not system.is_of(contact) or moved > SLOW * before:
                 system = _system(case, compliance, contact, u, stuck)
@@ -79,13 +78,18 @@ def normal_contact(case: Case, compliance: SurfaceCompliance, stuck: bool) -> No
     return found._replace(contact=contact, converged=False)
 
 
+def _rounding(case: Case, found: NormalContact) -> float:
+    """By how much nodes at rest may move from round to round, in L_x."""
+    xi = (surface_from_pin(case) + found.u)[found.contact]
+    return RESTING * case.normal_load + pin_of(case).rounding(xi)
+
+
 def _wrong(case: Case, found: NormalContact) -> NDArray[np.bool_]:
     """Nodes (n,) in contact that pull, and free ones that lie inside the pin."""
     x, pin = surface_from_pin(case), pin_of(case)
     # A node beside a punch is never under it, even where it has moved there: see EDGE_REACHED.
     gap = np.where(np.abs(x) <= pin.half_width, pin.height(x + found.u) - found.v, np.inf)
-    inside = np.where(np.isinf(gap), -1.0, -gap / case.normal_load)
-    return np.asarray(np.where(found.contact, -found.normal_force / case.normal_load, inside) > INSIDE)
+    return np.asarray(np.where(found.contact, -found.normal_force, -gap) / case.normal_load > INSIDE)
 
 
 def expected_half_width(case: Case) -> float:
@@ -104,7 +108,14 @@ def _system(
     """The system of this contact set: without friction, the pin's height under a node depends on its u, linear near this one."""
     coupled = case.effects.coupling
     slope = pin_of(case).slope(surface_from_pin(case) + u) if coupled and not stuck else None
+    if slope is None and compliance.lasting and len(contact) <= FEW:  # no border changes what is kept
+        return _system_before(compliance, contact.tobytes(), coupled and stuck)
     return ContactSystem(compliance, contact, slope, held=coupled and stuck)
+
+
+@lru_cache(maxsize=16)  # cases of a campaign have the same sets again; they take at most 9 MB
+def _system_before(compliance: SurfaceCompliance, contact: bytes, held: bool) -> ContactSystem:
+    return ContactSystem(compliance, np.frombuffer(contact, np.bool_), None, held)
 
 
 def _pressed(

@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 from solver.case import Case, Effects, InitialContact, SlipRule
-from solver.contact import contact_system, initial
+from solver.contact import contact_system, initial, normal
 from solver.contact.initial import initial_contact
 from solver.elasticity.compliance import SurfaceCompliance, surface_compliance, uncoupled
 from solver.slab import Slab
@@ -88,3 +88,17 @@ def test_held_frictionless_the_contact_is_that_without_friction_bit_by_bit(monke
     free = initial_contact(FRICTIONLESS, COMPLIANCE)
     np.testing.assert_array_equal(held.nodal_force, free.nodal_force)
     np.testing.assert_array_equal(held.u, free.u)
+
+
+@pytest.mark.parametrize("start", [0.0, 0.3])
+def test_stuck_sets_that_were_looked_through_before_are_found_again_without_new_factors(start: float) -> None:
+    case = replace(CASE, slab=SLAB, start=start)
+    kept, own = COMPLIANCE, SurfaceCompliance(COMPLIANCE.matrix.copy(), SLAB)  # nothing is kept of one that may change
+    normal._system_before.cache_clear()
+    found = [normal.normal_contact(case, compliance, stuck=True) for compliance in (kept, kept, own)]
+    seen = normal._system_before.cache_info()
+    assert seen.misses == seen.hits > 0
+    for again in found[1:]:
+        np.testing.assert_array_equal(again.contact, found[0].contact)
+        np.testing.assert_array_equal(again.normal_force, found[0].normal_force)
+        assert again.approach == found[0].approach

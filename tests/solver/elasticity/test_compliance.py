@@ -66,6 +66,17 @@ def test_the_paper_stencil_is_neither_reciprocal_nor_converging_in_its_coupling(
     assert 0.01 < asymmetry < 0.5
 
 
+def test_compliances_of_one_array_are_one_and_an_equal_array_is_another() -> None:
+    """What is computed of a matrix is kept for it, and only while nobody can change it."""
+    one = surface_compliance(Slab(n_x=N))
+    same, other = replace(one), replace(one, matrix=one.matrix.copy())
+    assert one == same
+    assert hash(one) == hash(same)
+    assert one != other
+    assert one.lasting
+    assert not other.lasting
+
+
 def test_nodal_widths_tile_the_surface() -> None:
     compliance = surface_compliance(Slab(n_x=N))
     assert compliance.widths.sum() == pytest.approx(1.0, rel=1e-15)
