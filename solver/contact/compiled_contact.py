@@ -5,6 +5,7 @@ contact and a margin. When a touch comes near the window's end, a wider window i
 """
 
 import math
+import sys
 from dataclasses import dataclass
 from functools import lru_cache
 
@@ -121,7 +122,7 @@ def rebuild(state: KernelState) -> None:
     """Replace a tableau whose pivots have gathered rounding errors by a freshly inverted one, in place."""
     fresh = tableau(state.matrix, state.contact)
     state.tableau[:, : len(fresh)] = fresh
-    state.scalars.residual = 0.0
+    state.scalars["residual"] = 0.0
     respond(state)
 
 
@@ -178,7 +179,7 @@ def _constants(case: Case, window: slice) -> KernelConstants:
         slip=slip_constants(case),
         pin=_kernel_pin(pin),
         half_width=pin.half_width,
-        tolerance_gap=1e-12 * case.normal_load + 2 * np.finfo(float).eps * pin.curvature,
+        tolerance_gap=1e-12 * case.normal_load + 2 * sys.float_info.epsilon * pin.curvature,
         first_node=window.start,
         inner_nodes=(GUARD if window.start > 0 else 0, last - GUARD if window.stop < case.slab.n_x else last),
     )

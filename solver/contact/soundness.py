@@ -3,6 +3,8 @@
 Only under a small slope is shear the force along the slab, and pressure the force across it.
 """
 
+import sys
+
 import numpy as np
 from numpy.typing import NDArray
 
@@ -62,4 +64,4 @@ def rounding_share(case: Case, compliance: Compliance, contact: NDArray[np.bool_
     if pin.rises is not None:
         highest += float(np.abs(pin.rises).max())
     displaced = case.normal_load * float(np.abs(compliance.under_itself()[contact]).max())
-    return float(np.finfo(float).eps) * highest / displaced
+    return sys.float_info.epsilon * highest / displaced

@@ -169,17 +169,17 @@ def mirrored(case: Case, state: ContactState) -> ContactState:
 def contact_state(compiled: CompiledContact, outcome: Outcome) -> ContactState:
     """A compiled contact as a value; nodes beyond its window follow from the compliance."""
     state, n = compiled.state, compiled.case.slab.n_x
-    inside = (2, len(state.x))
+    given, response = (values[:-1].reshape(2, -1) for values in (state.inputs, state.response))
     contact = np.zeros(n, dtype=np.bool_)
     contact[compiled.window] = state.contact
     forces = np.zeros((2, n))
-    forces[:, compiled.window] = np.where(state.contact, state.response[:-1].reshape(inside), 0.0)
+    forces[:, compiled.window] = np.where(state.contact, response, 0.0)
     approach = float(state.response[-1])
-    uv = _displacements(compiled, forces) + np.array([[0.0], [approach]])
-    uv[:, compiled.window] = np.where(
-        state.contact, state.inputs[:-1].reshape(inside), state.response[:-1].reshape(inside)
-    )
-    found = (contact, forces, uv[0], uv[1], approach, float(state.scalars.displacement), int(state.scalars.slips))
+    uv = _displacements(compiled, forces)
+    uv[1] += approach
+    uv[:, compiled.window] = np.where(state.contact, given, response)
+    moved, slips = float(state.scalars["displacement"]), int(state.scalars["slips"])
+    found = (contact, forces, uv[0], uv[1], approach, moved, slips)
     return state_from_forces(compiled.case, compiled.compliance, *found, outcome)
 
 
@@ -235,8 +235,9 @@ def beyond_window(compiled: CompiledContact, state: ContactState) -> bool:
 
 def _displacements(compiled: CompiledContact, forces: NDArray[np.float64]) -> NDArray[np.float64]:
     """[u; w] of all surface nodes, (2, n), under the forces of the window; left zero where there is nothing beyond it."""
-    n, nodes = compiled.case.slab.n_x, np.arange(compiled.case.slab.n_x)[compiled.window]
-    if len(nodes) == n:
+    n = compiled.case.slab.n_x
+    if len(compiled.state.x) == n:
         return np.zeros((2, n))
+    nodes = np.arange(n)[compiled.window]
     columns = np.concatenate((nodes, nodes + n))
     return (compiled.compliance.matrix[:, columns] @ forces[:, compiled.window].ravel()).reshape(2, n)

@@ -3,6 +3,7 @@
 from abc import ABC, abstractmethod
 from collections.abc import Iterator
 from dataclasses import dataclass
+from functools import lru_cache
 
 import numpy as np
 from numpy.typing import NDArray
@@ -36,15 +37,12 @@ class Compliance(OneLine, ABC):
 
     @property
     def widths(self) -> NDArray[np.float64]:
-        """Length of surface that belongs to each node, in L_x, shape (n,): nodal force = traction × width.
+        """Length of surface that belongs to each node, in L_x, shape (n,), read-only: nodal force = traction × width.
 
         It is the width of a node's control volume, which equals the integral of its hat function. The end nodes have half
         of it, except on a half-plane, whose surface continues beyond them, and on a chain, whose blocks are all alike.
         """
-        widths = np.full(self.slab.n_x, self.slab.spacing)
-        if not self.slab.scheme.equal_widths:
-            widths[[0, -1]] /= 2
-        return widths
+        return _widths(self.slab.n_x, self.slab.scheme.equal_widths)
 
 
 @dataclass(frozen=True, slots=True, eq=False, repr=False)
@@ -104,6 +102,15 @@ class NormalCompliance(Compliance):
         yield f"{self.slab.n_x} surface nodes"
         yield f"scheme {self.slab.scheme.name}"
         yield f"w under a force {self.convolution.along[0]:.4g}"
+
+
+@lru_cache(maxsize=4)  # asked for every contact, and few campaigns have more grids at a time
+def _widths(n_x: int, equal: bool) -> NDArray[np.float64]:
+    widths = np.full(n_x, 1.0 / (n_x - 1))
+    if not equal:
+        widths[[0, -1]] /= 2
+    widths.setflags(write=False)
+    return widths
 
 
 def uncoupled(compliance: SurfaceCompliance) -> SurfaceCompliance:

@@ -83,7 +83,7 @@ class TangentialContact:
         force[0, self._nodes] = self._state.shear
         u = c.matrix[:n, self._nodes] @ self._state.shear + _pushed(self._case, c, start)
         u[self._nodes] = self._state.u
-        displacement = float(self._state.scalars.displacement)
+        displacement = float(self._state.scalars["displacement"])
         values = {
             "shear": force[0] / c.widths,
             "slip": np.where(start.contact, u - displacement, 0.0),
@@ -92,7 +92,7 @@ class TangentialContact:
         }
         for value in values.values():
             value.setflags(write=False)
-        slips = int(self._state.scalars.slips)
+        slips = int(self._state.scalars["slips"])
         return replace(start, **values, displacement=displacement, slips=slips, outcome=outcome)
 
 

@@ -59,7 +59,7 @@ def _cascade(
     margins = np.array([_margin(state, block, size) for block in range(blocks)])
     missed, used = np.zeros((blocks, n), dtype=np.bool_), np.zeros(blocks)
     while node >= 0:
-        xi = state.x[node] + state.inputs[node] - state.scalars.displacement
+        xi = state.x[node] + state.inputs[node] - state.scalars["displacement"]
         along, down = slip_move(
             y, state.tableau, state.node_friction, node, xi, constants.pin, constants.slip.residual_shear
         )
@@ -91,7 +91,7 @@ def far_field_row(case: Case, compliance: SurfaceCompliance, start: ContactState
         counts, jumps = np.zeros(3, dtype=np.int64), np.zeros(len(state.x), dtype=np.int64)
         for _ in range(EVENTS):
             step, kind, node = next_event(state, constants, 1.0)
-            floor = smallest_step(constants.slip, stretching(state), state.scalars.displacement)
+            floor = smallest_step(constants.slip, stretching(state), state.scalars["displacement"])
             advance(state, max(step, floor))
             start_event(state.scalars, state.node_slips)
             if kind == EventKind.SLIP:

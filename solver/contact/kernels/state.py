@@ -13,7 +13,7 @@ every column already holds the load:
 A slip is two rows of the tableau added to the response; touch and release exchange one node's two entries (a pivot).
 """
 
-from typing import NamedTuple, Protocol
+from typing import Any, NamedTuple, Protocol
 
 import numpy as np
 from numpy.typing import NDArray
@@ -24,7 +24,7 @@ Floats = NDArray[np.float64]
 
 
 class Scalars(Protocol):
-    """Numbers of a state that kernels change: the fields of a numpy record."""
+    """Numbers of a state that kernels change: attributes in kernels, items in Python, where attributes of arrays are slow."""
 
     displacement: float
     """δ_p."""
@@ -42,6 +42,9 @@ class Scalars(Protocol):
     """Touches and releases since response and rate were last summed afresh because of them."""
     touches_near_end: int
     """Touches near the ends of the window."""
+
+    def __getitem__(self, name: str) -> Any: ...
+    def __setitem__(self, name: str, value: float) -> None: ...
 
 
 class KernelState(NamedTuple):
@@ -115,13 +118,13 @@ class KernelConstants(NamedTuple):
     """First and last node of the window that can touch without a node beyond the window being near."""
 
 
-_SCALARS = np.dtype((np.record, list(Scalars.__annotations__.items())))
+_SCALARS = np.dtype(list(Scalars.__annotations__.items()))
 
 
 def new_scalars(displacement: float) -> Scalars:
-    """A record of `Scalars`, all 0 but δ_p."""
+    """The numbers of a state, all 0 but δ_p."""
     scalars: Scalars = np.zeros(1, _SCALARS)[0]
-    scalars.displacement = displacement
+    scalars["displacement"] = displacement
     return scalars
 
 
