@@ -74,10 +74,15 @@ def packed(result: TaskResult) -> bytes:
     rows = [(name, array.dtype.str, array.shape, _fortran(array)) for name, array in arrays.items()]
     table = _filled(_json({"scalars": dict(result.scalars), "arrays": rows}), b" ")
     body = b"".join((table, *(_filled(array.tobytes("A"), b"\0") for array in arrays.values())))
-    outcome = {"ending": result.outcome.ending.value, "message": result.outcome.message}
-    meta = _filled(_json({"kind": result.kind, **outcome, "origins": as_data(result.origins)}), b" ", LEAST)
+    meta = _said(result.kind, result.outcome, result.origins)
     head = _HEAD.pack(MARK, key, len(meta), len(table), len(body), zlib.crc32(body))
     return b"".join((head, _CHECKSUM.pack(zlib.crc32(meta, zlib.crc32(head))), meta, body))
+
+
+@lru_cache(maxsize=256)  # most results say the same of themselves
+def _said(kind: str, outcome: Outcome, origins: Origins) -> bytes:
+    ending = {"ending": outcome.ending.value, "message": outcome.message}
+    return _filled(_json({"kind": kind, **ending, "origins": as_data(origins)}), b" ", LEAST)
 
 
 def read_head(file: BinaryIO) -> Head:
@@ -132,7 +137,7 @@ def _fortran(array: NDArray[Any]) -> bool:
 
 
 def _json(content: object) -> bytes:
-    return json.dumps(content, sort_keys=True, default=lambda number: number.item()).encode()
+    return _ENCODER.encode(content).encode()
 
 
 def _filled(content: bytes, filling: bytes, before: int = 0) -> bytes:
@@ -143,6 +148,7 @@ def _rounded(length: int) -> int:
     return -(-length // ALIGNED) * ALIGNED
 
 
+_ENCODER: Final = json.JSONEncoder(sort_keys=True, default=lambda number: number.item())
 _KEY: Final = 20
 _MOST: Final = 1 << 20
 """Bytes that a result says of itself: more are damage."""

@@ -7,6 +7,7 @@ A result holds the numbers of the kind's `parts`: dataclasses of the solver whos
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field, fields
 from functools import lru_cache
+from operator import attrgetter
 from typing import Any, NamedTuple, TypeVar
 
 import numpy as np
@@ -128,8 +129,10 @@ def numbers(kind: Kind, values: tuple[object, ...]) -> tuple[dict[str, float | i
     for part, value in zip(
         kind.parts, values, strict=False
     ):  # a result that was not asked for all lacks the last parts
-        for key, field_name, words in _held(part) if value is not None else ():
-            number = getattr(value, field_name)
+        if value is None:
+            continue
+        held = _held(part)
+        for key, words, number in zip(held.keys, held.words, held.values(value), strict=True):
             if isinstance(number, np.ndarray):
                 arrays[key] = number
             elif not isinstance(number, Outcome):
@@ -137,14 +140,23 @@ def numbers(kind: Kind, values: tuple[object, ...]) -> tuple[dict[str, float | i
     return scalars, arrays
 
 
+class _Held(NamedTuple):
+    """Of each number of a part that results hold: its name in them, and the words that it stands for."""
+
+    keys: tuple[str, ...]
+    words: tuple[tuple[str, ...], ...]
+    values: Callable[[object], tuple[Any, ...]]
+    """All of them, of a value of the part."""
+
+
 @lru_cache(maxsize=64)
-def _held(part: Part) -> tuple[tuple[str, str, tuple[str, ...]], ...]:
-    """Of each number of a part that results hold: its name in them, its field's, and the words that it stands for."""
+def _held(part: Part) -> _Held:
     known = quantities(part.type, part.prefix)
-    named = ((f"{part.prefix}{item.name}", item.name) for item in fields(part.type))
-    return tuple(
-        (key, name, known[key].words if key in known else ()) for key, name in named if part.whole or key in known
-    )
+    named = {f"{part.prefix}{item.name}": item.name for item in fields(part.type)}
+    held = {key: name for key, name in named.items() if part.whole or key in known}
+    words = tuple(known[key].words if key in known else () for key in held)
+    names = tuple(held.values())
+    return _Held(tuple(held), words, attrgetter(*names) if len(names) > 1 else lambda value: (getattr(value, *names),))
 
 
 def _coded(value: Any, words: tuple[str, ...]) -> float | int:
