@@ -54,15 +54,16 @@ def _serve(parent: "Connection[Any, Any]") -> None:
     where = f"rank {number} on {socket.gethostname()}"
     while True:
         try:
-            task = loads(parent.recv_bytes())
+            tasks = loads(parent.recv_bytes())
         except (EOFError, OSError):
             return  # nobody is there any more
         except BaseException:
             traceback.print_exc()
             os._exit(NO_TASK)
-        done = attempt(execute, task, where, survive=BaseException)
-        tell(task, done)
-        parent.send_bytes(dumps(done))
+        for task in tasks:
+            done = attempt(execute, task, where, survive=BaseException)
+            tell(task, done)
+            parent.send_bytes(dumps(done))
 
 
 def _end_with(parent: int) -> None:

@@ -62,14 +62,14 @@ class ChildProcess:
         self.seconds += min(now - self._seen, LONGEST_LOOK)
         self._seen = now
 
-    def begin(self, task: Work) -> None:
-        """Have it compute a task, now that it has none."""
+    def begin(self, tasks: list[Work]) -> None:
+        """Have it compute tasks, now that it has none."""
         self.seconds, self._seen = 0.0, time.monotonic()
-        self.add(task)
+        self.add(tasks)
 
-    def add(self, task: Work) -> None:
-        """Have it compute a task after those that it has."""
-        self._tell(task)
+    def add(self, tasks: list[Work]) -> None:
+        """Have it compute tasks after those that it has."""
+        self._tell(tasks)
 
     def receive(self) -> Done | None:
         """How its task has ended; None while it has not. Raises EOFError, OSError where the process has."""

@@ -105,7 +105,7 @@ def test_time_in_which_both_processes_are_stopped_is_not_the_task_s(
     try:
         while not child.ready:
             child.receive()
-        child.begin(Work("endless loop"))
+        child.begin([Work("endless loop")])
         for _ in range(3):
             jump += 1000.0
             assert child.receive() is None
