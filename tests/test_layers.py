@@ -12,7 +12,7 @@ import pytest
 ROOT = Path(__file__).parents[1]
 
 ORDER = {
-    "solver": "compiled compiling outcome quantity view parameter family slab case drive elasticity contact sliding "
+    "solver": "compiled compiling last outcome quantity view parameter family slab case drive elasticity contact sliding "
     "dynamics simulate",
     "solver.elasticity": "grid lagrange support stiffness condensation grid_scheme boundary_value schemes "
     "interior compliance conditioning",
@@ -40,7 +40,7 @@ ORDER = {
     "study.discretization": "front targets",
     "study.plan": "task keys cost kinds tasks influence ensemble case_tasks order budget plan standing size outlook flags spans "
     "memory",
-    "study.plan.cost": "last condensation sliding seconds arrays drive",
+    "study.plan.cost": "condensation sliding seconds arrays drive",
     "study.plan.ensemble": "batches expected",
     "study.plan.influence": "scene omissions table choice length search decision campaign account limits",
     "study.plan.standing": "endings outline",

@@ -68,7 +68,7 @@ class ContactSystem:
         right[n:-1][contact] = heights[contact] - lowest
         right[-1] = -normal_load
         answer = self._solved(right[self._with_load][None])[0]
-        changed = np.flatnonzero(members ^ self._members)
+        changed = (members ^ self._members).nonzero()[0]
         forces = np.zeros(2 * n)
         if len(changed):
             border = self._border(changed, members[changed], answer, right[changed])

@@ -20,6 +20,7 @@ from solver.contact.contact_system import FEW, ContactSystem
 from solver.contact.exchange import Exchange
 from solver.contact.pin import pin_of, surface_from_pin
 from solver.elasticity.compliance import SurfaceCompliance
+from solver.last import of_the_last
 
 Vector = NDArray[np.float64]
 
@@ -92,6 +93,7 @@ def _wrong(case: Case, found: NormalContact) -> NDArray[np.bool_]:
     return np.asarray(np.where(found.contact, -found.normal_force, -gap) / case.normal_load > INSIDE)
 
 
+@of_the_last
 def expected_half_width(case: Case) -> float:
     """Hertz's contact half-width on a half-plane, that on a bed of springs, or the punch's own: a first guess."""
     if case.pin == "flat_punch":
@@ -137,7 +139,7 @@ def _displacements(
     matrix: NDArray[np.float64], forces: Vector, contact: NDArray[np.bool_], coupled: bool, stuck: bool
 ) -> NDArray[np.float64]:
     """[u; w] (2, n) under these forces (2n,); only what is loaded, and what moves, is read of the compliance."""
-    n, nodes = len(contact), np.flatnonzero(contact)
+    n, nodes = len(contact), contact.nonzero()[0]
     first = 0 if coupled else n
     found = np.zeros(2 * n)
     for start in (0, n) if stuck and coupled else (n,):

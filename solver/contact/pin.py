@@ -8,6 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from solver.case import Case, PinShape
+from solver.last import of_the_last
 from solver.slab import surface_x
 
 Vector = NDArray[np.float64]
@@ -67,6 +68,7 @@ class Pin:
         return np.asarray(steps[np.searchsorted(self.knots, xi, side="right")])
 
 
+@of_the_last
 def surface_from_pin(case: Case) -> Vector:
     """The undeformed surface nodes as the pin sees them before it moves: x from its lowest point, (n_x,), in L_x; read-only."""
     places = surface_x(case.slab.n_x)
@@ -77,6 +79,7 @@ def surface_from_pin(case: Case) -> Vector:
     return places
 
 
+@of_the_last
 def pin_of(case: Case) -> Pin:
     """The pin of `case`."""
     return SHAPES[case.pin](case)

@@ -156,7 +156,8 @@ class Teeth:
 
     def block_means(self, first: float, last: float, count: int) -> NDArray[np.float64]:
         """Mean force in `count` equal stretches of displacement from `first` to `last`."""
-        return np.diff(self.integral(np.linspace(first, last, count + 1))) * (count / (last - first))
+        whole = self.integral(np.linspace(first, last, count + 1))
+        return (whole[1:] - whole[:-1]) * (count / (last - first))
 
 
 def teeth(record: FrictionRecord) -> Teeth:

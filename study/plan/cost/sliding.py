@@ -19,12 +19,12 @@ from solver.contact.compiled_contact import margin
 from solver.contact.normal import expected_half_width
 from solver.elasticity.schemes.biquadratic import Biquadratic
 from solver.elasticity.schemes.chain import Chain, spring_stiffness
+from solver.last import of_the_last
 from solver.sliding.coulomb import OFF_THE_SLAB
 from solver.sliding.kernels.step import STRETCHES
 from solver.sliding.plateau import SETTLING, TELLING
 from solver.sliding.sampling import Sampling
 from solver.sliding.target import FIRST_LOOK, GROWTH
-from study.plan.cost.last import of_the_last
 
 NODE_STIFFNESS = 2.9
 """Of a surface node against its neighbours at rest, in G: slips per displacement, times what they drop, over nodes."""

@@ -5,10 +5,10 @@ from collections.abc import Iterable
 from typing import Final, NamedTuple
 
 from solver.case import Case
+from solver.last import of_the_last
 from solver.sliding.sampling import expected_of_ensemble
 from study.manifest.cases import CampaignCase
 from study.manifest.manifest import FIRST_MEMBERS, Ensemble
-from study.plan.cost.last import of_the_last
 from study.plan.cost.sliding import expected_displacement, expected_peak_scatter, expected_uncertainty
 from study.plan.kinds.ensemble import SHORT, one_event
 from study.plan.task import Task

@@ -9,12 +9,12 @@ from solver.dynamics.coefficients import FrictionCoefficients, measured
 from solver.dynamics.integrate import DynamicsResult
 from solver.dynamics.regime import StickSlipCount, count_sticks
 from solver.dynamics.stick_slip import StickSlipFit, fit_stick_slip
+from solver.last import of_the_last
 from solver.sliding.plateau import Plateau
 from solver.sliding.record import FrictionRecord
 from study.canonical import CanonicalText, canonical_text
 from study.manifest.manifest import Manifest
 from study.plan.cost.drive import drive_seconds
-from study.plan.cost.last import of_the_last
 from study.plan.cost.sliding import events_of
 from study.plan.keys import task_key
 from study.plan.kinds.kind import (

@@ -8,6 +8,7 @@ from dataclasses import replace
 
 from solver.case import Case
 from solver.contact.initial import initial_contact
+from solver.last import of_the_last
 from solver.sliding.events import slide_to_state
 from solver.sliding.plateau import Plateau, plateau_of
 from solver.sliding.record import FrictionRecord
@@ -15,7 +16,6 @@ from solver.sliding.statistics import EventStatistics, event_statistics
 from solver.sliding.validity import Validity, record_validity
 from study.manifest.manifest import Manifest
 from study.plan.cost.arrays import record_bytes, sliding_bytes
-from study.plan.cost.last import of_the_last
 from study.plan.cost.seconds import record_seconds
 from study.plan.cost.sliding import events_of
 from study.plan.keys import of_record, task_key

@@ -1,4 +1,4 @@
-"""A function that caches its last answer, for numbers that several estimates of one case share."""
+"""A function that caches its last answer, for what several estimates or steps of one case share."""
 
 from collections.abc import Callable
 from functools import wraps
