@@ -43,7 +43,7 @@ def _slide(
 ) -> tuple[FrictionRecord, ContactState] | None:
     """The run within windows, or on the whole surface; None where a node beyond a window proves to lie inside the pin."""
     compiled = compiled_at(case, compliance, start, whole)
-    initial_stiffness = total_shear(compiled.state, compiled.state.rate)
+    initial_stiffness = total_shear(compiled.state.contact, compiled.state.rate)
     target = Target(case, start, initial_stiffness)
     most = case.max_events or MOST_EVENTS
     events, node_slips, held = first_room(most), np.zeros(case.slab.n_x, np.int64), 0

@@ -84,7 +84,10 @@ class Sampling:
     @property
     def unseen(self) -> float:
         """Share of a modulation over one node spacing that a mean over the stretch has in it: |sin πs|/πs, 0 from s = 1 on."""
-        return float(abs(np.sinc(self.spacings))) if self.spacings < 1.0 else 0.0
+        if not 0.0 < self.spacings < 1.0:
+            return float(self.spacings < 1.0)
+        angle = math.pi * self.spacings
+        return float(abs(np.sin(angle))) / angle
 
     @property
     def discreteness(self) -> float:

@@ -178,8 +178,8 @@ def record_flags(case: Case, start: ContactState, record: FrictionRecord, end: C
         return ()
     first = int(start.contact.sum())
     fewest, most = (int(extreme(initial=first)) for extreme in (record.contact_size.min, record.contact_size.max))
-    there = map(np.flatnonzero, (start.contact, end.contact, record.node_slips))
-    nodes = np.concatenate((*there, record.node))
+    there = (start.contact | end.contact | (record.node_slips > 0)).nonzero()[0]
+    nodes = np.concatenate((there, record.node))
     travel = record.final_displacement - start.displacement
     half_width = contact_half_width(case, start)
     seen = _Seen(fewest, most, half_width, _margin(case, nodes), travel)

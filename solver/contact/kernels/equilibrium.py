@@ -1,6 +1,7 @@
 """Response of the slab to its inputs, its rate as pin or load move, and how far both are from equilibrium."""
 
 import numpy as np
+from numpy.typing import NDArray
 
 from solver.compiled import compiled
 from solver.contact.kernels.pin_height import BLUR
@@ -39,11 +40,11 @@ def set_rate_to_load(state: KernelState) -> None:
 
 
 @compiled()
-def total_shear(state: KernelState, values: Floats) -> float:
-    """Sum of the tangential entries of `values` (response or rate) over the contact."""
+def total_shear(contact: NDArray[np.bool_], values: Floats) -> float:
+    """Sum of the tangential entries of `values` (response or rate) over the contact, (n,)."""
     total = 0.0
-    for i in range(len(state.x)):
-        if state.contact[i]:
+    for i in range(len(contact)):
+        if contact[i]:
             total += values[i]
     return total
 

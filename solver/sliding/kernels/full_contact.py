@@ -80,7 +80,7 @@ def slide_events(
         step = min(max(step, floor), left)
         advance(state, step)
         events.displacement[e] = scalars.displacement
-        events.force_before[e] = total_shear(state, state.response)
+        events.force_before[e] = total_shear(state.contact, state.response)
         events.kind[e] = kind
         events.node[e] = constants.first_node + node
         status = _answer(state, constants, kind, node)
@@ -115,8 +115,8 @@ def _answer(state: KernelState, constants: KernelConstants, kind: EventKind, nod
 def _record(state: KernelState, events: Events, e: int) -> None:
     """Row e of the record once its cascade is over."""
     scalars = state.scalars
-    events.force_after[e] = total_shear(state, state.response)
-    events.stiffness[e] = total_shear(state, state.rate)
+    events.force_after[e] = total_shear(state.contact, state.response)
+    events.stiffness[e] = total_shear(state.contact, state.rate)
     events.dissipated[e] = scalars.dissipated
     events.slips[e] = scalars.slips
     events.releases[e] = scalars.releases

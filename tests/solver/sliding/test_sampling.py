@@ -23,6 +23,7 @@ from solver.sliding.sampling import (
     Sampling,
     ensemble_uncertainty,
     expected_of_ensemble,
+    scatter,
     scatter_uncertainty,
 )
 
@@ -47,13 +48,13 @@ def test_nothing_is_unseen_from_one_spacing_on(spacings: float) -> None:
 def test_what_single_spacings_differ_by_falls_as_the_root_of_their_number() -> None:
     """Four spacings whose means scatter like those of sixteen are known half as well."""
     flat, mean = np.full(32, 10.0), 10.0
-    for scatter in (0.05, 0.5):
+    for spread in (0.05, 0.5):
         of = {}
         for count in (4, 16, 64):
-            means = mean + scatter * np.tile([-1.0, 1.0], count // 2) * math.sqrt((count - 1) / count)
+            means = mean + spread * np.tile([-1.0, 1.0], count // 2) * math.sqrt((count - 1) / count)
             of[count] = Sampling(float(count), 9.0).of_mean_force(flat, 0.0, means)
             # One of them counts as it is to be expected, not as it was seen.
-            expected = math.hypot(scatter * math.sqrt(count - 1), BETWEEN / 9.0 * mean) / count
+            expected = math.hypot(spread * math.sqrt(count - 1), BETWEEN / 9.0 * mean) / count
             assert of[count] == pytest.approx(expected, rel=1e-12)
         assert of[4] > of[16] > of[64]
 
@@ -287,3 +288,14 @@ def test_what_is_expected_of_an_ensemble_is_what_one_that_scatters_as_expected_s
 
 def test_members_have_part_of_what_they_do_not_know_in_common() -> None:
     assert expected_of_ensemble(0.2, 0.3, 10**12) == pytest.approx(SHARED[0] * 0.2, rel=1e-6)
+
+
+@pytest.mark.parametrize("count", [2, 7, 8, 32, 1000])
+def test_scatter_has_the_bits_of_numpy(count: int) -> None:
+    values = np.random.default_rng(count).lognormal(size=count)
+    assert scatter(values) == np.std(values, ddof=1)
+
+
+@pytest.mark.parametrize("spacings", [0.0, 1e-9, 0.3, 0.999, 1.0, 7.5, math.inf])
+def test_what_is_unseen_has_the_bits_of_numpy(spacings: float) -> None:
+    assert Sampling(spacings, 9.0).unseen == (abs(np.sinc(spacings)) if spacings < 1.0 else 0.0)
