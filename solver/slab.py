@@ -58,6 +58,10 @@ class Scheme(ABC):
         """
         return True
 
+    def nodes_as_one(self, slab: "Slab") -> float:
+        """How many surface nodes give way as one, as far as uncertainties are concerned: 1 where each does so alone."""
+        return 1.0
+
     @property
     def bed_stiffness(self) -> float | None:
         """Stiffness per length of springs that are pressed down each for itself, in G/L_x; None of a continuum."""

@@ -41,6 +41,7 @@ def record_from(steps: ArrayLike, drops: ArrayLike, initial_force: float = 0.0, 
         spacing=SPACING,
         residual_shear=1.0,  # teeth that no grid modulates
         spread=0.0,
+        nodes_as_one=1.0,
         initial_force=initial_force,
         initial_stiffness=STIFFNESS,
         initial_slips=0,

@@ -183,7 +183,7 @@ def _as_asked(friction: FrictionCoefficients, plateau: Plateau, drive: Drive) ->
     if enough is None or found <= enough or not friction.outcome.ok:
         return friction.outcome
     if math.isnan(plateau.uncertainty):
-        why = "the contact is at an end of the surface"
+        why = "the contact is at an end of the surface, or its nodes overshoot as they slip at once"
         return _and(friction.outcome, f"kinetic friction is not known to {enough:.2%}: {why}")
     why = "raise duration"
     if plateau.relative_uncertainty > enough:

@@ -63,6 +63,7 @@ def friction_record(
         spacing=case.slab.spacing if case.effects.pin_translation else math.inf,
         residual_shear=case.slip_rule.residual_shear,
         spread=case.heterogeneity.spread,
+        nodes_as_one=case.nodes_as_one,
         initial_force=start.friction_force,
         initial_stiffness=initial_stiffness,
         initial_slips=start.slips,

@@ -51,7 +51,7 @@ class Plateau(Viewed):
     It reaches from event `first_event` at displacement `start` (L_x) to event `last_event` at `end`, just after both.
     mean and std are displacement-weighted integrals over the sawtooth, without approximation. uncertainty is the standard
     error of the mean as an estimate of that over all positions of the pin (see solver.sliding.sampling): it knows how many node
-    spacings the steady part spans, and is NaN where the contact is at an end of the surface. of_length is the part of it that a
+    spacings the steady part spans, and is NaN where nothing tells it (`Sampling.of_length`). of_length is the part of it that a
     longer record makes smaller. peak is the highest force within. spacings: the length of the steady part.
     """
 
@@ -84,7 +84,8 @@ class Plateau(Viewed):
     uncertainty: float = field(
         metadata=quantity(
             "standard error of plateau_mean",
-            comment="of an estimate of the mean over all starts, as F/W; NaN with the contact at an end of the surface",
+            comment="of an estimate of the mean over all starts, as F/W; NaN with the contact at an end of the surface, "
+            "or where ν is near 0.5 and all nodes slip at once",
             si=companion("standard error of plateau_ratio", "1", "intrinsic_friction", "plateau_ratio_uncertainty"),
         )
     )
@@ -261,7 +262,7 @@ def sampling_of(record: FrictionRecord, first: int, length: float) -> Sampling:
     spacings = length / record.spacing
     whole = round(spacings)
     counted = float(whole) if whole and abs(spacings - whole) < WHOLE else spacings
-    return Sampling(counted, nodes, record.residual_shear, record.spread, record.at_an_end)
+    return Sampling(counted, nodes, record.residual_shear, record.spread, record.at_an_end, record.nodes_as_one)
 
 
 def _beginnings(record: FrictionRecord, whole: Teeth) -> Iterator[_Beginning]:

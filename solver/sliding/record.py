@@ -94,6 +94,8 @@ class FrictionRecord(Viewed):
     """Shear that a slip leaves, as a share of μ_i·pressure."""
     spread: float
     """Standard deviation of μ_i over the nodes, over its mean."""
+    nodes_as_one: float
+    """How many nodes give way as one: more than 1 on a nearly incompressible slab's elements."""
     initial_force: float = field(
         metadata=quantity(
             "F/W after initial contact",

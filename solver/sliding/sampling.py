@@ -6,7 +6,8 @@ with each other and say nothing of the rest of the spacing: what they miss is ta
 the modulation averages out, and what is left of it falls as one over their number. Most records are not the same in every
 spacing: the scatter of their means is seen, and falls as the root of their number, unless neighbours are alike: then it is that
 between groups of them, which knows of a drift. Where the contact is at an end of the surface nothing repeats, and nothing is
-known. A record that is the same has found a cycle;
+known. Where surface nodes give way together, as on a nearly incompressible slab of finite elements, a contact counts as one of
+fewer nodes. A record that is the same has found a cycle;
 another start may find another one, of which more of the same says nothing. Constants and how well the result keeps its
 promise: tests/verification/calibration.
 """
@@ -73,6 +74,7 @@ class Sampling:
     """A stretch of a record: its length in node spacings, nodes in contact on average, and the case's slip rule and disorder.
 
     at_an_end: of the surface is the contact, so that what the pin meets does not repeat. Then no mean is known.
+    nodes_as_one: how many nodes give way as one, which makes a contact one of fewer nodes. If infinite, no mean is known either.
     """
 
     spacings: float
@@ -80,6 +82,7 @@ class Sampling:
     residual_shear: float = 0.0
     spread: float = 0.0
     at_an_end: bool = False
+    nodes_as_one: float = 1.0
 
     @property
     def unseen(self) -> float:
@@ -91,8 +94,18 @@ class Sampling:
 
     @property
     def discreteness(self) -> float:
-        """What one node's slip drops, as a share of the load's friction."""
+        """What a slip drops of one node and of those that give way with it, as a share of the load's friction."""
+        return self._alone * self._together
+
+    @property
+    def _alone(self) -> float:
+        """The same of one node."""
         return (1.0 - self.residual_shear) / max(self.nodes, 1.0)
+
+    @property
+    def _together(self) -> float:
+        """Nodes that give way as one, at most all. Peaks and events were seen to differ by its root: they are drops of groups."""
+        return min(self.nodes_as_one, max(self.nodes, 1.0))
 
     @property
     def disorder(self) -> float:
@@ -139,8 +152,11 @@ class Sampling:
     def of_length(
         self, blocks: NDArray[np.float64], within: float, spacings: NDArray[np.float64] | None = None
     ) -> float:
-        """The same without what other nodes' μ_i would change, of which a longer stretch says nothing."""
-        if self.at_an_end:
+        """The same without what other nodes' μ_i would change, of which a longer stretch says nothing.
+
+        NaN at an end of the surface, and where there is no bound to how many nodes give way as one.
+        """
+        if self.at_an_end or math.isinf(self.nodes_as_one):
             return math.nan
         mean, seen = abs(float(blocks.mean())), scatter(blocks)
         unknown = self._between(mean, spacings), self.wandering * mean
@@ -169,16 +185,17 @@ class Sampling:
     def of_events(self) -> float:
         """Relative standard error of step and drop per event over the stretch, NaN below KNOWN; of disorder alone where slips
         drop nothing."""
-        if self.at_an_end:
+        if self.at_an_end or math.isinf(self.nodes_as_one):
             return math.nan
         if self.residual_shear == 1.0:
             return self.disorder
         if self.spacings < KNOWN:
             return math.nan
+        grouped = math.sqrt(self._together)
         if self.spacings >= 1.0:
             left_over = EVENT_LEFT_OVER if self.spacings >= 2.0 else EVENT_ALONE
-            return math.hypot(left_over / self.spacings, self.disorder)
-        return math.hypot(self.unseen * EVENT_MODULATION, EVENT_ALONE, self.disorder)
+            return math.hypot(grouped * left_over / self.spacings, self.disorder)
+        return math.hypot(self.unseen * EVENT_MODULATION, grouped * EVENT_ALONE, self.disorder)
 
     def of_peak(self, above: float = 0.0) -> float:
         """Relative standard deviation, between starts, of the force at which a pin first slides.
@@ -186,7 +203,7 @@ class Sampling:
         above: share of that force by which it is more than all that the plateau repeats, to which twice the uncertainty reaches
         back then; 0 or less where it is not. Slips that drop nothing have no such peak.
         """
-        modulation = PEAK_MODULATION * self.discreteness
+        modulation = PEAK_MODULATION * self._alone * math.sqrt(self._together)
         if above > 0.0 and self.residual_shear < 1.0:
             modulation = max(modulation, OVERSHOOT, above / 2.0)
         return math.hypot(modulation, DISORDER * self.spread / math.sqrt(max(self.nodes, 1.0)))

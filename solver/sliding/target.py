@@ -53,9 +53,10 @@ class Target:
         enough = min(case.target_uncertainty or math.inf, case.target_length_error or math.inf)
         spacing = case.slab.spacing if case.effects.pin_translation else math.inf
         most_nodes = float(events.contact_size[:held].max())
-        longest = Sampling(events.displacement[held - 1] / spacing, most_nodes, case.slip_rule.residual_shear)
-        if case.target_length_error is not None and 0.0 < longest.spacings < TELLING:
+        length, residual_shear = events.displacement[held - 1] / spacing, case.slip_rule.residual_shear
+        if case.target_length_error is not None and 0.0 < length < TELLING:
             return False
+        longest = Sampling(length, most_nodes, residual_shear, nodes_as_one=case.nodes_as_one)
         return longest.least_of_mean_force <= enough
 
     def _known(self, events: Events, held: int) -> bool:

@@ -31,6 +31,7 @@ def sawtooth(case: Case) -> FrictionRecord:
         spacing=spacing,
         residual_shear=0.0,
         spread=0.0,
+        nodes_as_one=1.0,
         initial_force=low,
         initial_stiffness=stiffness,
         initial_slips=0,

@@ -170,18 +170,22 @@ def expected_uncertainty(case: Case) -> float:
 
 def expected_peak_scatter(case: Case) -> float:
     """The relative standard deviation between starts of the force at which a pin first slides."""
-    rule, spread = case.slip_rule, case.heterogeneity.spread
-    return Sampling(0.0, contact_nodes(case), rule.residual_shear, spread).of_peak()
+    return sampling_over(case, 0.0).of_peak()
 
 
 def _uncertainty_over(case: Case, spacings: float) -> float:
-    rule, spread = case.slip_rule, case.heterogeneity.spread
-    return Sampling(spacings, contact_nodes(case), rule.residual_shear, spread).expected_of_mean_force
+    return sampling_over(case, spacings).expected_of_mean_force
+
+
+def sampling_over(case: Case, spacings: float) -> Sampling:
+    """What a plateau of so many node spacings is expected to know."""
+    rule, spread, as_one = case.slip_rule, case.heterogeneity.spread, case.nodes_as_one
+    return Sampling(spacings, contact_nodes(case), rule.residual_shear, spread, nodes_as_one=as_one)
 
 
 def discreteness(case: Case) -> float:
     """What one node's slip drops, as a share of the load's friction."""
-    return Sampling(0.0, contact_nodes(case), case.slip_rule.residual_shear).discreteness
+    return sampling_over(case, 0.0).discreteness
 
 
 def needed_spacings(case: Case, error: float) -> float:

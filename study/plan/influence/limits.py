@@ -11,7 +11,7 @@ from solver.case import Case
 from solver.sliding.sampling import Sampling
 from study.discretization.front import Front
 from study.plan.cost.seconds import compliance_seconds, record_seconds, touch_seconds
-from study.plan.cost.sliding import contact_nodes, expected_displacement, expected_peak_scatter
+from study.plan.cost.sliding import contact_nodes, expected_displacement, expected_peak_scatter, sampling_over
 from study.plan.influence.decision import Decision, Tolerance
 
 
@@ -78,7 +78,7 @@ def _length(case: Case) -> Limit:
 
 def _left_open(case: Case, spacings: float) -> float:
     """Relative standard error of a plateau over so many node spacings, whatever the nodes' μ_i are."""
-    return Sampling(spacings, contact_nodes(case), case.slip_rule.residual_shear).expected_of_mean_force
+    return replace(sampling_over(case, spacings), spread=0.0).expected_of_mean_force
 
 
 LONGER: Final = np.geomspace(1.0, 100.0, 400)

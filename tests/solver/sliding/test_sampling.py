@@ -118,6 +118,25 @@ def test_what_is_to_be_expected_falls_with_length_nodes_and_residual() -> None:
     assert Sampling(0.3, 9.0, 1.0).expected_of_mean_force == 0.0
 
 
+@pytest.mark.parametrize("spacings", [0.0, 0.3, 1.0, 1.7, 4.0])
+def test_nodes_that_give_way_as_one_make_a_contact_one_of_fewer_nodes(spacings: float) -> None:
+    """Forty of them in fours know a mean like ten, a peak and events like half as many as there are: groups of four drop."""
+    means = None if spacings < 2.0 else np.full(4, 10.0)
+    together, few = Sampling(spacings, 40.0, nodes_as_one=4.0), Sampling(spacings, 10.0)
+    for name in ("discreteness", "expected_of_mean_force", "least_of_mean_force"):
+        assert getattr(together, name) == pytest.approx(getattr(few, name), rel=1e-14)
+    flat = np.full(32, 10.0)
+    assert together.of_length(flat, 0.0, means) == pytest.approx(few.of_length(flat, 0.0, means), rel=1e-14)
+    assert together.of_peak() == pytest.approx(Sampling(spacings, 20.0).of_peak(), rel=1e-14)
+    if spacings >= 1.0:
+        assert together.of_events() == pytest.approx(2.0 * few.of_events(), rel=1e-14)
+
+
+def test_no_more_nodes_give_way_than_there_are() -> None:
+    assert Sampling(0.3, 9.0, nodes_as_one=50.0).discreteness == 1.0
+    assert Sampling(0.3, 9.0, 0.5, nodes_as_one=50.0).discreteness == 0.5
+
+
 def test_no_blocks_bring_it_below_the_least() -> None:
     for spacings in LENGTHS:
         stretch = Sampling(spacings, 9.0)

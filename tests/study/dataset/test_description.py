@@ -157,5 +157,5 @@ def test_a_cell_of_the_page_ends_where_a_column_does() -> None:
 
 
 def test_every_number_of_a_record_but_its_settings_is_declared() -> None:
-    settings = {"normal_load", "spacing", "residual_shear", "spread", "outcome"}
+    settings = {"normal_load", "spacing", "residual_shear", "spread", "nodes_as_one", "outcome"}
     assert {item.name for item in fields(FrictionRecord) if not item.metadata} == settings
