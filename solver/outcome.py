@@ -81,6 +81,10 @@ class Outcome:
         """True when all computed numbers are valid, though some may be missing: the outcome says which."""
         return self.ending in _USABLE
 
+    def adding(self, more: str) -> "Outcome":
+        """The same with more in its message."""
+        return Outcome(self.ending, "; ".join(filter(None, (self.message, more))))
+
 
 _USABLE = frozenset({Ending.COMPLETED, Ending.NO_PLATEAU, Ending.NO_SLIP})
 UNDONE = {

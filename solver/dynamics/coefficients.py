@@ -243,7 +243,7 @@ def _no_slip(result: DynamicsResult, plateau: Plateau, normal_load: float) -> Ou
 
 def _and(outcome: Outcome, more: str) -> Outcome:
     """The outcome with more in its message."""
-    return Outcome(outcome.ending, "; ".join(filter(None, (outcome.message, more))))
+    return outcome.adding(more)
 
 
 def _first_slip(record: FrictionRecord, static: NDArray[np.float64]) -> tuple[float, str]:

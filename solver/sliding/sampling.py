@@ -258,10 +258,10 @@ def independent_uncertainty(values: NDArray[np.float64]) -> float:
 
 def _of_independent(values: NDArray[np.float64]) -> float:
     """Standard error of the mean of two values or more."""
-    return _student(len(values)) * scatter(values) / math.sqrt(len(values))
+    return student(len(values)) * scatter(values) / math.sqrt(len(values))
 
 
-def _student(members: int) -> float:
+def student(members: int) -> float:
     """By how much more the standard error of so many counts, of which the scatter is not known but seen: twice it is to hold as
     often as it does of many."""
     return float(scipy.special.stdtrit(members - 1, 0.5 + 0.5 * HELD)) / 2.0
@@ -269,4 +269,4 @@ def _student(members: int) -> float:
 
 def expected_of_ensemble(member: float, spacings: float, members: int) -> float:
     """The same as far as it is known before there are records: members are expected to scatter by what each of them states."""
-    return member * math.hypot(EVENLY * _student(members) / math.sqrt(members), SHARED[spacings >= 0.5])
+    return member * math.hypot(EVENLY * student(members) / math.sqrt(members), SHARED[spacings >= 0.5])

@@ -93,7 +93,8 @@ def _run(task: Task, inputs: Inputs) -> Computed:
     drive, (record, plateau) = drive_of(task), _pulled_over(inputs[task.needs[0]])
     motion, coefficients = measured(record, plateau, drive)
     fit = fit_stick_slip(motion, drive, record.normal_load) if task.fitted else None
-    return Computed((coefficients, fit, count_sticks(motion, drive), motion), coefficients.outcome)
+    count = count_sticks(motion, drive, record.spacing, plateau.end - plateau.start)
+    return Computed((coefficients, fit, count, motion), coefficients.outcome.adding(count.unsettled))
 
 
 def _estimate(task: Task) -> Estimate:

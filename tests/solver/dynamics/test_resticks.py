@@ -9,15 +9,20 @@ import pytest
 from solver.drive import Drive
 from solver.dynamics.friction_limit import sawtooth
 from solver.dynamics.integrate import DynamicsResult, integrate
-from solver.dynamics.regime import count_sticks
+from solver.dynamics.regime import StickSlipCount, count_sticks
 from solver.sliding.plateau import plateau_of
 from tests.synthetic import STIFFNESS, noisy_record
 
 RECORD = noisy_record()
 LIMIT = sawtooth(RECORD, plateau_of(RECORD))
+
 DRIVES = 24
 SAMPLES = 200_000
 """About 1e3 in a period: no slip is shorter than the contact's own period, a tenth of it at the most."""
+
+
+def counted(motion: DynamicsResult, drive: Drive) -> StickSlipCount:
+    return count_sticks(motion, drive, RECORD.spacing, LIMIT.period)
 
 
 class Reading(NamedTuple):
@@ -56,7 +61,7 @@ def random_drive(number: int) -> Drive:
 def test_slips_and_resticks_are_those_that_the_trajectory_shows(number: int) -> None:
     drive = random_drive(number)
     motion = integrate(LIMIT, drive, STIFFNESS)
-    found, seen = count_sticks(motion, drive), read(motion)
+    found, seen = counted(motion, drive), read(motion)
     assert motion.outcome.ok
     assert (found.macroscopic_slips, found.resticks) == (seen.slips, seen.resticks)
     # Samples know each slip to 1e-5 of the time. A well damped pin waits at the stick velocity itself, which rounding passes
@@ -71,7 +76,7 @@ def test_the_random_drives_stick_and_slip_and_slide_and_a_stuck_pin_moves() -> N
     """So that the test above sees all of it. A stuck pin's micro slips are why a threshold of velocity counts too many."""
     drives = [random_drive(number) for number in range(DRIVES)]
     motions = [integrate(LIMIT, drive, STIFFNESS) for drive in drives]
-    counts = [count_sticks(motion, drive) for motion, drive in zip(motions, drives, strict=True)]
+    counts = [counted(motion, drive) for motion, drive in zip(motions, drives, strict=True)]
     regimes = [count.regime for count in counts]
     assert min(regimes.count("stick_slip"), regimes.count("slides")) >= 5
     assert sum(motion.micro_slips > count.resticks for motion, count in zip(motions, counts, strict=True)) > DRIVES / 3
