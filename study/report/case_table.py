@@ -7,7 +7,7 @@ from typing import Any, Final
 import xarray as xr
 
 from solver.view import with_error
-from study.dataset.access.mean_profile import REGIME, footnote, starred
+from study.dataset.access.fewer_teeth import REGIME, footnote, starred
 from study.dataset.collection.counted import in_short, joined
 from study.dataset.collection.ensemble import ensemble_name, observables
 from study.dataset.collection.members import fewer, means_of

@@ -9,7 +9,7 @@ import numpy as np
 import xarray as xr
 from matplotlib.ticker import EngFormatter
 
-from study.dataset.access.mean_profile import REGIME, footnote, starred
+from study.dataset.access.fewer_teeth import REGIME, footnote, starred
 from study.dataset.collection.counted import without_numbers
 from study.dataset.collection.ensemble import NOT_NEEDED, over_members
 from study.dataset.collection.members import ends_of, members_of

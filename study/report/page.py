@@ -12,7 +12,7 @@ import jinja2
 import xarray as xr
 from markupsafe import Markup, escape
 
-from study.dataset.access.mean_profile import footnote
+from study.dataset.access.fewer_teeth import footnote
 from study.dataset.collection.members import means_of
 from study.figures.shared.files import write_files
 from study.figures.sweep.label import SYMBOL

@@ -15,7 +15,7 @@ from solver.outcome import Ending
 from solver.quantity import GRID_ERROR
 from solver.sliding.validity import flags_in
 from solver.view import with_error
-from study.dataset.access.mean_profile import REGIME, footnote, starred
+from study.dataset.access.fewer_teeth import REGIME, footnote, starred
 from study.dataset.collection.counted import in_short, is_counted, without_numbers
 from study.dataset.collection.ensemble import NOT_NEEDED, ensemble_name, ensemble_quantities, observables, over_members
 from study.dataset.collection.members import counter_of, fewer

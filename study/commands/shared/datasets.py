@@ -10,7 +10,7 @@ import xarray as xr
 
 from study.commands.shared.plans import counted
 from study.dataset import file
-from study.dataset.access.mean_profile import SIGN
+from study.dataset.access.fewer_teeth import SIGN
 from study.dataset.collection.collect import collect
 from study.dataset.collection.members import means_of
 from study.dataset.collection.pieces import Planned

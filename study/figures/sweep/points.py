@@ -10,7 +10,7 @@ import xarray as xr
 from numpy.typing import NDArray
 
 from solver.quantity import GRID_ERROR
-from study.dataset.access.mean_profile import REGIME, on_mean_profile
+from study.dataset.access.fewer_teeth import REGIME, with_fewer_teeth
 from study.dataset.access.selection import Places, places
 from study.dataset.collection.ensemble import over_members
 from study.dataset.collection.members import members_of
@@ -40,8 +40,8 @@ class Points:
     """The coordinates in which cases differ."""
     flagged: NDArray[np.bool_]
     """Whether a validity flag says to take it with care."""
-    toothless: NDArray[np.bool_]
-    """Whether it is a regime on the mean profile, as the teeth were left out."""
+    fewer_teeth: NDArray[np.bool_]
+    """Whether it is a regime with teeth left out."""
     members: NDArray[np.int64]
     """How many members of an ensemble each mean is of; -1 of what is no mean."""
     lacking: NDArray[np.bool_]
@@ -78,11 +78,11 @@ class Points:
         return replace(self, axes={name: each for name, each in self.axes.items() if name not in names})
 
     def columns(self) -> Columns:
-        """The points as a table: coordinates, value, uncertainty, members, whether flagged or on the mean profile."""
+        """The points as a table: coordinates, value, uncertainty, members, whether flagged or with teeth left out."""
         errors = {} if self.text else {f"{self.name} uncertainty": self.errors}
-        toothless = {"on mean profile": self.toothless} if self.toothless.any() else {}
+        fewer_teeth = {"teeth left out": self.fewer_teeth} if self.fewer_teeth.any() else {}
         members = {"members": self.members} if (self.members >= 0).any() else {}
-        return {**self.axes, self.name: self.values, **errors, **members, "flagged": self.flagged, **toothless}
+        return {**self.axes, self.name: self.values, **errors, **members, "flagged": self.flagged, **fewer_teeth}
 
 
 def points_of(dataset: xr.Dataset, name: str, over: str = "") -> Points:
@@ -110,7 +110,7 @@ def points_of(dataset: xr.Dataset, name: str, over: str = "") -> Points:
         errors,
         axes,
         flags != 0,
-        _toothless(found) if name == REGIME else np.zeros(len(values), dtype=bool),
+        _fewer_teeth(found) if name == REGIME else np.zeros(len(values), dtype=bool),
         members,
         (members > 0) & (members < used),
         tuple(name for name in zipped(dataset) if name in axes),
@@ -187,8 +187,8 @@ def _stated(dataset: xr.Dataset, name: str) -> str:
     return error if error in dataset else ""
 
 
-def _toothless(found: Places) -> NDArray[np.bool_]:
-    signed = on_mean_profile(found.root)
+def _fewer_teeth(found: Places) -> NDArray[np.bool_]:
+    signed = with_fewer_teeth(found.root)
     return replace(found, root=found.root.assign(signed=signed)).values("signed")
 
 

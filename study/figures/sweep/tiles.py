@@ -35,7 +35,7 @@ def is_crowded(points: Points, roles: Roles) -> bool:
 def draw_tiles(points: Points, roles: Roles) -> Figure:
     """A tile for each case, coloured by its value.
 
-    Crosses are cases without one, dots those to be taken with care, stars regimes on the mean profile. Very many have none.
+    Crosses are cases without one, dots those to be taken with care, stars regimes with teeth left out. Very many have none.
     """
     points = held_at(points, roles.held)
     names = names_of(points) if points.text else []
@@ -77,7 +77,7 @@ def _draw_panel(axes: Any, points: Points, here: Points, roles: Roles, names: li
             axes.contourf(columns, rows, inside, levels=[0.5, 1.5], colors="none", hatches=["//"])
         return mesh
     axes.plot(x[~here.there], y[~here.there], "x", markersize=4, color=FAILED)
-    draw_stars(axes, x[here.there], y[here.there], here.toothless[here.there])
+    draw_stars(axes, x[here.there], y[here.there], here.fewer_teeth[here.there])
     axes.plot(x[care], y[care], "o", markersize=2.4, color="white", markeredgecolor="black", markeredgewidth=0.4)
     return mesh
 

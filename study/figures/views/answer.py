@@ -7,7 +7,7 @@ import numpy as np
 import xarray as xr
 from matplotlib.figure import Figure
 
-from study.dataset.access.mean_profile import EXPLAINED
+from study.dataset.access.fewer_teeth import EXPLAINED
 from study.dataset.collection.counted import commonest
 from study.dataset.collection.ensemble import over_members
 from study.figures.sweep.label import symbol, words
@@ -97,7 +97,7 @@ def _seen(points: Points, roles: Roles, mapped: bool) -> str:
 
 
 def _stars(points: Points) -> str:
-    count = int((points.toothless & points.there).sum())
+    count = int((points.fewer_teeth & points.there).sum())
     return f" Stars: {EXPLAINED} ({count} of {len(points.values)})." if count else ""
 
 
@@ -107,11 +107,11 @@ def _white(points: Points) -> str:
 
 
 def _outlined(points: Points) -> str:
-    """What of many points is to be taken with care, and whose regimes are on the mean profile."""
-    care, toothless = (int((which & points.there).sum()) for which in (points.flagged, points.toothless))
+    """What of many points is to be taken with care, and whose regimes have teeth left out."""
+    care, fewer_teeth = (int((which & points.there).sum()) for which in (points.flagged, points.fewer_teeth))
     where = "All" if care == points.there.sum() else f"{care} of {len(points.values)}, hatched,"
     flagged = f" {where} are to be taken with care." if care else ""
-    return flagged + (f" Of {toothless}: {EXPLAINED}." if toothless else "")
+    return flagged + (f" Of {fewer_teeth}: {EXPLAINED}." if fewer_teeth else "")
 
 
 def _crosses(points: Points) -> str:

@@ -173,7 +173,7 @@ def test_a_sign_in_the_table_is_explained_above_it() -> None:
     columns = {name: (dims, np.array(each, dtype=object).reshape(2, 1)) for name, each in texts.items()}
     cases = report_page.page(made_up().assign(columns), []).partition("<h2>Cases</h2>")[2]
     note, _, table = cases.partition("<table")
-    assert "*: regime on the mean profile" in note
+    assert "*: regime with teeth or fine_teeth left out" in note
     assert "<td>slides*</td>" in table
 
 

@@ -235,15 +235,15 @@ def without_teeth() -> xr.Dataset:
     return found.assign(drive_left_out=(found.regime.dims, texts))
 
 
-def test_a_regime_of_the_mean_profile_has_a_star_in_the_table_which_a_line_explains() -> None:
+def test_a_regime_with_fewer_teeth_has_a_star_in_the_table_which_a_line_explains() -> None:
     table = scalar_table(without_teeth())
     column = table.header.index("regime")
     assert [row[column] for row in table.rows] == ["sticks", "slides", "slides*", "slides*", "–", "stick_slip"]
     *_, last = left_out_summary(without_teeth())
-    assert last == "*: regime on the mean profile, as the teeth were left out (2 of 6 drives)"
+    assert last == "*: regime with teeth or fine_teeth left out, all teeth may give another (2 of 6 drives)"
 
 
-def test_regimes_of_the_mean_profile_are_counted_apart() -> None:
+def test_regimes_with_fewer_teeth_are_counted_apart() -> None:
     many = xr.concat([without_teeth()] * 10, "pin_mass", data_vars="all")
     assert drive_summary(many)[1] == "regime of 60 drives: 20 slides*, 10 sticks, 10 slides, 10 stick_slip"
 

@@ -5,12 +5,12 @@ import pytest
 import xarray as xr
 
 from study.commands.shared.datasets import print_summary
-from study.dataset.access.mean_profile import EXPLAINED
+from study.dataset.access.fewer_teeth import EXPLAINED
 from tests.study.figures.sweep.cases import regimes
 
 
 def driven() -> xr.Dataset:
-    """Three drives, the first of them on the mean profile, with numbers that need their room."""
+    """Three drives, the first of them without teeth, with numbers that need their room."""
     found = regimes(["radius"], ["teeth"])
     endings = {"drive_outcome": found["outcome"].copy(), "drive_message": found["message"].copy()}
     numbers = ("radius", np.array([0.12345, 0.23456, 0.34567]))

@@ -137,14 +137,14 @@ def test_a_line_joins_numbers_and_no_words(values: list[float] | list[str], line
 
 
 @pytest.mark.parametrize(("over", "draw"), [(["radius"], draw_lines), (["radius", "normal_load"], draw_tiles)])
-def test_regimes_on_the_mean_profile_have_stars(over: list[str], draw: Callable[[Points, Roles], Figure]) -> None:
+def test_regimes_with_fewer_teeth_have_stars(over: list[str], draw: Callable[[Points, Roles], Figure]) -> None:
     """Of the first two drives the teeth were left out, alone or with inertia; the others have none."""
     points = points_of(regimes(over, ["teeth", "inertia, teeth"]), "regime")
     axes = draw(points, roles_of(points)).axes[0]
     stars = [line for line in axes.lines if line.get_marker() == "*"]
     assert sum(len(line.get_xdata()) for line in stars) == 2
-    assert points.toothless.tolist()[:3] == [True, True, False]
-    assert not points_of(regimes(over, ["teeth"]), "plateau_mean").toothless.any()
+    assert points.fewer_teeth.tolist()[:3] == [True, True, False]
+    assert not points_of(regimes(over, ["teeth"]), "plateau_mean").fewer_teeth.any()
 
 
 def test_a_point_without_a_known_uncertainty_has_a_mark_and_no_bar() -> None:

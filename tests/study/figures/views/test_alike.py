@@ -44,7 +44,7 @@ def test_what_no_case_has_is_named_together() -> None:
     ]
 
 
-def test_the_same_regime_everywhere_says_where_it_is_that_of_the_mean_profile() -> None:
+def test_the_same_regime_everywhere_says_where_it_is_that_with_fewer_teeth() -> None:
     points = points_of(regimes(["radius"], ["teeth"], ["slides"]), "regime")
     (said_of_it,) = in_words([points])
-    assert said_of_it.endswith(": slides in all cases (1 of 3 on the mean profile, as the teeth were left out).")
+    assert said_of_it.endswith(": slides in all cases (1 of 3 with teeth or fine_teeth left out).")

@@ -171,13 +171,13 @@ def test_signs_are_explained_where_they_are_drawn() -> None:
 
 
 @pytest.mark.parametrize("over", [["radius"], ["radius", "normal_load"]])
-def test_regimes_on_the_mean_profile_are_explained_in_the_caption_and_are_a_column(over: list[str]) -> None:
+def test_regimes_with_fewer_teeth_are_explained_in_the_caption_and_are_a_column(over: list[str]) -> None:
     some = view_of(points_of(regimes(over, ["teeth"]), "regime"))
-    assert "Stars: regime on the mean profile, as the teeth were left out (1 of" in some.caption
-    assert some.columns()["on mean profile"].tolist()[:2] == [True, False]
+    assert "Stars: regime with teeth or fine_teeth left out, all teeth may give another (1 of" in some.caption
+    assert some.columns()["teeth left out"].tolist()[:2] == [True, False]
     none = view_of(points_of(regimes(over, []), "regime"))
     assert "Stars" not in none.caption
-    assert "on mean profile" not in none.columns()
+    assert "teeth left out" not in none.columns()
 
 
 def test_a_table_is_read_back_as_it_was() -> None:
