@@ -90,10 +90,15 @@ class DynamicsResult(OneLine):
     """∫F dx: what friction took, the energy still stored in the elastic contact included."""
     stick_velocity: float = field(
         metadata=quantity(
-            "velocity of a stuck pin", "", "m s-1", per="velocity", comment="with which the stage drags it along"
+            "velocity of a stuck pin",
+            "",
+            "m s-1",
+            per="velocity",
+            comment="with which the stage drags it along; without surface compliance that of the compliant contact, as slips of "
+            "both are told alike",
         )
     )
-    """kV/(k + K)."""
+    """kV/(k + K), also of a rigid contact, which sticks at rest: K then only tells slip from stick."""
     settling_time: float = field(
         metadata=quantity(
             "time in which the motion settles",

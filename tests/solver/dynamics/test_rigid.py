@@ -162,3 +162,24 @@ def test_too_many_segments_are_an_outcome():
 def test_steps_cannot_hold_a_rigid_contact_at_rest():
     with pytest.raises(InvalidInput, match='surface_compliance = false: needs integrator = "exact"'):
         Drive(1.0, 0.1, 0.3, 1.0, integrator=RK4(1e-3), surface_compliance=False)
+
+
+@pytest.mark.parametrize("damping_ratio", [0.0, 0.1, 1.0])
+def test_what_a_first_slip_over_constant_friction_takes_more_is_inertia(damping_ratio):
+    """V√(k·m) without a damper, with which the pin reaches the stage's velocity; less with one, which moves it along."""
+    drive = Drive(1.0, damping_ratio, 0.3, duration=25.0, samples=10, surface_compliance=False)
+    beyond = integrate(constant_profile(4.0), drive, FIRM).slip_force[0] - 4.0
+    if damping_ratio:
+        assert 0.0 < beyond < 0.3
+    else:
+        assert beyond == pytest.approx(0.3, rel=1e-12)
+
+
+def test_slips_of_a_rigid_contact_are_told_by_the_velocity_of_a_compliant_one():
+    """So that both limits count alike; a contact of K → ∞ has the velocity of a rigid pin that sticks, 0."""
+    drive = Drive(1.0, 0.1, 0.3, duration=25.0, samples=10)
+    yielding, firm = (
+        integrate(constant_profile(4.0), replace(drive, surface_compliance=on), K) for on in (True, False)
+    )
+    assert firm.stick_velocity == yielding.stick_velocity == 0.3 / (1.0 + K)
+    assert integrate(constant_profile(4.0), drive, FIRM).stick_velocity < 1e-29
