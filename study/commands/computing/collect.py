@@ -4,11 +4,11 @@ from pathlib import Path
 
 from study.commands.shared.arguments import folder
 from study.commands.shared.datasets import write_dataset
-from study.commands.shared.plans import counted
+from study.commands.shared.plans import advised, counted
 from study.commands.shared.refusals import refusals
 from study.dataset.collection.pieces import InPieces
 from study.manifest.reader import load_manifest
-from study.report.console import say, whole
+from study.report.console import say
 from study.results.shard import folders
 from study.results.store import Store
 
@@ -20,4 +20,4 @@ def work(campaign: Path, out: Path | None, jobs: int, replace: bool) -> None:
         plan = InPieces(load_manifest(campaign))
         write_dataset(plan, Store(into), anew=True, processes=jobs, keep=not replace)
     if shards := folders(into):
-        say(f"without {counted(len(shards), 'shard')}; {whole(f'nanoslip merge {campaign}')} takes them in")
+        say(f"without {counted(len(shards), 'shard')}; {advised('merge', campaign, into)} takes them in")

@@ -6,15 +6,16 @@ from pathlib import Path
 
 from study.commands.shared.arguments import folder
 from study.commands.shared.datasets import write_dataset
-from study.commands.shared.plans import counted, planned
+from study.commands.shared.plans import advised, counted, planned
 from study.commands.shared.refusals import refusals
 from study.execution.executor import drop_intermediates
 from study.execution.failures import left
 from study.exit_codes import FAILURES, INTERRUPTED
-from study.report.console import say, whole
+from study.report.console import say
 from study.results.lease import Lease
 from study.results.merging import merge_shards
-from study.results.store import Store
+from study.results.shard import folders
+from study.results.store import Store, StoreError
 
 
 def work(campaign: Path, out: Path | None) -> None:
@@ -22,6 +23,11 @@ def work(campaign: Path, out: Path | None) -> None:
     into = folder(campaign, out)
     with refusals(), ExitStack() as stack:
         plan, store = planned(campaign), Store(into)
+        if plan.tasks and not (folders(into) or store.finished() or store.failures()):
+            raise StoreError(
+                f"{into}: no shards and no results of {campaign} there, nothing to merge: "
+                f"{advised('run', campaign, into)} computes all of it; results of runs with another --out are found with it"
+            )
         stack.enter_context(Lease(into))
         store.prepare()
         problems = merge_shards(into)
@@ -32,7 +38,7 @@ def work(campaign: Path, out: Path | None) -> None:
         say(problem, stderr=True)
     if rest.given_up:
         said = f"{counted(len(rest.given_up), 'task')} failed, or need one that did"
-        say(f"{said}: {whole(f'nanoslip run {campaign} --retry')} tries again", stderr=True)
+        say(f"{said}: {advised('run', campaign, into, '--retry')} tries again", stderr=True)
     if rest.tasks:
-        say(f"{counted(len(rest.tasks), 'task')} left: {whole(f'nanoslip run {campaign}')} computes them", stderr=True)
+        say(f"{counted(len(rest.tasks), 'task')} left: {advised('run', campaign, into)} computes them", stderr=True)
     sys.exit(INTERRUPTED if rest.tasks else FAILURES if rest.given_up else 0)

@@ -12,14 +12,14 @@ from solver.outcome import Ending
 from study.commands.shared.arguments import folder
 from study.commands.shared.glance import Glance, glance
 from study.commands.shared.machine import print_json
-from study.commands.shared.plans import counted, kinds_as_data, print_foreign
+from study.commands.shared.plans import advised, counted, kinds_as_data, print_foreign
 from study.commands.shared.refusals import refusals
 from study.execution.forecast import duration
 from study.plan.standing.endings import PENDING
 from study.report.columns import Table
-from study.report.console import console, print_table, say, table_text, whole
+from study.report.console import console, print_table, say, table_text
 
-_GIVEN_UP: Final = "are not tried any more: failed, or need one that has; nanoslip run --retry tries again"
+_GIVEN_UP: Final = "are not tried any more: failed, or need one that has"
 _UNMERGED: Final = "counted with the results of {shards} not merged yet; {merge} brings them together"
 INTERVAL: Final = 2.0
 """Seconds between two looks at the results."""
@@ -30,7 +30,8 @@ def work(campaign: Path, out: Path | None, watch: bool, as_json: bool) -> None:
     if watch and as_json:
         raise click.UsageError("--watch and --json exclude each other")
     with refusals():
-        found = glance(campaign, folder(campaign, out))
+        into = folder(campaign, out)
+        found = glance(campaign, into)
         if as_json:
             print_json(_data(found))
         elif watch:
@@ -39,14 +40,12 @@ def work(campaign: Path, out: Path | None, watch: bool, as_json: bool) -> None:
             say(found.title)
             print_table(*_tables(found))
             if found.look.given_up:
-                say(f"{counted(found.look.given_up, 'task')} {_GIVEN_UP}")
+                again = advised("run", campaign, into, "--retry")
+                say(f"{counted(found.look.given_up, 'task')} {_GIVEN_UP}; {again} tries again")
             if len(found.stores) > 1:
-                say(
-                    _UNMERGED.format(
-                        shards=counted(len(found.stores) - 1, "shard"), merge=whole(f"nanoslip merge {campaign}")
-                    )
-                )
-            print_foreign(found.foreign, campaign)
+                shards = counted(len(found.stores) - 1, "shard")
+                say(_UNMERGED.format(shards=shards, merge=advised("merge", campaign, into)))
+            print_foreign(found.foreign, campaign, into)
 
 
 def _watch(found: Glance) -> None:

@@ -3,6 +3,7 @@
 from pathlib import Path
 
 from study.commands.shared.arguments import folder
+from study.commands.shared.plans import advised
 from study.commands.shared.refusals import refusals
 from study.commands.shared.sources import is_of
 from study.dataset import file
@@ -17,7 +18,7 @@ def work(campaign: Path, out: Path | None) -> None:
     into = folder(campaign, out)
     with refusals(), file.reading(into / file.FILE) as opened:
         if not is_of(opened, load_manifest(campaign)):
-            run, collect = (whole(f"nanoslip {each} {campaign}") for each in ("run", "collect"))
+            run, collect = (advised(each, campaign, into) for each in ("run", "collect"))
             raise StoreError(
                 f"{into / file.FILE}: no dataset of {campaign} as it is now: {run} computes what is missing, "
                 f"{collect} takes what is finished"

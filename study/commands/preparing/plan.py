@@ -68,7 +68,7 @@ def _print(found: Standing, ranks: int, show_effects: bool) -> None:
     print_sentences(f"expected: {line}" for line in expected_lines(plan, outlook))
     print_sentences(f"refused: {line}" for line in _refused(plan))
     print_sentences(f"does not fit here: {line}" for line in shortages(plan, found.remaining))
-    print_foreign(found.foreign, found.campaign)
+    print_foreign(found.foreign, found.campaign, found.into)
 
 
 def _cases(plan: Plan) -> Iterator[str]:

@@ -15,7 +15,7 @@ from study.commands.running.remaining import print_outdated, remaining
 from study.commands.shared.datasets import write_dataset
 from study.commands.shared.exits import Refusal, show
 from study.commands.shared.glance import leave, outlined
-from study.commands.shared.plans import counted
+from study.commands.shared.plans import advised, counted
 from study.commands.shared.refusals import refusals
 from study.execution.batch.cutting import part
 from study.execution.compiling.warm_up import warm_ups
@@ -31,7 +31,7 @@ from study.manifest.reader import load_manifest
 from study.plan.memory import shortages
 from study.plan.plan import Plan
 from study.plan.tasks import Task
-from study.report.console import console, say, whole
+from study.report.console import console, say
 from study.results import attempts
 from study.results.lease import Lease
 from study.results.store import Store
@@ -87,7 +87,7 @@ def _carry_out(farm: Farm, journal: Journal, order: Order, plan: Plan, store: St
     if order.shard:
         failed = tally.crashed + len(work.given_up) - now
         ended = f"has ended without {counted(failed, 'task')}" if failed else "is done"
-        say(f"{order.shard} {ended}; {whole(f'nanoslip merge {order.campaign}')} brings all shards together")
+        say(f"{order.shard} {ended}; {advised('merge', order.campaign, order.out)} brings all shards together")
     else:
         write_dataset(plan, store)
     return _conclude(tally.crashed, len(work.given_up) - now, order)

@@ -21,6 +21,6 @@ def nothing_to_do(order: Order, manifest: Manifest, store: Store) -> bool:
     look = found.look
     if look.left or look.given_up or (found.foreign and order.recompute_foreign) or not print_written(manifest, store):
         return False
-    print_foreign(found.foreign, order.campaign, stderr=True)
+    print_foreign(found.foreign, order.campaign, order.out, stderr=True)
     say(f"{manifest.title}: {counted(len(found.outline.cases), 'case')}, 0 tasks left", stderr=True)
     return True

@@ -29,7 +29,7 @@ def remaining(plan: Plan, order: Order, store: Store, retry: bool) -> Left:
         say(f"{len(foreign)} results of other software count as not finished", stderr=True)
         finished = {key: origins for key, origins in finished.items() if key not in foreign}
     else:
-        print_foreign(foreign, order.campaign, stderr=True)
+        print_foreign(foreign, order.campaign, order.out, stderr=True)
     return left(plan, failures, finished, retry)
 
 

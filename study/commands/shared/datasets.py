@@ -8,7 +8,7 @@ from typing import Final
 
 import xarray as xr
 
-from study.commands.shared.plans import counted
+from study.commands.shared.plans import advised, counted
 from study.dataset import file
 from study.dataset.access.fewer_teeth import SIGN
 from study.dataset.collection.collect import collect
@@ -49,9 +49,11 @@ def write_dataset(plan: Planned, store: Store, anew: bool = False, processes: in
     with counting(COLLECTED) as heard, all_kept():
         collected = collect(plan, store, heard, processes)
     if keep and (losses := list(_losses(path, collected))):
+        campaign, into = plan.manifest.path, path.parent
+        run, replace = advised("run", campaign, into), advised("collect", campaign, into, "--replace")
         raise StoreError(
-            f"{path}: not replaced: has {'; '.join(losses)}; has the campaign changed? {whole('nanoslip run')} computes what is "
-            f"missing, {whole('nanoslip collect --replace')} writes the dataset without it"
+            f"{path}: not replaced: has {'; '.join(losses)}; has the campaign changed? {run} computes what is "
+            f"missing, {replace} writes the dataset without it"
         )
     file.write(collected, path)
     note(path, store, made_of(plan.manifest, store))

@@ -1,5 +1,6 @@
 """A campaign's plan, and what `plan`, `status` and `run` print of it."""
 
+import shlex
 from collections.abc import Mapping
 from dataclasses import asdict, dataclass
 from pathlib import Path
@@ -40,6 +41,8 @@ class Standing:
     """A campaign's plan and its progress: what is finished and left."""
 
     campaign: Path
+    into: Path
+    """Folder of the results."""
     plan: Plan
     kinds: Mapping[str, KindCount]
     """Kind of task -> count and costs, in the order in which they begin."""
@@ -57,7 +60,7 @@ def standing(campaign: Path, out: Path | None) -> Standing:
     failures = {key: attempt for store in stores for key, attempt in store.failures().items()}
     work = left(plan, failures, metas)
     foreign = plan.foreign({key: meta.origins for key, meta in metas.items()})
-    return Standing(campaign, plan, kind_counts(plan.tasks, work.tasks, work.given_up), work.tasks, foreign)
+    return Standing(campaign, into, plan, kind_counts(plan.tasks, work.tasks, work.given_up), work.tasks, foreign)
 
 
 def kinds_as_data(kinds: Mapping[str, KindCount]) -> dict[str, Any]:
@@ -65,14 +68,20 @@ def kinds_as_data(kinds: Mapping[str, KindCount]) -> dict[str, Any]:
     return {kind: asdict(count) for kind, count in kinds.items()}
 
 
-def print_foreign(foreign: Mapping[str, Origins], campaign: Path, stderr: bool = False) -> None:
+def advised(command: str, campaign: Path, into: Path, *options: str) -> str:
+    """A command on a campaign, for advice: as it is to be typed, with the folder of its results where that is not its own."""
+    out = () if into == folder(campaign, None) else ("--out", str(into))
+    return whole(f"nanoslip {shlex.join([command, str(campaign), *out, *options])}")
+
+
+def print_foreign(foreign: Mapping[str, Origins], campaign: Path, into: Path, stderr: bool = False) -> None:
     """Print which finished results are by other software, and how to compute them again; nothing where none are."""
     if not foreign:
         return
     parts = "; ".join(f"{count} of {origin}" for origin, count in sorted(census(foreign.values()).items()))
     say(
         f"{len(foreign)} finished results are other software's: {parts}; here is {here()}. They are used as they are; "
-        f"{whole(f'nanoslip run {campaign} --recompute-foreign')} computes them again",
+        f"{advised('run', campaign, into, '--recompute-foreign')} computes them again",
         stderr=stderr,
     )
 

@@ -7,11 +7,11 @@ from pathlib import Path
 import xarray as xr
 
 from study.commands.shared.arguments import folder
-from study.commands.shared.plans import planned
+from study.commands.shared.plans import advised, planned
 from study.dataset import file
 from study.dataset.collection.collect import collect
 from study.manifest.manifest import Manifest
-from study.report.console import say, whole
+from study.report.console import say
 from study.results.store import Store, StoreError
 
 
@@ -34,7 +34,7 @@ def dataset_of(source: Path, out: Path | None = None) -> Iterator[xr.Dataset]:
                 return
     store = Store(into)
     if not store.finished():
-        raise StoreError(f"{into}: no results of {source} there: {whole(f'nanoslip run {source}')} computes them")
+        raise StoreError(f"{into}: no results of {source} there: {advised('run', source, into)} computes them")
     say(f"{into}: no dataset of {source} as it is now: from the results that are finished", stderr=True)
     yield collect(plan, store)
 

@@ -24,11 +24,12 @@ def test_merged_shards_are_the_same_bytes_as_one_run(main: Main, campaign: Path,
     out, alone = tmp_path / "out", tmp_path / "alone"
     for number in (3, 1, 2):
         code, said, errors = main("run", campaign, "--out", out, "--serial", "--shard", f"{number}/3")
-        assert (code, f"shard {number} of 3 is done; nanoslip merge {campaign}" in said) == (0, True)
+        assert (code, f"shard {number} of 3 is done; nanoslip merge {campaign} --out {out} brings" in said) == (0, True)
         assert f", shard {number} of 3: " in errors
     assert not (out / "results.nc").exists()
     assert main("status", campaign, "--out", out, "--json")[1].count('"finished": true') == 1
-    assert "counted with the results of 3 shards not merged yet" in main("status", campaign, "--out", out)[1]
+    unmerged = f"counted with the results of 3 shards not merged yet; nanoslip merge {campaign} --out {out} brings"
+    assert unmerged in main("status", campaign, "--out", out)[1]
     code, said, errors = main("merge", campaign, "--out", out)
     assert (code, f"dataset: {out / 'results.nc'}" in said, errors) == (0, True, "")
     assert sorted(path.name for path in out.iterdir()) == ["results", "results.nc", "runs.jsonl"]
@@ -54,7 +55,7 @@ def test_what_a_shard_has_not_finished_is_left_and_another_run_of_it_or_of_all_c
     out, alone = tmp_path / "out", tmp_path / "alone"
     main("run", campaign, "--out", out, "--serial", "--shard", "1/2")
     code, _, errors = main("merge", campaign, "--out", out)
-    assert (code, f"tasks left: nanoslip run {campaign} computes them" in errors) == (99, True)
+    assert (code, f"tasks left: nanoslip run {campaign} --out {out} computes them" in errors) == (99, True)
     code, _, errors = main("run", campaign, "--out", out, "--serial", "--shard", "1/2")
     assert (code, "0 tasks to do" in errors) == (0, True)  # it is merged
     assert main("run", campaign, "--out", out, "--serial", "--shard", "2/2")[0] == 0
@@ -90,7 +91,7 @@ def test_python_takes_in_what_shards_have_finished_too(main: Main, campaign: Pat
 def test_collecting_says_how_many_shards_it_leaves_out(main: Main, campaign: Path, tmp_path: Path) -> None:
     main("run", campaign, "--out", tmp_path, "--serial", "--shard", "1/2")
     code, said, _ = main("collect", campaign, "--out", tmp_path)
-    assert (code, f"without 1 shard; nanoslip merge {campaign} takes them in" in said) == (0, True)
+    assert (code, f"without 1 shard; nanoslip merge {campaign} --out {tmp_path} takes them in" in said) == (0, True)
 
 
 def test_a_shard_at_work_is_named_and_the_others_are_merged(main: Main, campaign: Path, tmp_path: Path) -> None:
@@ -143,3 +144,13 @@ def test_what_other_shards_have_not_computed_is_left_however_large_the_campaign(
     code, _, errors = main("run", campaign, "--out", tmp_path, "--serial")
     assert (code, "4 cases, 0 tasks left" in errors) == (0, False)
     assert '"pending"' not in main("status", campaign, "--out", tmp_path, "--json")[1]
+
+
+def test_where_there_is_no_shard_and_no_result_nothing_is_merged_and_no_folder_made(
+    main: Main, campaign: Path, tmp_path: Path
+) -> None:
+    """As where `--out` was forgotten: an empty dataset would pass for one of the shards."""
+    out = tmp_path / "elsewhere"
+    code, said, errors = main("merge", campaign, "--out", out)
+    assert (code, said, out.exists()) == (2, "", False)
+    assert f"{out}: no shards and no results of {campaign} there" in errors

@@ -97,7 +97,7 @@ def test_results_of_other_software_are_named_and_computed_again_when_asked(main,
         assert code == 0
         assert f"{len(changed)} finished results are other software's: {len(changed)} of nanoslip" in said
         assert "source 0ther, commit c0ffee" in said
-        assert f"nanoslip run {campaign} --recompute-foreign" in said
+        assert f"nanoslip run {campaign} --out {out} --recompute-foreign" in said
 
     code, said, errors = main("run", campaign, "--out", out, "--serial")
     assert (code, "0 tasks to do" in errors, "source 0ther" in errors) == (0, True, True)

@@ -76,7 +76,7 @@ def test_results_that_are_not_collected_or_of_a_campaign_that_changed_are_collec
     for path in Store(out).folder.iterdir():
         path.unlink()
     code, _, errors = main("show", campaign, *ONE, "--out", out)
-    assert (code, f"nanoslip run {campaign} computes them" in errors) == (2, True)
+    assert (code, f"nanoslip run {campaign} --out {out} computes them" in errors) == (2, True)
 
 
 def test_a_wrong_case_is_one_clear_message(main, computed, tmp_path):
