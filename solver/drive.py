@@ -238,17 +238,23 @@ def natural_period(spring_stiffness: float, pin_mass: float) -> float:
     return 2.0 * math.pi * math.sqrt(pin_mass / spring_stiffness)
 
 
+def only_length(parameters: Mapping[str, Any]) -> list[str]:
+    """Which of the `DURATIONS` these parameters give: one or none. Raises InvalidInput where there are two."""
+    given = [name for name in DURATIONS if parameters.get(name) is not None]
+    if len(given) > 1:
+        one, other = given[:2]
+        shown = f"{other} = {quoted(parameters[other])}"
+        raise InvalidInput(f"{shown}: needs to be left out beside {one} = {quoted(parameters[one])}")
+    return given
+
+
 def in_seconds(parameters: Mapping[str, Any], pin_mass: float) -> dict[str, Any]:
     """Parameters of a drive in SI with `duration` in s, also where they give it by one of the other `DURATIONS`.
 
     pin_mass: in kg. Raises InvalidInput where two are given, for a stage that never gets as far, and for values out of range.
     """
-    given = [name for name in DURATIONS if parameters.get(name) is not None]
+    given = only_length(parameters)
     found = {name: value for name, value in parameters.items() if name not in (PERIODS, TRAVEL)}
-    if len(given) > 1:
-        one, other = given[:2]
-        shown = f"{other} = {quoted(parameters[other])}"
-        raise InvalidInput(f"{shown}: needs to be left out beside {one} = {quoted(parameters[one])}")
     if not given or given == ["duration"]:
         return found
     value = as_float(given[0], parameters[given[0]])

@@ -145,7 +145,7 @@ def test_an_integrator(campaign: Campaign, monkeypatch: pytest.MonkeyPatch) -> N
 
 
 def test_an_integrator_that_nobody_registered_is_refused(campaign: Campaign) -> None:
-    with pytest.raises(ManifestError, match=r"integrator = 'half_steps': needs one of exact, rk4$"):
+    with pytest.raises(ManifestError, match=r'integrator = "half_steps": needs one of exact, rk4$'):
         campaign(DRIVEN + 'integrator = "half_steps"\n')
 
 

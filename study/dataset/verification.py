@@ -33,10 +33,9 @@ from study.dataset.groups import loaded
 from study.dataset.pair import Finding, Pair, Shared, finding_of, place_of
 from study.dataset.variables import OUTCOMES
 from study.manifest.cases import CampaignCase
-from study.manifest.manifest import Manifest
+from study.manifest.manifest import BOUGHT_BY, Manifest
 from study.manifest.reader import parse_manifest
 from study.origin import Origin, computing
-from study.plan.budget import UNCERTAINTY
 from study.plan.influence.table import load_influences
 from study.plan.plan import Plan, make_plan, plan_of
 from study.plan.standing.endings import NOTHING_KNOWN, PENDING
@@ -93,7 +92,7 @@ def _planned(manifest: Manifest, facts: Mapping[str, Any], path: Path) -> Plan:
         raise NotVerifiableError(
             f"{path}: {file.CHOSEN}: missing or damaged: needs what its accuracy or budget chose"
         ) from None
-    limits = {name: chosen.pop(name) for name in (UNCERTAINTY,) if name in chosen}
+    limits = {name: chosen.pop(name) for name in (BOUGHT_BY,) if name in chosen}
     numerics, limits = {**manifest.numerics, **chosen}, {**manifest.limits, **limits}
     # An error that a budget bought is not in the file; that there was one is what the dataset says.
     accuracy = math.nan if manifest.accuracy is None and chosen else manifest.accuracy

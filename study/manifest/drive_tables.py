@@ -4,7 +4,7 @@ import itertools
 from collections.abc import Iterator, Mapping, Sequence
 from typing import Any, Final, NamedTuple
 
-from solver.drive import INTEGRATORS, PERIODS, TRAVEL, Scales
+from solver.drive import DURATIONS, INTEGRATORS, PERIODS, TRAVEL, Scales, only_length
 from solver.outcome import COMPLETED, InvalidInput, quoted
 from study.manifest.checker import Checker
 from study.manifest.drives import CampaignDrive, NamedDrive, drive_parameters
@@ -72,11 +72,18 @@ def _tables(checker: Checker, top: Mapping[str, Any], axes: Mapping[str, Any]) -
 
 def _table(checker: Checker, where: str, content: dict[str, Any]) -> _Table:
     # Whether a time step is right depends on the rest: integrators are tried last, with all that is right by itself.
-    last = {key: content[key] for key in ("integrator", *INTEGRATORS.settings()) if key in content}
+    last = {key: content[key] for key in (INTEGRATORS.word, *INTEGRATORS.settings()) if key in content}
     alone = {key: value for key, value in content.items() if key not in last}
     good = checker.checked(where, alone, NamedDrive.of, ("name", *drive_parameters()), name="-")
     if "name" not in content:
         checker.refuse(f"{where}.name", "missing: needs a name")
+    for key, value in list(last.items()):
+        if wrong := need(_typed, key, value):
+            checker.refuse(f"{where}.{key} = {shown(value)}", wrong)
+            del last[key]
+    if alone.keys() - good and (wrong := need(only_length, alone)):  # else all of the table says it
+        second = [key for key in DURATIONS if key in alone][1]
+        checker.refuse(f"{where}.{second} = {shown(alone[second])}", wrong)
     return _Table(where, good.pop("name", "-"), good | last)
 
 

@@ -2,7 +2,7 @@
 
 import itertools
 import re
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, field, fields
 from pathlib import Path
 from typing import Any, Literal, get_args
@@ -12,7 +12,7 @@ from solver.drive import Scales
 from solver.outcome import InvalidInput, quoted
 from study.manifest.drives import CampaignDrive
 from study.manifest.parameters import Value
-from study.manifest.problems import shown
+from study.manifest.problems import ManifestError, shown
 
 Stage = Literal["contact", "slip", "dynamics"]
 Design = Literal["product", "zip", "table"]
@@ -20,6 +20,10 @@ STAGES: tuple[Stage, ...] = get_args(Stage)
 MOST_MEMBERS = 10_000
 KNOWABLE: dict[str, Stage] = {"plateau_mean": "slip", "static_friction": "dynamics", "kinetic_friction": "dynamics"}
 """Variable of the dataset that an ensemble can be asked to know -> the stage that yields it."""
+BOUGHT = "plateau_mean"
+"""The one of them that a budget buys, as longer records know it better."""
+BOUGHT_BY = "target_uncertainty"
+"""The parameter that a budget decides for it."""
 FIRST_MEMBERS = 4
 """Of an ensemble that gets members until it knows enough: each further batch is as many as there are."""
 MOST_DOUBLED = 8192
@@ -220,6 +224,14 @@ class Manifest:
         """The parameters that the tables give, by field name: the same for all cases."""
         tables = (self.constants, self.numerics, self.slip_rule, self.effects, self.heterogeneity, self.limits)
         return {name: value for table in tables for name, value in table.items()}
+
+
+class WrongManifestError(ManifestError):
+    """A campaign file is wrong. `manifest` is what is right of it, for whoever looks for further problems; never computed."""
+
+    def __init__(self, lines: Iterable[str], manifest: Manifest) -> None:
+        super().__init__(lines)
+        self.manifest = manifest
 
 
 def _increasing(value: Any) -> bool:

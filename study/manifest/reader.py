@@ -15,6 +15,8 @@ from solver.drive import Scales
 from study.manifest.columns import Columns, Given, read_text
 from study.manifest.drive_tables import AXES, Drives, read_drives
 from study.manifest.manifest import (
+    BOUGHT,
+    BOUGHT_BY,
     KNOWABLE,
     STAGES,
     Budget,
@@ -24,6 +26,7 @@ from study.manifest.manifest import (
     Outputs,
     Stage,
     Tolerated,
+    WrongManifestError,
     field_names,
 )
 from study.manifest.named_files import NamedFiles
@@ -67,7 +70,7 @@ _TOP: dict[str, tuple[type | tuple[type, ...], str]] = {
 }
 
 
-def _budget(time: Any = "1 s", ranks: Any = 1) -> Budget:
+def _one_entry(time: Any = "1 s", ranks: Any = 1) -> Budget:
     """A budget with one of its entries; the other one is right."""
     return Budget(time, ranks)
 
@@ -90,6 +93,8 @@ _TOLERATED: Final[dict[str, tuple[Callable[[Any], bool], str]]] = {
     ),
 }
 """Keys of [effects] that are no effects: whether a value is right, and what is needed."""
+_ANY_SHARE: Final = 0.5
+"""In place of a tolerance that is refused, so that what stands beside it can be looked at."""
 
 
 def _tolerated(files: NamedFiles, top: dict[str, Any]) -> Tolerated | None:
@@ -103,13 +108,14 @@ def _tolerated(files: NamedFiles, top: dict[str, Any]) -> Tolerated | None:
     if given and "within" not in given:
         files.refuse(f"effects.{next(iter(given))}", "needs within = 0.01, or another tolerance, beside it")
     text = None if "influences" in wrong else files.measured("influences", given)
-    if wrong or "within" not in given:
+    if not given:
         return None
+    right = {key: value for key, value in given.items() if key not in wrong}
     return Tolerated(
-        float(given["within"]),
-        tuple(given.get("observables", ())),
-        tuple(given.get("keep", ())),
-        files.path.parent / given["influences"] if "influences" in given else None,
+        float(right.get("within", _ANY_SHARE)),
+        tuple(right.get("observables", ())),
+        tuple(right.get("keep", ())),
+        files.path.parent / right["influences"] if "influences" in right else None,
         text,
     )
 
@@ -127,12 +133,31 @@ def _ensemble(files: NamedFiles, content: dict[str, Any], stages: tuple[Stage, .
         files.refuse(
             f"ensemble.observable = {shown(observable)}", "needs uncertainty = 0.002, or another one, beside it"
         )
-    elif "uncertainty" in good and KNOWABLE[observable] not in stages:
+    elif "uncertainty" in content and "observable" not in content.keys() - good and KNOWABLE[observable] not in stages:
         stage = KNOWABLE[observable]
         table = ", which a [[drives]] table brings" if stage == "dynamics" else ""
         wrong = f'needs stage "{stage}"{table}: without it there is no {observable}'
-        files.refuse(f"ensemble.uncertainty = {shown(good['uncertainty'])}", wrong)
+        files.refuse(f"ensemble.uncertainty = {shown(content['uncertainty'])}", wrong)
     return Ensemble(**{**({"members": MEMBERS} if "uncertainty" in good else {}), **good})
+
+
+def _budget(files: NamedFiles, top: dict[str, Any], given: Columns, stages: tuple[Stage, ...]) -> Budget | None:
+    """What may be spent. What it buys is refused beside it: certain plateaus, or a fine grid where nothing slides."""
+    if "budget" not in top:
+        return None
+    bought = (BOUGHT_BY,) if "slip" in stages else settings()
+    for column in (column for word, column in given.items() if words()[word] in bought):
+        files.problems.append(f"{column[0].where}: needs to be left out beside budget, which buys it")
+    if "slip" not in stages and "accuracy" in top:
+        files.refuse("accuracy", "needs to be left out beside budget, which buys it")
+    asked = top.get("ensemble", {}).get("observable", BOUGHT)
+    if "slip" in stages and asked != BOUGHT and asked in list(KNOWABLE):
+        wrong = f"needs {shown(BOUGHT)} beside budget, which buys nothing else, or no budget: more members buy it"
+        files.refuse(f"ensemble.observable = {shown(asked)}", wrong)
+    good = files.checked("budget", top["budget"], _one_entry, field_names(Budget))
+    if "time" not in top["budget"]:
+        files.refuse("budget.time", 'missing: needs a time, as "10 min"')
+    return Budget(**good) if "time" in good else None
 
 
 SECONDS: Final = "seconds"
@@ -193,11 +218,11 @@ class _Reader(NamedFiles):
             accuracy=accuracy,
             front=self.path.parent / top["front"] if "front" in top else None,
             front_text=self.measured("front", top),
-            budget=self._budget(top),
+            budget=_budget(self, top, {**given, **fixed["numerics"], **fixed["limits"]}, stages),
             tolerated=tolerated,
         )
         if self.problems:
-            raise ManifestError(self.problems)
+            raise WrongManifestError(self.problems, result)
         return result
 
     def _top(self, document: dict[str, Any]) -> dict[str, Any]:
@@ -228,20 +253,13 @@ class _Reader(NamedFiles):
             return None
         return float(seconds)
 
-    def _budget(self, top: dict[str, Any]) -> Budget | None:
-        if "budget" not in top:
-            return None
-        good = self.checked("budget", top["budget"], _budget, field_names(Budget))
-        if "time" not in top["budget"]:
-            self.refuse("budget.time", 'missing: needs a time, as "10 min"')
-        return Budget(**good) if "time" in good else None
-
     def _stages(self, top: dict[str, Any]) -> tuple[Stage, ...]:
         given = top.get("stages", list(STAGES if "drives" in top or AXES in top else STAGES[:2]))
         if not given or given != list(STAGES[: len(given)]):
             allowed = " or ".join(shown(list(STAGES[:count])) for count in (1, 2, 3))
             self.refuse(f"stages = {shown(given)}", f"needs {allowed}: each stage needs the ones before it")
-        elif "dynamics" in given and not (top.get("drives") or top.get(AXES)):
+            return tuple(STAGES[: max((number for number, each in enumerate(STAGES, 1) if each in given), default=3)])
+        if "dynamics" in given and not (top.get("drives") or top.get(AXES)):
             self.refuse("drives", f'missing: stage "dynamics" needs at least one [[drives]] or [{AXES}]')
         return STAGES[: len(given)]
 
@@ -282,12 +300,11 @@ class _Reader(NamedFiles):
         accuracy = top.get("accuracy")
         if accuracy is None:
             return None
-        if isinstance(accuracy, bool) or not 0.0 < accuracy < 1.0:
+        if wrong := not _share(accuracy):
             self.refuse(f"accuracy = {shown(accuracy)}", f"needs {_TOP['accuracy'][1]}")
-            return None
         for column in (column for word, column in given.items() if words()[word] in settings()):
             self.problems.append(f"{column[0].where}: needs to be left out beside accuracy = {shown(accuracy)}")
-        return float(accuracy)
+        return None if wrong else float(accuracy)
 
 
 def _slabs(numerics: Columns) -> list[dict[str, Value]]:

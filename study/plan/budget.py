@@ -13,15 +13,12 @@ from typing import Final
 from study.discretization.front import load_front
 from study.discretization.targets import chosen, reachable
 from study.manifest.cases import CampaignCase
-from study.manifest.manifest import Manifest
-from study.manifest.parameters import Value, settings
+from study.manifest.manifest import BOUGHT_BY, Manifest
+from study.manifest.parameters import Value
 from study.manifest.problems import ManifestError, shown
 from study.plan.cost.sliding import misses_target
 from study.plan.task import Task
 
-UNCERTAINTY: Final = "target_uncertainty"
-BOUGHT: Final = "plateau_mean"
-"""Of what ensembles can be asked to know, the one that longer records know better."""
 STEPS: Final = 10
 """Uncertainties to a decade that are tried."""
 COARSEST: Final = 0.1
@@ -34,7 +31,7 @@ Estimate = Callable[[Manifest], float]
 def spent(manifest: Manifest, estimate: Estimate) -> Manifest:
     """The manifest with what its budget buys.
 
-    Raises ManifestError where nothing fits, or where the file itself gives what would be bought.
+    Raises ManifestError where nothing fits.
     """
     assert manifest.budget is not None
     tries = list(_uncertainties(manifest) if "slip" in manifest.stages else _errors(manifest))
@@ -52,14 +49,14 @@ def spent(manifest: Manifest, estimate: Estimate) -> Manifest:
 
 def bought(manifest: Manifest) -> dict[str, Value]:
     """What was chosen for a budget or an accuracy, by field name: the manifest is the one of the plan."""
-    limit = {UNCERTAINTY: manifest.limits[UNCERTAINTY]} if manifest.budget and "slip" in manifest.stages else {}
+    limit = {BOUGHT_BY: manifest.limits[BOUGHT_BY]} if manifest.budget and "slip" in manifest.stages else {}
     return {**(chosen(manifest) if manifest.accuracy is not None else {}), **limit}
 
 
 def said(manifest: Manifest) -> str:
     """What a budget bought, in the words of a manifest."""
     if "slip" in manifest.stages:
-        return f"uncertainty = {manifest.limits[UNCERTAINTY]:g} of plateaus"
+        return f"uncertainty = {manifest.limits[BOUGHT_BY]:g} of plateaus"
     return f"accuracy = {manifest.accuracy:g}"
 
 
@@ -80,20 +77,11 @@ def seconds_on(tasks: Sequence[Task], ranks: int) -> float:
 
 def _uncertainties(manifest: Manifest) -> Sequence[Manifest]:
     """The manifest with ever smaller uncertainties."""
-    if UNCERTAINTY in manifest.fixed or UNCERTAINTY in manifest.axes:
-        raise ManifestError([f"{manifest.path}: limits.uncertainty: needs to be left out beside budget, which buys it"])
-    if (asked := manifest.ensemble.observable) != BOUGHT:
-        instead = f"needs {shown(BOUGHT)} beside budget, which buys nothing else, or no budget: more members buy it"
-        raise ManifestError([f"{manifest.path}: ensemble.observable = {shown(asked)}: {instead}"])
     sizes = [float(f"{COARSEST * 10.0 ** (-number / STEPS):.2g}") for number in range(STEPS * DECADES + 1)]
-    return [replace(manifest, limits={**manifest.limits, UNCERTAINTY: size}, budget=None) for size in sizes]
+    return [replace(manifest, limits={**manifest.limits, BOUGHT_BY: size}, budget=None) for size in sizes]
 
 
 def _errors(manifest: Manifest) -> Sequence[Manifest]:
     """The manifest with ever smaller errors of the grid."""
-    given = [name for name in settings() if name in manifest.fixed or name in manifest.axes]
-    if given or manifest.accuracy is not None:
-        name = given[0] if given else "accuracy"
-        raise ManifestError([f"{manifest.path}: {name}: needs to be left out beside budget, which buys it"])
     front = load_front(manifest.front, manifest.front_text)
     return [replace(manifest, accuracy=error, budget=None) for error in reachable(front, manifest)]

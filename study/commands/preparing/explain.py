@@ -13,8 +13,7 @@ from study.discretization.front import load_front
 from study.execution.forecast import duration
 from study.manifest.cases import CampaignCase, expand
 from study.manifest.manifest import Manifest, Tolerated
-from study.manifest.reader import load_manifest
-from study.plan.influence.campaign import Decider, tolerance_of
+from study.plan.influence.campaign import Decider, read, tolerance_of
 from study.plan.influence.choice import Choice, Length
 from study.plan.influence.decision import Decision, Tolerance
 from study.plan.influence.length import COUNTS, TOLD_BY_LENGTH, WHOLE_LENGTH
@@ -32,7 +31,7 @@ USUAL = 0.01
 def work(campaign: Path, parameters: tuple[str, ...]) -> None:
     """Print groups, effects, accuracy and cost of the case of a campaign that has these parameters."""
     with refusals():
-        manifest = spelled_out(load_manifest(campaign))
+        manifest = spelled_out(read(campaign))
         asked = manifest.tolerated is not None
         if not asked:
             manifest = _with_a_tolerance(manifest)

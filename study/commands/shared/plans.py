@@ -10,8 +10,8 @@ from study.commands.shared.arguments import folder
 from study.execution.failures import left
 from study.garbage import all_kept, keep_for_good
 from study.manifest.manifest import Manifest
-from study.manifest.reader import load_manifest
 from study.origin import Origins, census, here
+from study.plan.influence.campaign import read
 from study.plan.plan import Plan, make_plan
 from study.plan.standing.outline import KindCount, kind_counts
 from study.plan.tasks import Task
@@ -25,7 +25,7 @@ PLANNED: Final = "{} cases planned"
 
 def planned(campaign: Path) -> Plan:
     """The plan of a campaign file. Raises ManifestError."""
-    return planned_from(load_manifest(campaign))
+    return planned_from(read(campaign))
 
 
 def planned_from(manifest: Manifest) -> Plan:

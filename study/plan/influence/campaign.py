@@ -1,8 +1,9 @@
 """What a campaign may leave out of its cases, and what is left out of each."""
 
 import math
-from collections.abc import Iterator, Mapping
+from collections.abc import Callable, Iterator, Mapping
 from dataclasses import dataclass, field, replace
+from pathlib import Path
 from typing import Final, NamedTuple
 
 from solver.case import Case, Effects
@@ -11,8 +12,9 @@ from solver.parameter import declared
 from solver.slab import Slab
 from study.manifest.cases import CampaignCase
 from study.manifest.drives import CampaignDrive
-from study.manifest.manifest import Manifest
+from study.manifest.manifest import Manifest, WrongManifestError
 from study.manifest.problems import ManifestError, shown
+from study.manifest.reader import load_manifest, parse_manifest
 from study.plan.influence.decision import Decision, Tolerance, decide
 from study.plan.influence.length import WHOLE_LENGTH
 from study.plan.influence.omissions import OF_THE_DRIVE, OMISSIONS
@@ -20,6 +22,26 @@ from study.plan.influence.scene import ASKED_FOR, OBSERVABLES, Scene
 from study.plan.influence.table import load_influences
 from study.plan.kinds.kind import declared as scalars_of
 from study.plan.tasks import KINDS
+
+
+def read(path: Path) -> Manifest:
+    """Read a campaign file as `load_manifest` does. Raises ManifestError, with problems of its tolerance beside all others."""
+    return _checked(lambda: load_manifest(path))
+
+
+def parse(path: Path, text: str, beside: Mapping[str, str]) -> Manifest:
+    """The same of texts, as `parse_manifest` does."""
+    return _checked(lambda: parse_manifest(path, text, beside))
+
+
+def _checked(read: Callable[[], Manifest]) -> Manifest:
+    try:
+        manifest = read()
+    except WrongManifestError as error:
+        raise ManifestError([*error.lines, *_problems(error.manifest)]) from None
+    if problems := list(_problems(manifest)):
+        raise ManifestError(problems)
+    return manifest
 
 
 def tolerance_of(manifest: Manifest) -> Tolerance | None:
@@ -44,7 +66,8 @@ def tolerance_of(manifest: Manifest) -> Tolerance | None:
 
 
 def _problems(manifest: Manifest) -> Iterator[str]:
-    assert manifest.tolerated is not None
+    if manifest.tolerated is None:
+        return
     yields = yielded(manifest)
     for name in manifest.tolerated.observables:
         if name not in yields:

@@ -1,5 +1,7 @@
 """A check finds all problems of all files, and says in a line what those that are fine would compute."""
 
+import pytest
+
 from study.shipped import campaigns
 from tests.conftest import PARTLY_REFUSED, SMALL
 
@@ -42,3 +44,57 @@ def test_every_campaign_that_comes_with_nanoslip_is_fine(main):
     code, said, _ = main("check", *quick)
     assert code == 0
     assert said.count(": fine: ") == len(quick)
+
+
+AT_ONCE = {
+    "a tolerance, and what it holds for": (
+        '[effects]\nwithin = 2\nobservables = ["foo"]\nkeep = ["bar"]\n',
+        ("effects.within = 2: ", 'effects.observables = "foo": ', 'effects.keep = "bar": '),
+    ),
+    "no tolerance, and what it would hold for": (
+        '[effects]\nobservables = ["foo"]\n',
+        ("effects.observables: needs within", 'effects.observables = "foo": '),
+    ),
+    "stages, and what one of them yields": (
+        'stages = ["slip"]\n[effects]\nwithin = 0.1\nobservables = ["plateau_mean", "kinetic_friction"]\n',
+        ('stages = ["slip"]: ', 'effects.observables = "kinetic_friction": '),
+    ),
+    "a budget, and what it does not buy": (
+        '[budget]\ntime = "1 h"\nranks = 0\n[limits]\nuncertainty = 0.1\n[ensemble]\nmembers = 8\nuncertainty = 0.01\n'
+        'observable = "static_friction"\n[[drives]]\nname = "a"\n',
+        ("budget.ranks = 0: ", 'ensemble.observable = "static_friction": ', "limits.uncertainty: needs to be left out"),
+    ),
+    "a budget, and a grid that it buys": (
+        'stages = ["contact"]\naccuracy = 0.1\n[numerics]\nn_x = 33\n[budget]\ntime = "soon"\n',
+        ('budget.time = "soon": ', "numerics.n_x: needs to be left out beside b", "accuracy: needs", "beside accuracy"),
+    ),
+    "an accuracy, and a grid beside it": (
+        "accuracy = 2\n[numerics]\nn_x = 33\n",
+        ("accuracy = 2: ", "numerics.n_x: needs to be left out beside accuracy"),
+    ),
+    "an uncertainty, and a stage that is missing": (
+        '[ensemble]\nuncertainty = 2\nobservable = "static_friction"\n',
+        ("ensemble.uncertainty = 2: needs a relative", 'ensemble.uncertainty = 2: needs stage "dynamics"'),
+    ),
+    "a duration, and another one": (
+        '[[drives]]\nname = "a"\nduration = 0\nduration_periods = 10\n',
+        (
+            "drives[0].duration = 0: needs 1e-30",
+            "drives[0].duration_periods = 10: needs to be left out beside duration = 0",
+        ),
+    ),
+    "settings of an integrator": (
+        '[[drives]]\nname = "a"\nintegrator = "foo"\ntime_step = -1\nsurface_compliance = 3\n',
+        ('drives[0].integrator = "foo": ', "drives[0].time_step = -1: ", "drives[0].surface_compliance = 3: "),
+    ),
+}
+
+
+@pytest.mark.parametrize(("content", "said"), AT_ONCE.values(), ids=AT_ONCE)
+def test_no_mistake_hides_another(main, campaign, content, said):
+    """Each of them has a line, and there are no more lines."""
+    campaign.write_text(f'title = "x"\n{content}')
+    code, _, errors = main("check", campaign)
+    lines = errors.removeprefix("Error: ").splitlines()
+    assert [sum(f"{campaign}: {each}" in line or each in line for line in lines) for each in said] == [1] * len(said)
+    assert (code, len(lines)) == (2, len(said))
