@@ -82,6 +82,19 @@ class Front:
             return frozenset()
         return _about_as_wide(self.contacts, half_width)
 
+    def lacks(self, case: Case) -> str:
+        """What of a case was not measured, in words; empty where all of it was."""
+        if case.pin != "parabola":
+            return f"pin = {case.pin}"
+        if case.heterogeneity.roughness:
+            return "a rough pin"
+        if not self.like(case.slab):
+            return parameters.in_words(", ".join(f"{name} = {value}" for name, value in physics(case.slab).items()))
+        if not self.comparable(case):
+            least, most = self.contacts[0], self.contacts[-1]
+            return f"Hertz's a/L_x = {hertz_half_width(case):.3g}, where those that were measured have {least:.2g} to {most:.2g}"
+        return ""
+
     def worst_error(self, slab: Slab, contacts: Iterable[int]) -> float:
         """The largest relative error of a discretized slab under these contacts; NaN where it was not measured."""
         row = self._row_of.get(slab)

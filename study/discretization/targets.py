@@ -38,8 +38,20 @@ def settled(manifest: Manifest) -> Manifest:
     try:
         chosen = cheapest(front, itertools.chain([first], cases), manifest.accuracy)
     except UnreachableError as error:
-        raise ManifestError([f"{manifest.path}: accuracy = {manifest.accuracy!r}: {error}"]) from None
+        wrong = f"{manifest.path}: accuracy = {manifest.accuracy!r}: {error}"
+        raise ManifestError([wrong + _lacking(front, manifest)]) from None
     return replace(manifest, numerics={**manifest.numerics, **_given(chosen)})
+
+
+def _lacking(front: Front, manifest: Manifest) -> str:
+    """The first case of which the front lacks something, what that is, and how many more there are; empty where there is none."""
+    lacks = ((each.point, front.lacks(each.case)) for each in expanding(manifest) if each.case is not None)
+    found = [(point, what) for point, what in lacks if what]
+    if not found:
+        return ""
+    point, what = found[0]
+    others = f" (and {len(found) - 1} more)" if len(found) > 1 else ""
+    return f"; it lacks the case {point}{others}: {what}"
 
 
 def choice(manifest: Manifest) -> str:

@@ -133,3 +133,21 @@ def test_no_relative_error_is_refused(campaign, wrong):
 def test_support_is_no_matter_of_accuracy(campaign):
     campaign.write_text(campaign.read_text() + '[numerics]\nsupport = "bonded"\n')
     assert len(make_plan(load_manifest(campaign)).cases) == 2
+
+
+@pytest.mark.parametrize(
+    ("axes", "said"),
+    [
+        (
+            "radius = [50, 200, 1000, 2000]",
+            r"radius = 1000.0, .* \(and 1 more\): Hertz's a/L_x = 0\.651, .* 0\.04 to 0\.42$",
+        ),
+        ("pin = ['parabola', 'flat_punch']", "pin = flat_punch: pin = flat_punch$"),
+        ("poisson = [0.3, 0.41]", "it lacks the case .*poisson = 0.41: aspect_ratio = 1.0, poisson = 0.41, support"),
+    ],
+)
+def test_the_case_that_the_front_lacks_is_named_with_what_is_lacking(tmp_path, axes, said):
+    path = tmp_path / "mine.toml"
+    path.write_text(f'title = "x"\naccuracy = 0.01\n[axes]\n{axes}\n')
+    with pytest.raises(ManifestError, match=said):
+        make_plan(load_manifest(path))

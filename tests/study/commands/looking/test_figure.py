@@ -108,4 +108,4 @@ def test_what_cannot_be_drawn_is_refused_in_one_line(
 def test_a_campaign_that_was_not_run_is_told_so(main: Main, campaign: Path, tmp_path: Path) -> None:
     code, _, said = main("figure", campaign, "--y", "plateau", "--out", tmp_path / "out")
     assert code == 2
-    assert f"no results of {campaign} there: nanoslip run {campaign} computes them" in said
+    assert f"no results of {campaign} there: nanoslip run {campaign} --out {tmp_path / 'out'} computes them" in said
