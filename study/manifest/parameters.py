@@ -8,7 +8,7 @@ from typing import Any, Final
 
 from solver.case import Case, parameters_of_a_case
 from solver.outcome import InvalidInput
-from solver.parameter import declared
+from solver.parameter import Parameter, declared
 from solver.slab import PHYSICS, SCHEMES, Slab
 
 Value = float | int | str
@@ -33,6 +33,18 @@ def typed(symbol: str) -> tuple[set[str], set[str]]:
     latin = "".join(_LATIN.get(letter, letter) for letter in symbol)
     whole = {symbol, latin} - {""}
     return whole, {each.partition("/")[0] for each in whole}
+
+
+def of_symbol(key: str, stated: Mapping[str, Parameter]) -> str:
+    """The word of the only parameter that has this symbol; any other key, or the symbol of several, as it is."""
+    symbols = {each.word or name: typed(each.symbol) for name, each in stated.items()}
+    if key in stated or key in symbols:
+        return key
+    for place in (0, 1):
+        found = [name for name, known in symbols.items() if key in known[place]]
+        if len(found) == 1:
+            return found[0]
+    return key
 
 
 def words_of(table: str) -> tuple[str, ...]:

@@ -7,8 +7,10 @@ import unicodedata
 from collections.abc import Callable, Collection, Iterable
 from pathlib import Path
 
+from solver.case import parameters_of_a_case
+from solver.drive import parameters_of_a_drive
 from solver.outcome import SHOWN, InvalidInput, quoted
-from study.manifest.parameters import axes, table_of
+from study.manifest.parameters import axes, of_symbol, table_of
 
 LONGEST_PATH = 200
 """The most characters of a path that a message shows."""
@@ -62,8 +64,14 @@ def need(make: Callable[..., object], *arguments: object) -> str:
 
 
 def unknown(word: str, allowed: Collection[str]) -> str:
-    """Advice on a word that is not allowed here: the table that takes it, a similar word, or all that are allowed."""
+    """Advice on a word that is not allowed here: the table that takes it, what it is a symbol of or like, or all allowed ones."""
     if table := table_of(word):
         return f"belongs in [{table}]" + (" or [axes]" if word in axes() else "")
+    of_drives = parameters_of_a_drive()
+    if word in of_drives:
+        return "belongs in [[drives]] or [drive_axes]"
+    meant = of_symbol(word, {**parameters_of_a_case(), **of_drives})
+    if meant != word:
+        return f"unknown; did you mean {meant}" + ("?" if meant in allowed else f", which {unknown(meant, allowed)}?")
     near = difflib.get_close_matches(word[:SHOWN], allowed, 1)
     return f"unknown; did you mean {near[0]}?" if near else "unknown; needs one of " + ", ".join(allowed)

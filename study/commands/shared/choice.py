@@ -7,7 +7,7 @@ from solver.case import parameters_of_a_case
 from study.commands.shared.exits import Refusal
 from study.manifest.cases import MEMBER, CampaignCase
 from study.manifest.drives import drive_parameters
-from study.manifest.parameters import Value, in_words, typed, words
+from study.manifest.parameters import Value, in_words, of_symbol, words
 from study.manifest.problems import ManifestError
 
 FEW: Final = 4
@@ -30,15 +30,7 @@ def assignments(given: Sequence[str]) -> dict[str, str]:
 
 def _of_symbol(key: str) -> str:
     """The parameter of a case or a drive that has this symbol; any other key, or one of several, as it is."""
-    stated = {**parameters_of_a_case(), **drive_parameters()}
-    symbols = {each.word or name: typed(each.symbol) for name, each in stated.items()}
-    if key in stated or key in symbols:
-        return key
-    for place in (0, 1):
-        found = [name for name, known in symbols.items() if key in known[place]]
-        if len(found) == 1:
-            return found[0]
-    return key
+    return of_symbol(key, {**parameters_of_a_case(), **drive_parameters()})
 
 
 def chosen(cases: Sequence[CampaignCase], given: Mapping[str, str]) -> CampaignCase:

@@ -409,3 +409,27 @@ def test_the_time_of_a_task_limits_no_case(tmp_path):
     assert [task.key for task in plain.tasks] == [task.key for task in timed.tasks]
     assert {task.limit for task in timed.tasks} == {7.0}
     assert all(task.limit >= max(600.0, 99.0 * task.cost) for task in plain.tasks)
+
+
+@pytest.mark.parametrize(
+    ("line", "advice"),
+    [
+        ("[axes]\nmu_i = [0.3]", "axes.mu_i = [0.3]: unknown; did you mean intrinsic_friction?"),
+        ("[constants]\nW = 1", "constants.W = 1: unknown; did you mean normal_load?"),
+        ("[axes]\nstage_velocity = [1]", "axes.stage_velocity = [1]: belongs in [[drives]] or [drive_axes]"),
+        (
+            "[numerics]\nmu_i = 1",
+            "numerics.mu_i = 1: unknown; did you mean intrinsic_friction, which belongs in [constants] or [axes]?",
+        ),
+        (
+            "[constants]\nV_o = 1",
+            "constants.V_o = 1: unknown; did you mean stage_velocity, which belongs in [[drives]] or [drive_axes]?",
+        ),
+        ("[drive_axes]\nV_o = [1]", "drive_axes.V_o = [1]: unknown; did you mean stage_velocity?"),
+    ],
+)
+def test_a_symbol_is_advised_to_be_its_parameter(line: str, advice: str) -> None:
+    """Tables, figures and the command line take symbols; a campaign file takes words."""
+    with pytest.raises(ManifestError) as error:
+        parse_manifest(Path("mine.toml"), f'title = "x"\n{line}\n', {})
+    assert f"mine.toml: {advice}" in error.value.lines
