@@ -9,6 +9,7 @@ from study.manifest.drives import drive_parameters
 from study.manifest.manifest import Ensemble, Outputs, field_names
 from study.manifest.parameters import TABLES, Value, words, words_of
 from study.manifest.problems import ManifestError, key_shown, shown, unknown
+from study.manifest.reader import KEYS_OF_FILES
 
 NAME: Final = "try"
 """Of the campaign's drive."""
@@ -31,13 +32,14 @@ def campaign_of(given: Mapping[str, str], contact: bool = False, drive: bool = F
     """The content of a campaign file with one case and at most one drive. Values are checked where it is read.
 
     given: key -> value as text. contact: stop after initial contact. drive: pull the pin by the default drive; any key of a
-    drive asks for one too. Raises ManifestError with every key that is unknown.
+    drive asks for one too. Raises ManifestError with every key that is unknown, or of a drive where the contact is all.
     """
     places = {key: table for table, keys in tables().items() for key in keys}
-    wrong = [f"{key_shown(key)} = {shown(number_or_text(text))}" for key, text in given.items() if key not in places]
-    if wrong:
-        names = (key for key in given if key not in places)
-        raise ManifestError(f"{said}: {unknown(key, places)}" for said, key in zip(wrong, names, strict=True))
+    advice = {key: _advice(key, places, contact) for key in given}
+    if any(advice.values()):
+        raise ManifestError(
+            f"{key_shown(key)} = {shown(number_or_text(given[key]))}: {wrong}" for key, wrong in advice.items() if wrong
+        )
     content: dict[str, dict[str, Value]] = {_DRIVES: {"name": NAME}} if drive else {}
     for key, text in given.items():
         content.setdefault(places[key], {})[key] = number_or_text(text)
@@ -45,3 +47,10 @@ def campaign_of(given: Mapping[str, str], contact: bool = False, drive: bool = F
     stages = ("contact", "slip", "dynamics")[: 1 if contact else 3 if driven else 2]
     drives = {_DRIVES: [driven]} if driven else {}
     return {"title": "One case", "stages": list(stages), **content, **drives}
+
+
+def _advice(key: str, places: Mapping[str, str], contact: bool) -> str:
+    """What is wrong with a key; empty where nothing is."""
+    if key not in places:
+        return "a key of campaign files, not of one case" if key in KEYS_OF_FILES else unknown(key, places)
+    return "needs a drive, which initial contact alone has not" if contact and places[key] == _DRIVES else ""

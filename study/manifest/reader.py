@@ -5,6 +5,7 @@ Scales and drives are in SI, the parameters of a case are dimensionless.
 """
 
 import hashlib
+import itertools
 import math
 import tomllib
 from collections.abc import Callable, Mapping
@@ -166,6 +167,10 @@ LEAST_SECONDS: Final = 0.1
 """Key of [limits] that limits no case, but how long a task may take."""
 OTHERS: Final = {"limits": (SECONDS,), "effects": tuple(_TOLERATED)}
 """Table -> its keys that are no parameters of a case."""
+
+
+KEYS_OF_FILES: Final = frozenset((*_TOP, "name", *field_names(Budget), *itertools.chain(*OTHERS.values())))
+"""Keys that a campaign has beside the parameters of its cases, their ensembles, drives and outputs."""
 
 
 class _Reader(NamedFiles):

@@ -1,28 +1,48 @@
 """`nanoslip try`: one case from the command line, computed at once; nothing stays on disk."""
 
 import re
-from collections.abc import Iterator
-from contextlib import contextmanager
+from collections.abc import Iterator, Mapping
+from contextlib import contextmanager, suppress
 from pathlib import Path
 
+import click
+
+from solver.outcome import InvalidInput
 from study import api
 from study.commands.shared.choice import assignments
 from study.commands.shared.one_case import show_case
 from study.commands.shared.refusals import refusals
 from study.figures.shared.canvas import format_of
+from study.manifest.columns import number_or_text
 from study.manifest.one_case import campaign_of
+from study.manifest.parameters import make_case, words
 from study.manifest.problems import ManifestError
+from study.plan.keys import OF_ALL, OF_CONTACT
+from study.report.console import print_sentences
 
 
 def work(parameters: tuple[str, ...], contact: bool, drive: bool, picture: Path | None) -> None:
     """Compute one case in this process and print it, or draw it."""
+    if contact and drive:
+        raise click.UsageError("--contact and --drive exclude each other")
     given = assignments(parameters)
     if picture:
         with refusals(ValueError):
             format_of(picture)  # what cannot be drawn is better known before it is computed
     with refusals(MemoryError), _as_typed():
         found = api.run(campaign_of(given, contact, drive), progress=True)
+    print_sentences(_idle(given, contact))
     show_case(found, {}, picture)
+
+
+def _idle(given: Mapping[str, str], contact: bool) -> Iterator[str]:
+    """The parameters that were given and change nothing, as in campaigns, each with the reason."""
+    keys = {words()[key]: key for key in given if key in words()}
+    with suppress(InvalidInput):  # the case is refused, and says why
+        case = make_case({name: number_or_text(given[key]) for name, key in keys.items()})
+        for each in OF_CONTACT if contact else OF_ALL:
+            names = [name.rpartition(".")[2] for name in each.names] if each.where(case) else []
+            yield from (f"{keys[name]} changes nothing here: {each.reason}" for name in names if name in keys)
 
 
 @contextmanager

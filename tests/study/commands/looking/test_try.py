@@ -2,6 +2,8 @@
 
 import tempfile
 
+import pytest
+
 from study import api
 from study.manifest.one_case import campaign_of, tables
 
@@ -65,3 +67,40 @@ def test_a_picture_that_cannot_be_drawn_is_refused_before_anything_is_computed(m
 def test_every_key_has_one_table():
     keys = [key for names in tables().values() for key in names]
     assert len(keys) == len(set(keys))
+
+
+def test_a_drive_of_a_contact_alone_is_refused(main):
+    """It was left out without a word."""
+    code, said, errors = main("try", *QUICK, "--contact", "--drive")
+    assert (code, said, "--contact and --drive exclude each other" in errors) == (2, "", True)
+    code, said, errors = main("try", "n_x=17", "--contact", "V_o=1")
+    assert (code, said) == (2, "")
+    assert errors == "Error: stage_velocity = 1: needs a drive, which initial contact alone has not\n"
+
+
+@pytest.mark.parametrize("key", ["title", "within", "accuracy", "time", "axes", "seconds"])
+def test_a_key_of_campaigns_is_called_so(main, key):
+    said = f"{key} = 1: a key of campaign files, not of one case"
+    assert main("try", f"{key}=1")[2] == f"Error: {said}\n"
+
+
+PUNCH = ("pin=flat_punch", "half_width=0.25", "n_x=17", "--contact")
+
+
+def test_a_punch_is_named_by_its_half_width_and_no_radius(main):
+    _, said, _ = main("try", *PUNCH)
+    assert said.startswith("case pin = flat_punch, μ_i = 0.5, a/L_x = 0.25, L_z/L_x = 1, n_x = 17\n")
+
+
+@pytest.mark.parametrize(
+    ("given", "reason"),
+    [
+        ((*PUNCH, "radius=30"), "radius changes nothing here: only a parabola has a radius"),
+        ((*QUICK, "half_width=0.1"), "half_width changes nothing here: only a punch has a half-width"),
+        (("n_x=17", "--contact", "events=9"), "events changes nothing here: initial contact comes before any limit"),
+    ],
+)
+def test_what_changes_nothing_is_said_with_the_reason(main, given, reason):
+    _, said, _ = main("try", *given)
+    assert said.splitlines()[0] == reason
+    assert "changes nothing" not in main("try", *QUICK)[1]
