@@ -13,6 +13,8 @@ from numpy.typing import DTypeLike
 
 GRID_ERROR: Final = "discretization_error"
 """Name of the variable that says how uncertain a number is for the slab's grid."""
+CONTACT_SIZE: Final = "initial_contact_size"
+"""Name of the variable that counts the nodes in contact after initial contact."""
 SCALED: Final = ("", "normal_load", "intrinsic_friction", "length", "stiffness", "time", "velocity")
 """What a number may be scaled with: nothing, the load W or μ_i (it becomes a share of it), or the case's unit (it becomes SI)."""
 ENSEMBLE: Final = ("", "mean", "event", "per_event", "independent", "fitted", "own")
@@ -37,6 +39,9 @@ class Quantity:
     """The variable that says how uncertain this one is."""
     in_common: str = ""
     """The variable that says which part of its error the members of an ensemble have in common."""
+    whole_nodes: str = ""
+    """The variable that counts the nodes that this number is made of: of k nodes it is known to 1/k of it, which is half a node
+    spacing of a contact's half-width, beside what `uncertainty` says."""
     comment: str = ""
     """All there is to say of it, in sentences."""
     symbol: str = ""

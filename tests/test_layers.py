@@ -51,7 +51,7 @@ ORDER = {
     "agreement",
     "study.dataset.collection": "counted ensemble members ragged pieces layout column coordinates table makers entering collect",
     "study.dataset.agreement": "matching verdicts facts",
-    "study.dataset.access": "selection single accessor tidy placement concatenation fewer_teeth",
+    "study.dataset.access": "selection single accessor tidy placement concatenation fewer_teeth grid_share",
     "study.execution": "launch interruption program queue forecast progress ledger dispatch farms compiling executor failures "
     "journal batch",
     "study.execution.compiling": "sawtooth miniatures warm_up",

@@ -21,7 +21,7 @@ from solver.case import Case
 from solver.contact.closed_forms import film_half_width
 from solver.contact.normal import expected_half_width
 from solver.contact.state import ContactState
-from solver.quantity import GRID_ERROR, quantity
+from solver.quantity import CONTACT_SIZE, GRID_ERROR, quantity
 from solver.sliding.plateau import plateau_of
 from solver.sliding.record import FrictionRecord
 
@@ -116,6 +116,7 @@ class Validity:
             "half-width of the contact, in L_x",
             symbol="a/L_x",
             uncertainty=GRID_ERROR,
+            whole_nodes=CONTACT_SIZE,
             comment="after initial contact: "
             "half of nodes in contact times spacing, at most half the slab: right to within a spacing, of a contact of "
             "k nodes 2/k of it",

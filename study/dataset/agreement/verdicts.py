@@ -10,11 +10,20 @@ import numpy as np
 import xarray as xr
 
 from solver.quantity import GRID_ERROR
+from study.dataset.access.grid_share import grid_share
 from study.dataset.access.tidy import values_over
 from study.dataset.agreement.matching import Matched, Pair, ending_of
 from study.dataset.collection.ensemble import PARTS, ensemble_name, observables
 from study.dataset.comparison import ROUNDING, Verdict, identical, magnitude
-from study.dataset.variables import COMPUTED_BY, DRIVE, MEMBERS_USED, OUTCOMES, all_groups, companions, scalars
+from study.dataset.variables import (
+    COMPUTED_BY,
+    DRIVE,
+    MEMBERS_USED,
+    OUTCOMES,
+    all_groups,
+    companions,
+    scalars,
+)
 from study.manifest.parameters import Value
 
 STANDARD_DEVIATIONS: Final = 2.0
@@ -108,11 +117,14 @@ def _error_of(root: xr.Dataset, name: str) -> str:
 
 
 def _errors(root: xr.Dataset, kind: str, name: str) -> list[float]:
-    """The standard deviations that a dataset states; that of the grid is a share of the number. NaN where none is known."""
+    """The standard deviations that a dataset states; that of the grid is a share of the number. NaN where none is known.
+
+    A number made of whole nodes is known to half a spacing at best, wherever the pin came down.
+    """
     error = _error_of(root, name)
     if not error:
         return [math.nan] * ending_of(root, kind).size
-    stated = root[error] * abs(root[name]) if error == GRID_ERROR else root[error]
+    stated = grid_share(root, name) * abs(root[name]) if error == GRID_ERROR else root[error]
     return values_over(stated, ending_of(root, kind))
 
 

@@ -55,6 +55,32 @@ def test_a_number_agrees_within_two_combined_standard_deviations(values, errors,
     assert found[1] == pytest.approx(apart, nan_ok=True)
 
 
+def contact(nodes: float, spacing: float = 1 / 32) -> xr.Dataset:
+    """A contact of so many nodes, with what follows from their number alone."""
+    grid = {"ancillary_variables": "discretization_error"}
+    more = {
+        "contact_half_width": ("radius", [nodes * spacing / 2], grid),
+        "mean_pressure": ("radius", [1 / (nodes * spacing)], grid),
+        "initial_contact_size": ("radius", [nodes]),
+    }
+    return made(0.3, 0.1).assign(more)
+
+
+@pytest.mark.parametrize(("nodes", "verdict"), [(1, Verdict.WITHIN), (2, Verdict.WITHIN), (4, Verdict.DIFFERENT)])
+def test_contacts_that_differ_by_a_node_agree(nodes: int, verdict: Verdict) -> None:
+    """As they do where the pin comes down on a node or between two; the grid's own error is 1 % here."""
+    found = verdicts(contact(13.0), contact(13.0 + nodes))
+    assert {found[name][0] for name in ("contact_half_width", "mean_pressure")} == {verdict}
+    half, other = 13 / 64, (13 + nodes) / 64
+    sigmas = [math.hypot(1 / 64, 0.01 * each) for each in (half, other)]
+    assert found["contact_half_width"][1] == pytest.approx((other - half) / math.hypot(*sigmas))
+
+
+def test_without_a_count_of_nodes_nothing_is_known_of_what_they_make_up() -> None:
+    one, other = (contact(nodes).drop_vars("initial_contact_size") for nodes in (13.0, 17.0))
+    assert verdicts(one, other)["contact_half_width"][0] is None
+
+
 def test_the_error_of_a_grid_is_a_share_of_the_number() -> None:
     found = verdicts(made(0.3, 0.1), made(0.3, 0.1, stiff=0.51))["surface_stiffness"]
     assert found == (Verdict.WITHIN, pytest.approx(0.01 / math.hypot(0.005, 0.0051)))
