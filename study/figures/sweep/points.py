@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 
 from solver.quantity import GRID_ERROR
 from study.dataset.access.fewer_teeth import REGIME, with_fewer_teeth
+from study.dataset.access.grid_share import grid_share
 from study.dataset.access.selection import Places, places
 from study.dataset.collection.ensemble import over_members
 from study.dataset.collection.members import members_of
@@ -88,6 +89,8 @@ class Points:
 def points_of(dataset: xr.Dataset, name: str, over: str = "") -> Points:
     """A variable, or its ratio to another, of every case and drive. Members of an ensemble are mean and standard error.
 
+    The two numbers of a ratio are taken as independent: of one record they are not, and its error is too large or too small.
+
     Raises KeyError where the dataset has no such variable.
     """
     dataset = over_members(dataset)
@@ -100,6 +103,8 @@ def points_of(dataset: xr.Dataset, name: str, over: str = "") -> Points:
         exact = tuple(not _stated(dataset, each) for each in (name, over))
         stated = not all(exact)
         values, errors = _ratio((values, errors), (below, its_errors), exact)
+        if over == name:
+            errors = np.where(np.isfinite(values), 0.0, np.nan)  # whatever it is, it is all of itself
     flags = found.values(VALIDITY.name) if VALIDITY.name in dataset else np.zeros(len(values))
     axes = varying(found)
     members, used = _members(dataset, found, name)
@@ -166,8 +171,10 @@ def _numbers(dataset: xr.Dataset, found: Places, name: str) -> tuple[NDArray[Any
     error = _stated(dataset, name)
     if not error:
         return numbers, nothing
-    errors = np.asarray(found.values(error), dtype=float)
-    return numbers, np.abs(numbers) * errors if error == GRID_ERROR else errors
+    if error == GRID_ERROR:
+        shares = replace(found, root=found.root.assign(share=grid_share(dataset, name))).values("share")
+        return numbers, np.abs(numbers) * np.asarray(shares, dtype=float)
+    return numbers, np.asarray(found.values(error), dtype=float)
 
 
 def _members(dataset: xr.Dataset, found: Places, name: str) -> tuple[NDArray[np.int64], NDArray[np.int64]]:

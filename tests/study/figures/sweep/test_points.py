@@ -38,9 +38,27 @@ def test_a_ratio_has_the_uncertainties_of_both() -> None:
     exact = points_of(data, "plateau_mean", "intrinsic_friction")
     np.testing.assert_allclose(exact.values, 0.5)
     np.testing.assert_allclose(exact.errors, 0.005)
-    both = points_of(data, "plateau_mean", "plateau_mean")
+    data["kinetic_friction"] = data.plateau_mean
+    data["kinetic_friction_uncertainty"] = data.plateau_uncertainty
+    both = points_of(data, "kinetic_friction", "plateau_mean")
     np.testing.assert_allclose(both.errors, np.sqrt(2.0) * 0.01)
     assert np.isnan(points_of(data, "peak_friction", "intrinsic_friction").errors).all()
+
+
+def test_a_ratio_of_a_number_to_itself_is_exact() -> None:
+    """Of the plateau it was 1 ± 0.0099."""
+    same = points_of(product(intrinsic_friction=[0.0, 0.4], normal_load=LOADS), "plateau_mean", "plateau_mean")
+    np.testing.assert_array_equal(same.values, [np.nan, np.nan, 1.0, 1.0])
+    np.testing.assert_array_equal(same.errors, [np.nan, np.nan, 0.0, 0.0])
+
+
+def test_bars_of_what_whole_nodes_make_up_hold_half_a_spacing() -> None:
+    data = product(intrinsic_friction=[0.2], normal_load=LOADS)
+    data["contact_half_width"] = 0.0 * data.plateau_mean + 0.1
+    data["discretization_error"] = 0.0 * data.plateau_mean + 0.03
+    assert np.isnan(points_of(data, "contact_half_width").errors).all()  # nobody says how many nodes
+    data["initial_contact_size"] = 0.0 * data.plateau_mean + 25.0
+    np.testing.assert_allclose(points_of(data, "contact_half_width").errors, 0.1 * 0.05)
 
 
 def test_a_ratio_to_nothing_is_no_number() -> None:
