@@ -32,6 +32,10 @@ NEAR = 0.45
 """Distance of the contact's edge from the slab's end, in half-widths, below which the end counts: there the free side raises
 a pressed parabola's largest pressure by a tenth (6 % at 0.75, 19 % at 0.15), on a slab as tall as wide or taller. Plateaus
 notice an end only when the contact is at it: F/(Wμ_i) is 0.52 up to 0.13 half-widths and 0.71 then (μ_i = 0.5, n_x = 129)."""
+EDGE = 0.125
+"""Spacings beyond the edge of Hertz's contact up to which nodes are in contact: 0.2 of galerkin slabs with μ_i = 0.1, 0.1 with
+μ_i = 1, 0.05 of the paper's stencil with μ_i = 0.5. So a record has at least 2a over the spacing and a quarter, rounded down, to
+within one node."""
 LARGEST_PRESSURE = 0.1
 """Mean pressure over G above which displacements have gradients of about a tenth (Hertz: the slope at the contact's edge is
 4(1 - ν)/π times it, 0.85 at ν = 1/3, the shear below the middle 0.38 times): the share that linear elasticity neglects."""
@@ -153,10 +157,24 @@ def expected_flags(case: Case, displacement: float = 0.0) -> Flags:
 
     displacement: δ_p that its record is expected to reach, in L_x; 0 is initial contact alone. A guess: see above.
     """
-    half_width, rounding = min(_guess(case), 0.5), 0.499 if case.pin == "flat_punch" else 1e-9
-    nodes = min(2 * math.floor(half_width / case.slab.spacing + rounding) + 1, case.slab.n_x)
-    seen = _Seen(nodes, nodes, half_width, 0.5 - half_width - displacement, displacement)
+    half_width = min(_guess(case), 0.5)
+    rounding = 0.499 if case.pin == "flat_punch" else 1e-9
+    most = min(2 * math.floor(half_width / case.slab.spacing + rounding) + 1, case.slab.n_x)
+    fewest = min(_fewest_nodes(case, half_width, displacement), case.slab.n_x)
+    seen = _Seen(fewest, most, half_width, 0.5 - half_width - displacement, displacement)
     return _judged(case, seen, half_width)
+
+
+def _fewest_nodes(case: Case, half_width: float, displacement: float) -> int:
+    """The fewest nodes to be expected in a contact of this half-width that the pin drags so far.
+
+    Nodes up to `EDGE` beyond the edges are in contact. How many, depends on where the pin is between two nodes: its start counts,
+    or any place where it moves by half a spacing or more.
+    """
+    reach = half_width / case.slab.spacing + (0.499 if case.pin == "flat_punch" else EDGE)
+    if displacement < 0.5 * case.slab.spacing:
+        return max(math.floor(reach + case.start) + math.floor(reach - case.start) + 1, 1)
+    return max(math.floor(2.0 * reach), 1)
 
 
 def contact_flags(case: Case, state: ContactState) -> Flags:
