@@ -144,7 +144,7 @@ def measured(record: FrictionRecord, plateau: Plateau, drive: Drive) -> tuple[Dy
             break
         while len(tries) > 1 and tries[0].duration < _expected_duration(each, friction, drive, slides):
             tries.popleft()
-    return motion, replace(friction, outcome=_as_asked(friction, plateau, drive))
+    return motion, replace(friction, outcome=_as_asked(friction, record, plateau, drive))
 
 
 def _time_to_slide(record: FrictionRecord, plateau: Plateau, drive: Drive) -> float:
@@ -177,13 +177,17 @@ def _expected_duration(tried: Drive, friction: FrictionCoefficients, drive: Driv
     return slides + (tried.duration - slides) * growth
 
 
-def _as_asked(friction: FrictionCoefficients, plateau: Plateau, drive: Drive) -> Outcome:
+def _as_asked(friction: FrictionCoefficients, record: FrictionRecord, plateau: Plateau, drive: Drive) -> Outcome:
     """How a drive ended, which says so where it is less certain than it was to be."""
     enough, found = drive.uncertainty, friction.relative_uncertainty
     if enough is None or found <= enough or not friction.outcome.ok:
         return friction.outcome
     if math.isnan(plateau.uncertainty):
-        why = "the contact is at an end of the surface, or its nodes overshoot as they slip at once"
+        why = (
+            "the contact is at an end of the surface"
+            if record.at_an_end
+            else "its nodes overshoot as they slip at once"
+        )
         return _and(friction.outcome, f"kinetic friction is not known to {enough:.2%}: {why}")
     why = "raise duration"
     if plateau.relative_uncertainty > enough:

@@ -201,16 +201,12 @@ def plateau_of(record: FrictionRecord) -> Plateau:
         if within < FEWEST_EVENTS:
             complaint = f"{within} events in the steady part: needs {FEWEST_EVENTS} or more; raise {_limit(record)}"
             continue
-        stretch = _stretch(record, whole, first)
+        start, end = float(record.displacement[first]), float(record.displacement[-1])
+        stretch = _Stretch(first, start, end, whole.block_means(start, end, BLOCKS))
         complaint = _complaint(record, whole, begins, stretch)
         if not complaint:
             return _plateau(record, whole, stretch)
     return _refused(complaint)
-
-
-def _stretch(record: FrictionRecord, whole: Teeth, first: int) -> _Stretch:
-    start, end = float(record.displacement[first]), float(record.displacement[-1])
-    return _Stretch(first, start, end, whole.block_means(start, end, BLOCKS))
 
 
 def _complaint(record: FrictionRecord, whole: Teeth, begins: _Beginning, stretch: _Stretch) -> str:
