@@ -39,6 +39,7 @@ LACKS = {
         "plateau_start",
         "plateau_end",
         "plateau_spacings",
+        "plateau_peak",
         "mean_step",
         "mean_slips",
         "mean_drop",
@@ -172,10 +173,10 @@ def _assert_finite(result: TaskResult) -> None:
     for name, array in result.arrays.items():
         assert name in OPEN or np.all(np.isfinite(array)), (result.kind, name)
     for name, number in result.scalars.items():
-        # A fit needs slips, an uncertainty enough events.
+        # A fit needs slips, an uncertainty and its parts enough events.
         inertia = ("static_friction",) if "is inertia and damper" in result.outcome.message else ()
         lacking = (*REPEATED, *LACKS.get(result.outcome.ending, ()), *inertia)
-        missing = name.startswith("fit") or name.endswith("_uncertainty") or name in lacking
+        missing = name.startswith("fit") or name.endswith(("_uncertainty", "_of_length", "_excess")) or name in lacking
         assert missing or not math.isnan(number), (result.kind, name)
 
 
