@@ -47,9 +47,11 @@ def test_no_number_of_a_result_is_lost(small):
             "spacing",
             "residual_shear",
             "spread",
+            "nodes_as_one",
             "displacement",
             "spring_force_range",
-        }  # of parameters; zero at initial contact; spring_force_amplitude where it means something
+            *(f"plateau_{name}" for name in ("of_length", "first_event", "last_event", "peak")),
+        }  # of parameters; zero at initial contact; spring_force_amplitude where it means something; for drives over the record
         assert set(result.scalars) - known_apart <= set(scalars(task.kind))
         if task.kind in ("record", "drive"):
             assert set(result.arrays) - {"binned_force"} <= columns  # what uncertainties are made of
