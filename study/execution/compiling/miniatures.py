@@ -10,6 +10,7 @@ from solver.case import PARTS, Case, Effects, Heterogeneity, SlipRule
 from solver.drive import Drive
 from solver.outcome import COMPLETED, InvalidInput
 from solver.parameter import choices_of, declared
+from solver.sliding.plateau import plateau_of
 from study.execution.compiling.sawtooth import sawtooth
 from study.plan.kinds.kind import numbers
 from study.plan.task import Task, TaskResult
@@ -31,7 +32,8 @@ def miniatures(tasks: Sequence[Task]) -> list[Task]:
 
 def made_up_record() -> TaskResult:
     """The result that drives among miniatures need: of the right name and types, but no slab has been computed for it."""
-    scalars, arrays = numbers(KINDS["record"], (None, None, None, sawtooth(_SMALL)))
+    record = sawtooth(_SMALL)
+    scalars, arrays = numbers(KINDS["record"], (None, plateau_of(record), None, record))
     return TaskResult(record_task(_SMALL).key, "record", COMPLETED, scalars, arrays)
 
 
