@@ -29,9 +29,6 @@ WIDEST_SPREAD = 100.0
 """The largest spread of lognormal μ_i, over their mean: beyond it nearly all of the mean is in nodes that no surface has."""
 MOST_EVENTS = 10**9
 """Events that a record may be asked to hold: more would not fit any memory."""
-MOST_TAKEN_ALONG = 2.5
-"""Surface nodes as one (ν = 0.4823) above which those that slip all at once overshoot: the mean force then differs by up to a
-quarter from one node spacing to the next, in contacts of 11 to 38 nodes alike."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -267,18 +264,6 @@ class Case:
         """δ_p in L_x at which a record ends at the latest; infinite without such a limit."""
         far = math.inf if self.max_displacement is None else self.max_displacement
         return far if self.max_spacings is None else min(far, self.max_spacings * self.slab.spacing)
-
-    @property
-    def nodes_as_one(self) -> float:
-        """How many surface nodes give way as one, as far as uncertainties are concerned: 1 where each does so alone.
-
-        Where all that may slip do so at once, those that the slab takes along are taken along once more; infinite where that
-        has no bounds.
-        """
-        taken: float = self.slab.scheme.nodes_as_one(self.slab)
-        if self.slip_rule.slip_order != "simultaneous" or self.slip_rule.residual_shear == 1.0:
-            return taken
-        return taken**2 if taken <= MOST_TAKEN_ALONG else math.inf
 
     @classmethod
     def of(cls, parameters: Mapping[str, Any]) -> Self:

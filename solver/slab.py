@@ -58,13 +58,9 @@ class Scheme(ABC):
         """
         return True
 
-    def lets_go_alone(self, slab: "Slab") -> bool:
-        """Whether nodes give way each for itself so far that a plateau is that of a half-plane's nodes to some 5 %."""
-        return True
-
-    def nodes_as_one(self, slab: "Slab") -> float:
-        """How many surface nodes give way as one, as far as uncertainties are concerned: 1 where each does so alone."""
-        return 1.0
+    def confinement(self, slab: "Slab") -> float:
+        """(λ+2G)/G of the elements below the surface: the larger, the more of its nodes give way together. 0 without any."""
+        return 0.0
 
     @property
     def bed_stiffness(self) -> float | None:

@@ -24,7 +24,7 @@ ORDER = {
     "next_event loading",
     "solver.contact.convolved": "conjugate_gradients contact",
     "solver.contact.coulomb": "contact roles motion",
-    "solver.sliding": "kernels record columns sampling plateau target full_contact tangential coulomb hindsight events "
+    "solver.sliding": "kernels sampling record columns plateau target full_contact tangential coulomb hindsight events "
     "statistics distributions validity",
     "solver.sliding.distributions": "power_law goodness rivals comparison histogram bounded scaling size_distribution "
     "events between_starts record",

@@ -1,7 +1,7 @@
 """Schemes with a grid: their stiffness is condensed to the surface compliance."""
 
 from abc import abstractmethod
-from typing import ClassVar, Final
+from typing import ClassVar
 
 import numpy as np
 from numpy.typing import NDArray
@@ -11,19 +11,6 @@ from solver.elasticity.grid import Grid
 from solver.elasticity.stiffness import Stiffness, confined_modulus
 from solver.outcome import InvalidInput
 from solver.slab import SCHEMES, Scheme, Slab
-
-CONFINED: Final = 11.5
-"""(λ+2G)/G, that of ν = 0.4524, from which on surface nodes give way together, the more of them the larger it is.
-
-The uppermost elements resist dilatation more than their displacements can obey. So a node that gives way hands its neighbours
-more than it held, and the next but one less than nothing: of its shear each neighbour takes 0.47, 0.56, 0.63, 0.66 at
-ν = 1/3, 0.45, 0.48, 0.49 on any grid, on a half-plane 0.44. The force within a node spacing then varies by 0.2, 0.14, 0.5, 1.0 of
-the plateau over nodes in contact (medians), as if so many fewer nodes were there."""
-
-HIGH: Final = 7.25
-"""(λ+2G)/G, that of ν = 0.42, from which on plateaus are more than 5 % above those of a half-plane's nodes for the same reason:
-by 3.6, 5, 7, 13, 25 and 30 % at ν = 0.41, 0.42, 0.43, 0.45, 0.475 and 0.49, by 2 % up to 0.4; on slabs half and twice as high as
-wide, under loads of 5e-4 and 2e-3, and with the biquadratic scheme alike."""
 
 
 class GridScheme(Scheme):
@@ -40,11 +27,11 @@ class GridScheme(Scheme):
     def stiffness(self, slab: Slab) -> Stiffness:
         """The matrices of Eq. 11."""
 
-    def lets_go_alone(self, slab: Slab) -> bool:
-        return confined_modulus(slab.poisson) <= HIGH
-
-    def nodes_as_one(self, slab: Slab) -> float:
-        return max(1.0, confined_modulus(slab.poisson) / CONFINED)
+    def confinement(self, slab: Slab) -> float:
+        # The uppermost elements resist dilatation more than their displacements can obey. So a node that gives way hands its
+        # neighbours more than it held, and the next but one less than nothing: of its shear each neighbour takes 0.47, 0.56,
+        # 0.63, 0.66 at ν = 1/3, 0.45, 0.48, 0.49 on any grid, on a half-plane 0.44.
+        return confined_modulus(slab.poisson)
 
     def matrix(self, slab: Slab) -> NDArray[np.float64]:
         return condensed(self.stiffness(slab))

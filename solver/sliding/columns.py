@@ -10,6 +10,7 @@ from solver.contact.state import ContactState
 from solver.slab import surface_x
 from solver.sliding.kernels.events import Events
 from solver.sliding.record import EVENT_TYPES, FrictionRecord
+from solver.sliding.sampling import nodes_as_one
 
 FIRST_CAPACITY = 4096
 """Events for which room is made first; it doubles as they come."""
@@ -63,7 +64,7 @@ def friction_record(
         spacing=case.slab.spacing if case.effects.pin_translation else math.inf,
         residual_shear=case.slip_rule.residual_shear,
         spread=case.heterogeneity.spread,
-        nodes_as_one=case.nodes_as_one,
+        nodes_as_one=nodes_as_one(case),
         initial_force=start.friction_force,
         initial_stiffness=initial_stiffness,
         initial_slips=start.slips,

@@ -20,6 +20,8 @@ import numpy as np
 import scipy
 from numpy.typing import NDArray
 
+from solver.case import Case
+
 MODULATION: Final = 0.32
 """Standard deviation of the friction force over a node spacing, of its mean, times nodes in contact over what a slip drops."""
 EVENT_MODULATION: Final = 0.6
@@ -61,12 +63,31 @@ EVENT_LEFT_OVER: Final = 0.1
 """Uncertainty of step and drop per event over two spacings or more, which can be compared, of their means, times their number."""
 EVENT_ALONE: Final = 0.15
 """The same of fewer, of which it is not seen how much they differ."""
+CONFINED: Final = 11.5
+"""(λ+2G)/G, that of ν = 0.4524, from which on surface nodes give way as one, the more of them the larger it is: the force
+within a node spacing varies by 0.2, 0.14, 0.5, 1.0 of the plateau over nodes in contact (medians at ν = 1/3, 0.45, 0.48, 0.49),
+as if so many fewer nodes were there."""
+MOST_TAKEN_ALONG: Final = 2.5
+"""Surface nodes as one (ν = 0.4823) above which those that slip all at once overshoot: the mean force then differs by up to a
+quarter from one node spacing to the next, in contacts of 11 to 38 nodes alike."""
 
 
 def scatter(values: NDArray[np.float64]) -> float:
     """Standard deviation of independent values, at least two: `np.std` with its bits, in half its time where they are few."""
     off = values - values.sum() / len(values)
     return math.sqrt(float((off * off).sum()) / (len(values) - 1))
+
+
+def nodes_as_one(case: Case) -> float:
+    """How many surface nodes give way as one, as far as uncertainties are concerned: 1 where each does so alone.
+
+    Where all that may slip do so at once, those that the slab takes along are taken along once more; infinite where that
+    has no bounds.
+    """
+    taken: float = max(1.0, case.slab.scheme.confinement(case.slab) / CONFINED)
+    if case.slip_rule.slip_order != "simultaneous" or case.slip_rule.residual_shear == 1.0:
+        return taken
+    return taken**2 if taken <= MOST_TAKEN_ALONG else math.inf
 
 
 @dataclass(frozen=True, slots=True)

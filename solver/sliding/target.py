@@ -18,7 +18,7 @@ from solver.outcome import Ending, Outcome
 from solver.sliding.columns import friction_record
 from solver.sliding.kernels.events import Events
 from solver.sliding.plateau import TELLING, plateau_of
-from solver.sliding.sampling import Sampling
+from solver.sliding.sampling import Sampling, nodes_as_one
 
 FIRST_LOOK: Final = 64
 """Events of a record that is looked at first; a plateau needs 16 at the least."""
@@ -56,7 +56,7 @@ class Target:
         length, residual_shear = events.displacement[held - 1] / spacing, case.slip_rule.residual_shear
         if case.target_length_error is not None and 0.0 < length < TELLING:
             return False
-        longest = Sampling(length, most_nodes, residual_shear, nodes_as_one=case.nodes_as_one)
+        longest = Sampling(length, most_nodes, residual_shear, nodes_as_one=nodes_as_one(case))
         return longest.least_of_mean_force <= enough
 
     def _known(self, events: Events, held: int) -> bool:

@@ -23,7 +23,7 @@ from solver.last import of_the_last
 from solver.sliding.coulomb import OFF_THE_SLAB
 from solver.sliding.kernels.step import STRETCHES
 from solver.sliding.plateau import SETTLING, TELLING
-from solver.sliding.sampling import Sampling
+from solver.sliding.sampling import Sampling, nodes_as_one
 from solver.sliding.target import FIRST_LOOK, GROWTH
 
 NODE_STIFFNESS = 2.9
@@ -179,7 +179,7 @@ def _uncertainty_over(case: Case, spacings: float) -> float:
 
 def sampling_over(case: Case, spacings: float) -> Sampling:
     """What a plateau of so many node spacings is expected to know."""
-    rule, spread, as_one = case.slip_rule, case.heterogeneity.spread, case.nodes_as_one
+    rule, spread, as_one = case.slip_rule, case.heterogeneity.spread, nodes_as_one(case)
     return Sampling(spacings, contact_nodes(case), rule.residual_shear, spread, nodes_as_one=as_one)
 
 
