@@ -244,6 +244,32 @@ def _of_groups(spacings: NDArray[np.float64]) -> float:
     return largest
 
 
+def uncertainty_of_members(
+    kind: str,
+    values: NDArray[np.float64],
+    stated: NDArray[np.float64],
+    common: NDArray[np.float64],
+    spacings: NDArray[np.float64],
+) -> float:
+    """Standard error of the mean over members, with all of what they have in common. NaN where it is not known.
+
+    kind: what members know of it (`Quantity.ensemble`). values, stated, common (m,): of each member, NaN without a value; its own
+    uncertainty; and the part of that which all members have alike. spacings (m,): what members span, NaN where not known.
+    """
+    there = np.isfinite(values)
+    own = np.sqrt(np.maximum(stated**2 - common**2, 0.0))
+    if kind == "fitted" and not np.isfinite(own[there]).all():
+        return math.nan
+    if kind == "event":
+        apart = scatter_uncertainty(values)
+    elif kind in ("independent", "fitted"):
+        apart = independent_uncertainty(values)
+    else:
+        known = spacings[np.isfinite(spacings)]
+        apart = ensemble_uncertainty(values, own, float(np.mean(known)) if len(known) else 0.0)
+    return float(np.hypot(apart, np.mean(common[there]) if there.any() else math.nan))
+
+
 def ensemble_uncertainty(values: NDArray[np.float64], stated: NDArray[np.float64], spacings: float) -> float:
     """Standard error of the mean over members (m,) whose starts are spread evenly over a node spacing; NaN of fewer than 2.
 

@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 
 from solver.outcome import Ending
 from solver.quantity import Quantity, attributes
-from solver.sliding.sampling import ensemble_uncertainty, independent_uncertainty, scatter_uncertainty
+from solver.sliding.sampling import uncertainty_of_members
 from study.dataset.collection.counted import counted
 from study.dataset.variables import MEMBERS_USED, MEMBERS_WITH_CYCLE, OUTCOMES, scalars
 from study.manifest.cases import MEMBER
@@ -93,9 +93,11 @@ def _reduced(observable: Quantity, variables: Mapping[str, xr.Variable]) -> dict
     variable = variables[observable.name]
     values = _by_member(variable)
     nothing = 0.0 * variable
+    stated, inertia = (
+        _by_member(variables.get(name, nothing)) for name in (observable.uncertainty, observable.in_common)
+    )
     change = _by_member(variables.get(f"{observable.name}_influence", nothing)) * np.abs(values)
-    change = np.hypot(change, _by_member(variables.get(observable.in_common, nothing)))
-    stated = _own(_by_member(variables.get(observable.uncertainty, nothing)), change)
+    common = np.hypot(change, inertia)
     spans = _by_member(variables["record_spacings"])
     needed = _members_last(variables[OUTCOME]) != NOT_NEEDED
     if spans.ndim < values.ndim:  # a record serves all drives
@@ -107,8 +109,8 @@ def _reduced(observable: Quantity, variables: Mapping[str, xr.Variable]) -> dict
     weights = _by_member(variables["events"]) if observable.ensemble == "per_event" else np.ones_like(values)
     parts: dict[str, Any] = {
         "mean": lambda place: _mean(values[place], weights[place]),
-        "uncertainty": lambda place: _uncertainty(
-            observable, *(each[place][needed[place]] for each in (values, stated, spans, change))
+        "uncertainty": lambda place: uncertainty_of_members(
+            observable.ensemble, *(each[place][needed[place]] for each in (values, stated, common, spans))
         ),
         "std": lambda place: _std(values[place]),
         "std_uncertainty": lambda place: _error_of_std(values[place]),
@@ -121,37 +123,6 @@ def _reduced(observable: Quantity, variables: Mapping[str, xr.Variable]) -> dict
             reduced[place] = parts[part](place)
         found[quantity.name] = xr.Variable(_without_member(variable), reduced, attributes(quantity))
     return found
-
-
-def _own(stated: NDArray[np.float64], change: NDArray[np.float64]) -> NDArray[np.float64]:
-    """What members state without what they have in common: inertia, and what leaving effects out is expected to change."""
-    return np.sqrt(np.maximum(stated**2 - change**2, 0.0))
-
-
-def _uncertainty(
-    observable: Quantity,
-    values: NDArray[np.float64],
-    own: NDArray[np.float64],
-    spans: NDArray[np.float64],
-    change: NDArray[np.float64],
-) -> float:
-    """Standard error of the mean over members, of one event of each as of independent ones; what they have in common in full."""
-    there = np.isfinite(values)
-    in_common = float(np.mean(change[there])) if there.any() else np.nan
-    if observable.ensemble == "fitted" and not np.isfinite(own[there]).all():
-        return math.nan
-    if observable.ensemble in _OF_SCATTER:
-        return float(np.hypot(_OF_SCATTER[observable.ensemble](values), in_common))
-    span = float(np.mean(spans[np.isfinite(spans)])) if np.isfinite(spans).any() else 0.0
-    return float(np.hypot(ensemble_uncertainty(values, own, span), in_common))
-
-
-_OF_SCATTER: Final = {
-    "event": scatter_uncertainty,
-    "independent": independent_uncertainty,
-    "fitted": independent_uncertainty,
-}
-"""`Quantity.ensemble` -> standard error of the mean, where the scatter of members says all of it."""
 
 
 def _by_member(variable: xr.Variable) -> NDArray[np.float64]:

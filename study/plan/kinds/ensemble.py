@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 
 from solver.case import Case
 from solver.outcome import COMPLETED, Ending, Outcome
-from solver.sliding.sampling import ensemble_uncertainty, scatter_uncertainty
+from solver.sliding.sampling import uncertainty_of_members
 from study.manifest.manifest import FIRST_MEMBERS, KNOWABLE, Ensemble, Manifest
 from study.plan.keys import task_key
 from study.plan.kinds.drive import DRIVE
@@ -76,10 +76,9 @@ def _run(task: Task, inputs: Inputs) -> Computed:
     enough = bool(asked)
     for number in range(each_member):
         drive = asked[number::each_member]
-        values, stated, common = (
-            _numbers(drive, name) for name in (task.observable, quantity.uncertainty, quantity.in_common)
-        )
-        enough = enough and _enough(task, values, stated, np.nan_to_num(common), spacings)
+        values, stated = (_numbers(drive, name) for name in (task.observable, quantity.uncertainty))
+        common = _numbers(drive, quantity.in_common) if quantity.in_common else np.zeros(len(drive))
+        enough = enough and _enough(task.enough, quantity.ensemble, values, stated, common, spacings)
     return Computed((), Outcome(Ending.NOT_NEEDED) if enough else COMPLETED)
 
 
@@ -88,23 +87,18 @@ def _numbers(results: Iterable[TaskResult], name: str) -> NDArray[np.float64]:
 
 
 def _enough(
-    task: Task,
+    target: float,
+    kind: str,
     values: NDArray[np.float64],
     stated: NDArray[np.float64],
     common: NDArray[np.float64],
     spacings: NDArray[np.float64],
 ) -> bool:
-    """Whether members know their mean well enough, and half of them did where few may agree by chance."""
-    count, alone = len(values), not one_event(task.observable) and _mean(spacings) >= SHORT
+    """Whether members know their mean to the target, a share of it, and half of them did where few may agree by chance."""
+    count, alone = len(values), kind != "event" and _mean(spacings) >= SHORT
     for size in (count,) if alone else (count, count // 2):
-        mean = abs(_mean(values[:size]))
-        if one_event(task.observable):
-            uncertainty = scatter_uncertainty(values[:size])
-        else:
-            own = np.sqrt(np.maximum(stated[:size] ** 2 - common[:size] ** 2, 0.0))
-            uncertainty = ensemble_uncertainty(values[:size], own, _mean(spacings[:size]))
-        uncertainty = math.hypot(uncertainty, _mean(common[:size]))
-        if size < FIRST_MEMBERS or not uncertainty <= task.enough * mean:
+        uncertainty = uncertainty_of_members(kind, *(each[:size] for each in (values, stated, common, spacings)))
+        if size < FIRST_MEMBERS or not uncertainty <= target * abs(_mean(values[:size])):
             return False
     return True
 

@@ -25,6 +25,7 @@ from solver.sliding.sampling import (
     expected_of_ensemble,
     scatter,
     scatter_uncertainty,
+    uncertainty_of_members,
 )
 
 BLOCKS = 1.0 + 0.01 * np.sin(np.arange(32) * 1.7)
@@ -288,6 +289,33 @@ def test_what_a_member_without_a_value_states_does_not_matter() -> None:
 @pytest.mark.parametrize("values", [[], [1.0], [np.nan, 1.0], [np.nan, np.nan, np.nan]])
 def test_fewer_than_two_members_know_nothing_of_their_scatter(values: list[float]) -> None:
     assert math.isnan(ensemble_uncertainty(np.array(values), np.full(len(values), 0.1), 1.0))
+
+
+COMMON, SPANS = np.array([0.1, 0.1, 0.2, 0.2]), np.full(4, 2.0)
+
+
+@pytest.mark.parametrize(
+    ("kind", "apart"),
+    [
+        ("mean", ensemble_uncertainty(VALUES, np.sqrt(STATED**2 - COMMON**2), 2.0)),
+        ("event", scatter_uncertainty(VALUES)),
+        ("independent", scatter_uncertainty(VALUES)),
+        ("fitted", scatter_uncertainty(VALUES)),
+    ],
+)
+def test_what_members_have_in_common_counts_in_full_and_once(kind: str, apart: float) -> None:
+    found = uncertainty_of_members(kind, VALUES, STATED, COMMON, SPANS)
+    assert found == pytest.approx(math.hypot(apart, 0.15), rel=1e-14)
+    nothing = uncertainty_of_members(kind, np.full(4, np.nan), STATED, COMMON, SPANS)
+    assert math.isnan(nothing)
+
+
+@pytest.mark.parametrize("kind", ["mean", "independent", "fitted"])
+@pytest.mark.parametrize("common", [0.0, 0.5, np.nan])
+def test_what_a_member_without_a_value_has_in_common_does_not_matter(kind: str, common: float) -> None:
+    values, own = np.array([*VALUES[:3], np.nan]), np.array([*COMMON[:3], common])
+    found = uncertainty_of_members(kind, values, STATED, own, SPANS)
+    assert found == uncertainty_of_members(kind, values, STATED, COMMON, SPANS) > 0.4 / 3.0
 
 
 def test_the_order_of_members_does_not_matter() -> None:

@@ -124,7 +124,7 @@ def pulled(
         own = [Task(f"{name} {number}", "drive", SLAB, record.case, needs=(record.key,)) for name in range(len(drives))]
         for task, values in zip(own, drives, strict=True):
             scalars = {observable: values[number], f"{observable}_uncertainty": stated, f"{observable}_excess": excess}
-            known[task.key] = TaskResult(task.key, "drive", COMPLETED, scalars)
+            known[task.key] = TaskResult(task.key, "drive", COMPLETED, {} if math.isnan(values[number]) else scalars)
         members.append([record, *own])
     return run_task(ensemble_task(members, Ensemble(64, enough, observable)), known).outcome.ending
 
@@ -141,6 +141,14 @@ def test_of_one_event_of_each_the_scatter_decides_at_two_sizes_in_a_row() -> Non
     assert pulled("static_friction", eight * 1.01, [EIGHT]) is Ending.COMPLETED
     assert pulled("static_friction", four * 1.01, [EIGHT]) is Ending.NOT_NEEDED
     assert pulled("static_friction", four * 1.01, [EIGHT[:4]]) is Ending.COMPLETED
+
+
+def test_a_member_without_a_value_takes_nothing_off_what_the_others_have_in_common() -> None:
+    """μ_k is known to 0.1 over 0.5 at the best, whether or not a fifth pin slid."""
+    alike = [0.5] * 4
+    assert pulled("kinetic_friction", 0.21, [alike], stated=0.1, excess=0.1) is Ending.NOT_NEEDED
+    assert pulled("kinetic_friction", 0.19, [alike], stated=0.1, excess=0.1) is Ending.COMPLETED
+    assert pulled("kinetic_friction", 0.19, [[*alike, math.nan]], stated=0.1, excess=0.1) is Ending.COMPLETED
 
 
 @pytest.mark.parametrize("observable", ["static_friction", "kinetic_friction"])
