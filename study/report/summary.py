@@ -27,8 +27,8 @@ from study.dataset.variables import (
     MEMBERS_USED,
     OUTCOMES,
     VALIDITY,
+    all_scalars,
     parameters,
-    scalars,
 )
 from study.figures.sweep.label import in_unit, said, symbol, unit_of
 from study.figures.sweep.points import listed
@@ -37,7 +37,6 @@ from study.manifest.manifest import Ensemble
 from study.manifest.parameters import Value
 from study.plan.flags import flag_lines
 from study.plan.standing.endings import PENDING
-from study.plan.tasks import KINDS
 from study.report.columns import Table
 from study.report.common import plain
 
@@ -288,7 +287,7 @@ _DRIVEN: Final = ("static_friction", "kinetic_friction", "regime")
 """What a drive is for: two numbers and a word, which may have to make room."""
 _UNHURT: Final = (COMPLETED, PENDING, NOT_NEEDED)
 """Endings that are no failure."""
-_UNCERTAINTY: Final = {each.name: each.uncertainty for kind in KINDS for each in scalars(kind).values()} | {
+_UNCERTAINTY: Final = {name: each.uncertainty for name, each in all_scalars().items()} | {
     std.name: std.uncertainty for each in observables().values() for std in [ensemble_quantities(each)["std"]]
 }
 """Variable -> the one that says how uncertain it is."""

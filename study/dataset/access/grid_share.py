@@ -4,8 +4,7 @@ import numpy as np
 import xarray as xr
 
 from solver.quantity import GRID_ERROR
-from study.dataset.variables import scalars
-from study.plan.tasks import KINDS
+from study.dataset.variables import all_scalars
 
 
 def grid_share(root: xr.Dataset, name: str) -> xr.DataArray:
@@ -13,10 +12,9 @@ def grid_share(root: xr.Dataset, name: str) -> xr.DataArray:
 
     NaN where either is not known. root: a dataset with `discretization_error`, whose ensembles may be means over members.
     """
-    counting = {each.name: each.whole_nodes for kind in KINDS for each in scalars(kind).values() if each.whole_nodes}
-    share = root[GRID_ERROR]
-    if name not in counting:
+    share, number = root[GRID_ERROR], all_scalars().get(name)
+    if not (number and number.whole_nodes):
         return share
-    nodes = root.get(counting[name], xr.DataArray(np.nan))
+    nodes = root.get(number.whole_nodes, xr.DataArray(np.nan))
     squares: xr.DataArray = share**2 + nodes.astype(float) ** -2.0
     return squares**0.5

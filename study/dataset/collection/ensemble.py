@@ -12,10 +12,9 @@ from solver.outcome import Ending
 from solver.quantity import Quantity, attributes
 from solver.sliding.sampling import uncertainty_of_members
 from study.dataset.collection.counted import counted
-from study.dataset.variables import MEMBERS_USED, MEMBERS_WITH_CYCLE, OUTCOMES, scalars
+from study.dataset.variables import MEMBERS_USED, MEMBERS_WITH_CYCLE, OUTCOMES, all_scalars
 from study.manifest.cases import MEMBER
 from study.plan.standing.endings import NOTHING_KNOWN
-from study.plan.tasks import KINDS
 
 OUTCOME: Final = OUTCOMES[""][0].name
 OWN: Final = "own"
@@ -29,7 +28,7 @@ def observables() -> dict[str, Quantity]:
 
 
 def _declared() -> dict[str, Quantity]:
-    return {each.name: each for kind in KINDS for each in scalars(kind).values() if each.ensemble}
+    return {name: each for name, each in all_scalars().items() if each.ensemble}
 
 
 def ensemble_variables(variables: Mapping[str, xr.Variable]) -> dict[str, xr.Variable]:
@@ -187,7 +186,7 @@ def _having(array: xr.DataArray) -> xr.DataArray:
 
 def _twins(cases: xr.Dataset, reduced: Mapping[str, xr.DataArray]) -> dict[str, xr.DataArray]:
     """The same numbers in SI or over μ_i, where the cases have them: of all members the same multiple."""
-    twins = {each.name: each.si.name for kind in KINDS for each in scalars(kind).values() if each.si}
+    twins = {name: each.si.name for name, each in all_scalars().items() if each.si}
     found = {}
     for name, values in reduced.items():
         if (twin := twins.get(name, "")) in cases:
