@@ -15,10 +15,12 @@ from functools import cache
 from typing import NamedTuple
 
 from solver.case import MOST_EVENTS, Case
+from solver.contact.closed_forms import winkler_half_width
 from solver.contact.compiled_contact import margin
 from solver.contact.normal import expected_half_width
 from solver.elasticity.schemes.biquadratic import Biquadratic
 from solver.elasticity.schemes.chain import Chain, spring_stiffness
+from solver.elasticity.stiffness import confined_modulus
 from solver.last import of_the_last
 from solver.sliding.coulomb import OFF_THE_SLAB
 from solver.sliding.kernels.step import STRETCHES
@@ -56,8 +58,7 @@ def contact_nodes(case: Case) -> float:
     slab, hertz = case.slab, hertz_nodes(case)
     if case.pin == "flat_punch" or slab.scheme.endless or not slab.scheme.continuum:
         return hertz
-    modulus = 2.0 * (1.0 - slab.poisson) / (1.0 - 2.0 * slab.poisson)  # of a layer that cannot give way sideways
-    half_width = math.cbrt(1.5 * case.normal_load * case.radius * slab.aspect_ratio / modulus)
+    half_width = winkler_half_width(case.normal_load, case.radius, confined_modulus(slab.poisson) / slab.aspect_ratio)
     return min(hertz, _nodes_across(case, half_width)) if half_width > slab.aspect_ratio else hertz
 
 
