@@ -61,16 +61,9 @@ class SurfaceCompliance(Compliance):
         if self.matrix.shape != shape:
             raise ValueError(f"matrix.shape = {self.matrix.shape}: a slab of n_x = {self.slab.n_x} needs {shape}")
 
-    def __eq__(self, other: object) -> bool:
-        """Whether it has the same array: tasks make compliances of an array that several of them read."""
-        return isinstance(other, SurfaceCompliance) and other.matrix is self.matrix
-
-    def __hash__(self) -> int:
-        return id(self.matrix)
-
     @property
     def lasting(self) -> bool:
-        """Whether what is computed of it may be kept: nobody changes a matrix that is read-only."""
+        """Whether what is computed of it may be kept with it: nobody changes a matrix that is read-only."""
         return not self.matrix.flags.writeable
 
     def under_itself(self) -> NDArray[np.float64]:

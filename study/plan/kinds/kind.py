@@ -18,6 +18,7 @@ from solver.drive import Drive
 from solver.elasticity.compliance import Compliance, SurfaceCompliance, normal_compliance
 from solver.outcome import COMPLETED, Outcome
 from solver.quantity import Quantity, quantities
+from solver.slab import Slab
 from study.manifest.manifest import Manifest
 from study.plan.task import Inputs, Task, TaskResult
 
@@ -187,7 +188,12 @@ def compliance_of(task: Task, inputs: Inputs) -> Compliance:
     """The compliance that a task needs before anything else; where it needs none, what the slab's surface says by itself."""
     if not task.needs:
         return normal_compliance(task.slab)
-    return SurfaceCompliance(inputs[task.needs[0]].arrays["matrix"], task.slab)
+    return _compliance_in(inputs[task.needs[0]], task.slab)
+
+
+@lru_cache(maxsize=4)  # tasks that follow each other get the same one: the solver keeps what it computes of it
+def _compliance_in(result: TaskResult, slab: Slab) -> SurfaceCompliance:
+    return SurfaceCompliance(result.arrays["matrix"], slab)
 
 
 def scalars_only_mark(scalars_only: bool) -> tuple[str, ...]:

@@ -66,15 +66,10 @@ def test_the_paper_stencil_is_neither_reciprocal_nor_converging_in_its_coupling(
     assert 0.01 < asymmetry < 0.5
 
 
-def test_compliances_of_one_array_are_one_and_an_equal_array_is_another() -> None:
-    """What is computed of a matrix is kept for it, and only while nobody can change it."""
+def test_what_is_computed_of_a_compliance_may_be_kept_while_nobody_can_change_it() -> None:
     one = surface_compliance(Slab(n_x=N))
-    same, other = replace(one), replace(one, matrix=one.matrix.copy())
-    assert one == same
-    assert hash(one) == hash(same)
-    assert one != other
     assert one.lasting
-    assert not other.lasting
+    assert not replace(one, matrix=one.matrix.copy()).lasting
 
 
 def test_nodal_widths_tile_the_surface() -> None:

@@ -1,6 +1,6 @@
 """Kinds of task: what their results are called is unambiguous, and a record comes back from its result as it was."""
 
-from dataclasses import fields
+from dataclasses import fields, replace
 
 import numpy as np
 import pytest
@@ -11,7 +11,7 @@ from solver.quantity import quantities
 from solver.slab import Slab
 from solver.sliding.events import slide
 from solver.sliding.record import FrictionRecord
-from study.plan.kinds.kind import Kind, declared, whole_again
+from study.plan.kinds.kind import Kind, compliance_of, declared, whole_again
 from study.plan.tasks import KINDS, compliance_task, record_task, run_task
 
 
@@ -34,6 +34,14 @@ def test_every_column_lies_along_a_dimension_of_its_kind(kind: Kind) -> None:
 def test_a_kind_is_known_by_its_name_and_comes_after_what_it_needs() -> None:
     assert list(KINDS) == ["compliance", "contact", "record", "statistics", "states", "drive", "ensemble"]
     assert all(name == kind.name for name, kind in KINDS.items())
+
+
+def test_tasks_of_one_slab_are_given_the_very_same_compliance() -> None:
+    """What the solver keeps with it is found again; another result's, though equal, is another."""
+    first, second = (record_task(Case(radius=50.0, slab=Slab(17), start=start)) for start in (0.0, 0.5))
+    inputs = {first.needs[0]: run_task(compliance_task(first.slab), {})}
+    assert compliance_of(first, inputs) is compliance_of(second, inputs)
+    assert compliance_of(first, inputs) != compliance_of(first, {first.needs[0]: replace(inputs[first.needs[0]])})
 
 
 def test_a_record_comes_back_from_its_result() -> None:
