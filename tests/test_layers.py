@@ -42,7 +42,7 @@ ORDER = {
     "memory",
     "study.plan.cost": "condensation sliding seconds arrays drive",
     "study.plan.ensemble": "batches expected",
-    "study.plan.influence": "scene omissions table choice length search decision campaign account limits",
+    "study.plan.influence": "scene omissions table length choice decision campaign account limits",
     "study.plan.standing": "endings outline",
     "study.plan.kinds": "kind compliance contact record statistics states drive ensemble",
     "study.results": "whole_file lines entry own logs attempts runs store lease shard merging",

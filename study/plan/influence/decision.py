@@ -14,7 +14,7 @@ from solver.drive import Drive
 from solver.outcome import InvalidInput
 from study.plan.cost.drive import drive_seconds
 from study.plan.cost.seconds import compliance_seconds, record_seconds, touch_seconds
-from study.plan.influence.choice import LEAST_SAVING, Choice, Length, Part, Vector
+from study.plan.influence.choice import LEAST_SAVING, Asked, Choice, Length, Part, Vector, cheapest
 from study.plan.influence.length import (
     TOLD_BY_LENGTH,
     WHOLE_LENGTH,
@@ -26,7 +26,6 @@ from study.plan.influence.length import (
 )
 from study.plan.influence.omissions import OF_THE_CASE, OF_THE_DRIVE, Omission, measured_like
 from study.plan.influence.scene import OBSERVABLES, OF_DRIVES, Scene
-from study.plan.influence.search import Asked, cheapest
 from study.plan.influence.table import Influences
 
 
