@@ -32,6 +32,10 @@ class Target:
 
     def __init__(self, case: Case, start: ContactState, initial_stiffness: float) -> None:
         self._case, self._start, self._initial_stiffness = case, start, initial_stiffness
+        self._uncertainty, self._length_error = (
+            case.target_uncertainty or math.inf,
+            case.target_length_error or math.inf,
+        )
         self._content = False
         self.next_look = FIRST_LOOK if case.aimed else MOST_EVENTS
 
@@ -50,14 +54,13 @@ class Target:
     def _possible(self, events: Events, held: int) -> bool:
         """Whether the plateau of so many events can be known well enough, whatever it is like: cheap, as the model says that."""
         case = self._case
-        enough = min(case.target_uncertainty or math.inf, case.target_length_error or math.inf)
         spacing = case.slab.spacing if case.effects.pin_translation else math.inf
         most_nodes = float(events.contact_size[:held].max())
         length, residual_shear = events.displacement[held - 1] / spacing, case.slip_rule.residual_shear
         if case.target_length_error is not None and 0.0 < length < TELLING:
             return False
         longest = Sampling(length, most_nodes, residual_shear, nodes_as_one=nodes_as_one(case))
-        return longest.least_of_mean_force <= enough
+        return longest.least_of_mean_force <= min(self._uncertainty, self._length_error)
 
     def _known(self, events: Events, held: int) -> bool:
         """Whether the plateau of so many events is known: a run that breaks off is a record up to its last event."""
@@ -65,6 +68,4 @@ class Target:
         nothing = np.zeros(self._case.slab.n_x, np.int64)
         record = friction_record(self._case, self._start, self._initial_stiffness, events, nothing, held, broken_off)
         plateau = plateau_of(record)
-        return plateau.relative_uncertainty <= (
-            self._case.target_uncertainty or math.inf
-        ) and plateau.relative_length_error <= (self._case.target_length_error or math.inf)
+        return plateau.relative_uncertainty <= self._uncertainty and plateau.relative_length_error <= self._length_error
