@@ -34,8 +34,10 @@ class Table:
     columns: Columns
 
 
-def read_text(path: Path) -> tuple[bytes, str]:
-    """The bytes of a file, and their UTF-8 text. Raises ManifestError where it cannot be read."""
+def read_text(path: Path, given: str | None = None) -> tuple[bytes, str]:
+    """The bytes of a file, and their UTF-8 text; or of `given`, the file's text. Raises ManifestError where it cannot be read."""
+    if given is not None:
+        return given.encode(), given
     try:
         if path.exists() and not path.is_file():
             raise ValueError("not a regular file")  # a device may never end
@@ -50,7 +52,7 @@ def read_text(path: Path) -> tuple[bytes, str]:
 
 def read_table(path: Path, given: str | None = None) -> Table:
     """Read a table of cases from its file, or from `given`, the file's text. Raises ManifestError with one line per problem."""
-    raw, text = read_text(path) if given is None else (given.encode(), given)
+    raw, text = read_text(path, given)
     lines = _lines(path, text)
     if len(lines) < 2:
         raise ManifestError([f"{path}: {len(lines)} lines: needs a header of parameters and at least one case"])
@@ -80,7 +82,7 @@ class PinProfile:
 
 def read_profile(path: Path, given: str | None = None) -> PinProfile:
     """Read a pin's roughness from its file, or from `given`, the file's text. Raises ManifestError with one line per problem."""
-    raw, text = read_text(path) if given is None else (given.encode(), given)
+    raw, text = read_text(path, given)
     lines = _lines(path, text)
     if not lines or [word.strip() for word in lines[0][1]] != ["xi", "height"]:
         raise ManifestError([f"{path}: needs the header xi,height"])

@@ -34,6 +34,20 @@ SEEDS = 2**32
 """Difference between the seeds of two successive members; large, so that seeds of an axis do not coincide with them."""
 
 
+def is_share(value: Any) -> bool:
+    """Whether it is a number between 0 and 1, both excluded."""
+    return isinstance(value, int | float) and not isinstance(value, bool) and 0.0 < value < 1.0
+
+
+def _is_whole(value: Any) -> bool:
+    return isinstance(value, int) and not isinstance(value, bool)
+
+
+def _require_whole(name: str, value: Any, most: int) -> None:
+    if not (_is_whole(value) and 1 <= value <= most):
+        raise InvalidInput(f"{name} = {shown(value)}: needs a whole number from 1 to {most}")
+
+
 @dataclass(frozen=True, slots=True)
 class Outputs:
     """What the dataset holds besides the scalars of each case."""
@@ -85,22 +99,21 @@ class Ensemble:
     observable: str = "plateau_mean"
 
     def __post_init__(self) -> None:
-        count: Any = self.members
-        if isinstance(count, bool) or not isinstance(count, int) or not 1 <= count <= MOST_MEMBERS:
-            raise InvalidInput(f"members = {shown(count)}: needs a whole number from 1 to {MOST_MEMBERS}")
+        _require_whole("members", self.members, MOST_MEMBERS)
         observable: Any = self.observable
         if not isinstance(observable, str) or observable not in KNOWABLE:
             raise InvalidInput(f"observable = {shown(observable)}: needs one of {', '.join(KNOWABLE)}")
-        target: Any = self.uncertainty
-        if target is None:
+        if self.uncertainty is None:
             return
-        if isinstance(target, bool) or not isinstance(target, int | float) or not 0.0 < target < 1.0:
-            raise InvalidInput(f"uncertainty = {shown(target)}: needs a relative uncertainty, 0 < uncertainty < 1")
-        if count.bit_count() != 1 or not FIRST_MEMBERS <= count <= MOST_DOUBLED:
+        if not is_share(self.uncertainty):
+            raise InvalidInput(
+                f"uncertainty = {shown(self.uncertainty)}: needs a relative uncertainty, 0 < uncertainty < 1"
+            )
+        if self.members.bit_count() != 1 or not FIRST_MEMBERS <= self.members <= MOST_DOUBLED:
             allowed = (
                 f"a power of two from {FIRST_MEMBERS} to {MOST_DOUBLED} beside uncertainty, as members are doubled"
             )
-            raise InvalidInput(f"members = {shown(count)}: needs {allowed}")
+            raise InvalidInput(f"members = {shown(self.members)}: needs {allowed}")
 
     def batch(self, member: int) -> int:
         """The batch of a member, from 0. A later batch is computed only if the earlier ones do not reach the target."""
@@ -135,9 +148,7 @@ class Budget:
             raise InvalidInput(
                 f'time = {shown(self.time)}: needs a time, as "90 s", "10 min", "2 h" or "1 d": {_DIGITS}'
             )
-        count: Any = self.ranks
-        if isinstance(count, bool) or not isinstance(count, int) or not 1 <= count <= MOST_RANKS:
-            raise InvalidInput(f"ranks = {shown(count)}: needs a whole number from 1 to {MOST_RANKS}")
+        _require_whole("ranks", self.ranks, MOST_RANKS)
 
     @property
     def seconds(self) -> float:
@@ -236,7 +247,7 @@ class WrongManifestError(ManifestError):
 
 def _increasing(value: Any) -> bool:
     """Whether it is a list of whole numbers from 0 to the most events of a record, each larger than the one before it."""
-    if not isinstance(value, list | tuple) or any(isinstance(one, bool) or not isinstance(one, int) for one in value):
+    if not isinstance(value, list | tuple) or not all(map(_is_whole, value)):
         return False
     return all(before < after for before, after in itertools.pairwise([-1, *value, MOST_EVENTS + 1]))
 

@@ -6,7 +6,7 @@ from typing import Any, Final
 from solver.drive import Scales
 from study.manifest.columns import number_or_text
 from study.manifest.drives import drive_parameters
-from study.manifest.manifest import Ensemble, Outputs, field_names
+from study.manifest.manifest import STAGES, Ensemble, Outputs, field_names
 from study.manifest.parameters import TABLES, Value, words, words_of
 from study.manifest.problems import ManifestError, key_shown, shown, unknown
 from study.manifest.reader import KEYS_OF_FILES
@@ -44,7 +44,7 @@ def campaign_of(given: Mapping[str, str], contact: bool = False, drive: bool = F
     for key, text in given.items():
         content.setdefault(places[key], {})[key] = number_or_text(text)
     driven = {"name": NAME, **content.pop(_DRIVES)} if _DRIVES in content else None
-    stages = ("contact", "slip", "dynamics")[: 1 if contact else 3 if driven else 2]
+    stages = STAGES[: 1 if contact else 3 if driven else 2]
     drives = {_DRIVES: [driven]} if driven else {}
     return {"title": "One case", "stages": list(stages), **content, **drives}
 

@@ -13,7 +13,7 @@ from pathlib import Path
 from typing import Any, Final
 
 from solver.drive import Scales
-from study.manifest.columns import Columns, Given, read_text
+from study.manifest.columns import Columns, Given, PinProfile, read_text
 from study.manifest.drive_tables import AXES, Drives, read_drives
 from study.manifest.manifest import (
     BOUGHT,
@@ -29,6 +29,7 @@ from study.manifest.manifest import (
     Tolerated,
     WrongManifestError,
     field_names,
+    is_share,
 )
 from study.manifest.named_files import NamedFiles
 from study.manifest.parameters import TABLES, Value, axes, make_case, settings, words
@@ -76,16 +77,12 @@ def _one_entry(time: Any = "1 s", ranks: Any = 1) -> Budget:
     return Budget(time, ranks)
 
 
-def _share(value: Any) -> bool:
-    return isinstance(value, int | float) and not isinstance(value, bool) and 0.0 < value < 1.0
-
-
 def _texts(value: Any) -> bool:
     return isinstance(value, list) and bool(value) and all(isinstance(each, str) for each in value)
 
 
 _TOLERATED: Final[dict[str, tuple[Callable[[Any], bool], str]]] = {
-    "within": (_share, "a relative change, 0 < within < 1"),
+    "within": (is_share, "a relative change, 0 < within < 1"),
     "observables": (_texts, "a list of variables of the dataset"),
     "keep": (_texts, "a list of effects"),
     "influences": (
@@ -162,9 +159,9 @@ def _budget(files: NamedFiles, top: dict[str, Any], given: Columns, stages: tupl
 
 
 SECONDS: Final = "seconds"
+"""Key of [limits] that limits no case, but how long a task may take."""
 LEAST_SECONDS: Final = 0.1
 """Least time that a task may be given: a task may be over before a shorter one has been looked at."""
-"""Key of [limits] that limits no case, but how long a task may take."""
 OTHERS: Final = {"limits": (SECONDS,), "effects": tuple(_TOLERATED)}
 """Table -> its keys that are no parameters of a case."""
 
@@ -183,11 +180,7 @@ class _Reader(NamedFiles):
         profile = self.profile(top.get("heterogeneity", {}))
         seconds = self._task_seconds(top)
         tolerated = _tolerated(self, top)
-        fixed = {name: self.words_of_table(name, top.get(name, {}), OTHERS.get(name, ())) for name in TABLES}
-        fixed["heterogeneity"].pop("roughness", None)
-        if profile:
-            where = f"{self.path}: heterogeneity.roughness"
-            fixed["heterogeneity"]["roughness"] = [Given(where, profile.points)]
+        fixed = self._tables(top, profile)
         self.one_place(given, fixed)
         accuracy = self._accuracy(top, {**given, **fixed["numerics"]})
         slabs = _slabs({**fixed["numerics"], **given})
@@ -229,6 +222,14 @@ class _Reader(NamedFiles):
         if self.problems:
             raise WrongManifestError(self.problems, result)
         return result
+
+    def _tables(self, top: dict[str, Any], profile: PinProfile | None) -> dict[str, Columns]:
+        """The tables of parameters. The pin's roughness is that of its file."""
+        found = {name: self.words_of_table(name, top.get(name, {}), OTHERS.get(name, ())) for name in TABLES}
+        found["heterogeneity"].pop("roughness", None)
+        if profile:
+            found["heterogeneity"]["roughness"] = [Given(f"{self.path}: heterogeneity.roughness", profile.points)]
+        return found
 
     def _top(self, document: dict[str, Any]) -> dict[str, Any]:
         """The top-level entries of the file that are known and of the right type; the others are refused."""
@@ -305,7 +306,7 @@ class _Reader(NamedFiles):
         accuracy = top.get("accuracy")
         if accuracy is None:
             return None
-        if wrong := not _share(accuracy):
+        if wrong := not is_share(accuracy):
             self.refuse(f"accuracy = {shown(accuracy)}", f"needs {_TOP['accuracy'][1]}")
         for column in (column for word, column in given.items() if words()[word] in settings()):
             self.problems.append(f"{column[0].where}: needs to be left out beside accuracy = {shown(accuracy)}")
