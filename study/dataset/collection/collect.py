@@ -46,10 +46,8 @@ def collect(plan: Planned, store: Store, heard: Heard = lambda _: None, processe
     processes: that read results, forked from this one; where runs are collected, this one reads all of them.
     """
     manifest, layout, runs = plan.manifest, layout_of(plan.manifest), _runs(plan.manifest, store.folder)
-    front, declared = (
-        load_front(manifest.front, manifest.front_text),
-        Declared(manifest, layout, [each.group for each in runs]),
-    )
+    front = load_front(manifest.front, manifest.front_text)
+    declared = Declared(manifest, layout, [each.group for each in runs])
     entering = Entering(manifest, declared, front, Finished(plan, store))
     whole, labels, makers = Whole(declared), Coordinates(manifest, layout), Makers()
     entered = (

@@ -28,12 +28,17 @@ def is_counted(text: str) -> bool:
     return _COUNT.match(text) is not None
 
 
+def _parts(text: str) -> list[tuple[int, str]]:
+    """Of a counted text: how many members say what."""
+    return [(int(number), said) for number, _, said in (part.partition(" ") for part in _PARTS.split(text))]
+
+
 def commonest(text: str) -> tuple[str, float]:
     """The text that most members have, and their share of those that have any; all of it of a text that is not counted."""
     if not is_counted(text):
         return text, 1.0
-    parts = [each.split(" ", 1) for each in _PARTS.split(text)]
-    return parts[0][1], int(parts[0][0]) / sum(int(number) for number, _ in parts)
+    parts = _parts(text)
+    return parts[0][1], parts[0][0] / sum(number for number, _ in parts)
 
 
 def joined(text: str) -> str:
@@ -41,9 +46,8 @@ def joined(text: str) -> str:
     if not is_counted(text):
         return text
     kinds: dict[str, list[tuple[int, str]]] = {}
-    for part in _PARTS.split(text):
-        number, said = part.split(" ", 1)
-        kinds.setdefault(without_numbers(said), []).append((int(number), said))
+    for number, said in _parts(text):
+        kinds.setdefault(without_numbers(said), []).append((number, said))
     found = [
         f"{sum(number for number, _ in each)} {each[0][1]}{' (numbers differ)' if len(each) > 1 else ''}"
         for each in sorted(kinds.values(), key=lambda each: -sum(number for number, _ in each))

@@ -13,7 +13,7 @@ from study.dataset.collection.column import Values
 from study.dataset.collection.coordinates import values_in, varied
 from study.dataset.collection.pieces import Planned, pieces
 from study.dataset.collection.ragged import Runs
-from study.dataset.collection.table import Declared, Table
+from study.dataset.collection.table import Declared, Results, Table
 from study.dataset.variables import DISCRETIZATION_ERROR, factors
 from study.discretization.front import Front
 from study.manifest.cases import CampaignCase
@@ -21,7 +21,6 @@ from study.manifest.manifest import Manifest
 from study.origin import Origins
 from study.plan.plan import Plan
 from study.plan.standing.endings import case_outcome, drive_outcome
-from study.plan.task import TaskResult
 from study.results.store import Store, StoreError
 
 Keys = Mapping[tuple[str, str], str]
@@ -38,14 +37,14 @@ class Finished:
         self._lost = plan.outcomes(store.outcomes(), failed) if failed else {}
         """How the others failed."""
 
-    def results(self, keys: Keys) -> dict[tuple[str, str], TaskResult]:
+    def results(self, keys: Keys) -> Results:
         """Those of a case, its compliance apart. keys: of its tasks."""
         sound = {task: key for task, key in keys.items() if key in self._known and key not in self._unsound}
         found = {task: self._store.find(key) for task, key in sound.items() if task[0] != "compliance"}
         self._unsound.update(keys[task] for task, result in found.items() if result is None)  # damaged since
         return {task: result for task, result in found.items() if result is not None}
 
-    def outcomes(self, keys: Keys, results: Mapping[tuple[str, str], TaskResult]) -> dict[str, Outcome]:
+    def outcomes(self, keys: Keys, results: Results) -> dict[str, Outcome]:
         """How the tasks of a case ended."""
         ended = {key: self._lost[key] for key in keys.values() if key in self._lost and key not in self._known}
         compliances = (key for (kind, _), key in keys.items() if kind == "compliance")
@@ -134,7 +133,7 @@ def _enter(
     runs: Sequence[Runs],
     manifest: Manifest,
     case: CampaignCase,
-    results: dict[tuple[str, str], TaskResult],
+    results: Results,
 ) -> None:
     """Enter the numbers of a case."""
     assert case.case is not None

@@ -16,17 +16,15 @@ from study.plan.task import TaskResult
 
 NAME_LENGTH: Final = 12
 """Hexadecimal digits of a run's name."""
-
-
 HELD: Final = 1 << 23
-"""Bytes of a column that are held in memory: longer ones go to disk meanwhile."""
+"""Bytes of a column's samples that are held in memory: more go to disk meanwhile."""
 
 
-class Column:
-    """Values one behind the other: however many there are, few of them in memory."""
+class Samples:
+    """Values along a sample dimension, one run behind the other: however many there are, few of them in memory."""
 
     def __init__(self, folder: Path | None) -> None:
-        """folder: where a long column lies until nobody has it any more, without a name; None for the system's own."""
+        """folder: where many lie until nobody has them any more, without a name; None for the system's own."""
         self._folder = folder
         self._runs: list[NDArray[Any]] = []
         self._held = 0
@@ -60,7 +58,7 @@ class Runs:
         self._names: dict[tuple[str, ...], str] = {}
         self._owners: list[tuple[str, str]] = []
         self._counts: dict[str, list[int]] = {name: [] for name in group.samples}
-        self._columns = {name: Column(folder) for name in group.columns}
+        self._columns = {name: Samples(folder) for name in group.columns}
 
     def add(self, results: Sequence[TaskResult], factors: Mapping[str, float], case_id: str, drive: str) -> str:
         """Append the run of a case's results of the group's kinds; returns its name, empty where there is nothing.

@@ -43,8 +43,8 @@ from study.plan.tasks import KINDS, needed_kinds
 PIECE: Final = 4096
 """Results whose numbers are entered together."""
 
-Results = Mapping[tuple[str, str], TaskResult | None]
-"""Kind of task and label of its drive ("" without one) -> its result, None where it is not finished."""
+Results = Mapping[tuple[str, str], TaskResult]
+"""Kind of task and label of its drive ("" without one) -> its result, of those that are finished."""
 
 
 @dataclass(slots=True)
@@ -64,8 +64,8 @@ class Declared:
         self.layout = layout
         self.drives = math.prod(_lengths(layout.drive_axes).values())
         self.drive_place = _places(layout.drive_position, _lengths(layout.drive_axes))
-        self.of: dict[str, str] = {}
-        """Name -> `drive` where it lies over the drives too."""
+        self.driven: dict[str, bool] = {}
+        """Name -> whether it lies over the drives too."""
         self.quantities: dict[str, Quantity] = {}
         self._fills: dict[str, object] = {}
         self._declare_all(manifest, groups)
@@ -74,16 +74,15 @@ class Declared:
         """Of so many cases what stands for values that are not there, by name; the drives of a case one behind the other."""
         return {
             name: np.full(
-                cases * (self.drives if self.of[name] else 1), fill, dtype=object if isinstance(fill, str) else None
+                cases * (self.drives if self.driven[name] else 1), fill, dtype=object if isinstance(fill, str) else None
             )
             for name, fill in self._fills.items()
         }
 
     def _declare_all(self, manifest: Manifest, groups: Sequence[Group]) -> None:
         kinds = needed_kinds(manifest)
-        for kind in ("", "drive"):
+        for kind, (ending, message) in OUTCOMES.items():
             if not kind or kind in kinds:
-                ending, message = OUTCOMES[kind]
                 self._declare(kind, ending, PENDING)
                 self._declare(kind, message, "")
                 self._declare(kind, COMPUTED_BY[kind], "")
@@ -102,10 +101,10 @@ class Declared:
         for name in yielded(manifest) if manifest.tolerated else ():
             self._declare(DRIVE if name in OF_DRIVES else "", influences()[name], np.nan)
         for each in groups:
-            self._declare("drive" if each.driven else "", each.id, "")
+            self._declare(DRIVE if each.driven else "", each.id, "")
 
     def _declare(self, kind: str, quantity: Quantity, fill: object) -> None:
-        self.of[quantity.name] = "drive" if kind == "drive" else ""
+        self.driven[quantity.name] = kind == DRIVE
         self.quantities[quantity.name], self._fills[quantity.name] = quantity, fill
 
 
@@ -126,7 +125,7 @@ class Whole:
         """All of them, by name."""
         layout, found = self._declared.layout, {}
         for name, values in (self._values | self._less_certain()).items():
-            dims = _lengths(layout.axes | layout.drive_axes if self._declared.of[name] else layout.axes)
+            dims = _lengths(layout.axes | layout.drive_axes if self._declared.driven[name] else layout.axes)
             shaped = values.reshape(tuple(dims.values()))
             found[name] = xr.Variable(tuple(dims), shaped, attributes(self._declared.quantities[name]))
         return found
@@ -160,12 +159,12 @@ class Table:
 
     def put(self, name: str, place: int, drive: str, value: object) -> None:
         """Set one value. place: of the case among them."""
-        self._values[name][self._place(self._declared.of[name], place, drive)] = value
+        self._values[name][self._place(self._declared.driven[name], place, drive)] = value
 
     def say_outcome(self, place: int, outcome: Outcome | None, drive: str = "") -> None:
         """Set how a case, or its drive, ended; None leaves it pending."""
         if outcome is not None:
-            ending, message = OUTCOMES["drive" if drive else ""]
+            ending, message = OUTCOMES[DRIVE if drive else ""]
             self.put(ending.name, place, drive, outcome.ending.value)
             self.put(message.name, place, drive, outcome.message)
 
@@ -173,10 +172,10 @@ class Table:
         """Set which software a case, and each of its drives, stems from."""
         found: dict[str, list[Origins]] = {}
         for (kind, name), result in results.items():
-            if result is not None and kind != "compliance":
+            if kind != "compliance":
                 found.setdefault(name, []).append(result.origins or (NOBODY,))
         for name, parts in found.items():
-            self.put(COMPUTED_BY["drive" if name else ""].name, place, name, _names(tuple(parts)))
+            self.put(COMPUTED_BY[DRIVE if name else ""].name, place, name, _names(tuple(parts)))
 
     def say_left_out(self, place: int, decision: Decision) -> None:
         """Set what a campaign's tolerance left out of a case and its drives, and how much that is expected to change."""
@@ -193,7 +192,7 @@ class Table:
     def enter(self, place: int, case: Case, drive: str, result: TaskResult, by: Mapping[str, float]) -> None:
         """Set all scalars of a result. by: `Quantity.per` -> what a value is multiplied with."""
         waiting = self._waiting[result.kind]
-        waiting.places.append(self._place("drive" if result.kind == "drive" else "", place, drive))
+        waiting.places.append(self._place(result.kind == DRIVE, place, drive))
         waiting.scalars.append(result.scalars)
         waiting.factors.append(by)
         if len(waiting.places) >= PIECE:
@@ -202,8 +201,8 @@ class Table:
             self.put(VALIDITY.name, place, drive, flags)
             self.put(ADVICE.name, place, drive, _advice(flags))
 
-    def _place(self, of: str, place: int, drive: str) -> int:
-        return place * self._declared.drives + self._declared.drive_place[drive] if of else place
+    def _place(self, driven: bool, place: int, drive: str) -> int:
+        return place * self._declared.drives + self._declared.drive_place[drive] if driven else place
 
     def _enter_waiting(self, kind: str) -> None:
         """Set the scalars of the results that wait, those with the same names together."""

@@ -7,7 +7,7 @@ from study.dataset import file
 from study.dataset.access.accessor import Accessor
 from study.dataset.collection import ragged
 from study.dataset.collection.collect import collect
-from study.dataset.collection.ragged import Column
+from study.dataset.collection.ragged import Samples
 from study.dataset.groups import groups_of
 from study.dataset.variables import all_groups
 from tests.study.dataset.campaigns import CASE_DIMS, changed
@@ -69,14 +69,14 @@ def test_cases_that_share_a_result_share_its_record(build):
 def test_long_columns_lie_on_disk_meanwhile_and_are_the_same(tmp_path, monkeypatch, held):
     """Without a name: nothing is left of them, whatever happens."""
     monkeypatch.setattr(ragged, "HELD", held)
-    column = Column(tmp_path)
+    column = Samples(tmp_path)
     runs = [np.arange(number, dtype=np.int8) for number in (0, 7, 70, 0, 3)]
     for run in runs:
         column.add(run)
     values = column.values(np.float64)
     np.testing.assert_array_equal(values, np.concatenate(runs))
     assert (values.dtype, isinstance(values, np.memmap)) == (np.int8, held < 100)
-    assert Column(tmp_path).values(np.int32).dtype == np.int32
+    assert Samples(tmp_path).values(np.int32).dtype == np.int32
     assert not list(tmp_path.iterdir())
 
 
