@@ -10,8 +10,6 @@ from solver.sliding.distributions.events import EventSizes, sizes_of_columns
 from study.dataset.access.accessor import Accessor
 
 CAMPAIGN: Final = "figures/chain"
-HEADER: Final = ("", "", "found", "remark")
-"""Of tables without a number to compare with."""
 
 
 def names(dataset: xr.Dataset) -> dict[int, str]:

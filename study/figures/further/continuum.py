@@ -9,7 +9,7 @@ from matplotlib.figure import Figure
 
 from solver.view import with_error
 from study.figures.shared.canvas import COLORS, column
-from study.figures.shared.claims import Claim
+from study.figures.shared.claims import WITHOUT_PAPER, Claim
 from study.figures.shared.figure import CampaignFigure, register
 from study.figures.shared.power_law import PowerLaw, fit_power_law
 from study.figures.sweep.label import typeset
@@ -116,6 +116,6 @@ register(
         "law's misfit; ± is half of the exponent's 95 % interval.",
         draw,
         claims,
-        ("", "", "found", "remark"),
+        WITHOUT_PAPER,
     )
 )

@@ -9,9 +9,9 @@ from matplotlib.figure import Figure
 from numpy.typing import NDArray
 
 from solver.sliding.distributions.events import EventSizes, rank_correlation
-from study.figures.further.chains import CAMPAIGN, HEADER, names, numbers_of, plain, steady, steady_sizes
+from study.figures.further.chains import CAMPAIGN, names, numbers_of, plain, steady, steady_sizes
 from study.figures.shared.canvas import COLORS, column
-from study.figures.shared.claims import Claim
+from study.figures.shared.claims import WITHOUT_PAPER, Claim
 from study.figures.shared.figure import CampaignFigure, register
 
 Floats = NDArray[np.float64]
@@ -104,6 +104,6 @@ register(
         "moves on.",
         draw,
         claims,
-        HEADER,
+        WITHOUT_PAPER,
     )
 )

@@ -1,6 +1,6 @@
 """The paper's conclusions on data (§4): static friction belongs to a major peak of the record, kinetic friction is its mean."""
 
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from dataclasses import dataclass
 
 import numpy as np
@@ -93,24 +93,23 @@ def draw_findings(dataset: xr.Dataset) -> Figure:
 def claims_of_findings(dataset: xr.Dataset) -> Iterator[Claim]:
     """Each of the five findings of §4 with the number that tests it."""
     groups = all_starts(dataset)
-    micro = ", ".join(f"{group.micro_slips.min():.0f}" for group in groups)
-    frictions = ", ".join(f"{group.intrinsic_friction:g}" for group in groups)
-    where = f"at μ_i = {frictions}"
+    micro = _each(groups, lambda group: group.micro_slips.min(), ".0f")
+    where = f"at μ_i = {_each(groups, lambda group: group.intrinsic_friction, 'g')}"
     yield Claim("1. slips during stick: fewest micro slips of a start", "many", micro, where)
-    rough = ", ".join(f"{float(np.nanmean(_roughness(dataset, group))):.2g}" for group in groups)
+    rough = _each(groups, lambda group: float(np.nanmean(_roughness(dataset, group))))
     yield Claim("2. fluctuation of F/W on the plateau, over its mean", "high-frequency", rough, where)
-    highest = ", ".join(f"{float((group.static / group.intrinsic_friction).max()):.3g}" for group in groups)
+    highest = _each(groups, lambda group: (group.static / group.intrinsic_friction).max(), ".3g")
     yield Claim("3. largest μ_s/μ_i of all starts", "much less than 1", highest, where)
-    met = ", ".join(f"{np.corrcoef(group.static, group.peak_met)[0, 1]:.2f}" for group in groups)
+    met = _each(groups, lambda group: np.corrcoef(group.static, group.peak_met)[0, 1], ".2f")
     yield Claim("4. correlation of μ_s with the highest peak met until it runs off", "a major peak", met, where)
-    whole = ", ".join(f"{np.corrcoef(group.static, group.peak)[0, 1]:.2f}" for group in groups)
+    whole = _each(groups, lambda group: np.corrcoef(group.static, group.peak)[0, 1], ".2f")
     yield Claim(
         "   with the highest peak of the whole record", "", whole, "a higher one may lie beyond where the pin runs off"
     )
-    beyond = ", ".join(f"{1e3 * float((group.static - group.peak_met).mean()):.2g}" for group in groups)
+    beyond = _each(groups, lambda group: 1e3 * (group.static - group.peak_met).mean())
     remark = f"{where}; the damper adds {1e3 * damper_force(dataset):.2g}, the pin's inertia more"
     yield Claim("   μ_s less that peak, mean, 1e-3 W", "", beyond, remark)
-    above = ", ".join(f"{100 * float(group.share_above.mean()):.2g}" for group in groups)
+    above = _each(groups, lambda group: 100.0 * group.share_above.mean())
     yield Claim("   percentage of peaks as high as μ_s", "", above, where)
     slope, interval = slope_of_kinetic(groups)
     known = float((dataset["kinetic_friction_uncertainty"] / dataset["kinetic_friction"]).median())
@@ -119,6 +118,11 @@ def claims_of_findings(dataset: xr.Dataset) -> Iterator[Claim]:
         "" if abs(slope - 1.0) <= interval else f"; {100.0 * abs(slope - 1.0):.2g} % off 1, beyond the line's interval"
     )
     yield Claim("5. slope of μ_k over the plateau's mean", "1", with_error(slope, interval), remark + off)
+
+
+def _each(groups: tuple[Starts, ...], number: Callable[[Starts], float], form: str = ".2g") -> str:
+    """A number of each intrinsic friction coefficient."""
+    return ", ".join(f"{float(number(group)):{form}}" for group in groups)
 
 
 def _roughness(dataset: xr.Dataset, group: Starts) -> Floats:

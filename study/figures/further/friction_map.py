@@ -10,7 +10,7 @@ from matplotlib.colors import Normalize
 from matplotlib.figure import Figure
 
 from study.figures.shared.canvas import PAGE, column
-from study.figures.shared.claims import Claim, over_starts
+from study.figures.shared.claims import WITHOUT_PAPER, Claim, over_starts
 from study.figures.shared.figure import CampaignFigure, register
 from study.figures.shared.tiles import counted, panels, regime_legend, regime_tiles
 
@@ -94,7 +94,6 @@ def _claims_of_drive(dataset: xr.Dataset) -> Iterator[Claim]:
             yield Claim(f"{axis} = {value:g}", "", counted(here), f"{int((here == '').sum())} without")
 
 
-_HEADER: Final = ("", "", "found", "remark")
 _WHERE: Final = "over load and μ_i, for every slab height (rows) and radius (columns)"
 _GREY: Final = "Grey: not measured, or a contact that says little (validity_flags)."
 
@@ -106,7 +105,7 @@ register(
         f"Plateau as a share of μ_i {_WHERE}. {_GREY}",
         lambda dataset: draw_share(dataset, "plateau_mean", "plateau$/\\mu_i$"),
         _claims_of_plateau,
-        _HEADER,
+        WITHOUT_PAPER,
     )
 )
 register(
@@ -117,7 +116,7 @@ register(
         f"μ_s of the paper's drive as a share of μ_i {_WHERE}. {_GREY}",
         lambda dataset: draw_share(dataset, "static_friction", "$\\mu_s/\\mu_i$"),
         lambda dataset: claims_of_share(dataset, "static_friction"),
-        _HEADER,
+        WITHOUT_PAPER,
     )
 )
 register(
@@ -129,6 +128,6 @@ register(
         "Contacts that say little (grey in the other maps) are drawn too.",
         draw_drive,
         _claims_of_drive,
-        _HEADER,
+        WITHOUT_PAPER,
     )
 )

@@ -6,9 +6,9 @@ import xarray as xr
 from matplotlib.figure import Figure
 
 from study.dataset.access.accessor import Accessor
-from study.figures.further.chains import CAMPAIGN, HEADER, names, plain
+from study.figures.further.chains import CAMPAIGN, names, plain
 from study.figures.shared.canvas import COLORS, column
-from study.figures.shared.claims import Claim
+from study.figures.shared.claims import WITHOUT_PAPER, Claim
 from study.figures.shared.figure import CampaignFigure, register
 
 
@@ -44,6 +44,6 @@ register(
         "Share of all slips of a record at each surface node, of an elastic slab and of chains of blocks.",
         draw,
         claims,
-        HEADER,
+        WITHOUT_PAPER,
     )
 )

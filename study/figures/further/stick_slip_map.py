@@ -7,9 +7,9 @@ from typing import Final
 import xarray as xr
 from matplotlib.figure import Figure
 
-from solver.drive import Scales
 from study.figures.shared.canvas import PAGE, column
-from study.figures.shared.claims import Claim
+from study.figures.shared.claims import WITHOUT_PAPER, Claim
+from study.figures.shared.closed_form import scales_in
 from study.figures.shared.figure import CampaignFigure, register
 from study.figures.shared.tiles import counted, panels, regime_legend, regime_tiles
 
@@ -22,9 +22,8 @@ def critical_velocity(dataset: xr.Dataset) -> xr.DataArray:
 
     Such a pin, released at μ_s, comes to rest again where (μ_s - μ_k) W/√(km) exceeds V_o √(e^(4πζ) - 1), for small ζ.
     """
-    scales = Scales(**{name: dataset.attrs[name] for name in ("slab_width", "slab_depth", "shear_modulus")})
     stiffness, mass, damping = dataset["spring_stiffness"], dataset["pin_mass"], dataset["damping_ratio"]
-    force = _excess(dataset) * float(dataset["normal_load"]) * scales.force
+    force = _excess(dataset) * float(dataset["normal_load"]) * scales_in(dataset).force
     return force / ((math.e ** (4.0 * math.pi * damping) - 1.0) * stiffness * mass) ** 0.5
 
 
@@ -81,6 +80,6 @@ register(
         "above which a pin with constant μ_s and μ_k would slide on after its first slip.",
         draw,
         claims,
-        ("", "", "found", "remark"),
+        WITHOUT_PAPER,
     )
 )

@@ -7,21 +7,16 @@ import xarray as xr
 from matplotlib.figure import Figure
 from numpy.typing import NDArray
 
-from solver.drive import Scales
 from study.dataset.access.accessor import Accessor
+from study.figures.reproduction.records import every_start
 from study.figures.shared import paper
 from study.figures.shared.canvas import COLORS, column
 from study.figures.shared.claims import Claim, compared, over_starts
-from study.figures.shared.closed_form import COEFFICIENTS, ClosedForm, scales_of
+from study.figures.shared.closed_form import COEFFICIENTS, ClosedForm, scales_in
 from study.figures.shared.closed_form import closed_form as closed_form_of
 from study.figures.shared.figure import CampaignFigure, register
 
 Floats = NDArray[np.float64]
-
-
-def over_members(dataset: xr.Dataset, name: str, intrinsic_friction: float = 0.5) -> Floats:
-    """A scalar of every start, (m,)."""
-    return np.asarray(dataset[name].sel(intrinsic_friction=intrinsic_friction).values, dtype=float).ravel()
 
 
 def run_of(dataset: xr.Dataset, intrinsic_friction: float = 0.5, member: int = 0) -> xr.Dataset:
@@ -34,13 +29,7 @@ def closed_form(
 ) -> ClosedForm:
     """The motion that Eq. 16-19 give for the dataset's drive with these coefficients."""
     time = np.linspace(0.0, float(dataset["duration"]), samples + 1)
-    return closed_form_of(dataset, _scales(dataset), time, kinetic, static, later_static)
-
-
-def _scales(dataset: xr.Dataset) -> Scales:
-    found = scales_of(dataset.attrs)
-    assert found is not None
-    return found
+    return closed_form_of(dataset, scales_in(dataset), time, kinetic, static, later_static)
 
 
 def fitted(dataset: xr.Dataset, intrinsic_friction: float = 0.5, member: int = 0) -> ClosedForm:
@@ -76,14 +65,14 @@ def claims(dataset: xr.Dataset) -> Iterator[Claim]:
         (paper.KINETIC, "kinetic_friction", "μ_k, measured", _KINETIC),
         (paper.KINETIC, "fitted_kinetic_friction", "μ_k, fitted", _KINETIC),
     ):
-        yield compared(stated, over_members(dataset, name), why, meaning)
-    missed = over_starts(over_members(dataset, "fit_residual"), 2)
+        yield compared(stated, every_start(dataset, name), why, meaning)
+    missed = over_starts(every_start(dataset, "fit_residual"), 2)
     yield Claim("misfit of Eq. 16-19, rms, over W", "agrees remarkably well (§3.3)", missed)
     first, second = slip_times(dataset)
     yield compared(paper.FIRST_SLIP, first, digits=3, scale=1e3)
     yield compared(paper.LATER_SLIP, second, _SECOND, digits=3, scale=1e3)
     for stated, friction in ((paper.STICK_PHASES, 0.5), (paper.STICK_PHASES_QUARTER, 0.25)):
-        yield compared(stated, over_members(dataset, "macroscopic_slips", friction), "each ends in a macroscopic slip")
+        yield compared(stated, every_start(dataset, "macroscopic_slips", friction), "each ends in a macroscopic slip")
     yield compared(paper.DAMPER, np.array([damper_force(dataset) * load_of(dataset)]), "c·V_o", digits=3)
 
 
@@ -102,7 +91,7 @@ def damper_force(dataset: xr.Dataset) -> float:
 
 def load_of(dataset: xr.Dataset) -> float:
     """W in N."""
-    return float(dataset["normal_load"]) * _scales(dataset).force
+    return float(dataset["normal_load"]) * scales_in(dataset).force
 
 
 def slip_times(dataset: xr.Dataset, intrinsic_friction: float = 0.5) -> tuple[Floats, Floats]:

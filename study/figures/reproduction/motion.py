@@ -7,7 +7,8 @@ import numpy as np
 import xarray as xr
 from matplotlib.figure import Figure
 
-from study.figures.reproduction.drive import fitted, over_members, run_of, slip_times
+from study.figures.reproduction.drive import fitted, run_of, slip_times
+from study.figures.reproduction.records import every_start
 from study.figures.reproduction.stick import LEAST_DROP, Stick, stick_of
 from study.figures.shared import paper
 from study.figures.shared.canvas import COLORS, column
@@ -70,13 +71,13 @@ def claims_of_motion(dataset: xr.Dataset) -> Iterator[Claim]:
     """Claims of §3.3 on position and velocity."""
     first, _ = slip_times(dataset)
     yield compared(paper.FIRST_SLIP, first, digits=3, scale=1e3)
-    yield compared(paper.RESTICKS, over_members(dataset, "resticks"), _RESTICKS)
+    yield compared(paper.RESTICKS, every_start(dataset, "resticks"), _RESTICKS)
     last = [
         float(run_of(dataset, 0.5, int(member))["sample_velocity"].values[-200:].mean())
         for member in dataset["member"].values
     ]
     yield compared(paper.FINAL_VELOCITY, np.array(last), "that of the stage", scale=1e3)
-    micro = over_starts(over_members(dataset, "micro_slips"), 3)
+    micro = over_starts(every_start(dataset, "micro_slips"), 3)
     yield Claim("finding 1: slips while the pin is stuck", "many (§4)", micro, "that end before the presliding length")
 
 

@@ -17,7 +17,7 @@ Floats = NDArray[np.float64]
 _FRICTIONS = (0.25, 0.5)
 
 
-def _of(dataset: xr.Dataset, name: str, intrinsic_friction: float) -> Floats:
+def every_start(dataset: xr.Dataset, name: str, intrinsic_friction: float = 0.5) -> Floats:
     """A scalar of every start, (m,)."""
     return np.asarray(dataset[name].sel(intrinsic_friction=intrinsic_friction).values, dtype=float).ravel()
 
@@ -48,19 +48,19 @@ def draw_records(dataset: xr.Dataset) -> Figure:
 def claims_of_records(dataset: xr.Dataset) -> Iterator[Claim]:
     """Every number of §3.2.1 and §3.2.2, over starts."""
     for friction in reversed(_FRICTIONS):
-        share = _of(dataset, "plateau_mean", friction) / friction
+        share = every_start(dataset, "plateau_mean", friction) / friction
         yield compared(paper.PLATEAU_SHARE, share, _SHARE, f"plateau/μ_i, μ_i = {friction:g}")
-    yield compared(paper.PLATEAU, _of(dataset, "plateau_mean", 0.5), _PLATEAU, "plateau, μ_i = 0.5")
+    yield compared(paper.PLATEAU, every_start(dataset, "plateau_mean", 0.5), _PLATEAU, "plateau, μ_i = 0.5")
     for stated, name, why in (
         (paper.SLIPS, "slips", _SLIPS),
         (paper.RELEASES, "releases", _RELEASES),
         (paper.TOUCHES, "touches", ""),
     ):
-        yield compared(stated, _of(dataset, name, 0.5), why, f"{stated.meaning}, μ_i = 0.5")
+        yield compared(stated, every_start(dataset, name, 0.5), why, f"{stated.meaning}, μ_i = 0.5")
     for stated, friction in ((paper.DISPLACEMENT_HALF, 0.5), (paper.DISPLACEMENT_QUARTER, 0.25)):
-        yield compared(stated, _of(dataset, "final_displacement", friction), _DISPLACEMENT, digits=3)
+        yield compared(stated, every_start(dataset, "final_displacement", friction), _DISPLACEMENT, digits=3)
     for friction in reversed(_FRICTIONS):
-        spans = over_starts(_of(dataset, "record_spacings", friction), 2)
+        spans = over_starts(every_start(dataset, "record_spacings", friction), 2)
         yield Claim(f"node spacings of a record, μ_i = {friction:g}", "", spans, _SPANS)
 
 
@@ -91,7 +91,7 @@ def draw_steps(dataset: xr.Dataset) -> Figure:
 
 def claims_of_steps(dataset: xr.Dataset) -> Iterator[Claim]:
     """Claims of §3.2.2 on single steps, with L_x = 1 mm."""
-    nanometres = 1e9 * _of(dataset, "mean_step_si", 0.5)
+    nanometres = 1e9 * every_start(dataset, "mean_step_si", 0.5)
     yield Claim(paper.STEP.meaning, str(paper.STEP), over_starts(nanometres), _STEP)
     below = [_share_below_a_nanometre(dataset, int(member)) for member in dataset["member"].values]
     yield Claim("share of steps below 1 nm", "many (§3.2.2)", over_starts(np.array(below), 3), "")

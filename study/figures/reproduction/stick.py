@@ -10,8 +10,7 @@ import numpy as np
 import xarray as xr
 from numpy.typing import NDArray
 
-from study.dataset.access.accessor import Accessor
-from study.figures.reproduction.drive import load_of
+from study.figures.reproduction.drive import load_of, run_of
 
 Floats = NDArray[np.float64]
 LEAST_DROP = 1e-4
@@ -36,7 +35,7 @@ class Stick:
 
 def stick_of(dataset: xr.Dataset, member: int, intrinsic_friction: float = 0.5) -> Stick:
     """Read the first stick phase off a trajectory; its samples need to resolve the vibration of the stuck pin."""
-    run = Accessor(dataset).trajectory(intrinsic_friction=intrinsic_friction, member=member)
+    run = run_of(dataset, intrinsic_friction, member)
     time, force = run["time"].values, run["sample_friction"].values
     case = dataset.sel(intrinsic_friction=intrinsic_friction, member=member)
     stretch = force * load_of(dataset) / float(case["surface_stiffness_si"].squeeze())

@@ -2,6 +2,7 @@
 
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
+from typing import Final
 
 import numpy as np
 from numpy.typing import NDArray
@@ -21,7 +22,9 @@ class Claim:
     """Why the two differ, or what agreement means."""
 
 
-HEADER = ("", "paper", "found", "remark")
+HEADER: Final = ("", "paper", "found", "remark")
+WITHOUT_PAPER: Final = ("", "", "found", "remark")
+"""Of a table whose claims have no number of the paper to compare with."""
 
 
 def table(claims: Iterable[Claim], header: Sequence[str] = HEADER) -> str:
@@ -37,8 +40,7 @@ def as_row(claim: Claim) -> tuple[str, str, str, str]:
 
 def over_starts(values: NDArray[np.float64], digits: int = 4, scale: float = 1.0) -> str:
     """Mean, standard deviation and range of a number over the starts (any shape) of an ensemble; NaN do not count."""
-    found = scale * np.asarray(values, dtype=float).ravel()
-    found = found[np.isfinite(found)]
+    found = _known(values, scale)
     if not len(found):
         return "none"
     low, high = found.min(), found.max()
@@ -54,10 +56,14 @@ def compared(
 
     values: (m,) one for each start; scale: into the unit of the paper's number.
     """
-    found = scale * np.asarray(values, dtype=float).ravel()
-    found = found[np.isfinite(found)]
+    found = _known(values, scale)
     remark = "; ".join(part for part in (_verdict(stated, found), why) if part)
     return Claim(meaning or stated.meaning, str(stated), over_starts(found, digits), remark)
+
+
+def _known(values: NDArray[np.float64], scale: float) -> NDArray[np.float64]:
+    found = scale * np.asarray(values, dtype=float).ravel()
+    return np.asarray(found[np.isfinite(found)])
 
 
 def _verdict(stated: Stated, found: NDArray[np.float64]) -> str:

@@ -1,7 +1,7 @@
 """The driven pin by Eq. 16-19 in SI, with given coefficients: what measured motion is compared with."""
 
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, fields
 from typing import Any
 
 import numpy as np
@@ -27,10 +27,17 @@ class ClosedForm:
 
 def scales_of(attributes: Mapping[Any, Any]) -> Scales | None:
     """The scales of a dataset, from its attributes; None where these do not state them."""
-    names = ("slab_width", "slab_depth", "shear_modulus")
+    names = [item.name for item in fields(Scales)]
     if not all(name in attributes for name in names):
         return None
     return Scales(**{name: float(attributes[name]) for name in names})
+
+
+def scales_in(dataset: xr.Dataset) -> Scales:
+    """The scales of a dataset of a shipped campaign, whose attributes state them."""
+    found = scales_of(dataset.attrs)
+    assert found is not None
+    return found
 
 
 def closed_form(

@@ -7,7 +7,7 @@ from typing import Final
 import xarray as xr
 from matplotlib.figure import Figure
 
-from study.figures.shared.claims import Claim
+from study.figures.shared.claims import HEADER, Claim
 
 
 @dataclass(frozen=True, slots=True)
@@ -22,7 +22,7 @@ class CampaignFigure:
     draw: Callable[[xr.Dataset], Figure]
     claims: Callable[[xr.Dataset], Iterable[Claim]]
     """What stands below it; the remarks hold for the campaign as it comes with nanoslip."""
-    header: tuple[str, ...] = ("", "paper", "found", "remark")
+    header: tuple[str, ...] = HEADER
 
 
 FIGURES: Final[dict[str, CampaignFigure]] = {}

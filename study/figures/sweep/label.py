@@ -84,8 +84,8 @@ def said(value: Any) -> str:
         return str(value)
     plain = f"{value:.6g}".replace("e+0", "e").replace("e-0", "e-").replace("e+", "e")
     digits, _, exponent = f"{value:.5e}".partition("e")
-    short = f"{digits.rstrip('0').rstrip('.')}e{int(exponent)}"
-    return short if len(short) < len(plain) and abs(int(exponent)) > 3 else plain
+    powers = f"{digits.rstrip('0').rstrip('.')}e{int(exponent)}"
+    return powers if len(powers) < len(plain) and abs(int(exponent)) > 3 else plain
 
 
 def words(values: Mapping[str, Any]) -> str:

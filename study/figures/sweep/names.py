@@ -87,5 +87,5 @@ def _symbol(name: str) -> str:
 
 def _listed(names: Iterable[str]) -> str:
     """Names, each with its symbol where it has one."""
-    signs = {name: found.symbol if (found := known(name)) else "" for name in names}
+    signs = {name: _symbol(name) for name in names}
     return ", ".join(f"{name} ({sign})" if sign else name for name, sign in signs.items()) or "nothing"

@@ -115,7 +115,7 @@ def points_of(dataset: xr.Dataset, name: str, over: str = "") -> Points:
         errors,
         axes,
         flags != 0,
-        _fewer_teeth(found) if name == REGIME else np.zeros(len(values), dtype=bool),
+        _of_cases(found, with_fewer_teeth(found.root)) if name == REGIME else np.zeros(len(values), dtype=bool),
         members,
         (members > 0) & (members < used),
         tuple(name for name in zipped(dataset) if name in axes),
@@ -172,8 +172,7 @@ def _numbers(dataset: xr.Dataset, found: Places, name: str) -> tuple[NDArray[Any
     if not error:
         return numbers, nothing
     if error == GRID_ERROR:
-        shares = replace(found, root=found.root.assign(share=grid_share(dataset, name))).values("share")
-        return numbers, np.abs(numbers) * np.asarray(shares, dtype=float)
+        return numbers, np.abs(numbers) * np.asarray(_of_cases(found, grid_share(dataset, name)), dtype=float)
     return numbers, np.asarray(found.values(error), dtype=float)
 
 
@@ -183,8 +182,7 @@ def _members(dataset: xr.Dataset, found: Places, name: str) -> tuple[NDArray[np.
     if counts is None:
         nothing = np.full(len(found.positions), -1)
         return nothing, nothing
-    having, used = (replace(found, root=found.root.assign(counted=each)).values("counted") for each in counts)
-    return having, used
+    return _of_cases(found, counts[0]), _of_cases(found, counts[1])
 
 
 def _stated(dataset: xr.Dataset, name: str) -> str:
@@ -194,9 +192,9 @@ def _stated(dataset: xr.Dataset, name: str) -> str:
     return error if error in dataset else ""
 
 
-def _fewer_teeth(found: Places) -> NDArray[np.bool_]:
-    signed = with_fewer_teeth(found.root)
-    return replace(found, root=found.root.assign(signed=signed)).values("signed")
+def _of_cases(found: Places, array: xr.DataArray) -> NDArray[Any]:
+    """The values of an array that is no variable of the dataset, as `found.values` gives those of one."""
+    return replace(found, root=found.root.assign(array=array)).values("array")
 
 
 def _ratio(
@@ -209,11 +207,11 @@ def _ratio(
     if any(values.dtype.kind in "OUTS" for values, _ in (above, below)):
         raise ValueError("a ratio needs two numbers, and one of these is words")
     with np.errstate(divide="ignore", invalid="ignore"):
-        ratio = above[0] / below[0]
-        ratio = np.where(np.isfinite(ratio), ratio, np.nan)
+        quotient = above[0] / below[0]
+        quotient = np.where(np.isfinite(quotient), quotient, np.nan)
         shares = [
-            np.zeros_like(ratio) if sure else error / value
+            np.zeros_like(quotient) if sure else error / value
             for (value, error), sure in zip((above, below), exact, strict=True)
         ]
-        errors = np.abs(ratio) * np.hypot(*shares)
-    return ratio, np.full_like(ratio, np.nan) if all(exact) else errors
+        errors = np.abs(quotient) * np.hypot(*shares)
+    return quotient, np.full_like(quotient, np.nan) if all(exact) else errors

@@ -58,7 +58,7 @@ def view_of(points: Points, x: str = "", hue: str = "") -> View:
     if scattered(drawn) and not x:
         names = " and ".join(map(symbol, counts_of(drawn)))
         caption = (
-            f"{sentence(points.label)}, against {names}.{with_it}{_crosses(points)}{_members(points)}{_marks(points)}"
+            f"{sentence(points.label)}, against {names}.{with_it}{_without(points)}{_members(points)}{_marks(points)}"
         )
         return View(stem, caption, lambda: draw_scattered(drawn), points.columns)
     roles = roles_of(drawn, x, hue)
@@ -89,11 +89,11 @@ def _against(points: Points, roles: Roles) -> str:
 def _seen(points: Points, roles: Roles, mapped: bool) -> str:
     """What the signs mean that are drawn of these points."""
     if mapped and is_crowded(points, roles):
-        return _white(points) + _members(points) + _outlined(points)
+        return _without(points, "White") + _members(points) + _outlined(points)
     differing = points.text and any(commonest(value)[1] < 1.0 for value in points.values.tolist())
     mixed = " Of members that differ: what most do" + (", the paler the fewer." if mapped else ".") if differing else ""
     flagged = " Dots: to be taken with care." if points.flagged[points.there].any() else ""
-    return mixed + _crosses(points) + _members(points) + (flagged + _stars(points) if mapped else _marks(points))
+    return mixed + _without(points) + _members(points) + (flagged + _stars(points) if mapped else _marks(points))
 
 
 def _stars(points: Points) -> str:
@@ -101,9 +101,9 @@ def _stars(points: Points) -> str:
     return f" Stars: {EXPLAINED} ({count} of {len(points.values)})." if count else ""
 
 
-def _white(points: Points) -> str:
+def _without(points: Points, sign: str = "Red crosses") -> str:
     missing = int((~points.there).sum())
-    return f" White: {missing} without a value." if missing else ""
+    return f" {sign}: {missing} without a value." if missing else ""
 
 
 def _outlined(points: Points) -> str:
@@ -112,11 +112,6 @@ def _outlined(points: Points) -> str:
     where = "All" if care == points.there.sum() else f"{care} of {len(points.values)}, hatched,"
     flagged = f" {where} are to be taken with care." if care else ""
     return flagged + (f" Of {fewer_teeth}: {EXPLAINED}." if fewer_teeth else "")
-
-
-def _crosses(points: Points) -> str:
-    missing = int((~points.there).sum())
-    return f" Red crosses: {missing} without a value." if missing else ""
 
 
 def _marks(points: Points) -> str:

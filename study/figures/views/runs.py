@@ -1,7 +1,7 @@
 """Runs of a dataset (records, trajectories, contacts) as views: a few together in one figure, then each alone."""
 
 import math
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterable, Iterator
 from dataclasses import dataclass
 from functools import cache
 from typing import Any, Final
@@ -106,7 +106,7 @@ def views_of(dataset: xr.Dataset, family: Family) -> Iterator[View]:
         shown = [every[position] for position in spread([run.label for run in every], MOST_TOGETHER)]
         yield _together(family, columns, shown, len(runs))
     for run in runs.values():
-        yield _alone(family, columns, run, single=len(runs) > 1)
+        yield _alone(family, columns, run, several=len(runs) > 1)
 
 
 def notes_of(dataset: xr.Dataset, family: Family) -> Iterator[str]:
@@ -132,14 +132,7 @@ def thinned(x: NDArray[Any], y: NDArray[Any], bins: int = 300) -> NDArray[np.int
 
 def _together(family: Family, numbers: Callable[[int], Columns], runs: list[Run], count: int) -> View:
     def drawn() -> Figure:
-        with column(HEIGHT, WIDTH) as figure:
-            axes = figure.add_subplot()
-            for color, run in zip(COLORS, runs, strict=False):
-                style = {"color": color, "label": typeset(words(run.label))}
-                family.draw(axes, numbers(run.number), style)
-            axes.set(**family.axes)
-            _legend(figure, axes)
-        return figure
+        return _drawn(family, ((numbers(run.number), {"label": typeset(words(run.label))}) for run in runs))
 
     def columns() -> Columns:
         tables = [(words(run.label), numbers(run.number)) for run in runs]
@@ -153,23 +146,27 @@ def _together(family: Family, numbers: Callable[[int], Columns], runs: list[Run]
     return View(f"{family.name}_together", f"{family.caption}: {which}.", drawn, columns)
 
 
-def _alone(family: Family, numbers: Callable[[int], Columns], run: Run, single: bool) -> View:
-    def drawn() -> Figure:
-        with column(HEIGHT, WIDTH) as figure:
-            axes = figure.add_subplot()
-            family.draw(axes, numbers(run.number), {"color": COLORS[0]})
-            axes.set(**family.axes)
-            _legend(figure, axes)
-        return figure
-
+def _alone(family: Family, numbers: Callable[[int], Columns], run: Run, several: bool) -> View:
+    """several: whether it is one of them, which its place tells apart."""
     which = f": {words(run.label)}" if run.label else ""
     return View(
         f"{family.name}_{run.number}",
         f"{family.caption}{which}.",
-        drawn,
+        lambda: _drawn(family, [(numbers(run.number), {})]),
         lambda: numbers(run.number),
-        run.label if single else {},
+        run.label if several else {},
     )
+
+
+def _drawn(family: Family, runs: Iterable[tuple[Columns, dict[str, Any]]]) -> Figure:
+    """Runs on one pair of axes. runs: of each its numbers, and the settings of its main line beside the colour."""
+    with column(HEIGHT, WIDTH) as figure:
+        axes = figure.add_subplot()
+        for color, (table, style) in zip(COLORS, runs, strict=False):
+            family.draw(axes, table, {"color": color, **style})
+        axes.set(**family.axes)
+        _legend(figure, axes)
+    return figure
 
 
 def _legend(figure: Figure, axes: Any) -> None:
