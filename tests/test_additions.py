@@ -25,10 +25,10 @@ from study.dataset.description import described, page
 from study.manifest.problems import ManifestError
 from study.manifest.reader import load_manifest
 from study.plan.plan import Plan, make_plan
-from study.plan.tasks import run_task
 from study.report.summary import scalar_table
 from study.results.store import Store
 from tests.conftest import Main
+from tests.study.dataset.campaigns import compute
 
 Campaign = Callable[[str], tuple[Plan, xr.Dataset]]
 
@@ -50,9 +50,7 @@ def campaign(tmp_path: Path) -> Campaign:
         path = tmp_path / "toy.toml"
         path.write_text(f'title = "A toy"\n{lines}')
         plan, store = make_plan(load_manifest(path)), Store(tmp_path / "results")
-        store.prepare()
-        for task in plan.tasks:
-            store.write(run_task(task, {key: store.read(key) for key in task.needs}))
+        compute(plan, store)
         return plan, collect(plan, store)
 
     return computed

@@ -15,9 +15,11 @@ from study import api
 from study.api import open_dataset, run
 from study.execution import executor
 from study.manifest.problems import ManifestError
+from study.plan.tasks import run_task
 from study.results import own
 from study.results.store import FOLDER, StoreError
 from tests.conftest import SMALL, THREADS
+from tests.study.execution.defects import crashing
 from tests.study.plan.influence.made_up import SLIGHT, text
 
 TINY = {"title": "tiny", "axes": {"normal_load": [1e-3, 2e-3]}, "numerics": {"n_x": 17}, "limits": {"events": 20}}
@@ -96,20 +98,14 @@ def test_a_dict_is_verified_from_its_dataset_alone(main, tmp_path):
 
 
 def test_a_task_that_crashes_is_a_warning_and_an_outcome_until_it_is_tried_again(monkeypatch, capsys, tmp_path):
-    compute = executor.run_task
-
-    def defective(task, inputs):
-        if task.kind == "record" and task.case.normal_load == 2e-3:
-            raise RuntimeError("a defect")
-        return compute(task, inputs)
-
+    defective = crashing(lambda task: task.kind == "record" and task.case.normal_load == 2e-3)
     monkeypatch.setattr(executor, "run_task", defective)
     with pytest.warns(RuntimeWarning, match="1 tasks failed"):
         data = run(TINY, tmp_path)
     assert data.outcome.values.ravel().tolist() == ["no_plateau", "crashed"]
     assert "RuntimeError: a defect" in data.message.values.ravel().tolist()[1]
     assert "a defect" in capsys.readouterr().err
-    monkeypatch.setattr(executor, "run_task", compute)
+    monkeypatch.setattr(executor, "run_task", run_task)
     with pytest.warns(RuntimeWarning, match="1 tasks failed, now or before"):
         assert run(TINY, tmp_path).outcome.values.ravel().tolist() == ["no_plateau", "crashed"]
     assert run(TINY, tmp_path, retry=True).outcome.values.ravel().tolist() == ["no_plateau", "no_plateau"]

@@ -21,9 +21,10 @@ from study.dataset.groups import loaded
 from study.manifest.reader import load_manifest
 from study.plan.kinds import record as record_kind
 from study.plan.plan import Plan, make_plan
-from study.plan.tasks import KINDS, run_task
+from study.plan.tasks import KINDS
 from study.results.store import Store
 from tests.conftest import SMALL
+from tests.study.dataset.campaigns import compute
 
 
 @dataclass(frozen=True, slots=True)
@@ -72,9 +73,7 @@ def computed(folder: Path) -> tuple[Plan, Store, xr.Dataset]:
     text = SMALL.replace("[50.0, 100.0]", "[50.0]").replace("[0.25, 0.5]", "[0.5]")
     (folder / "campaign.toml").write_text(text)
     plan, store = make_plan(load_manifest(folder / "campaign.toml")), Store(folder)
-    store.prepare()
-    for task in plan.tasks:
-        store.write(run_task(task, {key: store.read(key) for key in task.needs}))
+    compute(plan, store)
     file.write(collect(plan, store), folder / file.FILE)
     with file.read(folder / file.FILE) as found:
         return plan, store, loaded(found)

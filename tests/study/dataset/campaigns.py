@@ -17,8 +17,10 @@ TABLE = "intrinsic_friction, radius\n0.25, 50\n0.5, 50\n0.5, 100\n"
 
 
 def compute(plan: Plan, store: Store) -> None:
+    """Compute what the store has not yet."""
+    store.prepare()
     for task in plan.remaining(store.finished()):
-        store.write(run_task(task, {key: store.read(key) for key in task.needs}))
+        store.write(run_task(task, {key: store.read(key) for key in task.needs}), task.shared)
 
 
 def changed(**replacements: str) -> str:

@@ -29,7 +29,6 @@ def build(tmp_path_factory: pytest.TempPathFactory) -> Build:
             (folder / "campaign.toml").write_text(text)
             (folder / "cases.csv").write_text(TABLE)
             plan, store = make_plan(load_manifest(folder / "campaign.toml")), Store(folder)
-            store.prepare()
             compute(plan, store)
             known[text] = plan, store
         return known[text]

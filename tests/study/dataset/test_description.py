@@ -15,9 +15,9 @@ from study.dataset.description import Described, described, page, rows, text_of
 from study.dataset.groups import flattened, groups_of
 from study.manifest.reader import load_manifest
 from study.plan.plan import make_plan
-from study.plan.tasks import run_task
 from study.results.store import Store
 from tests.conftest import ROOT, SMALL
+from tests.study.dataset.campaigns import compute
 
 ALL = (
     SMALL
@@ -43,9 +43,7 @@ def dataset(tmp_path_factory: pytest.TempPathFactory) -> xr.Dataset:
     text = ALL.replace("[50.0, 100.0]", "[50.0]").replace("[0.25, 0.5]", "[0.5]")
     (folder / "campaign.toml").write_text(text)
     plan, store = make_plan(load_manifest(folder / "campaign.toml")), Store(folder)
-    store.prepare()
-    for task in plan.tasks:
-        store.write(run_task(task, {key: store.read(key) for key in task.needs}))
+    compute(plan, store)
     return collect(plan, store)
 
 

@@ -13,6 +13,7 @@ from study.execution.ledger import Tally
 from study.origin import here
 from study.results import runs
 from tests.conftest import Main
+from tests.study.execution.defects import crashing
 
 
 def test_a_run_has_a_line_when_it_begins_and_one_when_it_has_ended(tmp_path: Path) -> None:
@@ -84,14 +85,7 @@ def test_a_run_that_computes_is_written_down_and_one_that_does_not_is_not(tmp_pa
 def test_the_line_of_a_command_has_its_exit_code(
     main: Main, campaign: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    compute = executor.run_task
-
-    def failing(task, inputs):  # type: ignore[no-untyped-def]
-        if task.kind == "drive":
-            raise RuntimeError("a defect")
-        return compute(task, inputs)
-
-    monkeypatch.setattr(executor, "run_task", failing)
+    monkeypatch.setattr(executor, "run_task", crashing(lambda task: task.kind == "drive"))
     assert main("run", campaign, "--out", tmp_path, "--serial")[0] == 3
     (run,) = runs.read(tmp_path)
     assert (run.exit_code, run.failed) == (3, 8)

@@ -38,6 +38,7 @@ from study.plan.tasks import (
     states_task,
 )
 from study.results.store import Store
+from tests.study.dataset.campaigns import compute
 
 DRIVES = '[[drives]]\nname = "a"\nsamples = 40\n'
 TINY = "numerics.n_x = 17\nconstants.radius = 50\nlimits.events = 60\n"
@@ -58,9 +59,7 @@ def states(case: Case, events: tuple[int, ...], subsurface: bool = False) -> Tas
 
 def computed(plan: Plan, folder: Path) -> Store:
     store = Store(folder)
-    store.prepare()
-    for task in plan.tasks:
-        store.write(run_task(task, {key: store.read(key) for key in task.needs}), task.shared)
+    compute(plan, store)
     return store
 
 

@@ -1,6 +1,5 @@
 """Shards compute a campaign between them; merged, they are the same bytes as one run. What one has not finished is left."""
 
-from collections.abc import Mapping
 from pathlib import Path
 
 import pytest
@@ -8,12 +7,12 @@ import pytest
 import nanoslip
 from study.commands.shared import glance
 from study.execution import executor
-from study.plan.task import TaskResult
-from study.plan.tasks import Task
+from study.plan.tasks import run_task
 from study.results import runs
 from study.results.lease import Lease
 from study.results.shard import Shard
 from tests.conftest import Main
+from tests.study.execution.defects import crashing, crashing_at
 
 
 def dataset(out: Path) -> bytes:
@@ -68,14 +67,7 @@ def test_what_a_shard_has_not_finished_is_left_and_another_run_of_it_or_of_all_c
 def test_a_shard_of_which_tasks_failed_has_ended_without_them(
     main: Main, campaign: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    compute = executor.run_task
-
-    def defective(task: Task, inputs: Mapping[str, TaskResult]) -> TaskResult:
-        if task.kind == "record":
-            raise RuntimeError("a defect")
-        return compute(task, inputs)
-
-    monkeypatch.setattr(executor, "run_task", defective)
+    monkeypatch.setattr(executor, "run_task", crashing(lambda task: task.kind == "record"))
     for _ in ("now", "before"):
         code, said, _ = main("run", campaign, "--out", tmp_path, "--serial", "--shard", "1/1")
         assert (code, "shard 1 of 1 has ended without 12 tasks; nanoslip merge" in said) == (3, True)
@@ -106,19 +98,12 @@ def test_a_shard_at_work_is_named_and_the_others_are_merged(main: Main, campaign
 def test_a_failure_of_a_shard_is_one_of_the_campaign_and_not_tried_again(
     main: Main, campaign: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    compute = executor.run_task
-
-    def defective(task: Task, inputs: dict[str, TaskResult]) -> TaskResult:
-        if task.kind == "record" and task.case and task.case.radius == 100.0:
-            raise RuntimeError("a defect")
-        return compute(task, inputs)
-
-    monkeypatch.setattr(executor, "run_task", defective)
+    monkeypatch.setattr(executor, "run_task", crashing_at("record", 100.0))
     codes = [main("run", campaign, "--out", tmp_path, "--serial", "--shard", f"{number}/2")[0] for number in (1, 2)]
     assert 3 in codes
     code, said, errors = main("merge", campaign, "--out", tmp_path)
     assert (code, "crashed: 2 of 4 cases" in said, "--retry tries again" in errors) == (3, True, True)
-    monkeypatch.setattr(executor, "run_task", compute)
+    monkeypatch.setattr(executor, "run_task", run_task)
     for number in (1, 2):
         code, _, errors = main("run", campaign, "--out", tmp_path, "--serial", "--shard", f"{number}/2")
         assert "0 tasks to do" in errors

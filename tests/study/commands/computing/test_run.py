@@ -11,9 +11,11 @@ import xarray as xr
 from study.commands.shared import datasets
 from study.execution import executor
 from study.origin import here
+from study.plan.tasks import run_task
 from study.results import own
 from study.results.store import Store, StoreError
 from tests.conftest import PARTLY_REFUSED, SMALL
+from tests.study.execution.defects import crashing_at
 from tests.study.results.results import written
 
 
@@ -138,14 +140,7 @@ def test_cases_that_physics_refuses_are_results_and_exit_code_0(main, campaign):
 
 
 def test_a_task_that_crashes_is_an_outcome_and_exit_code_3_until_it_is_tried_again(main, campaign, monkeypatch):
-    compute = executor.run_task
-
-    def defective(task, inputs):
-        if task.kind == "record" and task.case.radius == 100.0:
-            raise RuntimeError("a defect")
-        return compute(task, inputs)
-
-    monkeypatch.setattr(executor, "run_task", defective)
+    monkeypatch.setattr(executor, "run_task", crashing_at("record", 100.0))
     out = campaign.parent / "out"
     code, said, errors = main("run", campaign, "--out", out, "--serial")
     assert code == 3
@@ -153,7 +148,7 @@ def test_a_task_that_crashes_is_an_outcome_and_exit_code_3_until_it_is_tried_aga
     assert "RuntimeError: a defect" in errors
     assert [said.count(word) for word in ("completed", "no_slip", "crashed: 2 of 4 cases")] == [4, 2, 1]
     first = (out / "results.nc").read_bytes()
-    monkeypatch.setattr(executor, "run_task", compute)
+    monkeypatch.setattr(executor, "run_task", run_task)
     code, said, errors = main("run", campaign, "--out", out, "--serial")
     assert (code, "6 tasks failed before" in errors) == (3, True)
     assert (out / "results.nc").read_bytes() == first
@@ -167,24 +162,12 @@ def test_a_task_that_crashes_is_an_outcome_and_exit_code_3_until_it_is_tried_aga
 DROPPED = SMALL + "[outputs]\nrecords = false\ntrajectory = false\n"
 
 
-def failing(kind: str, radius: float):
-    """A solver that crashes in the tasks of a kind at a radius; of records only in those that are dropped later."""
-    compute = executor.run_task
-
-    def defective(task, inputs):
-        if task.kind == kind and task.case.radius == radius and not task.scalars_only:
-            raise RuntimeError("a defect")
-        return compute(task, inputs)
-
-    return defective
-
-
 def test_what_was_tried_again_with_success_and_dropped_has_not_failed(main, campaign, monkeypatch):
     """Drives that are added later are computed, from a record that is computed for them once more."""
     campaign.write_text(DROPPED)
     out = campaign.parent / "out"
     with monkeypatch.context() as once:
-        once.setattr(executor, "run_task", failing("record", 100.0))
+        once.setattr(executor, "run_task", crashing_at("record", 100.0))
         code, said, _ = main("run", campaign, "--out", out, "--serial")
     assert (code, "crashed: 2 of 4 cases" in said) == (3, True)  # of which the scalars alone are kept
     assert main("run", campaign, "--out", out, "--serial", "--retry")[0] == 0
@@ -197,7 +180,7 @@ def test_a_drive_that_is_not_computed_is_never_completed(main, campaign, monkeyp
     """Its record failed, was computed in the next run, and that was interrupted before the drive."""
     out = campaign.parent / "out"
     with monkeypatch.context() as once:
-        once.setattr(executor, "run_task", failing("record", 100.0))
+        once.setattr(executor, "run_task", crashing_at("record", 100.0))
         assert main("run", campaign, "--out", out, "--serial")[0] == 3
     counted = json.loads(main("status", campaign, "--out", out, "--json")[1])
     assert counted["tasks"]["drive"] | {"core_seconds_left": 0, "memory_bytes": 0, "disk_bytes": 0} == {

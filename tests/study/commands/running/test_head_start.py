@@ -14,8 +14,10 @@ from study.commands.running import head_start
 from study.execution import executor
 from study.plan import memory
 from study.plan.plan import Planning
+from study.plan.tasks import run_task
 from study.results import runs
 from tests.conftest import SMALL, Main, longer
+from tests.study.execution.defects import crashing_at
 from tests.study.results.results import until_written, written
 
 PROGRAM = Path(__file__).with_name("head_start_program.py")
@@ -107,21 +109,14 @@ def test_a_case_that_fits_no_machine_is_refused_in_the_same_words(
 
 @pytest.mark.usefixtures("early")
 def test_what_crashes_early_has_failed_in_this_run(main: Main, campaign: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    compute = executor.run_task
-
-    def defective(task, inputs):
-        if task.kind == "record" and task.case.radius == 50.0:
-            raise RuntimeError("a defect")
-        return compute(task, inputs)
-
-    monkeypatch.setattr(executor, "run_task", defective)
+    monkeypatch.setattr(executor, "run_task", crashing_at("record", 50.0))
     out = campaign.parent / "out"
     code, said, errors = main("run", campaign, "--out", out, "--serial", "--retry")
     assert (code, "crashed: 2 of 4 cases" in said) == (3, True)
     assert "6 tasks failed, or needed one that did" in errors  # two records and the two drives of each
     assert "failed before" not in errors
     assert (runs.read(out)[0].done, runs.read(out)[0].failed) == (TASKS - 6, 6)
-    monkeypatch.setattr(executor, "run_task", compute)
+    monkeypatch.setattr(executor, "run_task", run_task)
     code, _, errors = main("run", campaign, "--out", out, "--serial", "--retry")
     assert (code, "computing begins" in errors, "6 tasks left" in errors) == (0, False, True)
 

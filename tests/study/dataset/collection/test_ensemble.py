@@ -24,10 +24,10 @@ from study.manifest.manifest import SEEDS, Ensemble, Manifest
 from study.manifest.problems import ManifestError
 from study.manifest.reader import load_manifest
 from study.plan.plan import Plan, make_plan
-from study.plan.tasks import run_task
 from study.report import page as report_page
 from study.report.summary import points, scalar_table
 from study.results.store import Store
+from tests.study.dataset.campaigns import compute
 
 Build = Callable[[str], tuple[Plan, xr.Dataset]]
 HEAD = 'title = "x"\nnumerics.n_x = 17\nlimits.events = 150\n'
@@ -52,9 +52,7 @@ def build(tmp_path_factory: pytest.TempPathFactory) -> Build:
         if text not in known:
             folder = tmp_path_factory.mktemp("campaign")
             plan, store = make_plan(campaign(folder, text)), Store(folder)
-            store.prepare()
-            for task in plan.remaining(store.finished()):
-                store.write(run_task(task, {key: store.read(key) for key in task.needs}))
+            compute(plan, store)
             file.write(collect(plan, store), folder / file.FILE)
             known[text] = plan, file.read(folder / file.FILE)
         return known[text]

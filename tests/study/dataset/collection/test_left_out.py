@@ -30,7 +30,6 @@ def computed(folder: Path, campaign: str, changes: Mapping[str, float] = SLIGHT)
     (folder / "mine.json").write_text(text(changes))
     (folder / "mine.toml").write_text(campaign)
     plan, store = make_plan(load_manifest(folder / "mine.toml")), Store(folder)
-    store.prepare()
     compute(plan, store)
     return plan, collect(plan, store)
 

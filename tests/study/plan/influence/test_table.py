@@ -2,7 +2,7 @@
 
 import json
 import math
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 from dataclasses import replace
 from pathlib import Path
 
@@ -179,19 +179,25 @@ DAMAGED = {
 }
 
 
+def refusals_of(influences: Path) -> Iterator[str]:
+    """What a file of influences is refused with, from Python and through a campaign beside it."""
+    campaign = influences.with_name("mine.toml")
+    campaign.write_text(f'title = "x"\n[effects]\nwithin = 0.01\ninfluences = "{influences.name}"\n', "utf-8")
+    for refused in (lambda: load_influences(influences), lambda: make_plan(load_manifest(campaign))):
+        with pytest.raises(ManifestError) as error:
+            refused()
+        (line,) = error.value.lines
+        assert "\n" not in line
+        yield line
+
+
 @pytest.mark.parametrize("content", DAMAGED.values(), ids=DAMAGED)
 def test_a_damaged_file_is_one_line_that_names_it(tmp_path: Path, content: str) -> None:
     """From Python, and through a campaign."""
     path = tmp_path / "mine.json"
     path.write_text(content, "utf-8")
-    campaign = tmp_path / "mine.toml"
-    campaign.write_text('title = "x"\n[effects]\nwithin = 0.01\ninfluences = "mine.json"\n', "utf-8")
-    for refused in (lambda: load_influences(path), lambda: make_plan(load_manifest(campaign))):
-        with pytest.raises(ManifestError) as error:
-            refused()
-        (line,) = error.value.lines
+    for line in refusals_of(path):
         assert line.startswith(f"{path}: no influences that nanoslip effects wrote: ")
-        assert "\n" not in line
 
 
 @pytest.mark.parametrize("kind", ["missing", "folder", "bytes"])
@@ -201,14 +207,8 @@ def test_what_cannot_be_read_is_one_line_that_names_it(tmp_path: Path, kind: str
         path.mkdir()
     elif kind == "bytes":
         path.write_bytes(b"\xff\xfe\x00")
-    campaign = tmp_path / "mine.toml"
-    campaign.write_text('title = "x"\n[effects]\nwithin = 0.01\ninfluences = "mine.json"\n', "utf-8")
-    for refused in (lambda: load_influences(path), lambda: make_plan(load_manifest(campaign))):
-        with pytest.raises(ManifestError) as error:
-            refused()
-        (line,) = error.value.lines
+    for line in refusals_of(path):
         assert str(path) in line
-        assert "\n" not in line
 
 
 def test_the_shipped_influences_know_all_effects_in_scenes_enough() -> None:
