@@ -1,6 +1,6 @@
 """Check the tables of a campaign file: known words only, values in range and converted to their declared type."""
 
-from collections.abc import Callable, Collection, Mapping
+from collections.abc import Callable, Collection, Iterator, Mapping
 from functools import partial
 from pathlib import Path
 from typing import Any
@@ -41,6 +41,15 @@ class Checker:
             else:
                 self.refuse(f"{table}.{key_shown(word)} = {shown(value)}", unknown(word, (*words_of(table), *others)))
         return good
+
+    def lists(self, table: str, content: Mapping[str, Any], known: Collection[str]) -> Iterator[tuple[str, list[Any]]]:
+        """The axes of a table, with their values. Unknown words are refused, and what is no list of values."""
+        for word, values in content.items():
+            if word in known and isinstance(values, list) and values:
+                yield word, values
+            else:
+                wrong = "needs a list of at least one value" if word in known else unknown(word, known)
+                self.refuse(f"{table}.{key_shown(word)} = {shown(values)}", wrong)
 
     def one_place(self, axes: Columns, fixed: dict[str, Columns]) -> None:
         """Refuse every parameter that is given twice: as an axis and in a table."""

@@ -9,7 +9,7 @@ from solver.outcome import COMPLETED, InvalidInput, quoted
 from study.manifest.checker import Checker
 from study.manifest.drives import CampaignDrive, NamedDrive, drive_parameters
 from study.manifest.parameters import Value
-from study.manifest.problems import key_shown, need, shown, unknown
+from study.manifest.problems import need, shown
 
 AXES: Final = "drive_axes"
 DEFAULT: Final = "default"
@@ -89,27 +89,20 @@ def _table(checker: Checker, where: str, content: dict[str, Any]) -> _Table:
 
 def _axes(checker: Checker, content: Mapping[str, Any]) -> dict[str, tuple[Value, ...]]:
     """The axes that are known, with the values that are right by themselves, in their declared type."""
-    found = {}
-    for key, values in content.items():
-        where = f"{AXES}.{key_shown(key)}"
-        if key not in drive_parameters():
-            checker.refuse(f"{where} = {shown(values)}", unknown(key, drive_parameters()))
-        elif not isinstance(values, list) or not values:
-            checker.refuse(f"{where} = {shown(values)}", "needs a list of at least one value")
-        elif good := tuple(dict.fromkeys(_values(checker, where, key, values))):
-            found[key] = good
-    return found
+    lists = checker.lists(AXES, content, drive_parameters())
+    found = {key: tuple(dict.fromkeys(_values(checker, key, values))) for key, values in lists}
+    return {key: values for key, values in found.items() if values}
 
 
-def _values(checker: Checker, where: str, key: str, values: list[Any]) -> Iterator[Value]:
+def _values(checker: Checker, key: str, values: list[Any]) -> Iterator[Value]:
     seen: set[Value] = set()
     for index, given in enumerate(values):
+        where = f"{AXES}.{key}[{index}] = {shown(given)}"
         if wrong := need(_typed, key, given):
-            checker.refuse(f"{where}[{index}] = {shown(given)}", wrong)
+            checker.refuse(where, wrong)
             continue
-        value = _typed(key, given)
-        if value in seen:
-            checker.refuse(f"{where}[{index}] = {shown(given)}", "is there twice: needs each value once")
+        if (value := _typed(key, given)) in seen:
+            checker.refuse(where, "is there twice: needs each value once")
         seen.add(value)
         yield value
 

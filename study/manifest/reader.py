@@ -290,16 +290,10 @@ class _Reader(NamedFiles):
         return design
 
     def _axes(self, content: dict[str, Any]) -> Columns:
-        found: Columns = {}
-        for word, values in content.items():
-            where = f"axes.{key_shown(word)}"
-            if word not in axes():
-                self.refuse(f"{where} = {shown(values)}", unknown(word, axes()))
-            elif not isinstance(values, list) or not values:
-                self.refuse(f"{where} = {shown(values)}", "needs a list of at least one value")
-            else:
-                found[word] = [Given(f"{self.path}: {where}[{index}]", value) for index, value in enumerate(values)]
-        return found
+        return {
+            word: [Given(f"{self.path}: axes.{word}[{index}]", value) for index, value in enumerate(values)]
+            for word, values in self.lists("axes", content, axes())
+        }
 
     def _accuracy(self, top: dict[str, Any], given: Columns) -> float | None:
         """The relative error asked for. The parameters of a discretization are refused beside it, as it decides them."""
