@@ -97,14 +97,8 @@ def _reduced(observable: Quantity, variables: Mapping[str, xr.Variable]) -> dict
     )
     change = _by_member(variables.get(f"{observable.name}_influence", nothing)) * np.abs(values)
     common = np.hypot(change, inertia)
-    spans = _by_member(variables["record_spacings"])
-    needed = _members_last(variables[OUTCOME]) != NOT_NEEDED
-    if spans.ndim < values.ndim:  # a record serves all drives
-        between = (1,) * (values.ndim - spans.ndim)
-        spans, needed = (
-            np.broadcast_to(each.reshape(*each.shape[:-1], *between, each.shape[-1]), values.shape)
-            for each in (spans, needed)
-        )
+    spans = _of_each(_by_member(variables["record_spacings"]), values.shape)
+    needed = _of_each(_members_last(variables[OUTCOME]) != NOT_NEEDED, values.shape)
     weights = _by_member(variables["events"]) if observable.ensemble == "per_event" else np.ones_like(values)
     parts: dict[str, Any] = {
         "mean": lambda place: _mean(values[place], weights[place]),
@@ -122,6 +116,12 @@ def _reduced(observable: Quantity, variables: Mapping[str, xr.Variable]) -> dict
             reduced[place] = parts[part](place)
         found[quantity.name] = xr.Variable(_without_member(variable), reduced, attributes(quantity))
     return found
+
+
+def _of_each(record: NDArray[Any], shape: tuple[int, ...]) -> NDArray[Any]:
+    """What is known of each record, of each of its drives where the shape has them."""
+    drives = (1,) * (len(shape) - record.ndim)
+    return np.broadcast_to(record.reshape(*record.shape[:-1], *drives, record.shape[-1]), shape)
 
 
 def _by_member(variable: xr.Variable) -> NDArray[np.float64]:
