@@ -20,7 +20,7 @@ from solver.contact.kernels.cascade import answer_violations
 from solver.contact.kernels.enumerations import Stop
 from solver.contact.kernels.equilibrium import refresh, set_rate_to_load
 from solver.contact.kernels.loading import raise_load
-from solver.contact.normal import INSIDE, NormalContact, expected_half_width, normal_contact
+from solver.contact.normal.contact import INSIDE, NormalContact, expected_half_width, normal_contact
 from solver.contact.outcomes import OUTCOME_OF_ENDING, OUTCOME_OF_STOP, advised, advised_of_pillars
 from solver.contact.pin import pin_of, surface_from_pin
 from solver.contact.soundness import soundness

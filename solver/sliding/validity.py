@@ -19,7 +19,7 @@ from numpy.typing import NDArray
 
 from solver.case import Case
 from solver.contact.closed_forms import film_half_width
-from solver.contact.normal import expected_half_width
+from solver.contact.normal.contact import expected_half_width
 from solver.contact.state import ContactState
 from solver.quantity import CONTACT_SIZE, GRID_ERROR, quantity
 from solver.sliding.plateau import plateau_of

@@ -10,8 +10,8 @@ from numpy.typing import NDArray
 
 from solver.case import Case
 from solver.contact.convolved.conjugate_gradients import pressed
-from solver.contact.exchange import Exchange
-from solver.contact.normal import RESTING, NormalContact, expected_half_width
+from solver.contact.normal.contact import RESTING, NormalContact, expected_half_width
+from solver.contact.normal.exchange import Exchange
 from solver.contact.pin import Pin, pin_of, surface_from_pin
 from solver.elasticity.schemes.convolution import Convolution
 

@@ -17,7 +17,7 @@ from typing import NamedTuple
 from solver.case import MOST_EVENTS, Case
 from solver.contact.closed_forms import winkler_half_width
 from solver.contact.compiled_contact import margin
-from solver.contact.normal import expected_half_width
+from solver.contact.normal.contact import expected_half_width
 from solver.elasticity.schemes.biquadratic import Biquadratic
 from solver.elasticity.schemes.chain import Chain, spring_stiffness
 from solver.elasticity.stiffness import confined_modulus

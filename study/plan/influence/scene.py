@@ -8,7 +8,7 @@ from typing import Final, NamedTuple
 import numpy as np
 
 from solver.case import Case
-from solver.contact.normal import expected_half_width
+from solver.contact.normal.contact import expected_half_width
 from solver.drive import Drive
 from study.plan.cost.sliding import contact_nodes, expected_displacement, lateral_stiffness, mean_step, steady_friction
 

@@ -97,7 +97,7 @@ def test_a_drive_on_a_finished_record_never_slides(tmp_path: Path, monkeypatch: 
 
 
 def test_a_contact_study_sets_up_no_sliding(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    """Without friction not even a tableau, nor anything but the normal forces' columns (tests/solver/contact/test_normal.py)."""
+    """Without friction no tableau, nor more than the normal forces' columns (tests/solver/contact/normal/test_contact.py)."""
     monkeypatch.setattr(record_kind, "slide_to_state", None)
     monkeypatch.setattr(initial, "compiled_contact", None)
     plan = planned(tmp_path, TINY + 'stages = ["contact"]\neffects.friction = false')

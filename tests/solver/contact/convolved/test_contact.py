@@ -7,11 +7,12 @@ import numpy as np
 import pytest
 
 from solver.case import Case, Effects, Heterogeneity
-from solver.contact import exchange, initial
+from solver.contact import initial
 from solver.contact.closed_forms import flat_punch_pressure, hertz
 from solver.contact.convolved import contact as convolved
 from solver.contact.convolved.contact import needs_no_matrix
 from solver.contact.initial import compliance_for_contact, initial_contact
+from solver.contact.normal import exchange
 from solver.contact.pin import pin_of, surface_from_pin
 from solver.contact.state import ContactState
 from solver.elasticity.compliance import NormalCompliance, normal_compliance, surface_compliance

@@ -10,7 +10,7 @@ from solver.case import Case, Effects, Heterogeneity, SlipRule
 from solver.contact.closed_forms import winkler_half_width
 from solver.contact.initial import initial_contact
 from solver.contact.node_friction import node_friction
-from solver.contact.normal import expected_half_width
+from solver.contact.normal.contact import expected_half_width
 from solver.elasticity.compliance import surface_compliance
 from solver.elasticity.conditioning import conditioning
 from solver.elasticity.grid_scheme import stiffness

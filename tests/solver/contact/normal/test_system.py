@@ -3,8 +3,8 @@
 import numpy as np
 import pytest
 
-from solver.contact import contact_system
-from solver.contact.contact_system import ContactSystem
+from solver.contact.normal import system as of_sets
+from solver.contact.normal.system import ContactSystem
 from solver.elasticity.compliance import SurfaceCompliance, surface_compliance
 from solver.outcome import SingularOperator, TooFarApart
 from solver.slab import Slab
@@ -73,7 +73,7 @@ def test_a_set_is_near_while_a_border_is_cheaper_than_new_factors(monkeypatch: p
     assert system.is_near(BASE)
     assert not system.is_of(one_less)
     assert not system.is_near(one_less)  # so few nodes are factorized anew
-    monkeypatch.setattr(contact_system, "FEW", 4)
+    monkeypatch.setattr(of_sets, "FEW", 4)
     assert system.is_near(one_less)
     assert not system.is_near(~BASE)
 

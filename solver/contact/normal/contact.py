@@ -16,8 +16,8 @@ from numpy.typing import NDArray
 
 from solver.case import Case
 from solver.contact.closed_forms import hertz_half_width, winkler_half_width
-from solver.contact.contact_system import FEW, ContactSystem
-from solver.contact.exchange import Exchange
+from solver.contact.normal.exchange import Exchange
+from solver.contact.normal.system import FEW, ContactSystem
 from solver.contact.pin import pin_of, surface_from_pin
 from solver.elasticity.compliance import SurfaceCompliance
 from solver.last import of_the_last

@@ -7,8 +7,10 @@ import numpy as np
 import pytest
 
 from solver.case import Case, Effects, InitialContact, SlipRule
-from solver.contact import contact_system, initial, normal
+from solver.contact import initial
 from solver.contact.initial import initial_contact
+from solver.contact.normal import contact as normal
+from solver.contact.normal import system
 from solver.elasticity.compliance import SurfaceCompliance, surface_compliance, uncoupled
 from solver.slab import Slab
 from tests.physics import assert_contact_laws
@@ -72,8 +74,8 @@ def test_a_set_found_by_borders_of_others_is_the_set_found_by_systems_of_its_own
 ) -> None:
     case = replace(case, radius=radius, intrinsic_friction=math.inf)
     alone = initial_contact(case, COMPLIANCE)
-    monkeypatch.setattr(contact_system, "FEW", 0)
-    monkeypatch.setattr(contact_system, "NEAR", 1.0)
+    monkeypatch.setattr(system, "FEW", 0)
+    monkeypatch.setattr(system, "NEAR", 1.0)
     bordered = initial_contact(case, COMPLIANCE)
     assert alone.outcome.ok
     np.testing.assert_array_equal(bordered.contact, alone.contact)
