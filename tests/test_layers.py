@@ -19,7 +19,7 @@ ORDER = {
     "solver.elasticity.condensation": "parity translations elimination dissection condensed",
     "solver.elasticity.schemes": "convolution endless grading column biquadratic galerkin half_plane chain",
     "solver.contact": "kernels outcomes closed_forms pin node_friction soundness normal convolved "
-    "tableau compiled_contact coulomb state initial",
+    "window tableau compiled_contact coulomb state initial",
     "solver.contact.normal": "system exchange contact",
     "solver.contact.kernels": "enumerations state vectors pin_height slip_distance equilibrium contact_change violations cascade "
     "next_event loading",

@@ -1,8 +1,4 @@
-"""State and constants of the kernels for one contact, set up from its nodes and displacements.
-
-Nodes far from the contact cannot touch the pin before their nearer neighbours do, so the kernels follow a window only: the
-contact and a margin. When a touch comes near the window's end, a wider window is set up.
-"""
+"""State and constants of the kernels for one contact, set up from its nodes and displacements."""
 
 import math
 import sys
@@ -21,16 +17,10 @@ from solver.contact.kernels.state import KernelConstants, KernelState, RoughPin,
 from solver.contact.node_friction import node_friction
 from solver.contact.pin import Pin, pin_of, surface_from_pin
 from solver.contact.tableau import in_lines, tableau
+from solver.contact.window import around, good_until, inner_nodes
 from solver.elasticity.compliance import SurfaceCompliance
 
 Vector = NDArray[np.float64]
-
-MARGIN = 8
-"""Free nodes followed on each side of the contact, at least."""
-GUARD = 3
-"""A touch this near to the window's end asks for a wider window."""
-
-
 FEW = 129
 """Nodes of a surface whose last tableaus are kept: with their compliances they take at most 13 MB."""
 
@@ -52,25 +42,22 @@ def compiled_contact(
     contact: NDArray[np.bool_],
     u: Vector,
     v: Vector,
+    followed: NDArray[np.bool_],
     displacement: float = 0.0,
-    *,
-    followed: NDArray[np.bool_] | None = None,
 ) -> CompiledContact:
     """State and constants for a given contact set and displacements (u, v at contact nodes; others ignored), the rate that per
     pin displacement.
 
-    contact, u, v: shape (n,); displacement: δ_p; followed, (n,): nodes to follow, with a margin; without, those in
-    contact. Raises SingularOperator where the contact's compliance cannot be inverted.
+    contact, u, v: shape (n,); followed, (n,): nodes to follow, with a margin (`within_reach`); displacement: δ_p.
+    Raises SingularOperator where the contact's compliance cannot be inverted.
     """
-    n = compliance.slab.n_x
-    # Beyond a rough pin's outermost contact any node may touch first.
-    window = slice(0, n) if case.heterogeneity.roughness else _window(contact if followed is None else followed)
+    window = around(followed)
     state = _state(case, compliance, window, contact[window], displacement)
     nodes = len(state.x)
     state.inputs[:nodes] = np.where(state.contact, u[window], 0.0)
     state.inputs[nodes:-1] = np.where(state.contact, v[window], 0.0)
     respond(state)
-    return CompiledContact(case, compliance, window, state, _constants(case, window))
+    return CompiledContact(case, compliance, window, state, _constants(case, window, state))
 
 
 def _state(
@@ -148,16 +135,6 @@ def corrected_for_rounding(compiled: CompiledContact, status: Stop) -> Stop:
     return status if equilibrium_residual(state) <= 10.0 * RESIDUAL_LIMIT else Stop.INACCURATE
 
 
-def _window(followed: NDArray[np.bool_]) -> slice:
-    nodes, more = np.flatnonzero(followed), margin(len(followed))
-    return slice(max(int(nodes[0]) - more, 0), min(int(nodes[-1]) + more + 1, len(followed)))
-
-
-def margin(n_x: int) -> int:
-    """Free nodes followed on each side: where a tableau is dear, the contact has room to grow before the next one."""
-    return max(MARGIN, n_x // 128)
-
-
 def slip_constants(case: Case) -> SlipConstants:
     """The constants of slips and steps; tolerances are relative to the load."""
     rule = case.slip_rule
@@ -173,15 +150,16 @@ def slip_constants(case: Case) -> SlipConstants:
     )
 
 
-def _constants(case: Case, window: slice) -> KernelConstants:
-    pin, last = pin_of(case), window.stop - window.start - 1
+def _constants(case: Case, window: slice, state: KernelState) -> KernelConstants:
+    pin = pin_of(case)
     return KernelConstants(
         slip=slip_constants(case),
         pin=_kernel_pin(pin),
         half_width=pin.half_width,
         tolerance_gap=1e-12 * case.normal_load + 2 * sys.float_info.epsilon * pin.curvature,
         first_node=window.start,
-        inner_nodes=(GUARD if window.start > 0 else 0, last - GUARD if window.stop < case.slab.n_x else last),
+        inner_nodes=inner_nodes(window, case.slab.n_x),
+        window_until=good_until(case, state),
     )
 
 

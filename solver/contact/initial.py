@@ -25,6 +25,7 @@ from solver.contact.outcomes import OUTCOME_OF_ENDING, OUTCOME_OF_STOP, advised,
 from solver.contact.pin import pin_of, surface_from_pin
 from solver.contact.soundness import soundness
 from solver.contact.state import ContactState, beyond_window, contact_state, coulomb_state, state_from_forces
+from solver.contact.window import within_reach
 from solver.elasticity.compliance import (
     Compliance,
     NormalCompliance,
@@ -158,12 +159,12 @@ def _touch_at_once(case: Case, compliance: SurfaceCompliance) -> ContactState:
     height = pin_of(case).height(np.where(contact, surface_from_pin(case) + u, 0.0))
     everywhere = np.ones_like(contact)
     if not converged and math.isinf(case.intrinsic_friction):
-        unfinished = compiled_contact(case, compliance, contact, u, height, followed=everywhere)
+        unfinished = compiled_contact(case, compliance, contact, u, height, everywhere)
         return contact_state(unfinished, OUTCOME_OF_STOP[Stop.CONTACT_CYCLE])
     # Stuck at once, a node near the edge may be pulled in contact and pushed when free; slips then decide.
     expected = contact if converged else contact | (np.abs(surface_from_pin(case)) <= expected_half_width(case))
-    for followed in (expected, everywhere):
-        compiled = compiled_contact(case, compliance, contact, u, height, followed=followed)
+    for followed in (within_reach(case, expected, found.u, found.v), everywhere):
+        compiled = compiled_contact(case, compliance, contact, u, height, followed)
         status = answer_violations(compiled.state, compiled.constants, 1.0)
         state = contact_state(compiled, OUTCOME_OF_STOP[corrected_for_rounding(compiled, status)])
         if (converged or state.outcome.ok) and not beyond_window(compiled, state):
@@ -176,7 +177,7 @@ def _load_gradually(case: Case, compliance: SurfaceCompliance) -> ContactState:
     x = surface_from_pin(case)
     height = pin_of(case).height(x)
     lowest, everywhere = height == height.min(), np.ones(len(x), dtype=np.bool_)
-    compiled = compiled_contact(case, compliance, lowest, np.zeros_like(x), height, followed=everywhere)
+    compiled = compiled_contact(case, compliance, lowest, np.zeros_like(x), height, everywhere)
     compiled.state.inputs[-1] = -1e-12 * case.normal_load
     refresh(compiled.state)
     set_rate_to_load(compiled.state)

@@ -38,6 +38,26 @@ class Pin:
             return np.asarray(height)
         return np.asarray(height + np.interp(xi, self.knots, self.rises))
 
+    def lowest_within(self, xi: Vector, distance: float) -> Vector:
+        """A bound from below of the heights within a distance of ξ, (k,): parabola and rise each at its lowest."""
+        nearest = np.maximum(np.abs(xi) - distance, 0.0)
+        height = self.curvature * nearest**2 / 2
+        if self.knots is None or self.rises is None:
+            return np.asarray(height)
+        left, right = xi - distance, xi + distance
+        ends = np.minimum(np.interp(left, self.knots, self.rises), np.interp(right, self.knots, self.rises))
+        stretches = np.column_stack((np.searchsorted(self.knots, left), np.searchsorted(self.knots, right)))
+        # `reduceat` takes what begins a stretch even of an empty one: one knot more, which only lowers.
+        between = np.minimum.reduceat(np.append(self.rises, np.inf), stretches.ravel())[::2]
+        return np.asarray(height + np.minimum(ends, between))
+
+    def fall_within(self, distance: float) -> float:
+        """A bound from above of what the roughness rises or falls within a distance, anywhere."""
+        if self.knots is None or self.rises is None:
+            return 0.0
+        steepest = float(np.abs(np.diff(self.rises) / np.diff(self.knots)).max())
+        return min(steepest * distance, float(np.ptp(self.rises)))
+
     def rounding(self, xi: Vector) -> float:
         """Largest change of displacements by rounding of ξ (any shape) and of heights there, in L_x."""
         of_profile = 0.0 if self.rises is None else float(np.abs(self.rises).max())

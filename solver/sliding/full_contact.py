@@ -10,6 +10,7 @@ from solver.contact.kernels.equilibrium import total_shear
 from solver.contact.outcomes import OUTCOME_OF_STOP
 from solver.contact.pin import pin_of, surface_from_pin
 from solver.contact.state import ContactState, beyond_window, contact_state
+from solver.contact.window import within_reach
 from solver.elasticity.compliance import SurfaceCompliance, uncoupled
 from solver.outcome import COMPLETED
 from solver.sliding.columns import first_of, first_room, friction_record, grown
@@ -96,7 +97,8 @@ def _set_up_again(compiled: CompiledContact, whole: bool) -> CompiledContact | N
 
 def compiled_at(case: Case, compliance: SurfaceCompliance, state: ContactState, whole: bool) -> CompiledContact:
     """A compiled contact in this state."""
-    xi = np.where(state.contact, surface_from_pin(case) + state.u - state.displacement, 0.0)
-    height = pin_of(case).height(xi)
-    followed = np.ones_like(state.contact) if whole else None
-    return compiled_contact(case, compliance, state.contact, state.u, height, state.displacement, followed=followed)
+    contact, u, displacement = state.contact, state.u, state.displacement
+    height = pin_of(case).height(np.where(contact, surface_from_pin(case) + u - displacement, 0.0))
+    everywhere = np.ones_like(contact)
+    followed = everywhere if whole else within_reach(case, contact, u, state.w + state.approach, displacement)
+    return compiled_contact(case, compliance, contact, u, height, followed, displacement)

@@ -69,12 +69,7 @@ def _contact(compliance: SurfaceCompliance) -> list[Row]:
 def _sliding(compliance: SurfaceCompliance) -> list[Row]:
     """Time for each slip: the records of reduced models have other numbers of slips to 2000 events."""
 
-    def each_slip(case: Case) -> tuple[float, float]:
-        start = initial_contact(case, compliance)
-        run = partial(slide, case, compliance, start)
-        duration, memory = _time_and_memory(run, 7)
-        return duration / int(run().slips.sum()), memory
-
+    each_slip = partial(_each_slip, compliance)
     whole = each_slip(CASE)
     spread = each_slip(replace(CASE, heterogeneity=Heterogeneity(spread=0.2)))
     reduced = {
@@ -87,13 +82,33 @@ def _sliding(compliance: SurfaceCompliance) -> list[Row]:
         target = ("" if effects.pin_translation else "≤ 1/2", 0.5)
         found.append(_against(f"a slip {name}", each_slip(replace(CASE, effects=effects)), whole, *target))
     found.append(_against("a slip with one μ_i for all nodes", whole, spread))
-    heights = 1e-5 * np.random.default_rng(1).standard_normal(1001)
-    points = tuple(zip(np.linspace(-0.6, 0.6, 1001).tolist(), heights.tolist(), strict=True))
-    rough = each_slip(replace(CASE, heterogeneity=Heterogeneity(roughness=points)))
+    rough = each_slip(replace(CASE, heterogeneity=_roughness(1e-5)))
     return [
         *found,
         _against("a slip (events and touches included) of a smooth pin, for one of 1001 points", whole, rough),
+        _fine(),
     ]
+
+
+def _fine() -> Row:
+    """Both are followed by the nodes near the contact alone, here 67 of 513."""
+    case = replace(CASE, slab=Slab(n_x=513), radius=10.0)
+    compliance = surface_compliance(case.slab)
+    smooth, rough = (_each_slip(compliance, each) for each in (case, replace(case, heterogeneity=_roughness(1e-7))))
+    row = _against("a slip of a smooth pin, for a slightly rough one, n_x = 513", smooth, rough)
+    return replace(row, target=verdict("≥ 1/5", smooth[0] >= 0.2 * rough[0]))
+
+
+def _roughness(height: float) -> Heterogeneity:
+    heights = height * np.random.default_rng(1).standard_normal(1001)
+    return Heterogeneity(roughness=tuple(zip(np.linspace(-0.6, 0.6, 1001).tolist(), heights.tolist(), strict=True)))
+
+
+def _each_slip(compliance: SurfaceCompliance, case: Case) -> tuple[float, float]:
+    start = initial_contact(case, compliance)
+    run = partial(slide, case, compliance, start)
+    duration, memory = _time_and_memory(run, 7)
+    return duration / int(run().slips.sum()), memory
 
 
 def _operators() -> list[Row]:

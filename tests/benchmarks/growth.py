@@ -17,7 +17,7 @@ from typing import Any, Final, NamedTuple, TypeVar
 import numpy as np
 
 from solver import Case, Slab, contact_state, friction_record, surface_compliance
-from solver.contact.compiled_contact import margin
+from solver.contact.window import margin
 from solver.sliding.events import slide_to_state
 from study.plan.memory import machine_memory
 from tests.benchmarks.far_field import far_field_row

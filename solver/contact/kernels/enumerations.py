@@ -33,7 +33,7 @@ class Stop(IntEnum):
     EDGE_REACHED = 7
     """The edge of a punch has come upon a node."""
     WINDOW_TOO_NARROW = 8
-    """A node near the end of the window has touched: a wider one is to be set up."""
+    """A node near the end of the window has touched, or a rough pin could soon meet one beyond it: another is to be set up."""
     CONTACT_CYCLE = 9
     """Nodes touch and are released in turn."""
     OVERSHOT = 10

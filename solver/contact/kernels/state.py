@@ -116,6 +116,9 @@ class KernelConstants(NamedTuple):
     """Surface node that the window's node 0 is."""
     inner_nodes: tuple[int, int]
     """First and last node of the window that can touch without a node beyond the window being near."""
+    window_until: tuple[float, float, float]
+    """Displacement of the pin, and heights of the window's first and last node as the pin sees them, at which a node beyond
+    could be near though none touches at its end; infinite under a smooth pin, which meets one node after another."""
 
 
 _SCALARS = np.dtype(list(Scalars.__annotations__.items()))

@@ -88,7 +88,7 @@ def slide_events(
             return status, e
         _record(state, events, e)
         events.extent[e] = add_slips(of_window, state.node_slips)
-        if scalars.touches_near_end:
+        if scalars.touches_near_end or _left_window(state, constants):
             return Stop.WINDOW_TOO_NARROW, e + 1
         if scalars.releases + scalars.touches > 0 or e % CHECK_EVENTS == 0:
             project_onto_pin(state, constants)
@@ -96,6 +96,14 @@ def slide_events(
         if scalars.residual > RESIDUAL_LIMIT:
             return Stop.INACCURATE, e + 1
     return Stop.FULL, len(events.displacement)
+
+
+@compiled()
+def _left_window(state: KernelState, constants: KernelConstants) -> bool:
+    """Whether a rough pin has moved, or sunk, or the surface heaved so far that nodes beyond the window could meet it."""
+    displacement, left, right = constants.window_until
+    n, y = len(state.x), state.response
+    return bool(state.scalars.displacement > displacement or y[n] > left or y[2 * n - 1] > right)
 
 
 @compiled()

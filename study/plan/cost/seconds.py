@@ -33,7 +33,7 @@ _OF_SPOTS = 25.0  # the same on a rough one that touches in many spots, times th
 _SCALARS = (8e-4, 8e-7)  # of a record, and of each event
 _SLIP = (5e-8, 3e-10, 8e-13)  # by powers 0, 1, 2 of the entries of a tableau's row: longer ones come from memory
 _FROZEN_SLIP = (4e-8, 1.2e-10, 5e-13)
-_ROUGH = 1.5  # a slip on a rough pin over one on a smooth pin
+_ROUGH = 1.9  # a slip on a rough pin over one on a smooth pin
 _COULOMB_TOUCH = (
     2e-8  # initial contact with Coulomb friction, times the cube of the nodes: they come to slide one by one
 )

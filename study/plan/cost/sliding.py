@@ -16,8 +16,8 @@ from typing import NamedTuple
 
 from solver.case import MOST_EVENTS, Case
 from solver.contact.closed_forms import winkler_half_width
-from solver.contact.compiled_contact import margin
 from solver.contact.normal.contact import expected_half_width
+from solver.contact.window import margin
 from solver.elasticity.schemes.biquadratic import Biquadratic
 from solver.elasticity.schemes.chain import Chain, spring_stiffness
 from solver.elasticity.stiffness import confined_modulus
@@ -40,6 +40,8 @@ MOST_TOGETHER = 300.0
 """Slips of a node in one event, at most: a slab that gives way farther lets go of the pin. 285 seen (ν = 0.4999, 3 L_x high)."""
 OF_A_CHAIN = 0.9
 """Slips in an event of a chain, over the root of its coupling: measured for couplings from 1 to 300."""
+UNDER_ROUGH = 1.3
+"""Nodes that a rough pin could meet soon, over those in contact, where it touches in one spot."""
 TRAVEL = 1.5
 """Displacement at which the pin has left the slab, in L_x."""
 PLATEAU = 0.53
@@ -299,9 +301,11 @@ def without_shear(case: Case) -> bool:
 @of_the_last
 def tableau_entries(case: Case) -> float:
     """Entries of a row of the tableau: both directions of all nodes that are followed, and the load."""
-    n_x = case.slab.n_x
-    followed = n_x if case.heterogeneity.roughness else min(contact_nodes(case) + 2.0 * margin(n_x), n_x)
-    return 2.0 * followed + 1.0
+    n_x, nodes = case.slab.n_x, contact_nodes(case)
+    followed = nodes + 2.0 * margin(n_x)
+    if case.heterogeneity.roughness:
+        followed = n_x if touches_in_spots(case) else UNDER_ROUGH * nodes + 4.0 * margin(n_x)
+    return 2.0 * min(followed, n_x) + 1.0
 
 
 @of_the_last

@@ -20,7 +20,7 @@ def one_node() -> CompiledContact:
     slab = Slab(n_x=9)
     contact = np.arange(9) == 4
     return compiled_contact(
-        Case(slab=slab), surface_compliance(slab), contact, np.zeros(9), np.zeros(9), followed=np.ones(9, dtype=bool)
+        Case(slab=slab), surface_compliance(slab), contact, np.zeros(9), np.zeros(9), np.ones(9, dtype=bool)
     )
 
 
@@ -62,11 +62,11 @@ def test_a_contact_that_is_set_up_again_is_the_same_whatever_was_done_to_the_fir
     slab = Slab(n_x=33)
     compliance, contact = surface_compliance(slab), np.abs(np.arange(33) - 16) < 4
     height = np.linspace(0.0, 1e-3, 33)
-    first = compiled_contact(Case(slab=slab), compliance, contact, np.zeros(33), height)
-    alone = compiled_contact(Case(slab=slab), replace(compliance), contact, np.zeros(33), height)
+    first = compiled_contact(Case(slab=slab), compliance, contact, np.zeros(33), height, contact)
+    alone = compiled_contact(Case(slab=slab), replace(compliance), contact, np.zeros(33), height, contact)
     before = first.state.tableau.copy()
     first.state.tableau[:] = np.nan
-    again = compiled_contact(Case(slab=slab), compliance, contact, np.zeros(33), height)
+    again = compiled_contact(Case(slab=slab), compliance, contact, np.zeros(33), height, contact)
     for each in (alone, again):
         assert each.state.tableau.tobytes() == before.tobytes()
         assert each.state.response.tobytes() == first.state.response.tobytes()
@@ -77,7 +77,7 @@ def test_contacts_of_other_slabs_sets_and_windows_are_not_taken_for_each_other()
     nodes = np.abs(np.arange(33) - 16)
     tableaus = {
         compiled_contact(
-            Case(slab=each.slab), each, contact, np.zeros(33), np.zeros(33), followed=followed
+            Case(slab=each.slab), each, contact, np.zeros(33), np.zeros(33), followed
         ).state.tableau.tobytes()
         for each in (near, far)
         for contact in (nodes < 2, nodes < 4)
@@ -90,8 +90,8 @@ def test_a_compliance_that_may_change_is_looked_at_each_time() -> None:
     slab = Slab(n_x=9)
     changing = replace(surface_compliance(slab), matrix=surface_compliance(slab).matrix.copy())
     contact, zero = np.arange(9) == 4, np.zeros(9)
-    soft = compiled_contact(Case(slab=slab), changing, contact, zero, zero)
+    soft = compiled_contact(Case(slab=slab), changing, contact, zero, zero, contact)
     changing.matrix[:] *= 0.5
-    stiff = compiled_contact(Case(slab=slab), changing, contact, zero, zero)
+    stiff = compiled_contact(Case(slab=slab), changing, contact, zero, zero, contact)
     # Row and column of the node that is in contact hold its stiffness, less what the load asks for.
     np.testing.assert_allclose(stiff.state.tableau[4, 4], 2.0 * soft.state.tableau[4, 4], rtol=1e-12)

@@ -170,7 +170,8 @@ def test_constant_pressures_feel_roughness_at_first_touch_only() -> None:
 
 
 def test_a_smooth_pin_has_no_profile() -> None:
-    compiled = compiled_contact(CASE, COMPLIANCE, np.abs(COMPLIANCE.x) < 0.1, np.zeros(33), np.zeros(33))
+    contact, level = np.abs(COMPLIANCE.x) < 0.1, np.zeros(33)
+    compiled = compiled_contact(CASE, COMPLIANCE, contact, level, level, contact)
     assert isinstance(compiled.constants.pin, float)
     assert pin_of(CASE).knots is None
 

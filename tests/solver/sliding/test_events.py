@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 from solver.case import Case, Effects, SlipOrder, SlipRule
-from solver.contact import compiled_contact
+from solver.contact import window
 from solver.contact.initial import initial_contact
 from solver.elasticity.compliance import SurfaceCompliance, surface_compliance
 from solver.outcome import Ending
@@ -163,7 +163,7 @@ def test_following_a_window_of_nodes_changes_nothing(far: float, monkeypatch: py
     )
     windowed, state = slide_to_state(case, compliance)
     assert_contact_laws(state, case, compliance)
-    monkeypatch.setattr(compiled_contact, "MARGIN", slab.n_x)
+    monkeypatch.setattr(window, "MARGIN", slab.n_x)
     whole = slide(case, compliance)
     count = min(len(whole.node), 200)  # beyond, rounding decides ties differently and the records part
     assert count > 20
