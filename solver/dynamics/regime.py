@@ -54,7 +54,12 @@ class StickSlipCount:
     All but the counts are NaN, and regime None, of a run that ended early.
     """
 
-    macroscopic_slips: int = field(metadata=quantity("slips longer than the presliding length"))
+    macroscopic_slips: int = field(
+        metadata=quantity(
+            "slips longer than the presliding length",
+            comment="what lies within that length of the start is not counted: there the contact stretches for the first time",
+        )
+    )
     resticks: int = field(
         metadata=quantity("macroscopic slips that ended", comment="the pin came down to stick_velocity")
     )

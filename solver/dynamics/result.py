@@ -31,7 +31,8 @@ class DynamicsResult(OneLine):
 
     Only the first five arrays depend on the number of samples asked for. A slip is an uninterrupted stretch of motion
     faster than `stick_velocity`, with which the stage drags a stuck pin along; it is macroscopic if it is longer than
-    `presliding_length`. What a run that ended badly did not reach is NaN.
+    `presliding_length`, without what of it lies within that length of the start: there the contact stretches for the first
+    time, and a pin that is set in motion at once swings on it. What a run that ended badly did not reach is NaN.
     """
 
     time: NDArray[np.float64] = field(

@@ -33,6 +33,15 @@ def no_slips() -> list[SlipRow]:
     return finished
 
 
+@compiled(error_model="numpy")
+def _macroscopic(motion: Motion, begin: float, end: float) -> bool:
+    """Whether a slip is longer than the presliding length, without what of it stretches the contact for the first time.
+
+    A pin that a damper sets in motion at once swings on its contact, up to twice as far as a slow pull would stretch it.
+    """
+    return end - max(begin, motion.presliding) > motion.presliding
+
+
 @compiled(allocates=True, error_model="numpy")
 def follow_slip(slip: Slip, finished: list[SlipRow], motion: Motion, old: Pin, new: Pin, peak: float) -> Slip:
     """Follow the pin from one instant to the next, from slip to stick and back; macroscopic slips that end are added
@@ -52,7 +61,7 @@ def follow_slip(slip: Slip, finished: list[SlipRow], motion: Motion, old: Pin, n
         highest = max(highest, peak)
         climbing = new.velocity < motion.stage
     if sliding and new.velocity <= motion.stick_velocity:
-        if passing_position - position > motion.presliding:
+        if _macroscopic(motion, position, passing_position):
             finished.append((time, position, highest, passing_time, passing_position))
         else:
             micro_slips += 1
@@ -64,7 +73,7 @@ def follow_slip(slip: Slip, finished: list[SlipRow], motion: Motion, old: Pin, n
 @compiled(allocates=True, error_model="numpy")
 def slip_table(slip: Slip, rows: list[SlipRow], motion: Motion, pin: Pin) -> Floats:
     """Slips as rows of an array; one that still lasts has no re-stick."""
-    if slip.sliding and pin.position - slip.position > motion.presliding:
+    if slip.sliding and _macroscopic(motion, slip.position, pin.position):
         rows.append((slip.time, slip.position, slip.peak, math.nan, math.nan))
     table = np.empty((len(rows), 5))
     for row in range(len(rows)):

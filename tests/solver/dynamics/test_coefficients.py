@@ -8,8 +8,10 @@ import pytest
 from solver.case import Case
 from solver.drive import Drive, Scales
 from solver.dynamics.coefficients import friction_coefficients
+from solver.dynamics.exact import Exact
 from solver.dynamics.friction_limit import sawtooth
 from solver.dynamics.integrate import integrate
+from solver.dynamics.rk4 import RK4
 from solver.elasticity.compliance import surface_compliance
 from solver.outcome import Ending
 from solver.simulate import drive_result
@@ -47,6 +49,22 @@ def test_a_drive_a_little_too_short_does_not_slide_for_the_periods_that_are_need
     friction = friction_coefficients(replace(motion, settling_time=slides / 1.9996), record, plateau)
     assert friction.outcome.ending is Ending.NO_PLATEAU
     assert "slides for 1.99 of its periods, 2 are needed" in friction.outcome.message
+
+
+@pytest.mark.parametrize(("stage_velocity", "damping_ratio"), [(5e-3, 1.0), (1e-2, 0.5)])
+@pytest.mark.parametrize("integrator", [Exact(), RK4(time_step=1e-3)])
+def test_the_swing_of_a_pin_on_its_contact_is_no_slip_and_its_force_no_static_friction(
+    stage_velocity: float, damping_ratio: float, integrator: Exact | RK4
+) -> None:
+    """The damper sets the pin in motion at once: it swings past where its contact slides, and sticks again.
+
+    Spring and damper have reached half of what the contact holds then. That was called μ_s, and known to 8 %.
+    """
+    case = Case(intrinsic_friction=0.1, slab=Slab(33), max_events=2000)
+    fast = Drive.from_si(Scales(), samples=2, stage_velocity=stage_velocity, damping_ratio=damping_ratio, duration=0.02)
+    found = drive_result(case, replace(fast, integrator=integrator))
+    steady = slice(found.plateau.first_event, found.plateau.last_event + 1)
+    assert found.coefficients.static_friction * case.normal_load >= found.record.force_after[steady].min()
 
 
 def test_what_no_force_of_the_record_reaches_is_stated_beside_the_uncertainty() -> None:

@@ -35,14 +35,16 @@ class Reading(NamedTuple):
 
 
 def read(motion: DynamicsResult) -> Reading:
-    """Stretches of samples faster than a stuck pin is dragged along, of those that are longer than the presliding length."""
+    """Stretches of samples faster than a stuck pin is dragged along, of those that are longer than the presliding length,
+    beyond the first stretch of the contact."""
     fast = np.concatenate(([False], motion.velocity > motion.stick_velocity, [False]))
     begins, ends = np.flatnonzero(np.diff(fast.astype(int)) == 1), np.flatnonzero(np.diff(fast.astype(int)) == -1)
     last = len(motion.time) - 1
     slips = resticks = 0
     slipping = 0.0
     for begin, end in zip(begins, np.minimum(ends, last), strict=True):
-        if motion.position[end] - motion.position[max(begin - 1, 0)] > motion.presliding_length:
+        from_here = max(motion.position[max(begin - 1, 0)], motion.presliding_length)
+        if motion.position[end] - from_here > motion.presliding_length:
             slips += 1
             resticks += int(end < last)
             slipping += float(motion.time[end] - motion.time[begin])
