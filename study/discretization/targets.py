@@ -13,7 +13,7 @@ from study.manifest import parameters
 from study.manifest.cases import expanding
 from study.manifest.manifest import Manifest
 from study.manifest.parameters import Value
-from study.manifest.problems import ManifestError
+from study.manifest.problems import ManifestError, shown
 
 SCHEME: Final = "galerkin"
 """The only scheme chosen from, as its errors converge to zero."""
@@ -38,7 +38,9 @@ def settled(manifest: Manifest) -> Manifest:
     try:
         chosen = cheapest(front, itertools.chain([first], cases), manifest.accuracy)
     except UnreachableError as error:
-        wrong = f"{manifest.path}: accuracy = {manifest.accuracy!r}: {error}"
+        budget = manifest.budget
+        asked = f"budget.time = {shown(budget.time)}" if budget else f"accuracy = {manifest.accuracy!r}"
+        wrong = f"{manifest.path}: {asked}: {error}"
         raise ManifestError([wrong + _lacking(front, manifest)]) from None
     return replace(manifest, numerics={**manifest.numerics, **_given(chosen)})
 

@@ -11,7 +11,7 @@ from dataclasses import replace
 from typing import Final
 
 from study.discretization.front import load_front
-from study.discretization.targets import chosen, reachable
+from study.discretization.targets import chosen, reachable, settled
 from study.manifest.cases import CampaignCase
 from study.manifest.manifest import BOUGHT_BY, Manifest
 from study.manifest.parameters import Value
@@ -82,6 +82,11 @@ def _uncertainties(manifest: Manifest) -> Sequence[Manifest]:
 
 
 def _errors(manifest: Manifest) -> Sequence[Manifest]:
-    """The manifest with ever smaller errors of the grid."""
-    front = load_front(manifest.front, manifest.front_text)
-    return [replace(manifest, accuracy=error, budget=None) for error in reachable(front, manifest)]
+    """The manifest with ever smaller errors of the grid; any one where all cases are refused.
+
+    Raises ManifestError where no error was measured.
+    """
+    errors = reachable(load_front(manifest.front, manifest.front_text), manifest)
+    if not errors:
+        settled(replace(manifest, accuracy=COARSEST))  # says what was not measured
+    return [replace(manifest, accuracy=error, budget=None) for error in errors or [COARSEST]]

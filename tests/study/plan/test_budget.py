@@ -46,6 +46,20 @@ def test_what_a_budget_does_not_buy_is_refused_by_name(observable: str) -> None:
         planned("1 h", asked)
 
 
+def test_contacts_whose_error_was_not_measured_are_refused_by_what_is_not_known_of_them() -> None:
+    text = 'title = "x"\nstages = ["contact"]\n[axes]\npoisson = [0.0, 0.49]\n[budget]\ntime = "20 s"\n'
+    with pytest.raises(ManifestError, match=r'budget.time = "20 s": needs a slab and a contact .* it lacks the case'):
+        make_plan(parse_manifest(ROOT / "mine.toml", text, {}))
+
+
+def test_a_campaign_of_refused_cases_alone_spends_nothing() -> None:
+    refused = "[slip]\nresidual_shear = 1\n[effects]\npin_translation = false\n"
+    text = f'title = "x"\nstages = ["contact"]\n{refused}[budget]\ntime = "20 s"\n'
+    plan = make_plan(parse_manifest(ROOT / "mine.toml", text, {}))
+    assert not plan.tasks
+    assert all(case.case is None for case in plan.cases)
+
+
 @pytest.mark.parametrize("time", ["1e-300 s", "1e300 d", "0 s"])
 def test_a_time_out_of_range_is_refused_with_the_range(time: str) -> None:
     with pytest.raises(ManifestError, match="above 0, with at most nine digits before and nine after the point"):
