@@ -4,7 +4,7 @@ So a new field of a case changes the keys at once. A field is left out only by a
 """
 
 import itertools
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Collection, Iterator, Sequence
 from dataclasses import fields, is_dataclass
 from functools import lru_cache
 from typing import Any, NamedTuple
@@ -14,6 +14,7 @@ from solver.drive import Integrator
 from solver.parameter import declared
 from solver.slab import Scheme
 from study.canonical import Texts, content_hash
+from study.manifest.parameters import words
 
 SOLVER_VERSION = "23"
 """Part of every key: raise it whenever a change of the solver changes a result, or what numbers it has."""
@@ -84,6 +85,18 @@ OF_RECORD = (
 def without_effect(case: Case, exclusions: tuple[Exclusion, ...] = OF_ALL) -> frozenset[str]:
     """Names of the parameters of a case that change no result."""
     return _all_parameters(tuple([name for each in exclusions if each.where(case) for name in each.names]))
+
+
+def idle(cases: Sequence[Case], given: Collection[str], contact_alone: bool) -> Iterator[str]:
+    """The given parameters, by field name, that change nothing in any of the cases, as in campaigns, each with the reason.
+
+    contact_alone: whether nothing slides.
+    """
+    known_as = {name: word for word, name in words().items()}
+    for each in OF_CONTACT if contact_alone else OF_ALL:
+        names = [name for field in each.names for name in _parameters(field) if name in given]
+        if names and cases and all(map(each.where, cases)):
+            yield from (f"{known_as[name]} changes nothing here: {each.reason}" for name in names)
 
 
 @lru_cache(maxsize=256)  # asked for every case of a campaign

@@ -17,7 +17,7 @@ from study.manifest.columns import number_or_text
 from study.manifest.one_case import campaign_of
 from study.manifest.parameters import make_case, words
 from study.manifest.problems import ManifestError
-from study.plan.keys import OF_ALL, OF_CONTACT
+from study.plan.keys import idle
 from study.report.console import print_sentences
 
 
@@ -37,12 +37,9 @@ def work(parameters: tuple[str, ...], contact: bool, drive: bool, picture: Path 
 
 def _idle(given: Mapping[str, str], contact: bool) -> Iterator[str]:
     """The parameters that were given and change nothing, as in campaigns, each with the reason."""
-    keys = {words()[key]: key for key in given if key in words()}
+    values = {words()[key]: number_or_text(text) for key, text in given.items() if key in words()}
     with suppress(InvalidInput):  # the case is refused, and says why
-        case = make_case({name: number_or_text(given[key]) for name, key in keys.items()})
-        for each in OF_CONTACT if contact else OF_ALL:
-            names = [name.rpartition(".")[2] for name in each.names] if each.where(case) else []
-            yield from (f"{keys[name]} changes nothing here: {each.reason}" for name in names if name in keys)
+        yield from idle([make_case(values)], values.keys(), contact)
 
 
 @contextmanager

@@ -3,26 +3,28 @@
 from pathlib import Path
 
 from study.commands.shared.exits import Refusal
-from study.commands.shared.plans import counted, planned
+from study.commands.shared.plans import counted, idle_lines, planned
 from study.manifest.problems import ManifestError
-from study.report.console import say, whole
+from study.plan.plan import Plan
+from study.report.console import print_sentences, say, whole
 
 
 def work(campaigns: tuple[Path, ...]) -> None:
-    """Print a line for each campaign that is fine, then refuse the others with all their problems."""
+    """Print a line for each campaign that is fine, and what in it changes nothing; then refuse the others, problem by problem."""
     problems: list[str] = []
     for campaign in campaigns:
         try:
-            say(_counted(campaign))
+            plan = planned(campaign)
+            say(_counted(campaign, plan))
+            print_sentences(idle_lines(plan))
         except ManifestError as error:
             problems += error.lines
     if problems:
         raise Refusal("\n".join(problems))
 
 
-def _counted(campaign: Path) -> str:
-    """How many cases, drives of each case and tasks a campaign has. Raises ManifestError."""
-    plan = planned(campaign)
+def _counted(campaign: Path, plan: Plan) -> str:
+    """How many cases, drives of each case and tasks a campaign has."""
     refused = sum(not case.outcome.ok for case in plan.cases)
     impossible = sum(drive.drive is None for drive in plan.manifest.drives)
     said = (

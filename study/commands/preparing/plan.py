@@ -8,7 +8,7 @@ from pathlib import Path
 from typing import Any
 
 from study.commands.shared.machine import print_json
-from study.commands.shared.plans import Standing, counted, kinds_as_data, print_foreign, standing
+from study.commands.shared.plans import Standing, counted, idle_lines, kinds_as_data, print_foreign, standing
 from study.commands.shared.refusals import refusals
 from study.discretization.targets import choice
 from study.execution.forecast import duration, makespan
@@ -48,7 +48,7 @@ def work(campaign: Path, out: Path | None, ranks: int | None, show_effects: bool
 def _print(found: Standing, ranks: int, show_effects: bool) -> None:
     plan = found.plan
     say(plan.manifest.title)
-    print_sentences(_cases(plan))
+    print_sentences([*_cases(plan), *idle_lines(plan)])
     if show_effects:
         rows = tuple(
             (each.name, each.setting, _unless_on(each.setting, each.without)) for each in effects(plan.manifest)

@@ -15,7 +15,7 @@ from study.commands.running.remaining import print_outdated, remaining
 from study.commands.shared.datasets import write_dataset
 from study.commands.shared.exits import Refusal, show
 from study.commands.shared.glance import leave, outlined
-from study.commands.shared.plans import advised, counted
+from study.commands.shared.plans import advised, counted, idle_lines
 from study.commands.shared.refusals import refusals
 from study.execution.batch.cutting import part
 from study.execution.compiling.warm_up import warm_ups
@@ -101,7 +101,8 @@ def _get_ready(farm: Farm, plan: Plan, order: Order, tasks: tuple[Task, ...]) ->
         farm.run(warm_ups(tasks), lambda *_: None)
     said = f"{counted(len(plan.cases), 'case')}, {counted(len(tasks), 'task')} left, {farm.size} {farm.unit}"
     title = f"{plan.manifest.title}, {order.shard}" if order.shard else plan.manifest.title
-    say(f"{title}: {said}", stderr=True)
+    for line in (f"{title}: {said}", *idle_lines(plan)):
+        say(line, stderr=True)
 
 
 def _compute(farm: Farm, out: Path, tasks: tuple[Task, ...]) -> Tally:

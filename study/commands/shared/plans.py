@@ -12,6 +12,7 @@ from study.garbage import all_kept, keep_for_good
 from study.manifest.manifest import Manifest
 from study.origin import Origins, census, here
 from study.plan.influence.campaign import read
+from study.plan.keys import idle
 from study.plan.plan import Plan, make_plan
 from study.plan.standing.outline import KindCount, kind_counts
 from study.plan.tasks import Task
@@ -34,6 +35,15 @@ def planned_from(manifest: Manifest) -> Plan:
         plan = make_plan(manifest, heard)
         keep_for_good()
     return plan
+
+
+def idle_lines(plan: Plan) -> list[str]:
+    """The parameters of a campaign that change nothing in any of its cases, each with the reason; limits of contacts aside."""
+    manifest = plan.manifest
+    asked = [decision.asked for decision in plan.decisions.values()]  # before effects were left out
+    given = {*manifest.axes, *manifest.fixed} - {*manifest.limits}
+    cases = asked or [case.case for case in plan.cases if case.case is not None]
+    return list(idle(cases, given, manifest.stages == ("contact",)))
 
 
 @dataclass(frozen=True, slots=True)

@@ -12,6 +12,32 @@ def test_a_campaign_that_is_fine_is_one_line(main, campaign):
     assert [path.name for path in campaign.parent.iterdir()] == [campaign.name]  # nothing is computed or written
 
 
+@pytest.mark.parametrize(
+    ("given", "reason"),
+    [
+        ('stages = ["contact"]\naxes.half_width = [0.2, 0.3]\n', "half_width changes nothing here: only a punch"),
+        ('constants.pin = "flat_punch"\naxes.radius = [50, 100]\n', "radius changes nothing here: only a parabola"),
+        ("heterogeneity.seed = 7\nlimits.events = 9\n", "seed changes nothing here: without a spread"),
+    ],
+)
+@pytest.mark.parametrize("command", ["check", "plan", "run"])
+def test_an_axis_or_a_constant_that_changes_nothing_is_said_with_the_reason(main, campaign, command, given, reason):
+    """Else equal numbers over it pass for an answer, as those of a parabola where `pin` was forgotten."""
+    campaign.write_text(f'title = "x"\n{given}[numerics]\nn_x = 17\n')
+    into = () if command == "check" else ("--out", campaign.parent)
+    code, said, errors = main(command, campaign, *into)
+    assert code == 0
+    assert reason in said + errors
+
+
+def test_what_matters_to_some_cases_and_limits_of_contacts_are_not_said_to_change_nothing(main, campaign):
+    campaign.write_text(
+        'title = "x"\nstages = ["contact"]\n[axes]\npin = ["parabola", "flat_punch"]\nradius = [50, 100]\n'
+        "[numerics]\nn_x = 17\n[limits]\nevents = 9\n"
+    )
+    assert "changes nothing" not in main("check", campaign)[1]
+
+
 def test_all_problems_of_all_files_are_shown_and_the_others_are_fine(main, campaign):
     wrong = campaign.with_name("wrong.toml")
     wrong.write_text(SMALL.replace("n_x = 17", "n_y = 17").replace("[50.0, 100.0]", "[-50.0]"))
