@@ -52,7 +52,7 @@ class Plateau(Viewed):
     mean and std are displacement-weighted integrals over the sawtooth, without approximation. uncertainty is the standard
     error of the mean as an estimate of that over all positions of the pin (see solver.sliding.sampling): it knows how many node
     spacings the steady part spans, and is NaN where nothing tells it (`Sampling.of_length`). of_length is the part of it that a
-    longer record makes smaller. peak is the highest force within. spacings: the length of the steady part.
+    longer record makes smaller; drawn that by the draw of μ_i, over the mean. peak: the highest force; spacings: its length.
     """
 
     mean: float = field(
@@ -95,6 +95,7 @@ class Plateau(Viewed):
     end: float = field(
         metadata=quantity("end of the plateau, in L_x", comment="pin displacement where the steady part ends")
     )
+    drawn: float = field(metadata=quantity("relative error by the draw of μ_i", comment="part of plateau_uncertainty"))
     of_length: float
     first_event: int
     last_event: int
@@ -245,6 +246,7 @@ def _plateau(record: FrictionRecord, whole: Teeth, stretch: _Stretch) -> Plateau
         mean=mean / record.normal_load,
         std=std / record.normal_load,
         uncertainty=sampling.with_disorder(of_length, float(blocks.mean())) / record.normal_load,
+        drawn=sampling.drawn,
         of_length=of_length / record.normal_load,
         peak=float(max(steady.start.max(), steady.end.max())) / record.normal_load,
         spacings=sampling.spacings,
@@ -344,4 +346,4 @@ def _moments(steady: Teeth) -> tuple[float, float]:
 
 def _refused(message: str) -> Plateau:
     nan = float("nan")
-    return Plateau(nan, nan, nan, nan, nan, nan, nan, 0, 0, nan, Outcome(Ending.NO_PLATEAU, message))
+    return Plateau(nan, nan, nan, nan, nan, nan, nan, nan, 0, 0, nan, Outcome(Ending.NO_PLATEAU, message))

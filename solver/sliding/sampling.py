@@ -140,6 +140,11 @@ class Sampling:
         return WANDER * math.sqrt(self.spread) / max(self.nodes, 1.0) if self.spacings else 0.0
 
     @property
+    def drawn(self) -> float:
+        """The part of the relative standard error of a mean force that is the draw of the nodes' μ_i: seeds differ by it."""
+        return math.hypot(self.disorder, self.wandering)
+
+    @property
     def least_of_mean_force(self) -> float:
         """What the relative standard error of a mean force is at the least, whatever its blocks are."""
         share = min(self.spacings, 1.0) ** 2
@@ -250,11 +255,13 @@ def uncertainty_of_members(
     stated: NDArray[np.float64],
     common: NDArray[np.float64],
     spacings: NDArray[np.float64],
+    drawn: NDArray[np.float64],
 ) -> float:
     """Standard error of the mean over members, with all of what they have in common. NaN where it is not known.
 
     kind: what members know of it (`Quantity.ensemble`). values, stated, common (m,): of each member, NaN without a value; its own
     uncertainty; and the part of that which all members have alike. spacings (m,): what members span, NaN where not known.
+    drawn (m,): the part of a mean force's relative uncertainty that is the draw of μ_i, NaN where not known.
     """
     there = np.isfinite(values)
     own = np.sqrt(np.maximum(stated**2 - common**2, 0.0))
@@ -266,25 +273,32 @@ def uncertainty_of_members(
         apart = independent_uncertainty(values)
     else:
         known = spacings[np.isfinite(spacings)]
-        apart = ensemble_uncertainty(values, own, float(np.mean(known)) if len(known) else 0.0)
+        by_seed = np.nan_to_num(drawn) if kind == "mean" else np.zeros(len(values))
+        apart = ensemble_uncertainty(values, own, float(np.mean(known)) if len(known) else 0.0, by_seed)
     return float(np.hypot(apart, np.mean(common[there]) if there.any() else math.nan))
 
 
-def ensemble_uncertainty(values: NDArray[np.float64], stated: NDArray[np.float64], spacings: float) -> float:
+def ensemble_uncertainty(
+    values: NDArray[np.float64], stated: NDArray[np.float64], spacings: float, drawn: NDArray[np.float64] | None = None
+) -> float:
     """Standard error of the mean over members (m,) whose starts are spread evenly over a node spacing; NaN of fewer than 2.
 
     stated: the members' own uncertainties (m,), NaN where one states none. Where a member that has a value does so, the mean's is
     not known either: of ensembles some of whose members are at an end of the surface twice ± would hold in six of ten.
-    spacings: what a member spans, in node spacings.
+    spacings: what a member spans, in node spacings. drawn: the part of what members state, over their values (m,), that is the
+    draw of their nodes' μ_i. Each has a seed of its own: they have nothing of it in common, and even starts average
+    nothing out. A few may agree by chance, so the mean's is never less than by what each states of it.
     Members without a value (NaN) are left out; then phases are missing, and all of the scatter counts as chance.
     """
     there = np.isfinite(values)
     found, own = values[there], stated[there]
     if len(found) < 2 or not np.isfinite(own).all():
         return math.nan
-    even = EVENLY if len(found) == len(values) else 1.0
-    shared = SHARED[spacings >= 0.5] * float(np.median(own))
-    return math.hypot(even * _of_independent(found), shared)
+    by_seed = np.zeros(len(found)) if drawn is None else drawn[there]
+    even = EVENLY if len(found) == len(values) and not by_seed.any() else 1.0
+    shared = SHARED[spacings >= 0.5] * float(np.median(np.sqrt(np.maximum(own**2 - (by_seed * found) ** 2, 0.0))))
+    least = float(np.median(by_seed * abs(found))) / math.sqrt(len(found))
+    return math.hypot(max(even * _of_independent(found), least), shared)
 
 
 def scatter_uncertainty(values: NDArray[np.float64]) -> float:
@@ -314,6 +328,8 @@ def student(members: int) -> float:
     return float(scipy.special.stdtrit(members - 1, 0.5 + 0.5 * HELD)) / 2.0
 
 
-def expected_of_ensemble(member: float, spacings: float, members: int) -> float:
+def expected_of_ensemble(member: float, spacings: float, members: int, drawn: float = 0.0) -> float:
     """The same as far as it is known before there are records: members are expected to scatter by what each of them states."""
-    return member * math.hypot(EVENLY * student(members) / math.sqrt(members), SHARED[spacings >= 0.5])
+    even = 1.0 if drawn else EVENLY
+    shared = SHARED[spacings >= 0.5] * math.sqrt(max(member**2 - drawn**2, 0.0))
+    return math.hypot(member * even * student(members) / math.sqrt(members), shared)

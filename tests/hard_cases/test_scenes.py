@@ -39,6 +39,7 @@ LACKS = {
         "plateau_start",
         "plateau_end",
         "plateau_spacings",
+        "plateau_drawn",
         "plateau_peak",
         "mean_step",
         "mean_slips",

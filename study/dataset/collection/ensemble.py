@@ -14,6 +14,7 @@ from solver.sliding.sampling import uncertainty_of_members
 from study.dataset.collection.counted import counted
 from study.dataset.variables import MEMBERS_USED, MEMBERS_WITH_CYCLE, OUTCOMES, all_scalars
 from study.manifest.cases import MEMBER
+from study.plan.kinds.ensemble import DRAWN
 from study.plan.standing.endings import NOTHING_KNOWN
 
 OUTCOME: Final = OUTCOMES[""][0].name
@@ -98,12 +99,13 @@ def _reduced(observable: Quantity, variables: Mapping[str, xr.Variable]) -> dict
     change = _by_member(variables.get(f"{observable.name}_influence", nothing)) * np.abs(values)
     common = np.hypot(change, inertia)
     spans = _of_each(_by_member(variables["record_spacings"]), values.shape)
+    drawn = _of_each(_by_member(variables.get(DRAWN, 0.0 * variables["record_spacings"])), values.shape)
     needed = _of_each(_members_last(variables[OUTCOME]) != NOT_NEEDED, values.shape)
     weights = _by_member(variables["events"]) if observable.ensemble == "per_event" else np.ones_like(values)
     parts: dict[str, Any] = {
         "mean": lambda place: _mean(values[place], weights[place]),
         "uncertainty": lambda place: uncertainty_of_members(
-            observable.ensemble, *(each[place][needed[place]] for each in (values, stated, common, spans))
+            observable.ensemble, *(each[place][needed[place]] for each in (values, stated, common, spans, drawn))
         ),
         "std": lambda place: _std(values[place]),
         "std_uncertainty": lambda place: _error_of_std(values[place]),

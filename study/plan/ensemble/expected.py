@@ -9,7 +9,7 @@ from solver.last import of_the_last
 from solver.sliding.sampling import expected_of_ensemble
 from study.manifest.cases import CampaignCase
 from study.manifest.manifest import FIRST_MEMBERS, Ensemble
-from study.plan.cost.sliding import expected_displacement, expected_peak_scatter, expected_uncertainty
+from study.plan.cost.sliding import expected_displacement, expected_peak_scatter, expected_uncertainty, sampling_over
 from study.plan.kinds.ensemble import SHORT, one_event
 from study.plan.task import Task
 
@@ -59,10 +59,13 @@ def likely(task: Task, ensemble: Ensemble) -> bool:
 def _uncertainty(case: Case, ensemble: Ensemble, members: int) -> float:
     if one_event(ensemble.observable):
         return expected_peak_scatter(case) / math.sqrt(members)
-    return expected_of_ensemble(*_member(case), members)
+    stated, spacings, drawn = _member(case)
+    return expected_of_ensemble(stated, spacings, members, drawn)
 
 
 @of_the_last
-def _member(case: Case) -> tuple[float, float]:
-    """What one member's record is expected to state as its relative uncertainty, and its length in node spacings."""
-    return expected_uncertainty(case), expected_displacement(case) / case.slab.spacing
+def _member(case: Case) -> tuple[float, float, float]:
+    """What one member's record is expected to state as its relative uncertainty, its length in node spacings, and what of the
+    uncertainty is the draw of its nodes' μ_i."""
+    spacings = expected_displacement(case) / case.slab.spacing
+    return expected_uncertainty(case), spacings, sampling_over(case, spacings).drawn

@@ -267,6 +267,23 @@ def test_evenly_spread_members_know_more_than_as_many_by_chance(spacings: float,
     )
 
 
+def test_members_have_nothing_of_the_draw_of_their_nodes_in_common() -> None:
+    """Each has a seed of its own. It counted as shared: 128 members with a spread of 0.5 stated 10 %, and knew 1 %."""
+    values = 0.35 * (1.0 + 0.1 * np.random.default_rng(4).normal(size=64))
+    drawn = np.full(64, 0.08)
+    assert ensemble_uncertainty(values, 0.08 * values, 1.0, drawn) == pytest.approx(scatter_uncertainty(values))
+    both = ensemble_uncertainty(values, np.hypot(0.08 * values, 0.01), 1.0, drawn)
+    assert both == pytest.approx(math.hypot(scatter_uncertainty(values), SHARED[1] * 0.01))
+    assert expected_of_ensemble(0.15, 1.0, 4096, 0.15) == pytest.approx(0.15 / 64.0, rel=0.03)
+
+
+def test_members_whose_nodes_agree_by_chance_know_no_more_than_each_states_of_the_draw() -> None:
+    """Four of them ended an ensemble at 1.7 % whose members differ by 9 %."""
+    stated = 0.1 * VALUES
+    found = ensemble_uncertainty(VALUES, stated, 1.0, np.full(4, 0.1))
+    assert found == pytest.approx(0.1 * float(np.median(VALUES)) / 2.0)
+
+
 def test_a_missing_member_is_a_missing_phase() -> None:
     """What three members of four know, they know by chance."""
     values = np.array([1.0, np.nan, 0.99, 1.01])
@@ -292,6 +309,7 @@ def test_fewer_than_two_members_know_nothing_of_their_scatter(values: list[float
 
 
 COMMON, SPANS = np.array([0.1, 0.1, 0.2, 0.2]), np.full(4, 2.0)
+NOT_DRAWN = np.zeros(4)
 
 
 @pytest.mark.parametrize(
@@ -304,9 +322,9 @@ COMMON, SPANS = np.array([0.1, 0.1, 0.2, 0.2]), np.full(4, 2.0)
     ],
 )
 def test_what_members_have_in_common_counts_in_full_and_once(kind: str, apart: float) -> None:
-    found = uncertainty_of_members(kind, VALUES, STATED, COMMON, SPANS)
+    found = uncertainty_of_members(kind, VALUES, STATED, COMMON, SPANS, NOT_DRAWN)
     assert found == pytest.approx(math.hypot(apart, 0.15), rel=1e-14)
-    nothing = uncertainty_of_members(kind, np.full(4, np.nan), STATED, COMMON, SPANS)
+    nothing = uncertainty_of_members(kind, np.full(4, np.nan), STATED, COMMON, SPANS, NOT_DRAWN)
     assert math.isnan(nothing)
 
 
@@ -314,8 +332,8 @@ def test_what_members_have_in_common_counts_in_full_and_once(kind: str, apart: f
 @pytest.mark.parametrize("common", [0.0, 0.5, np.nan])
 def test_what_a_member_without_a_value_has_in_common_does_not_matter(kind: str, common: float) -> None:
     values, own = np.array([*VALUES[:3], np.nan]), np.array([*COMMON[:3], common])
-    found = uncertainty_of_members(kind, values, STATED, own, SPANS)
-    assert found == uncertainty_of_members(kind, values, STATED, COMMON, SPANS) > 0.4 / 3.0
+    found = uncertainty_of_members(kind, values, STATED, own, SPANS, NOT_DRAWN)
+    assert found == uncertainty_of_members(kind, values, STATED, COMMON, SPANS, NOT_DRAWN) > 0.4 / 3.0
 
 
 def test_the_order_of_members_does_not_matter() -> None:
