@@ -24,7 +24,7 @@ GUARD = 3
 """A touch this near to the window's end asks for a wider window."""
 ONE_SPOT = 0.75
 """Share of the nodes from the first to the last one in contact that touch where a rough pin does so in one spot."""
-SINKING = 0.05
+SINKING = 0.1
 """Of W/G: how far a rough pin may sink, besides what its profile falls, before the next window is set up."""
 NOT_SEEN = 2.0
 """How much nearer to the pin nodes beyond a window may come than those at its ends, which are watched."""

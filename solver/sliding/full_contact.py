@@ -20,6 +20,10 @@ from solver.sliding.target import Target
 
 RESUMABLE = 10_000
 """Events after which a run starts afresh from its own state: a run in pieces of so many events has the bits of one in one."""
+LASTING = 100
+"""Events that a rough pin's windows have to last on average to be worth their setting up, else the whole surface is followed."""
+AT_FIRST = 8
+"""Windows that do not count: while shear builds up the surface heaves."""
 GOING_ON = (Stop.FULL, Stop.INACCURATE, Stop.WINDOW_TOO_NARROW)
 """Why the kernel stops though the run does not."""
 
@@ -47,7 +51,7 @@ def _slide(
     initial_stiffness = total_shear(compiled.state.contact, compiled.state.rate)
     target = Target(case, start, initial_stiffness)
     most = case.max_events or MOST_EVENTS
-    events, node_slips, held = first_room(most), np.zeros(case.slab.n_x, np.int64), 0
+    events, node_slips, held, windows = first_room(most), np.zeros(case.slab.n_x, np.int64), 0, 0
     while True:
         stop = min(len(events.displacement), most, (held // RESUMABLE + 1) * RESUMABLE)
         room = first_of(events, min(stop, target.next_look))
@@ -58,10 +62,12 @@ def _slide(
             continue
         if held == len(events.displacement):
             events = grown(events)
-        continued, status = _continued(compiled, status, whole, anew=held % RESUMABLE == 0)
+        windows += status == Stop.WINDOW_TOO_NARROW
+        short = bool(case.heterogeneity.roughness) and windows > AT_FIRST + held % RESUMABLE / LASTING
+        continued, status = _continued(compiled, status, whole, whole or short, anew=held % RESUMABLE == 0)
         if continued is None:
             return None
-        compiled = continued
+        compiled, windows = continued, windows if held % RESUMABLE else 0
         if status != Stop.DONE:
             break
     end = contact_state(compiled, OUTCOME_OF_STOP[corrected_for_rounding(compiled, status)])
@@ -70,14 +76,17 @@ def _slide(
     return friction_record(case, start, initial_stiffness, events, node_slips, held, end), end
 
 
-def _continued(compiled: CompiledContact, status: Stop, whole: bool, anew: bool) -> tuple[CompiledContact | None, Stop]:
+def _continued(
+    compiled: CompiledContact, status: Stop, whole: bool, widest: bool, anew: bool
+) -> tuple[CompiledContact | None, Stop]:
     """A compiled contact to go on with after `status`, one of GOING_ON, and DONE or why it cannot go on.
 
-    anew: set up from its own state, as a resumed run is. None where a node beyond the window lies inside the pin.
+    widest: whether what follows a window is the whole surface. anew: set up from its own state, as a resumed run is. None where
+    a node beyond the window lies inside the pin.
     """
     followed: CompiledContact | None = compiled
     if status == Stop.WINDOW_TOO_NARROW:
-        followed = _set_up_again(compiled, whole)
+        followed = _set_up_again(compiled, widest)
         if followed is None:
             return None, status
         compiled, status = followed, answer_violations(followed.state, followed.constants, 1.0)
