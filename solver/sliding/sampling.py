@@ -24,7 +24,7 @@ from solver.case import Case
 
 MODULATION: Final = 0.32
 """Standard deviation of the friction force over a node spacing, of its mean, times nodes in contact over what a slip drops."""
-EVENT_MODULATION: Final = 0.6
+EVENT_MODULATION: Final = 0.7
 """The same of step and force drop per event, of their means; that it depends on the contact little was measured."""
 PEAK_MODULATION: Final = 1.1
 """The same of the force at which a pin first slides, between starts."""
@@ -57,12 +57,14 @@ CYCLES: Final = 0.03
 """The same between the cycles that starts find: 0 of most cases, 0.06 of some."""
 SEEN: Final = 0.09
 """Standard error of blocks over nearly a node spacing, of their mean, times nodes in contact over what a slip drops."""
-KNOWN: Final = 0.1
-"""Node spacings below which step and drop per event are not known: initial contact takes about as long to be forgotten."""
-EVENT_LEFT_OVER: Final = 0.1
-"""Uncertainty of step and drop per event over two spacings or more, which can be compared, of their means, times their number."""
+KNOWN: Final = 0.2
+"""Node spacings below which step and drop per event are not known: elsewhere along a spacing they are several times as large."""
+EVENT_LEFT_OVER: Final = 0.05
+"""Uncertainty of step and drop per event over a spacing or more, beside what events tell, of their means, times its length."""
 EVENT_ALONE: Final = 0.15
-"""The same of fewer, of which it is not seen how much they differ."""
+"""The same of less than one."""
+EVENT_DISORDER: Final = 1.7
+"""How much more step and drop per event differ between seeds than the mean force does."""
 CONFINED: Final = 11.5
 """(λ+2G)/G, that of ν = 0.4524, from which on surface nodes give way as one, the more of them the larger it is: the force
 within a node spacing varies by 0.2, 0.14, 0.5, 1.0 of the plateau over nodes in contact (medians at ν = 1/3, 0.45, 0.48, 0.49),
@@ -108,10 +110,14 @@ class Sampling:
     @property
     def unseen(self) -> float:
         """Share of a modulation over one node spacing that a mean over the stretch has in it: |sin πs|/πs, 0 from s = 1 on."""
-        if not 0.0 < self.spacings < 1.0:
-            return float(self.spacings < 1.0)
-        angle = math.pi * self.spacings
-        return float(abs(np.sin(angle))) / angle
+        return self._unbalanced if self.spacings < 1.0 else 0.0
+
+    @property
+    def _unbalanced(self) -> float:
+        """The same where the stretch is not cut to whole spacings: |sin πs|/πs, 0 of whole ones."""
+        if not self.spacings:
+            return 1.0
+        return float(abs(np.sin(math.pi * (self.spacings % 1.0)))) / (math.pi * self.spacings)
 
     @property
     def discreteness(self) -> float:
@@ -217,11 +223,9 @@ class Sampling:
             return self.disorder
         if self.spacings < KNOWN:
             return math.nan
-        grouped = math.sqrt(self._together)
-        if self.spacings >= 1.0:
-            left_over = EVENT_LEFT_OVER if self.spacings >= 2.0 else EVENT_ALONE
-            return math.hypot(grouped * left_over / self.spacings, self.disorder)
-        return math.hypot(self.unseen * EVENT_MODULATION, grouped * EVENT_ALONE, self.disorder)
+        left_over = EVENT_LEFT_OVER / self.spacings if self.spacings >= 1.0 else EVENT_ALONE
+        modulation = self._unbalanced * EVENT_MODULATION
+        return math.hypot(modulation, math.sqrt(self._together) * left_over, EVENT_DISORDER * self.disorder)
 
     def of_peak(self, above: float = 0.0) -> float:
         """Relative standard deviation, between starts, of the force at which a pin first slides.

@@ -18,11 +18,23 @@ from solver.sliding.plateau import (
     sampling_of,
 )
 from solver.sliding.record import EVENT_KINDS, FrictionRecord, drops
-from solver.sliding.sampling import Sampling
+from solver.sliding.sampling import Sampling, scatter
 from solver.view import Labels, with_error
 
 HALVES: Final = 0.25
 """Uncertainty of step and drop per event over what halves of the record differ by, where that is more than the model's."""
+SINGLE: Final = 3.0
+"""The same over the standard error of as many independent events: a few large ones carry a mean, and they come in groups."""
+GROUPS: Final = 0.4
+"""The same over that of blocks of one spacing, in which runs of small events count once; most of it repeats with the nodes."""
+LOADING: Final = 0.5
+"""The same, of the mean, over how much more all drops would be had the friction force not risen since initial contact."""
+STILL_LOADING: Final = 0.5
+"""That share above which step and drop per event are not known: they are those of a contact that has hardly begun to slide."""
+_OF_EVENTS: Final = (
+    "of an estimate of the mean over all starts; NaN below a fifth of a node spacing, where the friction force rose by more "
+    "than half of what it dropped, and with the contact at an end of the surface"
+)
 LONGEST_CYCLE: Final = 6000
 """Events at the end of a record that are searched for a cycle."""
 
@@ -84,16 +96,14 @@ class EventStatistics(Labels):
             si=companion("mean step per event", "m", "length"),
         )
     )
-    mean_step_uncertainty: float = field(
-        metadata=quantity("standard error of mean_step, in L_x", comment="of an estimate of the mean over all starts")
-    )
+    mean_step_uncertainty: float = field(metadata=quantity("standard error of mean_step, in L_x", comment=_OF_EVENTS))
     """See solver.sliding.sampling."""
     mean_slips: float = field(metadata=quantity("mean number of node slips per event"))
     mean_drop: float = field(
         metadata=quantity("mean drop of F/W per event", uncertainty="mean_drop_uncertainty", ensemble="per_event")
     )
     mean_drop_uncertainty: float = field(
-        metadata=quantity("standard error of mean_drop", comment="of an estimate of the mean over all starts, as F/W")
+        metadata=quantity("standard error of mean_drop", comment=f"as F/W; {_OF_EVENTS}")
     )
     dissipated: float = field(
         metadata=quantity("energy lost in all events, in W·L_x", "dissipated_energy", per="normal_load")
@@ -115,6 +125,7 @@ def event_statistics(record: FrictionRecord) -> EventStatistics:
     sampling = sampling_of(record, 0, record.final_displacement)
     cycle = cycle_of(record)
     fallen = drops(record.force_before / record.normal_load, record.force_after / record.normal_load)
+    loaded = _loaded(record, float(fallen.sum()))
     return EventStatistics(
         surface_stiffness=record.initial_stiffness,
         events=events,
@@ -126,11 +137,11 @@ def event_statistics(record: FrictionRecord) -> EventStatistics:
         cascade_touches=int(record.touches.sum()),
         mean_step=float(record.displacement[-1]) * per_event if events else float("nan"),
         mean_step_uncertainty=_uncertainty_of_mean(
-            np.diff(np.concatenate(([0.0], record.displacement))), record, sampling
+            np.diff(np.concatenate(([0.0], record.displacement))), record, sampling, loaded
         ),
         mean_slips=float(record.slips.sum()) * per_event,
         mean_drop=float(fallen.sum()) * per_event,
-        mean_drop_uncertainty=_uncertainty_of_mean(fallen, record, sampling),
+        mean_drop_uncertainty=_uncertainty_of_mean(fallen, record, sampling, loaded),
         peak_friction=_peak(record) / record.normal_load if record.final_displacement > 0.0 else float("nan"),
         dissipated=float(record.dissipated.sum()),
         spacings=sampling.spacings,
@@ -167,19 +178,46 @@ def cycle_of(record: FrictionRecord) -> int:
     return 0
 
 
-def _uncertainty_of_mean(values: NDArray[np.float64], record: FrictionRecord, sampling: Sampling) -> float:
-    """Standard error of the mean over events: that of blocks (the last events, less than a block, are left out), and what
-    the phases that were not seen may have brought, which is all from one spacing on where slips drop anything, unless halves
-    of the record tell of more. NaN where a block has fewer than two events."""
+def _loaded(record: FrictionRecord, fallen: float) -> float:
+    """How much the friction force has risen over a record, over all its drops (F/W): a pin that slides on drops that too."""
+    risen = abs(record.final_force - record.initial_force) / record.normal_load
+    return risen / fallen if fallen > 0.0 else math.inf
+
+
+def _uncertainty_of_mean(
+    values: NDArray[np.float64], record: FrictionRecord, sampling: Sampling, loaded: float
+) -> float:
+    """Standard error of the mean over events: that of single events and of blocks (the last events, less than a block, are left
+    out), what the phases that were not seen may have brought, and what initial contact left. NaN where a block has fewer than two
+    events, and where the contact has hardly begun to slide."""
     size = len(values) // BLOCKS
     if size < 2:
-        return float("nan")
+        return math.nan
     within = mean_uncertainty(values[: BLOCKS * size].reshape(BLOCKS, -1).mean(axis=1))
-    unseen = sampling.of_events() * abs(float(values.mean()))
-    modelled = sampling.spacings >= 1.0 and sampling.residual_shear < 1.0
-    if modelled:
-        return float(np.maximum(unseen, HALVES * _between_halves(values, record, math.floor(sampling.spacings))))
-    return float(np.hypot(within, unseen))
+    mean = abs(float(values.mean()))
+    unseen = sampling.of_events() * mean
+    if sampling.residual_shear == 1.0:
+        return math.hypot(within, unseen)
+    if loaded > STILL_LOADING:
+        return math.nan
+    count = math.floor(sampling.spacings)
+    single = SINGLE * scatter(values) / math.sqrt(len(values))
+    seen = math.hypot(single, GROUPS * within / math.sqrt(max(sampling.spacings, 1.0)))
+    seen = _with_spacings(values, record, count, seen)
+    halves = HALVES * _between_halves(values, record, count)
+    return float(np.maximum(math.hypot(seen, unseen, LOADING * loaded * mean), halves))
+
+
+def _with_spacings(values: NDArray[np.float64], record: FrictionRecord, count: int, seen: float) -> float:
+    """Standard error of the mean over events by what the last spacings, so many whole ones, differ by: hundreds of small events
+    come at once in some, and in others not. A few may be alike by chance: what events and blocks tell (`seen`) counts as one."""
+    begins = np.searchsorted(
+        record.displacement, record.final_displacement - record.spacing * np.arange(count, 0, -1.0)
+    )
+    means = np.array([part.mean() for part in np.split(values, begins)[1:] if len(part)])
+    if len(means) < 2:
+        return seen
+    return math.sqrt((len(means) - 1) * scatter(means) ** 2 + len(means) * seen**2) / len(means)
 
 
 def _between_halves(values: NDArray[np.float64], record: FrictionRecord, spacings: int) -> float:

@@ -80,7 +80,7 @@ def test_means_over_events_scatter_as_their_uncertainties_say():
 def test_twice_the_uncertainty_of_a_mean_reaches_the_half_way_to_its_later_spacings(
     growth: float, spacings: float
 ) -> None:
-    """Steps and drops that are larger all through the first half of whole spacings: half of the difference of both means."""
+    """Steps and drops that are larger all through the first half of whole spacings: half of the difference, or more."""
     length, count = 1.0 / 128.0, 3000
     first = round(count / (1.0 + growth))
     steps = np.repeat([growth, 1.0], [first, count - first])
@@ -92,8 +92,8 @@ def test_twice_the_uncertainty_of_a_mean_reaches_the_half_way_to_its_later_spaci
     record = replace(record_from(steps, 0.4 * steps), residual_shear=0.0)
     found = event_statistics(record)
     change = steps[len(lead)] - steps[-1]
-    assert found.mean_step_uncertainty == pytest.approx(HALVES * change, rel=0.01)  # an event may be in the other half
-    assert found.mean_drop_uncertainty == pytest.approx(HALVES * 0.4 * change / LOAD, rel=0.01)
+    for stated, differs in ((found.mean_step_uncertainty, change), (found.mean_drop_uncertainty, 0.4 * change / LOAD)):
+        assert 0.99 * HALVES * differs <= stated < differs  # an event may be in the other half
 
 
 def test_fewer_than_two_events_a_block_say_nothing_of_their_scatter():
@@ -342,6 +342,6 @@ def test_steps_of_slips_that_drop_are_no_better_known_than_the_model_says(spacin
     length = spacings * SPACING / events
     record = replace(record_from(np.full(events, length), np.full(events, STIFFNESS * length)), residual_shear=0.0)
     found = event_statistics(record)
-    expected = math.hypot(0.6 * 2.0 / math.pi, 0.15) if spacings < 1.0 else 0.1 / 4.0
+    expected = math.hypot(0.7 * 2.0 / math.pi, 0.15) if spacings < 1.0 else 0.05 / 4.0
     assert found.mean_step_uncertainty == pytest.approx(expected * length, rel=1e-6)
     assert found.mean_drop_uncertainty == pytest.approx(expected * STIFFNESS * length / LOAD, rel=1e-6)
