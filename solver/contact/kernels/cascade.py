@@ -154,7 +154,8 @@ def resolve(state: KernelState, constants: KernelConstants, kind: EventKind, nod
 @compiled()
 def answer_violations(state: KernelState, constants: KernelConstants, pin_rate: float) -> Stop:
     """The cascade that begins with the worst violation. Python calls it: numba takes long to recognise an EventKind."""
-    return resolve(state, constants, EventKind.NOTHING, -1, pin_rate)
+    nowhere = int(np.int64(-1))  # for a plain -1 numba would compile the whole cascade once more
+    return resolve(state, constants, EventKind.NOTHING, nowhere, pin_rate)
 
 
 @compiled()

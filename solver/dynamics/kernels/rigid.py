@@ -1,5 +1,7 @@
 """The event-driven method with a rigid contact."""
 
+import numpy as np
+
 from solver.compiled import compiled
 from solver.dynamics.kernels.cruise import cruise
 from solver.dynamics.kernels.oscillator import Segment, segment_from
@@ -24,10 +26,10 @@ def integrate_rigidly(
     """`integrate_exactly` with a contact that does not yield: at rest while spring and damper pull no harder than F̃,
     in motion against a force of F̃.
     """
-    duration = motion.duration
-    record = empty_record(motion, sample_count, bin_count)
+    duration, record = motion.duration, empty_record(motion, sample_count, bin_count)
     slip, finished = Slip(False, False, 0.0, 0.0, 0.0, 0, 0.0), no_slips()
-    pin, tally, index, heading = Pin(0.0, 0.0, 0.0, 0.0), Tally(0, 0.0, 0.0, 0, 0), 0, 0
+    pin, tally, heading = Pin(0.0, 0.0, 0.0, 0.0), Tally(0, 0.0, 0.0, 0, 0), 0
+    index = int(np.int64(0))  # as in `integrate_exactly`
     while pin.time < duration and tally.steps < step_limit and len(finished) < motion.most_slips:
         left, right, base, slope = tooth_at(teeth, index)
         if (

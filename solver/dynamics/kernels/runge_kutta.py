@@ -2,6 +2,8 @@
 
 import math
 
+import numpy as np
+
 from solver.compiled import compiled
 from solver.dynamics.kernels.friction_law import limited_friction
 from solver.dynamics.kernels.recording import empty_record, finished_run, note_brief, note_spring_force
@@ -54,8 +56,9 @@ def integrate_by_steps(
     pin = Pin(0.0, 0.0, 0.0, 0.0)
     driving = driving_force(motion, pin)
     relaxed = pushed = work = 0.0
-    index = row = edge = computed = 0
-    left, right, base, slope = tooth_at(teeth, 0)
+    index = row = edge = int(np.int64(0))  # as in `integrate_exactly`
+    computed = 0
+    left, right, base, slope = tooth_at(teeth, index)
     for step in range(steps):
         t, end = pin.time, motion.duration * ((step + 1) / steps)
         dt = end - t
