@@ -10,7 +10,7 @@ SIDE_BY_SIDE := --numprocesses auto --maxprocesses 8
 # Those that need the cores for themselves.
 ALONE := mpi or slurm or timed
 
-.PHONY: run reproduce figures test test-slow test-all benchmarks check format clean
+.PHONY: run reproduce figures kernels test test-slow test-all benchmarks check format clean
 
 run: .venv/installed  ## compute a campaign, collect its dataset, draw its report
 	$(BIN)/mpiexec -n $(RANKS) $(BIN)/nanoslip run $(CAMPAIGN) --out $(OUT)
@@ -25,6 +25,9 @@ figures: .venv/installed  ## the paper's figures and further ones, with tables: 
 		$(BIN)/mpiexec -n $(RANKS) $(BIN)/nanoslip run $$campaign --out results/$${name%.toml} || exit; \
 	done
 	$(BIN)/nanoslip figure --all --into $(FIGURES)
+
+kernels: .venv/installed  ## compile what tests run; else each of their processes does
+	$(BIN)/python -m tests.kernels
 
 test: .venv/installed  ## the everyday tests, each file's in one process, which makes its fixtures once
 	$(BIN)/python -m pytest $(SIDE_BY_SIDE) --dist loadfile -m "not slow"

@@ -1,0 +1,26 @@
+"""Compile the kernels that most tests run, while something else is checked: `make kernels`."""
+
+from solver.case import Case, Effects, Heterogeneity, SlipRule
+from solver.drive import Drive
+from solver.dynamics.rk4 import RK4
+from study.execution.compiling.miniatures import miniatures
+from study.execution.compiling.warm_up import warm_up
+from study.plan.tasks import Task, contact_task, drive_task, record_task
+
+PINS = (Heterogeneity(), Heterogeneity(roughness=((-0.1, 0.0), (0.1, 0.0))))
+
+
+def tasks() -> list[Task]:
+    """Smooth and rough pins whose load or stage is raised; drives by every integrator, back as well or forward only."""
+    cases = [Case(heterogeneity=pin, initial_contact=way) for pin in PINS for way in ("stick", "gradual")]
+    cases += [Case(effects=Effects(pin_translation=False)), Case(slip_rule=SlipRule(residual_shear=1.0))]
+    drives = [
+        Drive.from_si(reverse_motion=back, **way)
+        for back in (True, False)
+        for way in ({}, {"surface_compliance": False}, {"integrator": RK4(1e-3)})
+    ]
+    return [contact_task(Case()), *map(record_task, cases), *(drive_task(Case(), drive) for drive in drives)]
+
+
+if __name__ == "__main__":
+    warm_up(miniatures(tasks()))
