@@ -9,6 +9,8 @@ BIN := .venv/bin
 SIDE_BY_SIDE := --numprocesses auto --maxprocesses 8
 # Those that need the cores for themselves.
 ALONE := mpi or slurm or timed
+# Files with heavy tests: to import the others takes ten seconds.
+HEAVY = $(shell grep --recursive --files-with-matches --include='test_*.py' 'mark\.slow' tests)
 
 .PHONY: run reproduce figures kernels test test-slow test-all benchmarks check format clean
 
@@ -33,8 +35,8 @@ test: .venv/installed  ## the everyday tests, each file's in one process, which 
 	$(BIN)/python -m pytest $(SIDE_BY_SIDE) --dist loadfile -m "not slow"
 
 test-slow: .venv/installed  ## the heavy ones: real launchers, a real scheduler, long computations; an idle process takes the next
-	$(BIN)/python -m pytest $(SIDE_BY_SIDE) --dist worksteal -m "slow and not ($(ALONE))"
-	$(BIN)/python -m pytest -m "slow and ($(ALONE))"
+	$(BIN)/python -m pytest $(SIDE_BY_SIDE) --dist worksteal -m "slow and not ($(ALONE))" $(HEAVY)
+	$(BIN)/python -m pytest -m "slow and ($(ALONE))" $(HEAVY)
 
 test-all: test test-slow
 
