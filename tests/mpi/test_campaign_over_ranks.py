@@ -4,6 +4,7 @@ import os
 import signal
 import subprocess
 import sys
+from pathlib import Path
 
 import pytest
 
@@ -63,13 +64,19 @@ def test_a_wrong_option_is_said_once_by_all_ranks_together(nanoslip, campaign):
     assert (done.returncode, done.stderr.count("No such option")) == (2, 1)
 
 
+@pytest.fixture(scope="module")
+def whole(nanoslip, tmp_path_factory) -> Path:
+    """The folder of the long campaign, computed in one go."""
+    folder = tmp_path_factory.mktemp("whole")
+    (folder / "long.toml").write_text(LONG)
+    assert nanoslip("run", folder / "long.toml", "--out", folder).returncode == 0
+    return folder
+
+
 @pytest.mark.slow
 @pytest.mark.parametrize("kill", [True, False], ids=["killed", "told to stop"])
-def test_a_run_cut_short_goes_on_to_the_same_dataset(nanoslip, environment, tmp_path, kill):
-    campaign = tmp_path / "long.toml"
-    campaign.write_text(LONG)
-    whole, cut = tmp_path / "whole", tmp_path / "cut"
-    assert nanoslip("run", campaign, "--out", whole).returncode == 0
+def test_a_run_cut_short_goes_on_to_the_same_dataset(nanoslip, environment, whole, tmp_path, kill):
+    campaign, cut = whole / "long.toml", tmp_path / "cut"
     words = [*launcher(2), sys.executable, "-m", "study", "run", str(campaign), "--out", str(cut)]
     running = subprocess.Popen(words, env=environment, stderr=subprocess.PIPE, text=True, start_new_session=True)
     until_written(cut, 5, running)
