@@ -182,4 +182,4 @@ def test_slips_of_a_rigid_contact_are_told_by_the_velocity_of_a_compliant_one():
         integrate(constant_profile(4.0), replace(drive, surface_compliance=on), K) for on in (True, False)
     )
     assert firm.stick_velocity == yielding.stick_velocity == 0.3 / (1.0 + K)
-    assert integrate(constant_profile(4.0), drive, FIRM).stick_velocity < 1e-29
+    assert integrate(constant_profile(4.0), replace(drive, step_limit=100), FIRM).stick_velocity < 1e-29
