@@ -21,7 +21,8 @@ def test_tasks_and_results_travel_between_processes() -> None:
     assert pickle.loads(pickle.dumps(task)) == task
     result = slid(CASE)
     copy = pickle.loads(pickle.dumps(result))
-    assert (copy.key, copy.outcome, copy.scalars) == (result.key, result.outcome, result.scalars)
+    assert (copy.key, copy.outcome) == (result.key, result.outcome)
+    np.testing.assert_equal(copy.scalars, result.scalars)  # what is not known of so short a record is NaN in both
     np.testing.assert_array_equal(copy.arrays["displacement"], result.arrays["displacement"])
 
 
