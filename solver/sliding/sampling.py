@@ -14,7 +14,7 @@ promise: tests/verification/calibration.
 
 import math
 from dataclasses import dataclass
-from typing import Final
+from typing import Final, NamedTuple
 
 import numpy as np
 import scipy
@@ -253,20 +253,31 @@ def _of_groups(spacings: NDArray[np.float64]) -> float:
     return largest
 
 
-def uncertainty_of_members(
-    kind: str,
-    values: NDArray[np.float64],
-    stated: NDArray[np.float64],
-    common: NDArray[np.float64],
-    spacings: NDArray[np.float64],
-    drawn: NDArray[np.float64],
-) -> float:
+class Members(NamedTuple):
+    """What is known of the members of an ensemble, arrays (m,)."""
+
+    values: NDArray[np.float64]
+    """NaN where a member has none."""
+    stated: NDArray[np.float64]
+    """Their own uncertainties."""
+    common: NDArray[np.float64]
+    """The part of them that all members have alike."""
+    spacings: NDArray[np.float64]
+    """Node spacings that they span, NaN where not known."""
+    drawn: NDArray[np.float64]
+    """The part of a mean force's relative uncertainty that is the draw of μ_i, NaN where not known."""
+
+    def of(self, which: slice | NDArray[np.bool_]) -> "Members":
+        """Some of them."""
+        return Members(*(each[which] for each in self))
+
+
+def uncertainty_of_members(kind: str, members: Members) -> float:
     """Standard error of the mean over members, with all of what they have in common. NaN where it is not known.
 
-    kind: what members know of it (`Quantity.ensemble`). values, stated, common (m,): of each member, NaN without a value; its own
-    uncertainty; and the part of that which all members have alike. spacings (m,): what members span, NaN where not known.
-    drawn (m,): the part of a mean force's relative uncertainty that is the draw of μ_i, NaN where not known.
+    kind: what members know of it (`Quantity.ensemble`).
     """
+    values, stated, common = members[:3]
     there = np.isfinite(values)
     own = np.sqrt(np.maximum(stated**2 - common**2, 0.0))
     if kind == "fitted" and not np.isfinite(own[there]).all():
@@ -276,8 +287,8 @@ def uncertainty_of_members(
     elif kind in ("independent", "fitted"):
         apart = independent_uncertainty(values)
     else:
-        known = spacings[np.isfinite(spacings)]
-        by_seed = np.nan_to_num(drawn) if kind == "mean" else np.zeros(len(values))
+        known = members.spacings[np.isfinite(members.spacings)]
+        by_seed = np.nan_to_num(members.drawn) if kind == "mean" else np.zeros(len(values))
         apart = ensemble_uncertainty(values, own, float(np.mean(known)) if len(known) else 0.0, by_seed)
     return float(np.hypot(apart, np.mean(common[there]) if there.any() else math.nan))
 

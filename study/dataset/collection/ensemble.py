@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 
 from solver.outcome import Ending
 from solver.quantity import Quantity, attributes
-from solver.sliding.sampling import uncertainty_of_members
+from solver.sliding.sampling import Members, uncertainty_of_members
 from study.dataset.collection.counted import counted
 from study.dataset.variables import MEMBERS_USED, MEMBERS_WITH_CYCLE, OUTCOMES, all_scalars
 from study.manifest.cases import MEMBER
@@ -102,11 +102,10 @@ def _reduced(observable: Quantity, variables: Mapping[str, xr.Variable]) -> dict
     drawn = _of_each(_by_member(variables.get(DRAWN, 0.0 * variables["record_spacings"])), values.shape)
     needed = _of_each(_members_last(variables[OUTCOME]) != NOT_NEEDED, values.shape)
     weights = _by_member(variables["events"]) if observable.ensemble == "per_event" else np.ones_like(values)
+    members = Members(values, stated, common, spans, drawn)
     parts: dict[str, Any] = {
         "mean": lambda place: _mean(values[place], weights[place]),
-        "uncertainty": lambda place: uncertainty_of_members(
-            observable.ensemble, *(each[place][needed[place]] for each in (values, stated, common, spans, drawn))
-        ),
+        "uncertainty": lambda place: uncertainty_of_members(observable.ensemble, members.of(place).of(needed[place])),
         "std": lambda place: _std(values[place]),
         "std_uncertainty": lambda place: _error_of_std(values[place]),
         "members": lambda place: np.isfinite(values[place]).sum(),

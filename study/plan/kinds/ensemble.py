@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 
 from solver.case import Case
 from solver.outcome import COMPLETED, Ending, Outcome
-from solver.sliding.sampling import uncertainty_of_members
+from solver.sliding.sampling import Members, uncertainty_of_members
 from study.manifest.manifest import FIRST_MEMBERS, KNOWABLE, Ensemble, Manifest
 from study.plan.keys import task_key
 from study.plan.kinds.drive import DRIVE
@@ -81,7 +81,7 @@ def _run(task: Task, inputs: Inputs) -> Computed:
         drive = asked[number::each_member]
         values, stated = (_numbers(drive, name) for name in (task.observable, quantity.uncertainty))
         common = _numbers(drive, quantity.in_common) if quantity.in_common else np.zeros(len(drive))
-        enough = enough and _enough(task.enough, quantity.ensemble, values, stated, common, spacings, drawn)
+        enough = enough and _enough(task.enough, quantity.ensemble, Members(values, stated, common, spacings, drawn))
     return Computed((), Outcome(Ending.NOT_NEEDED) if enough else COMPLETED)
 
 
@@ -89,20 +89,12 @@ def _numbers(results: Iterable[TaskResult], name: str) -> NDArray[np.float64]:
     return np.array([each.scalars.get(name, np.nan) for each in results], float)
 
 
-def _enough(
-    target: float,
-    kind: str,
-    values: NDArray[np.float64],
-    stated: NDArray[np.float64],
-    common: NDArray[np.float64],
-    spacings: NDArray[np.float64],
-    drawn: NDArray[np.float64],
-) -> bool:
+def _enough(target: float, kind: str, members: Members) -> bool:
     """Whether members know their mean to the target, a share of it, and half of them did where few may agree by chance."""
-    count, alone = len(values), kind != "event" and _mean(spacings) >= SHORT
+    count, alone = len(members.values), kind != "event" and _mean(members.spacings) >= SHORT
     for size in (count,) if alone else (count, count // 2):
-        uncertainty = uncertainty_of_members(kind, *(each[:size] for each in (values, stated, common, spacings, drawn)))
-        if size < FIRST_MEMBERS or not uncertainty <= target * abs(_mean(values[:size])):
+        first = members.of(slice(size))
+        if size < FIRST_MEMBERS or not uncertainty_of_members(kind, first) <= target * abs(_mean(first.values)):
             return False
     return True
 

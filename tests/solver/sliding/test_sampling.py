@@ -21,6 +21,7 @@ from solver.sliding.sampling import (
     OVERSHOOT,
     SHARED,
     WANDER,
+    Members,
     Sampling,
     ensemble_uncertainty,
     expected_of_ensemble,
@@ -311,8 +312,8 @@ def test_fewer_than_two_members_know_nothing_of_their_scatter(values: list[float
     assert math.isnan(ensemble_uncertainty(np.array(values), np.full(len(values), 0.1), 1.0))
 
 
-COMMON, SPANS = np.array([0.1, 0.1, 0.2, 0.2]), np.full(4, 2.0)
-NOT_DRAWN = np.zeros(4)
+COMMON = np.array([0.1, 0.1, 0.2, 0.2])
+MEMBERS = Members(VALUES, STATED, COMMON, np.full(4, 2.0), np.zeros(4))
 
 
 @pytest.mark.parametrize(
@@ -325,9 +326,9 @@ NOT_DRAWN = np.zeros(4)
     ],
 )
 def test_what_members_have_in_common_counts_in_full_and_once(kind: str, apart: float) -> None:
-    found = uncertainty_of_members(kind, VALUES, STATED, COMMON, SPANS, NOT_DRAWN)
+    found = uncertainty_of_members(kind, MEMBERS)
     assert found == pytest.approx(math.hypot(apart, 0.15), rel=1e-14)
-    nothing = uncertainty_of_members(kind, np.full(4, np.nan), STATED, COMMON, SPANS, NOT_DRAWN)
+    nothing = uncertainty_of_members(kind, MEMBERS._replace(values=np.full(4, np.nan)))
     assert math.isnan(nothing)
 
 
@@ -335,8 +336,8 @@ def test_what_members_have_in_common_counts_in_full_and_once(kind: str, apart: f
 @pytest.mark.parametrize("common", [0.0, 0.5, np.nan])
 def test_what_a_member_without_a_value_has_in_common_does_not_matter(kind: str, common: float) -> None:
     values, own = np.array([*VALUES[:3], np.nan]), np.array([*COMMON[:3], common])
-    found = uncertainty_of_members(kind, values, STATED, own, SPANS, NOT_DRAWN)
-    assert found == uncertainty_of_members(kind, values, STATED, COMMON, SPANS, NOT_DRAWN) > 0.4 / 3.0
+    found = uncertainty_of_members(kind, MEMBERS._replace(values=values, common=own))
+    assert found == uncertainty_of_members(kind, MEMBERS._replace(values=values)) > 0.4 / 3.0
 
 
 def test_the_order_of_members_does_not_matter() -> None:
