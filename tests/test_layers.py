@@ -1,6 +1,6 @@
 """Data flows one way: a folder imports only from folders above it in its package's list, and so do the files of a folder.
 
-The lists are also the reading order. A folder stays small enough to be seen at once, a file to be read at once.
+The lists are also the reading order. A folder holds some rooms, a file one notion; neither is cut to please a count.
 """
 
 import ast
@@ -102,7 +102,7 @@ HOMES = {
 }
 """Library -> the modules and folders that may use it; others may be used everywhere."""
 
-MOST_FILES, MOST_LINES, MOST_LINES_OF_CLASS = 12, 350, 150
+MOST_FILES, MOST_LINES, MOST_LINES_OF_CLASS = 25, 700, 150
 FILES = sorted(path for package in ("solver", "study") for path in (ROOT / package).rglob("*.py"))
 FOLDERS = sorted({path.parent for path in FILES})
 
