@@ -1,10 +1,30 @@
-"""A document of Python's values as TOML text: what a campaign given as a dict is written down as."""
+"""TOML text read within bounds, and written: what a campaign given as a dict is written down as."""
 
 import json
 import os
 import re
+import tomllib
 from collections.abc import Mapping
-from typing import Any
+from typing import Any, Final
+
+DEEPEST: Final = 16
+"""Parts of a dotted key: a parser's time and memory grow as their square. Campaigns have keys of two."""
+_TEXT_OR_COMMENT: Final = re.compile(
+    r'''"""(?s:[^"\\]|\\.|"(?!""))*+(?:"{3,5}|\Z)|'{3}(?s:.*?)(?:'{3,5}|\Z)|"(?:[^"\\\n]|\\.)*+"?|'[^'\n]*+'?|#[^\n]*+'''
+)
+_DEEPER: Final = re.compile(rf"(?:\.[^.=,\[\]{{}}\n]*+){{{DEEPEST}}}")
+
+
+def from_toml(text: str) -> dict[str, Any]:
+    """The document that TOML text is. Raises ValueError where it is none, or is nested too deeply."""
+    if _DEEPER.search(_TEXT_OR_COMMENT.sub("x", text)):
+        raise ValueError(f"a key of more than {DEEPEST} parts: needs fewer")
+    try:
+        return tomllib.loads(text)
+    except RecursionError:
+        raise ValueError("nested too deeply: needs fewer brackets within brackets") from None
+    except ValueError as error:
+        raise ValueError(f"not TOML: {error}") from None
 
 
 def as_toml(document: Mapping[str, Any]) -> str:

@@ -7,7 +7,6 @@ Scales and drives are in SI, the parameters of a case are dimensionless.
 import hashlib
 import itertools
 import math
-import tomllib
 from collections.abc import Callable, Mapping
 from pathlib import Path
 from typing import Any, Final
@@ -34,6 +33,7 @@ from study.manifest.manifest import (
 from study.manifest.named_files import NamedFiles
 from study.manifest.parameters import TABLES, Value, axes, make_case, settings, words
 from study.manifest.problems import ONE_LINE, ManifestError, key_shown, need, one_line, shown, unknown
+from study.toml_text import from_toml
 
 
 def load_manifest(path: Path) -> Manifest:
@@ -53,9 +53,9 @@ def parse_manifest(path: Path, text: str, beside: Mapping[str, str]) -> Manifest
 
 def _document(path: Path, text: str) -> dict[str, Any]:
     try:
-        return tomllib.loads(text)
-    except (ValueError, RecursionError) as error:
-        raise ManifestError([f"{path}: not TOML: {error}"]) from None
+        return from_toml(text)
+    except ValueError as error:
+        raise ManifestError([f"{path}: {error}"]) from None
 
 
 _TOP: dict[str, tuple[type | tuple[type, ...], str]] = {

@@ -1,7 +1,6 @@
 """The cases of a dataset as a table: one row each, labelled by the parameters in which they differ."""
 
 import math
-import tomllib
 from collections import Counter
 from collections.abc import Iterator
 from dataclasses import dataclass
@@ -39,6 +38,7 @@ from study.plan.flags import flag_lines
 from study.plan.standing.endings import PENDING
 from study.report.columns import Table
 from study.report.common import plain
+from study.toml_text import from_toml
 
 MOST_ROWS: Final = 500
 """The most rows of a table on the page."""
@@ -126,7 +126,7 @@ def _asked(dataset: xr.Dataset) -> list[str]:
     """What a campaign was computed for: the number that decides how many members it has, those whose error it bounds, else
     what its last stage is for.
     """
-    manifest = tomllib.loads(dataset.attrs.get("manifest", ""))
+    manifest = from_toml(dataset.attrs.get("manifest", ""))
     named = [manifest.get("ensemble", {}).get("observable", ""), *manifest.get("effects", {}).get("observables", ())]
     stage = _DRIVEN[:2] if "drive_outcome" in dataset else ("plateau_mean",) if "plateau_mean" in dataset else ()
     return list(dict.fromkeys(filter(None, (*named, *stage))))
@@ -166,7 +166,7 @@ def left_out_summary(dataset: xr.Dataset) -> list[str]:
 
 def short_summary(dataset: xr.Dataset) -> list[str]:
     """One line of the ensembles that did not reach their uncertainty with all members; none without such."""
-    asked = tomllib.loads(dataset.attrs.get("manifest", "")).get("ensemble", {})
+    asked = from_toml(dataset.attrs.get("manifest", "")).get("ensemble", {})
     name = str(asked.get("observable", Ensemble().observable))
     mean, error = (ensemble_name(name, part) for part in ("mean", "uncertainty"))
     if "uncertainty" not in asked or not {mean, error} <= set(dataset.data_vars):

@@ -78,7 +78,10 @@ def at_work(slurm, long: Path, site: Path) -> tuple[str, Path]:
 
 
 def test_a_campaign_runs_to_its_end_on_two_nodes(slurm, site):
-    campaign = site.with_name("smoke.toml")
+    campaign = (
+        site.with_name("""50%x 'a"b' $(id) #; ü""") / "smoke %j.toml"
+    )  # names that shell and sbatch could misread
+    campaign.parent.mkdir()
     campaign.write_text((ROOT / "campaigns" / "smoke.toml").read_text())
     number, out = submitted(slurm, campaign, site)
     job = slurm.wait(number, "COMPLETED", "FAILED")

@@ -1,5 +1,6 @@
 """`nanoslip submit`: the batch scripts that run a campaign under Slurm, as one MPI job or as an array of small jobs."""
 
+import os
 import subprocess
 import sys
 from pathlib import Path
@@ -21,13 +22,15 @@ def work(campaign: Path, out: Path | None, site: Path | None, shards: int | None
         planned(campaign)  # what is wrong with it is better known before the queue than after
         settings, template = load_site(used)
         into = folder(campaign, out).absolute()
-        job = Job(campaign.stem, campaign.absolute(), into)
+        job = Job(campaign.absolute(), into)
         if shards is None:
             texts = {into / "job.sh": script(job, settings, template)}
         else:
             array = array_script(job, shards, settings, template)
             texts = {into / "array.sh": array, into / "merge.sh": merge_script(job, settings, template)}
-        write_files({path: text.encode() for path, text in texts.items()})  # logs are opened there before anything runs
+        write_files(
+            {path: os.fsencode(text) for path, text in texts.items()}
+        )  # logs are opened there before anything runs
     if site is None:
         say(f"settings: {whole(used)}; copy the file, change it and give it by --site")
     if submit:

@@ -1,6 +1,5 @@
 """Differences in the origin of two datasets: parameters, keys of their campaigns, scales and software."""
 
-import tomllib
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, fields
 from typing import Any, Final
@@ -15,6 +14,7 @@ from study.manifest.cases import MEMBER
 from study.manifest.parameters import TABLES, Value, words_of
 from study.manifest.problems import shown
 from study.origin import Origin
+from study.toml_text import from_toml
 
 _TEXTS: Final = ("manifest_table", "manifest_roughness")
 """Attributes with the text of a file that a campaign names."""
@@ -45,7 +45,7 @@ def _said(root: xr.Dataset) -> Iterator[tuple[str, str]]:
     for name in (*parameters(), DRIVE_NAME.name):
         if found := values(cases, name):
             yield name, ", ".join(map(_word, found[:6])) + (f", … ({len(found)} values)" if len(found) > 6 else "")
-    for key, value in _keys(tomllib.loads(str(root.attrs.get("manifest", "")))):
+    for key, value in _keys(from_toml(str(root.attrs.get("manifest", "")))):
         yield key, shown(value)
     for name in _TEXTS:
         if name in root.attrs:

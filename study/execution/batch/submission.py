@@ -1,7 +1,7 @@
 """The batch scripts of a campaign: pure functions of the campaign's path, the settings of a cluster and a template."""
 
 import shlex
-import tomllib
+from collections.abc import Iterable
 from dataclasses import dataclass, fields, replace
 from pathlib import Path
 from typing import Any
@@ -12,6 +12,9 @@ from jinja2.sandbox import SandboxedEnvironment
 from study import shipped
 from study.execution.launch import WARNING
 from study.exit_codes import INTERRUPTED
+from study.manifest.columns import read_text
+from study.manifest.problems import ONE_LINE, ManifestError, one_line, path_shown, shown
+from study.toml_text import from_toml
 
 TEMPLATE = "job.sh.j2"
 
@@ -25,7 +28,7 @@ class Site:
     """How jobs are submitted at one place: what changes from cluster to cluster, and nothing of any campaign."""
 
     template: str = TEMPLATE
-    """File of the script's template, relative to the settings; the one that comes with nanoslip where none is beside them."""
+    """Name of the template's file beside the settings; the one that comes with nanoslip where none is there."""
     tasks: int = 4
     """Ranks; one core each."""
     nodes: int = 1
@@ -54,6 +57,9 @@ class Site:
             fits = isinstance(value, kind) and not isinstance(value, bool)
             if not fits or (kind is tuple and not all(isinstance(line, str) for line in value)):
                 raise ValueError(f"{item.name} = {value!r}: needs {_KINDS[kind]}")
+            texts: Iterable[object] = value if isinstance(value, tuple) else (value,)
+            if wrong := [text for text in texts if isinstance(text, str) and not one_line(text)]:
+                raise ValueError(f"{item.name} = {shown(wrong[0])}: {ONE_LINE}")
             least = 0 if item.name in ("restarts", "deaths") else 1
             if kind is int and value < least:
                 raise ValueError(f"{item.name} = {value!r}: needs at least {least}")
@@ -65,32 +71,41 @@ _KINDS: dict[type, str] = {str: "a text", int: "a whole number", tuple: "a list 
 def load_site(path: Path) -> tuple[Site, str]:
     """Site settings and the text of their template. Raises SiteError."""
     try:
-        given: dict[str, Any] = tomllib.loads(path.read_text("utf-8"))
+        given = from_toml(read_text(path)[1])
         known = [item.name for item in fields(Site)]
         unknown = [f"{path}: {name}: unknown; needs one of {', '.join(known)}" for name in given if name not in known]
         if unknown:
             raise SiteError("\n".join(unknown))
         values: dict[str, Any] = {name: tuple(each) if isinstance(each, list) else each for name, each in given.items()}
         site = Site(**values)
-        return site, _template(path, site.template).read_text("utf-8")
-    except OSError as error:
-        raise SiteError(f"{error.filename}: cannot be read: {error.strerror}") from None
+        return site, read_text(_template(path, site.template))[1]
+    except ManifestError as error:
+        raise SiteError(str(error)) from None
     except ValueError as error:
         raise SiteError(f"{path}: {error}") from None
 
 
 def _template(settings: Path, name: str) -> Path:
+    """The file of a template. Raises ValueError where it is not beside the settings: all of its text stands in the script."""
+    if Path(name).name != name:
+        raise ValueError(f"template = {shown(name)}: needs the name of a file beside the settings")
     beside = settings.parent / name
     return beside if name != TEMPLATE or beside.exists() else shipped.folder("slurm") / name
 
 
 @dataclass(frozen=True, slots=True)
 class Job:
-    """What a campaign is to the batch system: its name, its file, and the folder of its results."""
+    """What a campaign is to the batch system: its file, and the folder of its results. Raises SiteError."""
 
-    name: str
     campaign: Path
     out: Path
+
+    def __post_init__(self) -> None:
+        for path in (self.campaign, self.out):
+            if not one_line(str(path)):  # each is part of lines that sbatch and the shell read
+                raise SiteError(f"{path_shown(path)}: {ONE_LINE}")
+            if "\\" in str(path):
+                raise SiteError(f"{path_shown(path)}: needs to be without backslashes, which sbatch takes out of names")
 
     def words(self, command: str) -> str:
         """A command of nanoslip for it, as the shell reads it."""
@@ -124,9 +139,9 @@ def _script(
     environment = SandboxedEnvironment(undefined=jinja2.StrictUndefined, trim_blocks=True, keep_trailing_newline=True)
     settings: dict[str, Any] = {item.name: getattr(site, item.name) for item in fields(site)}
     given = {
-        "name": shlex.quote(job.name),
+        "name": shlex.quote(job.campaign.stem),
         "run": f"{site.command} {run}",
-        "log": shlex.quote(str(job.out / f"slurm-{number}.log")),
+        "log": shlex.quote(str(job.out).replace("%", "%%") + f"/slurm-{number}.log"),
         "this_job": this_job,
         "again": INTERRUPTED,
     }

@@ -1,6 +1,5 @@
 """A variable of every case and drive, or a ratio of two, in one long table, whatever the design of the campaign."""
 
-import tomllib
 from collections.abc import Collection, Mapping
 from dataclasses import dataclass, fields, replace
 from typing import Any, Final
@@ -17,6 +16,7 @@ from study.dataset.collection.ensemble import over_members
 from study.dataset.collection.members import members_of
 from study.dataset.variables import OUTCOMES, VALIDITY, parameters
 from study.figures.sweep.label import known, label, ratio, said
+from study.toml_text import from_toml
 
 Floats = NDArray[np.float64]
 Columns = Mapping[str, NDArray[Any]]
@@ -153,7 +153,7 @@ def zipped(root: xr.Dataset) -> list[str]:
 
 
 def _manifest(root: xr.Dataset) -> dict[str, Any]:
-    return tomllib.loads(str(root.attrs.get("manifest", "")))
+    return from_toml(str(root.attrs.get("manifest", "")))
 
 
 def _whole(values: NDArray[Any]) -> NDArray[Any]:

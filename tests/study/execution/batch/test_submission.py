@@ -9,7 +9,7 @@ from study.execution.batch.submission import Job, Site, SiteError, array_script,
 from tests.conftest import ROOT
 
 RECORDED = Path(__file__).with_name("job.sh")
-JOB = Job("streator2022", Path("/home/me/my campaigns/streator2022.toml"), Path("/scratch/out"))
+JOB = Job(Path("/home/me/my campaigns/streator2022.toml"), Path("/scratch/out"))
 
 
 def test_the_script_is_the_recorded_one():
@@ -56,6 +56,24 @@ def changes(one: str, other: str) -> list[str]:
     return [line for line in other.splitlines() if line not in one.splitlines()]
 
 
+@pytest.mark.parametrize("odd", ["a\nrm -r .", "a\rb", "a\x1bb", "a\u2028b"])
+def test_no_name_is_a_line_of_the_script(odd):
+    for campaign, out in ((f"{odd}.toml", "out"), ("mine.toml", odd), (f"{odd}/mine.toml", "out")):
+        with pytest.raises(SiteError, match="needs to be one line without control characters") as caught:
+            Job(Path(campaign), Path(out))
+        assert len(str(caught.value).splitlines()) == 1
+
+
+def test_a_name_with_a_backslash_which_sbatch_takes_out_is_refused():
+    with pytest.raises(SiteError, match="needs to be without backslashes"):
+        Job(Path("mine.toml"), Path("a\\b"))
+
+
+def test_a_percent_sign_in_a_name_is_no_pattern_of_slurm_where_its_log_is_named():
+    text = script(Job(Path("50%j.toml"), Path("/out/50%x")), Site(), "{{ name }} {{ log }} {{ run }}")
+    assert text == "50%j /out/50%%x/slurm-%j.log nanoslip run 50%j.toml --out /out/50%x"
+
+
 def test_the_script_is_a_shell_script():
     subprocess.run(["bash", "-n", str(RECORDED)], check=True)
 
@@ -77,7 +95,12 @@ def test_the_settings_in_the_repository_are_the_defaults_and_load():
         ("time = 60", "time = 60: needs a text"),
         ("setup = [1]", r"setup = \(1,\): needs a list of texts"),
         ("tasks = ", "Invalid value"),
+        (r'time = "1:00\nrm -r ."', r'time = "1:00\\nrm -r .": needs to be one line without control characters'),
+        (r'setup = ["true", "a\u0085b"]', r'setup = "a.*b": needs to be one line without control characters'),
         ('template = "none.j2"', "none.j2: cannot be read"),
+        ('template = "/etc/hostname"', 'template = "/etc/hostname": needs the name of a file beside the settings'),
+        ('template = "../site.toml"', 'template = "../site.toml": needs the name of a file beside the settings'),
+        ('template = ".."', ": cannot be read: not a regular file"),
     ],
 )
 def test_wrong_settings_are_named_with_what_is_needed(tmp_path, line, wrong):
@@ -106,4 +129,4 @@ def test_missing_settings_are_named(tmp_path):
 )
 def test_a_template_that_is_wrong_or_reaches_for_python_is_refused_by_name(template):
     with pytest.raises(SiteError, match=r"^job\.sh\.j2: "):
-        script(Job("name", Path("mine.toml"), Path("out")), Site(), template)
+        script(Job(Path("mine.toml"), Path("out")), Site(), template)
