@@ -1,6 +1,5 @@
 """Expand a campaign into cases: one for each combination of its axes (product), each position (zip) or each line of its table."""
 
-import math
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass
 from typing import Any, Final, NamedTuple
@@ -74,19 +73,12 @@ def expanding(manifest: Manifest) -> Iterator[CampaignCase]:
     """The same one by one. Raises ManifestError after the last one."""
     known: set[str] = set()
     count = 0
-    for case in cases_of(manifest, range(count_of(manifest))):
+    for case in cases_of(manifest, range(manifest.case_count)):
         known.add(case.case_id)
         count += 1
         yield case
     if len(known) < count:
         raise ManifestError(same(manifest))
-
-
-def count_of(manifest: Manifest) -> int:
-    """How many cases a campaign has, members of ensembles each for itself."""
-    lengths = [len(values) for values in manifest.axes.values()]
-    points = math.prod(lengths) if manifest.design == "product" else min(lengths, default=0)
-    return points * manifest.ensemble.members
 
 
 def cases_of(manifest: Manifest, numbers: range) -> Iterator[CampaignCase]:
@@ -97,7 +89,7 @@ def cases_of(manifest: Manifest, numbers: range) -> Iterator[CampaignCase]:
 def same(manifest: Manifest) -> Iterator[str]:
     """A line for each case that is one before it."""
     numbers: dict[str, int] = {}
-    for number, case in enumerate(cases_of(manifest, range(count_of(manifest))), 1):
+    for number, case in enumerate(cases_of(manifest, range(manifest.case_count)), 1):
         first = numbers.setdefault(case.case_id, number)
         if first != number:
             yield f"{manifest.path}: cases {first} and {number} are the same: {case.point}"

@@ -1,6 +1,7 @@
 """The drives of a campaign file: its tables [[drives]], each at every point of [drive_axes]."""
 
 import itertools
+import math
 from collections.abc import Iterator, Mapping, Sequence
 from typing import Any, Final, NamedTuple
 
@@ -8,6 +9,7 @@ from solver.drive import DURATIONS, INTEGRATORS, PERIODS, TRAVEL, Scales, only_l
 from solver.outcome import COMPLETED, InvalidInput, quoted
 from study.manifest.checker import Checker
 from study.manifest.drives import CampaignDrive, NamedDrive, drive_parameters
+from study.manifest.manifest import MOST_CASES
 from study.manifest.parameters import Value
 from study.manifest.problems import need, shown
 
@@ -41,6 +43,9 @@ def read_drives(checker: Checker, top: Mapping[str, Any], scales: Scales) -> Dri
     """
     axes = _axes(checker, top.get(AXES, {}))
     tables = _tables(checker, top, axes)
+    if (count := len(tables) * math.prod(map(len, axes.values()))) > MOST_CASES:
+        checker.refuse(AXES, f"{count} drives: needs at most {MOST_CASES}")
+        return Drives()
     points = [dict(zip(axes, values, strict=True)) for values in itertools.product(*axes.values())]
     found = [[_driven(table, point, scales) for point in points] for table in tables]
     for table, drives in zip(tables, found, strict=True):

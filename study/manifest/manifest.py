@@ -1,11 +1,12 @@
 """The content of a campaign file as frozen values."""
 
 import itertools
+import math
 import re
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, field, fields
 from pathlib import Path
-from typing import Any, Literal, get_args
+from typing import Any, Final, Literal, get_args
 
 from solver.case import MOST_EVENTS, Case
 from solver.drive import Scales
@@ -18,6 +19,10 @@ Stage = Literal["contact", "slip", "dynamics"]
 Design = Literal["product", "zip", "table"]
 STAGES: tuple[Stage, ...] = get_args(Stage)
 MOST_MEMBERS = 10_000
+MOST_CASES: Final = 10**6
+"""Of a campaign, members of ensembles each for itself; as many drives of a case. A plan of a million takes 1 GB."""
+MOST_DRIVEN: Final = 4 * MOST_CASES
+"""Cases times drives: a plan of so many takes 3 GB."""
 KNOWABLE: dict[str, Stage] = {"plateau_mean": "slip", "static_friction": "dynamics", "kinetic_friction": "dynamics"}
 """Variable of the dataset that an ensemble can be asked to know -> the stage that yields it."""
 BOUGHT = "plateau_mean"
@@ -229,6 +234,13 @@ class Manifest:
     def name(self) -> str:
         """The campaign's short name: its file name without the ending."""
         return self.path.stem
+
+    @property
+    def case_count(self) -> int:
+        """How many cases there are, members of ensembles each for itself."""
+        lengths = [len(values) for values in self.axes.values()]
+        points = math.prod(lengths) if self.design == "product" else min(lengths, default=0)
+        return points * self.ensemble.members
 
     @property
     def fixed(self) -> dict[str, Value]:

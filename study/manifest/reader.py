@@ -18,6 +18,8 @@ from study.manifest.manifest import (
     BOUGHT,
     BOUGHT_BY,
     KNOWABLE,
+    MOST_CASES,
+    MOST_DRIVEN,
     STAGES,
     Budget,
     Design,
@@ -219,9 +221,18 @@ class _Reader(NamedFiles):
             budget=_budget(self, top, {**given, **fixed["numerics"], **fixed["limits"]}, stages),
             tolerated=tolerated,
         )
+        self._counts(result)
         if self.problems:
             raise WrongManifestError(self.problems, result)
         return result
+
+    def _counts(self, manifest: Manifest) -> None:
+        """Refuse more cases, or drives of cases, than fit a machine: nothing has been expanded yet."""
+        cases, drives = manifest.case_count, len(manifest.drives)
+        if cases > MOST_CASES:
+            self.refuse(f"{cases} cases", f"needs at most {MOST_CASES}, members of ensembles each for itself")
+        elif cases * drives > MOST_DRIVEN:
+            self.refuse(f"{cases} cases with {drives} drives each", f"needs at most {MOST_DRIVEN} drives in all")
 
     def _tables(self, top: dict[str, Any], profile: PinProfile | None) -> dict[str, Columns]:
         """The tables of parameters. The pin's roughness is that of its file."""

@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 from solver.quantity import attributes
 from study.dataset.collection.ragged import texts
 from study.dataset.variables import DRIVE_NAME, parameters
-from study.manifest.cases import MEMBER, cases_of, count_of
+from study.manifest.cases import MEMBER, cases_of
 from study.manifest.manifest import Manifest
 from study.manifest.parameters import STANDARD, Value
 
@@ -69,7 +69,7 @@ def _of_cases(manifest: Manifest) -> tuple[dict[str, tuple[Value, ...]], dict[st
     members = manifest.ensemble.members
     ensemble: dict[str, tuple[Value, ...]] = {MEMBER: tuple(range(members))} if members > 1 else {}
     if manifest.design != "product":
-        points = count_of(manifest) // members
+        points = manifest.case_count // members
         return {"case": tuple(range(points)), **ensemble}, {"case": points, MEMBER: members}
     given = manifest.axes
     names = (*STANDARD, *(name for name, values in given.items() if name not in STANDARD and len(values) > 1))

@@ -4,7 +4,6 @@ from collections.abc import Iterator, Mapping
 from typing import Final, Protocol
 
 from solver.outcome import Outcome
-from study.manifest.cases import count_of
 from study.manifest.manifest import Manifest
 from study.plan.plan import Plan, Planning, plan_of, spelled_out
 
@@ -40,7 +39,7 @@ class InPieces:
     @property
     def count(self) -> int:
         """How many cases there are."""
-        return count_of(self.manifest)
+        return self.manifest.case_count
 
     def piece(self, numbers: range) -> Plan:
         """The plan of the cases of these numbers, without tasks; an ensemble is in one piece."""

@@ -126,6 +126,12 @@ def test_tractions_are_kept_where_they_are_the_question(tmp_path: Path) -> None:
 
 DRIVE = '[[drives]]\nname = "a"\n'
 
+
+def many(key: str, count: int) -> str:
+    """An axis of so many values."""
+    return f"{key} = {[1 + number / 1000 for number in range(count)]}\n"
+
+
 WRONG = {
     # top level
     "no title": ("", "title: missing: needs a text"),
@@ -137,6 +143,20 @@ WRONG = {
     "table that is a number": ("constants = 1", "constants = 1: needs a table [constants]"),
     "not TOML": ("axes = [,", re.compile(r"not TOML: .*line 2")),
     "endless nesting": ("x = " + "[" * 5000, "nested too deeply: needs fewer brackets within brackets"),
+    "key of very many parts": ("x" + ".x" * 20_000 + " = 1", "a key of more than 16 parts: needs fewer"),
+    # numbers of cases and drives
+    "cases by the hundred million": (
+        f"[axes]\n{many('radius', 401)}{many('aspect_ratio', 100)}[ensemble]\nmembers = 10000",
+        "401000000 cases: needs at most 1000000, members of ensembles each for itself",
+    ),
+    "more than a million drives": (
+        f"[drive_axes]\n{many('pin_mass', 1001)}{many('spring_stiffness', 1000)}",
+        "drive_axes: 1001000 drives: needs at most 1000000",
+    ),
+    "more drives of cases than a machine plans": (
+        f"[axes]\n{many('radius', 401)}[ensemble]\nmembers = 1000\n[drive_axes]\n{many('pin_mass', 11)}",
+        "401000 cases with 11 drives each: needs at most 4000000 drives in all",
+    ),
     # stages and drives
     "stage that skips one": ('stages = ["contact", "dynamics"]', re.compile(r'stages = .*: needs \["contact"\] or ')),
     "stages out of order": ('stages = ["slip", "contact"]', re.compile("each stage needs the ones before it")),

@@ -9,7 +9,7 @@ from study.dataset import file
 from study.dataset.collection import pieces as pieces_module
 from study.dataset.collection.collect import collect
 from study.dataset.collection.pieces import InPieces, pieces
-from study.manifest.cases import CampaignCase, cases_of, count_of, expand
+from study.manifest.cases import CampaignCase, cases_of, expand
 from study.manifest.manifest import Manifest
 from study.manifest.problems import ManifestError
 from study.manifest.reader import load_manifest, parse_manifest
@@ -73,7 +73,7 @@ def test_members_of_an_ensemble_are_in_one_piece() -> None:
 @pytest.mark.parametrize("text", CAMPAIGNS.values(), ids=CAMPAIGNS)
 def test_cases_of_some_numbers_are_those_of_the_whole_campaign(text: str) -> None:
     campaign = manifest(text)
-    cases, count = expand(campaign), count_of(campaign)
+    cases, count = expand(campaign), campaign.case_count
     for numbers in (range(count), range(1, 2), range(2, count), range(count, count)):
         assert tuple(cases_of(campaign, numbers)) == cases[numbers.start : numbers.stop]
 
