@@ -97,7 +97,10 @@ def read_head(file: BinaryIO) -> Head:
     (seal,) = _CHECKSUM.unpack_from(begin, _HEAD.size)
     if seal != zlib.crc32(meta, zlib.crc32(begin[: _HEAD.size])):  # a length that was damaged leads anywhere
         raise (TornError if len(meta) < meta_length else CorruptResultError)(CHANGED)
-    return Head(key.decode("ascii"), _meta(meta), table, numbers, checksum, seal, LEAST + meta_length + numbers)
+    try:
+        return Head(key.decode("ascii"), _meta(meta), table, numbers, checksum, seal, LEAST + meta_length + numbers)
+    except _NO_RESULT:
+        raise CorruptResultError(NOT_OURS) from None
 
 
 def check(head: Head, numbers: Any) -> None:
@@ -109,9 +112,15 @@ def check(head: Head, numbers: Any) -> None:
 
 
 def result_of(head: Head, numbers: Any) -> TaskResult:
-    """The result whose entry has this head and these numbers (a buffer that nobody writes to). Its arrays are read-only."""
-    table = json.loads(str(numbers[: head.table], "ascii"))
-    arrays = dict(_arrays(table["arrays"], numbers, head.table))
+    """The result whose entry has this head and these numbers (a buffer that nobody writes to). Its arrays are read-only.
+
+    Raises CorruptResultError.
+    """
+    try:
+        table = json.loads(str(numbers[: head.table], "ascii"))
+        arrays = dict(_arrays(table["arrays"], numbers, head.table))
+    except _NO_RESULT:
+        raise CorruptResultError(NOT_OURS) from None
     return TaskResult(head.key, head.meta.kind, head.meta.outcome, table["scalars"], arrays, head.meta.origins)
 
 
@@ -153,3 +162,6 @@ _KEY: Final = 20
 _MOST: Final = 1 << 20
 """Bytes that a result says of itself: more are damage."""
 CHANGED: Final = "its bytes are not those that were written"
+NOT_OURS: Final = "its checksums are right, its content is no result's"
+_NO_RESULT: Final = (ValueError, LookupError, TypeError, AttributeError, ArithmeticError, RecursionError)
+"""Raised by content that is no result's."""

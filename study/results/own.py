@@ -1,6 +1,8 @@
 """A result in a file of its own, `<key>.result`, that appears whole: tasks which read it find it without looking."""
 
 import os
+from collections.abc import Iterator
+from contextlib import contextmanager
 from pathlib import Path
 from typing import Any, BinaryIO, Final
 
@@ -28,19 +30,19 @@ def write(path: Path, entry: bytes) -> None:
 
 def read(path: Path) -> TaskResult:
     """The result of a file; where it is mapped, its numbers are not checked. Raises CorruptResultError, FileNotFoundError."""
-    with _opened(path) as file:
+    with _opened(path) as file, _named(path):
         head = _head(path, file)
         if head.numbers < MAPPED:
-            return result_of(head, _numbers(path, head, file))
+            return result_of(head, _numbers(head, file))
         begin = file.tell()
-    return result_of(head, np.asarray(np.memmap(path, np.uint8, "r", begin, head.numbers)))
+        return result_of(head, np.asarray(np.memmap(path, np.uint8, "r", begin, head.numbers)))
 
 
 def checked(path: Path) -> Head:
     """The head of a file. Raises CorruptResultError unless every byte is as it was written, FileNotFoundError."""
-    with _opened(path) as file:
+    with _opened(path) as file, _named(path):
         head = _head(path, file)
-        _numbers(path, head, file)
+        _numbers(head, file)
     return head
 
 
@@ -57,22 +59,25 @@ def _opened(path: Path) -> BinaryIO:
     return path.open("rb")
 
 
-def _head(path: Path, file: BinaryIO) -> Head:
+@contextmanager
+def _named(path: Path) -> Iterator[None]:
+    """Name the file whose bytes are no result's."""
     try:
-        head = read_head(file)
-        if head.length != os.fstat(file.fileno()).st_size:
-            raise CorruptResultError("it has another length than was written")
+        yield
     except CorruptResultError as error:
         raise CorruptResultError(f"{path}: not a whole result ({error})") from error
+
+
+def _head(path: Path, file: BinaryIO) -> Head:
+    head = read_head(file)
+    if head.length != os.fstat(file.fileno()).st_size:
+        raise CorruptResultError("it has another length than was written")
     if head.key != path.stem:
-        raise CorruptResultError(f"{path}: the result of another task, {head.key}")
+        raise CorruptResultError(f"the result of another task, {head.key}")
     return head
 
 
-def _numbers(path: Path, head: Head, file: BinaryIO) -> Any:
+def _numbers(head: Head, file: BinaryIO) -> Any:
     numbers = file.read(head.numbers)
-    try:
-        check(head, numbers)
-    except CorruptResultError as error:
-        raise CorruptResultError(f"{path}: not a whole result ({error})") from error
+    check(head, numbers)
     return numbers

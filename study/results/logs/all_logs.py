@@ -75,9 +75,9 @@ class Logs:
         numbers = os.pread(self._opened(path).number, head.numbers, begin + head.length - head.numbers)
         try:
             check(head, numbers)
+            return result_of(head, numbers)
         except CorruptResultError as error:
             raise CorruptResultError(_named(path, Fault(begin, begin + head.length, error))) from error
-        return result_of(head, numbers)
 
     def _paths(self) -> list[Path]:
         """The logs that are there; what has their name and is no file is named once."""

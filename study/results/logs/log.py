@@ -106,10 +106,12 @@ def scan(path: Path, begin: int = 0, whole: bool = True) -> Iterator[Place | Fau
         while begin < length:
             try:
                 head = read_head(file)
+                if begin + head.length > length:
+                    raise TornError("it ends too early")
                 if whole:
                     check(head, file.read(head.numbers))
-                elif file.seek(head.numbers, os.SEEK_CUR) > length:
-                    raise TornError("it ends too early")
+                else:
+                    file.seek(head.numbers, os.SEEK_CUR)
                 yield Place(head, path, begin)
                 begin += head.length
             except CorruptResultError as error:

@@ -1,8 +1,10 @@
 """Made-up results, as tests of their files share them, and what is done to files."""
 
 import os
+import struct
 import subprocess
 import time
+import zlib
 from collections import Counter
 from dataclasses import replace
 from pathlib import Path
@@ -14,6 +16,7 @@ import pytest
 from solver.outcome import COMPLETED, Ending, Outcome
 from study.plan.tasks import TaskResult
 from study.results import own
+from study.results.entry import ALIGNED, LEAST, MARK
 from study.results.logs import log
 from study.results.store import FOLDER
 
@@ -63,6 +66,16 @@ def same(one: TaskResult, other: TaskResult) -> bool:
         and all(one.arrays[name].dtype == other.arrays[name].dtype for name in one.arrays)
         and all(one.arrays[name].strides == other.arrays[name].strides for name in one.arrays)
     )
+
+
+def forged(
+    meta: bytes = b"{}", body: bytes = b"", numbers: int | None = None, table: int = 0, key: bytes = RECORD.key.encode()
+) -> bytes:
+    """An entry whose checksums are right, whatever it holds; numbers: the bytes that its head asks for."""
+    meta, body = meta + b" " * (-(LEAST + len(meta)) % ALIGNED), body + bytes(-len(body) % ALIGNED)
+    asked = len(body) if numbers is None else numbers
+    head = struct.pack("<8s20sIIQI", MARK, key, len(meta), table, asked, zlib.crc32(body))
+    return head + struct.pack("<I", zlib.crc32(meta, zlib.crc32(head))) + meta + body
 
 
 def flip(path: Path, bit: int) -> None:

@@ -9,7 +9,7 @@ import pytest
 from study.origin import here
 from study.plan.task import TaskResult
 from study.results.entry import ALIGNED, CorruptResultError, TornError, check, packed, read_head, result_of
-from tests.study.results.results import ALL, RECORD, same
+from tests.study.results.results import ALL, RECORD, forged, same
 
 
 def unpacked(content: bytes) -> TaskResult:
@@ -54,6 +54,36 @@ def test_an_entry_cut_short_anywhere_is_torn():
     for length in range(len(content)):
         with pytest.raises(TornError):
             unpacked(content[:length])
+
+
+META = b'{"kind": "record", "ending": "completed", "message": "", "origins": []}'
+
+
+@pytest.mark.parametrize(
+    ("meta", "table"),
+    [
+        (b"", b""),
+        (b"[]", b""),
+        (b"{}", b""),
+        (b"[" * 100_000, b""),
+        (META.replace(b"completed", b"done"), b""),
+        (META, b""),
+        (META, b"[]"),
+        (META, b"[" * 100_000),
+        (META, b'{"scalars": {}, "arrays": [["x", "<f8", [-5], false]]}'),
+        (META, b'{"scalars": {}, "arrays": [["x", "<f8", [1000], false]]}'),
+        (META, b'{"scalars": {}, "arrays": [["x", "<f8", [4611686018427387904, 4], false]]}'),
+        (META, b'{"scalars": {}, "arrays": [["x", "<f8", [1e300], false]]}'),
+        (META, b'{"scalars": {}, "arrays": [["x", "|O", [1], false]]}'),
+        (META, b'{"scalars": {}, "arrays": [["x", "no type", [1], false]]}'),
+        (META, b'{"scalars": {}, "arrays": [5]}'),
+    ],
+)
+def test_what_is_no_result_in_spite_of_its_checksums_is_corrupt(meta: bytes, table: bytes) -> None:
+    with pytest.raises(CorruptResultError, match="its content is no result's"):
+        unpacked(forged(meta, table, table=len(table)))
+    with pytest.raises(CorruptResultError):
+        unpacked(forged(META, key=b"\xff" * 20))
 
 
 def test_what_no_result_holds_is_refused():

@@ -11,8 +11,9 @@ import pytest
 
 from study.results.entry import ALIGNED, CorruptResultError, TornError, packed
 from study.results.logs.log import ENDING, Fault, LogWriter, Place, scan
-from tests.study.results.results import ALL, flip
+from tests.study.results.results import ALL, flip, forged
 
+META = b'{"kind": "record", "ending": "completed", "message": "", "origins": []}'
 KEYS = [result.key for result in ALL]
 
 
@@ -57,6 +58,16 @@ def test_a_torn_end_costs_the_last_result_and_is_told_from_damage(log):
         log.write_bytes(whole[:length])
         assert keys(log) == KEYS[:-1]
         assert [(fault.begin, type(fault.error)) for fault in faults(log)] == [(last.begin, TornError)]
+
+
+@pytest.mark.parametrize("whole", [True, False])
+@pytest.mark.parametrize("asked", [2**40, 2**62, 2**64 - 1])
+def test_a_head_asks_for_no_more_bytes_than_its_file_has(log, whole, asked):
+    content = log.read_bytes()
+    for behind, kind in ((b"", TornError), (content, CorruptResultError)):
+        log.write_bytes(content + forged(META, numbers=asked) + behind)
+        assert keys(log, whole=whole) == KEYS + (KEYS if behind else [])
+        assert [(fault.begin, type(fault.error)) for fault in faults(log)] == [(len(content), kind)]
 
 
 def test_what_stands_before_and_behind_results_is_passed(log):
