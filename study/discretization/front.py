@@ -181,7 +181,7 @@ def _front(name: str, text: str) -> Front:
         raise InvalidInput(f"errors: needs {len(contacts)} of every row, one for each contact")
     machine = dict(found["machine"])
     if not all(isinstance(word, str) for word in machine.values()):
-        raise InvalidInput(f"machine = {quoted(machine)}: needs texts")
+        raise InvalidInput("machine: needs texts")
     return Front(name, machine, contacts, rows, hashlib.sha256(text.encode()).hexdigest())
 
 

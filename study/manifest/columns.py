@@ -11,7 +11,7 @@ from typing import Any, NamedTuple
 from solver.case import FARTHEST_POINT, LEAST_APART, Heterogeneity
 from solver.slab import SCHEMES
 from study.manifest.parameters import Value, axes
-from study.manifest.problems import ManifestError, need, path_shown, shown, unknown
+from study.manifest.problems import ManifestError, meant_by, need, path_shown, shown, unknown
 
 
 class Given(NamedTuple):
@@ -57,6 +57,10 @@ def read_table(path: Path, given: str | None = None) -> Table:
     if len(lines) < 2:
         raise ManifestError([f"{path}: {len(lines)} lines: needs a header of parameters and at least one case"])
     header = [word.strip() for word in lines[0][1]]
+    if not any(
+        word in axes() or meant_by(word, axes()) for word in header
+    ):  # another file: its text is nobody's business
+        raise ManifestError([f"{path}: line {lines[0][0]}: needs a header of parameters, as intrinsic_friction,radius"])
     problems = [f"column {shown(word)}: {unknown(word, axes())}" for word in header if word not in axes()]
     problems += [f"column {word}: needs to appear once" for word in axes() if header.count(word) > 1]
     for line, row in lines[1:]:
@@ -85,15 +89,17 @@ def read_profile(path: Path, given: str | None = None) -> PinProfile:
     raw, text = read_text(path, given)
     lines = _lines(path, text)
     if not lines or [word.strip() for word in lines[0][1]] != ["xi", "height"]:
-        raise ManifestError([f"{path}: needs the header xi,height"])
+        raise ManifestError([f"{path}: line {lines[0][0] if lines else 1}: needs the header xi,height"])
     problems: list[str] = []
     points: list[tuple[float, float]] = []
     for line, row in lines[1:]:
         point = _point(row)
-        if wrong := _wrong_point(point, points[-1:], alone=len(lines) == 2):
+        if wrong := _wrong_point(point, points[-1:]):
             problems.append(f"{path}: line {line}: {shown(','.join(row))}: {wrong}")
         elif point:
             points.append(point)
+    if not problems and len(points) < 2:
+        problems.append(f"{path}: number of points = {len(points)}: needs at least 2")
     if problems:
         raise ManifestError(problems)
     return PinProfile(raw, text, tuple(points))
@@ -108,13 +114,13 @@ def _point(row: list[str]) -> tuple[float, float] | None:
     return (xi, height) if math.isfinite(xi) and math.isfinite(height) else None
 
 
-def _wrong_point(point: tuple[float, float] | None, before: list[tuple[float, float]], alone: bool) -> str:
+def _wrong_point(point: tuple[float, float] | None, before: list[tuple[float, float]]) -> str:
     """What is needed instead of a point of a profile, behind the last good one; empty where all is well."""
     if point is None:
         return "needs two finite numbers, xi and height"
     if max(map(abs, point)) > FARTHEST_POINT:
         return f"needs |ξ| and |height| up to {FARTHEST_POINT:g}"
-    if alone or (before and point[0] - before[0][0] < LEAST_APART):
+    if before and point[0] - before[0][0] < LEAST_APART:
         return need(partial(Heterogeneity, roughness=(*before, point)))
     return ""
 

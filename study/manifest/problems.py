@@ -19,10 +19,10 @@ ONE_LINE = "needs to be one line without control characters"
 
 
 class ManifestError(Exception):
-    """A campaign file is wrong. `lines` has one line for each of its problems."""
+    """A campaign file is wrong. `lines` has one printable line for each of its problems."""
 
     def __init__(self, lines: Iterable[str]) -> None:
-        self.lines = tuple(lines)
+        self.lines = tuple(map(printable, lines))
         super().__init__(self.lines)
 
     def __str__(self) -> str:
@@ -43,9 +43,14 @@ def key_shown(key: str) -> str:
     return key if re.fullmatch(r"[A-Za-z0-9_-]+", key) and len(key) <= SHOWN else shown(key)
 
 
+def printable(text: str) -> str:
+    """A text on one line, with escapes for what a terminal obeys: control characters, changes of the direction of writing."""
+    return "".join(letter if letter.isprintable() else repr(letter)[1:-1] for letter in text)
+
+
 def path_shown(path: Path) -> str:
-    """A path as one line of at most LONGEST_PATH characters, without control characters."""
-    text = "".join(letter if letter.isprintable() else repr(letter)[1:-1] for letter in str(path))
+    """A path as one printable line of at most LONGEST_PATH characters."""
+    text = printable(str(path))
     return text if len(text) <= LONGEST_PATH else text[: LONGEST_PATH - 3] + "..."
 
 
@@ -65,6 +70,11 @@ def need(make: Callable[..., object], *arguments: object) -> str:
 
 def unknown(word: str, allowed: Collection[str]) -> str:
     """Advice on a word that is not allowed here: the table that takes it, what it is a symbol of or like, or all allowed ones."""
+    return meant_by(word, allowed) or "unknown; needs one of " + ", ".join(allowed)
+
+
+def meant_by(word: str, allowed: Collection[str]) -> str:
+    """The same of a word that somebody may have meant; empty for any other text."""
     if table := table_of(word):
         return f"belongs in [{table}]" + (" or [axes]" if word in axes() else "")
     of_drives = parameters_of_a_drive()
@@ -74,4 +84,4 @@ def unknown(word: str, allowed: Collection[str]) -> str:
     if meant != word:
         return f"unknown; did you mean {meant}" + ("?" if meant in allowed else f", which {unknown(meant, allowed)}?")
     near = difflib.get_close_matches(word[:SHOWN], allowed, 1)
-    return f"unknown; did you mean {near[0]}?" if near else "unknown; needs one of " + ", ".join(allowed)
+    return f"unknown; did you mean {near[0]}?" if near else ""

@@ -20,7 +20,7 @@ from typing import Any, Final
 import numpy as np
 from numpy.typing import NDArray
 
-from solver.outcome import InvalidInput, quoted
+from solver.outcome import InvalidInput
 from solver.parameter import as_float
 from study.manifest.problems import ManifestError, path_shown
 from study.plan.influence.omissions import OMISSIONS, Omission
@@ -160,7 +160,7 @@ def _influences(name: str, text: str) -> Influences:
     found = json.loads(text)
     about = dict(found["about"])
     if not all(isinstance(word, str) for word in about.values()):
-        raise InvalidInput(f"about = {quoted(about)}: needs texts")
+        raise InvalidInput("about: needs texts")
     effects = {key: _measured(OMISSIONS[key], rows) for key, rows in found["effects"].items()}
     return Influences(name, about, effects, hashlib.sha256(text.encode()).hexdigest())
 

@@ -183,10 +183,11 @@ def test_a_roughness_is_read_from_its_file_and_known_by_its_content(tmp_path: Pa
 @pytest.mark.parametrize(
     ("content", "wrong"),
     [
-        ("x,y\n0,0\n", "rough.csv: needs the header xi,height"),
+        ("\nx,y\n0,0\n", "rough.csv: line 2: needs the header xi,height"),
         ("xi,height\n0,0\n1\n", 'rough.csv: line 3: "1": needs two finite numbers, xi and height'),
         ("xi,height\n0,a\n", 'rough.csv: line 2: "0,a": needs two finite numbers'),
-        ("xi,height\n0,0\n", 'rough.csv: line 2: "0,0": needs no or at least 2 points'),
+        ("xi,height\n", "rough.csv: number of points = 0: needs at least 2"),
+        ("xi,height\n0,0\n", "rough.csv: number of points = 1: needs at least 2"),
         ("xi,height\n0,0\n\n0,1\n", 'rough.csv: line 4: "0,1": needs points with increasing ξ'),
         ("xi,height\n0,0\n-1,1\n2,0\n", 'rough.csv: line 3: "-1,1": needs points with increasing ξ'),
         ("xi,height\n0,0\n1e-13,1\n", 'rough.csv: line 3: "1e-13,1": needs points at least 1e-12 apart'),

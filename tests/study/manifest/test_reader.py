@@ -137,6 +137,10 @@ WRONG = {
     "no title": ("", "title: missing: needs a text"),
     "title of another type": ("title = 5", "title = 5: needs a text"),
     "title on two lines": ('title = "a\\nb"', r'title = "a\nb": needs to be one line without control characters'),
+    "title that writes from right to left and to terminals": (
+        'title = "\\u202e\\u009b31m"',
+        r'title = "\u202e\x9b31m": needs to be one line without control characters',
+    ),
     "title with a null": ('title = "a\\u0000b"', r'title = "a\u0000b": needs to be one line without control characters'),
     "unknown top-level key": ("stage = 1", "stage = 1: unknown; did you mean stages?"),
     "parameter at top level": ("n_x = 33", "n_x = 33: belongs in [numerics] or [axes]"),
@@ -291,6 +295,14 @@ WRONG = {
     "limit of nothing in a table": ('table = "still.csv"', "still.csv: line 3: spacings = 0: needs spacings > 0"),
     "empty cell": ('table = "hole.csv"', 'hole.csv: line 2: radius = "": needs a number'),
     "unknown column": ('table = "column.csv"', 'column.csv: column "radus": unknown; did you mean radius?'),
+    "table that is another file": (
+        'table = "passwd"',
+        "passwd: line 1: needs a header of parameters, as intrinsic_friction,radius",
+    ),
+    "roughness that is another file": (
+        'heterogeneity.roughness = "passwd"',
+        "passwd: line 1: needs the header xi,height",
+    ),
     "column twice": ('table = "twice.csv"', "twice.csv: column radius: needs to appear once"),
     "ragged line": ('table = "ragged.csv"', "ragged.csv: line 3: 1 values: needs 2, one for each column"),
     "table without cases": ('table = "header.csv"', re.compile("header.csv: 1 lines: needs a header")),
@@ -303,6 +315,7 @@ TABLE_FILES = {
     "negative.csv": b"radius,normal_load\n50,1e-3\n\n-5,1e-3\n",
     "still.csv": b"radius,spacings\n50,1\n50,0\n",
     "hole.csv": b"radius,normal_load\n,1e-3\n",
+    "passwd": b"root:x:0:0:root:/root:/bin/bash\nguest,x,1\n",
     "column.csv": b"radus\n50\n",
     "twice.csv": b"radius,radius\n50,50\n",
     "ragged.csv": b"radius,normal_load\n50,1e-3\n50\n",
