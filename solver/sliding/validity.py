@@ -56,7 +56,7 @@ class Flag(NamedTuple):
 
 
 FEW_NODES = Flag(
-    1, "few_nodes", f"fewer than {FEWEST_NODES} nodes in contact", "raise n_x, load or radius (half_width of a punch)"
+    1, "few_nodes", f"fewer than {FEWEST_NODES} nodes in contact", "raise n_x or radius (half_width of a punch)"
 )
 NEAR_ENDS = Flag(
     2,
@@ -208,12 +208,12 @@ def contact_flags(case: Case, state: ContactState) -> Flags:
 
 
 def record_flags(case: Case, start: ContactState, record: FrictionRecord, end: ContactState) -> Flags:
-    """The flags of a friction record from `start` to `end`: what was so at any time of it.
+    """The flags of a friction record from `start` to `end`: what was so at any time; none of one that failed before it slid.
 
     Sizes are known after every event; places from both ends, and from the nodes that triggered an event or slipped in one, which
     are in contact.
     """
-    if not start.outcome.ok:
+    if not start.outcome.ok or (not record.outcome.ok and not record.node.size):
         return ()
     first = int(start.contact.sum())
     fewest, most = (int(extreme(initial=first)) for extreme in (record.contact_size.min, record.contact_size.max))
@@ -234,9 +234,9 @@ def _guess(case: Case) -> float:
 
 
 def _uncertain(case: Case, record: FrictionRecord) -> bool:
-    """Whether a record ended before its plateau was as certain as it was to be."""
+    """Whether a record came to its limits before its plateau was as certain as it was to be."""
     enough = case.target_uncertainty
-    return enough is not None and plateau_of(record).relative_uncertainty > enough
+    return enough is not None and record.outcome.ok and plateau_of(record).relative_uncertainty > enough
 
 
 def contact_half_width(case: Case, state: ContactState) -> float:

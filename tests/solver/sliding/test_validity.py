@@ -23,6 +23,7 @@ from solver.sliding.validity import (
     LARGE_STRAIN,
     NEAR_ENDS,
     OUTGROWN,
+    UNCERTAIN,
     WHOLE_SLAB,
     Flag,
     advice_on,
@@ -155,6 +156,26 @@ def test_what_was_not_reached_has_no_flags_and_no_width() -> None:
     assert math.isnan(contact_half_width(case, broken))
     record, end = slide_to_state(case, compliance_of(case.slab), broken)
     assert record_flags(case, broken, record, end) == ()
+
+
+@pytest.mark.parametrize(
+    ("radius", "load", "friction", "slides"),
+    [(0.05, 0.5, 0.5, False), (0.05, 0.1, 0.5, False), (5.0, 0.1, 0.05, False), (0.5, 1e-2, 0.05, True)],
+    ids=["in contact", "at once", "at once, near the ends", "later"],
+)
+def test_no_flag_of_a_pin_too_steep_to_slide_advises_against_its_outcome(
+    radius: float, load: float, friction: float, slides: bool
+) -> None:
+    """Its outcome says to raise the radius and to lower the load; a longer record would fail, too."""
+    case = Case(friction, radius, load, target_uncertainty=0.01, slab=Slab(N))
+    start, record, end = slid(case)
+    assert (record.outcome.ending, record.node.size > 0) == (Ending.STEEP_PIN, slides)
+    found = record_flags(case, start, record, end)
+    assert (found != ()) == slides
+    assert UNCERTAIN not in found
+    if not start.outcome.ok:  # these stand for them
+        found = expected_flags(case)
+    assert not any("load" in flag.advice.replace("lower normal_load", "") for flag in found)
 
 
 @pytest.mark.parametrize("scheme", ["half_plane", "galerkin"])
