@@ -25,7 +25,7 @@ COARSEST: Final = 0.1
 DECADES: Final = 4
 
 Estimate = Callable[[Manifest], float]
-"""Seconds that a manifest without a budget would take on the budget's ranks; infinite where it would miss what it asks for."""
+"""Seconds that a manifest without a budget would take on the budget's ranks; infinite where all would miss what it asks for."""
 
 
 def spent(manifest: Manifest, estimate: Estimate) -> Manifest:
@@ -61,8 +61,9 @@ def said(manifest: Manifest) -> str:
 
 
 def estimated(cases: Iterable[CampaignCase], tasks: Sequence[Task], ranks: int) -> float:
-    """Seconds that a plan takes on so many ranks; infinite where a record is expected to miss its uncertainty."""
-    if any(case.case is not None and misses_target(case.case) for case in cases):
+    """Seconds that a plan takes on so many ranks; infinite where every record is expected to miss its uncertainty."""
+    computed = [case.case for case in cases if case.case is not None]
+    if computed and all(map(misses_target, computed)):
         return math.inf
     return seconds_on(tasks, ranks)
 

@@ -92,9 +92,9 @@ def _cases(plan: Plan) -> Iterator[str]:
 
 
 def _unspent(plan: Plan, budget: Budget) -> str:
-    """Why a budget is not spent; the next uncertainty that is tried takes at most twice the time, where records can reach it."""
+    """Why a budget is not spent; the next uncertainty that is tried takes at most twice the time, where a record can reach it."""
     left = "slip" in plan.manifest.stages and seconds_on(plan.tasks, budget.ranks) < budget.seconds / 2.0
-    return "; more buys nothing, as some records are not expected to know more within their limits" if left else ""
+    return "; more buys nothing, as no record is expected to know more within its limits" if left else ""
 
 
 def _left_out(plan: Plan) -> Iterator[str]:

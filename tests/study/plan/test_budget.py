@@ -2,17 +2,19 @@
 
 import pytest
 
+from solver.sliding.validity import UNCERTAIN, flags_in
 from study.manifest.problems import ManifestError
 from study.manifest.reader import parse_manifest
 from study.plan.budget import seconds_on
+from study.plan.outlook import outlook_of
 from study.plan.plan import Plan, make_plan
 from tests.conftest import ROOT
 
 CAMPAIGN = 'title = "x"\n[axes]\nradius = [50, 100]\n[numerics]\nn_x = 33\n'
 
 
-def planned(time: str, more: str = "") -> Plan:
-    return make_plan(parse_manifest(ROOT / "mine.toml", f'{CAMPAIGN}{more}[budget]\ntime = "{time}"\n', {}))
+def planned(time: str, more: str = "", campaign: str = CAMPAIGN) -> Plan:
+    return make_plan(parse_manifest(ROOT / "mine.toml", f'{campaign}{more}[budget]\ntime = "{time}"\n', {}))
 
 
 def uncertainty(plan: Plan) -> float:
@@ -26,6 +28,19 @@ def test_what_is_bought_fits_into_the_time(seconds: float) -> None:
 
 def test_more_time_buys_a_smaller_uncertainty() -> None:
     assert uncertainty(planned("0.1 s")) < uncertainty(planned("0.03 s"))
+
+
+@pytest.mark.parametrize("seconds", [0.1, 60.0])
+def test_a_case_that_cannot_know_more_leaves_the_others_what_the_budget_buys(seconds: float) -> None:
+    """A record of one spacing ends at its limit, and is flagged; it takes next to nothing of the time."""
+    both, long, short = (
+        planned(f"{seconds} s", campaign=CAMPAIGN.replace("[50, 100]", f"[100]\nspacings = {each}"))
+        for each in ([1, 1000], [1000], [1])
+    )
+    assert uncertainty(both) == uncertainty(long) < uncertainty(short)
+    assert seconds_on(both.tasks, 1) <= seconds
+    flags = [UNCERTAIN in flags_in(mask) for mask in outlook_of(both).masks]
+    assert flags == [True, False]
 
 
 @pytest.mark.parametrize(("ensemble", "of_whom"), [("", ""), ("[ensemble]\nmembers = 8\n", " with all 8 members")])
