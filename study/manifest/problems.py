@@ -15,6 +15,9 @@ from study.manifest.parameters import axes, of_symbol, table_of
 LONGEST_PATH = 200
 """The most characters of a path that a message shows."""
 
+MOST_LINES = 100
+"""Problems that a message lists: an axis may have a hundred thousand wrong values."""
+
 ONE_LINE = "needs to be one line without control characters"
 
 
@@ -26,7 +29,8 @@ class ManifestError(Exception):
         super().__init__(self.lines)
 
     def __str__(self) -> str:
-        return "\n".join(self.lines)
+        more = len(self.lines) - MOST_LINES
+        return "\n".join([*self.lines[:MOST_LINES], *([f"and {more} problems more"] if more > 0 else [])])
 
 
 def shown(value: object) -> str:

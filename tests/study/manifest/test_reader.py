@@ -11,7 +11,7 @@ from study.manifest.cases import expand
 from study.manifest.drives import NamedDrive, drive_parameters
 from study.manifest.manifest import Manifest, Outputs, field_names
 from study.manifest.parameters import TABLES, words_of
-from study.manifest.problems import ManifestError
+from study.manifest.problems import MOST_LINES, ManifestError
 from study.manifest.reader import OTHERS, SECONDS, load_manifest, parse_manifest
 from study.plan.plan import make_plan
 
@@ -137,7 +137,7 @@ WRONG = {
     "no title": ("", "title: missing: needs a text"),
     "title of another type": ("title = 5", "title = 5: needs a text"),
     "title on two lines": ('title = "a\\nb"', r'title = "a\nb": needs to be one line without control characters'),
-    "title that writes from right to left and to terminals": (
+    "title that writes to terminals": (
         'title = "\\u202e\\u009b31m"',
         r'title = "\u202e\x9b31m": needs to be one line without control characters',
     ),
@@ -340,6 +340,17 @@ def test_every_problem_is_told_at_once(tmp_path: Path) -> None:
     keys = ["title", "stages", "axes.radius[0]", "axes.radius[2]", "numerics.n_x", "drives[0].pin_mass"]
     assert sorted(line.split(":")[0].split(" = ")[0] for line in found) == sorted(
         [*keys, "drives[0].duration", "drives[0].name"]
+    )
+
+
+def test_of_very_many_problems_the_first_are_listed_and_the_rest_counted(tmp_path: Path) -> None:
+    with pytest.raises(ManifestError) as error:
+        load_manifest(written(tmp_path, f'title = "x"\naxes.radius = {[-1] * (MOST_LINES + 2)}'))
+    listed = str(error.value).splitlines()
+    assert (len(error.value.lines), listed[:-1], listed[-1]) == (
+        MOST_LINES + 2,
+        list(error.value.lines[:MOST_LINES]),
+        "and 2 problems more",
     )
 
 
