@@ -11,7 +11,7 @@ from typing import Any, NamedTuple
 from solver.case import FARTHEST_POINT, LEAST_APART, Heterogeneity
 from solver.slab import SCHEMES
 from study.manifest.parameters import Value, axes
-from study.manifest.problems import ManifestError, meant_by, need, path_shown, shown, unknown
+from study.manifest.problems import ONE_LINE, ManifestError, meant_by, need, one_line, path_shown, shown, unknown
 
 
 class Given(NamedTuple):
@@ -38,6 +38,8 @@ def read_text(path: Path, given: str | None = None) -> tuple[bytes, str]:
     """The bytes of a file, and their UTF-8 text; or of `given`, the file's text. Raises ManifestError where it cannot be read."""
     if given is not None:
         return given.encode(), given
+    if not one_line(str(path)):
+        raise ManifestError([f"{path_shown(path)}: name of a file: {ONE_LINE}"])
     try:
         if path.exists() and not path.is_file():
             raise ValueError("not a regular file")  # a device may never end
