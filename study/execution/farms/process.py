@@ -1,5 +1,6 @@
 """A child that computes, from this side: started, told what to do, heard, ended."""
 
+import os
 import select
 import signal
 import socket
@@ -18,6 +19,7 @@ from study.execution.interruption import SIGNALS
 from study.execution.ledger import Done
 from study.execution.program import Program
 from study.execution.queue import Work
+from study.origin import Origin
 
 LONGEST_LOOK: Final = 1.0
 """Seconds between two looks at a child; more of them were not lived through."""
@@ -45,7 +47,9 @@ class ChildProcess:
             # By vfork where there is one: a fork would copy what libraries of MPI have registered with the network.
             signal.pthread_sigmask(signal.SIG_BLOCK, SIGNALS)  # it starts with them blocked, and then ignores them
             try:
-                self._process = subprocess.Popen(words, stdin=subprocess.DEVNULL, pass_fds=files)
+                self._process = subprocess.Popen(
+                    words, stdin=subprocess.DEVNULL, pass_fds=files, start_new_session=True
+                )
             finally:
                 signal.pthread_sigmask(signal.SIG_UNBLOCK, SIGNALS)
         self.pipe: Connection[Any, Any] = Connection(ours.detach())
@@ -71,6 +75,10 @@ class ChildProcess:
         """Have it compute tasks after those that it has."""
         self._tell(tasks)
 
+    def adopt(self, origin: Origin) -> None:
+        """Have it state this software in results."""
+        self._tell(origin)
+
     def receive(self) -> Done | None:
         """How its task has ended; None while it has not. Raises EOFError, OSError where the process has."""
         while self._poll.poll(0):
@@ -79,16 +87,20 @@ class ChildProcess:
             if message != READY:
                 return message  # type: ignore[no-any-return]
             self.ready = True
+        if self._process.poll() is not None and not self._poll.poll(0):
+            raise EOFError  # where it has started others, they hold the other end of the connection
         self.look()
         return None
 
     def stop(self) -> None:
-        """End its process, whose last words can still be heard."""
-        self._process.kill()
+        """End its process, whose last words can still be heard, and those that it has started."""
+        with suppress(ProcessLookupError, PermissionError):
+            os.killpg(self._process.pid, signal.SIGKILL)
 
     def kill(self) -> None:
         """End it at once."""
-        self._process.kill()
+        if self._process.poll() is None:
+            self.stop()
         self._process.wait()
         self.pipe.close()
         self._last_words.close()
@@ -98,6 +110,7 @@ class ChildProcess:
         code = None
         with suppress(subprocess.TimeoutExpired):
             code = self._process.wait(LAST_BREATH)
+            self.stop()
         return code
 
     def last_words(self) -> str:
