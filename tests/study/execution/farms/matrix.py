@@ -14,6 +14,7 @@ from typing import Final, NamedTuple
 
 from solver.outcome import Ending
 from study.dataset import file
+from study.exit_codes import FAILURES, INTERRUPTED
 from tests.conftest import clean_environment, launcher
 from tests.study.execution.farms.fault_program import CAMPAIGN, LOADS
 from tests.study.execution.farms.faults import FAULTS
@@ -48,8 +49,8 @@ def in_shards(folder: Path) -> dict[str, Found]:
     """A campaign in shards of two processes each, merged: what its dataset says."""
     (folder / "campaign.toml").write_text(CAMPAIGN, "utf-8")
     for shard in range(1, SHARDS + 1):
-        _command(folder, "run", "--shard", f"{shard}/{SHARDS}", "-j", "2")
-    _command(folder, "merge")
+        _command(folder, FAILURES, "run", "--shard", f"{shard}/{SHARDS}", "-j", "2")
+    _command(folder, INTERRUPTED, "merge")  # as errors of the machine may be over
     with file.read(folder / "out" / file.FILE) as dataset:
         cases = dataset[["outcome", "message"]].squeeze().load()
     endings = [Ending(each) for each in cases.outcome.values.tolist()]
@@ -73,18 +74,17 @@ PLACES: Final[dict[str, Callable[[Path], dict[str, Found]]]] = {
 """Heading -> the run."""
 
 
-def _command(folder: Path, *words: str) -> None:
-    name, *options = words
+def _command(folder: Path, code: int, name: str, *options: str) -> None:
     campaign = [str(folder / "campaign.toml"), "--out", str(folder / "out")]
-    _run([sys.executable, "-m", PROGRAM, str(folder), "nanoslip", name, *campaign, *options])
+    _run([sys.executable, "-m", PROGRAM, str(folder), "nanoslip", name, *campaign, *options], code)
 
 
-def _run(words: list[str]) -> str:
-    """Run a program that may end with any exit code of a run; returns its standard output."""
+def _run(words: list[str], code: int = 0) -> str:
+    """Run a program that ends with this exit code; returns its standard output."""
     done = subprocess.run(
         words, env=clean_environment(), capture_output=True, timeout=600.0, check=False, stdin=subprocess.DEVNULL
     )
-    if done.returncode not in (0, 3, 99):
+    if done.returncode != code:
         raise RuntimeError(f"exit code {done.returncode}: {done.stderr.decode(errors='replace')[-2000:]}")
     return done.stdout.decode()
 
