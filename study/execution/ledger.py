@@ -44,14 +44,10 @@ class Done:
     again: bool = False
     """Of a failure: whether it may end differently if it is tried again."""
     passing: bool = False
-    """Of a failure: whether the machine is at fault, so that it may end differently in another run."""
+    """Of a failure: whether the machine is at fault, so that it may end differently in another run. Its process may be harmed (no
+    file descriptor left, for example): another one goes on."""
     halt: str = ""
     """Why the result could not be kept. After another such one, and no result in between, no task can be finished any more."""
-
-    @property
-    def harmed(self) -> bool:
-        """Whether its process may be harmed (no memory or no file descriptor left, for example): another one goes on."""
-        return self.passing or bool(self.halt)
 
     def __post_init__(self) -> None:
         if self.trace:

@@ -135,7 +135,7 @@ class Agent:
         assert child is not None
         try:
             done = child.receive()
-        except (EOFError, OSError):
+        except Exception:  # it has ended, or written what is no message
             return self._dead(task, child)
         if done is None and not child.ready and child.seconds > START:
             child.stop()
@@ -146,7 +146,7 @@ class Agent:
         if done is not None:
             self._expectation.learn((self._begun.popleft(),), (done.seconds,))
             tell(task, done)
-            if done.harmed:
+            if done.passing:
                 self._begin_again()
         return done
 

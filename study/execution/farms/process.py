@@ -25,6 +25,8 @@ LONGEST_LOOK: Final = 1.0
 """Seconds between two looks at a child; more of them were not lived through."""
 LAST_BREATH: Final = 2.0
 """Seconds that a child which has cut its connection has to end by itself."""
+LONGEST_MESSAGE: Final = 1 << 20
+"""Bytes of a message from it, at most: of a length that a task has made up the rest never comes."""
 _MOST_WORDS: Final = 10_000
 """Bytes of its last words that are kept."""
 _START: Final = (
@@ -80,9 +82,9 @@ class ChildProcess:
         self._tell(origin)
 
     def receive(self) -> Done | None:
-        """How its task has ended; None while it has not. Raises EOFError, OSError where the process has."""
+        """How its task has ended; None while it has not. Raises where the process has, or what it has written is no message."""
         while self._poll.poll(0):
-            message = loads(self.pipe.recv_bytes())
+            message = loads(self.pipe.recv_bytes(LONGEST_MESSAGE))
             self.seconds, self._seen = 0.0, time.monotonic()  # its next task's, if it has one
             if message != READY:
                 return message  # type: ignore[no-any-return]

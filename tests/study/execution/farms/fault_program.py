@@ -62,7 +62,8 @@ def main(folder: Path, rank: int) -> None:
 
 def command(folder: Path) -> None:
     """Run the command line."""
-    run.computing = lambda out: Program(faults.__name__, "campaign_executor", (out.absolute(), LOADS))
+    real = run.computing
+    run.computing = lambda out: Program(faults.__name__, "campaign_executor", (real(out).argument, LOADS))
     sys.argv[:] = sys.argv[2:]
     cli.main()
 

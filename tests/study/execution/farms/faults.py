@@ -10,6 +10,7 @@ import sys
 import tempfile
 import time
 from collections.abc import Callable
+from contextlib import suppress
 from pathlib import Path
 from typing import Any, Final, NamedTuple
 
@@ -83,6 +84,14 @@ def _loop() -> None:
 
 def _cut() -> None:
     os.closerange(3, 1000)
+    time.sleep(60.0)
+
+
+def _scribble() -> None:
+    """Into its connection, too: bytes that say that hundreds of megabytes follow."""
+    for number in range(3, 100):
+        with suppress(OSError):
+            os.write(number, b"\x10 or so it seems")
     time.sleep(60.0)
 
 
@@ -177,6 +186,7 @@ FAULTS: dict[str, Fault] = {
     "loop that holds the interpreter": Fault(lambda: re.match(r"(a+)+$", 60 * "a" + "b"), _T, _LATE),
     "stopped": Fault(lambda: os.kill(os.getpid(), signal.SIGSTOP), _T, _LATE),
     "connection cut": Fault(_cut, _C, "cut its connection"),
+    "writes into every open file": Fault(_scribble, _C, "cut its connection"),
     "all files closed": Fault(_close_all, _C, "its process"),
     "standard output and error closed": Fault(_close_output, _C, "ValueError: nobody hears"),
     "SIGTERM to its group": Fault(_signal_group(signal.SIGTERM), _DONE),

@@ -75,14 +75,20 @@ PLACES: Final[dict[str, Callable[[Path], dict[str, Found]]]] = {
 
 
 def _command(folder: Path, code: int, name: str, *options: str) -> None:
-    campaign = [str(folder / "campaign.toml"), "--out", str(folder / "out")]
-    _run([sys.executable, "-m", PROGRAM, str(folder), "nanoslip", name, *campaign, *options], code)
+    words = [sys.executable, "-m", PROGRAM, str(folder), "nanoslip", name, "campaign.toml", "--out", "out", *options]
+    _run(words, code, folder)
 
 
-def _run(words: list[str], code: int = 0) -> str:
+def _run(words: list[str], code: int = 0, folder: Path | None = None) -> str:
     """Run a program that ends with this exit code; returns its standard output."""
     done = subprocess.run(
-        words, env=clean_environment(), capture_output=True, timeout=600.0, check=False, stdin=subprocess.DEVNULL
+        words,
+        env=clean_environment(),
+        cwd=folder,
+        capture_output=True,
+        timeout=600.0,
+        check=False,
+        stdin=subprocess.DEVNULL,
     )
     if done.returncode != code:
         raise RuntimeError(f"exit code {done.returncode}: {done.stderr.decode(errors='replace')[-2000:]}")
