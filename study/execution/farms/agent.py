@@ -2,7 +2,7 @@
 
 A child that dies (segmentation fault, killed, out of memory, `os._exit`) takes the task with it that it computed; one that does
 not end in time is killed. How tasks ended comes back in their order: the first one not heard of is the one in its hands. Another
-child goes on with the next, half a second later.
+child goes on with the next, half a second later. So it does after an error of the machine, which may have harmed the process.
 """
 
 import socket

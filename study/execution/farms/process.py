@@ -46,7 +46,8 @@ class ChildProcess:
         with theirs:
             files = (theirs.fileno(), self._last_words.fileno())
             words = [sys.executable, "-c", _START, *map(str, files), *sys.path]
-            # By vfork where there is one: a fork would copy what libraries of MPI have registered with the network.
+            # By vfork where there is one: a fork would copy what libraries of MPI have registered with the network. In a session
+            # of its own: what a task sends to its process group reaches nobody else.
             signal.pthread_sigmask(signal.SIG_BLOCK, SIGNALS)  # it starts with them blocked, and then ignores them
             try:
                 self._process = subprocess.Popen(

@@ -1,15 +1,19 @@
 """Whatever a task does to its process, the other tasks are computed, and what it did is on record."""
 
+import math
+import os
 import time
+from contextlib import suppress
 from pathlib import Path
 
 import pytest
 
 from solver.outcome import Ending, Outcome
-from study.execution.farms import process
+from study.execution.compiling.warm_up import WarmUp
+from study.execution.farms import agent, process
 from study.execution.farms.agent import Agent, BrokenProgramError
 from study.execution.farms.processes import ProcessFarm
-from study.execution.ledger import Done, Tally
+from study.execution.ledger import Done, Execute, Tally
 from study.execution.program import Program
 from tests.study.execution.farms import faults
 from tests.study.execution.farms.faults import FAULTS
@@ -102,6 +106,50 @@ def test_a_fault_while_kernels_are_compiled_leaves_a_farm_that_computes(tmp_path
         farm.run([faults.work(fault)], lambda *_: None)
         tally = farm.run(SOUND, lambda tasks, outcome, _: reported.extend(task.key for task in tasks))
     assert (tally, len(reported)) == (Tally(done=19), 19)
+
+
+def test_compiling_that_hangs_is_ended_after_minutes(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """Nobody hears of it before; a clock that runs a thousand times as fast measures it."""
+    clock, begun = time.monotonic, time.monotonic()
+    monkeypatch.setattr(process.time, "monotonic", lambda: begun + 1000.0 * (clock() - begun))
+    monkeypatch.setattr(process, "LONGEST_LOOK", math.inf)
+    monkeypatch.setattr(agent, "START", math.inf)
+    hanging = Work("endless loop", limit=WarmUp("any", ()).limit)
+    _, reported, failed = run((hanging,), tmp_path, 1)
+    assert reported[hanging.key].ending is Ending.TIMED_OUT
+    assert failed[0].seconds < 3600.0
+
+
+def starting(folder: Path) -> Execute[Work]:
+    """What starts another process, leaves its number and ends."""
+
+    def execute(task: Work) -> Outcome:
+        if started := os.fork():
+            (folder / str(started)).touch()
+            os._exit(9)
+        time.sleep(90.0)
+        os._exit(0)
+
+    return execute
+
+
+@pytest.mark.skipif(not Path("/proc/self/cmdline").exists(), reason="processes cannot be looked at here")
+def test_what_a_task_has_started_ends_with_its_process(tmp_path: Path) -> None:
+    """It holds all that the process had open: a launcher would wait for it at the end of the run."""
+    with ProcessFarm([Agent(Program(__name__, "starting", tmp_path), 0)]) as farm:
+        assert farm.run((Work("starts another", limit=60.0),), lambda *_: None) == Tally(crashed=1)
+    started = [path.name for path in tmp_path.iterdir()]
+    assert len(started) == 2  # it was tried twice
+    end = time.monotonic() + 10.0
+    while any(runs(number) for number in started):
+        assert time.monotonic() < end
+
+
+def runs(number: str) -> bool:
+    """Whether the process of this number has not ended."""
+    with suppress(OSError):
+        return Path(f"/proc/{number}/cmdline").read_bytes() != b""
+    return False
 
 
 def test_time_in_which_both_processes_are_stopped_is_not_the_task_s(
