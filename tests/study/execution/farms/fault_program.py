@@ -28,7 +28,7 @@ title = "Every second contact has a fault"
 stages = ["contact"]
 axes.normal_load = {[round(1e-3 * (1.0 + 0.01 * number), 6) for number in range(2 * len(FAULTS))]}
 numerics.n_x = 17
-limits.seconds = 8.0
+limits.seconds = 12.0
 """
 
 
