@@ -60,16 +60,42 @@ class Ending(StrEnum):
     """The computation raised what it never should, or its process died: a defect of the program, not of the case."""
 
 
+LONGEST_MESSAGE = 1000
+"""Letters of a message."""
+
+
+def printable(text: str, most: int) -> str:
+    """A text of several lines without control characters and lone surrogates, which are escaped, and of at most `most` letters.
+
+    A longer one is cut in its middle.
+    """
+    shown = (letter if letter.isprintable() or letter == "\n" else ascii(letter)[1:-1] for letter in _cut(text, most))
+    return _cut("".join(shown), most)
+
+
+def _cut(text: str, most: int) -> str:
+    half = (most - len(_CUT)) // 2
+    return text if len(text) <= most else text[: most - half - len(_CUT)] + _CUT + text[-half:]
+
+
+_CUT = " ... "
+
+
 @dataclass(frozen=True, slots=True)
 class Outcome:
     """How a computation ended, and what a user can do about it.
 
     `message` is one line: the offending value, then the advice; empty when all went well. What is completed and yet not all
-    that was asked for has one too.
+    that was asked for has one too. Whatever text it is made of, it is printable and at most LONGEST_MESSAGE letters long.
     """
 
     ending: Ending
     message: str = ""
+
+    def __post_init__(self) -> None:
+        message = self.message
+        if not message.isprintable() or len(message) > LONGEST_MESSAGE:
+            object.__setattr__(self, "message", printable(" ".join(message.split()), LONGEST_MESSAGE))
 
     @property
     def ok(self) -> bool:

@@ -92,8 +92,22 @@ NOBODY: Final = Origin()
 def here() -> Origin:
     """The software that runs here; what it does arithmetic with is unknown until it computes (`computing`).
 
-    Asks git, which is a process of its own: to be called before MPI starts.
+    Asks git, which is a process of its own: to be called before MPI starts. The root of a run does, and the others `adopt` it.
     """
+    return _adopted[0] if _adopted else _found()
+
+
+def adopt(origin: Origin) -> None:
+    """Take over what the root of a run has found."""
+    _adopted[:] = [origin]
+    here.cache_clear()
+    computing.cache_clear()
+
+
+_adopted: list[Origin] = []
+
+
+def _found() -> Origin:
     return Origin(
         nanoslip_version=provenance.version(),
         source_hash=source_hash(source_files()),
@@ -105,9 +119,15 @@ def here() -> Origin:
 
 @lru_cache(maxsize=1)
 def computing() -> Origin:
-    """The same, as it computes here: with the BLAS of numpy and scipy, loaded for it, and the processor's features."""
+    """The same, as it computes here."""
+    return replace(here(), **arithmetic())
+
+
+@lru_cache(maxsize=1)
+def arithmetic() -> dict[str, str]:
+    """What arithmetic is done with here: the BLAS of numpy and scipy, loaded for it, and the processor's features."""
     import_module("scipy.linalg")  # else the task that happens to come first would decide which libraries are there
-    return replace(here(), blas=machine.blas(), processor_features=machine.features())
+    return {"blas": machine.blas(), "processor_features": machine.features()}
 
 
 def source_files() -> tuple[Path, ...]:

@@ -9,6 +9,7 @@ from typing import Final
 from solver.outcome import Ending, Outcome
 from study.execution.compiling.warm_up import WarmUp
 from study.execution.ledger import CannotGoOnError
+from study.origin import arithmetic
 from study.plan.plan import Plan
 from study.plan.task import TaskResult
 from study.plan.tasks import Task, run_task
@@ -31,6 +32,7 @@ def executor(out: Path) -> Callable[[Task | WarmUp], Outcome]:
     """
     for module in _NUMERICS:
         import_module(module)
+    arithmetic()  # while no task has harmed the process: it reads files
     store = Store(out)
     return partial(_execute, store, lru_cache(INPUTS)(partial(_read, store)))
 

@@ -2,14 +2,14 @@
 
 import math
 import sys
-import time
 import traceback
 from collections import Counter
 from collections.abc import Callable, Collection, Iterable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
+from time import perf_counter, time
 from typing import Final, Generic, TypeVar
 
-from solver.outcome import UNDONE, Ending, Outcome
+from solver.outcome import UNDONE, Ending, Outcome, printable, quoted
 from study.execution.forecast import Expectation
 from study.execution.queue import TaskQueue, Work
 
@@ -20,6 +20,10 @@ Report = Callable[[Sequence[W], Outcome, Collection[float]], None]
 
 ATTEMPTS: Final = 2
 """How often a task is begun whose process dies: what killed it may have been no fault of its own."""
+
+
+LONGEST_TRACE: Final = 10_000
+"""Letters of a traceback that are kept."""
 
 
 class CannotGoOnError(Exception):
@@ -40,9 +44,14 @@ class Done:
     again: bool = False
     """Of a failure: whether it may end differently if it is tried again."""
     passing: bool = False
-    """Of a failure: whether the machine is at fault, so that it may end differently in another run."""
+    """Of a failure: whether the machine is at fault, so that it may end differently in another run. Its process may be harmed (no
+    file descriptor left, for example): another one goes on."""
     halt: str = ""
-    """Why no task can be finished any more; the outcome is nothing then."""
+    """Why the result could not be kept. After another such one, and no result in between, no task can be finished any more."""
+
+    def __post_init__(self) -> None:
+        if self.trace:
+            object.__setattr__(self, "trace", printable(self.trace, LONGEST_TRACE))
 
 
 Fail = Callable[[W, Done, bool], None]
@@ -88,26 +97,23 @@ def attempt(
 
     survive: exceptions that become outcomes; others are raised.
     """
-    start = time.perf_counter()
+    start = perf_counter()
     try:
         outcome = execute(task)
+        if not isinstance(outcome, Outcome):
+            raise TypeError(f"it returned {quoted(outcome)}, no outcome")
     except CannotGoOnError as error:
-        return Done(task.key, Outcome(Ending.CRASHED), 0.0, where, halt=str(error))
+        refused = Outcome(Ending.CRASHED, str(error))
+        return Done(task.key, refused, perf_counter() - start, where, passing=True, halt=refused.message)
     except survive as error:
-        seconds = time.perf_counter() - start
+        seconds = perf_counter() - start
         # An error of the machine may be over next time, one of the program is not.
         machine = isinstance(error, OSError | MemoryError)
         ending = Ending.OUT_OF_MEMORY if isinstance(error, MemoryError) else Ending.CRASHED
-        return Done(
-            task.key, Outcome(ending, _in_a_line(error)), seconds, where, traceback.format_exc(), machine, machine
-        )
+        message = "".join(traceback.format_exception_only(error))  # also where its own text cannot be had
+        return Done(task.key, Outcome(ending, message), seconds, where, traceback.format_exc(), machine, machine)
     machine = outcome.ending is Ending.OUT_OF_MEMORY
-    return Done(task.key, outcome, time.perf_counter() - start, where, again=machine, passing=machine)
-
-
-def _in_a_line(error: BaseException) -> str:
-    """Its last line as a traceback has it, also where its own text cannot be had."""
-    return " ".join("".join(traceback.format_exception_only(error)).split())
+    return Done(task.key, outcome, perf_counter() - start, where, again=machine, passing=machine)
 
 
 def tell(task: Work, done: Done) -> None:
@@ -138,6 +144,8 @@ class Ledger(Generic[W]):
         self._done = 0
         self._crashed = 0
         self._failed: Counter[str] = Counter()
+        self._refused: set[str] = set()
+        self._kept = True  # a result since the last one that could not be
         self._expectation = Expectation()
         self._seconds = 0.0
         self._places: set[str] = set()
@@ -158,7 +166,7 @@ class Ledger(Generic[W]):
         at_least_one: the first one however long it takes. One that would not end in time is set aside, now and for good. What is
         not known to take too long is tried: else a task longer than any job would never be.
         """
-        left = self._until - time.time() if self._until < math.inf else math.inf
+        left = self._until - time() if self._until < math.inf else math.inf
         taken: list[tuple[W, float]] = []
         for _ in range(self.queue.ready):
             if len(taken) == most:
@@ -185,8 +193,7 @@ class Ledger(Generic[W]):
     def enter(self, done: Done) -> None:
         """Record the end of a taken task; tasks that need a failed one are abandoned."""
         if done.halt:
-            self.halt = done.halt
-            self.give_back((done.key,))
+            self._enter_refusal(done)
         elif done.outcome.ending in UNDONE:
             self._enter_failure(done)
         else:
@@ -195,10 +202,24 @@ class Ledger(Generic[W]):
     def finish(self, ended: Mapping[str, float], outcome: Outcome, where: str) -> None:
         """Record that taken tasks have ended, all in this way, which is no failure. ended: key -> seconds that it took."""
         self._note(ended.values(), where)
+        self._kept = True
         self._done += len(ended)
         tasks = [self.queue.finish(key) for key in ended]
         self._expectation.learn(tasks, ended.values())
         self._report(tasks, outcome, ended.values())
+
+    def _enter_refusal(self, done: Done) -> None:
+        """Record that a result could not be kept: by a fault of its process where others are, else no more can be."""
+        if not self._kept:
+            self.halt = done.halt
+            self.give_back((done.key,))
+        elif done.key in self._refused:
+            self._enter_failure(done)
+        else:
+            self._away -= 1
+            self.queue.put_last(done.key)
+        self._refused.add(done.key)
+        self._kept = False
 
     def _enter_failure(self, done: Done) -> None:
         self._note((done.seconds,), done.where)

@@ -22,5 +22,5 @@ class Program:
 
 
 def computing(out: Path) -> Program:
-    """What computes the tasks of a campaign, with the results in this folder."""
-    return Program("study.execution.executor", "executor", out)
+    """What computes the tasks of a campaign, with the results in this folder, wherever a task leads its process."""
+    return Program("study.execution.executor", "executor", out.absolute())

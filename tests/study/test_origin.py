@@ -1,10 +1,13 @@
 """The software that computed a result is known by the contents of its files, and told apart from any other's."""
 
+import os
 import shutil
 import subprocess
 import sys
 from dataclasses import replace
 from pathlib import Path
+
+import pytest
 
 from solver.case import Case
 from solver.slab import Slab
@@ -58,6 +61,28 @@ def test_every_process_says_the_same_of_itself_from_wherever_it_is_started(envir
         for cwd in (ROOT, tmp_path)
     }
     assert said == {f"{here().source_hash} unknown {computing().arithmetic}\n".encode()}  # no git there
+
+
+GIT = """#!/bin/sh
+echo "$@" >> "$0.calls"
+case "$*" in *rev-parse*) echo c0ffee;; esac
+"""
+
+
+@pytest.mark.skipif(not (ROOT / ".git").exists(), reason="no checkout: the commit is not asked of git")
+@pytest.mark.parametrize("ranks", [0, pytest.param(2, marks=[pytest.mark.mpi, pytest.mark.slow])])
+def test_git_is_asked_once_in_a_run_and_all_processes_state_what_it_said(nanoslip, campaign, tmp_path, ranks):
+    """A process that a task has harmed cannot start it, and would state another software."""
+    git = tmp_path / "git"
+    git.write_text(GIT)
+    git.chmod(0o755)
+    path = os.pathsep.join((str(tmp_path), str(Path(sys.executable).parent), os.defpath))
+    jobs = () if ranks else ("-j", 2)
+    done = nanoslip("run", campaign, "--out", tmp_path / "out", *jobs, ranks=ranks, PATH=path)
+    assert done.returncode == 0, done.stderr
+    assert [call.split()[2] for call in (tmp_path / "git.calls").read_text().splitlines()] == ["rev-parse", "status"]
+    store = Store(tmp_path / "out")
+    assert {origin.source_commit for origins in store.inventory().values() for origin in origins} == {"c0ffee"}
 
 
 def test_prose_and_python_are_no_other_software_but_source_and_libraries_are():

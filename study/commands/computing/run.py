@@ -9,9 +9,7 @@ from study.commands.shared.arguments import folder
 from study.commands.shared.refusals import refusals
 from study.execution.farms.farm import FarmError
 from study.execution.farms.opening import open_farm
-from study.execution.launch import launcher_rank
 from study.execution.program import computing
-from study.origin import here
 from study.results.shard import Shard
 
 _CONDUCT = "study.commands.running.conduct"
@@ -32,8 +30,6 @@ def work(
 
     shard: compute this part alone, and write no dataset.
     """
-    if launcher_rank() == 0:
-        here()  # starts git, and a process that uses MPI should start none
     order = Order(campaign, folder(campaign, out), shard, recompute_foreign, retry)
     with refusals(FarmError):
         farm = open_farm(computing(order.into), grace, serial, jobs)

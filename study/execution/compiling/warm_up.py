@@ -29,7 +29,7 @@ class WarmUp:
     needs: tuple[str, ...] = ()
     kind: str = "warm_up"
     cost: float = 60.0
-    limit: float = 3600.0
+    limit: float = 600.0
 
     @property
     def key(self) -> str:

@@ -2,7 +2,7 @@
 
 A child that dies (segmentation fault, killed, out of memory, `os._exit`) takes the task with it that it computed; one that does
 not end in time is killed. How tasks ended comes back in their order: the first one not heard of is the one in its hands. Another
-child goes on with the next, half a second later.
+child goes on with the next, half a second later. So it does after an error of the machine, which may have harmed the process.
 """
 
 import socket
@@ -18,6 +18,7 @@ from study.execution.forecast import Expectation
 from study.execution.ledger import Done, tell
 from study.execution.program import Program
 from study.execution.queue import Work
+from study.origin import Origin
 
 START: Final = 300.0
 """Seconds that a child has to start in; a crowded file system may need a while."""
@@ -40,6 +41,7 @@ class Agent:
         """number: how messages call the child, by its rank."""
         self._program, self._number = program, number
         self._child: ChildProcess | None = None
+        self._origin: Origin | None = None
         self._waiting: deque[Work] = deque()
         self._begun: deque[Work] = deque()
         self._expectation = Expectation()
@@ -64,7 +66,15 @@ class Agent:
         """Start the child, which imports what it needs meanwhile, and return it."""
         if self._child is None:
             self._child = ChildProcess(self._program, self._number)
+            if self._origin:
+                self._child.adopt(self._origin)
         return self._child
+
+    def adopt(self, origin: Origin) -> None:
+        """Have every child state this software in results."""
+        self._origin = origin
+        if self._child:
+            self._child.adopt(origin)
 
     def give(self, tasks: Sequence[Any]) -> None:
         """Hand it tasks, behind those that it has."""
@@ -125,7 +135,7 @@ class Agent:
         assert child is not None
         try:
             done = child.receive()
-        except (EOFError, OSError):
+        except Exception:  # it has ended, or written what is no message
             return self._dead(task, child)
         if done is None and not child.ready and child.seconds > START:
             child.stop()
@@ -135,6 +145,9 @@ class Agent:
             return self._lost(task, child, outcome, again=False)
         if done is not None:
             self._expectation.learn((self._begun.popleft(),), (done.seconds,))
+            tell(task, done)
+            if done.passing:
+                self._begin_again()
         return done
 
     def _dead(self, task: Work, child: ChildProcess) -> Done | None:

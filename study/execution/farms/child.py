@@ -17,8 +17,9 @@ from typing import Any, Final
 
 from study.execution.farms.pickling import dumps, loads
 from study.execution.interruption import SIGNALS
-from study.execution.ledger import attempt, tell
+from study.execution.ledger import attempt
 from study.execution.program import Program
+from study.origin import Origin, adopt
 
 READY: Final = "ready"
 NO_TASK: Final = 70
@@ -51,19 +52,25 @@ def _serve(parent: "Connection[Any, Any]") -> None:
     program, number = loads(parent.recv_bytes())
     execute = program.load()
     parent.send_bytes(dumps(READY))
-    where = f"rank {number} on {socket.gethostname()}"
+    where, process = f"rank {number} on {socket.gethostname()}", os.getpid()
     while True:
         try:
-            tasks = loads(parent.recv_bytes())
+            message = loads(parent.recv_bytes())
         except (EOFError, OSError):
             return  # nobody is there any more
         except BaseException:
             traceback.print_exc()
             os._exit(NO_TASK)
-        for task in tasks:
+        if isinstance(message, Origin):
+            adopt(message)
+            continue
+        for task in message:
             done = attempt(execute, task, where, survive=BaseException)
-            tell(task, done)
+            if os.getpid() != process:
+                os._exit(0)  # a copy of it, made by the task
             parent.send_bytes(dumps(done))
+            if done.passing:
+                return
 
 
 def _end_with(parent: int) -> None:

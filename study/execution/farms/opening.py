@@ -17,6 +17,7 @@ from study.execution.launch import launcher_rank, processes_started
 from study.execution.ledger import say
 from study.execution.program import Program
 from study.exit_codes import INTERRUPTED
+from study.origin import here
 
 LONGEST_START: Final = 300.0
 """Seconds after which a start of MPI is taken to hang: thousands of ranks need a minute."""
@@ -39,6 +40,9 @@ def open_farm(program: Program, grace: float = GRACE, serial: bool = False, jobs
     if serial:
         return SerialFarm(program.load, grace)
     agents = [Agent(program, launcher_rank() + number) for number in range(jobs or 1)]
+    if launcher_rank() == 0:
+        for agent in agents:
+            agent.adopt(here())  # starts git, and a process that uses MPI should start none
     with ExitStack() as stack:
         stack.callback(agents[0].close)
         interruption = Interruption(grace)

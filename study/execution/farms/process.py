@@ -1,5 +1,6 @@
 """A child that computes, from this side: started, told what to do, heard, ended."""
 
+import os
 import select
 import signal
 import socket
@@ -18,11 +19,14 @@ from study.execution.interruption import SIGNALS
 from study.execution.ledger import Done
 from study.execution.program import Program
 from study.execution.queue import Work
+from study.origin import Origin
 
 LONGEST_LOOK: Final = 1.0
 """Seconds between two looks at a child; more of them were not lived through."""
 LAST_BREATH: Final = 2.0
 """Seconds that a child which has cut its connection has to end by itself."""
+LONGEST_MESSAGE: Final = 1 << 20
+"""Bytes of a message from it, at most: of a length that a task has made up the rest never comes."""
 _MOST_WORDS: Final = 10_000
 """Bytes of its last words that are kept."""
 _START: Final = (
@@ -42,10 +46,13 @@ class ChildProcess:
         with theirs:
             files = (theirs.fileno(), self._last_words.fileno())
             words = [sys.executable, "-c", _START, *map(str, files), *sys.path]
-            # By vfork where there is one: a fork would copy what libraries of MPI have registered with the network.
+            # By vfork where there is one: a fork would copy what libraries of MPI have registered with the network. In a session
+            # of its own: what a task sends to its process group reaches nobody else.
             signal.pthread_sigmask(signal.SIG_BLOCK, SIGNALS)  # it starts with them blocked, and then ignores them
             try:
-                self._process = subprocess.Popen(words, stdin=subprocess.DEVNULL, pass_fds=files)
+                self._process = subprocess.Popen(
+                    words, stdin=subprocess.DEVNULL, pass_fds=files, start_new_session=True
+                )
             finally:
                 signal.pthread_sigmask(signal.SIG_UNBLOCK, SIGNALS)
         self.pipe: Connection[Any, Any] = Connection(ours.detach())
@@ -71,24 +78,32 @@ class ChildProcess:
         """Have it compute tasks after those that it has."""
         self._tell(tasks)
 
+    def adopt(self, origin: Origin) -> None:
+        """Have it state this software in results."""
+        self._tell(origin)
+
     def receive(self) -> Done | None:
-        """How its task has ended; None while it has not. Raises EOFError, OSError where the process has."""
+        """How its task has ended; None while it has not. Raises where the process has, or what it has written is no message."""
         while self._poll.poll(0):
-            message = loads(self.pipe.recv_bytes())
+            message = loads(self.pipe.recv_bytes(LONGEST_MESSAGE))
             self.seconds, self._seen = 0.0, time.monotonic()  # its next task's, if it has one
             if message != READY:
                 return message  # type: ignore[no-any-return]
             self.ready = True
+        if self._process.poll() is not None and not self._poll.poll(0):
+            raise EOFError  # where it has started others, they hold the other end of the connection
         self.look()
         return None
 
     def stop(self) -> None:
-        """End its process, whose last words can still be heard."""
-        self._process.kill()
+        """End its process, whose last words can still be heard, and those that it has started."""
+        with suppress(ProcessLookupError, PermissionError):
+            os.killpg(self._process.pid, signal.SIGKILL)
 
     def kill(self) -> None:
         """End it at once."""
-        self._process.kill()
+        if self._process.poll() is None:
+            self.stop()
         self._process.wait()
         self.pipe.close()
         self._last_words.close()
@@ -98,6 +113,7 @@ class ChildProcess:
         code = None
         with suppress(subprocess.TimeoutExpired):
             code = self._process.wait(LAST_BREATH)
+            self.stop()
         return code
 
     def last_words(self) -> str:

@@ -20,6 +20,7 @@ from study.execution.farms.outbox import News, Outbox, news_of
 from study.execution.interruption import LAST_WORDS, Interruption
 from study.execution.launch import processes_here
 from study.execution.ledger import say
+from study.origin import Origin, here
 
 SHORTEST_PAUSE: Final = 1e-4
 LONGEST_PAUSE: Final = 2e-3
@@ -44,6 +45,8 @@ class MPIFarm(Coordinator):
         self.here = min(self.size, processes_here())
         self._mail = Mail(mpi)
         self._pause = _Pause(agent)
+        for rank in range(1, self.size) if self.root else ():
+            self._mail.send(rank, here())
 
     def __enter__(self) -> Self:
         self.interruption.__enter__()
@@ -95,6 +98,8 @@ class MPIFarm(Coordinator):
             for message in messages:
                 if isinstance(message, _Leave):
                     return message.code
+                if isinstance(message, Origin):
+                    self._agent.adopt(message)
                 if isinstance(message, list):
                     self._agent.give(message)
             done = self._agent.arrived()

@@ -5,6 +5,7 @@ from pathlib import Path
 
 import pytest
 
+from study import machine, origin
 from study.execution.executor import executor
 from study.plan.tasks import compliance_task, contact_task
 from study.results import own
@@ -25,6 +26,20 @@ def test_an_input_is_read_once_for_tasks_that_follow_each_other(
     execute = executor(tmp_path)
     assert all(execute(task).ok for task in (SLAB, *CONTACTS))
     assert reads == [SLAB.key]
+
+
+def test_a_task_that_leaves_no_file_to_open_changes_nothing_of_what_results_state(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    origin.arithmetic.cache_clear()
+    origin.computing.cache_clear()
+    Store(tmp_path).prepare()
+    execute = executor(tmp_path)
+    monkeypatch.setattr(machine, "_processor", lambda _names: "")  # as where the system's file cannot be read
+    execute(SLAB)
+    (stated,) = Store(tmp_path).read(SLAB.key).origins
+    assert stated == replace(origin.here(), **origin.arithmetic())
+    assert stated.processor_features != machine.features()
 
 
 def test_a_damaged_input_is_an_error_of_the_machine_until_it_is_whole_again(tmp_path: Path) -> None:

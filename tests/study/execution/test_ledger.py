@@ -1,9 +1,12 @@
 """The ledger learns how long tasks take, and what has failed is tried again where that may help."""
 
+import itertools
+import time
+
 import pytest
 
-from solver.outcome import COMPLETED, Ending, Outcome
-from study.execution.ledger import CannotGoOnError, Done, Ledger, Tally, attempt
+from solver.outcome import COMPLETED, LONGEST_MESSAGE, Ending, Outcome
+from study.execution.ledger import LONGEST_TRACE, CannotGoOnError, Done, Ledger, Tally, attempt
 from tests.study.execution.made_up import DIAMOND, Diary, Work
 
 
@@ -38,12 +41,62 @@ def test_what_may_end_differently_is_tried_once_more_behind_all_others(again, at
     assert ledger.tally(False) == Tally(done=1, crashed=4)
 
 
-def test_where_nothing_can_be_finished_any_more_no_task_has_failed():
-    def execute(task: Work) -> Outcome:
-        raise CannotGoOnError("the disk is full")
+def refused(task: Work) -> Outcome:
+    raise CannotGoOnError("the disk is full")
 
+
+def test_where_nothing_can_be_kept_any_more_no_task_has_failed():
     ledger = Ledger(DIAMOND, Diary().report, lambda *_: pytest.fail("no attempt"))
-    task = ledger.take()
-    ledger.enter(attempt(execute, task, "here"))
+    for _ in range(2):
+        assert not ledger.halt
+        ledger.enter(attempt(refused, ledger.take(), "here"))
     assert ledger.tally(False) == Tally(halt="the disk is full")
-    assert ledger.queue.take() is task
+    assert len(ledger.queue) == len(DIAMOND)
+
+
+def test_a_task_alone_whose_result_cannot_be_kept_has_failed():
+    """It may have taken its process's files away: others are kept by another process, before it is tried again and after."""
+    diary, failed = Diary(), []
+    ledger = Ledger(DIAMOND, diary.report, lambda task, done, final: failed.append((task.key, done.passing, final)))
+    while ledger.unfinished:
+        task = ledger.take()
+        ledger.enter(attempt(refused, task, "here") if task.key == "a" else Done(task.key, COMPLETED, 1.0))
+    assert failed == [("a", True, True)]
+    assert diary.reported["a"] == Outcome(Ending.CRASHED, "the disk is full")
+    assert ledger.tally(False) == Tally(done=1, crashed=4)
+
+
+@pytest.mark.parametrize(
+    ("error", "harmed"),
+    [
+        (OSError(24, "Too many open files"), True),
+        (MemoryError(), True),
+        (CannotGoOnError("full"), True),
+        (ValueError(), False),
+    ],
+)
+def test_errors_of_the_machine_may_have_harmed_the_process(error: Exception, harmed: bool):
+    def execute(task: Work) -> Outcome:
+        raise error
+
+    assert attempt(execute, Work("a"), "here").passing == harmed
+
+
+def test_a_clock_that_a_task_moves_does_not_time_it(monkeypatch: pytest.MonkeyPatch):
+    monkeypatch.setattr(time, "perf_counter", itertools.count(0.0, -1e9).__next__)
+    assert 0.0 <= attempt(lambda _: COMPLETED, Work("a"), "here").seconds < 60.0
+
+
+def test_texts_of_an_exception_are_short_and_can_be_shown():
+    """Terminals obey escapes, files in UTF-8 take no half letter, and each case of a dataset has room for the longest message."""
+
+    def execute(task: Work) -> Outcome:
+        raise ValueError("\x1b[31m half a letter \ud800 " + 2_000_000 * "x")
+
+    done = attempt(execute, Work("a"), "here")
+    assert done.outcome.message.startswith(r"ValueError: \x1b[31m half a letter \ud800 xxx")
+    assert done.outcome.message.isprintable()
+    assert len(done.outcome.message) == LONGEST_MESSAGE
+    assert done.trace.replace("\n", "").isprintable()
+    assert len(done.trace) == LONGEST_TRACE
+    assert done.trace.startswith("Traceback")

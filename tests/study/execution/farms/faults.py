@@ -1,19 +1,53 @@
-"""What a task can do to the process that computes it, each fault by its name, and the program that does it."""
+"""What a task can do to the process that computes it, each fault by its name, and the programs that do it."""
 
 import ctypes
+import itertools
 import os
 import re
+import resource
 import signal
 import sys
+import tempfile
 import time
 from collections.abc import Callable
+from contextlib import suppress
 from pathlib import Path
-from typing import Any
+from typing import Any, Final, NamedTuple
 
-from solver.outcome import COMPLETED, Ending, Outcome
+import numpy as np
+
+from solver.outcome import COMPLETED, LONGEST_MESSAGE, Ending, Outcome
+from study.execution import executor as real
 from study.execution.ledger import Execute
 from study.execution.program import Program
+from study.plan.task import Inputs, TaskResult
+from study.plan.tasks import Task, run_task
 from tests.study.execution.made_up import Work
+
+
+class Fault(NamedTuple):
+    """What a task does, and what is to come of it."""
+
+    act: Callable[[], object]
+    ending: Ending = Ending.CRASHED
+    message: str = ""
+    """Regular expression that the message has."""
+    is_result: bool = False
+    """Whether what `act` returns is the task's result."""
+
+    @property
+    def seconds(self) -> float:
+        """Time limit of its task: short where it is to be reached, and long where it is not."""
+        return HANGING if self.ending is Ending.TIMED_OUT else 60.0
+
+    def matches(self, ending: Ending, message: str) -> bool:
+        """Whether its task has ended as it should, with a text that can be shown."""
+        good = re.search(self.message, message) and message.isprintable() and len(message) <= LONGEST_MESSAGE
+        return ending is self.ending and bool(good)
+
+
+HANGING: Final = 2.0
+"""Seconds after which a fault that hangs is ended."""
 
 
 class Unspeakable(Exception):
@@ -53,31 +87,135 @@ def _cut() -> None:
     time.sleep(60.0)
 
 
-FAULTS: dict[str, tuple[Callable[[], object], Ending, str]] = {
-    "exception": (_raise(ZeroDivisionError("a defect")), Ending.CRASHED, "ZeroDivisionError: a defect"),
-    "exception without text": (_raise(Unspeakable()), Ending.CRASHED, "Unspeakable"),
-    "SystemExit(0)": (_raise(SystemExit(0)), Ending.CRASHED, "SystemExit: 0"),
-    "SystemExit with text": (_raise(SystemExit("enough")), Ending.CRASHED, "SystemExit: enough"),
-    "KeyboardInterrupt": (_raise(KeyboardInterrupt()), Ending.CRASHED, "KeyboardInterrupt"),
-    "GeneratorExit": (_raise(GeneratorExit()), Ending.CRASHED, "GeneratorExit"),
-    "BaseException": (_raise(Foreign("odd")), Ending.CRASHED, "Foreign: odd"),
-    "MemoryError": (_raise(MemoryError("a lot")), Ending.OUT_OF_MEMORY, "MemoryError: a lot"),
-    "os._exit(0)": (lambda: os._exit(0), Ending.CRASHED, "exit code 0"),
-    "os._exit(7)": (lambda: os._exit(7), Ending.CRASHED, "exit code 7"),
-    "segmentation fault": (lambda: ctypes.string_at(0), Ending.CRASHED, "signal 11"),
-    "abort": (os.abort, Ending.CRASHED, "signal 6"),
-    "kill -9": (lambda: os.kill(os.getpid(), signal.SIGKILL), Ending.CRASHED, "signal 9"),
-    "stack overflow": (_overflow_stack, Ending.CRASHED, "its process|RecursionError"),
-    "endless loop": (_loop, Ending.TIMED_OUT, "not finished after 4 s"),
-    "loop that holds the interpreter": (
-        lambda: re.match(r"(a+)+$", 60 * "a" + "b"),
-        Ending.TIMED_OUT,
-        "not finished after 4 s",
-    ),
-    "stopped": (lambda: os.kill(os.getpid(), signal.SIGSTOP), Ending.TIMED_OUT, "not finished after 4 s"),
-    "connection cut": (_cut, Ending.CRASHED, "cut its connection"),
+def _scribble() -> None:
+    """Into its connection, too: bytes that say that hundreds of megabytes follow."""
+    for number in range(3, 100):
+        with suppress(OSError):
+            os.write(number, b"\x10 or so it seems")
+    time.sleep(60.0)
+
+
+def _close_all() -> None:
+    os.closerange(0, 1000)
+    raise ValueError("nobody can hear")
+
+
+def _close_output() -> None:
+    os.close(1)
+    os.close(2)
+    raise ValueError("nobody hears")
+
+
+def _move_clock() -> None:
+    backwards = itertools.count(0.0, -1e9).__next__
+    for name in ("time", "monotonic", "perf_counter"):
+        setattr(time, name, backwards)
+
+
+def _leave_no_quota() -> None:
+    """No result can be written after it."""
+    resource.setrlimit(resource.RLIMIT_FSIZE, (0, resource.getrlimit(resource.RLIMIT_FSIZE)[1]))
+
+
+def _use_up_quota() -> None:
+    with tempfile.TemporaryFile(buffering=0) as file:
+        _leave_no_quota()
+        file.write(b"x")
+
+
+_HELD: list[int] = []
+
+
+def _use_up_descriptors() -> None:
+    """Without giving them back."""
+    resource.setrlimit(resource.RLIMIT_NOFILE, (256, resource.getrlimit(resource.RLIMIT_NOFILE)[1]))
+    while True:
+        _HELD.append(os.open("/dev/null", os.O_RDONLY))
+
+
+def _fill_disk() -> None:
+    with open("/dev/full", "wb", buffering=0) as file:
+        file.write(b"x")
+
+
+def _fork() -> None:
+    """Two processes return; the second one when the task of the first one has ended."""
+    if os.fork() == 0:
+        time.sleep(0.3)
+
+
+def _orphan() -> None:
+    """What it has started lives longer, with all that was open."""
+    if os.fork() == 0:
+        time.sleep(90.0)
+        os._exit(0)
+    os._exit(9)
+
+
+def _signal_group(number: int) -> Callable[[], None]:
+    return lambda: os.killpg(0, number)
+
+
+_C, _T, _DONE = Ending.CRASHED, Ending.TIMED_OUT, Ending.COMPLETED
+_LATE: Final = "not finished after .* s, and ended"
+
+FAULTS: dict[str, Fault] = {
+    "exception": Fault(_raise(ZeroDivisionError("a defect")), _C, "ZeroDivisionError: a defect"),
+    "exception without text": Fault(_raise(Unspeakable()), _C, "Unspeakable"),
+    "exception group": Fault(_raise(ExceptionGroup("two", [ValueError(), KeyError()])), _C, "two .2 sub-exceptions"),
+    "half a letter in its text": Fault(_raise(ValueError("half \ud800 letter")), _C, r"half \\ud800 letter"),
+    "text of 2 MB": Fault(_raise(ValueError(2_000_000 * "x")), _C, r"ValueError: x+ \.\.\. x+"),
+    "escapes in its text": Fault(_raise(ValueError("\x1b]0;mine\x07\x1b[31mred")), _C, r"\\x1b\]0;mine\\x07\\x1b\[31m"),
+    "SystemExit(0)": Fault(_raise(SystemExit(0)), _C, "SystemExit: 0"),
+    "SystemExit with text": Fault(_raise(SystemExit("enough")), _C, "SystemExit: enough"),
+    "KeyboardInterrupt": Fault(_raise(KeyboardInterrupt()), _C, "KeyboardInterrupt"),
+    "GeneratorExit": Fault(_raise(GeneratorExit()), _C, "GeneratorExit"),
+    "BaseException": Fault(_raise(Foreign("odd")), _C, "Foreign: odd"),
+    "MemoryError": Fault(_raise(MemoryError("a lot")), Ending.OUT_OF_MEMORY, "MemoryError: a lot|no memory left"),
+    "result None": Fault(lambda: None, _C, "None", is_result=True),
+    "result text": Fault(lambda: "done", _C, "'done'|'str'", is_result=True),
+    "result lambda": Fault(lambda: _result(lambda: 0), _C, "objects|TaskResult", is_result=True),
+    "result array of objects": Fault(lambda: _result(np.array([object()])), _C, "objects|TaskResult", is_result=True),
+    "os._exit(0)": Fault(lambda: os._exit(0), _C, "exit code 0"),
+    "os._exit(7)": Fault(lambda: os._exit(7), _C, "exit code 7"),
+    "segmentation fault": Fault(lambda: ctypes.string_at(0), _C, "signal 11"),
+    "abort": Fault(os.abort, _C, "signal 6"),
+    "kill -9": Fault(lambda: os.kill(os.getpid(), signal.SIGKILL), _C, "signal 9"),
+    "stack overflow": Fault(_overflow_stack, _C, "its process|RecursionError"),
+    "endless loop": Fault(_loop, _T, _LATE),
+    "loop that holds the interpreter": Fault(lambda: re.match(r"(a+)+$", 60 * "a" + "b"), _T, _LATE),
+    "stopped": Fault(lambda: os.kill(os.getpid(), signal.SIGSTOP), _T, _LATE),
+    "connection cut": Fault(_cut, _C, "cut its connection"),
+    "writes into every open file": Fault(_scribble, _C, "cut its connection"),
+    "all files closed": Fault(_close_all, _C, "its process"),
+    "standard output and error closed": Fault(_close_output, _C, "ValueError: nobody hears"),
+    "SIGTERM to its group": Fault(_signal_group(signal.SIGTERM), _DONE),
+    "SIGSTOP to its group": Fault(_signal_group(signal.SIGSTOP), _T, _LATE),
+    "SIGKILL to its group": Fault(_signal_group(signal.SIGKILL), _C, "signal 9"),
+    "fork of which both return": Fault(_fork, _DONE),
+    "death before what it started": Fault(_orphan, _C, "exit code 9"),
+    "other folder": Fault(lambda: os.chdir("/"), _DONE),
+    "other umask": Fault(lambda: os.umask(0o077), _DONE),
+    "other clock": Fault(_move_clock, _DONE),
+    "no space on the disk": Fault(_fill_disk, _C, "No space left"),
+    "quota used up": Fault(_use_up_quota, _C, "File too large"),
+    "no quota for its result": Fault(_leave_no_quota, _C, "File (too large|exists)"),
+    "file descriptors used up": Fault(_use_up_descriptors, _C, "Too many open files"),
 }
-"""Name of a fault -> what does it, how the task ends, and what its message has."""
+"""By name."""
+
+
+def _result(value: Any) -> TaskResult:
+    return TaskResult(20 * "0", "contact", COMPLETED, arrays={"gap": value})
+
+
+def work(fault: str) -> Work:
+    """A task that has a fault."""
+    return Work(fault, limit=FAULTS[fault].seconds)
+
+
+BLOCKER: Final = Work("blocker", kind="blocker", limit=300.0)
+"""Keeps its process busy until every fault has been begun: another one meets them all."""
 
 
 def executor(folder: Path) -> Execute[Work]:
@@ -85,8 +223,15 @@ def executor(folder: Path) -> Execute[Work]:
 
     def execute(task: Work) -> Outcome:
         assert all((folder / need).exists() for need in task.needs)
+        if task == BLOCKER:
+            while sum(path.suffix == ".begun" for path in folder.iterdir()) < len(FAULTS):
+                time.sleep(0.05)
         if task.key in FAULTS:
-            FAULTS[task.key][0]()
+            (folder / f"{task.key}.begun").touch()
+            fault = FAULTS[task.key]
+            returned: Any = fault.act()
+            if fault.is_result:
+                return returned  # type: ignore[no-any-return]
         with (folder / task.key).open("x") as file:  # never twice
             file.write(str(os.getpid()))
         time.sleep(0.02)
@@ -99,6 +244,21 @@ def program(folder: Path) -> Program:
     return Program(__name__, "executor", folder)
 
 
+def campaign_executor(argument: tuple[Path, dict[float, str]]) -> Execute[Task]:
+    """What computes the tasks of a campaign into a folder; contacts under some loads have the fault of that name."""
+    out, faulty = argument
+
+    def run(task: Task, inputs: Inputs) -> TaskResult:
+        name = faulty.get(task.case.normal_load) if task.case else None
+        if name is not None:
+            returned: Any = FAULTS[name].act()
+            if FAULTS[name].is_result:
+                return returned  # type: ignore[no-any-return]
+        return run_task(task, inputs)
+
+    real.run_task = run  # type: ignore[attr-defined]  # this process is a child that computes
+    return real.executor(out)  # type: ignore[return-value]
+
+
 def as_expected(fault: str, outcome: Outcome) -> bool:
-    _, ending, message = FAULTS[fault]
-    return outcome.ending is ending and re.search(message, outcome.message) is not None
+    return FAULTS[fault].matches(outcome.ending, outcome.message)

@@ -1,22 +1,23 @@
 """Whatever a task does to its process, the other tasks are computed, and what it did is on record."""
 
-import json
-import subprocess
-import sys
+import math
+import os
 import time
+from contextlib import suppress
 from pathlib import Path
 
 import pytest
 
 from solver.outcome import Ending, Outcome
-from study.execution.farms import process
+from study.execution.compiling.warm_up import WarmUp
+from study.execution.farms import agent, process
 from study.execution.farms.agent import Agent, BrokenProgramError
 from study.execution.farms.processes import ProcessFarm
-from study.execution.ledger import Done, Tally
+from study.execution.ledger import Done, Execute, Tally
 from study.execution.program import Program
-from tests.conftest import launcher
 from tests.study.execution.farms import faults
 from tests.study.execution.farms.faults import FAULTS
+from tests.study.execution.farms.matrix import PLACES
 from tests.study.execution.made_up import Work
 
 
@@ -42,26 +43,42 @@ def run(tasks: tuple[Work, ...], folder: Path, size: int) -> tuple[Tally, dict[s
     return tally, reported, failed
 
 
-@pytest.mark.slow
-@pytest.mark.parametrize("fault", FAULTS)
-def test_a_fault_costs_its_own_task(tmp_path: Path, fault: str) -> None:
-    tally, reported, failed = run((Work(fault), Work("after", (fault,)), *SOUND), tmp_path, 1)
-    assert tally == Tally(done=19, crashed=2)
-    assert faults.as_expected(fault, reported[fault]), reported[fault]
-    assert reported["after"].ending is Ending.NEEDS_FAILED
-    assert all(reported[task.key].ok and (tmp_path / task.key).exists() for task in SOUND)
-    assert {done.key for done in failed} == {fault}
-    assert all(done.where.startswith("rank 0 on ") for done in failed)
-
-
-@pytest.mark.parametrize(
-    "some", [("exception", "os._exit(0)", "segmentation fault"), pytest.param(tuple(FAULTS), marks=pytest.mark.slow)]
+EVERYDAY = (
+    "exception",
+    "half a letter in its text",
+    "result None",
+    "segmentation fault",
+    "standard output and error closed",
+    "SIGKILL to its group",
+    "fork of which both return",
+    "death before what it started",
+    "file descriptors used up",
+    "no quota for its result",
 )
-def test_many_faults_cost_no_sound_task(tmp_path: Path, some: tuple[str, ...]) -> None:
-    tasks = (*(Work(fault) for fault in some), *SOUND)
-    tally, reported, _ = run(tasks, tmp_path, 2)
-    assert tally == Tally(done=19, crashed=len(some))
-    assert [fault for fault in some if not faults.as_expected(fault, reported[fault])] == []
+
+
+def test_faults_cost_their_own_tasks(tmp_path: Path) -> None:
+    tasks = [each for fault in EVERYDAY for each in (faults.work(fault), Work(f"sound {fault}", limit=60.0))]
+    tally, reported, failed = run((*tasks, Work("after", ("exception",))), tmp_path, 2)
+    failures = [fault for fault in EVERYDAY if FAULTS[fault].ending is not Ending.COMPLETED]
+    assert [fault for fault in EVERYDAY if not faults.as_expected(fault, reported[fault])] == []
+    assert tally == Tally(done=2 * len(EVERYDAY) - len(failures), crashed=len(failures) + 1)
+    assert reported["after"].ending is Ending.NEEDS_FAILED
+    assert {done.key for done in failed} == set(failures)
+    assert all(done.where.startswith("rank ") for done in failed)
+
+
+@pytest.mark.slow
+@pytest.mark.timed  # faults that hang have little time, and sound tasks have not much more
+@pytest.mark.parametrize(
+    "place", [pytest.param(name, marks=pytest.mark.mpi) if "rank" in name else name for name in PLACES]
+)
+def test_every_fault_costs_its_own_task_wherever_it_is_met(tmp_path: Path, place: str) -> None:
+    found = PLACES[place](tmp_path)
+    assert {name: each for name, each in found.items() if not FAULTS[name].matches(each.ending, each.message)} == {}
+    assert [name for name in FAULTS if not found[name].sound] == []
+    if "rank" in place:
+        assert {each.where for each in found.values() if each.where} == {place.removesuffix(" of 2")}
 
 
 def test_what_a_dead_process_computed_is_tried_again_behind_all_others(tmp_path: Path) -> None:
@@ -82,13 +99,58 @@ def test_tasks_behind_one_that_hangs_go_elsewhere(tmp_path: Path) -> None:
     assert list(reported)[-1] == hanging.key  # all others ended before it was given up
 
 
-def test_a_fault_while_kernels_are_compiled_leaves_a_farm_that_computes(tmp_path: Path) -> None:
+@pytest.mark.parametrize("fault", ["segmentation fault", "endless loop"])
+def test_a_fault_while_kernels_are_compiled_leaves_a_farm_that_computes(tmp_path: Path, fault: str) -> None:
     """The compiling is a task of its own, before all others."""
     reported: list[str] = []
     with ProcessFarm([Agent(faults.program(tmp_path), 0)]) as farm:
-        farm.run([Work("segmentation fault")], lambda *_: None)
+        farm.run([faults.work(fault)], lambda *_: None)
         tally = farm.run(SOUND, lambda tasks, outcome, _: reported.extend(task.key for task in tasks))
     assert (tally, len(reported)) == (Tally(done=19), 19)
+
+
+def test_compiling_that_hangs_is_ended_after_minutes(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """Nobody hears of it before; a clock that runs a thousand times as fast measures it."""
+    clock, begun = time.monotonic, time.monotonic()
+    monkeypatch.setattr(process.time, "monotonic", lambda: begun + 1000.0 * (clock() - begun))
+    monkeypatch.setattr(process, "LONGEST_LOOK", math.inf)
+    monkeypatch.setattr(agent, "START", math.inf)
+    hanging = Work("endless loop", limit=WarmUp("any", ()).limit)
+    _, reported, failed = run((hanging,), tmp_path, 1)
+    assert reported[hanging.key].ending is Ending.TIMED_OUT
+    assert failed[0].seconds < 3600.0
+
+
+def starting(folder: Path) -> Execute[Work]:
+    """What starts another process, leaves its number and ends."""
+
+    def execute(task: Work) -> Outcome:
+        if started := os.fork():
+            (folder / str(started)).touch()
+            os._exit(9)
+        time.sleep(90.0)
+        os._exit(0)
+
+    return execute
+
+
+@pytest.mark.skipif(not Path("/proc/self/cmdline").exists(), reason="processes cannot be looked at here")
+def test_what_a_task_has_started_ends_with_its_process(tmp_path: Path) -> None:
+    """It holds all that the process had open: a launcher would wait for it at the end of the run."""
+    with ProcessFarm([Agent(Program(__name__, "starting", tmp_path), 0)]) as farm:
+        assert farm.run((Work("starts another", limit=60.0),), lambda *_: None) == Tally(crashed=1)
+    started = [path.name for path in tmp_path.iterdir()]
+    assert len(started) == 2  # it was tried twice
+    end = time.monotonic() + 10.0
+    while any(runs(number) for number in started):
+        assert time.monotonic() < end
+
+
+def runs(number: str) -> bool:
+    """Whether the process of this number has not ended."""
+    with suppress(OSError):
+        return Path(f"/proc/{number}/cmdline").read_bytes() != b""
+    return False
 
 
 def test_time_in_which_both_processes_are_stopped_is_not_the_task_s(
@@ -141,23 +203,3 @@ def test_tasks_that_the_program_does_not_know_are_no_fault_of_a_task(tmp_path: P
         ProcessFarm([Agent(faults.program(tmp_path), 0)]) as farm,
     ):
         farm.run([strange], lambda *_: None)
-
-
-@pytest.mark.mpi
-@pytest.mark.slow
-@pytest.mark.parametrize("rank", [0, 1])
-@pytest.mark.parametrize("fault", ["SystemExit(0)", "segmentation fault", "loop that holds the interpreter"])
-def test_a_fault_on_a_rank_costs_its_own_task(environment, tmp_path: Path, fault: str, rank: int) -> None:
-    words = [
-        *launcher(2),
-        sys.executable,
-        "-m",
-        "tests.study.execution.farms.fault_program",
-        fault,
-        str(rank),
-        str(tmp_path),
-    ]
-    done = subprocess.run(words, env=environment, capture_output=True, text=True, timeout=60.0, check=False)
-    assert done.returncode == 3, done.stderr
-    wanted = {"done": 19, "crashed": 1, "ending": FAULTS[fault][1], "as_expected": True, "where": f"rank {rank}"}
-    assert json.loads(done.stdout) == wanted
