@@ -90,7 +90,7 @@ def run(
         farm = SerialFarm(computing(folder).load)
         lease = stack.enter_context(Lease(folder, farm.interruption.request))
         _compute(farm, plan, folder, recompute_foreign, retry, progress)
-        if lease.lost:
+        if lease.look():
             raise StoreError(lease.lost)
         path = folder / file.FILE
         file.write(collect(plan, Store(folder)), path)

@@ -24,7 +24,7 @@ from study.results.entry import CorruptResultError, Head, Meta, packed
 from study.results.logs.all_logs import Logs
 from study.results.logs.log import LogWriter
 from study.results.logs.places import Places
-from study.results.whole_file import clear_away, written_whole
+from study.results.whole_file import clear_away, scratch_beside
 
 FOLDER: Final = "results"
 Said = TypeVar("Said")
@@ -54,9 +54,7 @@ class Store:
             self.folder.mkdir(parents=True, exist_ok=True)
             clear_away(self.folder)
             clear_away(self.folder.parent)  # the dataset is written there
-            with written_whole(self.folder / ".probe") as scratch:
-                scratch.touch()
-            (self.folder / ".probe").unlink(missing_ok=True)
+            scratch_beside(self.folder / "probe").unlink()
             self._logs.mend()
             if problem := attempts.lost(self._out):
                 sys.stderr.write(f"{problem}\n")
