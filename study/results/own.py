@@ -7,7 +7,7 @@ from typing import Any, BinaryIO, Final
 import numpy as np
 
 from study.plan.task import TaskResult
-from study.results.entry import CorruptResultError, Head, check, read_head, result_of
+from study.results.entry import CorruptResultError, Head, OtherFormatError, check, read_head, result_of
 from study.results.whole_file import written_whole
 
 ENDING: Final = ".result"
@@ -62,6 +62,8 @@ def _head(path: Path, file: BinaryIO) -> Head:
         head = read_head(file)
         if head.length != os.fstat(file.fileno()).st_size:
             raise CorruptResultError("it has another length than was written")
+    except OtherFormatError as error:
+        raise OtherFormatError(f"{path}: {error}") from error
     except CorruptResultError as error:
         raise CorruptResultError(f"{path}: not a whole result ({error})") from error
     if head.key != path.stem:

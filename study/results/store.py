@@ -20,7 +20,7 @@ from study.origin import Origins, here
 from study.plan.task import TaskResult
 from study.results import attempts, own
 from study.results.attempts import Attempt
-from study.results.entry import CorruptResultError, Head, Meta, packed
+from study.results.entry import CorruptResultError, Head, Meta, OtherFormatError, packed
 from study.results.logs.all_logs import Logs
 from study.results.logs.log import LogWriter
 from study.results.logs.places import Places
@@ -58,6 +58,8 @@ class Store:
             self._logs.mend()
             if problem := attempts.lost(self._out):
                 sys.stderr.write(f"{problem}\n")
+        except OtherFormatError as error:
+            raise StoreError(str(error)) from None
         except OSError as error:
             raise StoreError(f"{self.folder}: cannot write results there: {error.strerror or error}") from None
 
@@ -78,31 +80,42 @@ class Store:
 
         Of millions of results nothing is copied: what is found later may be among them then.
         """
-        self._logs.look()
+        self._look()
         return _Metas(self._logs.places, {key: head.meta for key, head in self._own_heads().items()})
 
     def _of_all(self, what: Callable[[Meta], Said]) -> dict[str, Said]:
-        self._logs.look()
+        self._look()
         found = self._logs.places.of_all(what)
         found.update((key, what(head.meta)) for key, head in self._own_heads().items())
         return found
 
     def seals(self) -> Iterator[tuple[str, int]]:
         """The keys of the same, in order, and their seals: they change with what is in a result."""
-        self._logs.look()
+        self._look()
         places, own = self._logs.places, self._own_heads()
         for key in sorted([*places, *(key for key in own if key not in places)]):
             yield key, own[key].seal if key in own else places.seal(key)
 
+    def _look(self) -> None:
+        """Look for what has been added to logs. Raises StoreError."""
+        try:
+            self._logs.look()
+        except OtherFormatError as error:
+            raise StoreError(str(error)) from None
+
     def _own_heads(self) -> dict[str, Head]:
-        """Of the results that are files of their own."""
+        """Of the results that are files of their own. Raises StoreError."""
         found = {}
         for path in sorted(self.folder.glob(f"*{own.ENDING}")):
+            if not _KEY.fullmatch(path.stem):
+                continue  # somebody else's
             try:
                 stamp = own.stamp(path)
                 if path not in self._checked or self._checked[path][0] != stamp:
                     self._checked[path] = stamp, own.checked(path)
                 found[path.stem] = self._checked[path][1]
+            except OtherFormatError as error:
+                raise StoreError(str(error)) from None
             except CorruptResultError as error:
                 _say_unsound(error)
             except FileNotFoundError:

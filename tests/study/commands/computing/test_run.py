@@ -86,6 +86,26 @@ def disown(out: Path, every: int) -> set[str]:
     return changed
 
 
+def test_files_of_others_among_the_results_stay_and_results_of_another_format_are_refused(main, campaign):
+    out = campaign.parent / "out"
+    results = out / "results"
+    results.mkdir(parents=True)
+    (results / "notes.log").write_text("what I did on Monday")
+    assert main("run", campaign, "--out", out, "--serial")[0] == 0
+    assert (results / "notes.log").read_text() == "what I did on Monday"
+    log, own_file = next(results.glob("0*.log")), next(results.glob(f"*{own.ENDING}"))
+    for path in (log, own_file):
+        ours = path.read_bytes()
+        newer = b"nslip 2\n" + bytes(len(ours))
+        path.write_bytes(newer)
+        for command in (("run", "--serial"), ("collect",), ("status",)):
+            code, _, errors = main(command[0], campaign, "--out", out, *command[1:])
+            assert (code, errors.count(f"{path.name}: has format 2, of another nanoslip")) == (2, 1)
+        assert path.read_bytes() == newer
+        path.write_bytes(ours)
+    assert main("run", campaign, "--out", out, "--serial")[0] == 0
+
+
 def test_results_of_other_software_are_named_and_computed_again_when_asked(main, campaign):
     out = campaign.parent / "out"
     assert main("run", campaign, "--out", out, "--serial")[0] == 0
