@@ -11,6 +11,7 @@ import os
 import re
 import sys
 from collections.abc import Callable, Iterator, Mapping
+from contextlib import contextmanager
 from operator import attrgetter
 from pathlib import Path
 from typing import Final, TypeVar
@@ -37,6 +38,15 @@ class StoreError(Exception):
     """The folder of results cannot be used; the message says which and why."""
 
 
+@contextmanager
+def _refused() -> Iterator[None]:
+    """Results of another format are no damage: the folder is not used."""
+    try:
+        yield
+    except OtherFormatError as error:
+        raise StoreError(str(error)) from None
+
+
 class Store:
     """The results of a campaign in DIR/results. Two processes that write one result write the same bytes: no harm."""
 
@@ -48,6 +58,7 @@ class Store:
         self._logs = Logs(self.folder, whole)
         self._checked: dict[Path, tuple[object, Head]] = {}
 
+    @_refused()
     def prepare(self) -> None:
         """Make the folder, try that it can be written and clear away what killed runs left. Raises StoreError."""
         try:
@@ -58,8 +69,6 @@ class Store:
             self._logs.mend()
             if problem := attempts.lost(self._out):
                 sys.stderr.write(f"{problem}\n")
-        except OtherFormatError as error:
-            raise StoreError(str(error)) from None
         except OSError as error:
             raise StoreError(f"{self.folder}: cannot write results there: {error.strerror or error}") from None
 
@@ -96,13 +105,12 @@ class Store:
         for key in sorted([*places, *(key for key in own if key not in places)]):
             yield key, own[key].seal if key in own else places.seal(key)
 
+    @_refused()
     def _look(self) -> None:
         """Look for what has been added to logs. Raises StoreError."""
-        try:
-            self._logs.look()
-        except OtherFormatError as error:
-            raise StoreError(str(error)) from None
+        self._logs.look()
 
+    @_refused()
     def _own_heads(self) -> dict[str, Head]:
         """Of the results that are files of their own. Raises StoreError."""
         found = {}
@@ -114,8 +122,8 @@ class Store:
                 if path not in self._checked or self._checked[path][0] != stamp:
                     self._checked[path] = stamp, own.checked(path)
                 found[path.stem] = self._checked[path][1]
-            except OtherFormatError as error:
-                raise StoreError(str(error)) from None
+            except OtherFormatError:
+                raise
             except CorruptResultError as error:
                 _say_unsound(error)
             except FileNotFoundError:
@@ -167,6 +175,13 @@ class Store:
         """Have all results outlast a loss of power. Raises StoreError where the disk refuses."""
         try:
             self._logs.settle()
+        except OSError as error:
+            raise StoreError(f"{self.folder}: cannot keep results: {error.strerror or error}") from error
+
+    def close(self) -> None:
+        """Write out what this process has added: other machines see it then. Raises StoreError where the disk refuses."""
+        try:
+            self._log.close()
         except OSError as error:
             raise StoreError(f"{self.folder}: cannot keep results: {error.strerror or error}") from error
 

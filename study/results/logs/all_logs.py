@@ -94,7 +94,8 @@ class Logs:
 
     def _look_into(self, path: Path) -> list[Fault]:
         """Find what a log has that was not seen yet (all, where it is another one than it was); returns what is no result."""
-        state = path.stat()
+        with path.open("rb") as file:  # of what is opened a network file system asks anew how long it is
+            state = os.fstat(file.fileno())
         seen = self._seen.get(path, _Seen(0, state.st_ino, 0))
         if (state.st_size, state.st_ino, state.st_mtime_ns) == seen:
             return []

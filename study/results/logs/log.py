@@ -63,6 +63,12 @@ class LogWriter:
             os.fsync(file)
             self._synced = time.monotonic()
 
+    def close(self) -> None:
+        """Have what was added reach the disk, where other machines see it; a new log takes what comes later. Raises OSError."""
+        file, self._file = self._file, None
+        if file and self._process == os.getpid():
+            os.fsync(file.number)
+
     def _opened(self) -> Opened:
         if self._file is None or self._process != os.getpid():  # a log has one writer, whoever forks
             path = later(self._folder, f"{secrets.token_hex(_RANDOM)}{ENDING}")
