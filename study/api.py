@@ -20,7 +20,7 @@ from study.dataset.access.concatenation import joined
 from study.dataset.collection.collect import collect
 from study.dataset.groups import loaded
 from study.execution.executor import drop_intermediates
-from study.execution.failures import Diary, left
+from study.execution.failures import Diary, left, unseen
 from study.execution.farms.farm import SerialFarm
 from study.execution.journal import Journal
 from study.execution.ledger import Tally
@@ -90,7 +90,7 @@ def run(
         farm = SerialFarm(computing(folder).load)
         lease = stack.enter_context(Lease(folder, farm.interruption.request))
         _compute(farm, plan, folder, recompute_foreign, retry, progress)
-        if lease.lost:
+        if lease.look():
             raise StoreError(lease.lost)
         path = folder / file.FILE
         file.write(collect(plan, Store(folder)), path)
@@ -171,13 +171,15 @@ def _compute(
     journal = Journal(folder, "nanoslip.run")
     if tasks:
         journal.begin(farm.size, farm.unit)
-    tally = _run_tasks(farm, tasks, folder, progress)
+    tally, undone = _run_tasks(farm, tasks, folder, progress)
     journal.computed(tally)
     store.settle()
     failed = tally.crashed + len(work.given_up)
     journal.end(WRONG_INPUT if tally.halt else FAILURES if failed else 0)
     if tally.halt:
         raise StoreError(tally.halt)
+    if not tally.interrupted and (missing := unseen(tasks, undone, store)):
+        raise StoreError(missing)
     if failed:
         said = f"{failed} tasks failed, now or before, or needed one that did (see `outcome` and `message`)"
         warnings.warn(said, RuntimeWarning, stacklevel=3)
@@ -185,14 +187,17 @@ def _compute(
         drop_intermediates(plan, store)
 
 
-def _run_tasks(farm: SerialFarm, tasks: Sequence[Task], folder: Path, progress: bool | None) -> Tally:
-    """Compute tasks. The farm is not entered: Ctrl-C stays Python's, and results are whole files."""
+def _run_tasks(farm: SerialFarm, tasks: Sequence[Task], folder: Path, progress: bool | None) -> tuple[Tally, set[str]]:
+    """Compute tasks; returns the keys of those that have no result, too.
+
+    The farm is not entered: Ctrl-C stays Python's, and results are whole files.
+    """
     errors = console(stderr=True)
     watched = bool(tasks) and (errors.is_terminal or errors.is_jupyter)
     with ExitStack() as stack:
         shown = watched if progress is None else progress
         diary = Diary(folder, stack.enter_context(open_progress(tasks, errors)) if shown else _silent)
-        return farm.run(tasks, diary.report, diary.fail)
+        return farm.run(tasks, diary.report, diary.fail), diary.undone
 
 
 def _silent(_tasks: Sequence[Task], _outcome: Outcome, _seconds: Collection[float]) -> None:

@@ -6,9 +6,10 @@ from importlib import import_module
 from pathlib import Path
 from typing import Final
 
-from solver.outcome import Ending, Outcome
+from solver.outcome import COMPLETED, Ending, Outcome
 from study.execution.compiling.warm_up import WarmUp
 from study.execution.ledger import CannotGoOnError
+from study.execution.program import Settle
 from study.origin import arithmetic
 from study.plan.plan import Plan
 from study.plan.task import TaskResult
@@ -25,7 +26,7 @@ INPUTS: Final = 4
 Read = Callable[[str], TaskResult]
 
 
-def executor(out: Path) -> Callable[[Task | WarmUp], Outcome]:
+def executor(out: Path) -> Callable[[Task | WarmUp | Settle], Outcome]:
     """The function that computes a task with the results in this folder and returns its outcome.
 
     Loads all that tasks compute with: a task's time and limit are its own.
@@ -37,10 +38,15 @@ def executor(out: Path) -> Callable[[Task | WarmUp], Outcome]:
     return partial(_execute, store, lru_cache(INPUTS)(partial(_read, store)))
 
 
-def _execute(store: Store, read: Read, task: Task | WarmUp) -> Outcome:
+def _execute(store: Store, read: Read, task: Task | WarmUp | Settle) -> Outcome:
     if isinstance(task, WarmUp):
         return task.run()
+    if isinstance(task, Settle):
+        store.close()
+        return COMPLETED
     result = run_task(task, {key: read(key) for key in task.needs})
+    if result.key != task.key:
+        raise ValueError(f"a defect: what came of task {task.key} is a result of {result.key}")
     if result.outcome.ending is not Ending.OUT_OF_MEMORY:  # another machine, or fewer ranks, may compute it
         try:
             store.write(result, task.shared)

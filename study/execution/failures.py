@@ -2,9 +2,11 @@
 
 import datetime
 import sys
+import time
 from collections.abc import Collection, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
+from typing import Final
 
 from solver.outcome import UNDONE, Ending, Outcome
 from study.execution.ledger import Done, Report
@@ -13,6 +15,12 @@ from study.plan.plan import Plan
 from study.plan.tasks import Task
 from study.results import attempts
 from study.results.attempts import Attempt
+from study.results.store import Store
+
+VISIBLE: Final = 90.0
+"""Seconds after which a network file system shows what another machine has written: clients remember folders for 60 at most."""
+LOOK: Final = 1.0
+"""Seconds between two looks."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -40,6 +48,24 @@ def given_up(failures: Mapping[str, Attempt], retry: bool = False) -> set[str]:
     return {key for key, attempt in failures.items() if attempt.given_up and not retry}
 
 
+def unseen(tasks: Sequence[Task], undone: Collection[str], store: Store) -> str:
+    """Which results of tasks that were reported as done are not in the store, in a line; empty where all are.
+
+    Waits for them as long as a network file system may show a folder as it was. undone: keys of tasks without a result.
+    """
+    end = time.monotonic() + VISIBLE
+    while True:
+        there = store.metas()
+        missing = [task for task in tasks if task.key not in undone and task.key not in there]
+        if not missing or time.monotonic() > end:
+            break
+        time.sleep(min(LOOK, VISIBLE))
+    if not missing:
+        return ""
+    first = f"{len(missing)} of {len(tasks)} results, first that of {missing[0].label} ({missing[0].key})"
+    return f"{store.folder}: not there though they were computed: {first}; run again to continue"
+
+
 class Diary:
     """Keeps all that is known of attempts that fail, and that a task which has failed has not in the end."""
 
@@ -47,10 +73,14 @@ class Diary:
         """report: hears how tasks end, as this does."""
         self._out, self._report = out, report
         self._failed = set(attempts.final(out, here().solver))
+        self.undone: set[str] = set()
+        """Keys of the tasks that have ended without a result."""
 
     def report(self, tasks: Sequence[Task], outcome: Outcome, seconds: Collection[float]) -> None:
         """Note how tasks have ended."""
-        if self._failed and outcome.ending not in UNDONE and outcome.ending is not Ending.NEEDS_FAILED:
+        if outcome.ending in UNDONE or outcome.ending is Ending.NEEDS_FAILED:
+            self.undone.update(task.key for task in tasks)
+        elif self._failed:
             for task, took in zip(tasks, seconds, strict=True):
                 if task.key in self._failed:
                     self._note(task, Done(task.key, outcome, took), final=False)

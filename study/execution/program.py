@@ -8,6 +8,18 @@ from typing import Any
 
 
 @dataclass(frozen=True, slots=True)
+class Settle:
+    """The last task of a process: to write out what it has computed, so that other machines see it."""
+
+    key: str = "settle"
+    needs: tuple[str, ...] = ()
+    kind: str = "settle"
+    cost: float = 0.01
+    limit: float = 60.0
+    label: str = "writing results out"
+
+
+@dataclass(frozen=True, slots=True)
 class Program:
     """A function of a module that, called with the argument, returns the function that computes a task."""
 

@@ -5,6 +5,8 @@ each part filled up to a multiple of ALIGNED bytes. It stands by itself, or behi
 """
 
 import json
+import os
+import re
 import struct
 import zlib
 from collections.abc import Iterator
@@ -27,8 +29,14 @@ class TornError(CorruptResultError):
     """There are fewer bytes than were written, or are to come."""
 
 
-MARK: Final = b"nslip 1\n"
-"""How every entry begins; the number is the format's."""
+class OtherFormatError(CorruptResultError):
+    """A result as another nanoslip writes it: no damage."""
+
+
+FORMAT: Final = 1
+MARK: Final = b"nslip %d\n" % FORMAT
+"""How every entry begins."""
+_ANY_MARK: Final = re.compile(rb"nslip (\d+)\n")
 ALIGNED: Final = 64
 """Bytes: numbers of any type lie in memory as kernels want them."""
 _HEAD: Final = struct.Struct("<8s20sIIQI")
@@ -86,8 +94,14 @@ def _said(kind: str, outcome: Outcome, origins: Origins) -> bytes:
 
 
 def read_head(file: BinaryIO) -> Head:
-    """The head of the entry that begins here; the file stands behind it then. Raises TornError, CorruptResultError."""
+    """The head of the entry that begins here; the file stands behind it then.
+
+    Raises TornError, OtherFormatError, CorruptResultError.
+    """
     begin = file.read(LEAST)
+    if (other := _ANY_MARK.match(begin)) and not begin.startswith(MARK) and not _ours_but_for_its_mark(begin, file):
+        number = other[1].decode()
+        raise OtherFormatError(f"has format {number}, of another nanoslip; this one reads format {FORMAT}")
     if len(begin) < LEAST:
         raise TornError("it ends too early")
     mark, key, meta_length, table, numbers, checksum = _HEAD.unpack_from(begin)
@@ -101,6 +115,17 @@ def read_head(file: BinaryIO) -> Head:
         return Head(key.decode("ascii"), _meta(meta), table, numbers, checksum, seal, LEAST + meta_length + numbers)
     except _NO_RESULT:
         raise CorruptResultError(NOT_OURS) from None
+
+
+def _ours_but_for_its_mark(begin: bytes, file: BinaryIO) -> bool:
+    """Whether all else of a head is as its checksum says: a bit of the number was changed, and the format is this one."""
+    if len(begin) < LEAST:
+        return False
+    meta_length = _HEAD.unpack_from(begin)[2]
+    meta = file.read(min(meta_length, _MOST))
+    file.seek(-len(meta), os.SEEK_CUR)
+    (seal,) = _CHECKSUM.unpack_from(begin, _HEAD.size)
+    return bool(seal == zlib.crc32(meta, zlib.crc32(MARK + begin[len(MARK) : _HEAD.size])))
 
 
 def check(head: Head, numbers: Any) -> None:

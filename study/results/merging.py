@@ -4,12 +4,13 @@ import os
 from contextlib import suppress
 from pathlib import Path
 
-from study.results import attempts, lines, runs
+from study.results import attempts, lines, own, runs
 from study.results.lease import Lease
-from study.results.logs.log import ENDING, later
+from study.results.logs.log import is_name, later
 from study.results.shard import FOLDER, folders
 from study.results.store import FOLDER as RESULTS
 from study.results.store import OUTLINE, Store, StoreError
+from study.results.whole_file import free_name
 
 
 def merge_shards(out: Path) -> list[str]:
@@ -48,5 +49,8 @@ def _move(shard: Path, out: Path) -> None:
 
 
 def _place(path: Path, results: Path) -> Path:
-    """Where a file of results comes to: what a shard has computed counts more than what was there."""
-    return later(results, path.name) if path.suffix == ENDING else results / path.name
+    """Where a file comes to: results of a shard count more than what was there, all else takes no place of another."""
+    if is_name(path.name):
+        return later(results, path.name)
+    place = results / path.name
+    return free_name(place) if path.suffix != own.ENDING and os.path.lexists(place) else place

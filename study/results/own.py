@@ -9,7 +9,7 @@ from typing import Any, BinaryIO, Final
 import numpy as np
 
 from study.plan.task import TaskResult
-from study.results.entry import CorruptResultError, Head, check, read_head, result_of
+from study.results.entry import CorruptResultError, Head, OtherFormatError, check, read_head, result_of
 from study.results.whole_file import written_whole
 
 ENDING: Final = ".result"
@@ -64,6 +64,8 @@ def _named(path: Path) -> Iterator[None]:
     """Name the file whose bytes are no result's."""
     try:
         yield
+    except OtherFormatError as error:
+        raise OtherFormatError(f"{path}: {error}") from error
     except CorruptResultError as error:
         raise CorruptResultError(f"{path}: not a whole result ({error})") from error
 

@@ -11,6 +11,7 @@ import os
 import re
 import sys
 from collections.abc import Callable, Iterator, Mapping
+from contextlib import contextmanager
 from operator import attrgetter
 from pathlib import Path
 from typing import Final, TypeVar
@@ -20,11 +21,11 @@ from study.origin import Origins, here
 from study.plan.task import TaskResult
 from study.results import attempts, own
 from study.results.attempts import Attempt
-from study.results.entry import CorruptResultError, Head, Meta, packed
+from study.results.entry import CorruptResultError, Head, Meta, OtherFormatError, packed
 from study.results.logs.all_logs import Logs
 from study.results.logs.log import LogWriter
 from study.results.logs.places import Places
-from study.results.whole_file import clear_away, written_whole
+from study.results.whole_file import clear_away, scratch_beside
 
 FOLDER: Final = "results"
 Said = TypeVar("Said")
@@ -35,6 +36,15 @@ _KEY: Final = re.compile("[0-9a-f]{20}")
 
 class StoreError(Exception):
     """The folder of results cannot be used; the message says which and why."""
+
+
+@contextmanager
+def _refused() -> Iterator[None]:
+    """Results of another format are no damage: the folder is not used."""
+    try:
+        yield
+    except OtherFormatError as error:
+        raise StoreError(str(error)) from None
 
 
 class Store:
@@ -48,15 +58,14 @@ class Store:
         self._logs = Logs(self.folder, whole)
         self._checked: dict[Path, tuple[object, Head]] = {}
 
+    @_refused()
     def prepare(self) -> None:
         """Make the folder, try that it can be written and clear away what killed runs left. Raises StoreError."""
         try:
             self.folder.mkdir(parents=True, exist_ok=True)
             clear_away(self.folder)
             clear_away(self.folder.parent)  # the dataset is written there
-            with written_whole(self.folder / ".probe") as scratch:
-                scratch.touch()
-            (self.folder / ".probe").unlink(missing_ok=True)
+            scratch_beside(self.folder / "probe").unlink()
             self._logs.mend()
             if problem := attempts.lost(self._out):
                 sys.stderr.write(f"{problem}\n")
@@ -80,31 +89,41 @@ class Store:
 
         Of millions of results nothing is copied: what is found later may be among them then.
         """
-        self._logs.look()
+        self._look()
         return _Metas(self._logs.places, {key: head.meta for key, head in self._own_heads().items()})
 
     def _of_all(self, what: Callable[[Meta], Said]) -> dict[str, Said]:
-        self._logs.look()
+        self._look()
         found = self._logs.places.of_all(what)
         found.update((key, what(head.meta)) for key, head in self._own_heads().items())
         return found
 
     def seals(self) -> Iterator[tuple[str, int]]:
         """The keys of the same, in order, and their seals: they change with what is in a result."""
-        self._logs.look()
+        self._look()
         places, own = self._logs.places, self._own_heads()
         for key in sorted([*places, *(key for key in own if key not in places)]):
             yield key, own[key].seal if key in own else places.seal(key)
 
+    @_refused()
+    def _look(self) -> None:
+        """Look for what has been added to logs. Raises StoreError."""
+        self._logs.look()
+
+    @_refused()
     def _own_heads(self) -> dict[str, Head]:
-        """Of the results that are files of their own."""
+        """Of the results that are files of their own. Raises StoreError."""
         found = {}
         for path in sorted(self.folder.glob(f"*{own.ENDING}")):
+            if not _KEY.fullmatch(path.stem):
+                continue  # somebody else's
             try:
                 stamp = own.stamp(path)
                 if path not in self._checked or self._checked[path][0] != stamp:
                     self._checked[path] = stamp, own.checked(path)
                 found[path.stem] = self._checked[path][1]
+            except OtherFormatError:
+                raise
             except CorruptResultError as error:
                 _say_unsound(error)
             except FileNotFoundError:
@@ -156,6 +175,13 @@ class Store:
         """Have all results outlast a loss of power. Raises StoreError where the disk refuses."""
         try:
             self._logs.settle()
+        except OSError as error:
+            raise StoreError(f"{self.folder}: cannot keep results: {error.strerror or error}") from error
+
+    def close(self) -> None:
+        """Write out what this process has added: other machines see it then. Raises StoreError where the disk refuses."""
+        try:
+            self._log.close()
         except OSError as error:
             raise StoreError(f"{self.folder}: cannot keep results: {error.strerror or error}") from error
 

@@ -3,8 +3,8 @@
 import itertools
 import os
 import re
+import secrets
 import socket
-import threading
 import time
 from collections.abc import Iterator
 from contextlib import contextmanager
@@ -13,26 +13,38 @@ from pathlib import Path
 ABANDONED = 86_400.0
 """Seconds after which another host's scratch file is taken for a killed run's."""
 _SCRATCH = ".scratch"
-_SCRATCH_NAME = re.compile(rf"\..+\.([^.]+)\.(\d{{1,9}})\.\d+{re.escape(_SCRATCH)}")
-"""As `written_whole` makes it: host and process of its writer. Other files that end so are somebody else's."""
+_SCRATCH_NAME = re.compile(rf"\..+\.([^.]+)\.(\d{{1,9}})\.[0-9a-f]+{re.escape(_SCRATCH)}")
+"""As `scratch_beside` makes it: host and process of its writer. Other files that end so are somebody else's."""
+_RANDOM = 8
+"""Bytes of a name that nobody else draws."""
 
 
 @contextmanager
 def written_whole(path: Path) -> Iterator[Path]:
-    """Yield a scratch name beside `path` to write to, then put it in its place: readers see the old or the new, whole.
+    """Yield a scratch file beside `path` to write to, then put it in its place: readers see the old or the new, whole.
 
     The mode is what the umask leaves of 0666, as for any file others shall read.
     """
-    scratch = path.with_name(f".{path.name}.{_host()}.{os.getpid()}.{threading.get_ident()}{_SCRATCH}")
+    scratch = scratch_beside(path)
     try:
         yield scratch
         with scratch.open("rb") as file:
             os.fsync(file.fileno())
         if path.is_dir() and not path.is_symlink():
-            path.rename(_free_name(path))  # nothing of it is lost
+            path.rename(free_name(path))  # nothing of it is lost
         os.replace(scratch, path)
     finally:
         scratch.unlink(missing_ok=True)
+
+
+def scratch_beside(path: Path) -> Path:
+    """Make an empty file beside `path`, to be written; `clear_away` removes what a killed process leaves. Raises OSError.
+
+    Nobody can have put a link there: its name is drawn at random, and a name that is there is refused.
+    """
+    scratch = path.with_name(f".{path.name}.{_host()}.{os.getpid()}.{secrets.token_hex(_RANDOM)}{_SCRATCH}")
+    os.close(os.open(scratch, os.O_WRONLY | os.O_CREAT | os.O_EXCL | os.O_NOFOLLOW | os.O_CLOEXEC, 0o666))
+    return scratch
 
 
 def _host() -> str:
@@ -77,7 +89,7 @@ def _is_zombie(process: int) -> bool:
     return fields.rpartition(")")[2].split()[0] == "Z"
 
 
-def _free_name(path: Path) -> Path:
+def free_name(path: Path) -> Path:
     """A name beside it that nothing has."""
     names = (path.with_name(f"{path.name}.set-aside-{number}") for number in itertools.count(1))
-    return next(name for name in names if not name.exists())
+    return next(name for name in names if not os.path.lexists(name))

@@ -10,7 +10,7 @@ import pytest
 
 from study.results.store import FOLDER
 from tests.conftest import SMALL, launcher, longer, polite_signal
-from tests.study.results.results import until_written, written
+from tests.study.results.results import as_clients, until_written, written
 
 pytestmark = pytest.mark.mpi
 
@@ -34,6 +34,14 @@ def test_any_number_of_ranks_gives_the_same_dataset(nanoslip, campaign, alone, r
     done = nanoslip("run", campaign, "--out", out, ranks=ranks)
     assert done.returncode == 0, done.stderr
     assert done.stdout.count("dataset:") == 1
+    assert (out / "results.nc").read_bytes() == alone
+
+
+def test_what_ranks_keep_until_their_logs_are_closed_is_in_the_dataset(nanoslip, campaign, alone, tmp_path):
+    """Ranks on several nodes are several clients of a file system."""
+    out = campaign.parent / "out"
+    done = nanoslip("run", campaign, "--out", out, ranks=2, PYTHONPATH=as_clients(tmp_path))
+    assert done.returncode == 0, done.stderr
     assert (out / "results.nc").read_bytes() == alone
 
 

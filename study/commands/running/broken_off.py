@@ -11,11 +11,12 @@ from study.results.lease import Lease
 def broken_off(journal: Journal, tally: Tally, lease: Lease) -> bool:
     """Whether a run ends before all is computed; says why. Raises Refusal where no task could be finished any more."""
     journal.computed(tally)
+    lost = lease.look()
     if tally.halt:
         raise Refusal(f"{tally.halt}; what is finished is kept: run again to continue")
-    if tally.interrupted and not lease.lost:
+    if tally.interrupted and not lost:
         _print_interrupted(tally)
-    return bool(lease.lost) or tally.interrupted
+    return bool(lost) or tally.interrupted
 
 
 def _print_interrupted(tally: Tally) -> None:

@@ -20,7 +20,7 @@ from study.commands.shared.refusals import refusals
 from study.execution.batch.cutting import part
 from study.execution.compiling.warm_up import warm_ups
 from study.execution.executor import drop_intermediates
-from study.execution.failures import Diary
+from study.execution.failures import Diary, unseen
 from study.execution.farms.begun import Begun
 from study.execution.farms.farm import Farm
 from study.execution.journal import Journal
@@ -76,21 +76,28 @@ def _carry_out(farm: Farm, journal: Journal, order: Order, plan: Plan, store: St
         leave(plan, order.into)
     if work.tasks:
         journal.begin(farm.size, farm.unit)
-    tally = _compute(farm, order.into, work.tasks)
+    tally, undone = _compute(farm, order.into, work.tasks)
     now = len(work.given_up) if early else 0  # nothing had failed before
     tally = replace(tally, crashed=tally.crashed + now)
     if broken_off(journal, tally, lease):
         return INTERRUPTED
+    farm.settle()
     store.settle()
+    if missing := unseen(work.tasks, undone, store):
+        say(missing, stderr=True)
+        return INTERRUPTED
     if early or work.tasks:
         drop_intermediates(plan, store)
     if order.shard:
         failed = tally.crashed + len(work.given_up) - now
         ended = f"has ended without {counted(failed, 'task')}" if failed else "is done"
         say(f"{order.shard} {ended}; {advised('merge', order.campaign, order.out)} brings all shards together")
-    else:
-        write_dataset(plan, store)
-    return _conclude(tally.crashed, len(work.given_up) - now, order)
+    pending = 0 if order.shard else write_dataset(plan, store)
+    code = _conclude(tally.crashed, len(work.given_up) - now, order)
+    if pending and not code:
+        say(f"{counted(pending, 'outcome')} pending, though nothing was left to do: run again to continue", stderr=True)
+        return INTERRUPTED
+    return code
 
 
 def _get_ready(farm: Farm, plan: Plan, order: Order, tasks: tuple[Task, ...]) -> None:
@@ -105,12 +112,13 @@ def _get_ready(farm: Farm, plan: Plan, order: Order, tasks: tuple[Task, ...]) ->
         say(line, stderr=True)
 
 
-def _compute(farm: Farm, out: Path, tasks: tuple[Task, ...]) -> Tally:
+def _compute(farm: Farm, out: Path, tasks: tuple[Task, ...]) -> tuple[Tally, set[str]]:
+    """Compute tasks; returns the keys of those that have no result, too."""
     begun = Begun(out)
     farm.interruption.at_request(begun.close)  # whatever ends the run from then on is no task
     with open_progress(tasks, console(stderr=True), farm.size) as progress, closing(begun):
         diary = Diary(out, progress)
-        return farm.run(tasks, diary.report, diary.fail, begun.begin)
+        return farm.run(tasks, diary.report, diary.fail, begun.begin), diary.undone
 
 
 def _conclude(failed: int, given_up: int, order: Order) -> int:

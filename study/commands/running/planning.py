@@ -42,6 +42,7 @@ def _planned_meanwhile(farm: Farm, journal: Journal, order: Order, manifest: Man
     with counting(PLANNED) as heard, all_kept():
         planning = Planning(spelled_out(manifest))
         tally = head_start.HeadStart(farm, planning, heard).run(order.into)
+        farm.settle()
         # What has failed is counted when the whole plan says what needs it.
         tally = replace(tally, crashed=0, interrupted=farm.interruption.requested, outlasting=0)
         if broken_off(journal, tally, lease):

@@ -37,14 +37,14 @@ COLLECTED: Final = "{} cases collected"
 """What is shown while a dataset is made."""
 
 
-def write_dataset(plan: Planned, store: Store, anew: bool = False, processes: int = 1, keep: bool = False) -> None:
-    """Write the dataset of the results that are there, and print it. Raises StoreError.
+def write_dataset(plan: Planned, store: Store, anew: bool = False, processes: int = 1, keep: bool = False) -> int:
+    """Write the dataset of the results that are there, and print it; returns how many outcomes are pending. Raises StoreError.
 
     anew: also where it is there already. processes: that read results. keep: refuse instead where the one that is there has
     more finished cases or drives.
     """
     if not anew and print_written(plan.manifest, store):
-        return
+        return 0
     path = store.folder.parent / file.FILE
     with counting(COLLECTED) as heard, all_kept():
         collected = collect(plan, store, heard, processes)
@@ -58,16 +58,24 @@ def write_dataset(plan: Planned, store: Store, anew: bool = False, processes: in
     file.write(collected, path)
     note(path, store, made_of(plan.manifest, store))
     _print(collected, path)
+    return _pending(collected)
 
 
 def print_written(manifest: Manifest, store: Store) -> bool:
-    """Print the existing dataset if it is up to date with the results; returns whether it is."""
+    """Print the existing dataset if it is up to date with the results and lacks none; returns whether that is so."""
     path = store.folder.parent / file.FILE
     if is_made_of(path, store, made_of(manifest, store)):
         with suppress(StoreError), file.reading(path) as found:  # else it was damaged
-            _print(found, path)
-            return True
+            if not _pending(found):
+                _print(found, path)
+                return True
     return False
+
+
+def _pending(dataset: xr.Dataset) -> int:
+    """How many cases and drives have no outcome yet."""
+    endings = [dataset[ending.name] for ending, _ in OUTCOMES.values() if ending.name in dataset]
+    return sum(int((each == PENDING).sum()) for each in endings)
 
 
 def _losses(path: Path, collected: xr.Dataset) -> Iterator[str]:

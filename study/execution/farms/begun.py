@@ -34,7 +34,8 @@ class Begun:
                 return
             if self._file is None:
                 # Without waiting: a pipe in its place would have no reader.
-                self._file = os.open(self._path, os.O_WRONLY | os.O_CREAT | os.O_APPEND | os.O_NONBLOCK, 0o666)
+                how = os.O_WRONLY | os.O_CREAT | os.O_APPEND | os.O_NONBLOCK | os.O_NOFOLLOW
+                self._file = os.open(self._path, how, 0o666)
             os.write(self._file, "".join(f"{key}\n" for key in long).encode())
 
     def close(self) -> None:

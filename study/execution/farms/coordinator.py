@@ -3,7 +3,7 @@
 import os
 from abc import ABC, abstractmethod
 from collections.abc import Sequence
-from functools import partial
+from functools import cached_property, partial
 from typing import Any, TypeVar
 
 from solver.outcome import Outcome
@@ -12,6 +12,7 @@ from study.execution.farms.outbox import News
 from study.execution.interruption import Interruption
 from study.execution.launch import end_of_time
 from study.execution.ledger import Begin, Fail, Ledger, Meanwhile, Report, Tally
+from study.execution.program import Settle
 from study.execution.queue import Work
 
 W = TypeVar("W", bound=Work)
@@ -52,6 +53,20 @@ class Coordinator(ABC):
             self._hear(ledger, dispatcher, wait=True)
         return ledger.tally(self.interruption.requested)
 
+    def settle(self) -> None:
+        """Have all who have computed write out their results; one that cannot says so, or is ended at its time limit."""
+        waiting = self._unsettled.copy()
+        self._unsettled.clear()
+        for rank in waiting:
+            self.give(rank, [Settle()])
+        while waiting:
+            waiting.difference_update(rank for rank, news in self.news(wait=True) if news.ended or news.failed)
+
+    @cached_property
+    def _unsettled(self) -> set[int]:
+        """Those that have computed since."""
+        return set()
+
     @abstractmethod
     def give(self, rank: int, tasks: list[Any]) -> None:
         """Have a rank compute tasks, behind those that it has."""
@@ -66,6 +81,8 @@ class Coordinator(ABC):
 
     def _hear(self, ledger: Ledger[Any], dispatcher: Dispatcher, wait: bool) -> None:
         for rank, news in self.news(wait):
+            if news.ended:
+                self._unsettled.add(rank)
             take_in(ledger, dispatcher, rank, news)
 
 

@@ -42,6 +42,9 @@ class Farm(Protocol):
         meanwhile: done beside them again and again; when it is over, what has not been begun is left.
         """
 
+    def settle(self) -> None:
+        """Have results of all processes on disk, where other machines see them."""
+
     def serve(self) -> int:
         """Compute what the root sends until it leaves; returns its exit code."""
 
@@ -109,3 +112,6 @@ class SerialFarm(LocalFarm):
             if meanwhile and not meanwhile():
                 break
         return ledger.tally(self.interruption.requested)
+
+    def settle(self) -> None:
+        """Nothing: this process sees what it has written."""

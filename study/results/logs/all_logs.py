@@ -2,17 +2,18 @@
 
 import os
 import sys
+from collections.abc import Iterable, Iterator
 from contextlib import suppress
 from functools import lru_cache
 from pathlib import Path
 from typing import Final, NamedTuple
 
 from study.plan.task import TaskResult
-from study.results.entry import CorruptResultError, TornError, check, result_of
+from study.results.entry import CorruptResultError, OtherFormatError, TornError, check, result_of
 from study.results.lines import NO_FILE, is_no_file
-from study.results.logs.log import ENDING, Fault, Opened, Place, scan
+from study.results.logs.log import Fault, Opened, Place, logs_in, scan
 from study.results.logs.places import Places
-from study.results.whole_file import written_whole
+from study.results.whole_file import free_name, written_whole
 
 _OPEN: Final = 64
 """Logs that are held open to be read."""
@@ -52,16 +53,19 @@ class Logs:
         return self.places.get(key)
 
     def mend(self) -> None:
-        """Look, and remove what is no result; nobody may be writing. Raises OSError."""
-        for path in self._paths():
-            faults = self._look_into(path)
+        """Look, and set aside what is no result; nobody may be writing. Raises OSError, OtherFormatError."""
+        for path, faults in [(path, self._look_into(path)) for path in self._paths()]:  # refused before any is changed
             if not faults:
                 continue
+            aside = free_name(path)
+            _copy(path, aside, [(fault.begin, fault.end) for fault in faults])
             if isinstance(faults[0].error, TornError):
                 sys.stderr.write(f"{path}: its end was torn; what was there will be computed again\n")
                 os.truncate(path, faults[0].begin)
             else:
-                self._leave_out(path)
+                ends = [0, *(fault.end for fault in faults)]
+                _copy(path, path, zip(ends, [*(fault.begin for fault in faults), path.stat().st_size], strict=True))
+            sys.stderr.write(f"{aside}: what was cut out\n")
 
     def settle(self) -> None:
         """Have what was added outlast a loss of power. Raises OSError."""
@@ -81,7 +85,7 @@ class Logs:
 
     def _paths(self) -> list[Path]:
         """The logs that are there; what has their name and is no file is named once."""
-        found = sorted(self._folder.glob(f"*{ENDING}"))
+        found = logs_in(self._folder)
         for path in found:
             if is_no_file(path) and path not in self._no_files:
                 self._no_files.add(path)
@@ -90,7 +94,8 @@ class Logs:
 
     def _look_into(self, path: Path) -> list[Fault]:
         """Find what a log has that was not seen yet (all, where it is another one than it was); returns what is no result."""
-        state = path.stat()
+        with path.open("rb") as file:  # of what is opened a network file system asks anew how long it is
+            state = os.fstat(file.fileno())
         seen = self._seen.get(path, _Seen(0, state.st_ino, 0))
         if (state.st_size, state.st_ino, state.st_mtime_ns) == seen:
             return []
@@ -99,7 +104,7 @@ class Logs:
             end = 0
             self.places.forget_all(path)
             self._opened.cache_clear()
-        for found in scan(path, end, self._whole):
+        for found in _scanned(path, end, self._whole):
             if isinstance(found, Place):
                 self._enter(found)
                 end = found.begin + found.head.length
@@ -117,12 +122,21 @@ class Logs:
         if key not in self.places or self.places.path(key) <= place.path:
             self.places.add(place)
 
-    def _leave_out(self, path: Path) -> None:
-        """Write a log anew, with nothing but the results that are in it."""
-        mine = sorted((place.begin, place.head.length) for place in self.places.values() if place.path == path)
-        with path.open("rb") as file, written_whole(path) as scratch, scratch.open("wb") as mended:
-            for begin, length in mine:
-                mended.write(os.pread(file.fileno(), length, begin))
+
+def _scanned(path: Path, begin: int, whole: bool) -> Iterator[Place | Fault]:
+    """As `scan`, with the name of a log that is refused."""
+    try:
+        yield from scan(path, begin, whole)
+    except OtherFormatError as error:
+        raise OtherFormatError(f"{path}: {error}") from None
+
+
+def _copy(path: Path, to: Path, parts: Iterable[tuple[int, int]]) -> None:
+    """Write a file, whole, of parts of another one or of itself. parts: where each begins and ends, in bytes."""
+    with path.open("rb") as file, written_whole(to) as scratch, scratch.open("wb") as written:
+        for begin, end in parts:
+            file.seek(begin)
+            written.write(file.read(end - begin))
 
 
 def _named(path: Path, fault: Fault) -> str:

@@ -7,6 +7,7 @@ last result.
 
 import errno
 import os
+import re
 import secrets
 import time
 import weakref
@@ -14,7 +15,7 @@ from collections.abc import Iterator
 from pathlib import Path
 from typing import BinaryIO, Final, NamedTuple
 
-from study.results.entry import ALIGNED, MARK, CorruptResultError, Head, TornError, check, read_head
+from study.results.entry import ALIGNED, MARK, CorruptResultError, Head, OtherFormatError, TornError, check, read_head
 
 ENDING: Final = ".log"
 SYNC: Final = 1.0
@@ -23,6 +24,8 @@ _PIECE: Final = 1 << 20
 """Bytes that are read at once."""
 _RANDOM: Final = 8
 """Bytes of a log's name that nobody else draws."""
+_NAME: Final = re.compile(rf"[0-9]{{6,12}}-[0-9a-f]{{{2 * _RANDOM}}}{re.escape(ENDING)}")
+"""As `later` makes it: other files that end so are somebody else's."""
 
 
 class Opened:
@@ -60,6 +63,12 @@ class LogWriter:
             os.fsync(file)
             self._synced = time.monotonic()
 
+    def close(self) -> None:
+        """Have what was added reach the disk, where other machines see it; a new log takes what comes later. Raises OSError."""
+        file, self._file = self._file, None
+        if file and self._process == os.getpid():
+            os.fsync(file.number)
+
     def _opened(self) -> Opened:
         if self._file is None or self._process != os.getpid():  # a log has one writer, whoever forks
             path = later(self._folder, f"{secrets.token_hex(_RANDOM)}{ENDING}")
@@ -73,9 +82,18 @@ def later(folder: Path, name: str) -> Path:
 
     The number that the name may begin with was its place in another folder.
     """
-    numbers = (path.name.partition("-")[0] for path in folder.glob(f"*-*{ENDING}"))
-    number = 1 + max((int(each) for each in numbers if each.isdecimal()), default=0)
+    number = 1 + max((int(path.name.partition("-")[0]) for path in logs_in(folder)), default=0)
     return folder / f"{number:06d}-{name.rpartition('-')[2]}"
+
+
+def is_name(name: str) -> bool:
+    """Whether a log is called so."""
+    return _NAME.fullmatch(name) is not None
+
+
+def logs_in(folder: Path) -> list[Path]:
+    """What has the name of a log, in the order in which they were begun."""
+    return sorted(path for path in folder.glob(f"*{ENDING}") if is_name(path.name))
 
 
 class Place(NamedTuple):
@@ -96,7 +114,7 @@ class Fault(NamedTuple):
 
 
 def scan(path: Path, begin: int = 0, whole: bool = True) -> Iterator[Place | Fault]:
-    """The entries of a log from here on, and what lies between them that is none. Raises OSError.
+    """The entries of a log from here on, and what lies between them that is none. Raises OSError, OtherFormatError.
 
     A torn end comes last, as a Fault with a TornError: the writer may be at it. whole: numbers are checked, too, not only passed.
     """
@@ -115,6 +133,8 @@ def scan(path: Path, begin: int = 0, whole: bool = True) -> Iterator[Place | Fau
                 yield Place(head, path, begin)
                 begin += head.length
             except CorruptResultError as error:
+                if isinstance(error, OtherFormatError) and begin == 0:  # a log has one writer
+                    raise
                 end = _next(file, begin + ALIGNED)
                 yield Fault(begin, end or length, _told_apart(error, end))
                 if end is None:

@@ -1,9 +1,13 @@
 """Runs of a campaign in processes of their own, and what they leave in its folder."""
 
+import os
+import random
+import signal
 import subprocess
 import sys
 import time
 from collections import Counter
+from contextlib import suppress
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Final
@@ -13,7 +17,7 @@ from study.execution.farms import begun
 from study.results import lease, own
 from study.results.store import FOLDER
 from tests.conftest import clean_environment, launcher
-from tests.mpi.kills.processes import MARK
+from tests.mpi.kills.processes import MARK, remaining
 from tests.study.results.results import written
 
 PATIENCE: Final = 120.0
@@ -31,18 +35,56 @@ class Undisturbed:
     """How long it took on two ranks."""
 
 
-def start(campaign: Path, out: Path, ranks: int, said: Path) -> "subprocess.Popen[bytes]":
-    """Begin a run in a session of its own; what it says goes to a file, which outlives pipes."""
+def start(campaign: Path, out: Path, ranks: int, said: Path, mark: str = "") -> "subprocess.Popen[bytes]":
+    """Begin a run in a session of its own; what it says goes to a file, which outlives pipes. mark: where `out` is not enough."""
     words = [*launcher(ranks), sys.executable, "-m", "study", "run", str(campaign), "--out", str(out)]
-    with said.open("wb") as log:
+    with said.open("ab") as log:
         return subprocess.Popen(
             words,
-            env=clean_environment() | {MARK: str(out)},
+            env=clean_environment() | {MARK: mark or str(out)},
             stdin=subprocess.DEVNULL,
             stdout=log,
             stderr=log,
             start_new_session=True,
         )
+
+
+class Rival:
+    """A launch of a campaign that is begun again, with other ranks, until it ends well."""
+
+    def __init__(self, campaign: Path, out: Path, drawn: random.Random, said: Path) -> None:
+        self.said = said
+        self.codes: list[int] = []
+        """How it has ended so far, each time."""
+        self._begin = lambda: start(campaign, out, drawn.choice((0, 1, 2, 4)), said, f"{out} {said.suffix}")
+        self._mark = f"{out} {said.suffix}"
+        self.running = self._begin()
+
+    @property
+    def code(self) -> int | None:
+        """How it has ended now; None while it runs."""
+        return self.running.poll()
+
+    def done(self) -> bool:
+        """Whether it has ended well; else it is begun again where it has ended, and nothing of it is left."""
+        if self.codes[-1:] == [0]:
+            return True
+        if (code := self.running.poll()) is not None and not remaining(self._mark):
+            self.codes.append(code)
+            if code:
+                self.running = self._begin()
+        return self.codes[-1:] == [0]
+
+    def words(self) -> str:
+        """All that it has said."""
+        return self.said.read_text("utf-8", errors="replace")
+
+    def end(self) -> None:
+        """Kill what is left of it."""
+        for process in remaining(self._mark):
+            with suppress(ProcessLookupError):
+                os.kill(process, signal.SIGKILL)
+        self.running.wait(PATIENCE)
 
 
 def undisturbed(name: str, text: str, folder: Path) -> Undisturbed:

@@ -14,8 +14,9 @@ from pathlib import Path
 from typing import Final
 
 from study.dataset import file
+from study.exit_codes import INTERRUPTED, WRONG_INPUT
 from tests.mpi.kills import processes
-from tests.mpi.kills.running import PATIENCE, Undisturbed, logs, own_files, remains, start
+from tests.mpi.kills.running import PATIENCE, Rival, Undisturbed, logs, own_files, remains, start
 from tests.study.results.results import written
 
 SIGNALS: Final = (signal.SIGKILL, signal.SIGTERM, signal.SIGINT, signal.SIGUSR1)
@@ -23,6 +24,9 @@ KINDS: Final = tuple((target, sent) for target in processes.TARGETS for sent in 
 LATEST: Final = 0.95
 """Part of the time of an undisturbed run after which nothing is killed any more."""
 
+
+KILLED_BY_LAUNCHER: Final = (9, 10, 15, 130, 137)
+"""Exit codes of launchers one of whose ranks was killed, or that end by a signal themselves."""
 
 OURS: Final = re.compile(r'nanoslip\.py", line \d+, in main')
 """Where nanoslip hears Ctrl-C. While Python itself starts, the last words are Python's."""
@@ -66,6 +70,44 @@ def run(number: int, seed: int, campaigns: list[Undisturbed], folder: Path) -> T
     _told(found, said)
     _go_on(found, whole, out, later)
     return found
+
+
+def race(number: int, seed: int, campaigns: list[Undisturbed], folder: Path) -> Trial:
+    """The same with two launches that race for one campaign, each begun again until it ends well; one of them is hit."""
+    drawn = random.Random(f"race {seed} {number}")
+    target, sent = KINDS[number % len(KINDS)]
+    whole, out = drawn.choice(campaigns), folder / f"race{number}"
+    found = Trial(number, target, sent)
+    rivals = [Rival(whole.campaign, out, drawn, out.with_suffix(f".{name}")) for name in ("one", "other")]
+    come, until, killed = _moment(drawn, whole, out), time.monotonic() + PATIENCE, 0.0
+    while [rival for rival in rivals if not rival.done()] and time.monotonic() < until:
+        hit = drawn.choice(rivals)
+        if not found.killed and hit.code is None and come() and (meant := _meant(target, str(out), hit)):
+            found.killed, killed = processes.kill(target, drawn.choice(meant), sent), time.monotonic()
+            found.finished = len(written(out))
+        time.sleep(0.002)
+    found.went_on_in = time.monotonic() - killed if found.killed else 0.0
+    found.code = next((code for rival in rivals for code in rival.codes if code not in (0, WRONG_INPUT)), 0)
+    for rival in rivals:
+        rival.end()
+        _told(found, rival.said)
+        if unlawful := set(rival.codes) - _lawful(found) or {0} - set(rival.codes[-1:]):
+            found.broken.append(f"exit codes {rival.codes}, among them {unlawful}: {rival.words()[-300:]!r}")
+    if (dataset := out / file.FILE).exists() and dataset.read_bytes() != whole.dataset:
+        found.broken.append("another dataset")
+    found.broken += [*remains(out), *_twice(found, whole.written, written(out))]
+    return found
+
+
+def _meant(target: str, mark: str, hit: Rival) -> list[int]:
+    """The processes of a launch that are meant."""
+    return sorted(processes.found(target, f"{mark} {hit.said.suffix}", hit.running.pid))
+
+
+def _lawful(found: Trial) -> set[int]:
+    """How a launch may end: well, refused as the other one is at work, told to stop, or killed."""
+    killed = {-found.sent, found.sent, 128 + found.sent, *KILLED_BY_LAUNCHER}
+    return {0, WRONG_INPUT, INTERRUPTED} | (killed if found.killed else set())
 
 
 def _moment(drawn: random.Random, whole: Undisturbed, out: Path) -> Callable[[], bool]:

@@ -6,6 +6,7 @@ from pathlib import Path
 import pytest
 
 from study import machine, origin
+from study.execution import executor as executor_module
 from study.execution.executor import executor
 from study.plan.tasks import compliance_task, contact_task
 from study.results import own
@@ -54,3 +55,14 @@ def test_a_damaged_input_is_an_error_of_the_machine_until_it_is_whole_again(tmp_
         execute(CONTACTS[0])
     path.write_bytes(whole)
     assert execute(CONTACTS[0]).ok
+
+
+def test_a_result_of_another_key_is_a_defect_and_kept_nowhere(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    compute = executor_module.run_task
+    monkeypatch.setattr(
+        executor_module, "run_task", lambda task, inputs: replace(compute(task, inputs), key="0" * len(task.key))
+    )
+    Store(tmp_path).prepare()
+    with pytest.raises(ValueError, match=f"a defect: what came of task {SLAB.key}"):
+        executor(tmp_path)(SLAB)
+    assert Store(tmp_path).finished() == set()

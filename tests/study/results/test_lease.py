@@ -1,8 +1,8 @@
 """One run at a time works in a folder; one that was killed keeps nobody out."""
 
-import errno
 import json
 import os
+import shutil
 import socket
 import subprocess
 import sys
@@ -18,9 +18,10 @@ import nanoslip
 from study.execution import executor
 from study.plan.task import TaskResult
 from study.plan.tasks import Task
-from study.results import lease
+from study.results import lease, whole_file
 from study.results.lease import FILE, Lease
 from study.results.store import StoreError
+from tests.study.results.results import written
 
 SOON = 1.0
 """Seconds that stand for the minute after which a lease is stale."""
@@ -141,43 +142,64 @@ def test_a_run_that_has_lost_its_lease_does_not_keep_another_ones_fresh(tmp_path
 
 
 RACE = """
-import sys, time
+import errno, fcntl, os, sys, time
 from pathlib import Path
 from study.results.lease import Lease
 from study.results.store import StoreError
+from tests.study.results.results import written
 
-out, marks, runs = Path(sys.argv[1]), Path(sys.argv[2]), int(sys.argv[3])
+folders, marks, runs, delay = sorted(Path(sys.argv[1]).iterdir()), Path(sys.argv[2]), int(sys.argv[3]), float(sys.argv[5])
+
+def late(act):
+    def later(*words, **more):
+        time.sleep(delay)
+        return act(*words, **more)
+    return later
+
+def unknown(*_):
+    raise OSError(errno.EBADF, "no locks here")
+
+if delay:
+    fcntl.flock = fcntl.lockf = unknown
+    for name in ("unlink", "rename", "replace", "link"):
+        setattr(os, name, late(getattr(os, name)))
 
 def until(kind):
     (marks / f"{kind}.{sys.argv[4]}").touch()
     while len(list(marks.glob(f"{kind}.*"))) < runs:
         time.sleep(1e-3)
 
-until("there")
-try:
-    with Lease(out):
-        print("mine", flush=True)
-        until("judged")
-except StoreError:
-    print("refused", flush=True)
-    until("judged")
+for number, out in enumerate(folders):
+    until(f"there {number}")
+    try:
+        with Lease(out):
+            print("mine", number, flush=True)
+            until(f"judged {number}")
+    except StoreError:
+        until(f"judged {number}")
 """
 
 
-def test_of_several_runs_that_find_a_stale_lease_one_takes_it(tmp_path: Path, environment: dict[str, str]) -> None:
+@pytest.mark.parametrize("delay", [0.0, 2e-3], ids=["at once", "without locks, every name changed 2 ms late"])
+def test_of_several_runs_that_find_a_stale_lease_one_takes_it(
+    tmp_path: Path, environment: dict[str, str], delay: float
+) -> None:
     killed = subprocess.Popen(["true"])
     killed.wait()
-    out, marks = tmp_path / "out", tmp_path / "marks"
-    out.mkdir()
+    marks = tmp_path / "marks"
     marks.mkdir()
-    left_behind(out, socket.gethostname(), killed.pid)
-    words = [sys.executable, "-c", RACE, str(out), str(marks), "4"]
+    folders = [tmp_path / "outs" / str(number) for number in range(25)]
+    for out in folders:
+        out.mkdir(parents=True)
+        left_behind(out, socket.gethostname(), killed.pid)
+    words = [sys.executable, "-c", RACE, str(tmp_path / "outs"), str(marks), "4"]
     runs = [
-        subprocess.Popen([*words, str(run)], env=environment, stdout=subprocess.PIPE, text=True) for run in range(4)
+        subprocess.Popen([*words, str(run), str(delay)], env=environment, stdout=subprocess.PIPE, text=True)
+        for run in range(4)
     ]
-    said = sorted(run.communicate(timeout=60.0)[0] for run in runs)
-    assert said == ["mine\n", *["refused\n"] * 3]
-    assert list(out.iterdir()) == []
+    won = [line for run in runs for line in run.communicate(timeout=120.0)[0].splitlines()]
+    assert sorted(won) == sorted(f"mine {number}" for number in range(len(folders)))
+    assert [path for out in folders for path in out.iterdir()] == []
 
 
 def test_a_stale_lease_that_another_run_takes_while_it_is_judged_is_left_to_it(
@@ -198,16 +220,56 @@ def test_a_stale_lease_that_another_run_takes_while_it_is_judged_is_left_to_it(
         pytest.fail("two runs at once")
 
 
-def test_where_the_file_system_knows_no_locks_a_stale_lease_is_taken_over_all_the_same(
+def test_an_heir_that_was_killed_before_it_was_in_its_place_keeps_nobody_out(tmp_path: Path) -> None:
+    killed = subprocess.Popen(["true"])
+    killed.wait()
+    stale = left_behind(tmp_path, socket.gethostname(), killed.pid)
+    heir = lease._opened(stale).heir  # type: ignore[union-attr]
+    heir.write_text(stale.read_text() + " ")
+    with Lease(tmp_path):
+        assert json.loads((tmp_path / FILE).read_text())["process"] == os.getpid()
+    assert list(tmp_path.iterdir()) == []
+
+
+def test_a_run_is_known_to_live_where_the_times_of_names_are_remembered(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    def unknown(*_: object) -> None:
-        raise OSError(errno.EBADF, "no locks here")
+    """Clients of network file systems answer `stat` from memory for a minute; what is opened they ask for anew."""
+    path, ask, known = left_behind(tmp_path, "elsewhere", 1), os.stat, dict[object, os.stat_result]()
 
-    monkeypatch.setattr("fcntl.flock", unknown)
-    os.utime(left_behind(tmp_path, "elsewhere", 1), (0, 0))
-    with Lease(tmp_path), pytest.raises(StoreError, match="a run is at work there"), Lease(tmp_path):
+    def remembered(name: object, *words: object, **more: object) -> os.stat_result:
+        return known.setdefault(str(name), ask(name, *words, **more))  # type: ignore[call-overload, no-any-return]
+
+    monkeypatch.setattr("os.stat", remembered)
+    monkeypatch.setattr("os.lstat", remembered)
+    os.stat(path)
+    with touched(path), pytest.raises(StoreError, match="process 1 on elsewhere"), Lease(tmp_path):
         pytest.fail("two runs at once")
+
+
+def test_nothing_is_written_through_a_link_that_has_the_name_of_a_scratch_file(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr("secrets.token_hex", lambda number: "0" * 2 * number)
+    scratch, foreign = whole_file.scratch_beside(tmp_path / FILE), tmp_path / "foreign"
+    scratch.unlink()
+    foreign.write_text("precious")
+    scratch.symlink_to(foreign)
+    with pytest.raises(StoreError, match="cannot be written: File exists"), Lease(tmp_path):
+        pytest.fail("no lease")
+    assert foreign.read_text() == "precious"
+
+
+def test_a_run_whose_lease_is_gone_when_it_wakes_stops(tmp_path: Path, capsys) -> None:
+    """Another run has taken over and ended: what it has finished would be computed again."""
+    stopped = threading.Event()
+    with Lease(tmp_path, stopped.set) as ours:
+        (tmp_path / FILE).unlink()
+        assert stopped.wait(5.0 * SOON)
+        assert ours.look() == ours.lost
+    assert "run again to continue" in ours.lost
+    assert capsys.readouterr().err == f"{ours.lost}\n"
+    assert list(tmp_path.iterdir()) == []
 
 
 def test_a_run_that_was_silent_until_another_took_over_stops_and_names_it(tmp_path: Path, capsys) -> None:
@@ -238,6 +300,28 @@ def test_the_command_whose_lease_is_lost_ends_with_exit_code_99_and_in_python_it
     (out / FILE).unlink()
     with pytest.raises(StoreError, match="another run has taken over"):
         nanoslip.run(campaign, out)
+
+
+def test_a_command_that_wakes_after_another_has_done_its_work_computes_none_of_it_again(
+    main, campaign: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    compute, out = executor.run_task, campaign.parent / "out"
+    elsewhere = campaign.parent / "elsewhere"
+    assert main("run", campaign, "--out", elsewhere, "--serial")[0] == 0
+
+    def asleep(task: Task, inputs: Mapping[str, TaskResult]) -> TaskResult:
+        if not (out / "results.nc").exists():
+            shutil.copytree(elsewhere, out, dirs_exist_ok=True)
+            (out / FILE).unlink()
+            time.sleep(SOON)
+        return compute(task, inputs)
+
+    monkeypatch.setattr(executor, "run_task", asleep)
+    assert main("run", campaign, "--out", out, "--serial")[0] == 99
+    monkeypatch.setattr(executor, "run_task", compute)
+    assert main("run", campaign, "--out", out, "--serial")[0] == 0
+    assert (written(out) - written(elsewhere)).total() <= 1  # what it had in hand
+    assert (out / "results.nc").read_bytes() == (elsewhere / "results.nc").read_bytes()
 
 
 def test_a_run_in_a_folder_where_another_is_at_work_is_exit_code_2(main, campaign: Path) -> None:

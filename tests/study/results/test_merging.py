@@ -52,6 +52,14 @@ def test_results_failures_and_journals_are_moved_and_nothing_stays(tmp_path: Pat
     assert merge_shards(tmp_path) == []
 
 
+def test_files_that_no_run_has_written_are_moved_and_take_nothings_place(tmp_path: Path) -> None:
+    store = prepared(tmp_path)
+    for number in (1, 2):
+        (filled(tmp_path, number, f"{number}" * 20) / "results" / "notes.log").write_text(f"of shard {number}")
+    assert merge_shards(tmp_path) == []
+    assert sorted(path.read_text() for path in store.folder.glob("notes.log*")) == ["of shard 1", "of shard 2"]
+
+
 @pytest.mark.parametrize("shared", [False, True])
 def test_a_result_that_is_there_already_is_replaced_by_the_later_one(tmp_path: Path, shared: bool) -> None:
     store = prepared(tmp_path)

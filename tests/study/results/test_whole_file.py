@@ -39,6 +39,18 @@ def test_the_mode_is_what_the_umask_leaves(tmp_path, umask, mode):
     assert stat.S_IMODE((tmp_path / "file").stat().st_mode) == mode
 
 
+def test_a_link_that_has_the_name_of_the_scratch_file_is_refused_and_what_it_leads_to_stays(tmp_path, monkeypatch):
+    monkeypatch.setattr("secrets.token_hex", lambda number: "0" * 2 * number)
+    with written_whole(tmp_path / "file") as scratch:
+        name = scratch
+    foreign = tmp_path / "foreign"
+    foreign.write_text("precious")
+    name.symlink_to(foreign)
+    with pytest.raises(FileExistsError), written_whole(tmp_path / "file"):
+        pytest.fail("written through a link")
+    assert (foreign.read_text(), name.is_symlink()) == ("precious", True)
+
+
 def test_leftovers_of_killed_runs_go_and_those_of_live_ones_stay(tmp_path):
     dead = subprocess.Popen(["true"])
     dead.wait()

@@ -6,17 +6,19 @@ import sys
 from dataclasses import replace
 from pathlib import Path
 
+import pytest
 import xarray as xr
 
+import nanoslip as nanoslip_here
 from study.commands.shared import datasets
-from study.execution import executor
+from study.execution import executor, failures
 from study.origin import here
 from study.plan.tasks import run_task
 from study.results import own
 from study.results.store import Store, StoreError
 from tests.conftest import PARTLY_REFUSED, SMALL
 from tests.study.execution.defects import crashing_at
-from tests.study.results.results import written
+from tests.study.results.results import as_clients, written
 
 
 def test_from_plan_to_report(main, campaign):
@@ -84,6 +86,26 @@ def disown(out: Path, every: int) -> set[str]:
         store.write(other, shared=own.path_of(store.folder, key).exists())
         changed.add(key)
     return changed
+
+
+def test_files_of_others_among_the_results_stay_and_results_of_another_format_are_refused(main, campaign):
+    out = campaign.parent / "out"
+    results = out / "results"
+    results.mkdir(parents=True)
+    (results / "notes.log").write_text("what I did on Monday")
+    assert main("run", campaign, "--out", out, "--serial")[0] == 0
+    assert (results / "notes.log").read_text() == "what I did on Monday"
+    log, own_file = next(results.glob("0*.log")), next(results.glob(f"*{own.ENDING}"))
+    for path in (log, own_file):
+        ours = path.read_bytes()
+        newer = b"nslip 2\n" + bytes(len(ours))
+        path.write_bytes(newer)
+        for command in (("run", "--serial"), ("collect",), ("status",)):
+            code, _, errors = main(command[0], campaign, "--out", out, *command[1:])
+            assert (code, errors.count(f"{path.name}: has format 2, of another nanoslip")) == (2, 1)
+        assert path.read_bytes() == newer
+        path.write_bytes(ours)
+    assert main("run", campaign, "--out", out, "--serial")[0] == 0
 
 
 def test_results_of_other_software_are_named_and_computed_again_when_asked(main, campaign):
@@ -205,6 +227,71 @@ def test_a_drive_that_is_not_computed_is_never_completed(main, campaign, monkeyp
         counted["drives"]["crashed"] == drives["given_up"] == 4 - drives["left"]
     )  # of the record that was not reached
     assert main("run", campaign, "--out", out, "--serial", "--retry")[0] == 0
+
+
+@pytest.mark.skipif(
+    not Path("/proc/self/fd").exists(), reason="the made-up file system asks /proc for names of open files"
+)
+def test_what_processes_keep_until_their_logs_are_closed_is_in_the_dataset(nanoslip, main, campaign, tmp_path):
+    out, alone = tmp_path / "out", tmp_path / "alone"
+    assert main("run", campaign, "--out", alone, "--serial")[0] == 0
+    done = nanoslip("run", campaign, "--out", out, "-j", "2", PYTHONPATH=as_clients(tmp_path))
+    assert done.returncode == 0, done.stderr
+    assert written(out) == written(alone)
+
+
+def test_results_that_do_not_appear_are_named_and_exit_code_99(main, campaign, monkeypatch):
+    """As where a node has lost what it had written."""
+    out, keep = campaign.parent / "out", Store.write
+
+    def lost(store, result, shared=False):
+        if result.kind == "drive":
+            return
+        keep(store, result, shared)
+
+    monkeypatch.setattr(failures, "VISIBLE", 0.1)
+    monkeypatch.setattr(Store, "write", lost)
+    code, _, errors = main("run", campaign, "--out", out, "--serial")
+    assert (code, errors.count("not there though they were computed: 8 of 13 results, first that of drive")) == (99, 1)
+    with pytest.raises(StoreError, match="not there though they were computed: 8 of 8 results"):
+        nanoslip_here.run(campaign, out)
+    monkeypatch.setattr(Store, "write", keep)
+    assert main("run", campaign, "--out", out, "--serial")[0] == 0
+
+
+def test_results_that_appear_later_are_waited_for(main, campaign, monkeypatch):
+    """Clients of a network file system may show a folder as it was."""
+    out, looks, metas = campaign.parent / "out", [], Store.metas
+
+    def shown_later(store):
+        looks.append(store)
+        return metas(store) if len(looks) > 2 else {}
+
+    monkeypatch.setattr(failures, "LOOK", 0.01)
+    monkeypatch.setattr(Store, "metas", shown_later)
+    assert main("run", campaign, "--out", out, "--serial")[0] == 0
+    assert len(looks) > 2
+
+
+def test_a_result_that_comes_back_under_another_key_has_failed(main, campaign, monkeypatch):
+    out = campaign.parent / "out"
+    swapped = lambda task, inputs: replace(run_task(task, inputs), key=task.key[::-1])  # noqa: E731
+    monkeypatch.setattr(executor, "run_task", lambda task, inputs: (swapped if task.drive else run_task)(task, inputs))
+    code, said, _ = main("run", campaign, "--out", out, "--serial")
+    assert (code, "pending" in said) == (3, False)
+
+
+def test_a_dataset_in_which_a_case_is_pending_is_not_exit_code_0(main, campaign, monkeypatch):
+    """Whatever has become of its result."""
+    out, find = campaign.parent / "out", Store.find
+    monkeypatch.setattr(
+        Store, "find", lambda store, key: found if (found := find(store, key)) and found.kind != "drive" else None
+    )
+    for _ in range(2):
+        code, _, errors = main("run", campaign, "--out", out, "--serial")
+        assert (code, errors.count("8 outcomes pending")) == (99, 1)
+    monkeypatch.setattr(Store, "find", find)
+    assert main("run", campaign, "--out", out, "--serial")[0] == 0
 
 
 def test_a_full_disk_is_one_message_and_exit_code_2(main, campaign, monkeypatch):

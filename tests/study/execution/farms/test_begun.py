@@ -47,6 +47,16 @@ def test_what_is_no_file_is_not_waited_for(tmp_path: Path, no_file) -> None:
     begun.close()
 
 
+def test_nothing_is_written_through_a_link(tmp_path: Path) -> None:
+    foreign = tmp_path / "foreign"
+    foreign.write_text("precious")
+    (tmp_path / FILE).symlink_to(foreign)
+    begun = Begun(tmp_path)
+    begun.begin([(Work("long"), math.inf)])
+    begun.close()
+    assert foreign.read_text() == "precious"
+
+
 class Killed(BaseException):
     """The end of the process."""
 

@@ -66,6 +66,18 @@ def test_every_task_is_computed_once_after_its_needs() -> None:
     assert ranks.computed.index("d") > max(map(ranks.computed.index, "bc"))
 
 
+def test_those_who_have_computed_write_their_results_out_once_when_they_are_asked() -> None:
+    ranks = MadeUpRanks(3)
+    coordinated(ranks, DIAMOND[:1])
+    assert "settle" not in ranks.computed
+    for _ in range(2):
+        ranks.settle()
+        assert ranks.computed.count("settle") == 1
+    coordinated(ranks, DIAMOND)
+    ranks.settle()
+    assert ranks.computed.count("settle") > 2
+
+
 @pytest.fixture
 def job(monkeypatch: pytest.MonkeyPatch) -> Callable[[float], None]:
     """Let this process be part of a job that has so many seconds left for tasks."""

@@ -5,7 +5,7 @@ from pathlib import Path
 
 import pytest
 
-from study.results.entry import CorruptResultError, packed
+from study.results.entry import CorruptResultError, OtherFormatError, packed
 from study.results.logs.all_logs import Logs
 from study.results.logs.log import ENDING, LogWriter
 from tests.study.results.results import ALL, NO_FILES, OTHER, RECORD, flip, same
@@ -38,7 +38,7 @@ def test_results_are_found_as_they_are_added(tmp_path):
 
 def test_what_is_being_written_is_not_yet_there_and_nothing_is_said(tmp_path, capsys):
     logs, content = Logs(tmp_path, whole=True), packed(OTHER)
-    path = tmp_path / f"000001-a{ENDING}"
+    path = tmp_path / f"000001-{16 * 'a'}{ENDING}"
     path.write_bytes(packed(RECORD) + content[:-1])
     assert logs.find(OTHER.key) is None
     path.write_bytes(packed(RECORD) + content)
@@ -79,7 +79,9 @@ def test_a_log_is_mended_once_and_its_other_results_stay_as_they_are(tmp_path, c
     path = log(tmp_path)
     whole = path.read_bytes()
     flip(path, 8 * 100)
+    damaged = path.read_bytes()[: len(packed(ALL[0]))]
     Logs(tmp_path, whole=True).mend()
+    assert path.with_name(f"{path.name}.set-aside-1").read_bytes() == damaged
     assert "computed again" in capsys.readouterr().err
     logs = Logs(tmp_path, whole=True)
     logs.mend()
@@ -94,15 +96,65 @@ def test_a_torn_end_is_cut_and_the_writer_may_go_on(tmp_path, writer, capsys):
     path.write_bytes(whole[:-1])
     logs.mend()
     assert "its end was torn" in capsys.readouterr().err
+    assert path.with_name(f"{path.name}.set-aside-1").read_bytes() == packed(ALL[-1])[:-1]
     writer.add(packed(ALL[-1]))
     assert path.read_bytes() == whole
     logs.look()
     assert set(logs.places) == {result.key for result in ALL}
 
 
+@pytest.mark.parametrize("place", [0, 1, 2], ids=["first", "between", "last"])
+def test_what_is_cut_out_of_a_log_is_set_aside_and_nothing_else(tmp_path, writer, place):
+    """Also a result of which a later log has another one stays where it is."""
+    LogWriter(tmp_path).add(packed(ALL[1]))
+    path, entries = min(tmp_path.glob(f"*{ENDING}")), [packed(result) for result in ALL]
+    foreign = b"?" * 64
+    content = [*entries[:place], foreign, *entries[place:]]
+    path.write_bytes(b"".join([*content, entries[0][:-1]]))
+    Logs(tmp_path, whole=True).mend()
+    assert path.read_bytes() == b"".join(entries)
+    assert path.with_name(f"{path.name}.set-aside-1").read_bytes() == foreign + entries[0][:-1]
+
+
+@pytest.mark.parametrize(
+    "name", ["notes.log", "000001-a.log", "000001-0123456789abcdef.LOG", "²-0123456789abcdef.log", "slurm-7.log"]
+)
+def test_what_has_not_the_name_of_a_log_is_not_ours(tmp_path, name, capsys):
+    (tmp_path / name).write_bytes(b"what I did on Monday")
+    logs = Logs(tmp_path, whole=True)
+    logs.mend()
+    logs.settle()
+    assert (tmp_path / name).read_bytes() == b"what I did on Monday"
+    assert capsys.readouterr().err == ""
+
+
+@pytest.mark.parametrize(
+    "content", [b"nslip 2\n", b"nslip 2\n" + packed(RECORD)[8:].swapcase(), b"nslip 12\n" + bytes(1000)]
+)
+def test_a_log_of_another_format_is_refused_and_stays_as_it_is(tmp_path, content):
+    """Beside a torn one, which is not mended then."""
+    torn, other = (tmp_path / f"00000{number}-{16 * 'a'}{ENDING}" for number in (1, 2))
+    torn.write_bytes(packed(RECORD)[:-1])
+    other.write_bytes(content)
+    logs = Logs(tmp_path, whole=True)
+    with pytest.raises(
+        OtherFormatError, match=f"{other}: has format [0-9]+, of another nanoslip; this one reads format 1"
+    ):
+        logs.mend()
+    assert (torn.read_bytes(), other.read_bytes()) == (packed(RECORD)[:-1], content)
+
+
+def test_a_changed_bit_of_the_number_of_the_format_is_damage(tmp_path):
+    path = tmp_path / f"000001-{16 * 'a'}{ENDING}"
+    path.write_bytes(packed(RECORD).replace(b"nslip 1", b"nslip 3", 1) + packed(OTHER))
+    logs = Logs(tmp_path, whole=True)
+    logs.mend()
+    assert set(logs.places) == {OTHER.key}
+
+
 @NO_FILES
 def test_what_is_no_file_is_named_once_and_left_there(tmp_path, no_file, capsys):
-    path = tmp_path / f"000001-a{ENDING}"
+    path = tmp_path / f"000001-{16 * 'a'}{ENDING}"
     no_file(path)
     logs = Logs(tmp_path, whole=True)
     logs.mend()

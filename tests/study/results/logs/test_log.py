@@ -40,6 +40,15 @@ def test_what_is_added_is_found_in_order(log, whole):
     assert not faults(log)
 
 
+def test_what_is_added_after_a_log_was_closed_stands_in_another_one(tmp_path):
+    writer = LogWriter(tmp_path)
+    writer.close()  # nothing is there yet
+    for result in ALL[:2]:
+        writer.add(packed(result))
+        writer.close()
+    assert [keys(path) for path in sorted(tmp_path.iterdir())] == [[key] for key in KEYS[:2]]
+
+
 def test_a_damaged_result_costs_no_other_one(log):
     places = list(scan(log))
     for number, place in enumerate(places):
