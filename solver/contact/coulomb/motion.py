@@ -6,6 +6,7 @@ from numpy.typing import NDArray
 from solver.contact.coulomb.contact import CoulombContact, CoulombError, Rates, Vector
 from solver.contact.coulomb.roles import resolve_violations, stick_and_slide_in_motion
 from solver.contact.kernels.enumerations import EventKind
+from solver.contact.kernels.violations import TIE
 from solver.outcome import Ending
 
 LONGEST_STEP = 0.05
@@ -47,8 +48,9 @@ def next_change(solved: CoulombContact, rates: Rates, pin_rate: float) -> tuple[
     closing = v_rate - solved.pin.curvature * solved.xi * (u_rate - pin_rate)
     steps[EventKind.TOUCH] = _time(solved.gap, closing, ~solved.contact & np.isfinite(solved.gap))
     kind = min(steps, key=lambda each: float(steps[each].min()))
-    node = int(np.argmin(steps[kind]))
-    return float(steps[kind][node]), kind, node
+    step = float(steps[kind].min())
+    # Of ties the node further right, as in `next_event`.
+    return step, kind, int(np.flatnonzero(steps[kind] <= step * (1.0 + TIE))[-1])
 
 
 def advance(solved: CoulombContact, step: float, rates: Rates, pin_rate: float) -> float:

@@ -6,7 +6,7 @@ own shear. Where an earlier assignment of roles comes back, none (or no unique o
 
 import numpy as np
 
-from solver.contact.coulomb.contact import TOLERANCE, CoulombContact, CoulombError, Rates
+from solver.contact.coulomb.contact import TOLERANCE, CoulombContact, CoulombError, Rates, Vector
 from solver.outcome import Ending
 
 
@@ -19,7 +19,7 @@ def resolve_violations(solved: CoulombContact) -> None:
         tension = np.where(np.abs(solved.xi) > solved.pin.half_width, solved.normal_load, -solved.normal_force)
         answers = ((solved.release, np.where(solved.contact, tension, -1.0)), (solved.let_slide, solved.excess))
         for answer, violation in (*answers, (solved.touch, -solved.gap)):
-            worst = int(np.argmax(violation))
+            worst = _largest(violation, tolerance)
             if violation[worst] > tolerance:
                 answer(worst)
                 break
@@ -42,11 +42,11 @@ def stick_and_slide_in_motion(solved: CoulombContact, pin_rate: float) -> Rates:
         dragged = np.where(solved.sliding != 0.0, solved.sliding * (u_rate - pin_rate), -1.0)
         least = TOLERANCE * max(np.abs(force_rate).max(), 1.0)
         if growth.max() > least:
-            node = int(np.argmax(growth))
+            node = _largest(growth, least)
             solved.sliding[node] = sign[node]
             solved.node_slips[node] += 1
         elif solved.case.intrinsic_friction > 0.0 and dragged.max() > 1e-9:
-            solved.sliding[int(np.argmax(dragged))] = 0.0
+            solved.sliding[_largest(dragged, 1e-9)] = 0.0
         else:
             return rates
         _refuse_cycles(seen, solved)
@@ -63,6 +63,11 @@ def stick_and_slide_at_rest(solved: CoulombContact) -> None:
         if not against.any():
             return
         solved.sliding[against], solved.u[against] = 0.0, 0.0
+
+
+def _largest(values: Vector, tolerance: float) -> int:
+    """The node with the largest value, of those nearer to it than the tolerance the one furthest right."""
+    return int(np.flatnonzero(values >= values.max() - tolerance)[-1])
 
 
 def _refuse_cycles(seen: set[bytes], solved: CoulombContact) -> None:

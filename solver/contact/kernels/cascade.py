@@ -10,8 +10,8 @@ from solver.contact.kernels.slip_distance import slip_move
 from solver.contact.kernels.state import KernelConstants, KernelState
 from solver.contact.kernels.violations import (
     deepest_penetration,
+    largest_tension,
     limited,
-    lowest_pressure,
     on_steep_flank,
     worst_violation,
 )
@@ -45,7 +45,7 @@ def _slip_in_turn(state: KernelState, constants: KernelConstants, first: int) ->
         if node < 0:
             node, tension = worst_violation(shear, normal, active_friction, contact, tolerance, opposite)
             if tension > tolerance:
-                return Stop.DONE, EventKind.RELEASE, lowest_pressure(state)
+                return Stop.DONE, EventKind.RELEASE, largest_tension(state, constants)
             if node < 0:
                 return Stop.DONE, EventKind.NOTHING, -1
         if scalars.slips >= constants.slip.cascade_limit:
@@ -74,7 +74,7 @@ def _slip_together(state: KernelState, constants: KernelConstants, first: int) -
     while True:
         worst, tension = worst_violation(y[:n], y[n : 2 * n], state.active_friction, state.contact, tolerance, opposite)
         if tension > tolerance:
-            return Stop.DONE, EventKind.RELEASE, lowest_pressure(state)
+            return Stop.DONE, EventKind.RELEASE, largest_tension(state, constants)
         if worst < 0 and first < 0:
             return Stop.DONE, EventKind.NOTHING, -1
         if state.scalars.slips >= constants.slip.cascade_limit:

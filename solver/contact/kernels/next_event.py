@@ -6,6 +6,7 @@ from solver.compiled import chosen_by_type, compiled, is_named_tuple
 from solver.contact.kernels.enumerations import EventKind
 from solver.contact.kernels.pin_height import first_root, knot_ahead, piece_entered, rise_slope, rough_height
 from solver.contact.kernels.state import KernelConstants, KernelState, RoughPin
+from solver.contact.kernels.violations import TIE
 
 EDGE = 1e-9
 """Relative distance inside a punch's edge at which a node counts as under it."""
@@ -15,6 +16,7 @@ EDGE = 1e-9
 def next_event(state: KernelState, constants: KernelConstants, pin_rate: float) -> tuple[float, EventKind, int]:
     """Smallest step along the rate at which a constraint is reached, with its kind and node; infinite if there is none.
 
+    Of ties (TIE) it is the node further right: which of two mirror nodes comes first is not left to rounding.
     pin_rate: pin displacement per unit step (1 in sliding, 0 in loading).
     """
     n = len(state.x)
@@ -25,8 +27,9 @@ def next_event(state: KernelState, constants: KernelConstants, pin_rate: float) 
             step, what = _step_to_limit(state, constants.slip.opposite, i)
         else:
             step, what = _step_to_touch(state, constants, i, pin_rate, min(nearest, horizon)), EventKind.TOUCH
-        if step < nearest:
-            nearest, kind, node = step, what, i
+        if step < nearest * (1.0 - TIE):
+            kind, node = what, i
+        nearest = min(nearest, step)
     return nearest, kind, node
 
 

@@ -12,6 +12,8 @@ STEEPEST = 1.0
 
 PLACE = 0xFFFF
 """Lowest bits of a shear ratio, 2^-36 of it, that give way to the node's place: nearer ratios are ties."""
+TIE = 2.0**-36
+"""The same share of a step: of events that are nearer, the one further right comes first."""
 HALF_PLACE = PLACE // 2 + 1
 """Added to a ratio before it is cut: ratios that one cut separates though they are ties, the other does not."""
 
@@ -69,26 +71,26 @@ def worst_violation(
 
 
 @compiled()
-def lowest_pressure(state: KernelState) -> int:
-    """The node in contact with the lowest pressure."""
+def largest_tension(state: KernelState, constants: KernelConstants) -> int:
+    """The node in contact that pulls most, of ties the one further right, or -1."""
     n = len(state.x)
-    lowest = -1
-    for i in range(n):
-        if state.contact[i] and (lowest < 0 or state.response[n + i] > state.response[n + lowest]):
-            lowest = i
-    return lowest
+    found, largest = -1, 0.0
+    for i in range(n - 1, -1, -1):
+        if state.contact[i] and state.response[n + i] > largest + constants.slip.tolerance:
+            found, largest = i, state.response[n + i]
+    return found
 
 
 @compiled()
 def deepest_penetration(state: KernelState, constants: KernelConstants) -> int:
-    """The free node that lies deepest inside the pin, or -1."""
+    """The free node that lies deepest inside the pin, of ties the one further right, or -1."""
     n = len(state.x)
-    found, deepest = -1, -constants.tolerance_gap
+    found, deepest = -1, 0.0
     for i in range(n - 1, -1, -1):
         if not state.contact[i]:
             xi = state.x[i] + state.response[i] - state.scalars.displacement
             gap = pin_height(constants, xi) - state.response[n + i]
-            if gap < deepest:
+            if gap < deepest - constants.tolerance_gap:
                 found, deepest = i, gap
     return found
 

@@ -17,7 +17,7 @@ from solver.contact.kernels.cascade import REFRESH_SLIPS
 from solver.contact.kernels.enumerations import EventKind, Stop
 from solver.contact.kernels.state import Floats, Scalars, SlipConstants, start_event
 from solver.contact.kernels.vectors import add, move_along
-from solver.contact.kernels.violations import HALF_PLACE, bits, highest_ranked, limited, ranked
+from solver.contact.kernels.violations import HALF_PLACE, TIE, bits, highest_ranked, limited, ranked
 from solver.sliding.kernels.events import Events, add_slips
 from solver.sliding.kernels.step import overshot, smallest_step
 
@@ -141,15 +141,17 @@ def _slip_together(state: TangentialState, constants: SlipConstants, first: int)
 
 @compiled()
 def _next_slip(state: TangentialState, opposite: float) -> tuple[float, int]:
-    """Smallest step of the pin at which a node reaches its limit, and the node; infinite and -1 if none does."""
+    """Smallest step of the pin at which a node reaches its limit, and the node, of ties the one further right; infinite and
+    -1 if none does."""
     nearest, node = np.inf, -1
     for i in range(len(state.u) - 1, -1, -1):
         sign = 1.0 if state.rate[i] > 0.0 else opposite
         speed = sign * state.rate[i]
         if speed > 0.0:
             step = max(state.shear_limit[i] - sign * state.shear[i], 0.0) / speed
-            if step < nearest:
-                nearest, node = step, i
+            if step < nearest * (1.0 - TIE):
+                node = i
+            nearest = min(nearest, step)
     return nearest, node
 
 
