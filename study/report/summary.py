@@ -267,7 +267,8 @@ _COLUMNS: Final = {
     "kinetic_friction": "μ_k",
     "regime": "regime",
     "static_friction_ensemble_std": "scatter of μ_s",
-    "slips_scaling_exponent": "τ of slips",
+    "slips_exponent": "τ of slips",
+    "slips_goodness": "goodness of τ",
     "peak_friction": "peak F/W",
     "surface_stiffness": "K/(G·L_y)",
     "members_used": "members",
@@ -304,7 +305,8 @@ def _varying(dataset: xr.Dataset, dims: tuple[Any, ...]) -> list[Any]:
 def _cell(values: xr.Dataset, name: str) -> str:
     if values[name].dtype.kind in "OUT":
         return "".join(starred(values) if name == REGIME else str(values[name].item())) or "–"
-    value, error = float(values[name]), _UNCERTAINTY.get(name, "")
+    value = float(values[name])
+    error = _UNCERTAINTY.get(name, "") or str(values[name].attrs.get("ancillary_variables", ""))
     if math.isnan(value):
         return "–"
     # The error of the grid is relative, and one for several numbers.

@@ -188,7 +188,7 @@ def _members(dataset: xr.Dataset, found: Places, name: str) -> tuple[NDArray[np.
 def _stated(dataset: xr.Dataset, name: str) -> str:
     """The variable of the dataset that says how uncertain a number is; empty where none does."""
     declared = known(name)
-    error = declared.uncertainty if declared else ""
+    error = (declared.uncertainty if declared else "") or str(dataset[name].attrs.get("ancillary_variables", ""))
     return error if error in dataset else ""
 
 

@@ -11,7 +11,7 @@ from study.dataset.variables import scalars
 from study.manifest.cases import MEMBER
 from study.plan.tasks import KINDS
 
-EXPONENT = "slips_scaling_exponent"
+EXPONENT = "slips_exponent"
 FOUND = [2.39, math.nan, 3.11, math.nan, 2.45, math.nan, math.nan, 3.08]
 
 
