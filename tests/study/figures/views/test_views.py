@@ -209,15 +209,15 @@ def test_sizes_show_the_power_law_of_the_largest_unless_it_is_refused() -> None:
         stages=["contact", "slip"],
         axes={"start": [0.1, 0.6]},
         numerics={"n_x": 33},
-        limits={"events": 600},
+        limits={"events": 1500},
         outputs={"statistics": True},
     )
-    data["slips_goodness"].values.flat[:] = 0.5, 0.05  # one is refused, whatever chance drew
+    data["slips_goodness"].values.flat[:] = 0.05, 0.5  # one is refused, whatever chance drew
     view = views(data)["sizes_together"]
     text = image(view.draw(), "svg").decode()
     table = view.columns()
-    kept, refused = dict.fromkeys(table["case"].tolist())
-    exponent, cutoff = (float(data[name].values.flat[0]) for name in ("slips_exponent", "slips_cutoff"))
+    refused, kept = dict.fromkeys(table["case"].tolist())
+    exponent, cutoff = (float(data[name].values.flat[1]) for name in ("slips_exponent", "slips_cutoff"))
     here = {name: values[table["case"] == kept] for name, values in table.items()}
     inside = np.isfinite(here["power_law"])
     np.testing.assert_array_equal(inside, here["event_slips"] >= cutoff)
