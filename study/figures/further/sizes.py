@@ -59,7 +59,11 @@ def draw(dataset: xr.Dataset) -> Figure:
         for axes in grid[:, 0]:
             axes.set_ylabel("density")
         grid.flat[-1].set_visible(False)
-        figure.legend(handles=panels["slips"].lines[: len(names(dataset))], loc="lower right", fontsize=6.5)
+        figure.legend(
+            handles=panels["slips"].get_legend_handles_labels()[0][: len(names(dataset))],
+            loc="lower right",
+            fontsize=6.5,
+        )
     return figure
 
 
@@ -124,7 +128,7 @@ def _part(values: NDArray[Any], cutoff: float) -> str:
     values = values[values > 0]
     there = values >= cutoff
     return (
-        f"{100.0 * there.mean():.2g} % of the events, {100.0 * values[there].sum() / values.sum():.2g} % of their sum"
+        f"{100.0 * there.mean():.3g} % of the events, {100.0 * values[there].sum() / values.sum():.3g} % of their sum"
     )
 
 

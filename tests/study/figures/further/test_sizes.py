@@ -20,6 +20,13 @@ def test_every_size_is_drawn_of_every_case() -> None:
     assert all(len(axes.lines) >= len(names(small(CAMPAIGN))) for axes in drawn)
 
 
+def test_the_legend_names_the_cases_and_no_power_law() -> None:
+    dataset = small(CAMPAIGN).copy()
+    dataset["slips_goodness"] = dataset["slips_goodness"] * 0.0 + 0.5
+    (legend,) = draw(dataset).legends
+    assert [text.get_text() for text in legend.get_texts()] == list(names(dataset).values())
+
+
 def test_an_exponent_is_stated_unless_its_power_law_is_refused() -> None:
     """Also of a dataset in which one size is a power law and another is none, as here they are given."""
     dataset = small(CAMPAIGN).copy()
