@@ -17,11 +17,10 @@ CONTACT_SIZE: Final = "initial_contact_size"
 """Name of the variable that counts the nodes in contact after initial contact."""
 SCALED: Final = ("", "normal_load", "intrinsic_friction", "length", "stiffness", "time", "velocity")
 """What a number may be scaled with: nothing, the load W or μ_i (it becomes a share of it), or the case's unit (it becomes SI)."""
-ENSEMBLE: Final = ("", "mean", "event", "per_event", "independent", "fitted", "own")
+ENSEMBLE: Final = ("", "mean", "event", "per_event", "independent", "own")
 """What the members of an ensemble know of a number: nothing beyond their mean; a mean, to which each member adds an estimate with
 its own uncertainty; one event of each, whose scatter is that between starts; a mean over events, which count alike; a number that
-each member finds of its own, whose scatter is that of independent ones, and that a member may lack; the same of a fit, whose
-mean is known where all that have it state an uncertainty; no mean at all."""
+each member finds of its own, whose scatter is that of independent ones, and that a member may lack; no mean at all."""
 _KEY: Final = "quantity"
 
 

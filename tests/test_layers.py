@@ -27,8 +27,7 @@ ORDER = {
     "solver.contact.coulomb": "contact roles motion",
     "solver.sliding": "kernels sampling record columns plateau target full_contact tangential coulomb hindsight events "
     "statistics distributions validity",
-    "solver.sliding.distributions": "power_law goodness rivals comparison histogram bounded scaling size_distribution "
-    "events between_starts record",
+    "solver.sliding.distributions": "power_law rivals events record",
     "solver.sliding.kernels": "events step full_contact tangential",
     "solver.dynamics": "friction_limit kernels result precision proportion method rigid exact rk4 integrate coefficients "
     "stick_slip regime",

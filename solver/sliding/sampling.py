@@ -280,11 +280,9 @@ def uncertainty_of_members(kind: str, members: Members) -> float:
     values, stated, common = members[:3]
     there = np.isfinite(values)
     own = np.sqrt(np.maximum(stated**2 - common**2, 0.0))
-    if kind == "fitted" and not np.isfinite(own[there]).all():
-        return math.nan
     if kind == "event":
         apart = scatter_uncertainty(values)
-    elif kind in ("independent", "fitted"):
+    elif kind == "independent":
         apart = independent_uncertainty(values)
     else:
         known = members.spacings[np.isfinite(members.spacings)]

@@ -155,5 +155,5 @@ def left_out(dataset: xr.Dataset) -> Iterator[str]:
     for name, words in groups.items():
         if asked[name] in dataset and name not in dataset:
             yield f"{words} are not kept ([outputs] of the campaign): there are no figures of single cases."
-    if "record_id" in dataset and "slips_scaling_exponent" not in dataset:
+    if "record_id" in dataset and "slips_exponent" not in dataset:
         yield "Exponents of event sizes are not computed: [outputs] statistics of the campaign."

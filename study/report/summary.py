@@ -16,7 +16,14 @@ from solver.sliding.validity import flags_in
 from solver.view import with_error
 from study.dataset.access.fewer_teeth import REGIME, footnote, starred
 from study.dataset.collection.counted import in_short, is_counted, without_numbers
-from study.dataset.collection.ensemble import NOT_NEEDED, ensemble_name, ensemble_quantities, observables, over_members
+from study.dataset.collection.ensemble import (
+    NOT_NEEDED,
+    ensemble_name,
+    ensemble_quantities,
+    observables,
+    over_members,
+    uncertainty_name,
+)
 from study.dataset.collection.members import counter_of, fewer
 from study.dataset.texts import are_texts
 from study.dataset.variables import (
@@ -267,7 +274,8 @@ _COLUMNS: Final = {
     "kinetic_friction": "μ_k",
     "regime": "regime",
     "static_friction_ensemble_std": "scatter of μ_s",
-    "slips_scaling_exponent": "τ of slips",
+    "slips_exponent": "τ of slips",
+    "slips_goodness": "goodness of τ",
     "peak_friction": "peak F/W",
     "surface_stiffness": "K/(G·L_y)",
     "members_used": "members",
@@ -287,7 +295,7 @@ _DRIVEN: Final = ("static_friction", "kinetic_friction", "regime")
 """What a drive is for: two numbers and a word, which may have to make room."""
 _UNHURT: Final = (COMPLETED, PENDING, NOT_NEEDED)
 """Endings that are no failure."""
-_UNCERTAINTY: Final = {name: each.uncertainty for name, each in all_scalars().items()} | {
+_UNCERTAINTY: Final = {name: uncertainty_name(name, each.uncertainty) for name, each in all_scalars().items()} | {
     std.name: std.uncertainty for each in observables().values() for std in [ensemble_quantities(each)["std"]]
 }
 """Variable -> the one that says how uncertain it is."""

@@ -33,4 +33,4 @@ def test_a_starter_as_it_comes_completes_and_no_case_of_it_is_to_be_taken_with_c
     if "drive_outcome" in found:
         assert set(found.drive_outcome.values.ravel().tolist()) == {"completed"}
     if name == "events":
-        assert (found.slips_scaling_exponent > 0.0).all()
+        assert (found.slips_exponent > 0.0).all()

@@ -1,11 +1,12 @@
-"""Power laws by maximum likelihood, their lower cut-off by the distance of Kolmogorov and Smirnov.
+"""Power laws of sizes by maximum likelihood, their cut-off by the distance of Kolmogorov and Smirnov, and their goodness of fit.
 
-The method is that of Clauset, Shalizi and Newman (SIAM Review 51, 2009).
+The method is that of Clauset, Shalizi and Newman (SIAM Review 51, 2009). Logarithmic histograms are what a law is drawn on.
 
 Above the cut-off a continuous size has the density (τ-1)/x_min · (x/x_min)^-τ, a discrete one the probability k^-τ/ζ(τ, k_min).
 """
 
 import math
+from collections.abc import Sequence
 from typing import NamedTuple
 
 import numpy as np
@@ -23,6 +24,8 @@ PLACES = (4096, 512)
 known to 1/4096; of whole ones evenly spaced in the logarithm of their number."""
 EXPONENTS = (1.0 + 1e-6, 30.0)
 """Exponents that are looked for; outside there is no power law to speak of."""
+SIGNIFICANT = 0.1
+"""Goodness of fit below which a law is refused, and chance below which a rival that fits better is taken to be better."""
 
 
 class Sizes(NamedTuple):
@@ -38,8 +41,8 @@ class PowerLaw(NamedTuple):
 
     exponent: float
     """τ"""
-    uncertainty: float
-    """Standard error of τ with the cut-off given, of independent sizes."""
+    fit_error: float
+    """Standard error of the fit alone: sizes taken as independent, the cut-off as given."""
     cutoff: float
     """Smallest size that it holds for."""
     tail: int
@@ -106,6 +109,13 @@ def survival(values: Vector, exponent: float, cutoff: float, discrete: bool) -> 
     return np.asarray((values / cutoff) ** (1.0 - exponent))
 
 
+def density(values: Vector, exponent: float, cutoff: float, discrete: bool) -> Vector:
+    """Density of the power law at these values from the cut-off on; of whole numbers, their probabilities."""
+    if discrete:
+        return np.asarray(values**-exponent / scipy.special.zeta(exponent, cutoff))
+    return np.asarray((exponent - 1.0) / cutoff * (values / cutoff) ** -exponent)
+
+
 def _candidates(values: Vector) -> NDArray[np.int64]:
     """Positions in the sorted sizes at which a tail may begin: the first of equal ones, and not the last value that there is."""
     most = len(values)
@@ -141,7 +151,7 @@ def _discrete_distances(values: Vector, firsts: NDArray[np.int64], exponents: Ve
         chosen = _places(len(seen))
         here = numbers[place + chosen]
         at_least = survival(here, exponent, here[0], True)
-        above = at_least - here**-exponent / scipy.special.zeta(exponent, here[0])
+        above = at_least - density(here, exponent, here[0], True)
         found[row] = max(np.abs(seen[chosen] - at_least).max(), np.abs(beyond[chosen] - above).max())
     return found
 
@@ -151,3 +161,156 @@ def _places(count: int) -> NDArray[np.int64]:
     if count <= PLACES[1]:
         return np.arange(count)
     return np.asarray(np.unique(np.geomspace(1.0, count, PLACES[1]).astype(np.int64)) - 1)
+
+
+class PooledExponent(NamedTuple):
+    """The exponent of the sizes of all members of an ensemble together."""
+
+    exponent: float
+    """τ; NaN where there is no power law, or at the bounds of what is looked for, EXPONENTS."""
+    error: float
+    """Standard error between members; NaN of fewer than LEAST_MEMBERS, and where those without one of them have no exponent."""
+
+
+LEAST_MEMBERS = 3
+"""Members at least of which an error is stated."""
+ONE_SIGMA = 0.6827
+"""Share of a normal distribution within one standard error, and of Student's within the error that is stated."""
+
+
+def pooled_exponent(members: Sequence[NDArray[np.float64] | NDArray[np.int64]], *, discrete: bool) -> PooledExponent:
+    """The exponent of pooled sizes, and its delete-one jackknife error over members (Efron, SIAM CBMS 38, 1982).
+
+    members: the sizes of each, in any order. Each fit without one member looks for its own cut-off. Events of a member may depend
+    on each other: members alone are taken as independent. Student's t of members - 1 makes one error of few hold in 68.27 %.
+    """
+    exponent, count = _exponent_of(members, discrete), len(members)
+    if count < LEAST_MEMBERS:
+        return PooledExponent(exponent, math.nan)
+    without = np.array([_exponent_of([*members[:left], *members[left + 1 :]], discrete) for left in range(count)])
+    jackknife = math.sqrt((count - 1) * float(np.var(without)))
+    return PooledExponent(exponent, float(scipy.special.stdtrit(count - 1, 0.5 + 0.5 * ONE_SIGMA)) * jackknife)
+
+
+def _exponent_of(members: Sequence[NDArray[np.float64] | NDArray[np.int64]], discrete: bool) -> float:
+    together = np.concatenate([np.empty(0), *members])
+    law = fitted_power_law(sorted_sizes(together, discrete))
+    return exponent_in_range(law) if law else math.nan
+
+
+def exponent_in_range(law: PowerLaw) -> float:
+    """The exponent of a fit; NaN at the bounds of what is looked for, which are no measurement."""
+    return law.exponent if EXPONENTS[0] < law.exponent < EXPONENTS[1] else math.nan
+
+
+DRAWS = 100
+"""Samples that are drawn: a share of 0.1 is then known to 0.03."""
+
+
+def goodness_of_fit(sizes: Sizes, law: PowerLaw, draws: int = DRAWS) -> float:
+    """Share of drawn samples that are further from their own fit than the sizes are from theirs: below 0.1 it is no power law.
+
+    Each sample has as many sizes, from the cut-off on drawn from the law, below it from the sizes themselves; its cut-off is
+    looked for again. The seed is the number of sizes: the same sizes have the same goodness, whoever asks. NaN of no draws.
+    """
+    if not draws:
+        return math.nan
+    rng = np.random.default_rng([len(sizes.values), draws])
+    further = 0
+    for _ in range(draws):
+        drawn = fitted_power_law(_drawn(sizes, law, rng))
+        further += drawn is not None and drawn.distance >= law.distance
+    return further / draws
+
+
+def _drawn(sizes: Sizes, law: PowerLaw, rng: np.random.Generator) -> Sizes:
+    """As many sizes, of the law from its cut-off on."""
+    total = len(sizes.values)
+    below = sizes.values[: total - law.tail]
+    tail = int(rng.binomial(total, law.tail / total)) if len(below) else total
+    chosen = rng.choice(below, total - tail) if tail < total else below[:0]
+    values = np.concatenate((chosen, power_law_sizes(rng, tail, law.exponent, law.cutoff, sizes.discrete)))
+    return Sizes(np.sort(values), sizes.discrete)
+
+
+def power_law_sizes(rng: np.random.Generator, count: int, exponent: float, cutoff: float, discrete: bool) -> Vector:
+    """So many sizes of a power law, by inversion of its cumulative distribution."""
+    uniform = 1.0 - rng.random(count)  # above 0
+    if not discrete:
+        # A law as flat as 1/x has sizes beyond all numbers.
+        with np.errstate(over="ignore"):
+            return np.minimum(cutoff * uniform ** (-1.0 / (exponent - 1.0)), np.finfo(float).max)
+    return _whole_sizes(uniform, exponent, cutoff)
+
+
+TABLED = 1000
+"""Whole numbers from the cut-off on whose probabilities are summed; beyond, the law is as good as continuous."""
+
+
+def _whole_sizes(uniform: Vector, exponent: float, cutoff: float) -> Vector:
+    """The largest whole number that at least such a share of the law reaches."""
+    numbers = cutoff + np.arange(TABLED + 1.0)
+    shares = survival(numbers, exponent, cutoff, True)
+    found = cutoff + np.searchsorted(-shares, -uniform, side="right") - 1.0
+    beyond = uniform <= shares[-1]
+    last = numbers[-1]
+    # ζ(τ, k) is k^(1-τ) about half a number lower, to 1e-6 out there; beyond 1e15 numbers are not whole any more.
+    with np.errstate(over="ignore"):
+        ratio = np.minimum((uniform[beyond] / shares[-1]) ** (-1.0 / (exponent - 1.0)), 1e15)
+    found[beyond] = np.floor((last - 0.5) * ratio + 0.5)
+    return np.asarray(found)
+
+
+PER_DECADE = 8
+"""Bins in a decade."""
+LARGEST = np.finfo(np.float64).max
+
+
+class Histogram(NamedTuple):
+    """Sizes counted in bins of equal ratio."""
+
+    edges: Vector
+    """(b + 1,) ends of the bins."""
+    counts: NDArray[np.int64]
+    """(b,) sizes in each; an upper end belongs to the next bin, but for the last one."""
+    density: Vector
+    """(b,) share of all sizes per unit of size, at most the largest number there is; of whole numbers, per number in the bin."""
+    middles: Vector
+    """(b,) geometric means of the ends; of whole numbers, of the first and the last number in the bin."""
+
+    def __repr__(self) -> str:
+        return f"Histogram({self.counts.sum()} sizes in {len(self.counts)} bins)"
+
+
+def logarithmic_histogram(
+    sizes: NDArray[np.float64] | NDArray[np.int64], *, discrete: bool, per_decade: int = PER_DECADE
+) -> Histogram:
+    """The histogram of the sizes above 0; without any it has no bins.
+
+    Ends of bins are powers of 10^(1/per_decade), the same for all samples; of whole numbers they are rounded up to one half
+    below a number, and bins without a number are left out.
+    """
+    values = sorted_sizes(sizes, discrete).values
+    if not len(values):
+        return Histogram(np.empty(0), np.empty(0, np.int64), np.empty(0), np.empty(0))
+    edges = _edges(values, per_decade, discrete)
+    below = np.searchsorted(values, edges, side="left")
+    below[-1] = len(values)
+    counts, inwards = np.diff(below), 0.5 * discrete
+    middles = np.sqrt(edges[:-1] + inwards) * np.sqrt(edges[1:] - inwards)
+    with np.errstate(over="ignore"):  # bins among the smallest numbers are narrower than one over the largest
+        density = np.minimum(counts / len(values) / np.diff(edges), LARGEST)
+    return Histogram(edges, counts, density, middles)
+
+
+def _edges(values: Vector, per_decade: int, discrete: bool) -> Vector:
+    """Ends of bins, rising and above 0, also where sizes are the smallest or the largest numbers there are."""
+    first, last = np.floor(np.log10(values[[0, -1]]) * per_decade).astype(int)
+    with np.errstate(over="ignore"):
+        edges = np.minimum(10.0 ** (np.arange(first, last + 2) / per_decade), LARGEST)
+    if not discrete:
+        edges[0], edges[-1] = min(edges[0], values[0]), max(edges[-1], np.nextafter(values[-1], LARGEST))
+        edges = np.unique(edges)
+        return edges if edges[0] > 0.0 else np.unique(np.append(edges[1:], values[0]))
+    edges = np.unique(np.ceil(edges - 1e-9) - 0.5)
+    return edges if edges[-1] >= values[-1] else np.append(edges, values[-1] + 0.5)

@@ -1,21 +1,94 @@
-"""The statistics of one record's events as numbers of a dataset: a distribution of each size, and their correlations."""
+"""How sizes of events are distributed: power law, goodness and rivals in one value; those of a record, with its correlations."""
 
 import math
-from dataclasses import Field, field, make_dataclass
+from collections.abc import Iterator
+from dataclasses import Field, dataclass, field, make_dataclass
 from typing import Any, Final
 
 import numpy as np
+from numpy.typing import NDArray
 
 from solver.quantity import quantity
-from solver.sliding.distributions.between_starts import BY_RANGE, uncertainty_of_tail
-from solver.sliding.distributions.comparison import LAWS, SIGNIFICANT
 from solver.sliding.distributions.events import DISCRETE, EventSizes, event_sizes, rank_correlation
-from solver.sliding.distributions.goodness import DRAWS
-from solver.sliding.distributions.power_law import EXPONENTS
-from solver.sliding.distributions.scaling import NOWHERE
-from solver.sliding.distributions.size_distribution import size_distribution
+from solver.sliding.distributions.power_law import (
+    DRAWS,
+    EXPONENTS,
+    SIGNIFICANT,
+    exponent_in_range,
+    fitted_power_law,
+    goodness_of_fit,
+    sorted_sizes,
+)
+from solver.sliding.distributions.rivals import LAWS, Comparison, comparisons, preferred
 from solver.sliding.plateau import Plateau
 from solver.sliding.record import FrictionRecord
+from solver.view import OneLine
+
+MEAN_FIELD = 1.5
+"""Exponent of avalanche sizes where every node loads all others alike (mean field, a critical branching process)."""
+GUTENBERG_RICHTER = 5.0 / 3.0
+"""Exponent of the released moment, or energy, where magnitudes follow Gutenberg and Richter's law with b = 1: 1 + 2b/3."""
+
+
+@dataclass(frozen=True, slots=True, repr=False)
+class SizeDistribution(OneLine):
+    """How sizes are distributed; what too few sizes cannot say is NaN, and `preferred` None.
+
+    Reference lines: MEAN_FIELD for slips, GUTENBERG_RICHTER for energies.
+    """
+
+    count: int
+    """Sizes above 0."""
+    mean: float
+    largest: float
+    exponent: float
+    """τ of the density x^-τ from the cut-off on; NaN at the bounds of what is looked for, EXPONENTS."""
+    exponent_fit_error: float
+    """Standard error of the fit alone: sizes taken as independent, the cut-off as given."""
+    cutoff: float
+    """Size from which on the power law is nearest to the sizes."""
+    tail: int
+    """Sizes from the cut-off on."""
+    distance: float
+    """Of Kolmogorov and Smirnov, between sizes and power law from the cut-off on."""
+    goodness: float
+    """Share of samples of the power law that are further from their fit: below 0.1 it is no power law."""
+    preferred: str | None
+    """One of rivals.LAWS."""
+    preferred_chance: float
+    """Probability that chance decides that preference; see rivals.preferred."""
+    comparisons: tuple[Comparison, ...]
+    """Every rival against the power law."""
+
+    def _facts(self) -> Iterator[str]:
+        yield f"{self.count} sizes to {self.largest:.4g}"
+        if self.tail:
+            found = f"{self.exponent:.3g}" if math.isfinite(self.exponent) else "at a bound"
+            yield f"exponent {found} from {self.cutoff:.4g} on"
+            yield f"goodness {self.goodness:.2g}{', no power law' if self.goodness < SIGNIFICANT else ''}"
+        yield f"preferred: {self.preferred or 'none'}"
+
+
+def size_distribution(
+    sizes: NDArray[np.float64] | NDArray[np.int64], *, discrete: bool, draws: int = DRAWS
+) -> SizeDistribution:
+    """The distribution of sizes, of one record or of many put together, in any order; those not above 0 are left out.
+
+    discrete: whole numbers, such as slips. draws: samples for the goodness of fit; of 0 it is NaN.
+    """
+    sample = sorted_sizes(sizes, discrete)
+    count, law = len(sample.values), fitted_power_law(sample)
+    mean = float(sample.values.mean()) if count else math.nan
+    largest = float(sample.values[-1]) if count else math.nan
+    if law is None:
+        nothing = (math.nan, math.nan, math.nan, 0, math.nan, math.nan, None, math.nan, ())
+        return SizeDistribution(count, mean, largest, *nothing)
+    rivals = comparisons(sample, law)
+    goodness = goodness_of_fit(sample, law, draws)
+    exponent = exponent_in_range(law)
+    law = law._replace(exponent=exponent, fit_error=law.fit_error if math.isfinite(exponent) else math.nan)
+    return SizeDistribution(count, mean, largest, *law, goodness, *preferred(rivals), rivals)
+
 
 SIZES: Final = {
     "slips": "node slips per event",
@@ -31,27 +104,33 @@ _REFERENCE: Final = {
 }
 
 
+_NUMBERS: Final = ("exponent", "exponent_fit_error", "cutoff", "tail", "goodness", "preferred", "preferred_chance")
+"""What a dataset has of a SizeDistribution."""
+
+
 def _of_size(size: str, meaning: str) -> list[tuple[str, Any, Field[Any]]]:
     """The fields of one size: name, type, declaration."""
-    error = f"{size}_exponent_uncertainty"
     of = f"of {meaning}"
     declared: dict[str, tuple[str, dict[str, Any]]] = {
         "exponent": (
             f"power-law exponent of {size}",
             {
                 "symbol": "τ",
-                "uncertainty": error,
-                "ensemble": "fitted",
+                "ensemble": "independent",
                 "comment": _joined(
-                    of, _REFERENCE.get(size, ""), f"NaN outside of {EXPONENTS[0]:.0f} to {EXPONENTS[1]:g}"
+                    f"{of}, from {size}_cutoff on",
+                    _REFERENCE.get(size, ""),
+                    f"no power law where {size}_goodness is below {SIGNIFICANT:g}",
+                    f"NaN outside of {EXPONENTS[0]:.0f} to {EXPONENTS[1]:g}",
                 ),
             },
         ),
-        "exponent_uncertainty": (
-            "error of that exponent",
+        "exponent_fit_error": (
+            f"error of the fit of {size}_exponent",
             {
-                "comment": f"standard deviation between starts, from repeated fits; NaN where {size}_goodness is below "
-                f"{SIGNIFICANT:g}: then it is no power law"
+                "ensemble": "own",
+                "comment": "standard error of the fit alone: events taken as independent, the cut-off as given; "
+                "the exponents of two starts may differ by more",
             },
         ),
         "cutoff": (f"lower cut-off of {size}", {"comment": f"{of}; the power law begins there"}),
@@ -74,36 +153,6 @@ def _of_size(size: str, meaning: str) -> list[tuple[str, Any, Field[Any]]]:
             },
         ),
     }
-    return _fields(size, declared)
-
-
-def _of_range(size: str, meaning: str) -> list[tuple[str, Any, Field[Any]]]:
-    """The fields of one size's scaling range."""
-    of, kind, words = f"of {meaning}", f"{size} scaling range", "longest interval that a power law describes"
-    declared: dict[str, tuple[str, dict[str, Any]]] = {
-        "exponent": (
-            f"{size} scaling exponent",
-            {
-                "symbol": "τ",
-                "uncertainty": f"{size}_scaling_exponent_uncertainty",
-                "ensemble": "independent",
-                "comment": f"{of}; the range is the {words}; NaN where there is none",
-            },
-        ),
-        "exponent_uncertainty": (
-            "error of that exponent",
-            {"comment": f"standard deviation between starts: {BY_RANGE:g} errors of the fit"},
-        ),
-        "first": (f"lower end of {kind}", {"comment": of}),
-        "last": (f"upper end of {kind}", {"comment": of}),
-        "decades": (f"decades of {kind}", {"comment": "log10 of upper over lower end; 0 where there is none"}),
-        "events": (f"events in {kind}", {}),
-        "goodness": (f"goodness of fit in {kind}", {"comment": "as the tail's; 0.1 or more"}),
-    }
-    return _fields(f"{size}_scaling", declared)
-
-
-def _fields(size: str, declared: dict[str, tuple[str, dict[str, Any]]]) -> list[tuple[str, Any, Field[Any]]]:
     return [
         (f"{size}_{name}", Any, field(metadata=quantity(words, **more))) for name, (words, more) in declared.items()
     ]
@@ -124,7 +173,7 @@ EventDistributions: Any = make_dataclass(
         _alone(
             "sized_events", "events whose sizes are distributed", "those of the steady part; of the record without one"
         ),
-        *(each for size, meaning in SIZES.items() for each in (*_of_size(size, meaning), *_of_range(size, meaning))),
+        *(each for size, meaning in SIZES.items() for each in _of_size(size, meaning)),
         _alone(
             "step_variation",
             "variation of the step between events",
@@ -153,16 +202,7 @@ def event_distributions(record: FrictionRecord, plateau: Plateau, draws: int = D
     found: dict[str, Any] = {"sized_events": len(sizes.slips)}
     for size, discrete in DISCRETE.items():
         fit = size_distribution(getattr(sizes, size), discrete=discrete, draws=draws)
-        names = ("exponent", "exponent_uncertainty", "cutoff", "tail", "goodness", "preferred", "preferred_chance")
-        found |= {f"{size}_{name}": getattr(fit, name) for name in names}
-        found[f"{size}_exponent_uncertainty"] = (
-            math.nan
-            if fit.goodness < SIGNIFICANT
-            else uncertainty_of_tail(getattr(sizes, size), discrete, fit.exponent, fit.exponent_uncertainty)
-        )
-        scaling = fit.scaling or NOWHERE
-        scaling = scaling._replace(exponent_uncertainty=BY_RANGE * scaling.exponent_uncertainty)
-        found |= {f"{size}_scaling_{name}": value for name, value in scaling._asdict().items()}
+        found |= {f"{size}_{name}": getattr(fit, name) for name in _NUMBERS}
     return EventDistributions(**found, **_correlations(sizes))
 
 

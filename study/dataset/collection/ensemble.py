@@ -65,6 +65,11 @@ def ensemble_name(name: str, part: str) -> str:
     return f"{name}_ensemble_{part}"
 
 
+def uncertainty_name(name: str, declared: str) -> str:
+    """The variable of a number's uncertainty: that declared, else that which an ensemble alone has."""
+    return declared or f"{name}_uncertainty"
+
+
 def ensemble_quantities(observable: Quantity) -> dict[str, Quantity]:
     """Part -> the variable that holds it, of an observable."""
     mean, error, std, error_of_std, members = (ensemble_name(observable.name, part) for part in PARTS)
@@ -171,7 +176,7 @@ def over_members(dataset: xr.Dataset) -> xr.Dataset:
     for name, observable in observables().items():
         if ensemble_name(name, "mean") in dataset:
             own = {name: cases[ensemble_name(name, "mean")]}
-            own[observable.uncertainty or f"{name}_uncertainty"] = cases[ensemble_name(name, "uncertainty")]
+            own[uncertainty_name(name, observable.uncertainty)] = cases[ensemble_name(name, "uncertainty")]
             kept |= own | _twins(cases, own)
     coordinates = {name: each for name, each in cases.coords.items() if MEMBER not in each.dims}
     return xr.Dataset({name: each.variable for name, each in kept.items()}, coordinates, dataset.attrs)

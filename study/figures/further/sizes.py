@@ -1,7 +1,7 @@
 """How the sizes of events are distributed: an elastic slab against chains of blocks on springs."""
 
 from collections.abc import Callable, Iterator
-from typing import Final, NamedTuple
+from typing import Any, Final, NamedTuple
 
 import numpy as np
 import xarray as xr
@@ -10,15 +10,12 @@ from matplotlib.figure import Figure
 from numpy.typing import NDArray
 
 from solver.sliding.distributions.events import DISCRETE
-from solver.sliding.distributions.histogram import Histogram, logarithmic_histogram
-from solver.sliding.distributions.size_distribution import GUTENBERG_RICHTER, MEAN_FIELD
-from solver.view import with_error
+from solver.sliding.distributions.power_law import SIGNIFICANT, density, logarithmic_histogram
+from solver.sliding.distributions.record import GUTENBERG_RICHTER, MEAN_FIELD
 from study.figures.further.chains import CAMPAIGN, names, numbers_of, plain, steady, steady_sizes
 from study.figures.shared.canvas import COLORS, column
 from study.figures.shared.claims import Claim
 from study.figures.shared.figure import CampaignFigure, register
-
-Floats = NDArray[np.float64]
 
 
 class Panel(NamedTuple):
@@ -38,12 +35,12 @@ PANELS: Final = {
 }
 LAW_WORDS: Final = {"lognormal": "log-normal", "power_law": "power law", "truncated_power_law": "x^-τ exp(-λx)"}
 """Law that a tail prefers -> what a reader calls it."""
-LEAST_DECADES: Final = 1.0
-"""Below, a scaling range is not drawn."""
+BROAD: Final = 3.0
+"""Width of the line of a power law."""
 
 
 def draw(dataset: xr.Dataset) -> Figure:
-    """Densities of all sizes of every case, the power laws that they support, and reference lines."""
+    """Densities of all sizes of every case, their power laws, and reference lines."""
     with column(5.4) as figure:
         grid = figure.subplots(3, 2)
         panels = dict(zip(PANELS, grid.flat, strict=False))
@@ -54,7 +51,7 @@ def draw(dataset: xr.Dataset) -> Figure:
                 seen = found.counts > 0
                 style = {"markersize": 1.2, "linewidth": 0.5, "color": color, "label": name}
                 axes.plot(found.middles[seen], found.density[seen], "o-", **style)
-                _draw_scaling(axes, found, scalars, size, color)
+                _draw_law(axes, scalars, size, getattr(sizes, size), color)
         for size, axes in panels.items():
             _draw_reference(axes, PANELS[size])
             axes.set(xscale="log", yscale="log", xlabel=PANELS[size].label)
@@ -62,20 +59,29 @@ def draw(dataset: xr.Dataset) -> Figure:
         for axes in grid[:, 0]:
             axes.set_ylabel("density")
         grid.flat[-1].set_visible(False)
-        figure.legend(handles=panels["slips"].lines[: len(names(dataset))], loc="lower right", fontsize=6.5)
+        figure.legend(
+            handles=panels["slips"].get_legend_handles_labels()[0][: len(names(dataset))],
+            loc="lower right",
+            fontsize=6.5,
+        )
     return figure
 
 
-def _draw_scaling(axes: Axes, found: Histogram, scalars: xr.Dataset, size: str, color: str) -> None:
-    """The power law of a scaling range, through the histogram's bins there."""
-    if not float(scalars[f"{size}_scaling_decades"]) >= LEAST_DECADES:
-        return
-    exponent, first, last = (float(scalars[f"{size}_scaling_{name}"]) for name in ("exponent", "first", "last"))
-    there = (found.middles >= first) & (found.middles <= last) & (found.counts > 0)
-    height = np.log(found.density[there]) + exponent * np.log(found.middles[there])
-    ends = np.array([first, last])
-    line = np.exp(np.average(height, weights=found.counts[there])) * ends**-exponent
-    axes.plot(ends, line, "-", linewidth=3.0, alpha=0.35, color=color, zorder=1, label="_")
+def _draw_law(axes: Axes, scalars: xr.Dataset, size: str, values: NDArray[Any], color: str) -> None:
+    """The power law of a size from its cut-off to the largest of all values (e,), unless it is refused."""
+    exponent, cutoff, tail = (
+        _exponent(scalars, size),
+        *(float(scalars[f"{size}_{name}"]) for name in ("cutoff", "tail")),
+    )
+    if np.isfinite(exponent):
+        ends = np.array([cutoff, np.nanmax(values)])
+        line = tail / np.count_nonzero(values > 0) * density(ends, exponent, cutoff, DISCRETE[size])
+        axes.plot(ends, line, "-", linewidth=BROAD, alpha=0.35, color=color, zorder=1, label="_")
+
+
+def _exponent(scalars: xr.Dataset, size: str) -> float:
+    """The exponent of a size's power law; NaN where its goodness of fit refuses it."""
+    return float(scalars[f"{size}_exponent"]) if scalars[f"{size}_goodness"] >= SIGNIFICANT else np.nan
 
 
 def _draw_reference(axes: Axes, panel: Panel) -> None:
@@ -94,40 +100,35 @@ def _draw_reference(axes: Axes, panel: Panel) -> None:
 
 
 def claims(dataset: xr.Dataset) -> Iterator[Claim]:
-    """The scaling range of every size of every case, and how the slab's events differ from those of blocks."""
+    """The power law of every size of every case, and how the slab's events differ from those of blocks."""
     for number, name in names(dataset).items():
         scalars, sizes = numbers_of(dataset, number), steady_sizes(dataset, number)
         for size, panel in PANELS.items():
             reference = f"{panel.exponent:.3g} ({panel.reference})" if panel.reference else ""
-            yield Claim(f"{plain(name)}: {size}", reference, *_scaling(scalars, size, getattr(sizes, size)))
+            yield Claim(f"{plain(name)}: {size}", reference, *_fit(scalars, size, getattr(sizes, size)))
     for meaning, share in SHARES.items():
         found = [f"{plain(name)}: {share(steady(dataset, number)):.2g} %" for number, name in names(dataset).items()]
         yield Claim(meaning, "", found[0], "; ".join(found[1:]))
 
 
-def _scaling(scalars: xr.Dataset, size: str, values: Floats) -> tuple[str, str]:
-    """What a size's scaling range says, how much of all values (e,) is in it, and which law is nearest to the largest sizes."""
-    exponent, error, first, last, decades, goodness = (
-        float(scalars[f"{size}_scaling_{name}"])
-        for name in ("exponent", "exponent_uncertainty", "first", "last", "decades", "goodness")
-    )
+def _fit(scalars: xr.Dataset, size: str, values: NDArray[Any]) -> tuple[str, str]:
+    """Exponent of a size, unless its power law is refused; how much of all values (e,) that is of, and the law that fits best."""
+    exponent = _exponent(scalars, size)
+    cutoff, goodness = (float(scalars[f"{size}_{name}"]) for name in ("cutoff", "goodness"))
     preferred = str(scalars[f"{size}_preferred"].item())
-    tail = f"from {_size(float(scalars[f'{size}_cutoff']))} on nearest to: {LAW_WORDS.get(preferred, preferred)}"
-    if not decades:
-        return "no power law", tail
-    fit = f"{with_error(exponent, error)} from {_size(first)} to {_size(last)}"
-    known = f"{decades:.2g} decades, goodness {goodness:.2g}, {_part(values, first, last)}"
-    if decades < LEAST_DECADES:
-        return "straight over no decade", f"longest: {fit}, {known}; {tail}"
-    return fit, f"{known}; {tail}"
-
-
-def _part(values: Floats, first: float, last: float) -> str:
-    """Percentage of all values (e,) above 0 that are in a range, and of their sum."""
-    values = values[values > 0.0]
-    there = (values >= first) & (values <= last)
     return (
-        f"{100.0 * there.mean():.2g} % of the events, {100.0 * values[there].sum() / values.sum():.2g} % of their sum"
+        f"{exponent:.3g}" if np.isfinite(exponent) else "no power law",
+        f"from {_size(cutoff)} on, goodness {goodness:.2g}, {_part(values, cutoff)}; "
+        f"preferred: {LAW_WORDS.get(preferred, preferred)}",
+    )
+
+
+def _part(values: NDArray[Any], cutoff: float) -> str:
+    """Percentage of all values (e,) above 0 that are from the cut-off on, and of their sum."""
+    values = values[values > 0]
+    there = values >= cutoff
+    return (
+        f"{100.0 * there.mean():.3g} % of the events, {100.0 * values[there].sum() / values.sum():.3g} % of their sum"
     )
 
 
@@ -162,9 +163,8 @@ register(
         CAMPAIGN,
         "Sizes of events: slab against chain of blocks",
         "Densities of the sizes of events on the plateau, in bins of equal ratio, of an elastic slab and of blocks on springs "
-        "that hand on more and more of their force. Broad: ranges of a decade or more that nothing tells from a power law; "
-        "the middle of a wide log-normal is one, too. Dotted: mean-field avalanches, and Gutenberg and Richter's law. ± is "
-        "the standard error as if events were independent, which they are not.",
+        "that hand on more and more of their force. Broad: power laws of the largest sizes, where their goodness of fit is 0.1 "
+        "or more. Dotted: mean-field avalanches, and Gutenberg and Richter's law. One record states no ± of an exponent.",
         draw,
         claims,
         ("", "reference", "exponent", "remark"),

@@ -12,7 +12,7 @@ from solver.quantity import GRID_ERROR
 from study.dataset.access.fewer_teeth import REGIME, with_fewer_teeth
 from study.dataset.access.grid_share import grid_share
 from study.dataset.access.selection import Places, places
-from study.dataset.collection.ensemble import over_members
+from study.dataset.collection.ensemble import over_members, uncertainty_name
 from study.dataset.collection.members import members_of
 from study.dataset.variables import OUTCOMES, VALIDITY, parameters
 from study.figures.sweep.label import known, label, ratio, said
@@ -188,7 +188,7 @@ def _members(dataset: xr.Dataset, found: Places, name: str) -> tuple[NDArray[np.
 def _stated(dataset: xr.Dataset, name: str) -> str:
     """The variable of the dataset that says how uncertain a number is; empty where none does."""
     declared = known(name)
-    error = declared.uncertainty if declared else ""
+    error = uncertainty_name(name, declared.uncertainty) if declared else ""
     return error if error in dataset else ""
 
 

@@ -20,7 +20,8 @@ from study.figures.views.view import Sort, View, register
 
 OBSERVED: Final = (
     ("regime", ""),
-    ("slips_scaling_exponent", ""),
+    ("slips_exponent", ""),
+    ("slips_goodness", ""),
     ("plateau_mean", "intrinsic_friction"),
     ("static_friction", "intrinsic_friction"),
     ("static_friction_ensemble_std", "static_friction"),

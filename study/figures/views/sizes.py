@@ -7,8 +7,7 @@ from typing import Any, Final
 import numpy as np
 import xarray as xr
 
-from solver.sliding.distributions.histogram import logarithmic_histogram
-from solver.view import with_error
+from solver.sliding.distributions.power_law import SIGNIFICANT, density, logarithmic_histogram
 from study.dataset.access.accessor import Accessor
 from study.figures.sweep.label import label, typeset
 from study.figures.sweep.points import Columns
@@ -17,16 +16,14 @@ from study.figures.views.view import Sort, View, register
 
 FEWEST: Final = 100
 """Events of a record below which their distribution is not drawn."""
-SCALING: Final = "slips_scaling"
-"""What the variables of the scaling range of slips begin with."""
-FITTED: Final = ("exponent", "exponent_uncertainty", "first", "last", "events")
-"""And what they end with."""
+FITTED: Final = ("slips_exponent", "slips_cutoff", "slips_tail", "slips_goodness")
+"""The variables of the power law of slips."""
 
 
 def columns(dataset: xr.Dataset, run: Run) -> Columns:
     """Middles of bins, share of events per unit of size, and events in each bin; of the plateau where there is one.
 
-    Beside them the power law of the scaling range, NaN outside of it, and its exponent with its uncertainty.
+    Beside them the power law, NaN below its cut-off and where its goodness of fit refuses it, with its exponent and goodness.
     """
     record = Accessor(dataset).record(**run.selection)
     start = float(record["plateau_start"]) if "plateau_start" in record else np.nan
@@ -34,29 +31,25 @@ def columns(dataset: xr.Dataset, run: Run) -> Columns:
     found = logarithmic_histogram(record["event_slips"].values[later], discrete=True)
     seen = found.counts > 0
     middles = found.middles[seen]
-    exponent, error, first, last, inside = (_scalar(record, f"{SCALING}_{name}") for name in FITTED)
-    whole = np.arange(first, last + 1.0) if np.isfinite(exponent) else np.empty(0)
-    share = inside / found.counts.sum() / np.sum(whole**-exponent) if len(whole) else np.nan
-    law = np.where((middles >= first) & (middles <= last), share * middles**-exponent, np.nan)
+    exponent, cutoff, tail, goodness = (float(record[name]) if name in record else np.nan for name in FITTED)
+    law = np.full(len(middles), np.nan)
+    if goodness >= SIGNIFICANT and np.isfinite(exponent):
+        there = middles >= cutoff
+        law[there] = tail / found.counts.sum() * density(middles[there], exponent, cutoff, True)
     return {
         "event_slips": middles,
         "density": found.density[seen],
         "events": found.counts[seen],
         "power_law": law,
         "exponent": np.full(len(middles), exponent),
-        "exponent_uncertainty": np.full(len(middles), error),
+        "goodness": np.full(len(middles), goodness),
     }
-
-
-def _scalar(record: xr.Dataset, name: str) -> float:
-    return float(record[name]) if name in record else np.nan
 
 
 def draw(axes: Any, table: Columns, style: dict[str, Any]) -> None:
     """The distribution as points joined by lines, the power law dashed and named by its exponent."""
-    exponent, error = table["exponent"][:1], table["exponent_uncertainty"][:1]
-    if np.isfinite(exponent).all():
-        named = f"τ = {with_error(float(exponent[0]), float(error[0]))}"
+    if np.isfinite(table["power_law"]).any():
+        named = f"τ = {float(table['exponent'][0]):.3g}"
         style = style | {"label": f"{style['label']}: {named}" if "label" in style else named}
     axes.plot(table["event_slips"], table["density"], "o-", markersize=2, linewidth=0.5, **style)
     axes.plot(table["event_slips"], table["power_law"], "--", linewidth=1.4, color=style["color"])
@@ -74,14 +67,16 @@ SIZES: Final = Family(
 
 
 WITH_LAWS: Final = replace(
-    SIZES, caption=f"{SIZES.caption}; dashed: the power law of exponent -τ in its scaling range, where there is one"
+    SIZES,
+    caption=f"{SIZES.caption}; dashed: the power law of exponent -τ of the largest, where its goodness of fit is {SIGNIFICANT:g} "
+    "or more",
 )
 
 
 def views(dataset: xr.Dataset) -> Iterator[View]:
     """One figure of several records; none where the events are not counted."""
     if "events" in dataset:
-        family = WITH_LAWS if f"{SCALING}_exponent" in dataset else SIZES
+        family = WITH_LAWS if FITTED[0] in dataset else SIZES
         yield from (view for view in views_of(dataset, family) if not view.place)
 
 

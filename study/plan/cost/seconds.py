@@ -39,7 +39,7 @@ _COULOMB_TOUCH = (
 )
 _COULOMB_STEP = (3.5e-4, 2e-9)  # by powers 0, 3 of the nodes in contact: a few dense solves
 _SOLVES = 3.0  # steps that an event of it is worth: roles change one at a time until all are right
-_DISTRIBUTIONS = (0.7, 6e-5)  # of event sizes, and of each event: fits of a hundred drawn samples, and of stretches
+_DISTRIBUTIONS = (0.6, 4e-5)  # of event sizes, and of each event: fits of a hundred drawn samples
 _INSIDE = (8e-3, 6e-6)  # inside of the slab, by powers 0, 1.5 of n_x: one sparse factorization
 
 

@@ -322,7 +322,6 @@ MEMBERS = Members(VALUES, STATED, COMMON, np.full(4, 2.0), np.zeros(4))
         ("mean", ensemble_uncertainty(VALUES, np.sqrt(STATED**2 - COMMON**2), 2.0)),
         ("event", scatter_uncertainty(VALUES)),
         ("independent", scatter_uncertainty(VALUES)),
-        ("fitted", scatter_uncertainty(VALUES)),
     ],
 )
 def test_what_members_have_in_common_counts_in_full_and_once(kind: str, apart: float) -> None:
@@ -332,7 +331,7 @@ def test_what_members_have_in_common_counts_in_full_and_once(kind: str, apart: f
     assert math.isnan(nothing)
 
 
-@pytest.mark.parametrize("kind", ["mean", "independent", "fitted"])
+@pytest.mark.parametrize("kind", ["mean", "independent"])
 @pytest.mark.parametrize("common", [0.0, 0.5, np.nan])
 def test_what_a_member_without_a_value_has_in_common_does_not_matter(kind: str, common: float) -> None:
     values, own = np.array([*VALUES[:3], np.nan]), np.array([*COMMON[:3], common])

@@ -87,7 +87,7 @@ def test_records_that_are_not_kept_are_named() -> None:
     assert list(overview.left_out(kept)) == [
         "Exponents of event sizes are not computed: [outputs] statistics of the campaign."
     ]
-    assert list(overview.left_out(kept.assign(slips_scaling_exponent=("case", [1.5])))) == []
+    assert list(overview.left_out(kept.assign(slips_exponent=("case", [1.5])))) == []
 
 
 def test_what_all_pins_do_alike_needs_no_count() -> None:

@@ -81,9 +81,7 @@ def test_it_ends_at_the_first_size_that_knows_enough_and_never_before(
 
 
 @pytest.mark.parametrize("part", ["mean", "uncertainty", "std"])
-@pytest.mark.parametrize(
-    "name", [name for name, each in observables().items() if each.ensemble not in ("independent", "fitted")]
-)
+@pytest.mark.parametrize("name", [name for name, each in observables().items() if each.ensemble != "independent"])
 def test_its_numbers_are_those_of_an_ensemble_of_that_size(
     until: xr.Dataset, fixed: dict[int, xr.Dataset], name: str, part: str
 ) -> None:

@@ -6,12 +6,15 @@ import numpy as np
 import pytest
 import xarray as xr
 
+from solver.view import with_error
 from study.dataset.collection.ensemble import ensemble_variables, observables, over_members
 from study.dataset.variables import scalars
+from study.figures.sweep.points import points_of
 from study.manifest.cases import MEMBER
 from study.plan.tasks import KINDS
+from study.report.summary import scalar_table
 
-EXPONENT = "slips_scaling_exponent"
+EXPONENT = "slips_exponent"
 FOUND = [2.39, math.nan, 3.11, math.nan, 2.45, math.nan, math.nan, 3.08]
 
 
@@ -20,10 +23,11 @@ def campaign(values: list[float], stated: float) -> xr.Dataset:
     each = np.ones(len(values))
     columns = {
         "outcome": np.full(len(values), "completed", object),
+        "message": np.full(len(values), "", object),
         "record_spacings": 2.0 * each,
         "events": 1000.0 * each,
         EXPONENT: np.array(values),
-        f"{EXPONENT}_uncertainty": np.where(np.isnan(values), math.nan, stated),
+        f"{EXPONENT}_fit_error": np.where(np.isnan(values), math.nan, stated),
     }
     variables = {name: xr.Variable((MEMBER,), put) for name, put in columns.items()}
     return xr.Dataset(variables | ensemble_variables(variables), {MEMBER: np.arange(len(values))})
@@ -41,6 +45,18 @@ def test_an_exponents_error_is_the_scatter_of_the_members_that_have_one() -> Non
     student = 3.182446 / 2.0  # of three degrees of freedom, 95 of 100: from a table
     assert mean == pytest.approx(values.mean(), rel=1e-15)
     assert error == pytest.approx(student * values.std(ddof=1) / 2.0, rel=1e-6)
+
+
+def test_tables_and_figures_show_it_and_no_error_of_a_fit() -> None:
+    """Of an exponent of which a member alone states none."""
+    dataset = campaign(FOUND, 0.08)
+    (row,) = scalar_table(dataset).rows
+    mean, error = shown(FOUND)
+    assert f"{with_error(mean, error)} (4 of 8)" in row
+    assert points_of(over_members(dataset), EXPONENT).errors.tolist() == [error]
+    assert f"{EXPONENT}_fit_error" not in over_members(dataset)
+    (row,) = scalar_table(dataset.isel({MEMBER: [0]}).squeeze(MEMBER)[["outcome", "message", EXPONENT]]).rows
+    assert "2.39" in row
 
 
 def test_of_one_member_that_has_a_value_no_error_is_known() -> None:
@@ -66,5 +82,6 @@ def test_whatever_states_an_error_of_its_own_makes_an_ensemble() -> None:
     stated = {
         each.name for kind in KINDS for each in scalars(kind).values() if each.uncertainty.endswith("_uncertainty")
     }
-    assert EXPONENT in stated
+    assert EXPONENT not in stated
+    assert "stick_slip_period" in stated
     assert stated <= set(observables())

@@ -1,8 +1,12 @@
-"""Tables of sizes quote the dataset: an exponent where a power law holds over a decade, and nowhere else."""
+"""Tables of sizes quote the dataset: an exponent where a power law is not refused, and nowhere else."""
+
+import numpy as np
+import pytest
 
 from solver.sliding.distributions.events import DISCRETE
-from study.figures.further.chains import names, numbers_of
-from study.figures.further.sizes import LEAST_DECADES, PANELS, SHARES, claims, draw
+from solver.sliding.distributions.power_law import SIGNIFICANT
+from study.figures.further.chains import names, numbers_of, steady_sizes
+from study.figures.further.sizes import BROAD, PANELS, SHARES, claims, draw
 from tests.study.figures.shipped_small import small
 
 CAMPAIGN = "figures/chain"
@@ -16,21 +20,48 @@ def test_every_size_is_drawn_of_every_case() -> None:
     assert all(len(axes.lines) >= len(names(small(CAMPAIGN))) for axes in drawn)
 
 
-def test_an_exponent_is_stated_where_a_decade_supports_it() -> None:
-    """Also of a dataset in which one size has a range of two decades and another of none, as here they are given."""
+def test_the_legend_names_the_cases_and_no_power_law() -> None:
     dataset = small(CAMPAIGN).copy()
-    dataset["slips_scaling_decades"] = dataset["slips_scaling_decades"] * 0.0 + 2.0
-    dataset["slips_scaling_exponent"] = dataset["slips_scaling_exponent"].fillna(0.0) * 0.0 + 1.25
-    dataset["slips_scaling_exponent_uncertainty"] = dataset["slips_scaling_exponent"] * 0.0 + 0.03
-    dataset["drop_scaling_decades"] = dataset["drop_scaling_decades"] * 0.0
+    dataset["slips_goodness"] = dataset["slips_goodness"] * 0.0 + 0.5
+    (legend,) = draw(dataset).legends
+    assert [text.get_text() for text in legend.get_texts()] == list(names(dataset).values())
+
+
+def test_an_exponent_is_stated_unless_its_power_law_is_refused() -> None:
+    """Also of a dataset in which one size is a power law and another is none, as here they are given."""
+    dataset = small(CAMPAIGN).copy()
+    dataset["slips_goodness"] = dataset["slips_goodness"] * 0.0 + 0.5
+    dataset["drop_goodness"] = dataset["drop_goodness"] * 0.0
     rows = {claim.meaning: claim for claim in claims(dataset)}
     assert len(rows) == len(names(dataset)) * len(PANELS) + len(SHARES)
-    assert rows["slab: slips"].found.startswith("1.25 ± 0.03 from ")
-    assert rows["slab: drop"].found == "no power law"
-    for number, name in names(dataset).items():
-        for size in PANELS:
-            decades = float(numbers_of(dataset, number)[f"{size}_scaling_decades"])
-            assert ("±" in rows[f"{name.replace('$', '')}: {size}"].found) == (decades >= LEAST_DECADES)
+    drawn = dict(zip(PANELS, draw(dataset).axes, strict=False))
+    for size, axes in drawn.items():
+        stated = 0
+        for number, name in names(dataset).items():
+            scalars, row = numbers_of(dataset, number), rows[f"{name.replace('$', '')}: {size}"]
+            fitted = bool(scalars[f"{size}_goodness"] >= SIGNIFICANT)
+            assert row.found == (f"{float(scalars[f'{size}_exponent']):.3g}" if fitted else "no power law")
+            assert f"goodness {float(scalars[f'{size}_goodness']):.2g}, " in row.remark
+            stated += fitted
+        assert sum(line.get_linewidth() == BROAD for line in axes.lines) == stated
+    assert "±" not in "".join(row.found for row in rows.values())
+
+
+def test_a_broad_line_is_the_density_of_the_largest_sizes() -> None:
+    """Its integral from the cut-off on is their share of all, 1 % less what lies beyond the largest of hundreds."""
+    dataset = small(CAMPAIGN).copy()
+    dataset["step_goodness"] = dataset["step_goodness"] * 0.0 + 0.5
+    lines = [
+        line for line in list(draw(dataset).axes)[list(PANELS).index("step")].lines if line.get_linewidth() == BROAD
+    ]
+    assert len(lines) == len(names(dataset))
+    for line, number in zip(lines, names(dataset), strict=True):
+        scalars, values = numbers_of(dataset, number), steady_sizes(dataset, number).step
+        (first, last), (high, _) = line.get_xdata(), line.get_ydata()
+        exponent, tail = float(scalars["step_exponent"]), float(scalars["step_tail"])
+        above = high * first / (exponent - 1.0)
+        assert above == pytest.approx(tail / np.count_nonzero(values > 0.0), rel=1e-9)
+        assert (first, last) == (float(scalars["step_cutoff"]), np.nanmax(values))
 
 
 def test_shares_are_percentages_of_the_slab_and_each_chain() -> None:
