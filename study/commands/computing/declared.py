@@ -9,7 +9,7 @@ from study.commands.shared.arguments import CAMPAIGN, JSON, OUT
 from study.commands.shared.group import cli
 from study.commands.shared.lazy import work
 from study.execution.interruption import GRACE
-from study.results.shard import Shard
+from study.results.shard import MOST, Shard
 
 
 class ShardText(click.ParamType[Shard]):
@@ -113,7 +113,9 @@ def merge(**given: object) -> None:
     help="Settings of the cluster: a changed copy of site.toml [default: the one that comes with nanoslip]",
 )
 @click.option(
-    "--shards", type=click.IntRange(min=1), help="Number of small jobs in an array; one job more merges their results."
+    "--shards",
+    type=click.IntRange(1, MOST),
+    help="Number of small jobs in an array; one job more merges their results.",
 )
 @click.option("--submit", is_flag=True, help="Submit the scripts by sbatch.")
 def submit(**given: object) -> None:

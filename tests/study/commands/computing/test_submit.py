@@ -32,6 +32,12 @@ def test_settings_without_a_template_beside_them_use_the_one_that_comes_with_nan
     assert "#SBATCH --ntasks=7" in campaign.with_name("job.sh").read_text()
 
 
+def test_an_array_has_no_more_jobs_than_a_run_takes_shards(main: Main, campaign: Path) -> None:
+    code, _, said = main("submit", campaign, "--out", campaign.parent, "--shards", 1_000_000)
+    assert (code, "1000000 is not in the range 1<=x<=999999" in said) == (2, True)
+    assert not campaign.with_name("array.sh").exists()
+
+
 def test_an_array_and_the_job_that_merges_are_handed_over_one_behind_the_other(
     main: Main, campaign: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
