@@ -25,9 +25,6 @@ LATEST: Final = 0.95
 """Part of the time of an undisturbed run after which nothing is killed any more."""
 
 
-KILLED_BY_LAUNCHER: Final = (9, 10, 15, 130, 137)
-"""Exit codes of launchers one of whose ranks was killed, or that end by a signal themselves."""
-
 OURS: Final = re.compile(r'nanoslip\.py", line \d+, in main')
 """Where nanoslip hears Ctrl-C. While Python itself starts, the last words are Python's."""
 
@@ -87,12 +84,16 @@ def race(number: int, seed: int, campaigns: list[Undisturbed], folder: Path) -> 
             found.finished = len(written(out))
         time.sleep(0.002)
     found.went_on_in = time.monotonic() - killed if found.killed else 0.0
-    found.code = next((code for rival in rivals for code in rival.codes if code not in (0, WRONG_INPUT)), 0)
+    # Well, refused as the other is at work, or told to stop; and what was hit as the signal has it.
+    others = [code for rival in rivals for code in rival.codes if code not in (0, WRONG_INPUT, INTERRUPTED)]
+    found.code = next(iter(others), max((code for rival in rivals for code in rival.codes), default=0))
+    if len(others) > found.killed:
+        found.broken.append(f"exit codes {others}")
     for rival in rivals:
         rival.end()
         _told(found, rival.said)
-        if unlawful := set(rival.codes) - _lawful(found) or {0} - set(rival.codes[-1:]):
-            found.broken.append(f"exit codes {rival.codes}, among them {unlawful}: {rival.words()[-300:]!r}")
+        if rival.codes[-1:] != [0]:
+            found.broken.append(f"not done, exit codes {rival.codes}: {rival.words()[-300:]!r}")
     if (dataset := out / file.FILE).exists() and dataset.read_bytes() != whole.dataset:
         found.broken.append("another dataset")
     found.broken += [*remains(out), *_twice(found, whole.written, written(out))]
@@ -102,12 +103,6 @@ def race(number: int, seed: int, campaigns: list[Undisturbed], folder: Path) -> 
 def _meant(target: str, mark: str, hit: Rival) -> list[int]:
     """The processes of a launch that are meant."""
     return sorted(processes.found(target, f"{mark} {hit.said.suffix}", hit.running.pid))
-
-
-def _lawful(found: Trial) -> set[int]:
-    """How a launch may end: well, refused as the other one is at work, told to stop, or killed."""
-    killed = {-found.sent, found.sent, 128 + found.sent, *KILLED_BY_LAUNCHER}
-    return {0, WRONG_INPUT, INTERRUPTED} | (killed if found.killed else set())
 
 
 def _moment(drawn: random.Random, whole: Undisturbed, out: Path) -> Callable[[], bool]:
