@@ -1,6 +1,7 @@
 """What a task can do to the process that computes it, each fault by its name, and the programs that do it."""
 
 import ctypes
+import dataclasses
 import itertools
 import os
 import re
@@ -253,7 +254,8 @@ def campaign_executor(argument: tuple[Path, dict[float, str]]) -> Execute[Task]:
         if name is not None:
             returned: Any = FAULTS[name].act()
             if FAULTS[name].is_result:
-                return returned  # type: ignore[no-any-return]
+                own = isinstance(returned, TaskResult)
+                return dataclasses.replace(returned, key=task.key) if own else returned  # type: ignore[no-any-return]
         return run_task(task, inputs)
 
     real.run_task = run  # type: ignore[attr-defined]  # this process is a child that computes
