@@ -39,7 +39,7 @@ ORDER = {
     "study.manifest": "parameters problems columns drives manifest checker named_files drive_tables reader "
     "effects cases one_case",
     "study.discretization": "front targets",
-    "study.plan": "task keys cost kinds tasks influence ensemble case_tasks order budget plan standing size outlook flags spans "
+    "study.plan": "task keys cost kinds tasks influence ensemble case_tasks order plan standing size outlook flags spans "
     "memory",
     "study.plan.cost": "condensation sliding seconds arrays drive",
     "study.plan.ensemble": "batches expected",

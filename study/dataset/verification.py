@@ -16,7 +16,6 @@ One wrong number in a file is never taken for either.
 import hashlib
 import itertools
 import json
-import math
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import fields, replace
 from pathlib import Path
@@ -33,7 +32,7 @@ from study.dataset.groups import loaded
 from study.dataset.pair import Finding, Pair, Shared, finding_of, place_of
 from study.dataset.variables import OUTCOMES
 from study.manifest.cases import CampaignCase
-from study.manifest.manifest import BOUGHT_BY, Manifest
+from study.manifest.manifest import Manifest
 from study.manifest.reader import parse_manifest
 from study.origin import Origin, computing
 from study.plan.influence.table import load_influences
@@ -83,20 +82,14 @@ def _untouched(path: Path, facts: Mapping[str, Any], beside: Mapping[str, str]) 
 
 
 def _planned(manifest: Manifest, facts: Mapping[str, Any], path: Path) -> Plan:
-    """The plan, with what was chosen then: this package's own front and estimates may choose otherwise now."""
-    if manifest.accuracy is None and manifest.budget is None:
+    """The plan, with what was chosen then: this package's own front may choose otherwise now."""
+    if manifest.accuracy is None:
         return make_plan(manifest)
     try:
         chosen = dict(json.loads(facts[file.CHOSEN]))
     except (KeyError, ValueError, TypeError):
-        raise NotVerifiableError(
-            f"{path}: {file.CHOSEN}: missing or damaged: needs what its accuracy or budget chose"
-        ) from None
-    limits = {name: chosen.pop(name) for name in (BOUGHT_BY,) if name in chosen}
-    numerics, limits = {**manifest.numerics, **chosen}, {**manifest.limits, **limits}
-    # An error that a budget bought is not in the file; that there was one is what the dataset says.
-    accuracy = math.nan if manifest.accuracy is None and chosen else manifest.accuracy
-    return plan_of(replace(manifest, accuracy=accuracy, numerics=numerics, limits=limits))
+        raise NotVerifiableError(f"{path}: {file.CHOSEN}: missing or damaged: needs what its accuracy chose") from None
+    return plan_of(replace(manifest, numerics={**manifest.numerics, **chosen}))
 
 
 def other_software(found: xr.Dataset) -> str:

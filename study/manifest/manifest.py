@@ -1,7 +1,6 @@
 """The content of a campaign file as frozen values."""
 
 import itertools
-import re
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, field, fields
 from pathlib import Path
@@ -20,10 +19,6 @@ STAGES: tuple[Stage, ...] = get_args(Stage)
 MOST_MEMBERS = 10_000
 KNOWABLE: dict[str, Stage] = {"plateau_mean": "slip", "static_friction": "dynamics", "kinetic_friction": "dynamics"}
 """Variable of the dataset that an ensemble can be asked to know -> the stage that yields it."""
-BOUGHT = "plateau_mean"
-"""The one of them that a budget buys, as longer records know it better."""
-BOUGHT_BY = "target_uncertainty"
-"""The parameter that a budget decides for it."""
 FIRST_MEMBERS = 4
 """Of an ensemble that gets members until it knows enough: each further batch is as many as there are."""
 MOST_DOUBLED = 8192
@@ -41,11 +36,6 @@ def is_share(value: Any) -> bool:
 
 def _is_whole(value: Any) -> bool:
     return isinstance(value, int) and not isinstance(value, bool)
-
-
-def _require_whole(name: str, value: Any, most: int) -> None:
-    if not (_is_whole(value) and 1 <= value <= most):
-        raise InvalidInput(f"{name} = {shown(value)}: needs a whole number from 1 to {most}")
 
 
 @dataclass(frozen=True, slots=True)
@@ -99,7 +89,8 @@ class Ensemble:
     observable: str = "plateau_mean"
 
     def __post_init__(self) -> None:
-        _require_whole("members", self.members, MOST_MEMBERS)
+        if not (_is_whole(self.members) and 1 <= self.members <= MOST_MEMBERS):
+            raise InvalidInput(f"members = {shown(self.members)}: needs a whole number from 1 to {MOST_MEMBERS}")
         observable: Any = self.observable
         if not isinstance(observable, str) or observable not in KNOWABLE:
             raise InvalidInput(f"observable = {shown(observable)}: needs one of {', '.join(KNOWABLE)}")
@@ -131,36 +122,6 @@ class Ensemble:
 def halving(number: int) -> float:
     """0, 1/2, 1/4, 3/4, 1/8, 5/8, …: the first 2, 4, 8, … of them are spread evenly (its bits mirrored: van der Corput)."""
     return int(f"{number:b}"[::-1], 2) / 2.0 ** number.bit_length()
-
-
-@dataclass(frozen=True, slots=True)
-class Budget:
-    """Time that a campaign may take, for which the best accuracy is bought.
-
-    time: a number and a unit: `90 s`, `10 min`, `2 h`, `1 d`. ranks: processes that compute.
-    """
-
-    time: str
-    ranks: int = 1
-
-    def __post_init__(self) -> None:
-        if not isinstance(self.time, str) or not _TIME.fullmatch(self.time) or not self.seconds:
-            raise InvalidInput(
-                f'time = {shown(self.time)}: needs a time, as "90 s", "10 min", "2 h" or "1 d": {_DIGITS}'
-            )
-        _require_whole("ranks", self.ranks, MOST_RANKS)
-
-    @property
-    def seconds(self) -> float:
-        """The time in s."""
-        number, unit = self.time.split()
-        return float(number) * _SECONDS[unit]
-
-
-MOST_RANKS = 10**6
-_DIGITS = "above 0, with at most nine digits before and nine after the point"
-_SECONDS = {"s": 1.0, "min": 60.0, "h": 3600.0, "d": 86400.0}
-_TIME = re.compile(r"\d{1,9}(\.\d{1,9})? (s|min|h|d)")
 
 
 @dataclass(frozen=True, slots=True)
@@ -216,8 +177,6 @@ class Manifest:
     """File of the measured front to choose the discretization from; None for the one that comes with this package."""
     front_text: str | None = None
     """Text of that file."""
-    budget: Budget | None = None
-    """Time to be spent on the best accuracy that it buys."""
     tolerated: Tolerated | None = None
     """What may be left out of the cases; None: nothing but what the file leaves out itself."""
     drive_axes: Mapping[str, tuple[Value, ...]] = field(default_factory=dict)

@@ -16,11 +16,8 @@ from solver.drive import Scales
 from study.manifest.columns import Columns, Given, PinProfile, read_text
 from study.manifest.drive_tables import AXES, Drives, read_drives
 from study.manifest.manifest import (
-    BOUGHT,
-    BOUGHT_BY,
     KNOWABLE,
     STAGES,
-    Budget,
     Design,
     Ensemble,
     Manifest,
@@ -66,15 +63,10 @@ _TOP: dict[str, tuple[type | tuple[type, ...], str]] = {
     "accuracy": ((int, float), "a relative error, 0 < accuracy < 1"),
     "front": (str, "the path of what nanoslip accuracy --save wrote, seen from the campaign file"),
     "axes": (dict, "a table [axes]"),
-    **{name: (dict, f"a table [{name}]") for name in (*TABLES, "scales", "outputs", "ensemble", "budget")},
+    **{name: (dict, f"a table [{name}]") for name in (*TABLES, "scales", "outputs", "ensemble")},
     "drives": (list, "tables [[drives]]"),
     AXES: (dict, f"a table [{AXES}]"),
 }
-
-
-def _one_entry(time: Any = "1 s", ranks: Any = 1) -> Budget:
-    """A budget with one of its entries; the other one is right."""
-    return Budget(time, ranks)
 
 
 def _texts(value: Any) -> bool:
@@ -139,25 +131,6 @@ def _ensemble(files: NamedFiles, content: dict[str, Any], stages: tuple[Stage, .
     return Ensemble(**{**({"members": MEMBERS} if "uncertainty" in good else {}), **good})
 
 
-def _budget(files: NamedFiles, top: dict[str, Any], given: Columns, stages: tuple[Stage, ...]) -> Budget | None:
-    """What may be spent. What it buys is refused beside it: certain plateaus, or a fine grid where nothing slides."""
-    if "budget" not in top:
-        return None
-    bought = (BOUGHT_BY,) if "slip" in stages else settings()
-    for column in (column for word, column in given.items() if words()[word] in bought):
-        files.problems.append(f"{column[0].where}: needs to be left out beside budget, which buys it")
-    if "slip" not in stages and "accuracy" in top:
-        files.refuse("accuracy", "needs to be left out beside budget, which buys it")
-    asked = top.get("ensemble", {}).get("observable", BOUGHT)
-    if "slip" in stages and asked != BOUGHT and asked in list(KNOWABLE):
-        wrong = f"needs {shown(BOUGHT)} beside budget, which buys nothing else, or no budget: more members buy it"
-        files.refuse(f"ensemble.observable = {shown(asked)}", wrong)
-    good = files.checked("budget", top["budget"], _one_entry, field_names(Budget))
-    if "time" not in top["budget"]:
-        files.refuse("budget.time", 'missing: needs a time, as "10 min"')
-    return Budget(**good) if "time" in good else None
-
-
 SECONDS: Final = "seconds"
 """Key of [limits] that limits no case, but how long a task may take."""
 LEAST_SECONDS: Final = 0.1
@@ -166,7 +139,7 @@ OTHERS: Final = {"limits": (SECONDS,), "effects": tuple(_TOLERATED)}
 """Table -> its keys that are no parameters of a case."""
 
 
-KEYS_OF_FILES: Final = frozenset((*_TOP, "name", *field_names(Budget), *itertools.chain(*OTHERS.values())))
+KEYS_OF_FILES: Final = frozenset((*_TOP, "name", *itertools.chain(*OTHERS.values())))
 """Keys that a campaign has beside the parameters of its cases, their ensembles, drives and outputs."""
 
 
@@ -216,7 +189,6 @@ class _Reader(NamedFiles):
             accuracy=accuracy,
             front=self.path.parent / top["front"] if "front" in top else None,
             front_text=self.measured("front", top),
-            budget=_budget(self, top, {**given, **fixed["numerics"], **fixed["limits"]}, stages),
             tolerated=tolerated,
         )
         if self.problems:

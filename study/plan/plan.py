@@ -12,7 +12,6 @@ from study.garbage import all_kept
 from study.manifest.cases import CampaignCase, Heard, cases_of, expanding
 from study.manifest.manifest import Manifest
 from study.origin import Origins, foreign_among
-from study.plan.budget import estimated, spent
 from study.plan.case_tasks import TasksOfCases
 from study.plan.ensemble.batches import Batches
 from study.plan.influence.campaign import Decider, tolerance_of
@@ -124,24 +123,11 @@ def make_plan(manifest: Manifest, heard: Heard = lambda _: None) -> Plan:
     heard: hears the number of cases so far, again and again.
     """
     with all_kept():
-        return plan_of(spelled_out(manifest), heard)
-
-
-def spelled_out(manifest: Manifest) -> Manifest:
-    """The manifest with what its budget buys, and with the numerics that are chosen for its accuracy. Raises ManifestError."""
-    budget = manifest.budget
-    if budget is not None:
-
-        def estimate(tried: Manifest) -> float:
-            plan = make_plan(tried)
-            return estimated(plan.cases, plan.tasks, budget.ranks)
-
-        manifest = spent(manifest, estimate)
-    return replace(settled(manifest), budget=budget)
+        return plan_of(settled(manifest), heard)
 
 
 def plan_of(manifest: Manifest, heard: Heard = lambda _: None) -> Plan:
-    """The plan of a manifest that is spelled out already."""
+    """The plan of a manifest whose grid is chosen already."""
     with all_kept():
         planning = Planning(manifest)
         while planning.go_on():
@@ -153,7 +139,7 @@ class Planning:
     """A plan in the making, some cases at a time. What is planned stays as it is, whatever cases follow."""
 
     def __init__(self, manifest: Manifest, tasks: bool = True, numbers: range | None = None) -> None:
-        """manifest: spelled out. tasks: whether they are wanted, and not their keys alone: those take half of the time.
+        """manifest: with its grid chosen. tasks: whether they are wanted, and not their keys alone: those take half of the time.
 
         numbers: of the cases, where not all are wanted; whether two of the campaign are the same is not looked at then.
         """

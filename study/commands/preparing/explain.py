@@ -10,6 +10,7 @@ from study.commands.shared.choice import assignments, chosen
 from study.commands.shared.exits import Refusal
 from study.commands.shared.refusals import refusals
 from study.discretization.front import load_front
+from study.discretization.targets import settled
 from study.execution.forecast import duration
 from study.manifest.cases import CampaignCase, expand
 from study.manifest.manifest import Manifest, Tolerated
@@ -20,7 +21,6 @@ from study.plan.influence.length import COUNTS, TOLD_BY_LENGTH, WHOLE_LENGTH
 from study.plan.influence.limits import limits_of
 from study.plan.influence.omissions import OMISSIONS
 from study.plan.influence.scene import GROUPS, GROUPS_OF_DRIVES, OBSERVABLES, Scene
-from study.plan.plan import spelled_out
 from study.report.columns import Table
 from study.report.console import print_sentences, print_table, say
 
@@ -31,7 +31,7 @@ USUAL = 0.01
 def work(campaign: Path, parameters: tuple[str, ...]) -> None:
     """Print groups, effects, accuracy and cost of the case of a campaign that has these parameters."""
     with refusals():
-        manifest = spelled_out(read(campaign))
+        manifest = settled(read(campaign))
         asked = manifest.tolerated is not None
         if not asked:
             manifest = _with_a_tolerance(manifest)

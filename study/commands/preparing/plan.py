@@ -16,8 +16,6 @@ from study.execution.launch import cores
 from study.manifest.cases import CampaignCase
 from study.manifest.drives import CampaignDrive
 from study.manifest.effects import effects
-from study.manifest.manifest import Budget
-from study.plan.budget import said, seconds_on
 from study.plan.ensemble.expected import expected_of, likely
 from study.plan.flags import expected_lines
 from study.plan.influence.account import accounts, times_cheaper
@@ -83,18 +81,8 @@ def _cases(plan: Plan) -> Iterator[str]:
         yield f"{len(manifest.drives)} drives of each case, {impossible} of them refused"
     if manifest.accuracy is not None and (grid := choice(manifest)):
         yield f"accuracy = {manifest.accuracy:g}: {grid}"
-    if manifest.budget is not None:
-        time = duration(seconds_on(plan.tasks, manifest.budget.ranks))
-        on = f"{manifest.budget.time} on {counted(manifest.budget.ranks, 'rank')}"
-        yield f"budget of {on}: buys {said(manifest)}, about {time}{_unspent(plan, manifest.budget)}"
     if left_out := manifest.drives_left_out:
         yield f'drives left out, as stages leave out "dynamics": {", ".join(left_out)}'
-
-
-def _unspent(plan: Plan, budget: Budget) -> str:
-    """Why a budget is not spent; the next uncertainty that is tried takes at most twice the time, where records can reach it."""
-    left = "slip" in plan.manifest.stages and seconds_on(plan.tasks, budget.ranks) < budget.seconds / 2.0
-    return "; more buys nothing, as some records are not expected to know more within their limits" if left else ""
 
 
 def _left_out(plan: Plan) -> Iterator[str]:

@@ -107,7 +107,7 @@ def print_summary(dataset: xr.Dataset) -> None:
 
 
 def _chosen(dataset: xr.Dataset) -> Iterator[str]:
-    """What a campaign that asks for an error, or has a budget, got for it."""
+    """The grid that was chosen for a campaign's `accuracy`."""
     if file.CHOSEN in dataset.attrs:
         found = json.loads(dataset.attrs[file.CHOSEN])
         yield f"chosen: {', '.join(f'{name} = {value}' for name, value in found.items())}"

@@ -29,11 +29,11 @@ from study.dataset.file import CHOSEN, FORMAT, INFLUENCES, VERSION
 from study.dataset.groups import carrying
 from study.dataset.variables import SOFTWARE, Group, all_groups
 from study.discretization.front import Front, load_front
+from study.discretization.targets import chosen
 from study.manifest.cases import Heard, same
 from study.manifest.manifest import Manifest
 from study.manifest.problems import ManifestError
 from study.origin import Origin
-from study.plan.budget import bought
 from study.plan.influence.table import load_influences
 from study.plan.tasks import needed_kinds
 from study.results.store import Store
@@ -86,7 +86,7 @@ def _attributes(manifest: Manifest, front: Front, counts: Mapping[Origin, int]) 
         "manifest_front": manifest.front_text,
         "manifest_influences": tolerated.influences_text if tolerated else None,
         INFLUENCES: str(load_influences(tolerated.influences, tolerated.influences_text)) if tolerated else None,
-        CHOSEN: json.dumps(found) if (found := bought(manifest)) else None,
+        CHOSEN: json.dumps(grid) if manifest.accuracy is not None and (grid := chosen(manifest)) else None,
     }
     return {
         FORMAT: VERSION,

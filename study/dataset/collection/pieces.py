@@ -4,9 +4,10 @@ from collections.abc import Iterator, Mapping
 from typing import Final, Protocol
 
 from solver.outcome import Outcome
+from study.discretization.targets import settled
 from study.manifest.cases import count_of
 from study.manifest.manifest import Manifest
-from study.plan.plan import Plan, Planning, plan_of, spelled_out
+from study.plan.plan import Plan, Planning, plan_of
 
 CASES: Final = 4096
 """Of a piece, about."""
@@ -35,7 +36,7 @@ class InPieces:
 
     def __init__(self, manifest: Manifest) -> None:
         """Raises ManifestError."""
-        self.manifest: Manifest = spelled_out(manifest)
+        self.manifest: Manifest = settled(manifest)
 
     @property
     def count(self) -> int:

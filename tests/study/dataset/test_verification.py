@@ -150,9 +150,6 @@ DESIGNS = {
     "a tolerance": SMALL + "[effects]\nwithin = 0.1\n",
     "a tolerance by other influences": SMALL.replace("n_x = 17", "n_x = 33") + TOLERANT,
     "a tolerance with an accuracy": "accuracy = 0.004\n" + RECORDS.replace("n_x = 17", "") + TOLERANT,
-    "a tolerance with a budget": RECORDS.replace("n_x = 17", "").replace(', "slip"', "")
-    + TOLERANT
-    + '[budget]\ntime = "1 s"\n',
     "a table": (
         'table = "../far/cases.csv"\n' + RECORDS.replace(RECORDS[RECORDS.index("[axes]") : RECORDS.index("[num")], "")
     ),

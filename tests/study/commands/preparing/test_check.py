@@ -85,15 +85,6 @@ AT_ONCE = {
         'stages = ["slip"]\n[effects]\nwithin = 0.1\nobservables = ["plateau_mean", "kinetic_friction"]\n',
         ('stages = ["slip"]: ', 'effects.observables = "kinetic_friction": '),
     ),
-    "a budget, and what it does not buy": (
-        '[budget]\ntime = "1 h"\nranks = 0\n[limits]\nuncertainty = 0.1\n[ensemble]\nmembers = 8\nuncertainty = 0.01\n'
-        'observable = "static_friction"\n[[drives]]\nname = "a"\n',
-        ("budget.ranks = 0: ", 'ensemble.observable = "static_friction": ', "limits.uncertainty: needs to be left out"),
-    ),
-    "a budget, and a grid that it buys": (
-        'stages = ["contact"]\naccuracy = 0.1\n[numerics]\nn_x = 33\n[budget]\ntime = "soon"\n',
-        ('budget.time = "soon": ', "numerics.n_x: needs to be left out beside b", "accuracy: needs", "beside accuracy"),
-    ),
     "an accuracy, and a grid beside it": (
         "accuracy = 2\n[numerics]\nn_x = 33\n",
         ("accuracy = 2: ", "numerics.n_x: needs to be left out beside accuracy"),

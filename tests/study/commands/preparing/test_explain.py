@@ -87,17 +87,6 @@ def test_the_lengths_of_record_and_drives_stand_with_the_effects(main, tolerant)
     assert {kept[name][0] for name in of_lengths} == {"on"}
 
 
-def test_what_a_budget_buys_is_what_is_explained(main, campaign):
-    campaign.write_text(SMALL.replace("events = 60\n", "") + '[budget]\ntime = "10 s"\n')
-    told = []
-    for text_of_it in (campaign.read_text(), SMALL.replace("events = 60", "uncertainty = 0.1")):
-        campaign.write_text(text_of_it)
-        code, said, _ = main("explain", campaign, *SELECTED)
-        assert code == 0
-        told.append(float(rows(said)["length of the record"][0]))
-    assert told[0] < told[1]  # ten seconds buy more than the least
-
-
 def test_contacts_alone_have_no_record_to_be_limited_by(main, campaign):
     campaign.write_text(SMALL.split("[[drives]]")[0].replace(', "slip", "dynamics"', ""))
     code, said, _ = main("explain", campaign, *SELECTED)
