@@ -39,11 +39,9 @@ ORDER = {
     "study.manifest": "parameters problems columns drives manifest checker named_files drive_tables reader "
     "effects cases one_case",
     "study.discretization": "front targets",
-    "study.plan": "task keys cost kinds tasks influence ensemble case_tasks order plan standing size outlook flags spans "
-    "memory",
+    "study.plan": "task keys cost kinds tasks ensemble case_tasks order plan standing size outlook flags spans memory",
     "study.plan.cost": "condensation sliding seconds arrays drive",
     "study.plan.ensemble": "batches expected",
-    "study.plan.influence": "scene omissions table length choice decision campaign account limits",
     "study.plan.standing": "endings outline",
     "study.plan.kinds": "kind compliance contact record statistics states drive ensemble",
     "study.results": "whole_file lines entry own logs attempts runs store lease shard merging",
@@ -52,7 +50,7 @@ ORDER = {
     "agreement",
     "study.dataset.collection": "counted ensemble members ragged pieces layout column coordinates table makers entering collect",
     "study.dataset.agreement": "matching verdicts facts",
-    "study.dataset.access": "selection single accessor tidy placement concatenation fewer_teeth grid_share",
+    "study.dataset.access": "selection single accessor tidy placement concatenation grid_share",
     "study.execution": "launch interruption program queue forecast progress ledger dispatch farms compiling executor failures "
     "journal batch",
     "study.execution.compiling": "sawtooth miniatures warm_up",
@@ -66,15 +64,14 @@ ORDER = {
     "study.figures.frames": "moments drawing film",
     "study.figures.reproduction": "punch records resolution drive stick motion scores choices",
     "study.figures.further": "findings modulation continuum chains sizes correlations nodes stick_slip_map friction_map schemes",
-    "study.accuracy": "timing digits lengths setup diagram elastic_operator slip_numerics integrators influence picture table "
+    "study.accuracy": "timing digits lengths setup diagram elastic_operator slip_numerics integrators picture table "
     "measurement",
-    "study.accuracy.influence": "scenes ensembles measurement judgement verdict picture",
     "study.commands": "shared preparing running computing looking judging cli",
     "study.commands.running": "order finished killed broken_off remaining head_start planning conduct",
     "study.commands.preparing": "declared campaigns new check plan explain",
     "study.commands.computing": "declared run status collect merge submit",
     "study.commands.looking": "declared report figure show try frames",
-    "study.commands.judging": "declared export compare verify describe accuracy effects",
+    "study.commands.judging": "declared export compare verify describe accuracy",
     "study.commands.shared": "exits refusals lazy arguments group machine plans glance datasets sources choice one_case",
 }
 """Folder -> what is in it, from the first to the last; `__init__` of a folder may import all of it."""

@@ -20,19 +20,15 @@ from study.dataset.variables import (
     DRIVE,
     DRIVE_NAME,
     EVENT_DROP,
-    LEFT_OUT,
-    LENGTH_ERRORS,
     MEMBERS_USED,
     MEMBERS_WITH_CYCLE,
     OUTCOMES,
     SOFTWARE,
     all_groups,
     companions,
-    influences,
     parameters,
     scalars,
 )
-from study.plan.influence.scene import OF_DRIVES
 from study.plan.tasks import KINDS
 
 CASES = "cases"
@@ -186,10 +182,10 @@ def _line(variable: Described) -> str:
 
 def _all() -> Iterator[Described]:
     ending, message = OUTCOMES[""]
-    own = (CASE_ID, ending, message, COMPUTED_BY[""], DISCRETIZATION_ERROR, ADVICE, LEFT_OUT[""], LENGTH_ERRORS[""])
+    own = (CASE_ID, ending, message, COMPUTED_BY[""], DISCRETIZATION_ERROR, ADVICE)
     yield from _of("the case", CASES, own)
     for kind in KINDS:
-        head = (*OUTCOMES[DRIVE], COMPUTED_BY[DRIVE], LEFT_OUT[DRIVE], LENGTH_ERRORS[DRIVE]) if kind == DRIVE else ()
+        head = (*OUTCOMES[DRIVE], COMPUTED_BY[DRIVE]) if kind == DRIVE else ()
         dims = f"{CASES}, drive" if kind == DRIVE else CASES
         yield from _of(_GROUPS.get(kind, kind), dims, (*head, *scalars(kind).values(), *companions(kind).values()))
     for group in all_groups().values():
@@ -197,8 +193,6 @@ def _all() -> Iterator[Described]:
     yield from _of("the ensemble", f"{CASES} without member", (MEMBERS_USED, MEMBERS_WITH_CYCLE))
     for observable in observables().values():
         yield from _of("the ensemble", f"{CASES} without member", ensemble_quantities(observable).values())
-    for name, quantity in influences().items():
-        yield from _of("what is left out", f"{CASES}, drive" if name in OF_DRIVES else CASES, (quantity,))
     yield from _of("parameters", "where they vary", (DRIVE_NAME, *parameters().values()))
     for group in all_groups().values():
         counts = [series[0].count for series in group.samples.values()]

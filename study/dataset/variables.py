@@ -21,7 +21,6 @@ from solver.sliding.validity import Validity
 from study.manifest.cases import MEMBER
 from study.manifest.drives import NamedDrive, drive_parameters
 from study.origin import Origin
-from study.plan.influence.scene import OBSERVABLES
 from study.plan.kinds.kind import Ragged, declared
 from study.plan.tasks import KINDS
 
@@ -168,30 +167,6 @@ COMPUTED_BY = {
     DRIVE: Quantity("drive_computed_by", "software of the dynamic stage", "", comment=_BY_NAME),
 }
 """As `OUTCOMES`: the variables that say which software a result stems from, its inputs' included."""
-
-LEFT_OUT: Final = {
-    "": Quantity(
-        "left_out", "effects left out of the case", "", comment="within the campaign's tolerance; empty: none"
-    ),
-    DRIVE: Quantity("drive_left_out", "effects left out of the drive", "", comment="as left_out"),
-}
-"""As `OUTCOMES`: the variables that say what a campaign with a tolerance left out."""
-
-_ENOUGH: Final = "relative standard error, of a campaign with a tolerance; NaN: computed to the whole length"
-LENGTH_ERRORS: Final = {
-    "": Quantity("length_error_allowed", "length error that ended the record", comment=_ENOUGH),
-    DRIVE: Quantity("drive_length_error_allowed", "length error that ended the drive", comment=_ENOUGH),
-}
-"""As `OUTCOMES`: the variables that say what of a tolerance was spent on shorter records and drives."""
-
-
-@cache  # asked for every case
-def influences() -> dict[str, Quantity]:
-    """Observable -> the variable with its expected change by the effects that are left out."""
-    return {name: Quantity(f"{name}_influence", f"expected change of {name}", comment=_CHANGE) for name in OBSERVABLES}
-
-
-_CHANGE = "relative, by all that is left out; from measured influences, NaN where those are not known"
 
 SOFTWARE: Final = (
     Quantity("software", "name of the software", "", comment="a hash of what is known of it"),

@@ -35,14 +35,13 @@ from study.manifest.cases import CampaignCase
 from study.manifest.manifest import Manifest
 from study.manifest.reader import parse_manifest
 from study.origin import Origin, computing
-from study.plan.influence.table import load_influences
 from study.plan.plan import Plan, make_plan, plan_of
 from study.plan.standing.endings import NOTHING_KNOWN, PENDING
 from study.plan.task import Task
 from study.provenance import UNKNOWN
 from study.results.store import Store, StoreError
 
-_BESIDE: Final = ("table", "roughness", "front", "influences")
+_BESIDE: Final = ("table", "roughness", "front")
 """Keys of a manifest that name a file, whose text is the attribute manifest_<key>."""
 _BOM: Final = b"\xef\xbb\xbf"
 
@@ -62,11 +61,6 @@ def rebuilt(found: xr.Dataset, path: Path) -> Plan:
     manifest = replace(parse_manifest(path, str(facts["manifest"]), beside), sha256=str(facts["manifest_sha256"]))
     if manifest.drives and OUTCOMES["drive"][0].name not in found:
         raise NotVerifiableError(f"{path}: {OUTCOMES['drive'][0].name}: missing: needs how its drives ended")
-    if tolerated := manifest.tolerated:
-        known = str(load_influences(tolerated.influences, tolerated.influences_text))
-        if known != facts.get(file.INFLUENCES):
-            wrong = f"was decided from {facts.get(file.INFLUENCES, 'unknown influences')}, here are {known}"
-            raise NotVerifiableError(f"{path}: what its cases leave out {wrong}: needs the version that computed it")
     return _planned(manifest, facts, path)
 
 

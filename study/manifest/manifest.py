@@ -1,7 +1,7 @@
 """The content of a campaign file as frozen values."""
 
 import itertools
-from collections.abc import Iterable, Mapping
+from collections.abc import Mapping
 from dataclasses import dataclass, field, fields
 from pathlib import Path
 from typing import Any, Literal, get_args
@@ -11,7 +11,7 @@ from solver.drive import Scales
 from solver.outcome import InvalidInput, quoted
 from study.manifest.drives import CampaignDrive
 from study.manifest.parameters import Value
-from study.manifest.problems import ManifestError, shown
+from study.manifest.problems import shown
 
 Stage = Literal["contact", "slip", "dynamics"]
 Design = Literal["product", "zip", "table"]
@@ -125,22 +125,6 @@ def halving(number: int) -> float:
 
 
 @dataclass(frozen=True, slots=True)
-class Tolerated:
-    """What may be left out of the cases: every effect whose influence on what is asked for is small enough."""
-
-    within: float
-    """Largest relative change of what is asked for, by all that is left out together, 0 to 1."""
-    observables: tuple[str, ...] = ()
-    """What is asked for: variables of the dataset; empty where the stages decide."""
-    keep: tuple[str, ...] = ()
-    """Effects that are never left out."""
-    influences: Path | None = None
-    """File of measured influences; None for the one that comes with this package."""
-    influences_text: str | None = None
-    """Text of that file."""
-
-
-@dataclass(frozen=True, slots=True)
 class Manifest:
     """A checked campaign. Parameters are listed by field name, their values have the declared type."""
 
@@ -177,8 +161,6 @@ class Manifest:
     """File of the measured front to choose the discretization from; None for the one that comes with this package."""
     front_text: str | None = None
     """Text of that file."""
-    tolerated: Tolerated | None = None
-    """What may be left out of the cases; None: nothing but what the file leaves out itself."""
     drive_axes: Mapping[str, tuple[Value, ...]] = field(default_factory=dict)
     """Parameter of a drive -> its values."""
     drives_left_out: tuple[str, ...] = ()
@@ -194,14 +176,6 @@ class Manifest:
         """The parameters that the tables give, by field name: the same for all cases."""
         tables = (self.constants, self.numerics, self.slip_rule, self.effects, self.heterogeneity, self.limits)
         return {name: value for table in tables for name, value in table.items()}
-
-
-class WrongManifestError(ManifestError):
-    """A campaign file is wrong. `manifest` is what is right of it, for whoever looks for further problems; never computed."""
-
-    def __init__(self, lines: Iterable[str], manifest: Manifest) -> None:
-        super().__init__(lines)
-        self.manifest = manifest
 
 
 def _increasing(value: Any) -> bool:

@@ -8,7 +8,7 @@ import hashlib
 import itertools
 import math
 import tomllib
-from collections.abc import Callable, Mapping
+from collections.abc import Mapping
 from pathlib import Path
 from typing import Any, Final
 
@@ -23,8 +23,6 @@ from study.manifest.manifest import (
     Manifest,
     Outputs,
     Stage,
-    Tolerated,
-    WrongManifestError,
     field_names,
     is_share,
 )
@@ -43,7 +41,7 @@ def parse_manifest(path: Path, text: str, beside: Mapping[str, str]) -> Manifest
     """The same from texts, without reading any file. Raises ManifestError with one line per problem.
 
     path: name of the campaign file for messages. beside: texts of the files that it names, by the keys that name them (`table`,
-    `roughness`, `front`, `influences`).
+    `roughness`, `front`).
     """
     return _Reader(path, beside).manifest(text.encode(), text, _document(path, text))
 
@@ -67,47 +65,6 @@ _TOP: dict[str, tuple[type | tuple[type, ...], str]] = {
     "drives": (list, "tables [[drives]]"),
     AXES: (dict, f"a table [{AXES}]"),
 }
-
-
-def _texts(value: Any) -> bool:
-    return isinstance(value, list) and bool(value) and all(isinstance(each, str) for each in value)
-
-
-_TOLERATED: Final[dict[str, tuple[Callable[[Any], bool], str]]] = {
-    "within": (is_share, "a relative change, 0 < within < 1"),
-    "observables": (_texts, "a list of variables of the dataset"),
-    "keep": (_texts, "a list of effects"),
-    "influences": (
-        lambda value: isinstance(value, str),
-        "the path of what nanoslip effects --save wrote, seen from the file",
-    ),
-}
-"""Keys of [effects] that are no effects: whether a value is right, and what is needed."""
-_ANY_SHARE: Final = 0.5
-"""In place of a tolerance that is refused, so that what stands beside it can be looked at."""
-
-
-def _tolerated(files: NamedFiles, top: dict[str, Any]) -> Tolerated | None:
-    """What may be left out; the keys that say so are taken from their table, whose others are effects."""
-    table = dict(top.get("effects", {}))
-    top["effects"] = {key: value for key, value in table.items() if key not in _TOLERATED}
-    given = {key: value for key, value in table.items() if key in _TOLERATED}
-    wrong = [key for key, value in given.items() if not _TOLERATED[key][0](value)]
-    for key in wrong:
-        files.refuse(f"effects.{key} = {shown(given[key])}", f"needs {_TOLERATED[key][1]}")
-    if given and "within" not in given:
-        files.refuse(f"effects.{next(iter(given))}", "needs within = 0.01, or another tolerance, beside it")
-    text = None if "influences" in wrong else files.measured("influences", given)
-    if not given:
-        return None
-    right = {key: value for key, value in given.items() if key not in wrong}
-    return Tolerated(
-        float(right.get("within", _ANY_SHARE)),
-        tuple(right.get("observables", ())),
-        tuple(right.get("keep", ())),
-        files.path.parent / right["influences"] if "influences" in right else None,
-        text,
-    )
 
 
 MEMBERS: Final = 16
@@ -135,7 +92,7 @@ SECONDS: Final = "seconds"
 """Key of [limits] that limits no case, but how long a task may take."""
 LEAST_SECONDS: Final = 0.1
 """Least time that a task may be given: a task may be over before a shorter one has been looked at."""
-OTHERS: Final = {"limits": (SECONDS,), "effects": tuple(_TOLERATED)}
+OTHERS: Final = {"limits": (SECONDS,)}
 """Table -> its keys that are no parameters of a case."""
 
 
@@ -152,7 +109,6 @@ class _Reader(NamedFiles):
         given = table.columns if table else self._axes(top.get("axes", {}))
         profile = self.profile(top.get("heterogeneity", {}))
         seconds = self._task_seconds(top)
-        tolerated = _tolerated(self, top)
         fixed = self._tables(top, profile)
         self.one_place(given, fixed)
         accuracy = self._accuracy(top, {**given, **fixed["numerics"]})
@@ -189,10 +145,9 @@ class _Reader(NamedFiles):
             accuracy=accuracy,
             front=self.path.parent / top["front"] if "front" in top else None,
             front_text=self.measured("front", top),
-            tolerated=tolerated,
         )
         if self.problems:
-            raise WrongManifestError(self.problems, result)
+            raise ManifestError(self.problems)
         return result
 
     def _tables(self, top: dict[str, Any], profile: PinProfile | None) -> dict[str, Columns]:

@@ -2,10 +2,9 @@
 
 import itertools
 from collections.abc import Collection, Mapping, Sequence
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, replace
 from typing import Final
 
-from solver.case import Case
 from solver.outcome import UNDONE, Ending, Outcome
 from study.discretization.targets import settled
 from study.garbage import all_kept
@@ -14,8 +13,6 @@ from study.manifest.manifest import Manifest
 from study.origin import Origins, foreign_among
 from study.plan.case_tasks import TasksOfCases
 from study.plan.ensemble.batches import Batches
-from study.plan.influence.campaign import Decider, tolerance_of
-from study.plan.influence.decision import Decision, Tolerance
 from study.plan.kinds.ensemble import NAME as OF_ENSEMBLES
 from study.plan.kinds.kind import Wanted
 from study.plan.order import longest_chain_first
@@ -36,15 +33,10 @@ class Plan:
 
     manifest: Manifest
     cases: tuple[CampaignCase, ...]
-    """As they are computed: where there is a tolerance, without what it leaves out."""
     tasks: tuple[Task, ...]
     """Each distinct task once: needs first, then the longest chain of work first."""
     case_tasks: TasksOfCases
     """case_id -> its tasks."""
-    tolerance: Tolerance | None = None
-    """What may be left out of the cases."""
-    decisions: Mapping[str, Decision] = field(default_factory=dict)
-    """case_id -> what is left out of it, where there is a tolerance; nothing of a case that is refused."""
 
     @property
     def count(self) -> int:
@@ -55,11 +47,6 @@ class Plan:
         """The plan of the cases of these numbers, without tasks."""
         cases = self.cases[numbers.start : numbers.stop]
         return replace(self, cases=cases, tasks=(), case_tasks=self.case_tasks.part(numbers))
-
-    def asked(self, case: CampaignCase) -> Case | None:
-        """A case of the plan with all that its campaign asks for; None where it is refused."""
-        found = self.decisions.get(case.case_id)
-        return found.asked if found else case.case
 
     def remaining(self, finished: Collection[str]) -> tuple[Task, ...]:
         """Tasks still to do, in order, given the keys that are finished.
@@ -149,8 +136,6 @@ class Planning:
         self._of_cases = TasksOfCases()
         self._kinds = [kind for kind in KINDS.values() if kind.needed(manifest)]
         self._found: dict[str, Task] = {}
-        self._tolerance = tolerance_of(manifest)
-        self._decider = Decider(manifest, self._tolerance) if self._tolerance else None
         self._batches = Batches(manifest)
 
     @property
@@ -172,14 +157,10 @@ class Planning:
         """The plan of what is planned. It takes over the tasks: memory is what limits its size."""
         tasks = list(self._found.values())
         self._found.clear()
-        decisions = self._decider.decisions if self._decider else {}
-        cases = tuple(self._of_cases.cases)
-        return Plan(self._manifest, cases, longest_chain_first(tasks), self._of_cases, self._tolerance, decisions)
+        return Plan(self._manifest, tuple(self._of_cases.cases), longest_chain_first(tasks), self._of_cases)
 
     def _add(self, cases: list[CampaignCase]) -> None:
         """More cases: their tasks, estimated and labelled; none of one that is refused."""
-        if self._decider:
-            cases = [self._decider.decided(case) for case in cases]
         wanted = [self._batches.waiting(case, self._wanted(case)) for case in cases]
         for case, its in zip(cases, wanted, strict=True) if self._tasks_wanted else ():
             for each in its:
@@ -192,8 +173,7 @@ class Planning:
     def _wanted(self, case: CampaignCase) -> list[Wanted]:
         if case.case is None:
             return []
-        manifest = self._decider.manifest_of(case) if self._decider else self._manifest
-        return [wanted for kind in self._kinds for wanted in kind.tasks(case.case, manifest)]
+        return [wanted for kind in self._kinds for wanted in kind.tasks(case.case, self._manifest)]
 
     def _planned(self, wanted: Wanted, campaign_case: CampaignCase) -> Task:
         seconds, memory, disk = estimate(wanted.task)

@@ -7,7 +7,6 @@ from typing import Any, Final
 import xarray as xr
 
 from solver.view import with_error
-from study.dataset.access.fewer_teeth import REGIME, footnote, starred
 from study.dataset.collection.counted import in_short, joined
 from study.dataset.collection.ensemble import ensemble_name, observables
 from study.dataset.collection.members import fewer, means_of
@@ -41,20 +40,21 @@ def case_table(case: xr.Dataset) -> tuple[Table, list[str]]:
             missing.append(name)
         else:
             meaning, unit = _meaning_and_unit(each)
-            number = starred(case)[0] if name == REGIME else _shown(value, _uncertainty(case, each))
-            rows.append((name, f"{number} {unit}".rstrip() + fewer(case, name), meaning))
+            rows.append(
+                (name, f"{_shown(value, _uncertainty(case, each))} {unit}".rstrip() + fewer(case, name), meaning)
+            )
     return Table(("quantity", "value", "meaning"), tuple(rows), labels=2, prose=True), missing
 
 
 def ending_lines(case: xr.Dataset) -> Iterator[str]:
-    """Outcomes of a case and its drive with their messages, advice for validity flags, and the meaning of signs."""
+    """Outcomes of a case and its drive with their messages, advice for validity flags, and of how many members means are."""
     for label, (ending, message) in zip(("outcome", "drive"), (OUTCOMES[""], OUTCOMES["drive"]), strict=True):
         if ending.name in case and not case[ending.name].dims:
             why = joined(str(case[message.name].item()))
             yield f"{label}: {case[ending.name].item()}" + (f": {why}" if why else "")
     if "advice" in case and (advice := joined(str(case["advice"].item()))):
         yield f"advice: {advice}"
-    yield from filter(None, (footnote(case), means_of(case)))
+    yield from filter(None, [means_of(case)])
 
 
 def _scalars(case: xr.Dataset) -> Iterator[tuple[str, xr.DataArray]]:

@@ -9,7 +9,6 @@ import numpy as np
 import xarray as xr
 from matplotlib.ticker import EngFormatter
 
-from study.dataset.access.fewer_teeth import REGIME, footnote, starred
 from study.dataset.collection.counted import without_numbers
 from study.dataset.collection.ensemble import NOT_NEEDED, over_members
 from study.dataset.collection.members import ends_of, members_of
@@ -76,14 +75,13 @@ def _ending(what: str, word: str, count: int, messages: list[str]) -> Ending:
 
 
 def regimes(dataset: xr.Dataset) -> str:
-    """Number of drives in each regime, and the meaning of a sign; empty where all have the same regime."""
-    if REGIME not in dataset:
+    """Number of drives in each regime; empty where all have the same regime."""
+    if "regime" not in dataset:
         return ""
-    counts = Counter(starred(dataset))
+    counts = Counter(word for word in dataset["regime"].values.ravel().tolist() if word)
     if len(counts) < 2:
         return ""
-    found = ", ".join(f"{count} {word.replace('_', '-')}" for word, count in counts.most_common())
-    return "; ".join(filter(None, (found, footnote(dataset))))
+    return ", ".join(f"{count} {word.replace('_', '-')}" for word, count in counts.most_common())
 
 
 def accuracy(dataset: xr.Dataset) -> Iterator[str]:

@@ -15,15 +15,12 @@ from solver.outcome import Ending
 from solver.quantity import GRID_ERROR
 from solver.sliding.validity import flags_in
 from solver.view import with_error
-from study.dataset.access.fewer_teeth import REGIME, footnote, starred
 from study.dataset.collection.counted import in_short, is_counted, without_numbers
 from study.dataset.collection.ensemble import NOT_NEEDED, ensemble_name, ensemble_quantities, observables, over_members
 from study.dataset.collection.members import counter_of, fewer
 from study.dataset.texts import are_texts
 from study.dataset.variables import (
     DRIVE,
-    LEFT_OUT,
-    LENGTH_ERRORS,
     MEMBERS_USED,
     OUTCOMES,
     VALIDITY,
@@ -123,11 +120,9 @@ def scalar_table(dataset: xr.Dataset, why: bool = True, most: int = MOST_ROWS) -
 
 
 def _asked(dataset: xr.Dataset) -> list[str]:
-    """What a campaign was computed for: the number that decides how many members it has, those whose error it bounds, else
-    what its last stage is for.
-    """
+    """What a campaign was computed for: the number that decides how many members it has, and what its last stage is for."""
     manifest = tomllib.loads(dataset.attrs.get("manifest", ""))
-    named = [manifest.get("ensemble", {}).get("observable", ""), *manifest.get("effects", {}).get("observables", ())]
+    named = [manifest.get("ensemble", {}).get("observable", "")]
     stage = _DRIVEN[:2] if "drive_outcome" in dataset else ("plateau_mean",) if "plateau_mean" in dataset else ()
     return list(dict.fromkeys(filter(None, (*named, *stage))))
 
@@ -145,23 +140,6 @@ def flag_summary(dataset: xr.Dataset) -> list[str]:
         return words({name: here[name].item() for name in varying})
 
     return flag_lines(masks.values.ravel().tolist(), first if masks.size > 1 else lambda _: "")
-
-
-def left_out_summary(dataset: xr.Dataset) -> list[str]:
-    """A line of the effects that a campaign's tolerance left out, of how many cases and drives; and one of shorter records."""
-    found, shorter = [], []
-    for kind, what, runs in (("", "cases", "records"), (DRIVE, "drives", "drives")):
-        if LEFT_OUT[kind].name in dataset:
-            texts = dataset[LEFT_OUT[kind].name].values.ravel().tolist()
-            counts = Counter(effect for text in texts if text for effect in text.split(", "))
-            found += [f"{effect} ({count} of {len(texts)} {what})" for effect, count in counts.items()]
-        if LENGTH_ERRORS[kind].name in dataset:
-            errors = np.isfinite(dataset[LENGTH_ERRORS[kind].name].values)
-            shorter += [f"{int(errors.sum())} of {errors.size} {runs}"] if errors.any() else []
-    regimes = ", and regimes are those without it" if "regime" in dataset else ""
-    lines = [f"left out: {', '.join(found)}; what that is expected to change is part of ±{regimes}"] if found else []
-    lines += [f"shorter, as the tolerance allows it: {', '.join(shorter)}"] if shorter else []
-    return lines + list(filter(None, [footnote(dataset)]))
 
 
 def short_summary(dataset: xr.Dataset) -> list[str]:
@@ -237,10 +215,10 @@ def _failure(outcomes: xr.DataArray, numbers: list[int], messages: list[str]) ->
 
 def drive_summary(dataset: xr.Dataset) -> list[str]:
     """Number of drives by outcome and by regime; nothing where the table shows as few at a glance."""
-    endings = [name for name in ("drive_outcome", REGIME) if name in dataset and dataset[name].size > FEW]
+    endings = [name for name in ("drive_outcome", "regime") if name in dataset and dataset[name].size > FEW]
     lines = []
     for name in endings:
-        counts = Counter(starred(dataset) if name == REGIME else dataset[name].values.ravel().tolist())
+        counts = Counter(dataset[name].values.ravel().tolist())
         said = ", ".join(f"{count} {word}" for word, count in counts.most_common() if word)
         if said:
             lines.append(f"{name} of {dataset[name].size} drives: {said}")
@@ -303,7 +281,7 @@ def _varying(dataset: xr.Dataset, dims: tuple[Any, ...]) -> list[Any]:
 
 def _cell(values: xr.Dataset, name: str) -> str:
     if values[name].dtype.kind in "OUT":
-        return "".join(starred(values) if name == REGIME else str(values[name].item())) or "–"
+        return str(values[name].item()) or "–"
     value, error = float(values[name]), _UNCERTAINTY.get(name, "")
     if math.isnan(value):
         return "–"

@@ -3,7 +3,6 @@
 import itertools
 from collections import Counter
 from collections.abc import Iterator
-from dataclasses import asdict
 from pathlib import Path
 from typing import Any
 
@@ -18,8 +17,6 @@ from study.manifest.drives import CampaignDrive
 from study.manifest.effects import effects
 from study.plan.ensemble.expected import expected_of, likely
 from study.plan.flags import expected_lines
-from study.plan.influence.account import accounts, times_cheaper
-from study.plan.influence.decision import Tolerance
 from study.plan.memory import shortages
 from study.plan.outlook import outlook_of
 from study.plan.plan import Plan
@@ -57,9 +54,6 @@ def _print(found: Standing, ranks: int, show_effects: bool) -> None:
         print_sentences(
             [f"effects that are off or vary: {', '.join(off) or 'none'} (--effects says what that leaves out)"]
         )
-    print_sentences(_left_out(plan))
-    if show_effects and plan.tolerance:
-        print_table(_accounts(plan, plan.tolerance))
     _print_counts(found)
     outlook = outlook_of(plan)
     print_sentences([_time(found, ranks), *_ensembles(found), _disk(plan), *filter(None, [span_line(outlook)])])
@@ -83,31 +77,6 @@ def _cases(plan: Plan) -> Iterator[str]:
         yield f"accuracy = {manifest.accuracy:g}: {grid}"
     if left_out := manifest.drives_left_out:
         yield f'drives left out, as stages leave out "dynamics": {", ".join(left_out)}'
-
-
-def _left_out(plan: Plan) -> Iterator[str]:
-    """What the campaign's tolerance leaves out, and what that saves."""
-    if plan.tolerance is None or not plan.decisions:
-        return
-    found = accounts(plan.decisions.values(), plan.tolerance.columns)
-    said = ", ".join(f"{each.effect} ({each.left_out} of {each.having})" for each in found if each.left_out)
-    within = f"within {plan.tolerance.within:g} of {', '.join(plan.tolerance.asked_for)}"
-    times = times_cheaper(tuple(plan.decisions.values()))
-    yield f"left out {within}: {said or 'nothing'}" + (f"; about {times:.2g} times cheaper" if said else "")
-
-
-def _accounts(plan: Plan, tolerance: Tolerance) -> Table:
-    rows = [
-        (
-            each.effect,
-            f"{each.left_out} of {each.having}",
-            f"{each.influence:.2g}" if each.left_out else "",
-            duration(each.saves) if each.left_out else "",
-            each.reason,
-        )
-        for each in accounts(plan.decisions.values(), tolerance.columns)
-    ]
-    return Table(("effect", "left out", "changes, at most", "saves alone", "else"), tuple(rows), 1, prose=True)
 
 
 def _print_counts(found: Standing) -> None:
@@ -201,7 +170,6 @@ def _data(found: Standing, ranks: int) -> dict[str, Any]:
         "disk_bytes": {"results": results, "dataset": dataset},
         "expected": expected_lines(plan, outlook_of(plan)),
         "does_not_fit": list(shortages(plan, found.remaining)),
-        "left_out": _accounts_data(plan),
         "foreign_results": len(found.foreign),
     }
 
@@ -209,12 +177,6 @@ def _data(found: Standing, ranks: int) -> dict[str, Any]:
 def _members_expected(plan: Plan) -> dict[str, int]:
     expected = expected_of(plan.cases, plan.manifest.ensemble)
     return expected._asdict() if expected else {}
-
-
-def _accounts_data(plan: Plan) -> dict[str, Any]:
-    if plan.tolerance is None:
-        return {}
-    return {each.effect: asdict(each) for each in accounts(plan.decisions.values(), plan.tolerance.columns)}
 
 
 def _unless_on(setting: str, text: str) -> str:

@@ -61,7 +61,7 @@ def _word(value: Value) -> str:
 
 
 def _keys(document: Mapping[str, Any]) -> Iterator[tuple[str, Any]]:
-    """The keys of a campaign file that are no parameters: `stages`, `ensemble.members`, `outputs.records`, `effects.within`."""
+    """The keys of a campaign file that are no parameters: `stages`, `ensemble.members`, `outputs.records`, `limits.seconds`."""
     for key, value in document.items():
         if isinstance(value, Mapping) and (key in TABLES or key not in _APART):
             known = words_of(key) if key in TABLES else ()

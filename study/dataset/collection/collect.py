@@ -25,7 +25,7 @@ from study.dataset.collection.makers import Makers, software, software_attribute
 from study.dataset.collection.pieces import Planned, pieces
 from study.dataset.collection.ragged import Runs
 from study.dataset.collection.table import Declared, Whole
-from study.dataset.file import CHOSEN, FORMAT, INFLUENCES, VERSION
+from study.dataset.file import CHOSEN, FORMAT, VERSION
 from study.dataset.groups import carrying
 from study.dataset.variables import SOFTWARE, Group, all_groups
 from study.discretization.front import Front, load_front
@@ -34,7 +34,6 @@ from study.manifest.cases import Heard, same
 from study.manifest.manifest import Manifest
 from study.manifest.problems import ManifestError
 from study.origin import Origin
-from study.plan.influence.table import load_influences
 from study.plan.tasks import needed_kinds
 from study.results.store import Store
 
@@ -79,13 +78,10 @@ def _runs(manifest: Manifest, folder: Path) -> list[Runs]:
 
 
 def _attributes(manifest: Manifest, front: Front, counts: Mapping[Origin, int]) -> dict[str, Any]:
-    tolerated = manifest.tolerated
     texts = {
         "manifest_table": manifest.table_text,
         "manifest_roughness": manifest.profile_text,
         "manifest_front": manifest.front_text,
-        "manifest_influences": tolerated.influences_text if tolerated else None,
-        INFLUENCES: str(load_influences(tolerated.influences, tolerated.influences_text)) if tolerated else None,
         CHOSEN: json.dumps(grid) if manifest.accuracy is not None and (grid := chosen(manifest)) else None,
     }
     return {

@@ -88,7 +88,7 @@ def values_in(plan: Plan, names: Sequence[str]) -> dict[str, Values]:
     which: list[int] = []
     own: list[tuple[Any, ...]] = []
     for case in plan.cases:
-        asked = plan.asked(case)
+        asked = case.case
         if asked is None:
             kind: Hashable = case.case_id
         else:

@@ -93,11 +93,9 @@ def _reduced(observable: Quantity, variables: Mapping[str, xr.Variable]) -> dict
     variable = variables[observable.name]
     values = _by_member(variable)
     nothing = 0.0 * variable
-    stated, inertia = (
+    stated, common = (
         _by_member(variables.get(name, nothing)) for name in (observable.uncertainty, observable.in_common)
     )
-    change = _by_member(variables.get(f"{observable.name}_influence", nothing)) * np.abs(values)
-    common = np.hypot(change, inertia)
     spans = _of_each(_by_member(variables["record_spacings"]), values.shape)
     drawn = _of_each(_by_member(variables.get(DRAWN, 0.0 * variables["record_spacings"])), values.shape)
     needed = _of_each(_members_last(variables[OUTCOME]) != NOT_NEEDED, values.shape)

@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 
 from solver.case import Case
 from solver.outcome import Outcome
-from solver.quantity import GRID_ERROR, Quantity, attributes
+from solver.quantity import Quantity, attributes
 from solver.sliding.validity import advice_on, flags_in
 from study.dataset.collection.layout import Layout
 from study.dataset.variables import (
@@ -20,21 +20,15 @@ from study.dataset.variables import (
     COMPUTED_BY,
     DISCRETIZATION_ERROR,
     DRIVE,
-    LEFT_OUT,
-    LENGTH_ERRORS,
     OUTCOMES,
     VALIDITY,
     Group,
     companions,
-    influences,
     scalars,
 )
 from study.manifest.manifest import Manifest
 from study.origin import NOBODY, Origins, stemming
 from study.plan.flags import flags_of
-from study.plan.influence.campaign import yielded
-from study.plan.influence.decision import Decision
-from study.plan.influence.scene import OBSERVABLES, OF_DRIVES
 from study.plan.kinds.kind import left_out
 from study.plan.standing.endings import PENDING
 from study.plan.task import TaskResult
@@ -86,10 +80,6 @@ class Declared:
                 self._declare(kind, ending, PENDING)
                 self._declare(kind, message, "")
                 self._declare(kind, COMPUTED_BY[kind], "")
-                if manifest.tolerated:
-                    self._declare(kind, LEFT_OUT[kind], "")
-                    if "record" in kinds:
-                        self._declare(kind, LENGTH_ERRORS[kind], np.nan)
         self._declare("", DISCRETIZATION_ERROR, np.nan)
         self._declare("", ADVICE, "")
         for kind in KINDS:
@@ -98,8 +88,6 @@ class Declared:
                 for name, quantity in (*scalars(kind).items(), *companions(kind).items()):
                     if name not in apart:
                         self._declare(kind, quantity, _nothing(quantity))
-        for name in yielded(manifest) if manifest.tolerated else ():
-            self._declare(DRIVE if name in OF_DRIVES else "", influences()[name], np.nan)
         for each in groups:
             self._declare(DRIVE if each.driven else "", each.id, "")
 
@@ -124,22 +112,10 @@ class Whole:
     def variables(self) -> dict[str, xr.Variable]:
         """All of them, by name."""
         layout, found = self._declared.layout, {}
-        for name, values in (self._values | self._less_certain()).items():
+        for name, values in self._values.items():
             dims = _lengths(layout.axes | layout.drive_axes if self._declared.driven[name] else layout.axes)
             shaped = values.reshape(tuple(dims.values()))
             found[name] = xr.Variable(tuple(dims), shaped, attributes(self._declared.quantities[name]))
-        return found
-
-    def _less_certain(self) -> dict[str, NDArray[Any]]:
-        """Uncertainties with what leaving effects out is expected to change: NaN where that is not known."""
-        found: dict[str, NDArray[Any]] = {}
-        for kind in KINDS:
-            for name, quantity in scalars(kind).items():
-                change = f"{quantity.name}_influence"
-                for each in (quantity, companions(kind).get(name)):
-                    if each and change in self._values and each.uncertainty not in ("", GRID_ERROR):
-                        size = self._values[change] * np.abs(self._values[each.name])
-                        found[each.uncertainty] = np.hypot(self._values[each.uncertainty], size)
         return found
 
 
@@ -176,18 +152,6 @@ class Table:
                 found.setdefault(name, []).append(result.origins or (NOBODY,))
         for name, parts in found.items():
             self.put(COMPUTED_BY[DRIVE if name else ""].name, place, name, _names(tuple(parts)))
-
-    def say_left_out(self, place: int, decision: Decision) -> None:
-        """Set what a campaign's tolerance left out of a case and its drives, and how much that is expected to change."""
-        for drive in ("", *decision.of_drives):
-            kind, error = DRIVE if drive else "", decision.length_error(drive)
-            self.put(LEFT_OUT[kind].name, place, drive, ", ".join(decision.left_out(drive)))
-            if error is not None:
-                self.put(LENGTH_ERRORS[kind].name, place, drive, error)
-            changes = dict(zip(OBSERVABLES, decision.influence(drive), strict=True))
-            for name, quantity in influences().items():
-                if quantity.name in self._declared.quantities and (name in OF_DRIVES) == bool(drive):
-                    self.put(quantity.name, place, drive, changes[name])
 
     def enter(self, place: int, case: Case, drive: str, result: TaskResult, by: Mapping[str, float]) -> None:
         """Set all scalars of a result. by: `Quantity.per` -> what a value is multiplied with."""

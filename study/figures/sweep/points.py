@@ -10,7 +10,6 @@ import xarray as xr
 from numpy.typing import NDArray
 
 from solver.quantity import GRID_ERROR
-from study.dataset.access.fewer_teeth import REGIME, with_fewer_teeth
 from study.dataset.access.grid_share import grid_share
 from study.dataset.access.selection import Places, places
 from study.dataset.collection.ensemble import over_members
@@ -41,8 +40,6 @@ class Points:
     """The coordinates in which cases differ."""
     flagged: NDArray[np.bool_]
     """Whether a validity flag says to take it with care."""
-    fewer_teeth: NDArray[np.bool_]
-    """Whether it is a regime with teeth left out."""
     members: NDArray[np.int64]
     """How many members of an ensemble each mean is of; -1 of what is no mean."""
     lacking: NDArray[np.bool_]
@@ -79,11 +76,10 @@ class Points:
         return replace(self, axes={name: each for name, each in self.axes.items() if name not in names})
 
     def columns(self) -> Columns:
-        """The points as a table: coordinates, value, uncertainty, members, whether flagged or with teeth left out."""
+        """The points as a table: coordinates, value, uncertainty, members, whether flagged."""
         errors = {} if self.text else {f"{self.name} uncertainty": self.errors}
-        fewer_teeth = {"teeth left out": self.fewer_teeth} if self.fewer_teeth.any() else {}
         members = {"members": self.members} if (self.members >= 0).any() else {}
-        return {**self.axes, self.name: self.values, **errors, **members, "flagged": self.flagged, **fewer_teeth}
+        return {**self.axes, self.name: self.values, **errors, **members, "flagged": self.flagged}
 
 
 def points_of(dataset: xr.Dataset, name: str, over: str = "") -> Points:
@@ -115,7 +111,6 @@ def points_of(dataset: xr.Dataset, name: str, over: str = "") -> Points:
         errors,
         axes,
         flags != 0,
-        _of_cases(found, with_fewer_teeth(found.root)) if name == REGIME else np.zeros(len(values), dtype=bool),
         members,
         (members > 0) & (members < used),
         tuple(name for name in zipped(dataset) if name in axes),

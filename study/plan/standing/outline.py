@@ -19,7 +19,6 @@ from study.discretization.front import load_front
 from study.garbage import all_kept
 from study.manifest.manifest import Manifest
 from study.origin import all_sources_hash
-from study.plan.influence.table import load_influences
 from study.plan.plan import Plan
 from study.plan.standing.endings import PENDING, after, as_its_case
 from study.plan.task import Task
@@ -45,10 +44,9 @@ def _after(kind: str) -> Codes:
 
 
 def asked(manifest: Manifest) -> str:
-    """A hash of all that decides a plan: the campaign's texts, the front, the influences, and this program."""
-    front, tolerated = load_front(manifest.front, manifest.front_text), manifest.tolerated
-    influences = str(load_influences(tolerated.influences, tolerated.influences_text)) if tolerated else None
-    texts = (manifest.text, manifest.table_text, manifest.profile_text, front.sha256, influences)
+    """A hash of all that decides a plan: the campaign's texts, the front, and this program."""
+    front = load_front(manifest.front, manifest.front_text)
+    texts = (manifest.text, manifest.table_text, manifest.profile_text, front.sha256)
     return content_hash(all_sources_hash(), manifest.path.name, *texts)
 
 

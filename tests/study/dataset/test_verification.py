@@ -14,13 +14,10 @@ from study.dataset.comparison import Verdict
 from study.discretization.front import Measured, as_text
 from study.manifest.problems import ManifestError
 from study.origin import computing
-from study.plan.influence import table
 from study.plan.tasks import Task, run_task
 from study.results.store import Store, StoreError
 from tests.conftest import SMALL
 from tests.study.dataset.verifying import RECORDS, computed, verdicts, verified
-from tests.study.plan.influence.made_up import SLIGHT
-from tests.study.plan.influence.made_up import text as influences_text
 
 
 def test_a_fresh_run_is_bit_identical_case_by_case(kept, tmp_path):
@@ -143,13 +140,7 @@ FRONT = as_text(
 )
 
 
-TOLERANT = '[effects]\nwithin = 0.01\ninfluences = "../far/influences.json"\n'
-
-
 DESIGNS = {
-    "a tolerance": SMALL + "[effects]\nwithin = 0.1\n",
-    "a tolerance by other influences": SMALL.replace("n_x = 17", "n_x = 33") + TOLERANT,
-    "a tolerance with an accuracy": "accuracy = 0.004\n" + RECORDS.replace("n_x = 17", "") + TOLERANT,
     "a table": (
         'table = "../far/cases.csv"\n' + RECORDS.replace(RECORDS[RECORDS.index("[axes]") : RECORDS.index("[num")], "")
     ),
@@ -176,7 +167,6 @@ def test_all_that_a_campaign_is_made_of_is_in_its_dataset(tmp_path, text):
         ("cases.csv", TABLE),
         ("rough.csv", ROUGH),
         ("front.json", FRONT),
-        ("influences.json", influences_text(SLIGHT)),
     ):
         (far / name).write_bytes(content.encode())
     path = computed(tmp_path / "campaign", text)
@@ -205,29 +195,6 @@ def test_a_front_that_was_measured_anew_chooses_nothing_and_judges_nothing(tmp_p
     monkeypatch.setattr("study.dataset.collection.collect.load_front", lambda *_: anew)
     monkeypatch.setattr("study.discretization.targets.load_front", lambda *_: anew)
     assert verdicts(verified(path, tmp_path)) == 5 * [Verdict.IDENTICAL]
-
-
-def test_what_was_decided_from_other_influences_is_refused_by_name(tmp_path, monkeypatch):
-    """Those that come with nanoslip may be measured anew: another version decides otherwise."""
-    path = computed(tmp_path / "campaign", SMALL + "[effects]\nwithin = 0.1\n")
-    (tmp_path / "influences.json").write_text(influences_text(SLIGHT))
-    anew = table.load_influences(tmp_path / "influences.json")
-    monkeypatch.setattr("study.plan.influence.table._shipped", lambda: anew)
-    with pytest.raises(StoreError, match=r"was decided from influences\.json, sha256 ") as refused:
-        verified(path, tmp_path)
-    assert str(refused.value).startswith(f"{path}: what its cases leave out")
-    assert anew.sha256 in str(refused.value)
-    assert "\n" not in str(refused.value)
-
-
-def test_influences_that_were_changed_in_the_dataset_are_refused(tmp_path):
-    (tmp_path / "far").mkdir()
-    (tmp_path / "far" / "influences.json").write_text(influences_text(SLIGHT))
-    path = computed(tmp_path / "campaign", RECORDS + TOLERANT)
-    with netCDF4.Dataset(path, "a") as opened:
-        opened.manifest_influences = influences_text(dict.fromkeys(SLIGHT, 2e-3))
-    with pytest.raises(StoreError, match="was decided from"):
-        verified(path, tmp_path)
 
 
 def test_other_software_is_named(altered):

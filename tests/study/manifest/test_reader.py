@@ -12,7 +12,7 @@ from study.manifest.drives import NamedDrive, drive_parameters
 from study.manifest.manifest import Manifest, Outputs, field_names
 from study.manifest.parameters import TABLES, words_of
 from study.manifest.problems import ManifestError
-from study.manifest.reader import OTHERS, SECONDS, load_manifest, parse_manifest
+from study.manifest.reader import SECONDS, load_manifest, parse_manifest
 from study.plan.plan import make_plan
 
 CAMPAIGNS = Path(__file__).parents[3] / "campaigns"
@@ -364,10 +364,10 @@ def test_the_reference_names_every_parameter() -> None:
     assert sorted(rows) == sorted([SECONDS, *(word for table in TABLES for word in words_of(table))])
 
 
-def test_the_reference_names_every_key_of_drives_outputs_and_tolerances() -> None:
+def test_the_reference_names_every_key_of_drives_and_outputs() -> None:
     text = "".join((CAMPAIGNS / name).read_text("utf-8") for name in ("keys.md", "targets.md"))
     rows = re.findall(r"^\| `(\w+)` \|", text, re.MULTILINE)
-    assert {"name", *drive_parameters(), *field_names(Outputs), *OTHERS["effects"]} <= set(rows)
+    assert {"name", *drive_parameters(), *field_names(Outputs)} <= set(rows)
 
 
 @pytest.mark.parametrize("path", sorted(CAMPAIGNS.rglob("*.toml")), ids=lambda path: path.stem)
@@ -433,3 +433,21 @@ def test_a_symbol_is_advised_to_be_its_parameter(line: str, advice: str) -> None
     with pytest.raises(ManifestError) as error:
         parse_manifest(Path("mine.toml"), f'title = "x"\n{line}\n', {})
     assert f"mine.toml: {advice}" in error.value.lines
+
+
+REMOVED = {
+    "budget": '[budget]\ntime = "10 min"\n',
+    "effects.within": "[effects]\nwithin = 0.01\n",
+    "effects.observables": '[effects]\nobservables = ["plateau_mean"]\n',
+    "effects.keep": '[effects]\nkeep = ["teeth"]\n',
+    "effects.influences": '[effects]\ninfluences = "mine.json"\n',
+}
+
+
+@pytest.mark.parametrize("key", REMOVED)
+def test_a_key_of_older_campaigns_is_answered_with_one_message(tmp_path: Path, key: str) -> None:
+    (tmp_path / "old.toml").write_text('title = "old"\n' + REMOVED[key])
+    with pytest.raises(ManifestError) as refused:
+        load_manifest(tmp_path / "old.toml")
+    (line,) = refused.value.lines
+    assert f"old.toml: {key} = " in line

@@ -60,11 +60,3 @@ def test_a_unit_stands_behind_its_number_as_people_write_it():
     table, _ = case_table(one_case(data, {"intrinsic_friction": "0.25"}))
     assert ("peak_friction", "0.2 W/(L_x·L_y)", "largest pressure") in table.rows
     assert ("final_friction", "0.1 N/m", "meaning of final_friction") in table.rows
-
-
-def test_a_regime_with_fewer_teeth_has_a_star_and_a_line():
-    words = {"long_name": "what the pin does"}
-    case = xr.Dataset({"regime": ((), "slides", words), "drive_left_out": ((), "teeth", words)})
-    table, _ = case_table(case)
-    assert table.rows[0][:2] == ("regime", "slides*")
-    assert list(ending_lines(case)) == ["*: regime with teeth or fine_teeth left out, all teeth may give another"]

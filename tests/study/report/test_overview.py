@@ -96,13 +96,3 @@ def test_what_all_pins_do_alike_needs_no_count() -> None:
 
     assert of("slides", "stick_slip", "slides", "") == "2 slides, 1 stick-slip"
     assert of("slides", "slides", "") == overview.regimes(xr.Dataset()) == ""
-
-
-def test_regimes_with_fewer_teeth_have_a_star() -> None:
-    data = xr.Dataset({"regime": ("case", ["slides", "slides", "stick_slip"])})
-    assert overview.regimes(data) == "2 slides, 1 stick-slip"
-    starred = data.assign(drive_left_out=("case", ["teeth", "", ""]))
-    assert overview.regimes(starred) == (
-        "1 slides*, 1 slides, 1 stick-slip; *: "
-        "regime with teeth or fine_teeth left out, all teeth may give another (1 of 3 drives)"
-    )

@@ -167,16 +167,6 @@ def test_the_answer_stands_before_what_is_behind_it(failing):
     assert places == sorted(places)
 
 
-def test_a_sign_in_the_table_is_explained_above_it() -> None:
-    dims = made_up()["static_friction"].dims
-    texts = {"regime": ["slides", "slides"], "drive_left_out": ["teeth", ""]}
-    columns = {name: (dims, np.array(each, dtype=object).reshape(2, 1)) for name, each in texts.items()}
-    cases = report_page.page(made_up().assign(columns), []).partition("<h2>Cases</h2>")[2]
-    note, _, table = cases.partition("<table")
-    assert "*: regime with teeth or fine_teeth left out" in note
-    assert "<td>slides*</td>" in table
-
-
 def test_a_dataset_of_words_alone_has_a_table_and_no_figures(tmp_path):
     only = made_up()[["outcome", "message"]]
     assert summary.scalar_table(only).header == ("μ_i", "outcome")

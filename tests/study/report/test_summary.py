@@ -11,7 +11,6 @@ from study.report.summary import (
     FEW,
     drive_summary,
     failure_summary,
-    left_out_summary,
     scalar_table,
     short_summary,
     words,
@@ -179,26 +178,6 @@ def test_a_list_of_cases_is_labelled_by_what_its_author_lists_and_not_by_what_fo
     assert scalar_table(found).header[:3] == ("R/L_x", "n_x", "a/L_x")
 
 
-def test_what_is_left_out_is_one_line_with_counts() -> None:
-    texts = {
-        "left_out": ("case", ["", "roughness"]),
-        "drive_left_out": (("case", "drive"), [["teeth", ""], ["", "teeth"]]),
-    }
-    assert left_out_summary(xr.Dataset(texts)) == [
-        "left out: roughness (1 of 2 cases), teeth (2 of 4 drives); what that is expected to change is part of ±"
-    ]
-    assert left_out_summary(xr.Dataset({"left_out": ("case", ["", ""])})) == []
-    errors = {
-        "length_error_allowed": ("case", [np.nan, 0.003]),
-        "drive_length_error_allowed": (("case", "drive"), [[0.001, 0.002], [np.nan, 0.003]]),
-    }
-    assert left_out_summary(xr.Dataset(errors)) == [
-        "shorter, as the tolerance allows it: 1 of 2 records, 3 of 4 drives"
-    ]
-    assert left_out_summary(xr.Dataset({"length_error_allowed": ("case", [np.nan])})) == []
-    assert left_out_summary(xr.Dataset()) == []
-
-
 def ensembles(errors: list[float], used: list[int], asked: str = "uncertainty = 0.01") -> xr.Dataset:
     """Ensembles of at most 8 members over the load, whose plateaus are 0.5 and known so well."""
     load = ("normal_load",)
@@ -226,26 +205,6 @@ def test_ensembles_that_know_enough_are_unfinished_or_were_asked_for_nothing_are
     assert short_summary(ensembles([0.02], [8], asked="members = 8")) == []
     assert short_summary(ensembles([0.02], [8], asked='uncertainty = 0.01\nobservable = "static_friction"')) == []
     assert short_summary(xr.Dataset()) == []
-
-
-def without_teeth() -> xr.Dataset:
-    """The drives over axes, of which all that slide but the first were computed without teeth."""
-    found = over_axes()
-    texts = np.array([[["", "", "teeth"], ["inertia, teeth", "", "inertia"]]], dtype=object)
-    return found.assign(drive_left_out=(found.regime.dims, texts))
-
-
-def test_a_regime_with_fewer_teeth_has_a_star_in_the_table_which_a_line_explains() -> None:
-    table = scalar_table(without_teeth())
-    column = table.header.index("regime")
-    assert [row[column] for row in table.rows] == ["sticks", "slides", "slides*", "slides*", "–", "stick_slip"]
-    *_, last = left_out_summary(without_teeth())
-    assert last == "*: regime with teeth or fine_teeth left out, all teeth may give another (2 of 6 drives)"
-
-
-def test_regimes_with_fewer_teeth_are_counted_apart() -> None:
-    many = xr.concat([without_teeth()] * 10, "pin_mass", data_vars="all")
-    assert drive_summary(many)[1] == "regime of 60 drives: 20 slides*, 10 sticks, 10 slides, 10 stick_slip"
 
 
 def test_what_has_ended_is_in_a_table_before_what_has_not_and_the_rest_is_counted() -> None:

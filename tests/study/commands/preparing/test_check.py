@@ -73,18 +73,6 @@ def test_every_campaign_that_comes_with_nanoslip_is_fine(main):
 
 
 AT_ONCE = {
-    "a tolerance, and what it holds for": (
-        '[effects]\nwithin = 2\nobservables = ["foo"]\nkeep = ["bar"]\n',
-        ("effects.within = 2: ", 'effects.observables = "foo": ', 'effects.keep = "bar": '),
-    ),
-    "no tolerance, and what it would hold for": (
-        '[effects]\nobservables = ["foo"]\n',
-        ("effects.observables: needs within", 'effects.observables = "foo": '),
-    ),
-    "stages, and what one of them yields": (
-        'stages = ["slip"]\n[effects]\nwithin = 0.1\nobservables = ["plateau_mean", "kinetic_friction"]\n',
-        ('stages = ["slip"]: ', 'effects.observables = "kinetic_friction": '),
-    ),
     "an accuracy, and a grid beside it": (
         "accuracy = 2\n[numerics]\nn_x = 33\n",
         ("accuracy = 2: ", "numerics.n_x: needs to be left out beside accuracy"),

@@ -6,11 +6,8 @@ import pytest
 import xarray as xr
 
 from study.manifest.reader import load_manifest
-from study.plan.influence.length import WHOLE_LENGTH
-from study.plan.influence.omissions import OMISSIONS
 from study.plan.plan import make_plan
 from tests.conftest import PARTLY_REFUSED, SMALL
-from tests.study.plan.influence.made_up import CAMPAIGN, GRAVE, SLIGHT, text
 
 
 def test_a_plan_shows_effects_tasks_and_memory(main, campaign):
@@ -79,57 +76,6 @@ def test_drives_that_no_stage_computes_are_named_and_left_out(main, campaign):
     assert "4 bit-identical" in main("verify", out / "results.nc")[1]
     campaign.write_text(SMALL)
     assert "left out, as" not in main("plan", campaign)[1]
-
-
-TOLERANT = CAMPAIGN + '[effects]\nwithin = 0.01\ninfluences = "mine.json"\n'
-
-
-def test_what_a_tolerance_leaves_out_is_one_sentence_and_a_table_if_asked_for(main, campaign):
-    campaign.with_name("mine.json").write_text(text(SLIGHT))
-    campaign.write_text(TOLERANT)
-    code, said, _ = main("plan", campaign)
-    assert code == 0
-    (line,) = (line for line in said.splitlines() if line.startswith("left out within "))
-    assert line.startswith("left out within 0.01 of plateau_mean, kinetic_friction: finite_slab (4 of 4)")
-    assert " times cheaper" in line
-    assert "changes, at most" not in said
-    _, shown, _ = main("plan", campaign, "--effects")
-    assert "changes, at most" in shown
-    assert line in shown
-
-
-def test_where_nothing_is_left_out_it_says_so(main, campaign):
-    campaign.with_name("mine.json").write_text(text(GRAVE))
-    campaign.write_text(TOLERANT + 'keep = ["whole_length"]\n')
-    _, said, _ = main("plan", campaign)
-    assert "left out within 0.01 of plateau_mean, kinetic_friction: nothing\n" in said
-
-
-def test_a_plan_as_data_has_what_is_left_out(main, campaign):
-    assert json.loads(main("plan", campaign, "--json")[1])["left_out"] == {}
-    campaign.with_name("mine.json").write_text(text(SLIGHT))
-    campaign.write_text(TOLERANT)
-    found = json.loads(main("plan", campaign, "--json")[1])["left_out"]
-    assert set(found) == (set(OMISSIONS) | {WHOLE_LENGTH}) - {"spread", "roughness"}
-    for name, each in found.items():
-        assert set(each) == {"effect", "having", "left_out", "influence", "saves", "reason"}
-        assert each["effect"] == name
-        assert 0 <= each["left_out"] <= each["having"]
-        if name != WHOLE_LENGTH:
-            assert each["influence"] == pytest.approx(1e-3 if each["left_out"] else 0.0, rel=1e-6)
-    assert 0.0 <= found[WHOLE_LENGTH]["influence"] <= 0.01
-    assert found[WHOLE_LENGTH]["having"] == 12  # four records, eight drives
-    assert found["finite_slab"]["having"] == 4
-    assert found["teeth"]["having"] == 8
-
-
-def test_a_plan_of_refused_cases_leaves_nothing_out(main, campaign):
-    campaign.write_text('title = "t"\n[constants]\nintrinsic_friction = inf\n[slip]\nresidual_shear = 1.0\n'
-                        "[effects]\nwithin = 0.01\n")  # fmt: skip
-    code, said, _ = main("plan", campaign, "--effects")
-    assert code == 0
-    assert "left out within" not in said
-    assert json.loads(main("plan", campaign, "--json")[1])["left_out"] == {}
 
 
 def test_members_are_estimated_as_far_as_they_are_expected_to_be_needed(main, campaign):

@@ -24,7 +24,6 @@ TABLED = 'table = "cases.csv"\n' + SMALL[: SMALL.index("[axes]")] + SMALL[SMALL.
 OVER_SUPPORTS = SMALL.replace("[axes]", '[axes]\nsupport = ["bonded", "frictionless"]')
 DRAWN = f"{SMALL}\n[ensemble]\nmembers = 3\n[heterogeneity]\nspread = 0.1\n"
 UNTIL_KNOWN = f"{SMALL}\n[ensemble]\nmembers = 16\nuncertainty = 0.05\n"
-TOLERANT = f"{SMALL}\n[effects]\nwithin = 0.05\n"
 CAMPAIGNS = {
     "product": SMALL,
     "further axis": OVER_SUPPORTS,
@@ -32,7 +31,6 @@ CAMPAIGNS = {
     "partly refused": PARTLY_REFUSED,
     "members": DRAWN,
     "members until known": UNTIL_KNOWN,
-    "tolerance": TOLERANT,
 }
 
 

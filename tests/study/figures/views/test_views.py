@@ -15,7 +15,7 @@ from study.figures.views.answer import view_of
 from study.figures.views.catalogue import SORTS
 from study.figures.views.view import View, csv_of
 from study.report.summary import scalar_table
-from tests.study.figures.sweep.cases import listed, product, regimes
+from tests.study.figures.sweep.cases import listed, product
 
 SVG_AT_MOST = 300_000
 
@@ -168,16 +168,6 @@ def test_signs_are_explained_where_they_are_drawn() -> None:
     alone = data.isel(n_x=0)
     assert "Hollow: to be taken with care." in view_of(points_of(alone, "outcome")).caption
     assert "care" not in view_of(points_of(data.isel(n_x=1), "outcome")).caption
-
-
-@pytest.mark.parametrize("over", [["radius"], ["radius", "normal_load"]])
-def test_regimes_with_fewer_teeth_are_explained_in_the_caption_and_are_a_column(over: list[str]) -> None:
-    some = view_of(points_of(regimes(over, ["teeth"]), "regime"))
-    assert "Stars: regime with teeth or fine_teeth left out, all teeth may give another (1 of" in some.caption
-    assert some.columns()["teeth left out"].tolist()[:2] == [True, False]
-    none = view_of(points_of(regimes(over, []), "regime"))
-    assert "Stars" not in none.caption
-    assert "teeth left out" not in none.columns()
 
 
 def test_a_table_is_read_back_as_it_was() -> None:
