@@ -7,7 +7,7 @@ Lengths are in slab widths L_x, stresses in shear moduli G, forces in G·L_x·L_
 import itertools
 import math
 from collections.abc import Mapping
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, field
 from functools import lru_cache
 from typing import Any, Final, Literal, Self
 
@@ -162,10 +162,6 @@ class Case:
     with the nodes, so starts between two of them sample all there is.
     max_events, max_displacement (L_x), max_spacings (node spacings): the record ends at whichever comes first; at least
     one is needed.
-    target_uncertainty: the record ends before them as soon as the standard error of its plateau, over the plateau, is at most
-    this; they are the most that it may take.
-    target_length_error: the same of the part of that error that a longer record makes smaller. That other nodes would have
-    other μ_i is no part of it.
     """
 
     # Forces are known to 1e-12 of the load: a limit of shear must be well above that, or none.
@@ -226,38 +222,10 @@ class Case:
         meaning="longest record, in node spacings",
         above=0.0,
     )
-    target_uncertainty: float | None = parameter(
-        None,
-        table="limits",
-        word="uncertainty",
-        meaning="uncertainty that is enough",
-        comment="a record ends as soon as the standard error of its plateau, over the plateau, is at most this",
-        above=0.0,
-        below=1.0,
-    )
-    target_length_error: float | None = parameter(
-        None,
-        table="limits",
-        word="length_error",
-        meaning="length error that is enough",
-        comment="it ends as soon as the part of that standard error that a longer record makes smaller is at most this",
-        above=0.0,
-        below=1.0,
-    )
 
     def __post_init__(self) -> None:
         check(self)
         _refuse_combinations(self)
-
-    @property
-    def aimed(self) -> bool:
-        """Whether a record ends as soon as its plateau is known well enough."""
-        return self.target_uncertainty is not None or self.target_length_error is not None
-
-    @property
-    def whole(self) -> Self:
-        """The case whose record goes on to its limits."""
-        return replace(self, target_uncertainty=None, target_length_error=None)
 
     @property
     def farthest(self) -> float:

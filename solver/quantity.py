@@ -47,7 +47,7 @@ class Quantity:
     symbol: str = ""
     """What it is called in equations."""
     flags: tuple[str, ...] = ()
-    """Names of its bits 1, 2, 4, …: a whole number, 0 where there is none, not NaN."""
+    """Names of its bits 1, 2, 4, …, empty of one that is not used: a whole number, 0 where there is none, not NaN."""
     codes: tuple[str, ...] = ()
     """Meanings of its values 0, 1, …, which stay numbers."""
     words: tuple[str, ...] = ()
@@ -109,8 +109,8 @@ def attributes(quantity: Quantity) -> dict[str, Any]:
         "comment": quantity.comment,
     }
     if quantity.flags:
-        more["flag_masks"] = [np.int32(1 << bit) for bit in range(len(quantity.flags))]
-        more["flag_meanings"] = " ".join(quantity.flags)
+        more["flag_masks"] = [np.int32(1 << bit) for bit, name in enumerate(quantity.flags) if name]
+        more["flag_meanings"] = " ".join(filter(None, quantity.flags))
     if quantity.codes:
         more["flag_values"] = np.arange(len(quantity.codes), dtype=np.int8)
         more["flag_meanings"] = " ".join(quantity.codes)

@@ -25,7 +25,7 @@ ORDER = {
     "next_event loading",
     "solver.contact.convolved": "conjugate_gradients contact",
     "solver.contact.coulomb": "contact roles motion",
-    "solver.sliding": "kernels sampling record columns plateau target full_contact tangential coulomb hindsight events "
+    "solver.sliding": "kernels sampling record columns plateau full_contact tangential coulomb hindsight events "
     "statistics distributions validity",
     "solver.sliding.distributions": "power_law goodness rivals comparison histogram bounded scaling size_distribution "
     "events between_starts record",
@@ -64,8 +64,7 @@ ORDER = {
     "study.figures.frames": "moments drawing film",
     "study.figures.reproduction": "punch records resolution drive stick motion scores choices",
     "study.figures.further": "findings modulation continuum chains sizes correlations nodes stick_slip_map friction_map schemes",
-    "study.accuracy": "timing digits lengths setup diagram elastic_operator slip_numerics integrators picture table "
-    "measurement",
+    "study.accuracy": "timing setup diagram elastic_operator slip_numerics integrators picture table measurement",
     "study.commands": "shared preparing running computing looking judging cli",
     "study.commands.running": "order finished killed broken_off remaining head_start planning conduct",
     "study.commands.preparing": "declared campaigns new check plan explain",

@@ -20,7 +20,6 @@ from solver.outcome import COMPLETED, Ending
 from solver.sliding.columns import empty_events, friction_record
 from solver.sliding.kernels.events import Events
 from solver.sliding.record import FrictionRecord
-from solver.sliding.target import Target
 
 OFF_THE_SLAB = 2.0
 """δ_p in L_x at which a pin that slides on and on has certainly left the slab."""
@@ -82,10 +81,7 @@ class _Run:
         farthest = min(case.farthest, OFF_THE_SLAB)
         rates = stick_and_slide_in_motion(solved, 1.0)
         self.initial_stiffness = float(rates[0][0].sum())
-        target = Target(case, self.start, self.initial_stiffness)
         while len(self.rows) < (case.max_events or math.inf) and solved.displacement < farthest:
-            if len(self.rows) == target.next_look and target.reached(self.events(), len(self.rows)):
-                break
             step, kind, node = next_change(solved, rates, 1.0)
             longest = min(LONGEST_STEP * case.slab.spacing, farthest - solved.displacement)
             self.dissipated += advance(solved, min(step, longest), rates, 1.0)

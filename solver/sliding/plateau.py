@@ -37,9 +37,6 @@ WHOLE: Final = 0.02
 SIGNIFICANT: Final = 5.0
 """Standard errors beyond which a change is no accident (one record in four hundred with eight blocks)."""
 FEWEST_EVENTS: Final = 8
-TELLING: Final = 0.3
-"""Node spacings of a plateau from which on it is known what a longer record would change: of shorter ones, of 124 random scenes,
-one in nine was off by more than twice of what it stated, and some by a tenth."""
 SETTLING: Final = 3.0
 """How often the contact is stretched as far as before it slides until nothing is left of initial contact."""
 
@@ -104,20 +101,6 @@ class Plateau(Viewed):
 
     PREFIX: ClassVar[str] = "plateau_"
     """What its numbers get in front in a dataset."""
-
-    @property
-    def relative_uncertainty(self) -> float:
-        """The standard error of the mean over the mean; infinite where it is not known, or there is no plateau but 0."""
-        return self._relative(self.uncertainty)
-
-    @property
-    def relative_length_error(self) -> float:
-        """The same of the part that a longer record makes smaller; infinite of a plateau too short to say so."""
-        # A pin whose pressures are frozen spans none, and goes on meeting the same.
-        return math.inf if 0.0 < self.spacings < TELLING else self._relative(self.of_length)
-
-    def _relative(self, error: float) -> float:
-        return error / abs(self.mean) if self.outcome.ok and self.mean and not math.isnan(error) else math.inf
 
     def _facts(self) -> Iterator[str]:
         if self.outcome.ok:

@@ -151,13 +151,6 @@ class Sampling:
         return math.hypot(self.disorder, self.wandering)
 
     @property
-    def least_of_mean_force(self) -> float:
-        """What the relative standard error of a mean force is at the least, whatever its blocks are."""
-        share = min(self.spacings, 1.0) ** 2
-        between = BETWEEN if self.spacings < 2.0 else 0.0
-        return math.hypot(self.unseen * math.sqrt(1.0 - share) * MODULATION, between) * self.discreteness
-
-    @property
     def expected_of_mean_force(self) -> float:
         """The same as far as it is known before there are blocks, to a factor of two."""
         if self.spacings >= 1.0:

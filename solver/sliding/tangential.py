@@ -24,7 +24,6 @@ from solver.sliding.columns import first_of, first_room, friction_record, grown
 from solver.sliding.kernels.events import Events
 from solver.sliding.kernels.tangential import TangentialState, refresh, slide_tangentially
 from solver.sliding.record import FrictionRecord
-from solver.sliding.target import Target
 
 
 def slide_with_constant_pressures(
@@ -34,13 +33,11 @@ def slide_with_constant_pressures(
     contact = TangentialContact(case, compliance, start)
     most = case.max_events or MOST_EVENTS
     events, held = first_room(most), 0
-    target = Target(case, start, contact.stiffness)
     while True:
-        outcome, held = contact.slide(first_of(events, min(most, target.next_look)), held, case.farthest)
-        if outcome is not None or held == most or target.reached(events, held):
+        outcome, held = contact.slide(first_of(events, most), held, case.farthest)
+        if outcome is not None or held == most:
             break
-        if held == len(events.displacement):
-            events = grown(events)
+        events = grown(events)
     end = contact.state(outcome or COMPLETED)
     return friction_record(case, start, contact.stiffness, events, contact.node_slips(), held, end), end
 

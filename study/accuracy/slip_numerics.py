@@ -40,7 +40,6 @@ def measure_slip_numerics(setup: Setup, effort: Effort) -> Diagram:
     if case.max_displacement is None:
         reached = slide(case, surface_compliance(case.slab)).final_displacement
         case = replace(case, max_events=None, max_displacement=reached)
-    case = case.whole
     rows: list[Row] = []
     for knob, cases in _turned(case, effort).items():
         found = [

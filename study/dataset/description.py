@@ -212,7 +212,7 @@ _GROUP = "group "
 
 def _of(group: str, dims: str, quantities: Iterable[Quantity]) -> Iterator[Described]:
     for each in quantities:
-        values = each.flags or each.codes or each.words
+        values = tuple(filter(None, each.flags)) or each.codes or each.words
         facts = ("" if each.words else each.units, each.long_name, each.symbol, each.uncertainty, each.comment, values)
         yield Described(each.name, group, dims, *facts)
 

@@ -103,15 +103,6 @@ def same(manifest: Manifest) -> Iterator[str]:
             yield f"{manifest.path}: cases {first} and {number} are the same: {case.point}"
 
 
-def naming(case: Case) -> dict[str, Any]:
-    """Every parameter of a case that is in its name: all, but a target that it does not have."""
-    found = case.flat
-    for name in ("target_uncertainty", "target_length_error"):  # cases have names since before there were such
-        if found[name] is None:
-            del found[name]
-    return found
-
-
 class _Expansion:
     """The cases of one campaign."""
 
@@ -122,7 +113,7 @@ class _Expansion:
         standard = {name: given[name] for name in STANDARD if name not in manifest.axes}
         self._labels = Labels((*manifest.axes, *([MEMBER] if self._several else [])), standard)
         self._alike: dict[tuple[str, ...], Alike] = {}
-        self._texts = Texts(naming)
+        self._texts = Texts(lambda case: case.flat)
 
     def cases(self, numbers: range) -> Iterator[CampaignCase]:
         """Those of these numbers, refused ones included."""
@@ -169,5 +160,5 @@ class _Expansion:
     def _id(self, case: Case | None, names: tuple[str, ...], values: Point, member: int) -> str:
         if case is not None:
             return content_hash("case", self._texts(case), length=12)
-        given = {**naming(Case.of({})), **self._fixed, **dict(zip(names, values, strict=True))}
+        given = {**Case.of({}).flat, **self._fixed, **dict(zip(names, values, strict=True))}
         return content_hash("case", given | ({MEMBER: member} if self._several else {}), length=12)

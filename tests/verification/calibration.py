@@ -26,13 +26,10 @@ from solver.sliding.plateau import plateau_of
 from solver.sliding.record import EVENT_TYPES, FrictionRecord
 from solver.sliding.sampling import ensemble_uncertainty
 from solver.sliding.statistics import event_statistics
-from solver.sliding.target import FIRST_LOOK, GROWTH
 from tests.verification.random_cases import Verdict, measure, verdict
 
 LENGTHS = (0.02, 0.3, 1.0, 4.0)
 """Of a record, in node spacings."""
-TARGETS = {"until 1%": 0.01, "until 0.3%": 0.003, "until 0.1%": 0.001}
-"""Uncertainties of the plateau, relative, at which a record is to end."""
 STARTS = 8
 MOST_EVENTS = 250_000
 """Cases with more in the longest record are left out: they would take minutes each."""
@@ -73,20 +70,6 @@ def cut(record: FrictionRecord, spacings: float) -> FrictionRecord:
     force = record.force_after[held - 1] if held else record.initial_force
     rate = record.stiffness[held - 1] if held else record.initial_stiffness
     return replace(record, **columns, final_displacement=end, final_force=float(force + rate * (end - last)))
-
-
-def until(record: FrictionRecord, target: float) -> FrictionRecord | None:
-    """The record as it would be with a target for its plateau; None where it does not get there."""
-    look, content = FIRST_LOOK, False
-    while look <= len(record.displacement):
-        columns = {name: getattr(record, name)[:look] for name in EVENT_TYPES}
-        ends = {"final_displacement": record.displacement[look - 1], "final_force": record.force_after[look - 1]}
-        earlier = replace(record, **columns, **ends)
-        before, content = content, plateau_of(earlier).relative_uncertainty <= target
-        if before and content:
-            return earlier
-        look += max(look // GROWTH, 1)
-    return None
 
 
 def driven(case: Case, record: FrictionRecord) -> Drive:
@@ -147,18 +130,6 @@ def verdicts(number: int) -> Iterator[Verdict]:
                 mean = float(np.average(values[here, 0], weights=np.array(events)[here])) if here.any() else math.nan
                 stated = ensemble_uncertainty(values[:, 0], values[:, 1], length)
                 yield verdict(observable, f"8 starts of {length:g}", number, mean, stated, float(np.nanmean(best)))
-    yield from _of_targets(number, runs)
-
-
-def _of_targets(number: int, runs: list[FrictionRecord]) -> Iterator[Verdict]:
-    """The same of plateaus of records that end as soon as they know them well enough; of none where they do not get there."""
-    best = np.array([plateau_of(run).mean for run in runs])
-    for source, target in TARGETS.items():
-        for start, run in enumerate(runs):
-            ended = until(run, target)
-            plateau = plateau_of(ended) if ended else None
-            value, stated = (plateau.mean, plateau.uncertainty) if plateau else (math.nan, math.nan)
-            yield verdict("plateau", source, number, value, stated, float(np.nanmean(np.delete(best, start))))
 
 
 if __name__ == "__main__":

@@ -47,9 +47,6 @@ def drive_task(case: Case, drive: Drive, *, scalars_only: bool = False, fitted: 
 @lru_cache(maxsize=4096)  # a campaign has few drives and many cases
 def _text(drive: Drive) -> CanonicalText:
     settings = {item.name: getattr(drive, item.name) for item in fields(drive)}
-    for name in ("uncertainty", "length_error"):  # without one a drive is what it was before there were any
-        if settings[name] is None:
-            del settings[name]
     return CanonicalText(canonical_text({"type": type(drive).__name__, **settings}))
 
 

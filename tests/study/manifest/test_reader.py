@@ -436,6 +436,11 @@ def test_a_symbol_is_advised_to_be_its_parameter(line: str, advice: str) -> None
 
 
 REMOVED = {
+    "limits.uncertainty": "[limits]\nuncertainty = 0.01\n",
+    "limits.length_error": "[limits]\nlength_error = 0.01\n",
+    "axes.uncertainty": "[axes]\nuncertainty = [0.1, 0.01]\n",
+    "drives[0].uncertainty": '[[drives]]\nname = "a"\nuncertainty = 0.01\n',
+    "drives[0].length_error": '[[drives]]\nname = "a"\nlength_error = 0.01\n',
     "budget": '[budget]\ntime = "10 min"\n',
     "effects.within": "[effects]\nwithin = 0.01\n",
     "effects.observables": '[effects]\nobservables = ["plateau_mean"]\n',
@@ -450,4 +455,4 @@ def test_a_key_of_older_campaigns_is_answered_with_one_message(tmp_path: Path, k
     with pytest.raises(ManifestError) as refused:
         load_manifest(tmp_path / "old.toml")
     (line,) = refused.value.lines
-    assert f"old.toml: {key} = " in line
+    assert f"old.toml: {key}" in line
