@@ -223,9 +223,9 @@ def test_what_a_campaign_asks_for_stands_before_other_numbers() -> None:
     assert scalar_table(data).header[2:] == ("plateau F/W", "outcome")
     table = scalar_table(driven)
     assert (table.header[2:5], table.asked) == (("μ_s", "μ_k", "plateau F/W"), 2)
-    driven.attrs["manifest"] = '[ensemble]\nobservable = "kinetic_friction"\n[effects]\nobservables = ["mean_step"]\n'
+    driven.attrs["manifest"] = '[ensemble]\nobservable = "kinetic_friction"\n'
     table = scalar_table(driven)
-    assert (table.header[2:6], table.asked) == (("μ_k", "mean step", "μ_s", "plateau F/W"), 3)
+    assert (table.header[2:5], table.asked) == (("μ_k", "μ_s", "plateau F/W"), 2)
 
 
 def test_settings_that_a_case_has_not_are_no_part_of_its_label() -> None:

@@ -21,7 +21,7 @@ def test_time_and_grid_of_a_case_are_said(main, campaign):
 
 def test_a_grid_that_was_not_measured_is_named_so(main, campaign):
     campaign.write_text(SMALL.replace("[numerics]", '[constants]\npin = "flat_punch"\n[numerics]'))
-    code, said, _ = main("explain", campaign, "intrinsic_friction=0.5")
+    code, said, _ = main("explain", campaign, *SELECTED)
     assert code == 0
     assert "error of the grid: not measured" in said
 
