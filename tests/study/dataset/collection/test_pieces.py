@@ -50,7 +50,6 @@ def test_all_pieces_have_the_cases_and_keys_of_the_plan_in_its_order(text: str) 
     for numbers in pieces(campaign):
         piece = campaign.piece(numbers)
         assert (piece.count, piece.tasks) == (len(numbers), ())
-        assert piece.decisions.keys() == {case.case_id for case in piece.cases} & whole.decisions.keys()
         found += piece.case_tasks.in_order()
     assert found == list(whole.case_tasks.in_order())
     assert campaign.count == len(whole.cases)
