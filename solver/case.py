@@ -7,7 +7,7 @@ Lengths are in slab widths L_x, stresses in shear moduli G, forces in G·L_x·L_
 import itertools
 import math
 from collections.abc import Mapping
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, field
 from functools import lru_cache
 from typing import Any, Final, Literal, Self
 
@@ -160,12 +160,8 @@ class Case:
     `frictionless` sticks them where frictionless contact leaves them, `gradual` raises the load event by event.
     start: where the pin comes down, in node spacings right of the slab's middle node, 0 to 1: what the pin meets repeats
     with the nodes, so starts between two of them sample all there is.
-    max_events, max_displacement (L_x), max_spacings (node spacings): the record ends at whichever comes first; at least
-    one is needed.
-    target_uncertainty: the record ends before them as soon as the standard error of its plateau, over the plateau, is at most
-    this; they are the most that it may take.
-    target_length_error: the same of the part of that error that a longer record makes smaller. That other nodes would have
-    other μ_i is no part of it.
+    max_events, max_presliding (presliding lengths μ_i·W/K), max_displacement (L_x), max_spacings (node spacings): the record
+    ends at whichever comes first; at least one is needed.
     """
 
     # Forces are known to 1e-12 of the load: a limit of shear must be well above that, or none.
@@ -219,6 +215,14 @@ class Case:
         meaning="longest displacement of a record, in L_x",
         above=0.0,
     )
+    max_presliding: float | None = parameter(
+        None,
+        table="limits",
+        word="presliding",
+        meaning="longest record, in presliding lengths",
+        comment="μ_i·W/K: where a contact that stuck as a whole would reach the friction of all its nodes",
+        above=0.0,
+    )
     max_spacings: float | None = parameter(
         None,
         table="limits",
@@ -226,42 +230,14 @@ class Case:
         meaning="longest record, in node spacings",
         above=0.0,
     )
-    target_uncertainty: float | None = parameter(
-        None,
-        table="limits",
-        word="uncertainty",
-        meaning="uncertainty that is enough",
-        comment="a record ends as soon as the standard error of its plateau, over the plateau, is at most this",
-        above=0.0,
-        below=1.0,
-    )
-    target_length_error: float | None = parameter(
-        None,
-        table="limits",
-        word="length_error",
-        meaning="length error that is enough",
-        comment="it ends as soon as the part of that standard error that a longer record makes smaller is at most this",
-        above=0.0,
-        below=1.0,
-    )
 
     def __post_init__(self) -> None:
         check(self)
         _refuse_combinations(self)
 
     @property
-    def aimed(self) -> bool:
-        """Whether a record ends as soon as its plateau is known well enough."""
-        return self.target_uncertainty is not None or self.target_length_error is not None
-
-    @property
-    def whole(self) -> Self:
-        """The case whose record goes on to its limits."""
-        return replace(self, target_uncertainty=None, target_length_error=None)
-
-    @property
     def farthest(self) -> float:
-        """δ_p in L_x at which a record ends at the latest; infinite without such a limit."""
+        """δ_p in L_x at which a record ends by its limits of length; infinite without such a limit."""
         far = math.inf if self.max_displacement is None else self.max_displacement
         return far if self.max_spacings is None else min(far, self.max_spacings * self.slab.spacing)
 
@@ -308,9 +284,9 @@ def _refuse_combinations(case: Case) -> None:
             f"spread = {case.heterogeneity.spread} with intrinsic_friction = {case.intrinsic_friction}: "
             "needs a mean that can be spread, finite and above 0"
         )
-    if case.max_events is None and math.isinf(case.farthest):
+    if case.max_events is None and case.max_presliding is None and math.isinf(case.farthest):
         raise InvalidInput(
-            "max_events, max_displacement and max_spacings are all missing: a record needs at least one limit"
+            "max_events, max_presliding, max_displacement and max_spacings are all missing: a record needs at least one limit"
         )
 
 

@@ -88,9 +88,6 @@ class Drive:
     integrator: settings of one of the integrators, or the name of one, with its own values.
     samples: number of evenly spaced output times after t = 0; a choice of storage, never a change of the result.
     max_slips: the drive ends, completed, where the last of so many macroscopic slips ends, at the latest after `duration`.
-    uncertainty: the drive is as long as it takes to know kinetic friction to this, relatively, at most `duration`.
-    length_error: the same for the part of that uncertainty that a longer drive makes smaller: what its record does not know is
-    no part of it.
     step_limit: segments (exact) or time steps (rk4) after which the drive is given up.
 
     surface_compliance: the contact yields with K before it slips (Eq. 13-14). Without, K → ∞: the pin is at rest while
@@ -133,20 +130,6 @@ class Drive:
     )
     max_slips: int | None = parameter(
         None, meaning="slips after which a drive ends", comment="macroscopic ones", least=1, most=MOST_WHOLE
-    )
-    uncertainty: float | None = parameter(
-        None,
-        meaning="uncertainty of μ_k that is enough",
-        comment="relative; a drive is as long as that takes, at most its duration",
-        above=0.0,
-        below=1.0,
-    )
-    length_error: float | None = parameter(
-        None,
-        meaning="length error of μ_k that is enough",
-        comment="relative; a drive is as long as that takes, at most its duration",
-        above=0.0,
-        below=1.0,
     )
 
     def __post_init__(self) -> None:

@@ -12,15 +12,10 @@ import numpy as np
 from numpy.typing import DTypeLike
 
 GRID_ERROR: Final = "discretization_error"
-"""Name of the variable that says how uncertain a number is for the slab's grid."""
-CONTACT_SIZE: Final = "initial_contact_size"
-"""Name of the variable that counts the nodes in contact after initial contact."""
+"""Name of the variable that holds the relative error of the slab's grid, which no ± contains."""
 SCALED: Final = ("", "normal_load", "intrinsic_friction", "length", "stiffness", "time", "velocity")
 """What a number may be scaled with: nothing, the load W or μ_i (it becomes a share of it), or the case's unit (it becomes SI)."""
-ENSEMBLE: Final = ("", "mean", "event", "per_event", "independent", "own")
-"""What the members of an ensemble know of a number: nothing beyond their mean; a mean, to which each member adds an estimate with
-its own uncertainty; one event of each, whose scatter is that between starts; a mean over events, which count alike; a number that
-each member finds of its own, whose scatter is that of independent ones, and that a member may lack; no mean at all."""
+PLUS_MINUS: Final = "half-width of the 68 % interval of Student's t over the members; NaN of one member alone"
 _KEY: Final = "quantity"
 
 
@@ -34,19 +29,16 @@ class Quantity:
     units: str = "1"
     per: str = ""
     """One of SCALED."""
-    uncertainty: str = ""
-    """The variable that says how uncertain this one is."""
-    in_common: str = ""
-    """The variable that says which part of its error the members of an ensemble have in common."""
-    whole_nodes: str = ""
-    """The variable that counts the nodes that this number is made of: of k nodes it is known to 1/k of it, which is half a node
-    spacing of a contact's half-width, beside what `uncertainty` says."""
+    ensemble: bool = False
+    """Whether its mean over the members of an ensemble has an uncertainty, and a count of the members that have a value."""
+    of_grid: bool = False
+    """Whether the error of the slab's grid is an error of it."""
     comment: str = ""
     """All there is to say of it, in sentences."""
     symbol: str = ""
     """What it is called in equations."""
     flags: tuple[str, ...] = ()
-    """Names of its bits 1, 2, 4, …: a whole number, 0 where there is none, not NaN."""
+    """Names of its bits 1, 2, 4, …, empty of one that is not used: a whole number, 0 where there is none, not NaN."""
     codes: tuple[str, ...] = ()
     """Meanings of its values 0, 1, …, which stay numbers."""
     words: tuple[str, ...] = ()
@@ -55,8 +47,6 @@ class Quantity:
     """Sample dimension of a column of values; empty for one number of a case."""
     coordinate: bool = False
     """Whether a column says where the others are: at which displacement, time or place."""
-    ensemble: str = ""
-    """One of ENSEMBLE."""
     dtype: DTypeLike = np.float64
     """Type of a column's values while they are gathered."""
     si: "Quantity | None" = None
@@ -65,8 +55,27 @@ class Quantity:
     def __post_init__(self) -> None:
         if self.per not in SCALED:
             raise ValueError(f"per = {self.per!r} of {self.name or self.long_name}: needs one of {SCALED}")
-        if self.ensemble not in ENSEMBLE:
-            raise ValueError(f"ensemble = {self.ensemble!r} of {self.name or self.long_name}: needs one of {ENSEMBLE}")
+
+    @property
+    def uncertainty(self) -> str:
+        """The variable that holds its ±; empty if it has none."""
+        return f"{self.name}_uncertainty" if self.ensemble else ""
+
+    @property
+    def members(self) -> str:
+        """The variable that counts the members that have a value; empty if there is none."""
+        return f"{self.name}_members" if self.ensemble else ""
+
+    @property
+    def beside(self) -> "tuple[Quantity, ...]":
+        """The variables that stand beside it: its ± and that count."""
+        if not self.ensemble:
+            return ()
+        half = f"± of {self.long_name}"
+        return (
+            Quantity(self.uncertainty, half, self.units, self.per, comment=PLUS_MINUS),
+            Quantity(self.members, f"members that have {self.name}"),
+        )
 
 
 def quantity(meaning: str, name: str = "", units: str = "1", **more: Any) -> dict[str, Any]:
@@ -104,12 +113,14 @@ def attributes(quantity: Quantity) -> dict[str, Any]:
     """Attributes of the variable in the dataset; words have no unit."""
     more: dict[str, Any] = {
         "symbol": quantity.symbol,
-        "ancillary_variables": quantity.uncertainty,
+        "ancillary_variables": " ".join(
+            filter(None, (quantity.uncertainty, quantity.members, quantity.of_grid * GRID_ERROR))
+        ),
         "comment": quantity.comment,
     }
     if quantity.flags:
-        more["flag_masks"] = [np.int32(1 << bit) for bit in range(len(quantity.flags))]
-        more["flag_meanings"] = " ".join(quantity.flags)
+        more["flag_masks"] = [np.int32(1 << bit) for bit, name in enumerate(quantity.flags) if name]
+        more["flag_meanings"] = " ".join(filter(None, quantity.flags))
     if quantity.codes:
         more["flag_values"] = np.arange(len(quantity.codes), dtype=np.int8)
         more["flag_meanings"] = " ".join(quantity.codes)
@@ -120,5 +131,5 @@ def attributes(quantity: Quantity) -> dict[str, Any]:
 
 def _named(declared: Quantity, key: str) -> Quantity:
     name = declared.name or key
-    twin = declared.si and replace(declared.si, name=declared.si.name or f"{name}_si")
+    twin = declared.si and replace(declared.si, name=declared.si.name or f"{name}_si", ensemble=declared.ensemble)
     return replace(declared, name=name, si=twin)

@@ -21,7 +21,7 @@ from solver.outcome import Outcome
 from solver.sliding.events import slide
 from solver.sliding.plateau import Plateau, plateau_of
 from solver.sliding.record import FrictionRecord
-from solver.view import Curve, Labelled, Picture, Viewed, as_dataset, in_words, labelled, with_error
+from solver.view import Curve, Labelled, Picture, Viewed, as_dataset, in_words, labelled
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -52,8 +52,8 @@ class DriveResult(Viewed):
 
     def _facts(self) -> Iterator[str]:
         found = self.coefficients
-        yield f"μ_s {with_error(found.static_friction, found.static_friction_uncertainty)}"
-        yield f"μ_k {with_error(found.kinetic_friction, found.kinetic_friction_uncertainty)}"
+        yield f"μ_s {found.static_friction:.4g}"
+        yield f"μ_k {found.kinetic_friction:.4g}"
         yield f"{len(self.motion.slip_time)} slips"
         yield in_words(self.outcome)
 
@@ -80,8 +80,8 @@ def contact_state(case: Case, compliance: Compliance | None = None) -> ContactSt
 def friction_record(case: Case, compliance: Compliance | None = None) -> FrictionRecord:
     """The friction record of `case`, from initial contact to its limits.
 
-    Without limits of its own a case ends after 2000 events, as the paper's do. A campaign's records without limits span two
-    node spacings instead: `Case(max_events=100_000, max_spacings=2.0)`.
+    Without limits of its own a case ends after 2000 events, as the paper's do. A campaign's records without limits are eight
+    presliding lengths long instead: `Case(max_events=100_000, max_presliding=8.0)`.
     """
     return slide(case, compliance or surface_compliance(case.slab))
 

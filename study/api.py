@@ -30,7 +30,7 @@ from study.exit_codes import FAILURES, WRONG_INPUT
 from study.manifest.columns import read_text
 from study.manifest.manifest import Manifest
 from study.manifest.problems import ManifestError
-from study.plan.influence.campaign import parse, read
+from study.manifest.reader import load_manifest, parse_manifest
 from study.plan.memory import shortages
 from study.plan.plan import Plan, make_plan
 from study.plan.tasks import Task
@@ -137,12 +137,12 @@ def concat(sources: Iterable[Source]) -> xr.Dataset:
 
 def _manifest(campaign: Campaign) -> Manifest:
     if not isinstance(campaign, Mapping):
-        return read(shipped.campaign_file(Path(campaign)))
+        return load_manifest(shipped.campaign_file(Path(campaign)))
     try:
         text = as_toml(campaign)
     except TypeError as error:
         raise ManifestError([f"{DICT}: {error}"]) from None
-    return parse(DICT, text, _files_named_in(campaign))
+    return parse_manifest(DICT, text, _files_named_in(campaign))
 
 
 def _files_named_in(campaign: Mapping[str, Any]) -> dict[str, str]:
@@ -150,8 +150,6 @@ def _files_named_in(campaign: Mapping[str, Any]) -> dict[str, str]:
     heterogeneity = campaign.get("heterogeneity")
     roughness = heterogeneity.get("roughness") if isinstance(heterogeneity, Mapping) else None
     named = {"table": campaign.get("table"), "front": campaign.get("front"), "roughness": roughness}
-    effects = campaign.get("effects")
-    named["influences"] = effects.get("influences") if isinstance(effects, Mapping) else None
     return {key: read_text(Path(name))[1] for key, name in named.items() if isinstance(name, str | os.PathLike)}
 
 

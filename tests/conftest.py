@@ -25,6 +25,7 @@ ROOT = Path(__file__).parents[1]
 SMALL = """\
 title = "A small campaign"
 stages = ["contact", "slip", "dynamics"]
+ensemble.members = 1
 
 [axes]
 intrinsic_friction = [0.25, 0.5]
@@ -34,7 +35,7 @@ radius = [50.0, 100.0]
 n_x = 17
 
 [limits]
-events = 60
+events = 200
 
 [[drives]]
 name = "slow"
@@ -56,7 +57,7 @@ def longer(radii: int, events: int) -> str:
     """The small campaign at n_x = 65, of so many radii and events: long enough to be interrupted in the middle."""
     numbers = [50.0 + number for number in range(radii)]
     changed = SMALL.replace("[50.0, 100.0]", str(numbers)).replace("n_x = 17", "n_x = 65")
-    return changed.replace("events = 60", f"events = {events}")
+    return changed.replace("events = 200", f"events = {events}")
 
 
 OPEN_MPI = {

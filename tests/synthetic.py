@@ -1,7 +1,5 @@
 """Made-up friction records and profiles, for laws that must hold whatever slab they come from."""
 
-from dataclasses import replace
-
 import numpy as np
 from numpy.typing import ArrayLike
 
@@ -15,6 +13,8 @@ from solver.sliding.record import FrictionRecord
 LOAD = 1e-3
 STIFFNESS = 0.45
 SPACING = 1.0 / 128.0
+FRICTION = 0.5
+"""μ_i."""
 
 
 def record_from(steps: ArrayLike, drops: ArrayLike, initial_force: float = 0.0, tail: float = 0.0) -> FrictionRecord:
@@ -39,9 +39,7 @@ def record_from(steps: ArrayLike, drops: ArrayLike, initial_force: float = 0.0, 
         node_slips=np.bincount(np.full(events, 64), minlength=129),
         normal_load=LOAD,
         spacing=SPACING,
-        residual_shear=1.0,  # teeth that no grid modulates
-        spread=0.0,
-        nodes_as_one=1.0,
+        presliding_length=FRICTION * LOAD / STIFFNESS,
         initial_force=initial_force,
         initial_stiffness=STIFFNESS,
         initial_slips=0,
@@ -68,14 +66,14 @@ def noisy_record(events: int = 2000, ramp: int = 400, level: float = 0.27, seed:
 
 def modulated_record(spacings: float, phase: float, level: float = 0.27, amplitude: float = 0.05) -> FrictionRecord:
     """A ramp, then about 3000 teeth to a node spacing whose middles are level·(1 + amplitude·sin 2π(x/spacing + phase)), as
-    F/W, as slips that drop all would leave them."""
+    F/W."""
     per = 3001.7
     steps = np.full(int(spacings * per), SPACING / per)
     x = np.cumsum(steps)
     wave = level * LOAD * (1.0 + amplitude * np.sin(2.0 * np.pi * (x / SPACING + phase)))
     after = np.minimum(STIFFNESS * x, wave - 0.5 * STIFFNESS * steps)
     drops = np.concatenate(([0.0], after[:-1])) + STIFFNESS * steps - after
-    return replace(record_from(steps, drops), residual_shear=0.0)
+    return record_from(steps, drops)
 
 
 def profile_through(edges: ArrayLike, starts: ArrayLike, ends: ArrayLike, periodic_from: int = 0) -> FrictionLimit:

@@ -34,6 +34,7 @@ Campaign = Callable[[str], tuple[Plan, xr.Dataset]]
 
 DRIVEN = """
 limits.events = 200
+ensemble.members = 1
 numerics.n_x = 17
 constants.radius = 50.0
 [[drives]]
@@ -77,7 +78,8 @@ class Winkler(Scheme):
 
 def test_a_scheme(campaign: Campaign, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setitem(SCHEMES, "winkler", Winkler)
-    lines = 'limits.events = 100\n[numerics]\nn_x = 17\nscheme = "winkler"\n[axes]\nbed_modulus = [1.0, 2.0]\n'
+    lines = 'limits.events = 100\nensemble.members = 1\n[numerics]\nn_x = 17\nscheme = "winkler"\n'
+    lines += "[axes]\nbed_modulus = [1.0, 2.0]\n"
     plan, found = campaign(lines)
     assert [case.case.slab.scheme.bed_modulus for case in plan.cases if case.case] == [1.0, 2.0]
     assert len({task.key for task in plan.tasks}) == 4  # two compliances, two records

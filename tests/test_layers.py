@@ -12,8 +12,8 @@ import pytest
 ROOT = Path(__file__).parents[1]
 
 ORDER = {
-    "solver": "compiled compiling last outcome quantity view parameter family slab case drive elasticity contact sliding "
-    "dynamics simulate",
+    "solver": "compiled compiling last outcome quantity view parameter family slab case ensemble drive elasticity contact "
+    "sliding dynamics simulate",
     "solver.elasticity": "grid lagrange support stiffness condensation grid_scheme boundary_value schemes "
     "interior compliance conditioning",
     "solver.elasticity.condensation": "parity translations elimination dissection condensed",
@@ -25,7 +25,7 @@ ORDER = {
     "next_event loading",
     "solver.contact.convolved": "conjugate_gradients contact",
     "solver.contact.coulomb": "contact roles motion",
-    "solver.sliding": "kernels sampling record columns plateau target full_contact tangential coulomb hindsight events "
+    "solver.sliding": "kernels record columns plateau full_contact tangential coulomb hindsight events "
     "statistics distributions validity",
     "solver.sliding.distributions": "power_law rivals events record",
     "solver.sliding.kernels": "events step full_contact tangential",
@@ -38,20 +38,17 @@ ORDER = {
     "study.manifest": "parameters problems columns drives manifest checker named_files drive_tables reader "
     "effects cases one_case",
     "study.discretization": "front targets",
-    "study.plan": "task keys cost kinds tasks influence ensemble case_tasks order budget plan standing size outlook flags spans "
-    "memory",
+    "study.plan": "task keys cost kinds tasks case_tasks order plan standing size outlook flags spans memory",
     "study.plan.cost": "condensation sliding seconds arrays drive",
-    "study.plan.ensemble": "batches expected",
-    "study.plan.influence": "scene omissions table length choice decision campaign account limits",
     "study.plan.standing": "endings outline",
-    "study.plan.kinds": "kind compliance contact record statistics states drive ensemble",
+    "study.plan.kinds": "kind compliance contact record statistics states drive",
     "study.results": "whole_file lines entry own logs attempts runs store lease shard merging",
     "study.results.logs": "log places all_logs",
-    "study.dataset": "seal texts groups netcdf file made_of variables collection description access comparison pair verification "
-    "agreement",
-    "study.dataset.collection": "counted ensemble members ragged pieces layout column coordinates table makers entering collect",
+    "study.dataset": "seal texts groups netcdf file made_of variables members collection description access comparison "
+    "pair verification agreement",
+    "study.dataset.collection": "counted ragged pieces layout column coordinates table makers entering collect",
     "study.dataset.agreement": "matching verdicts facts",
-    "study.dataset.access": "selection single accessor tidy placement concatenation fewer_teeth grid_share",
+    "study.dataset.access": "selection single accessor tidy placement concatenation",
     "study.execution": "launch interruption program queue forecast progress ledger dispatch farms compiling executor failures "
     "journal batch",
     "study.execution.compiling": "sawtooth miniatures warm_up",
@@ -65,15 +62,13 @@ ORDER = {
     "study.figures.frames": "moments drawing film",
     "study.figures.reproduction": "punch records resolution drive stick motion scores choices",
     "study.figures.further": "findings modulation continuum chains sizes correlations nodes stick_slip_map friction_map schemes",
-    "study.accuracy": "timing digits lengths setup diagram elastic_operator slip_numerics integrators influence picture table "
-    "measurement",
-    "study.accuracy.influence": "scenes ensembles measurement judgement verdict picture",
+    "study.accuracy": "timing setup diagram elastic_operator slip_numerics integrators picture table measurement",
     "study.commands": "shared preparing running computing looking judging cli",
     "study.commands.running": "order finished killed broken_off remaining head_start planning conduct",
     "study.commands.preparing": "declared campaigns new check plan explain",
     "study.commands.computing": "declared run status collect merge submit",
     "study.commands.looking": "declared report figure show try frames",
-    "study.commands.judging": "declared export compare verify describe accuracy effects",
+    "study.commands.judging": "declared export compare verify describe accuracy",
     "study.commands.shared": "exits refusals lazy arguments group machine plans glance datasets sources choice one_case",
 }
 """Folder -> what is in it, from the first to the last; `__init__` of a folder may import all of it."""

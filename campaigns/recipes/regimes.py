@@ -12,8 +12,8 @@ import nanoslip
 drive = {"name": "map", "stage_travel": 2e-3, "max_slips": 20, "samples": 1}
 axes = {"spring_stiffness": [3e4, 1e5, 3e5, 1e6, 3e6, 1e7], "stage_velocity": [1e-4, 3e-4, 1e-3, 3e-3, 1e-2]}
 outputs = {"records": False, "trajectory": False, "fit": False}
-campaign = {"title": "regimes", "constants": {"intrinsic_friction": 0.5}, "numerics": {"n_x": 33}, "drives": [drive]}
-results = nanoslip.run(campaign | {"stages": ["contact", "slip", "dynamics"], "drive_axes": axes, "outputs": outputs})
+campaign = {"title": "regimes", "numerics": {"n_x": 33}, "drives": [drive], "drive_axes": axes, "outputs": outputs}
+results = nanoslip.run(campaign | {"stages": ["contact", "slip", "dynamics"], "ensemble": {"members": 1}})
 table = results.regime.squeeze(drop=True).to_dataframe().reset_index()
 for name, some in table.groupby("regime"):
     plt.loglog(some.spring_stiffness, some.stage_velocity, "s", markersize=14, label=f"{name} ({len(some)})")

@@ -13,7 +13,7 @@ from solver.contact.coulomb.contact import CoulombContact
 from solver.contact.pin import pin_of, surface_from_pin
 from solver.elasticity.compliance import Compliance
 from solver.outcome import InvalidInput, Outcome
-from solver.quantity import CONTACT_SIZE, GRID_ERROR, quantity
+from solver.quantity import quantity
 from solver.slab import surface_x
 from solver.view import Curve, Labelled, Picture, Viewed, in_words, labelled
 
@@ -49,7 +49,8 @@ class ContactState(Viewed):
     approach: float = field(
         metadata=quantity(
             "approach of the pin, in L_x",
-            uncertainty=GRID_ERROR,
+            ensemble=True,
+            of_grid=True,
             comment="depth of its lowest point below the undeformed surface at initial contact",
         )
     )
@@ -102,14 +103,14 @@ class ContactState(Viewed):
 class ContactSummary:
     """Single numbers of a contact: forces in G·L_x·L_y, pressure in G."""
 
-    contact_size: int = field(metadata=quantity("nodes in contact after initial contact", CONTACT_SIZE))
+    contact_size: int = field(metadata=quantity("nodes in contact after initial contact", "initial_contact_size"))
     mean_pressure: float = field(
         metadata=quantity(
             "mean pressure, in W/(L_x·L_y)",
             symbol="p",
             per="normal_load",
-            uncertainty=GRID_ERROR,
-            whole_nodes=CONTACT_SIZE,
+            ensemble=True,
+            of_grid=True,
             comment="after initial contact: the load over the width of the surface that belongs to the nodes in contact, "
             "right to within a spacing of it, of a contact of k nodes 2/k of it",
         )
@@ -119,7 +120,8 @@ class ContactSummary:
             "largest pressure, in W/(L_x·L_y)",
             symbol="p",
             per="normal_load",
-            uncertainty=GRID_ERROR,
+            ensemble=True,
+            of_grid=True,
             comment="after initial contact",
         )
     )

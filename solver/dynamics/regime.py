@@ -10,12 +10,8 @@ spring force, which in the second half of the time does not rise by half of what
 Amplitude and period are those of the second half of the time, when the start has rung out. They are left out where that half
 shows no whole cycle, and where the start reaches into it: the loading ramp is no amplitude, and the first slip, which initial
 contact holds, no cycle of the others.
-
-What the pin meets repeats, so a slip from a place where one has begun before is the same slip once more. The mean cycle is known
-from as many cycles as there are places: a motion that has locked in has one, and does not tell what another start finds.
 """
 
-import math
 from dataclasses import dataclass, field
 from typing import Final, Literal, get_args
 
@@ -25,16 +21,11 @@ from numpy.typing import NDArray
 from solver.drive import Drive
 from solver.dynamics.result import BINS, DynamicsResult
 from solver.quantity import quantity
-from solver.sliding.sampling import student
 
 Regime = Literal["sticks", "stick_slip", "slides", "micro_slip"]
 """No macroscopic slip; slips that end in stick; a last slip that goes on, longer than any cycle before it; no macroscopic
 slip, but a pin that keeps up with the stage all the same."""
 REGIMES: Final[tuple[Regime, ...]] = get_args(Regime)
-PLACES: Final = 64
-"""Places in a node spacing where slips begin, at the most: nearer to each other they are one. Over 16 starts of 62 drives twice
-± of the period contained their median in 704 of 737; as of independent cycles, with the first slip's, in 796 of 978. Their mean
-it contained in 651, as a few starts of some drives lock into cycles many times as long."""
 RISING: Final = 0.1
 """What is left of the loading ramp, of the spring force's range in the second half, from which on it is not an amplitude."""
 
@@ -49,7 +40,7 @@ class StickSlipCount:
         macroscopic slips begin in it, one lasts all through it, or the pin follows in micro slips; NaN where the first slip or
         the end of the loading ramp is in it.
     stick_slip_period: mean time from one slip's start to the next one's there; NaN of a pin that slides or sticks, and where the
-        first slip is in it. Its uncertainty is NaN of slips that all begin at one place, and of less than a node spacing.
+        first slip is in it.
     unsettled: why both are missing although slips repeat, with advice; empty otherwise.
     All but the counts are NaN, and regime None, of a run that ended early.
     """
@@ -64,7 +55,9 @@ class StickSlipCount:
         metadata=quantity("macroscopic slips that ended", comment="the pin came down to stick_velocity")
     )
     time_stuck: float = field(
-        metadata=quantity("share of the time that it stuck", comment="in which the pin was in no macroscopic slip")
+        metadata=quantity(
+            "share of the time that it stuck", ensemble=True, comment="in which the pin was in no macroscopic slip"
+        )
     )
     regime: Regime | None = field(
         metadata=quantity(
@@ -79,6 +72,7 @@ class StickSlipCount:
     spring_force_amplitude: float = field(
         metadata=quantity(
             "peak-to-peak spring force over load",
+            ensemble=True,
             comment="in the second half of the drive's time; NaN unless two macroscopic slips begin in it, one lasts all "
             "through it, or the regime is micro_slip; NaN where the first slip or the end of the loading ramp is in that half",
             per="normal_load",
@@ -90,35 +84,20 @@ class StickSlipCount:
             "",
             "s",
             per="time",
-            uncertainty="stick_slip_period_uncertainty",
-            ensemble="independent",
+            ensemble=True,
             comment="mean time from the start of one macroscopic slip to the next, of those that begin in the second half "
             "of the time; NaN unless the regime is stick_slip and two begin there, and where the first one does",
-        )
-    )
-    stick_slip_period_uncertainty: float = field(
-        metadata=quantity(
-            "uncertainty of stick_slip_period",
-            "",
-            "s",
-            per="time",
-            comment="standard error, from as many cycles as there are places in the friction limit where slips begin; NaN where "
-            "that is one, as of a motion that has locked in, and where the pin goes less than a node spacing; other starts may "
-            "lock into cycles many times as long, of which it does not know",
         )
     )
     unsettled: str = ""
 
 
-def count_sticks(result: DynamicsResult, drive: Drive, spacing: float, period: float) -> StickSlipCount:
-    """Count the re-sticks of a drive, the time it was stuck, name its regime, and measure what repeats itself.
-
-    spacing: of the surface's nodes. period: length after which the friction limit repeats. Both in L_x.
-    """
+def count_sticks(result: DynamicsResult, drive: Drive) -> StickSlipCount:
+    """Count the re-sticks of a drive, the time it was stuck, name its regime, and measure what repeats itself."""
     slips, resticks = len(result.slip_time), int(np.count_nonzero(~np.isnan(result.restick_time)))
     nan = float("nan")
     if not result.outcome.ok:
-        return StickSlipCount(slips, resticks, nan, None, nan, nan, nan)
+        return StickSlipCount(slips, resticks, nan, None, nan, nan)
     duration = float(result.time[-1])
     ends = np.where(np.isnan(result.restick_time), duration, result.restick_time)
     stuck = 1.0 - float(np.sum(ends - result.slip_time)) / duration
@@ -128,10 +107,9 @@ def count_sticks(result: DynamicsResult, drive: Drive, spacing: float, period: f
     repeats = regime == "micro_slip" or np.count_nonzero(late) > 1 or (0 < slips != resticks and not late.any())
     unsettled = _unsettled(result, drive, late) if repeats else ""
     if unsettled or not repeats:
-        return StickSlipCount(slips, resticks, stuck, regime, nan, nan, nan, unsettled)
-    starts, places = result.slip_time[late], result.slip_position[late]
-    found = _mean_cycle(starts, places, spacing, period) if regime == "stick_slip" else (nan, nan)
-    return StickSlipCount(slips, resticks, stuck, regime, result.spring_force_range, *found)
+        return StickSlipCount(slips, resticks, stuck, regime, nan, nan, unsettled)
+    period = float(np.diff(result.slip_time[late]).mean()) if regime == "stick_slip" and late.sum() > 1 else nan
+    return StickSlipCount(slips, resticks, stuck, regime, result.spring_force_range, period)
 
 
 def _unsettled(result: DynamicsResult, drive: Drive, late: NDArray[np.bool_]) -> str:
@@ -151,28 +129,6 @@ def _ramp_left(result: DynamicsResult) -> float:
     """By how much the mean driving force of the second half is above all that was before: nothing once the ramp is over."""
     before, after = np.split(result.binned_force, [BINS // 2])
     return float(after.mean() - before.max())
-
-
-def _mean_cycle(
-    starts: NDArray[np.float64], positions: NDArray[np.float64], spacing: float, period: float
-) -> tuple[float, float]:
-    """Mean time between slips that begin at these times and positions (s,), and its standard error; NaN where not known.
-
-    Slips from the same place tell nothing new: of so many cycles as there are places the scatter is seen.
-    """
-    cycles = np.diff(starts)
-    count = min(_places(positions[:-1], spacing / PLACES, period), len(cycles))
-    mean = float(cycles.mean())
-    if count < 2 or positions[-1] - positions[0] < spacing:
-        return mean, math.nan
-    return mean, student(count) * float(np.std(cycles, ddof=1)) / math.sqrt(count)
-
-
-def _places(positions: NDArray[np.float64], apart: float, period: float) -> int:
-    """How many places of a period these positions are: those in a row that are less than `apart` from each other are one."""
-    within = np.sort(np.mod(positions, period))
-    gaps = np.diff(within, append=within[0] + period)
-    return max(int(np.count_nonzero(gaps > apart)), 1)
 
 
 def _stuck_rise(result: DynamicsResult, drive: Drive) -> float:

@@ -10,7 +10,6 @@ from solver.contact.state import ContactState
 from solver.slab import surface_x
 from solver.sliding.kernels.events import Events
 from solver.sliding.record import EVENT_TYPES, FrictionRecord
-from solver.sliding.sampling import nodes_as_one
 
 FIRST_CAPACITY = 4096
 """Events for which room is made first; it doubles as they come."""
@@ -40,6 +39,21 @@ def grown(events: Events) -> Events:
     return grown
 
 
+def presliding_length(case: Case, stiffness: float) -> float:
+    """μ_i·W/K in L_x, from the contact's lateral stiffness K (G·L_y); infinite where K is not above 0."""
+    if case.intrinsic_friction == 0.0:
+        return 0.0
+    return case.intrinsic_friction * case.normal_load / stiffness if stiffness > 0.0 else math.inf
+
+
+def farthest(case: Case, stiffness: float) -> float:
+    """δ_p in L_x at which a record ends at the latest; stiffness: of the contact before it slides, in G·L_y."""
+    length = presliding_length(case, stiffness)
+    if case.max_presliding is None or not length:  # without friction nothing preslides
+        return case.farthest
+    return min(case.farthest, case.max_presliding * length)
+
+
 def friction_record(
     case: Case,
     start: ContactState,
@@ -62,9 +76,7 @@ def friction_record(
         **columns,
         normal_load=case.normal_load,
         spacing=case.slab.spacing if case.effects.pin_translation else math.inf,
-        residual_shear=case.slip_rule.residual_shear,
-        spread=case.heterogeneity.spread,
-        nodes_as_one=nodes_as_one(case),
+        presliding_length=presliding_length(case, initial_stiffness),
         initial_force=start.friction_force,
         initial_stiffness=initial_stiffness,
         initial_slips=start.slips,

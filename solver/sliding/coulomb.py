@@ -17,10 +17,9 @@ from solver.contact.outcomes import OUTCOME_OF_ENDING
 from solver.contact.state import ContactState, coulomb_state
 from solver.elasticity.compliance import SurfaceCompliance, uncoupled
 from solver.outcome import COMPLETED, Ending
-from solver.sliding.columns import empty_events, friction_record
+from solver.sliding.columns import empty_events, farthest, friction_record
 from solver.sliding.kernels.events import Events
 from solver.sliding.record import FrictionRecord
-from solver.sliding.target import Target
 
 OFF_THE_SLAB = 2.0
 """δ_p in L_x at which a pin that slides on and on has certainly left the slab."""
@@ -40,7 +39,7 @@ def slide_with_coulomb_friction(
     outcome = COMPLETED
     try:
         run.slide_to_limits()
-        if math.isinf(case.farthest) and run.solved.displacement >= OFF_THE_SLAB:
+        if math.isinf(farthest(case, run.initial_stiffness)) and run.solved.displacement >= OFF_THE_SLAB:
             outcome = OUTCOME_OF_ENDING[Ending.CONTACT_LOST]
     except CoulombError as error:
         outcome = OUTCOME_OF_ENDING[error.ending]
@@ -79,15 +78,12 @@ class _Run:
     def slide_to_limits(self) -> None:
         """Step from change of roles to change of roles. Raises CoulombError where the contact has no solution."""
         case, solved = self.case, self.solved
-        farthest = min(case.farthest, OFF_THE_SLAB)
         rates = stick_and_slide_in_motion(solved, 1.0)
         self.initial_stiffness = float(rates[0][0].sum())
-        target = Target(case, self.start, self.initial_stiffness)
-        while len(self.rows) < (case.max_events or math.inf) and solved.displacement < farthest:
-            if len(self.rows) == target.next_look and target.reached(self.events(), len(self.rows)):
-                break
+        end_at = min(farthest(case, self.initial_stiffness), OFF_THE_SLAB)
+        while len(self.rows) < (case.max_events or math.inf) and solved.displacement < end_at:
             step, kind, node = next_change(solved, rates, 1.0)
-            longest = min(LONGEST_STEP * case.slab.spacing, farthest - solved.displacement)
+            longest = min(LONGEST_STEP * case.slab.spacing, end_at - solved.displacement)
             self.dissipated += advance(solved, min(step, longest), rates, 1.0)
             before, touching, slips = float(solved.force[0].sum()), solved.contact.copy(), solved.node_slips.copy()
             change(solved, kind if step <= longest else EventKind.NOTHING, node)

@@ -13,10 +13,9 @@ from solver.contact.state import ContactState, beyond_window, contact_state
 from solver.contact.window import within_reach
 from solver.elasticity.compliance import SurfaceCompliance, uncoupled
 from solver.outcome import COMPLETED
-from solver.sliding.columns import first_of, first_room, friction_record, grown
+from solver.sliding.columns import farthest, first_of, first_room, friction_record, grown
 from solver.sliding.kernels.full_contact import slide_events
 from solver.sliding.record import FrictionRecord
-from solver.sliding.target import Target
 
 RESUMABLE = 10_000
 """Events after which a run starts afresh from its own state: a run in pieces of so many events has the bits of one in one."""
@@ -49,17 +48,14 @@ def _slide(
     """The run within windows, or on the whole surface; None where a node beyond a window proves to lie inside the pin."""
     compiled = compiled_at(case, compliance, start, whole)
     initial_stiffness = total_shear(compiled.state.contact, compiled.state.rate)
-    target = Target(case, start, initial_stiffness)
-    most = case.max_events or MOST_EVENTS
+    most, end_at = case.max_events or MOST_EVENTS, farthest(case, initial_stiffness)
     events, node_slips, held, windows = first_room(most), np.zeros(case.slab.n_x, np.int64), 0, 0
     while True:
         stop = min(len(events.displacement), most, (held // RESUMABLE + 1) * RESUMABLE)
-        room = first_of(events, min(stop, target.next_look))
-        status, held = slide_events(compiled.state, compiled.constants, room, node_slips, held, case.farthest)
-        if status not in GOING_ON or (status == Stop.FULL and (held == most or target.reached(events, held))):
+        room = first_of(events, stop)
+        status, held = slide_events(compiled.state, compiled.constants, room, node_slips, held, end_at)
+        if status not in GOING_ON or (status == Stop.FULL and held == most):
             break
-        if status == Stop.FULL and held < stop:  # only looked at
-            continue
         if held == len(events.displacement):
             events = grown(events)
         windows += status == Stop.WINDOW_TOO_NARROW

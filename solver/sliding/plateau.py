@@ -1,19 +1,14 @@
-"""Where a friction record becomes steady (§3.2.1), and its mean there: deterministic, from the record alone.
+"""The steady part of a friction record (§3.2.1), and its mean: what follows the run-in.
 
-The force is integrated exactly into equal bins of displacement. The steady part starts where truncation minimises the
-marginal standard error of the mean, the sum of squares about the mean over the squared number of bins kept (MSER).
-Where a record goes on for half a node spacing or more after its initial contact is forgotten, the steady part is all of that;
-from one spacing on, the last whole spacings: what the pin meets repeats with them, so a mean over whole ones is free of the
-modulation within one, and a pin that goes on over them for ever (§2.2.2) meets what it would meet.
-It is refused where the force of whole spacings differs from that before them, so many spacings ago; of less, where a line
-through eight block means still rises or falls by more than `LARGEST_CHANGE` of the mean, unless the change is lost in the
-scatter of the blocks (less than `SIGNIFICANT` standard errors). A truncation as late as it is allowed to be has no such excuse.
+Run-in ends where the pin has slid RUN_IN presliding lengths: by then nothing is left of initial contact. A record that ends
+before has no plateau. Of a steady part of one node spacing or more the last whole spacings are taken: what the pin
+meets repeats with them, so their mean is free of the modulation within one.
 """
 
 import math
 from collections.abc import Iterator
 from dataclasses import dataclass, field
-from typing import ClassVar, Final, NamedTuple
+from typing import ClassVar, Final
 
 import numpy as np
 from numpy.typing import NDArray
@@ -21,27 +16,13 @@ from numpy.typing import NDArray
 from solver.outcome import COMPLETED, Ending, Outcome
 from solver.quantity import companion, quantity
 from solver.sliding.record import FrictionRecord
-from solver.sliding.sampling import Sampling, scatter
-from solver.view import Curve, Labelled, Picture, Viewed, in_words, labelled, with_error
+from solver.view import Curve, Labelled, Picture, Viewed, in_words, labelled
 
-BINS: Final = 512
-BLOCKS: Final = 32
-LEAST_SHARE: Final = 0.25
-"""Share of the bins that truncation always keeps."""
-LARGEST_CHANGE: Final = 0.01
-"""Change along the steady part, as a fraction of its mean, that still counts as steady."""
-LEAST_OVERLAP: Final = 0.1
-"""Part of a node spacing before whole ones that is enough to compare their end with."""
-WHOLE: Final = 0.02
-"""Part of a node spacing by which events may miss a whole number of them."""
-SIGNIFICANT: Final = 5.0
-"""Standard errors beyond which a change is no accident (one record in four hundred with eight blocks)."""
+RUN_IN: Final = 1.5
+"""Presliding lengths after which initial contact is forgotten: measured by tests.verification.run_in."""
 FEWEST_EVENTS: Final = 8
-TELLING: Final = 0.3
-"""Node spacings of a plateau from which on it is known what a longer record would change: of shorter ones, of 124 random scenes,
-one in nine was off by more than twice of what it stated, and some by a tenth."""
-SETTLING: Final = 3.0
-"""How often the contact is stretched as far as before it slides until nothing is left of initial contact."""
+"""Of a steady part: fewer say nothing of a mean over a sawtooth."""
+BLOCKS: Final = 32
 
 
 @dataclass(frozen=True, slots=True, repr=False)
@@ -49,18 +30,14 @@ class Plateau(Viewed):
     """The steady part of a friction record; forces as F/W, NaN where `outcome` is not ok.
 
     It reaches from event `first_event` at displacement `start` (L_x) to event `last_event` at `end`, just after both.
-    mean and std are displacement-weighted integrals over the sawtooth, without approximation. uncertainty is the standard
-    error of the mean as an estimate of that over all positions of the pin (see solver.sliding.sampling): it knows how many node
-    spacings the steady part spans, and is NaN where nothing tells it (`Sampling.of_length`). of_length is the part of it that a
-    longer record makes smaller; drawn that by the draw of μ_i, over the mean. peak: the highest force; spacings: its length.
+    mean and std are displacement-weighted integrals over the sawtooth, without approximation. peak: the highest force.
     """
 
     mean: float = field(
         metadata=quantity(
             "F/W on the plateau",
-            uncertainty="plateau_uncertainty",
             symbol="F/W",
-            ensemble="mean",
+            ensemble=True,
             comment="mean friction force over load on the steady part of the record, over displacement",
             si=companion(
                 "plateau over μ_i",
@@ -68,7 +45,6 @@ class Plateau(Viewed):
                 "intrinsic_friction",
                 "plateau_ratio",
                 symbol="F/(μ_i·W)",
-                uncertainty="plateau_ratio_uncertainty",
                 comment="plateau_mean over intrinsic_friction; NaN where that is 0 or infinite",
             ),
         )
@@ -81,12 +57,10 @@ class Plateau(Viewed):
             "standard deviation on the plateau", comment="of F/W over displacement, on the steady part of the record"
         )
     )
-    uncertainty: float = field(
+    block_error: float = field(
         metadata=quantity(
-            "standard error of plateau_mean",
-            comment="of an estimate of the mean over all starts, as F/W; NaN with the contact at an end of the surface, "
-            "or where ν is near 0.5 and all nodes slip at once",
-            si=companion("standard error of plateau_ratio", "1", "intrinsic_friction", "plateau_ratio_uncertainty"),
+            "block error of the plateau",
+            comment="largest standard error of the mean F/W from 8 to 32 blocks, of one start alone",
         )
     )
     start: float = field(
@@ -95,8 +69,6 @@ class Plateau(Viewed):
     end: float = field(
         metadata=quantity("end of the plateau, in L_x", comment="pin displacement where the steady part ends")
     )
-    drawn: float = field(metadata=quantity("relative error by the draw of μ_i", comment="part of plateau_uncertainty"))
-    of_length: float
     first_event: int
     last_event: int
     peak: float
@@ -105,23 +77,9 @@ class Plateau(Viewed):
     PREFIX: ClassVar[str] = "plateau_"
     """What its numbers get in front in a dataset."""
 
-    @property
-    def relative_uncertainty(self) -> float:
-        """The standard error of the mean over the mean; infinite where it is not known, or there is no plateau but 0."""
-        return self._relative(self.uncertainty)
-
-    @property
-    def relative_length_error(self) -> float:
-        """The same of the part that a longer record makes smaller; infinite of a plateau too short to say so."""
-        # A pin whose pressures are frozen spans none, and goes on meeting the same.
-        return math.inf if 0.0 < self.spacings < TELLING else self._relative(self.of_length)
-
-    def _relative(self, error: float) -> float:
-        return error / abs(self.mean) if self.outcome.ok and self.mean and not math.isnan(error) else math.inf
-
     def _facts(self) -> Iterator[str]:
         if self.outcome.ok:
-            yield f"F/W {with_error(self.mean, self.uncertainty)}"
+            yield f"F/W {self.mean:.4g}"
             yield f"δ_p/L_x {self.start:.4g} to {self.end:.4g}"
             yield f"{self.spacings:.4g} node spacings"
         yield in_words(self.outcome)
@@ -171,73 +129,21 @@ def teeth(record: FrictionRecord) -> Teeth:
     )
 
 
-class _Beginning(NamedTuple):
-    """Where the steady part begins (L_x), whether that is as late as it may be, and what of whole spacings lies before it."""
-
-    at: float
-    latest: bool = False
-    before: float = 0.0
-
-
-class _Stretch(NamedTuple):
-    """What may be the steady part: from just after event `first` at `start` (L_x) to the last one at `end`."""
-
-    first: int
-    start: float
-    end: float
-    blocks: NDArray[np.float64]
-    """Mean force in BLOCKS equal parts of it."""
-
-
 def plateau_of(record: FrictionRecord) -> Plateau:
-    """Find the steady part of `record`; the outcome is `NO_PLATEAU`, with advice, where there is none."""
+    """The steady part of `record`; the outcome is `NO_PLATEAU`, with advice, where there is none."""
     events = len(record.displacement)
-    if events < 2 * FEWEST_EVENTS:
-        return _refused(f"{events} events: a plateau needs at least {2 * FEWEST_EVENTS}; raise {_limit(record)}")
-    whole = teeth(record)
-    complaint = ""
-    for begins in _beginnings(record, whole):
-        first = int(np.searchsorted(record.displacement, begins.at))
-        within = max(events - 1 - first, 0)
-        if within < FEWEST_EVENTS:
-            complaint = f"{within} events in the steady part: needs {FEWEST_EVENTS} or more; raise {_limit(record)}"
-            continue
-        start, end = float(record.displacement[first]), float(record.displacement[-1])
-        stretch = _Stretch(first, start, end, whole.block_means(start, end, BLOCKS))
-        complaint = _complaint(record, whole, begins, stretch)
-        if not complaint:
-            return _plateau(record, whole, stretch)
-    return _refused(complaint)
-
-
-def _complaint(record: FrictionRecord, whole: Teeth, begins: _Beginning, stretch: _Stretch) -> str:
-    """What is wrong with calling the record steady in a stretch, with advice; empty if nothing is."""
-    if begins.before >= LEAST_OVERLAP * record.spacing:
-        wrong = _unlike(whole, stretch.start, stretch.end, min(begins.before, record.spacing))
-    else:
-        wrong = unsteadiness(stretch.blocks, latest=begins.latest)
-    return f"the friction force still {wrong}; raise {_limit(record)}" if wrong else ""
-
-
-def _limit(record: FrictionRecord) -> str:
-    """The limit at which a record ended: one of displacement is reached between two events, that of events with the last one."""
-    last = record.displacement[-1] if len(record.displacement) else -math.inf
-    moved_on = (
-        record.final_displacement - last > 1e-12 * record.final_displacement
-    )  # beyond the rounding of a sum of steps
-    return "limits.spacings or limits.displacement, which ended it" if moved_on else "limits.events"
-
-
-def _plateau(record: FrictionRecord, whole: Teeth, stretch: _Stretch) -> Plateau:
-    """What the record is in a stretch that is steady."""
-    first, start, end, blocks = stretch
-    last = len(record.displacement) - 1
+    begins = RUN_IN * record.presliding_length
+    slid = record.final_displacement / record.presliding_length if record.presliding_length > 0.0 else math.inf
+    if not begins < record.final_displacement:
+        return _refused(f"the record ends after {slid:.2g} presliding lengths, run-in takes {RUN_IN:g}", record)
+    if events and (whole := math.floor((record.displacement[-1] - begins) / record.spacing)):
+        begins = record.displacement[-1] - whole * record.spacing
+    first, last = int(np.searchsorted(record.displacement, begins)), events - 1
+    if last - first < FEWEST_EVENTS:
+        return _refused(f"{max(last - first, 0)} events after run-in: needs {FEWEST_EVENTS}", record)
     steady = Teeth(record.displacement[first:], record.force_after[first:last], record.force_before[first + 1 :])
+    start, end = float(steady.edges[0]), float(steady.edges[-1])
     mean, std = _moments(steady)
-    sampling = sampling_of(record, first, end - start)
-    count = math.floor(sampling.spacings)
-    spacings = whole.block_means(start, end, count) if count >= 2 else None
-    of_length = sampling.of_length(blocks, mean_uncertainty(blocks), spacings)
     return Plateau(
         start=start,
         end=end,
@@ -245,95 +151,16 @@ def _plateau(record: FrictionRecord, whole: Teeth, stretch: _Stretch) -> Plateau
         last_event=last,
         mean=mean / record.normal_load,
         std=std / record.normal_load,
-        uncertainty=sampling.with_disorder(of_length, float(blocks.mean())) / record.normal_load,
-        drawn=sampling.drawn,
-        of_length=of_length / record.normal_load,
+        block_error=block_error(steady.block_means(start, end, BLOCKS)) / record.normal_load,
         peak=float(max(steady.start.max(), steady.end.max())) / record.normal_load,
-        spacings=sampling.spacings,
+        spacings=(end - start) / record.spacing,
     )
 
 
-def sampling_of(record: FrictionRecord, first: int, length: float) -> Sampling:
-    """What a stretch of a record that begins after event `first` and is so long (L_x) can know."""
-    nodes = float(record.contact_size[first:].mean()) if len(record.contact_size) > first else float("nan")
-    # Events and their distances are rounded: a stretch made to be whole spacings is.
-    spacings = length / record.spacing
-    whole = round(spacings)
-    counted = float(whole) if whole and abs(spacings - whole) < WHOLE else spacings
-    return Sampling(counted, nodes, record.residual_shear, record.spread, record.at_an_end, record.nodes_as_one)
-
-
-def _beginnings(record: FrictionRecord, whole: Teeth) -> Iterator[_Beginning]:
-    """Where the steady part may begin, the best first: as many whole spacings as there are, or fewer if the force changes."""
-    end = float(record.displacement[-1])
-    settled = (
-        SETTLING * abs(record.final_force / record.initial_stiffness) if record.initial_stiffness > 0.0 else math.inf
-    )
-    spacings = (end - settled) / record.spacing
-    count = math.floor(spacings) if spacings >= 1.0 else 0
-    while count:
-        begins = end - count * record.spacing
-        yield _Beginning(begins, before=begins - settled)
-        count //= 2
-    if 0.5 <= spacings < 1.0:
-        yield _Beginning(settled)
-    if spacings < 0.5:
-        kept_from = truncation(whole.block_means(0.0, record.final_displacement, BINS))
-        yield _Beginning(record.final_displacement * kept_from / BINS, kept_from >= latest_truncation(BINS))
-
-
-def _unlike(whole: Teeth, start: float, end: float, overlap: float) -> str:
-    """What is wrong with calling whole spacings from `start` to `end` steady, as the end of a sentence; empty if nothing is.
-
-    The force over the last stretch of them and over the one before them, so many spacings ago, are to be alike: the pin is
-    where it was between the nodes.
-    """
-    now = whole.block_means(end - overlap, end, 8)
-    change = now - whole.block_means(start - overlap, start, 8)
-    share = float(change.mean()) / abs(float(now.mean())) if now.mean() else math.inf
-    error = scatter(change) / math.sqrt(8)
-    if abs(share) <= LARGEST_CHANGE or abs(float(change.mean())) <= SIGNIFICANT * error:
-        return ""
-    return f"{'rises' if share > 0.0 else 'falls'} by {abs(share):.1%} from one node spacing to the next"
-
-
-def latest_truncation(count: int) -> int:
-    """The last bin, of `count`, at which a steady part may start."""
-    return int(count * (1.0 - LEAST_SHARE))
-
-
-def truncation(bins: NDArray[np.float64]) -> int:
-    """First bin of the steady part: the one that minimises the marginal standard error of what follows it."""
-    centred = (bins - bins[-1])[::-1]
-    kept = np.arange(1, len(bins) + 1)
-    squares = (centred**2).cumsum() - centred.cumsum() ** 2 / kept
-    return int((squares / kept**2)[::-1][: latest_truncation(len(bins)) + 1].argmin())
-
-
-def mean_uncertainty(blocks: NDArray[np.float64]) -> float:
+def block_error(blocks: NDArray[np.float64]) -> float:
     """Largest standard error of the mean from 8, 16 and 32 blocks, given the means of 32: long correlation counts."""
     grouped = (blocks, *(blocks.reshape(count, -1).mean(axis=1) for count in (8, 16)))
-    return max(scatter(means) / math.sqrt(len(means)) for means in grouped)
-
-
-_PLACES: Final = (np.arange(8) - 3.5) / 8.0
-"""Of eight equal parts of a stretch, in its lengths from its middle."""
-
-
-def unsteadiness(blocks: NDArray[np.float64], latest: bool) -> str:
-    """What is wrong with calling 32 block means steady, as the end of a sentence; empty if nothing is.
-
-    latest: the truncation is as late as it may be, so that scatter does not excuse a change.
-    """
-    means = blocks.reshape(8, -1).mean(axis=1)
-    mean, place = float(means.mean()), _PLACES
-    change = float(place @ means / (place @ place))
-    rest = means - mean - change * place
-    error = float(np.sqrt(rest @ rest / 6.0 / (place @ place)))
-    share = change / abs(mean) if mean else np.inf
-    if abs(share) <= LARGEST_CHANGE or (abs(change) <= SIGNIFICANT * error and not latest):
-        return ""
-    return f"{'rises' if share > 0.0 else 'falls'} by {abs(share):.1%} along the best steady part"
+    return max(float(np.std(means, ddof=1)) / math.sqrt(len(means)) for means in grouped)
 
 
 def _moments(steady: Teeth) -> tuple[float, float]:
@@ -344,6 +171,12 @@ def _moments(steady: Teeth) -> tuple[float, float]:
     return mean, float(np.sqrt(width @ (low * low + low * high + high * high) / (3.0 * width.sum())))
 
 
-def _refused(message: str) -> Plateau:
+def _refused(message: str, record: FrictionRecord) -> Plateau:
+    """No plateau, and which limit to raise: one of displacement ends a record between two events, that of events at the last."""
+    last = record.displacement[-1] if len(record.displacement) else -math.inf
+    between = (
+        record.final_displacement - last > 1e-12 * record.final_displacement
+    )  # beyond the rounding of a sum of steps
+    limit = "limits.presliding, spacings or displacement, whichever ended it" if between else "limits.events"
     nan = float("nan")
-    return Plateau(nan, nan, nan, nan, nan, nan, nan, nan, 0, 0, nan, Outcome(Ending.NO_PLATEAU, message))
+    return Plateau(nan, nan, nan, nan, nan, nan, 0, 0, nan, Outcome(Ending.NO_PLATEAU, f"{message}; raise {limit}"))

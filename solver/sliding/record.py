@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 
 from solver.contact.kernels.enumerations import EventKind
 from solver.outcome import Outcome
-from solver.quantity import GRID_ERROR, companion, quantities, quantity
+from solver.quantity import companion, quantities, quantity
 from solver.view import Curve, Picture, Viewed, in_words
 
 EVENT_KINDS = tuple(kind.name.lower() for kind in EventKind if kind is not EventKind.NOTHING)
@@ -90,12 +90,8 @@ class FrictionRecord(Viewed):
     spacing: float
     """Distance between surface nodes: what the pin meets repeats with it. Infinite where pressures are constant: then the pin
     goes on meeting what it met where it touched."""
-    residual_shear: float
-    """Shear that a slip leaves, as a share of μ_i·pressure."""
-    spread: float
-    """Standard deviation of μ_i over the nodes, over its mean."""
-    nodes_as_one: float
-    """How many nodes give way as one: more than 1 on a nearly incompressible slab's elements."""
+    presliding_length: float
+    """μ_i·W/K, in L_x: where a contact that stuck as a whole would reach the friction of all its nodes. Infinite if K ≤ 0."""
     initial_force: float = field(
         metadata=quantity(
             "F/W after initial contact",
@@ -106,9 +102,7 @@ class FrictionRecord(Viewed):
         )
     )
     initial_stiffness: float = field(
-        metadata=quantity(
-            "stiffness at first, in G·L_y", uncertainty=GRID_ERROR, comment="dF/dδ_p before the first event"
-        )
+        metadata=quantity("stiffness at first, in G·L_y", of_grid=True, comment="dF/dδ_p before the first event")
     )
     initial_slips: int = field(metadata=quantity("node slips of initial contact"))
     initial_contact_size: int = field(metadata=quantity("nodes in contact after initial contact"))
@@ -137,18 +131,6 @@ class FrictionRecord(Viewed):
     )
     outcome: Outcome
     """How the run ended."""
-
-    @property
-    def at_an_end(self) -> bool:
-        """Whether the contact came to an end of the surface: an end node is in contact at first or at last, slipped or
-        triggered an event, or all nodes touched.
-
-        What the pin meets then does not repeat with the nodes, as it goes on and the end does not.
-        """
-        last = len(self.node_x) - 1
-        most = max(self.initial_contact_size, int(self.contact_size.max(initial=0)))
-        slipped = bool(self.node_slips[0] or self.node_slips[last])
-        return self.end_nodes > 0 or slipped or most > last or bool(((self.node == 0) | (self.node == last)).any())
 
     def _facts(self) -> Iterator[str]:
         yield f"{len(self.displacement)} events"

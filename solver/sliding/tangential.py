@@ -20,11 +20,10 @@ from solver.contact.state import ContactState
 from solver.contact.tableau import in_lines, inverse
 from solver.elasticity.compliance import SurfaceCompliance
 from solver.outcome import COMPLETED, Outcome
-from solver.sliding.columns import first_of, first_room, friction_record, grown
+from solver.sliding.columns import farthest, first_of, first_room, friction_record, grown
 from solver.sliding.kernels.events import Events
 from solver.sliding.kernels.tangential import TangentialState, refresh, slide_tangentially
 from solver.sliding.record import FrictionRecord
-from solver.sliding.target import Target
 
 
 def slide_with_constant_pressures(
@@ -32,15 +31,13 @@ def slide_with_constant_pressures(
 ) -> tuple[FrictionRecord, ContactState]:
     """Slide from `start` to the limits of `case`: the record, and the contact where it ends."""
     contact = TangentialContact(case, compliance, start)
-    most = case.max_events or MOST_EVENTS
+    most, end_at = case.max_events or MOST_EVENTS, farthest(case, contact.stiffness)
     events, held = first_room(most), 0
-    target = Target(case, start, contact.stiffness)
     while True:
-        outcome, held = contact.slide(first_of(events, min(most, target.next_look)), held, case.farthest)
-        if outcome is not None or held == most or target.reached(events, held):
+        outcome, held = contact.slide(first_of(events, most), held, end_at)
+        if outcome is not None or held == most:
             break
-        if held == len(events.displacement):
-            events = grown(events)
+        events = grown(events)
     end = contact.state(outcome or COMPLETED)
     return friction_record(case, start, contact.stiffness, events, contact.node_slips(), held, end), end
 
@@ -67,10 +64,10 @@ class TangentialContact:
         slips[self._nodes] = self._node_slips
         return slips
 
-    def slide(self, events: Events, held: int, farthest: float) -> tuple[Outcome | None, int]:
-        """Fill `events` from number `held` on, up to δ_p = farthest: how it ended, None where they are full; and how many
+    def slide(self, events: Events, held: int, end_at: float) -> tuple[Outcome | None, int]:
+        """Fill `events` from number `held` on, up to δ_p = end_at: how it ended, None where they are full; and how many
         there are now."""
-        status, held = slide_tangentially(self._state, self._constants, events, self._node_slips, held, farthest)
+        status, held = slide_tangentially(self._state, self._constants, events, self._node_slips, held, end_at)
         if not np.isfinite(self._state.shear).all():
             # No comparison in the kernel sees a NaN, and none ever leaves the shear again.
             return NOT_FINITE, held

@@ -21,8 +21,7 @@ from solver.case import Case
 from solver.contact.closed_forms import film_half_width
 from solver.contact.normal.contact import expected_half_width
 from solver.contact.state import ContactState
-from solver.quantity import CONTACT_SIZE, GRID_ERROR, quantity
-from solver.sliding.plateau import plateau_of
+from solver.quantity import quantity
 from solver.sliding.record import FrictionRecord
 
 FEWEST_NODES = 12
@@ -61,19 +60,19 @@ FEW_NODES = Flag(
 NEAR_ENDS = Flag(
     2,
     "near_ends",
-    f"contact nearer to an end of the slab than {NEAR:g} of its half-width: its plateau may drift beyond ±",
+    f"contact nearer to an end of the slab than {NEAR:g} of its half-width",
     "lower normal_load, radius (half_width of a punch) or the record's limits",
 )
 OUTGROWN = Flag(
     4,
     "outgrown",
-    "contact at an end of the surface, where the grid ends and not the contact: its means have no known uncertainty",
+    "contact at an end of the surface, where the grid ends and not the contact",
     "lower normal_load, radius (half_width of a punch) or the record's limits",
 )
 WHOLE_SLAB = Flag(
     8,
     "whole_slab",
-    "all surface nodes in contact: the slab under a load, no contact of its own size; its means have no known uncertainty",
+    "all surface nodes in contact: the slab under a load, no contact of its own size",
     "lower normal_load or radius (half_width of a punch)",
 )
 BEYOND_CONTACT = Flag(
@@ -87,12 +86,6 @@ LARGE_STRAIN = Flag(
     "large_strain",
     f"mean pressure above {LARGEST_PRESSURE:g} G: strains beyond linear elasticity",
     "lower normal_load, or raise radius (half_width of a punch)",
-)
-UNCERTAIN = Flag(
-    64,
-    "uncertain",
-    "plateau less certain than limits.uncertainty asks for",
-    "raise the record's other limits, or limits.uncertainty",
 )
 UNRESOLVED_SLAB = Flag(
     128,
@@ -113,13 +106,14 @@ FLAGS = (
     WHOLE_SLAB,
     BEYOND_CONTACT,
     LARGE_STRAIN,
-    UNCERTAIN,
     UNRESOLVED_SLAB,
     TOGETHER,
 )
-"""All of them. `near_ends`, `outgrown` and `whole_slab` are degrees of one thing: a contact has the last that applies."""
+"""All of them; only older datasets have the bit 64. `near_ends`, `outgrown` and `whole_slab` are degrees of one thing: a contact
+has the last that applies."""
 
 Flags = tuple[Flag, ...]
+_NAME_OF_BIT = {flag.mask: flag.name for flag in FLAGS}
 
 
 @dataclass(frozen=True, slots=True)
@@ -132,15 +126,15 @@ class Validity:
             comment="at any time of the record; "
             "of a contact that was not reached those to be expected; bits by flag_masks; 0: none, or not computed "
             "(see outcome); what each means and asks for is in advice",
-            flags=tuple(flag.name for flag in FLAGS),
+            flags=tuple(_NAME_OF_BIT.get(1 << bit, "") for bit in range(FLAGS[-1].mask.bit_length())),
         )
     )
     contact_half_width: float = field(
         metadata=quantity(
             "half-width of the contact, in L_x",
             symbol="a/L_x",
-            uncertainty=GRID_ERROR,
-            whole_nodes=CONTACT_SIZE,
+            ensemble=True,
+            of_grid=True,
             comment="after initial contact: "
             "half of nodes in contact times spacing, at most half the slab: right to within a spacing, of a contact of "
             "k nodes 2/k of it",
@@ -222,7 +216,7 @@ def record_flags(case: Case, start: ContactState, record: FrictionRecord, end: C
     travel = record.final_displacement - start.displacement
     half_width = contact_half_width(case, start)
     seen = _Seen(fewest, most, half_width, _margin(case, nodes), travel)
-    return _judged(case, seen, _guess(case)) + ((UNCERTAIN,) if _uncertain(case, record) else ())
+    return _judged(case, seen, _guess(case))
 
 
 def _guess(case: Case) -> float:
@@ -231,12 +225,6 @@ def _guess(case: Case) -> float:
     if case.pin == "flat_punch" or slab.scheme.endless or not slab.scheme.continuum:
         return expected
     return min(expected, film_half_width(case.normal_load, case.radius, slab.poisson, slab.aspect_ratio))
-
-
-def _uncertain(case: Case, record: FrictionRecord) -> bool:
-    """Whether a record came to its limits before its plateau was as certain as it was to be."""
-    enough = case.target_uncertainty
-    return enough is not None and record.outcome.ok and plateau_of(record).relative_uncertainty > enough
 
 
 def contact_half_width(case: Case, state: ContactState) -> float:

@@ -196,7 +196,7 @@ def lateral_stiffness(compliance: SurfaceCompliance, nodes: NDArray[np.int64]) -
 
 def _try(setup: Setup, slab: Slab, effort: Effort) -> Iterator[Tried]:
     """The discretization measured, or nothing where the slab or its contact has no answer in it."""
-    case = replace(setup.case.whole, slab=slab, max_events=None, max_displacement=DISPLACEMENT)
+    case = replace(setup.case, slab=slab, max_events=None, max_displacement=DISPLACEMENT)
     try:
         compliance, seconds = timed(partial(surface_compliance, slab), effort.repeats)
     except SolverError:

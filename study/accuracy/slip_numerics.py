@@ -40,7 +40,6 @@ def measure_slip_numerics(setup: Setup, effort: Effort) -> Diagram:
     if case.max_displacement is None:
         reached = slide(case, surface_compliance(case.slab)).final_displacement
         case = replace(case, max_events=None, max_displacement=reached)
-    case = case.whole
     rows: list[Row] = []
     for knob, cases in _turned(case, effort).items():
         found = [
@@ -66,7 +65,7 @@ def read(record: FrictionRecord, setup: Setup) -> Reading:
     """Observables of a record, and of the setup's drive over it; NaN where there is no plateau."""
     nothing = (math.nan, math.nan)
     events = event_statistics(record)
-    step = (events.mean_step, events.mean_step_uncertainty)
+    step = (events.mean_step, math.nan)
     plateau = plateau_of(record)
     if not plateau.outcome.ok:
         return {"plateau": nothing, "static": nothing, "kinetic": nothing, "step": step}
@@ -74,9 +73,9 @@ def read(record: FrictionRecord, setup: Setup) -> Reading:
     motion = integrate(friction_limit_of(record, plateau, drive.profile), drive, record.initial_stiffness)
     coefficients = friction_coefficients(motion, record, plateau)
     return {
-        "plateau": (plateau.mean, plateau.uncertainty),
-        "static": (coefficients.static_friction, coefficients.static_friction_uncertainty),
-        "kinetic": (coefficients.kinetic_friction, coefficients.kinetic_friction_uncertainty),
+        "plateau": (plateau.mean, plateau.block_error),
+        "static": (coefficients.static_friction, math.nan),
+        "kinetic": (coefficients.kinetic_friction, coefficients.kinetic_friction_block_error),
         "step": step,
     }
 
@@ -100,7 +99,7 @@ def _sheet(rows: tuple[Row, ...]) -> Diagram:
     for name, meaning in OBSERVABLES.items():
         words |= {
             name: meaning,
-            f"{name}_uncertainty": f"standard error of the {meaning}, from blocks",
+            f"{name}_uncertainty": f"block error of the {meaning}, of one start",
             f"{name}_difference": f"difference of the {meaning} from the reference's, over it",
             f"{name}_distance": f"difference of the {meaning} from the reference's, over their combined uncertainty",
         }

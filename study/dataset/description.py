@@ -11,28 +11,23 @@ from dataclasses import dataclass, replace
 
 from solver.quantity import Quantity
 from solver.sliding.distributions.record import SIZES
-from study.dataset.collection.ensemble import ensemble_quantities, observables
 from study.dataset.variables import (
     ADVICE,
     CASE_ID,
     COMPUTED_BY,
     DISCRETIZATION_ERROR,
     DRIVE,
+    DRIVE_MEMBERS,
     DRIVE_NAME,
     EVENT_DROP,
-    LEFT_OUT,
-    LENGTH_ERRORS,
-    MEMBERS_USED,
-    MEMBERS_WITH_CYCLE,
+    MEMBERS,
     OUTCOMES,
     SOFTWARE,
     all_groups,
     companions,
-    influences,
     parameters,
     scalars,
 )
-from study.plan.influence.scene import OF_DRIVES
 from study.plan.tasks import KINDS
 
 CASES = "cases"
@@ -71,8 +66,11 @@ def rows() -> list[Described]:
 
 
 def described(name: str) -> Described:
-    """One variable. Raises KeyError that names the nearest ones, or those of this symbol, where there is none of this name."""
-    found = next((each for each in _all() if each.name == name), None)
+    """One variable, those beside means included.
+
+    Raises KeyError that names the nearest ones, or those of this symbol, where there is none of this name.
+    """
+    found = next((each for each in _all(beside=True) if each.name == name), None)
     if found is None:
         called = list(dict.fromkeys(each.name for each in rows() if each.symbol == name))
         near = called or difflib.get_close_matches(name, {each.name: each for each in rows()}, n=3, cutoff=0.5)
@@ -159,7 +157,6 @@ class _Family:
 
 _FAMILIES = {
     "statistics": _Family("SIZE", SIZES),
-    "the ensemble": _Family("NAME", {each.name: each.long_name for each in observables().values()}),
 }
 """Sections whose rows are folded."""
 
@@ -168,8 +165,9 @@ _HEAD = """# Variables of a dataset
 What `results.nc` can hold; which of it a campaign has follows from its stages and outputs. Lengths are in slab widths L_x,
 forces over the load W, stiffness in G·L_y, where no SI unit is given. `cases` stands for the dimensions of the cases:
 `intrinsic_friction`, `radius`, `aspect_ratio`, `n_x` and every further axis, or `case`; `drive` is a dimension where there are
-several drives. The root of the file has scalars and parameters; records, trajectories, contacts, the inside of slabs and the
-software are groups of their own. `nanoslip describe NAME` says the same of one variable.
+several drives. Numbers are means over the members of each case's ensemble; beside many stand `NAME_uncertainty`, their ±, and
+`NAME_members`, how many members have a value. The root of the file has scalars and parameters; records, trajectories, contacts,
+the inside of slabs and the software are groups of their own. `nanoslip describe NAME` says the same of one variable.
 This page is written by `python -m study.dataset.description`."""
 
 
@@ -184,21 +182,19 @@ def _line(variable: Described) -> str:
     return "| " + " | ".join(cell.replace("|", "\\|") for cell in cells) + " |"
 
 
-def _all() -> Iterator[Described]:
+def _all(beside: bool = False) -> Iterator[Described]:
+    """Those of all groups. beside: with the ± and the counts of members that stand beside means."""
     ending, message = OUTCOMES[""]
-    own = (CASE_ID, ending, message, COMPUTED_BY[""], DISCRETIZATION_ERROR, ADVICE, LEFT_OUT[""], LENGTH_ERRORS[""])
+    own = (CASE_ID, ending, message, COMPUTED_BY[""], DISCRETIZATION_ERROR, ADVICE, MEMBERS)
     yield from _of("the case", CASES, own)
     for kind in KINDS:
-        head = (*OUTCOMES[DRIVE], COMPUTED_BY[DRIVE], LEFT_OUT[DRIVE], LENGTH_ERRORS[DRIVE]) if kind == DRIVE else ()
+        head = (*OUTCOMES[DRIVE], COMPUTED_BY[DRIVE], DRIVE_MEMBERS) if kind == DRIVE else ()
         dims = f"{CASES}, drive" if kind == DRIVE else CASES
-        yield from _of(_GROUPS.get(kind, kind), dims, (*head, *scalars(kind).values(), *companions(kind).values()))
+        own = (*head, *scalars(kind).values(), *companions(kind).values())
+        around = [part for each in own for part in (each, *each.beside)] if beside else own
+        yield from _of(_GROUPS.get(kind, kind), dims, around)
     for group in all_groups().values():
         yield from _of("the runs of a case", f"{CASES}, drive" if group.driven else CASES, (group.id,))
-    yield from _of("the ensemble", f"{CASES} without member", (MEMBERS_USED, MEMBERS_WITH_CYCLE))
-    for observable in observables().values():
-        yield from _of("the ensemble", f"{CASES} without member", ensemble_quantities(observable).values())
-    for name, quantity in influences().items():
-        yield from _of("what is left out", f"{CASES}, drive" if name in OF_DRIVES else CASES, (quantity,))
     yield from _of("parameters", "where they vary", (DRIVE_NAME, *parameters().values()))
     for group in all_groups().values():
         counts = [series[0].count for series in group.samples.values()]
@@ -218,7 +214,7 @@ _GROUP = "group "
 
 def _of(group: str, dims: str, quantities: Iterable[Quantity]) -> Iterator[Described]:
     for each in quantities:
-        values = each.flags or each.codes or each.words
+        values = tuple(filter(None, each.flags)) or each.codes or each.words
         facts = ("" if each.words else each.units, each.long_name, each.symbol, each.uncertainty, each.comment, values)
         yield Described(each.name, group, dims, *facts)
 

@@ -18,12 +18,10 @@ from study.results.whole_file import written_whole
 
 FILE: Final = "results.nc"
 FORMAT: Final = "nanoslip_format"
-VERSION: Final = 3
+VERSION: Final = 4
 """Attribute of a dataset, and its value: to be raised whenever a variable is added, renamed or given another meaning."""
 CHOSEN: Final = "numerics_chosen"
 """Attribute of a dataset of a campaign that asks for an error: the numerics that it got, as JSON."""
-INFLUENCES: Final = "measured_influences"
-"""Attribute of a dataset of a campaign with a tolerance: the file of influences that it was decided from, and its hash."""
 MIXED: Final = "mixed_software"
 """Attribute of a dataset whose results are not all by the same software: names all of it, with counts."""
 

@@ -2,12 +2,13 @@
 
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, fields, replace
-from typing import Any, Final
+from typing import Final
 
 import numpy as np
 import xarray as xr
 from numpy.typing import NDArray
 
+from solver.quantity import Quantity
 from study.dataset import file
 from study.dataset.collection.ragged import windows
 from study.dataset.comparison import (
@@ -117,24 +118,24 @@ _FRONT: Final = "discretization_front"
 class Pair:
     """A dataset and the same one computed again, case by case."""
 
-    def __init__(self, found: xr.Dataset, again: xr.Dataset, left_out: set[str], missing: NDArray[np.bool_]) -> None:
-        """missing: over the cases, those that the dataset has and that were not recomputed."""
-        self._found, self._again, self._missing = found, again, missing
+    def __init__(self, found: xr.Dataset, again: xr.Dataset, left_out: set[str]) -> None:
+        """left_out: variables that are not compared."""
+        self._found, self._again = found, again
         self._groups = [
             _Runs(group, groups_of(found)[name], groups_of(again)[name])
             for name, group in all_groups().items()
             if name in groups_of(found) and name in groups_of(again)
         ]
-        self._along = tuple(map(str, again["case_id"].dims))
+        along = set(again["case_id"].dims)
         apart = {group.id.name for group in all_groups().values()} | left_out | _SOFTWARE
         self._names = [
             str(name)
             for name, values in again.data_vars.items()
-            if set(self._along) & set(values.dims) and str(name) not in apart and name in found.variables
+            if along <= set(values.dims) and str(name) not in apart and name in found.variables
         ]
         self._scales = {name: _scale(again[name]) for name in self._names}
         self._before_sliding, self._of_records = before_sliding(), of_records()
-        self._parted, self._moved = (np.zeros(missing.shape, np.bool_) for _ in range(2))
+        self._parted, self._moved = (np.zeros(again["case_id"].shape, np.bool_) for _ in range(2))
 
     def look(self, case: CampaignCase) -> None:
         """See whether a case's last digits moved, and whether its record took another path; for all of them first."""
@@ -156,34 +157,17 @@ class Pair:
         """The verdict on one case."""
         place = place_of(self._again, case.case_id) or {}
         parted = bool(self._parted[tuple(place.values())])
-        # What is made of several cases, as the mean over an ensemble, needs all of them.
-        names = [name for name in self._names if not self._missing[self._together(name, place)].any()]
-        kept, now = self._values(place, names)
         moved = bool(self._moved[tuple(place.values())])
-        differences = [
-            self._scalar(name, kept, now, moved, bool(self._parted[self._together(name, place)].any()))
-            for name in names
-        ]
+        kept, now = self._values(place, self._names)
+        differences = [self._scalar(name, kept, now, moved, parted) for name in self._names]
         for runs in self._groups:
             if not (parted and runs.group.kinds != ("contact",)):
                 differences += self._run(runs, place, moved)
-        turned = "its record" if parted else self._turned(differences)
+        skipped = any(each.words == _NOT_COMPARED for each in differences)
+        turned = "its record" if parted else "a drive" if skipped else ""
         remark = f"{turned} takes another path: compared within uncertainties" if turned else ""
         label = ", ".join(f"{name} = {value}" for name, value in case.parameters.items())
         return finding_of(label, differences, remark)
-
-    def _turned(self, differences: Sequence[Difference]) -> str:
-        """What took another path, where the case's own record did not; empty where nothing did."""
-        skipped = {each.name for each in differences if each.words == _NOT_COMPARED}
-        alone = [name for name in self._names if set(self._along) <= set(self._again.variables[name].dims)]
-        if skipped.isdisjoint(self._names) or not skipped.isdisjoint(alone):
-            return "a drive" if skipped else ""
-        return "another member"  # the mean over members is made of several cases
-
-    def _together(self, name: str, place: "Place") -> tuple[Any, ...]:
-        """The cases that a variable's value at a place is made of, as an index."""
-        dims = self._again.variables[name].dims
-        return tuple(place[dim] if dim in dims else slice(None) for dim in self._along)
 
     def _values(self, place: "Place", names: Sequence[str]) -> "tuple[_Values, _Values]":
         """The variables at a place, as kept and as recomputed."""
@@ -202,8 +186,8 @@ class Pair:
         elsewhere = parted if name in self._of_records else moved or parted
         if not elsewhere or name in self._before_sliding or now[name].dtype == object:
             return found
-        error = str(now[name].attrs.get("ancillary_variables", ""))
-        if not error.endswith("_uncertainty") or error not in now:
+        error = f"{name}_uncertainty"
+        if error not in now:
             return Difference(name, Verdict.WITHIN, 0.0, _NOT_COMPARED)
         # An error that nobody knows is taken for `LITTLE` in all.
         little = LITTLE * self._scales[name] / STANDARD_ERRORS
@@ -277,19 +261,19 @@ Place = dict[str, int]
 
 def before_sliding() -> set[str]:
     """Variables that no decision of sliding changes."""
-    of_contact = {quantity.name for quantity in scalars("contact").values()}
-    of_record = {
-        quantity.name
-        for quantity in scalars("record").values()
-        if quantity.uncertainty == DISCRETIZATION_ERROR.name or quantity.name.startswith("initial_")
-    }
-    return {DISCRETIZATION_ERROR.name} | of_contact | of_record
+    of_record = [each for each in scalars("record").values() if each.of_grid or each.name.startswith("initial_")]
+    return {DISCRETIZATION_ERROR.name} | _names(scalars("contact").values()) | _names(of_record)
 
 
 def of_records() -> set[str]:
     """Variables that sum up a record."""
     both = (*scalars("record").values(), *companions("record").values())
-    return {quantity.name for quantity in both} - before_sliding()
+    return _names(both) - before_sliding()
+
+
+def _names(quantities: Iterable[Quantity]) -> set[str]:
+    """The variables of these quantities, and of their ±."""
+    return {name for each in quantities for name in (each.name, each.uncertainty) if name}
 
 
 def _odd(name: str, words: str) -> Difference:

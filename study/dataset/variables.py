@@ -14,14 +14,11 @@ import numpy as np
 
 from solver.case import Case, parameters_of_a_case
 from solver.drive import Scales
-from solver.parameter import Parameter
 from solver.quantity import GRID_ERROR, Quantity, quantities
 from solver.sliding.distributions.events import EventSizes
 from solver.sliding.validity import Validity
-from study.manifest.cases import MEMBER
 from study.manifest.drives import NamedDrive, drive_parameters
 from study.origin import Origin
-from study.plan.influence.scene import OBSERVABLES
 from study.plan.kinds.kind import Ragged, declared
 from study.plan.tasks import KINDS
 
@@ -121,7 +118,7 @@ def all_groups() -> dict[str, Group]:
     return {name: Group(name, tuple(each for each in found if each.ragged.instance == name)) for name in names}
 
 
-_ORDER: Final = ("record", "trajectory", "contact", "interior")
+_ORDER: Final = ("ensemble", "drive_ensemble", "record", "trajectory", "contact", "interior")
 
 
 DISCRETIZATION_ERROR = Quantity(
@@ -150,17 +147,10 @@ OUTCOMES = {
 }
 """Kind of task ("": all before the drives) -> the variables that say how it ended."""
 
-MEMBERS_USED: Final = Quantity(
-    "members_used",
-    "members computed and needed",
-    comment="means are of those of them that have the number; without those that are not computed yet, and those not needed for "
-    "the ensemble's uncertainty",
+MEMBERS: Final = Quantity(
+    "members", "members computed", comment="independent starts of the case: means are over those that have a value"
 )
-MEMBERS_WITH_CYCLE: Final = Quantity(
-    "members_with_cycle",
-    "members that found a cycle",
-    comment="those whose record repeats itself at its end: cycle_events",
-)
+DRIVE_MEMBERS: Final = Quantity("drive_members", "members that were driven", comment="as members")
 
 _BY_NAME: Final = "by its name along software; empty while pending"
 COMPUTED_BY = {
@@ -168,30 +158,6 @@ COMPUTED_BY = {
     DRIVE: Quantity("drive_computed_by", "software of the dynamic stage", "", comment=_BY_NAME),
 }
 """As `OUTCOMES`: the variables that say which software a result stems from, its inputs' included."""
-
-LEFT_OUT: Final = {
-    "": Quantity(
-        "left_out", "effects left out of the case", "", comment="within the campaign's tolerance; empty: none"
-    ),
-    DRIVE: Quantity("drive_left_out", "effects left out of the drive", "", comment="as left_out"),
-}
-"""As `OUTCOMES`: the variables that say what a campaign with a tolerance left out."""
-
-_ENOUGH: Final = "relative standard error, of a campaign with a tolerance; NaN: computed to the whole length"
-LENGTH_ERRORS: Final = {
-    "": Quantity("length_error_allowed", "length error that ended the record", comment=_ENOUGH),
-    DRIVE: Quantity("drive_length_error_allowed", "length error that ended the drive", comment=_ENOUGH),
-}
-"""As `OUTCOMES`: the variables that say what of a tolerance was spent on shorter records and drives."""
-
-
-@cache  # asked for every case
-def influences() -> dict[str, Quantity]:
-    """Observable -> the variable with its expected change by the effects that are left out."""
-    return {name: Quantity(f"{name}_influence", f"expected change of {name}", comment=_CHANGE) for name in OBSERVABLES}
-
-
-_CHANGE = "relative, by all that is left out; from measured influences, NaN where those are not known"
 
 SOFTWARE: Final = (
     Quantity("software", "name of the software", "", comment="a hash of what is known of it"),
@@ -202,18 +168,13 @@ SOFTWARE: Final = (
 
 
 def parameters() -> dict[str, Quantity]:
-    """The coordinates of a dataset by name: every parameter of cases and drives but files, and the number of a member."""
-    stated = {**parameters_of_a_case(), MEMBER: _MEMBER, **drive_parameters()}
+    """The coordinates of a dataset by name: every parameter of cases and drives but files."""
+    stated = {**parameters_of_a_case(), **drive_parameters()}
     return {
         name: Quantity(name, each.meaning, each.unit, symbol=each.symbol, comment=each.comment)
         for name, each in stated.items()
         if each.axis
     }
-
-
-_MEMBER = Parameter(
-    "number of the ensemble's member", comment="starts of the pin spread over a node spacing, own seeds"
-)
 
 
 def factors(case: Case, scales: Scales, drive: NamedDrive | None) -> dict[str, float]:

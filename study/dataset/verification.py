@@ -16,7 +16,6 @@ One wrong number in a file is never taken for either.
 import hashlib
 import itertools
 import json
-import math
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import fields, replace
 from pathlib import Path
@@ -24,7 +23,6 @@ from typing import Any, Final
 
 import numpy as np
 import xarray as xr
-from numpy.typing import NDArray
 
 from study.dataset import file
 from study.dataset.collection.collect import collect
@@ -33,17 +31,16 @@ from study.dataset.groups import loaded
 from study.dataset.pair import Finding, Pair, Shared, finding_of, place_of
 from study.dataset.variables import OUTCOMES
 from study.manifest.cases import CampaignCase
-from study.manifest.manifest import BOUGHT_BY, Manifest
+from study.manifest.manifest import Manifest
 from study.manifest.reader import parse_manifest
 from study.origin import Origin, computing
-from study.plan.influence.table import load_influences
 from study.plan.plan import Plan, make_plan, plan_of
 from study.plan.standing.endings import NOTHING_KNOWN, PENDING
 from study.plan.task import Task
 from study.provenance import UNKNOWN
 from study.results.store import Store, StoreError
 
-_BESIDE: Final = ("table", "roughness", "front", "influences")
+_BESIDE: Final = ("table", "roughness", "front")
 """Keys of a manifest that name a file, whose text is the attribute manifest_<key>."""
 _BOM: Final = b"\xef\xbb\xbf"
 
@@ -63,11 +60,6 @@ def rebuilt(found: xr.Dataset, path: Path) -> Plan:
     manifest = replace(parse_manifest(path, str(facts["manifest"]), beside), sha256=str(facts["manifest_sha256"]))
     if manifest.drives and OUTCOMES["drive"][0].name not in found:
         raise NotVerifiableError(f"{path}: {OUTCOMES['drive'][0].name}: missing: needs how its drives ended")
-    if tolerated := manifest.tolerated:
-        known = str(load_influences(tolerated.influences, tolerated.influences_text))
-        if known != facts.get(file.INFLUENCES):
-            wrong = f"was decided from {facts.get(file.INFLUENCES, 'unknown influences')}, here are {known}"
-            raise NotVerifiableError(f"{path}: what its cases leave out {wrong}: needs the version that computed it")
     return _planned(manifest, facts, path)
 
 
@@ -83,20 +75,14 @@ def _untouched(path: Path, facts: Mapping[str, Any], beside: Mapping[str, str]) 
 
 
 def _planned(manifest: Manifest, facts: Mapping[str, Any], path: Path) -> Plan:
-    """The plan, with what was chosen then: this package's own front and estimates may choose otherwise now."""
-    if manifest.accuracy is None and manifest.budget is None:
+    """The plan, with what was chosen then: this package's own front may choose otherwise now."""
+    if manifest.accuracy is None:
         return make_plan(manifest)
     try:
         chosen = dict(json.loads(facts[file.CHOSEN]))
     except (KeyError, ValueError, TypeError):
-        raise NotVerifiableError(
-            f"{path}: {file.CHOSEN}: missing or damaged: needs what its accuracy or budget chose"
-        ) from None
-    limits = {name: chosen.pop(name) for name in (BOUGHT_BY,) if name in chosen}
-    numerics, limits = {**manifest.numerics, **chosen}, {**manifest.limits, **limits}
-    # An error that a budget bought is not in the file; that there was one is what the dataset says.
-    accuracy = math.nan if manifest.accuracy is None and chosen else manifest.accuracy
-    return plan_of(replace(manifest, accuracy=accuracy, numerics=numerics, limits=limits))
+        raise NotVerifiableError(f"{path}: {file.CHOSEN}: missing or damaged: needs what its accuracy chose") from None
+    return plan_of(replace(manifest, numerics={**manifest.numerics, **chosen}))
 
 
 def other_software(found: xr.Dataset) -> str:
@@ -185,13 +171,7 @@ def compare(found: xr.Dataset, plan: Plan, cases: Sequence[CampaignCase], store:
         yield finding_of("what all cases share", differences)
         if not shared.comparable:
             return
-        pair = Pair(found, again, shared.left_out, _missing(found, plan, cases))
+        pair = Pair(found, again, shared.left_out)
         for case in cases:
             pair.look(case)
         yield from map(pair.finding, cases)
-
-
-def _missing(found: xr.Dataset, plan: Plan, cases: Sequence[CampaignCase]) -> NDArray[np.bool_]:
-    """Mask over the cases of those that the dataset has and that were not recomputed."""
-    names = {case.case_id for case in computed(plan, found)} - {case.case_id for case in cases}
-    return np.isin(found["case_id"].values.astype(str), sorted(names))

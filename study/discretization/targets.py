@@ -13,7 +13,7 @@ from study.manifest import parameters
 from study.manifest.cases import expanding
 from study.manifest.manifest import Manifest
 from study.manifest.parameters import Value
-from study.manifest.problems import ManifestError, shown
+from study.manifest.problems import ManifestError
 
 SCHEME: Final = "galerkin"
 """The only scheme chosen from, as its errors converge to zero."""
@@ -38,9 +38,7 @@ def settled(manifest: Manifest) -> Manifest:
     try:
         chosen = cheapest(front, itertools.chain([first], cases), manifest.accuracy)
     except UnreachableError as error:
-        budget = manifest.budget
-        asked = f"budget.time = {shown(budget.time)}" if budget else f"accuracy = {manifest.accuracy!r}"
-        wrong = f"{manifest.path}: {asked}: {error}"
+        wrong = f"{manifest.path}: accuracy = {manifest.accuracy!r}: {error}"
         raise ManifestError([wrong + _lacking(front, manifest)]) from None
     return replace(manifest, numerics={**manifest.numerics, **_given(chosen)})
 
@@ -64,17 +62,6 @@ def choice(manifest: Manifest) -> str:
 def chosen(manifest: Manifest) -> dict[str, Value]:
     """The chosen discretization of a manifest from `settled`, by field name."""
     return {name: manifest.numerics[name] for name in parameters.settings() if name in manifest.numerics}
-
-
-def reachable(front: Front, manifest: Manifest) -> list[float]:
-    """The errors that can be asked for, each of which takes more time than the last, larger one."""
-    cases = (case.case for case in expanding(manifest) if case.case is not None)
-    found = sorted(_expected(front, _comparable(front, cases)), key=lambda each: each[1])
-    errors: list[float] = []
-    for error, _, _ in found:
-        if not math.isnan(error) and (not errors or _above(error) < errors[-1]):
-            errors.append(_above(error))
-    return errors
 
 
 class UnreachableError(Exception):

@@ -1,8 +1,9 @@
 """Expand a campaign into cases: one for each combination of its axes (product), each position (zip) or each line of its table."""
 
-from collections.abc import Callable, Iterator
+import itertools
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass
-from typing import Any, Final, NamedTuple
+from typing import Final, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -15,10 +16,8 @@ from study.manifest.manifest import Manifest
 from study.manifest.parameters import STANDARD, Alike, Value, in_words
 from study.manifest.problems import ManifestError
 
-MEMBER = "member"
-"""Label of a case of an ensemble, beside its parameters: its number among the members, from 0."""
 Point = tuple[Value | None, ...]
-"""Values of the axes, and the member's number where there are several. None: a setting that this case does not have."""
+"""Values of the axes. None: a setting that this case does not have."""
 Heard = Callable[[int], None]
 """Hears how many are done, of many things that take long together."""
 _AT_ONCE: Final = 4096
@@ -29,7 +28,7 @@ class Labels(NamedTuple):
     """What the points of a campaign are values of."""
 
     names: tuple[str, ...]
-    """Of the axes, and `member` where there are several."""
+    """Of the axes."""
     standard: dict[str, Value]
     """The standard parameters that are no axes: the same for all cases."""
 
@@ -55,7 +54,7 @@ class CampaignCase:
 
     @property
     def parameters(self) -> dict[str, Value]:
-        """Labels by field name: the four standard parameters, every axis, and the member's number where there are several."""
+        """Labels by field name: the four standard parameters and every axis."""
         return self.labels.parameters(self.values)
 
     @property
@@ -95,71 +94,54 @@ def same(manifest: Manifest) -> Iterator[str]:
             yield f"{manifest.path}: cases {first} and {number} are the same: {case.point}"
 
 
-def naming(case: Case) -> dict[str, Any]:
-    """Every parameter of a case that is in its name: all, but a target that it does not have."""
-    found = case.flat
-    for name in ("target_uncertainty", "target_length_error"):  # cases have names since before there were such
-        if found[name] is None:
-            del found[name]
-    return found
-
-
 class _Expansion:
     """The cases of one campaign."""
 
     def __init__(self, manifest: Manifest) -> None:
         self._manifest, self._fixed = manifest, manifest.fixed
-        self._several = manifest.ensemble.members > 1
         given = {**Case.of({}).flat, **self._fixed}
         standard = {name: given[name] for name in STANDARD if name not in manifest.axes}
-        self._labels = Labels((*manifest.axes, *([MEMBER] if self._several else [])), standard)
+        self._labels = Labels(tuple(manifest.axes), standard)
         self._alike: dict[tuple[str, ...], Alike] = {}
-        self._texts = Texts(naming)
+        self._texts = Texts(lambda case: case.flat)
 
     def cases(self, numbers: range) -> Iterator[CampaignCase]:
         """Those of these numbers, refused ones included."""
         for begin in range(numbers.start, numbers.stop, _AT_ONCE):
-            for *point, member in self._points(np.arange(begin, min(begin + _AT_ONCE, numbers.stop))):
-                yield self._case(tuple(point), member)
+            for point in self._points(np.arange(begin, min(begin + _AT_ONCE, numbers.stop))):
+                yield self._case(point)
 
-    def _points(self, numbers: NDArray[np.intp]) -> Iterator[tuple[Any, ...]]:
-        """Values of the axes and the member's number, of the cases of these numbers."""
-        axes, members = list(self._manifest.axes.values()), range(self._manifest.ensemble.members)
+    def _points(self, numbers: NDArray[np.intp]) -> Iterator[Point]:
+        """Values of the axes, of the cases of these numbers."""
+        axes = list(self._manifest.axes.values())
+        if not axes:
+            return itertools.repeat((), len(numbers))
         if self._manifest.design == "product":
-            places = np.unravel_index(numbers, (*map(len, axes), len(members)))
+            places: Sequence[NDArray[np.intp]] = np.unravel_index(numbers, tuple(map(len, axes)))
         else:
-            point, member = np.divmod(numbers, len(members))
-            places = (*(point for _ in axes), member)
-        return zip(
-            *(map(each.__getitem__, at.tolist()) for each, at in zip((*axes, members), places, strict=True)),
-            strict=True,
-        )
+            places = [numbers] * len(axes)
+        return zip(*(map(each.__getitem__, at.tolist()) for each, at in zip(axes, places, strict=True)), strict=True)
 
-    def _case(self, point: Point, member: int) -> CampaignCase:
-        names, values = tuple(self._manifest.axes), point
+    def _case(self, point: Point) -> CampaignCase:
+        names = tuple(self._manifest.axes)
         case: Case | None
         try:
-            case = self._made(names, values)
-            if self._several:
-                varied = self._manifest.ensemble.varied(case, member)
-                names, values = (*names, *varied), (*values, *varied.values())
-                case = self._made(names, values)
+            case = self._made(names, point)
             if wrong := refusal(self._manifest, case):
                 raise InvalidInput(wrong)
         except InvalidInput as error:
             case, outcome = None, error.outcome
         else:
             outcome = COMPLETED
-        label = (*point, member) if self._several else point
-        return CampaignCase(self._id(case, names, values, member), self._labels, label, case, outcome)
+        return CampaignCase(self._id(case, names, point), self._labels, point, case, outcome)
 
     def _made(self, names: tuple[str, ...], values: Point) -> Case:
         if names not in self._alike:
             self._alike[names] = Alike(self._fixed, names)
         return self._alike[names].case(values)
 
-    def _id(self, case: Case | None, names: tuple[str, ...], values: Point, member: int) -> str:
+    def _id(self, case: Case | None, names: tuple[str, ...], values: Point) -> str:
         if case is not None:
             return content_hash("case", self._texts(case), length=12)
-        given = {**naming(Case.of({})), **self._fixed, **dict(zip(names, values, strict=True))}
-        return content_hash("case", given | ({MEMBER: member} if self._several else {}), length=12)
+        given = {**Case.of({}).flat, **self._fixed, **dict(zip(names, values, strict=True))}
+        return content_hash("case", given, length=12)

@@ -2,41 +2,49 @@
 
 import itertools
 import math
-import re
-from collections.abc import Iterable, Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, fields
 from pathlib import Path
 from typing import Any, Final, Literal, get_args
 
-from solver.case import MOST_EVENTS, Case
+from solver.case import MOST_EVENTS
 from solver.drive import Scales
+from solver.ensemble import ALONE, FEWEST, Ensemble
 from solver.outcome import InvalidInput, quoted
 from study.manifest.drives import CampaignDrive
 from study.manifest.parameters import Value
-from study.manifest.problems import ManifestError, shown
+from study.manifest.problems import shown
 
 Stage = Literal["contact", "slip", "dynamics"]
 Design = Literal["product", "zip", "table"]
 STAGES: tuple[Stage, ...] = get_args(Stage)
 MOST_MEMBERS = 10_000
+MEMBERS = 8
+"""Of an ensemble, where a campaign does not say."""
+MOST = 96
+"""Of one that gets members until it knows enough, where a campaign does not say."""
 MOST_CASES: Final = 10**6
-"""Of a campaign, members of ensembles each for itself; as many drives of a case. A plan of a million takes 1 GB."""
+"""Of a campaign; as many drives of a case. A plan of a million takes 1 GB."""
 MOST_DRIVEN: Final = 4 * MOST_CASES
 """Cases times drives: a plan of so many takes 3 GB."""
-KNOWABLE: dict[str, Stage] = {"plateau_mean": "slip", "static_friction": "dynamics", "kinetic_friction": "dynamics"}
+KNOWABLE: dict[str, Stage] = {
+    "contact_half_width": "contact",
+    "approach": "contact",
+    "mean_pressure": "contact",
+    "maximum_pressure": "contact",
+    "plateau_mean": "slip",
+    "peak_friction": "slip",
+    "surface_stiffness": "slip",
+    "mean_step": "slip",
+    "mean_drop": "slip",
+    "static_friction": "dynamics",
+    "kinetic_friction": "dynamics",
+    "stick_slip_period": "dynamics",
+    "spring_force_amplitude": "dynamics",
+}
 """Variable of the dataset that an ensemble can be asked to know -> the stage that yields it."""
-BOUGHT = "plateau_mean"
-"""The one of them that a budget buys, as longer records know it better."""
-BOUGHT_BY = "target_uncertainty"
-"""The parameter that a budget decides for it."""
-FIRST_MEMBERS = 4
-"""Of an ensemble that gets members until it knows enough: each further batch is as many as there are."""
-MOST_DOUBLED = 8192
-"""The most members of such an ensemble: twice as many would be more than MOST_MEMBERS."""
-VARIED = ("start", "seed")
-"""The parameters in which the members of an ensemble differ."""
-SEEDS = 2**32
-"""Difference between the seeds of two successive members; large, so that seeds of an axis do not coincide with them."""
+OF_CONTACTS = ("approach", "mean_pressure", "maximum_pressure")
+"""Those of them that no friction record has: campaigns that slide compute them only with `outputs.tractions`."""
 
 
 def is_share(value: Any) -> bool:
@@ -46,11 +54,6 @@ def is_share(value: Any) -> bool:
 
 def _is_whole(value: Any) -> bool:
     return isinstance(value, int) and not isinstance(value, bool)
-
-
-def _require_whole(name: str, value: Any, most: int) -> None:
-    if not (_is_whole(value) and 1 <= value <= most):
-        raise InvalidInput(f"{name} = {shown(value)}: needs a whole number from 1 to {most}")
 
 
 @dataclass(frozen=True, slots=True)
@@ -88,100 +91,45 @@ class Outputs:
 
 
 @dataclass(frozen=True, slots=True)
-class Ensemble:
-    """An ensemble of every case: its members differ in the pin's start, and in the seed where the nodes' μ_i are drawn.
+class EnsembleTable:
+    """The table `ensemble`: how many independent starts of every case are computed.
 
-    members: their number, 1 to MOST_MEMBERS; 1 is no ensemble. The starts are spread evenly over one node spacing, from the
-    case's own start on. Where `spread` is not 0, every member has a seed of its own.
-
-    uncertainty: of the observable's mean, relative, 0 < uncertainty < 1: members are added until it is at most that, with every
-    drive, and `members` are the most. They come in batches, each as many as all before it and half way between their starts.
-    observable: one of KNOWABLE.
+    members: 1 to MOST_MEMBERS. uncertainty: instead of a number, a target, 0 < uncertainty < 1: members are added until the ± of
+    the mean of every variable in `of`, relative, is at most that. most: members at which this ends at the latest.
     """
 
-    members: int = 1
+    members: int = MEMBERS
     uncertainty: float | None = None
-    observable: str = "plateau_mean"
+    of: tuple[str, ...] = ()
+    most: int = MOST
 
     def __post_init__(self) -> None:
-        _require_whole("members", self.members, MOST_MEMBERS)
-        observable: Any = self.observable
-        if not isinstance(observable, str) or observable not in KNOWABLE:
-            raise InvalidInput(f"observable = {shown(observable)}: needs one of {', '.join(KNOWABLE)}")
+        for name, value in (("members", self.members), ("most", self.most)):
+            if not (_is_whole(value) and 1 <= value <= MOST_MEMBERS):
+                raise InvalidInput(f"{name} = {shown(value)}: needs a whole number from 1 to {MOST_MEMBERS}")
+        of: Any = self.of
+        if not isinstance(of, list | tuple):
+            raise InvalidInput(f"of = {shown(of)}: needs a list, each one of {', '.join(KNOWABLE)}")
+        for name in of:
+            if not isinstance(name, str) or name not in KNOWABLE:
+                raise InvalidInput(f"of = {shown(name)}: needs a list, each one of {', '.join(KNOWABLE)}")
+        object.__setattr__(self, "of", tuple(of))
         if self.uncertainty is None:
             return
         if not is_share(self.uncertainty):
             raise InvalidInput(
                 f"uncertainty = {shown(self.uncertainty)}: needs a relative uncertainty, 0 < uncertainty < 1"
             )
-        if self.members.bit_count() != 1 or not FIRST_MEMBERS <= self.members <= MOST_DOUBLED:
-            allowed = (
-                f"a power of two from {FIRST_MEMBERS} to {MOST_DOUBLED} beside uncertainty, as members are doubled"
-            )
-            raise InvalidInput(f"members = {shown(self.members)}: needs {allowed}")
+        if self.most < FEWEST:
+            raise InvalidInput(f"most = {self.most}: needs {FEWEST} or more, as fewer know no mean")
 
-    def batch(self, member: int) -> int:
-        """The batch of a member, from 0. A later batch is computed only if the earlier ones do not reach the target."""
-        return 0 if self.uncertainty is None else (member // FIRST_MEMBERS).bit_length()
-
-    def varied(self, case: Case, member: int) -> dict[str, Value]:
-        """The parameters in which a member differs from the case, by field name. member: its number, from 0."""
-        phase = member / self.members if self.uncertainty is None else halving(member)
-        start = (case.start + phase) % 1.0 if member else case.start
-        drawn = case.heterogeneity
-        changes: dict[str, Value] = {"start": start}
-        return changes | ({"seed": drawn.seed + member * SEEDS} if drawn.spread else {})
-
-
-def halving(number: int) -> float:
-    """0, 1/2, 1/4, 3/4, 1/8, 5/8, …: the first 2, 4, 8, … of them are spread evenly (its bits mirrored: van der Corput)."""
-    return int(f"{number:b}"[::-1], 2) / 2.0 ** number.bit_length()
-
-
-@dataclass(frozen=True, slots=True)
-class Budget:
-    """Time that a campaign may take, for which the best accuracy is bought.
-
-    time: a number and a unit: `90 s`, `10 min`, `2 h`, `1 d`. ranks: processes that compute.
-    """
-
-    time: str
-    ranks: int = 1
-
-    def __post_init__(self) -> None:
-        if not isinstance(self.time, str) or not _TIME.fullmatch(self.time) or not self.seconds:
-            raise InvalidInput(
-                f'time = {shown(self.time)}: needs a time, as "90 s", "10 min", "2 h" or "1 d": {_DIGITS}'
-            )
-        _require_whole("ranks", self.ranks, MOST_RANKS)
-
-    @property
-    def seconds(self) -> float:
-        """The time in s."""
-        number, unit = self.time.split()
-        return float(number) * _SECONDS[unit]
-
-
-MOST_RANKS = 10**6
-_DIGITS = "above 0, with at most nine digits before and nine after the point"
-_SECONDS = {"s": 1.0, "min": 60.0, "h": 3600.0, "d": 86400.0}
-_TIME = re.compile(r"\d{1,9}(\.\d{1,9})? (s|min|h|d)")
-
-
-@dataclass(frozen=True, slots=True)
-class Tolerated:
-    """What may be left out of the cases: every effect whose influence on what is asked for is small enough."""
-
-    within: float
-    """Largest relative change of what is asked for, by all that is left out together, 0 to 1."""
-    observables: tuple[str, ...] = ()
-    """What is asked for: variables of the dataset; empty where the stages decide."""
-    keep: tuple[str, ...] = ()
-    """Effects that are never left out."""
-    influences: Path | None = None
-    """File of measured influences; None for the one that comes with this package."""
-    influences_text: str | None = None
-    """Text of that file."""
+    def computed(self, stages: Sequence[Stage]) -> Ensemble:
+        """The ensemble of every case; a target without variables is that of the last stage."""
+        if self.uncertainty is None:
+            return Ensemble(self.members)
+        usual = {"contact": ("contact_half_width",), "slip": ("plateau_mean",)}
+        of = self.of or usual.get(stages[-1], ("static_friction", "kinetic_friction"))
+        return Ensemble(self.most, float(self.uncertainty), of)
 
 
 @dataclass(frozen=True, slots=True)
@@ -214,17 +162,14 @@ class Manifest:
     drives: tuple[CampaignDrive, ...]
     """Table by table, each at every point of the drive axes, the last axis fastest."""
     outputs: Outputs
-    ensemble: Ensemble = Ensemble()
+    ensemble: Ensemble = ALONE
+    """How many starts of every case are computed."""
     accuracy: float | None = None
     """Relative error asked for instead of a discretization (see study.discretization.front)."""
     front: Path | None = None
     """File of the measured front to choose the discretization from; None for the one that comes with this package."""
     front_text: str | None = None
     """Text of that file."""
-    budget: Budget | None = None
-    """Time to be spent on the best accuracy that it buys."""
-    tolerated: Tolerated | None = None
-    """What may be left out of the cases; None: nothing but what the file leaves out itself."""
     drive_axes: Mapping[str, tuple[Value, ...]] = field(default_factory=dict)
     """Parameter of a drive -> its values."""
     drives_left_out: tuple[str, ...] = ()
@@ -237,24 +182,15 @@ class Manifest:
 
     @property
     def case_count(self) -> int:
-        """How many cases there are, members of ensembles each for itself."""
+        """How many cases there are."""
         lengths = [len(values) for values in self.axes.values()]
-        points = math.prod(lengths) if self.design == "product" else min(lengths, default=0)
-        return points * self.ensemble.members
+        return math.prod(lengths) if self.design == "product" else min(lengths, default=0)
 
     @property
     def fixed(self) -> dict[str, Value]:
         """The parameters that the tables give, by field name: the same for all cases."""
         tables = (self.constants, self.numerics, self.slip_rule, self.effects, self.heterogeneity, self.limits)
         return {name: value for table in tables for name, value in table.items()}
-
-
-class WrongManifestError(ManifestError):
-    """A campaign file is wrong. `manifest` is what is right of it, for whoever looks for further problems; never computed."""
-
-    def __init__(self, lines: Iterable[str], manifest: Manifest) -> None:
-        super().__init__(lines)
-        self.manifest = manifest
 
 
 def _increasing(value: Any) -> bool:

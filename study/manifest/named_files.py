@@ -1,4 +1,4 @@
-"""Read the files that a campaign names: its table of cases, the pin's roughness, a measured front, measured influences."""
+"""Read the files that a campaign names: its table of cases, the pin's roughness, a measured front."""
 
 from collections.abc import Callable
 from pathlib import Path
@@ -34,7 +34,7 @@ class NamedFiles(Checker):
         return self._read(read_profile, "roughness", name)
 
     def measured(self, key: str, content: dict[str, Any]) -> str | None:
-        """The text of a measured front, or of measured influences; None where the campaign names none or it is refused."""
+        """The text of a measured front; None where the campaign names none or it is refused."""
         found = self._read(read_text, key, content[key]) if key in content else None
         return found[1] if found else None
 

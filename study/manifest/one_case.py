@@ -6,7 +6,7 @@ from typing import Any, Final
 from solver.drive import Scales
 from study.manifest.columns import number_or_text
 from study.manifest.drives import drive_parameters
-from study.manifest.manifest import STAGES, Ensemble, Outputs, field_names
+from study.manifest.manifest import STAGES, EnsembleTable, Outputs, field_names
 from study.manifest.parameters import TABLES, Value, words, words_of
 from study.manifest.problems import ManifestError, key_shown, shown, unknown
 from study.manifest.reader import KEYS_OF_FILES
@@ -18,11 +18,10 @@ _DRIVES: Final = "drives"
 
 def tables() -> dict[str, tuple[str, ...]]:
     """Table of a manifest -> the keys of it that a single case can be given."""
-    # `uncertainty` is its record's, which decides what any ensemble and any drive can know.
     return {
         **{table: words_of(table) for table in TABLES},
         "scales": field_names(Scales),
-        "ensemble": tuple(name for name in field_names(Ensemble) if name not in words()),
+        "ensemble": field_names(EnsembleTable),
         "outputs": field_names(Outputs),
         _DRIVES: tuple(name for name in drive_parameters() if name not in words()),
     }

@@ -73,16 +73,11 @@ def settings() -> tuple[str, ...]:
     return (*(name for name in declared(Slab) if name not in PHYSICS), *SCHEMES.settings())
 
 
-LIMITS: dict[str, int | float] = {"max_events": 100_000, "max_spacings": 2.0}
-"""Limits of a record where a campaign gives none.
+LIMITS: dict[str, int | float] = {"max_events": 100_000, "max_presliding": 8.0}
+"""Limits of a record where a campaign gives none: run-in takes 1.5 presliding lengths, the rest is steady.
 
-The conditions under the pin repeat with every node spacing that it moves. So the mean over whole spacings, from one spacing
-after initial contact on, is ten times more certain than the mean over 2000 events, at four times the cost. The first of the two
-spacings lets the effect of initial contact fade. The limit of events bounds the cost of slippery or light contacts, which have
-millions of events in a spacing."""
-LIMITS_OF_A_TARGET: dict[str, int | float] = {"max_events": 1_000_000, "max_spacings": 16.0}
-"""The same where a campaign says how certain the plateau is to be: the most that a record may take. Sixteen spacings know a
-plateau to a few 1e-4."""
+How far their means are from those of longer ones is measured by tests.verification.run_in. The limit of events bounds the cost of
+contacts with millions of events in that length."""
 
 
 MOST_KINDS: Final = 2**14
@@ -92,16 +87,15 @@ MOST_KINDS: Final = 2**14
 def make_case(parameters: Mapping[str, Any]) -> Case:
     """The case with these parameters by field name, defaults for the rest.
 
-    Where no limit is given, LIMITS hold, or LIMITS_OF_A_TARGET with a target. Where only displacement or spacings are
-    limited, events are not.
+    Where no limit is given, LIMITS hold. Where only displacement or spacings are limited, events are not.
     Raises InvalidInput; its message has the word of a manifest, the value and the range.
     """
     for name, value in parameters.items():
         if isinstance(value, float) and math.isinf(value) and name != "intrinsic_friction":
             raise InvalidInput(f"{name} = {value!r}: needs a finite number")
     limits: dict[str, Any] = {}
-    if not parameters.keys() & {"max_events", "max_displacement", "max_spacings"}:
-        limits = LIMITS if parameters.get("target_uncertainty") is None else LIMITS_OF_A_TARGET
+    if not parameters.keys() & {"max_events", "max_presliding", "max_displacement", "max_spacings"}:
+        limits = dict(LIMITS)
     elif "max_events" not in parameters:
         limits = {"max_events": None}
     try:

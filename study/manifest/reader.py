@@ -7,28 +7,25 @@ Scales and drives are in SI, the parameters of a case are dimensionless.
 import hashlib
 import itertools
 import math
-from collections.abc import Callable, Mapping
+from collections.abc import Mapping
 from pathlib import Path
 from typing import Any, Final
 
 from solver.drive import Scales
+from solver.ensemble import Ensemble
 from study.manifest.columns import Columns, Given, PinProfile, read_text
 from study.manifest.drive_tables import AXES, Drives, read_drives
 from study.manifest.manifest import (
-    BOUGHT,
-    BOUGHT_BY,
     KNOWABLE,
     MOST_CASES,
     MOST_DRIVEN,
+    OF_CONTACTS,
     STAGES,
-    Budget,
     Design,
-    Ensemble,
+    EnsembleTable,
     Manifest,
     Outputs,
     Stage,
-    Tolerated,
-    WrongManifestError,
     field_names,
     is_share,
 )
@@ -48,7 +45,7 @@ def parse_manifest(path: Path, text: str, beside: Mapping[str, str]) -> Manifest
     """The same from texts, without reading any file. Raises ManifestError with one line per problem.
 
     path: name of the campaign file for messages. beside: texts of the files that it names, by the keys that name them (`table`,
-    `roughness`, `front`, `influences`).
+    `roughness`, `front`).
     """
     return _Reader(path, beside).manifest(text.encode(), text, _document(path, text))
 
@@ -68,107 +65,43 @@ _TOP: dict[str, tuple[type | tuple[type, ...], str]] = {
     "accuracy": ((int, float), "a relative error, 0 < accuracy < 1"),
     "front": (str, "the path of what nanoslip accuracy --save wrote, seen from the campaign file"),
     "axes": (dict, "a table [axes]"),
-    **{name: (dict, f"a table [{name}]") for name in (*TABLES, "scales", "outputs", "ensemble", "budget")},
+    **{name: (dict, f"a table [{name}]") for name in (*TABLES, "scales", "outputs", "ensemble")},
     "drives": (list, "tables [[drives]]"),
     AXES: (dict, f"a table [{AXES}]"),
 }
 
 
-def _one_entry(time: Any = "1 s", ranks: Any = 1) -> Budget:
-    """A budget with one of its entries; the other one is right."""
-    return Budget(time, ranks)
-
-
-def _texts(value: Any) -> bool:
-    return isinstance(value, list) and bool(value) and all(isinstance(each, str) for each in value)
-
-
-_TOLERATED: Final[dict[str, tuple[Callable[[Any], bool], str]]] = {
-    "within": (is_share, "a relative change, 0 < within < 1"),
-    "observables": (_texts, "a list of variables of the dataset"),
-    "keep": (_texts, "a list of effects"),
-    "influences": (
-        lambda value: isinstance(value, str),
-        "the path of what nanoslip effects --save wrote, seen from the file",
-    ),
-}
-"""Keys of [effects] that are no effects: whether a value is right, and what is needed."""
-_ANY_SHARE: Final = 0.5
-"""In place of a tolerance that is refused, so that what stands beside it can be looked at."""
-
-
-def _tolerated(files: NamedFiles, top: dict[str, Any]) -> Tolerated | None:
-    """What may be left out; the keys that say so are taken from their table, whose others are effects."""
-    table = dict(top.get("effects", {}))
-    top["effects"] = {key: value for key, value in table.items() if key not in _TOLERATED}
-    given = {key: value for key, value in table.items() if key in _TOLERATED}
-    wrong = [key for key, value in given.items() if not _TOLERATED[key][0](value)]
-    for key in wrong:
-        files.refuse(f"effects.{key} = {shown(given[key])}", f"needs {_TOLERATED[key][1]}")
-    if given and "within" not in given:
-        files.refuse(f"effects.{next(iter(given))}", "needs within = 0.01, or another tolerance, beside it")
-    text = None if "influences" in wrong else files.measured("influences", given)
-    if not given:
-        return None
-    right = {key: value for key, value in given.items() if key not in wrong}
-    return Tolerated(
-        float(right.get("within", _ANY_SHARE)),
-        tuple(right.get("observables", ())),
-        tuple(right.get("keep", ())),
-        files.path.parent / right["influences"] if "influences" in right else None,
-        text,
-    )
-
-
-MEMBERS: Final = 16
-"""The most members of an ensemble that is to know the plateau to an uncertainty, where the file does not say."""
-
-
-def _ensemble(files: NamedFiles, content: dict[str, Any], stages: tuple[Stage, ...]) -> Ensemble:
-    """The ensemble of every case; with an uncertainty its members are the most."""
-    beside = {"members": MEMBERS, "uncertainty": 0.5} if "uncertainty" in content else {}
-    good = files.checked("ensemble", content, Ensemble, field_names(Ensemble), **beside)
-    observable = good.get("observable", Ensemble().observable)
-    if "observable" in good and "uncertainty" not in content:
-        files.refuse(
-            f"ensemble.observable = {shown(observable)}", "needs uncertainty = 0.002, or another one, beside it"
-        )
-    elif "uncertainty" in content and "observable" not in content.keys() - good and KNOWABLE[observable] not in stages:
-        stage = KNOWABLE[observable]
-        table = ", which a [[drives]] table brings" if stage == "dynamics" else ""
-        wrong = f'needs stage "{stage}"{table}: without it there is no {observable}'
-        files.refuse(f"ensemble.uncertainty = {shown(content['uncertainty'])}", wrong)
-    return Ensemble(**{**({"members": MEMBERS} if "uncertainty" in good else {}), **good})
-
-
-def _budget(files: NamedFiles, top: dict[str, Any], given: Columns, stages: tuple[Stage, ...]) -> Budget | None:
-    """What may be spent. What it buys is refused beside it: certain plateaus, or a fine grid where nothing slides."""
-    if "budget" not in top:
-        return None
-    bought = (BOUGHT_BY,) if "slip" in stages else settings()
-    for column in (column for word, column in given.items() if words()[word] in bought):
-        files.problems.append(f"{column[0].where}: needs to be left out beside budget, which buys it")
-    if "slip" not in stages and "accuracy" in top:
-        files.refuse("accuracy", "needs to be left out beside budget, which buys it")
-    asked = top.get("ensemble", {}).get("observable", BOUGHT)
-    if "slip" in stages and asked != BOUGHT and asked in list(KNOWABLE):
-        wrong = f"needs {shown(BOUGHT)} beside budget, which buys nothing else, or no budget: more members buy it"
-        files.refuse(f"ensemble.observable = {shown(asked)}", wrong)
-    good = files.checked("budget", top["budget"], _one_entry, field_names(Budget))
-    if "time" not in top["budget"]:
-        files.refuse("budget.time", 'missing: needs a time, as "10 min"')
-    return Budget(**good) if "time" in good else None
+def _ensemble(files: NamedFiles, content: dict[str, Any], stages: tuple[Stage, ...], tractions: bool) -> Ensemble:
+    """The ensemble of every case."""
+    beside = {"uncertainty": 0.5} if "uncertainty" in content else {}
+    good = files.checked("ensemble", content, EnsembleTable, field_names(EnsembleTable), **beside)
+    for key in ("of", "most") if not beside else ():
+        if key in content:
+            where = f"ensemble.{key} = {shown(content[key])}"
+            files.refuse(where, "needs uncertainty = 0.01, or another one, beside it")
+    if "members" in content and "uncertainty" in content:
+        where = f"ensemble.members = {shown(content['members'])}"
+        files.refuse(where, "needs to be left out beside uncertainty, which decides their number; the most are `most`")
+    for name in good.get("of", ()):
+        stage = KNOWABLE[name]
+        if STAGES.index(stage) > STAGES.index(stages[-1]):
+            table = ", which a [[drives]] table brings" if stage == "dynamics" else ""
+            files.refuse(f"ensemble.of = {shown(name)}", f'needs stage "{stage}"{table}: without it there is no {name}')
+        elif name in OF_CONTACTS and "slip" in stages and not tractions:
+            wrong = 'needs stages = ["contact"] or outputs.tractions = true: else no contact is kept beside the record'
+            files.refuse(f"ensemble.of = {shown(name)}", wrong)
+    return EnsembleTable(**{**beside, **good}).computed(stages)
 
 
 SECONDS: Final = "seconds"
 """Key of [limits] that limits no case, but how long a task may take."""
 LEAST_SECONDS: Final = 0.1
 """Least time that a task may be given: a task may be over before a shorter one has been looked at."""
-OTHERS: Final = {"limits": (SECONDS,), "effects": tuple(_TOLERATED)}
+OTHERS: Final = {"limits": (SECONDS,)}
 """Table -> its keys that are no parameters of a case."""
 
 
-KEYS_OF_FILES: Final = frozenset((*_TOP, "name", *field_names(Budget), *itertools.chain(*OTHERS.values())))
+KEYS_OF_FILES: Final = frozenset((*_TOP, "name", *itertools.chain(*OTHERS.values())))
 """Keys that a campaign has beside the parameters of its cases, their ensembles, drives and outputs."""
 
 
@@ -181,7 +114,6 @@ class _Reader(NamedFiles):
         given = table.columns if table else self._axes(top.get("axes", {}))
         profile = self.profile(top.get("heterogeneity", {}))
         seconds = self._task_seconds(top)
-        tolerated = _tolerated(self, top)
         fixed = self._tables(top, profile)
         self.one_place(given, fixed)
         accuracy = self._accuracy(top, {**given, **fixed["numerics"]})
@@ -214,23 +146,21 @@ class _Reader(NamedFiles):
             drive_axes=pulled.axes,
             drives_left_out=() if pulled.drives else tuple(dict.fromkeys(drive.name for drive in driven.drives)),
             outputs=outputs,
-            ensemble=_ensemble(self, top.get("ensemble", {}), stages),
+            ensemble=_ensemble(self, top.get("ensemble", {}), stages, outputs.tractions),
             accuracy=accuracy,
             front=self.path.parent / top["front"] if "front" in top else None,
             front_text=self.measured("front", top),
-            budget=_budget(self, top, {**given, **fixed["numerics"], **fixed["limits"]}, stages),
-            tolerated=tolerated,
         )
         self._counts(result)
         if self.problems:
-            raise WrongManifestError(self.problems, result)
+            raise ManifestError(self.problems)
         return result
 
     def _counts(self, manifest: Manifest) -> None:
         """Refuse more cases, or drives of cases, than fit a machine: nothing has been expanded yet."""
         cases, drives = manifest.case_count, len(manifest.drives)
         if cases > MOST_CASES:
-            self.refuse(f"{cases} cases", f"needs at most {MOST_CASES}, members of ensembles each for itself")
+            self.refuse(f"{cases} cases", f"needs at most {MOST_CASES}")
         elif cases * drives > MOST_DRIVEN:
             self.refuse(f"{cases} cases with {drives} drives each", f"needs at most {MOST_DRIVEN} drives in all")
 

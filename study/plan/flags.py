@@ -1,6 +1,8 @@
 """Validity flags of a campaign's cases in words: one line for each flag, on the terminal and in the report."""
 
+import functools
 import math
+import operator
 from collections.abc import Callable, Sequence
 
 from solver.case import Case
@@ -30,15 +32,20 @@ def flag_lines(masks: Sequence[int], words: Callable[[int], str]) -> list[str]:
 
 
 def flags_of(case: Case, result: TaskResult) -> int | None:
-    """The flags of a contact or a record, as bits; of one whose contact was not reached, those to be expected of it.
+    """The flags that any member's contact or record has, as bits; where no contact was reached, those to be expected of it.
 
     None for other kinds of results.
     """
     if result.kind not in _OF_CONTACTS:
         return None
-    if math.isnan(result.scalars.get("contact_half_width", math.nan)):
-        return mask_of(expected_flags(case))
-    return int(result.scalars["validity_flags"])
+    reached = [
+        int(flags)
+        for flags, width in zip(
+            *(result.scalars.get(name, ()) for name in ("validity_flags", "contact_half_width")), strict=True
+        )
+        if not math.isnan(width)
+    ]
+    return functools.reduce(operator.or_, reached) if reached else mask_of(expected_flags(case))
 
 
 def expected_lines(plan: Plan, outlook: Outlook) -> list[str]:

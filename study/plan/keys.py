@@ -16,7 +16,7 @@ from solver.slab import Scheme
 from study.canonical import Texts, content_hash
 from study.manifest.parameters import words
 
-SOLVER_VERSION = "24"
+SOLVER_VERSION = "25"
 """Part of every key: raise it whenever a change of the solver changes a result, or what numbers it has."""
 
 
@@ -51,7 +51,7 @@ OF_ALL = (
 OF_CONTACT = (
     *OF_ALL,
     Exclusion(
-        ("max_events", "max_displacement", "max_spacings", "target_uncertainty", "target_length_error"),
+        ("max_events", "max_presliding", "max_displacement", "max_spacings"),
         "initial contact comes before any limit",
     ),
     Exclusion(("effects.pin_translation",), "at initial contact the pin has not moved"),
@@ -72,12 +72,6 @@ OF_CONTACT = (
 OF_RECORD = (
     *OF_ALL,
     Exclusion(("max_displacement", "max_spacings"), "both are in the key as the nearer of them, `farthest`"),
-    Exclusion(
-        ("target_uncertainty",),
-        "without one a record is what it was before there were any",
-        lambda case: case.target_uncertainty is None,
-    ),
-    Exclusion(("target_length_error",), "as without a target", lambda case: case.target_length_error is None),
 )
 """What a friction record does not depend on."""
 

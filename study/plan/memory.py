@@ -71,6 +71,10 @@ def _short(need: float, there: float) -> str:
 
 
 def _advice(task: Task) -> str:
-    if task.kind == "record" and task.case is not None and record_bytes(task.case) > task.memory / 2.0:
+    if (
+        task.kind == "record"
+        and task.case is not None
+        and task.ensemble.likely * record_bytes(task.case) > task.memory / 2.0
+    ):
         return "use fewer limits.events, a shorter limits.displacement, or a machine with more memory"
     return "use a smaller n_x, or a machine with more memory"

@@ -3,9 +3,9 @@
 import math
 from typing import NamedTuple
 
-from solver.sliding.validity import UNCERTAIN, expected_flags, mask_of
+from solver.sliding.validity import expected_flags, mask_of
 from study.plan.cost.seconds import spacing_seconds
-from study.plan.cost.sliding import expected_displacement, misses_target
+from study.plan.cost.sliding import expected_displacement
 from study.plan.plan import Plan
 
 
@@ -32,6 +32,5 @@ def outlook_of(plan: Plan) -> Outlook:
             span = displacement / case.slab.spacing
             shortest, longest = min(shortest, span), max(longest, span)
             price += spacing_seconds(case)
-        uncertain = UNCERTAIN.mask if case is not None and slides and misses_target(case) else 0
-        masks.append(uncertain | mask_of(expected_flags(case, displacement)) if case is not None else 0)
+        masks.append(mask_of(expected_flags(case, displacement)) if case is not None else 0)
     return Outlook(bytes(masks), shortest, longest, price)

@@ -2,22 +2,16 @@
 
 import itertools
 from collections.abc import Collection, Mapping, Sequence
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, replace
 from typing import Final
 
-from solver.case import Case
 from solver.outcome import UNDONE, Ending, Outcome
 from study.discretization.targets import settled
 from study.garbage import all_kept
 from study.manifest.cases import CampaignCase, Heard, cases_of, expanding
 from study.manifest.manifest import Manifest
 from study.origin import Origins, foreign_among
-from study.plan.budget import estimated, spent
 from study.plan.case_tasks import TasksOfCases
-from study.plan.ensemble.batches import Batches
-from study.plan.influence.campaign import Decider, tolerance_of
-from study.plan.influence.decision import Decision, Tolerance
-from study.plan.kinds.ensemble import NAME as OF_ENSEMBLES
 from study.plan.kinds.kind import Wanted
 from study.plan.order import longest_chain_first
 from study.plan.task import Label, Task
@@ -37,15 +31,10 @@ class Plan:
 
     manifest: Manifest
     cases: tuple[CampaignCase, ...]
-    """As they are computed: where there is a tolerance, without what it leaves out."""
     tasks: tuple[Task, ...]
     """Each distinct task once: needs first, then the longest chain of work first."""
     case_tasks: TasksOfCases
     """case_id -> its tasks."""
-    tolerance: Tolerance | None = None
-    """What may be left out of the cases."""
-    decisions: Mapping[str, Decision] = field(default_factory=dict)
-    """case_id -> what is left out of it, where there is a tolerance; nothing of a case that is refused."""
 
     @property
     def count(self) -> int:
@@ -56,11 +45,6 @@ class Plan:
         """The plan of the cases of these numbers, without tasks."""
         cases = self.cases[numbers.start : numbers.stop]
         return replace(self, cases=cases, tasks=(), case_tasks=self.case_tasks.part(numbers))
-
-    def asked(self, case: CampaignCase) -> Case | None:
-        """A case of the plan with all that its campaign asks for; None where it is refused."""
-        found = self.decisions.get(case.case_id)
-        return found.asked if found else case.case
 
     def remaining(self, finished: Collection[str]) -> tuple[Task, ...]:
         """Tasks still to do, in order, given the keys that are finished.
@@ -124,24 +108,11 @@ def make_plan(manifest: Manifest, heard: Heard = lambda _: None) -> Plan:
     heard: hears the number of cases so far, again and again.
     """
     with all_kept():
-        return plan_of(spelled_out(manifest), heard)
-
-
-def spelled_out(manifest: Manifest) -> Manifest:
-    """The manifest with what its budget buys, and with the numerics that are chosen for its accuracy. Raises ManifestError."""
-    budget = manifest.budget
-    if budget is not None:
-
-        def estimate(tried: Manifest) -> float:
-            plan = make_plan(tried)
-            return estimated(plan.cases, plan.tasks, budget.ranks)
-
-        manifest = spent(manifest, estimate)
-    return replace(settled(manifest), budget=budget)
+        return plan_of(settled(manifest), heard)
 
 
 def plan_of(manifest: Manifest, heard: Heard = lambda _: None) -> Plan:
-    """The plan of a manifest that is spelled out already."""
+    """The plan of a manifest whose grid is chosen already."""
     with all_kept():
         planning = Planning(manifest)
         while planning.go_on():
@@ -153,7 +124,7 @@ class Planning:
     """A plan in the making, some cases at a time. What is planned stays as it is, whatever cases follow."""
 
     def __init__(self, manifest: Manifest, tasks: bool = True, numbers: range | None = None) -> None:
-        """manifest: spelled out. tasks: whether they are wanted, and not their keys alone: those take half of the time.
+        """manifest: with its grid chosen. tasks: whether they are wanted, and not their keys alone: those take half of the time.
 
         numbers: of the cases, where not all are wanted; whether two of the campaign are the same is not looked at then.
         """
@@ -163,9 +134,6 @@ class Planning:
         self._of_cases = TasksOfCases()
         self._kinds = [kind for kind in KINDS.values() if kind.needed(manifest)]
         self._found: dict[str, Task] = {}
-        self._tolerance = tolerance_of(manifest)
-        self._decider = Decider(manifest, self._tolerance) if self._tolerance else None
-        self._batches = Batches(manifest)
 
     @property
     def cases(self) -> int:
@@ -186,28 +154,22 @@ class Planning:
         """The plan of what is planned. It takes over the tasks: memory is what limits its size."""
         tasks = list(self._found.values())
         self._found.clear()
-        decisions = self._decider.decisions if self._decider else {}
-        cases = tuple(self._of_cases.cases)
-        return Plan(self._manifest, cases, longest_chain_first(tasks), self._of_cases, self._tolerance, decisions)
+        return Plan(self._manifest, tuple(self._of_cases.cases), longest_chain_first(tasks), self._of_cases)
 
     def _add(self, cases: list[CampaignCase]) -> None:
         """More cases: their tasks, estimated and labelled; none of one that is refused."""
-        if self._decider:
-            cases = [self._decider.decided(case) for case in cases]
-        wanted = [self._batches.waiting(case, self._wanted(case)) for case in cases]
+        wanted = [self._wanted(case) for case in cases]
         for case, its in zip(cases, wanted, strict=True) if self._tasks_wanted else ():
             for each in its:
                 if each.task.key not in self._found:
                     self._found[each.task.key] = self._planned(each, case)
         for case, its in zip(cases, wanted, strict=True):
-            own = (each for each in its if each.task.kind != OF_ENSEMBLES)
-            self._of_cases.add(case, {(each.task.kind, each.drive): each.task.key for each in own})
+            self._of_cases.add(case, {(each.task.kind, each.drive): each.task.key for each in its})
 
     def _wanted(self, case: CampaignCase) -> list[Wanted]:
         if case.case is None:
             return []
-        manifest = self._decider.manifest_of(case) if self._decider else self._manifest
-        return [wanted for kind in self._kinds for wanted in kind.tasks(case.case, manifest)]
+        return [wanted for kind in self._kinds for wanted in kind.tasks(case.case, self._manifest)]
 
     def _planned(self, wanted: Wanted, campaign_case: CampaignCase) -> Task:
         seconds, memory, disk = estimate(wanted.task)

@@ -2,7 +2,7 @@
 
 import itertools
 import math
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, fields
 from operator import attrgetter
 from typing import Any
@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 
 from solver.case import Case
 from solver.drive import Drive
+from solver.ensemble import ALONE, Ensemble
 from solver.outcome import Outcome
 from solver.slab import Slab
 from study.manifest.parameters import Value, in_words
@@ -43,12 +44,8 @@ class Task:
     """Whether the closed form is fitted to the motion; drive tasks only."""
     intermediate: bool = False
     """Whether the result is wanted by other tasks only, not by the campaign."""
-    enough: float = 0.0
-    """Relative uncertainty at which no further member is needed; ensemble tasks only."""
-    observable: str = ""
-    """The variable of the dataset that it is of; ensemble tasks only."""
-    batch: int = 0
-    """How many ensemble tasks come before it, one after the other: those of a batch need none of a later one."""
+    ensemble: Ensemble = ALONE
+    """How many starts of the case are computed."""
     shared: bool = field(default=False, compare=False)
     """Whether other tasks read the result."""
     needs: tuple[str, ...] = ()
@@ -94,9 +91,12 @@ class TaskResult:
     key: str
     kind: str
     outcome: Outcome
-    scalars: Mapping[str, float | int] = field(default_factory=dict)
-    """By the name that its kind's parts give them (see study.plan.kinds.kind); likewise arrays."""
+    scalars: Mapping[str, Sequence[float | int]] = field(default_factory=dict)
+    """Of each member one, by the name that its kind's parts give them (see study.plan.kinds.kind)."""
     arrays: Mapping[str, NDArray[Any]] = field(default_factory=dict)
+    """By name likewise: of the first member, or of all of them one behind the other (`Kind.all_members`)."""
+    members: tuple[Outcome, ...] = ()
+    """How each member ended; empty where all ended as the task did."""
     origins: Origins = ()
     """The software that computed it and what it was computed from; empty where nobody knows."""
 

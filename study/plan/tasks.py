@@ -11,8 +11,7 @@ from study.origin import computing, stemming
 from study.plan.kinds.compliance import COMPLIANCE, compliance_needs, compliance_task
 from study.plan.kinds.contact import CONTACT, contact_task
 from study.plan.kinds.drive import DRIVE, drive_task
-from study.plan.kinds.ensemble import ENSEMBLE
-from study.plan.kinds.kind import Estimate, Kind, numbers
+from study.plan.kinds.kind import Estimate, Kind, joint_outcome, numbers
 from study.plan.kinds.record import RECORD, record_scalars_task, record_task
 from study.plan.kinds.states import STATES, states_task
 from study.plan.kinds.statistics import STATISTICS, statistics_task
@@ -36,10 +35,8 @@ __all__ = [
     "statistics_task",
 ]
 
-KINDS: Final[dict[str, Kind]] = {
-    kind.name: kind for kind in (COMPLIANCE, CONTACT, RECORD, STATISTICS, STATES, DRIVE, ENSEMBLE)
-}
-"""Name -> kind of task: a stage each, none of which needs a later one of its batch."""
+KINDS: Final[dict[str, Kind]] = {kind.name: kind for kind in (COMPLIANCE, CONTACT, RECORD, STATISTICS, STATES, DRIVE)}
+"""Name -> kind of task: a stage each, none of which needs a later one."""
 
 
 def needed_kinds(manifest: Manifest) -> frozenset[str]:
@@ -60,11 +57,11 @@ LONGEST: Final = 1e12
 
 
 def in_stages(tasks: Iterable[Task]) -> Iterator[Task]:
-    """Tasks by batch, then by kind, intermediate ones before those that use them: no task needs a later one."""
-    stages: defaultdict[tuple[int, int, bool], list[Task]] = defaultdict(list)
+    """Tasks by kind, intermediate ones before those that use them: no task needs a later one."""
+    stages: defaultdict[tuple[int, bool], list[Task]] = defaultdict(list)
     places = {kind: place for place, kind in enumerate(KINDS)}
     for task in tasks:
-        stages[task.batch, places[task.kind], not task.intermediate].append(task)
+        stages[places[task.kind], not task.intermediate].append(task)
     for stage in sorted(stages):
         yield from stages[stage]
 
@@ -82,9 +79,7 @@ def run_task(task: Task, inputs: Mapping[str, TaskResult]) -> TaskResult:
 
 def _computed(task: Task, inputs: Mapping[str, TaskResult]) -> TaskResult:
     needs = [inputs[key] for key in task.needs]
-    if any(need.outcome.ending is Ending.NOT_NEEDED for need in needs):
-        return TaskResult(task.key, task.kind, Outcome(Ending.NOT_NEEDED))
-    for need in () if KINDS[task.kind].takes_failed else needs:
+    for need in needs:
         if not need.outcome.usable:  # a record without a plateau is still a record
             message = f"its {need.kind} ended as {need.outcome.ending}: {need.outcome.message}"
             return TaskResult(task.key, task.kind, Outcome(Ending.NEEDS_FAILED, message))
@@ -102,6 +97,8 @@ _NO_MEMORY = "no memory left at n_x = {}: start fewer ranks on a machine, or use
 def _result(task: Task, inputs: Mapping[str, TaskResult]) -> TaskResult:
     kind = KINDS[task.kind]
     computed = kind.run(task, inputs)
-    scalars, arrays = numbers(kind, computed.values)
+    scalars, arrays = numbers(kind, computed.members)
     kept = {} if task.scalars_only else {**computed.arrays, **arrays}
-    return TaskResult(task.key, task.kind, computed.outcome, scalars, kept)
+    ended = tuple([member.outcome for member in computed.members])
+    outcome = joint_outcome(ended)
+    return TaskResult(task.key, task.kind, outcome, scalars, kept, () if {outcome} == {*ended} else ended)

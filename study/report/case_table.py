@@ -7,10 +7,8 @@ from typing import Any, Final
 import xarray as xr
 
 from solver.view import with_error
-from study.dataset.access.fewer_teeth import REGIME, footnote, starred
 from study.dataset.collection.counted import in_short, joined
-from study.dataset.collection.ensemble import ensemble_name, observables
-from study.dataset.collection.members import fewer, means_of
+from study.dataset.members import fewer, means_of
 from study.dataset.variables import OUTCOMES, VALIDITY, all_groups
 from study.figures.sweep.label import readable
 from study.report.common import plain
@@ -41,35 +39,34 @@ def case_table(case: xr.Dataset) -> tuple[Table, list[str]]:
             missing.append(name)
         else:
             meaning, unit = _meaning_and_unit(each)
-            number = starred(case)[0] if name == REGIME else _shown(value, _uncertainty(case, each))
-            rows.append((name, f"{number} {unit}".rstrip() + fewer(case, name), meaning))
+            rows.append(
+                (name, f"{_shown(value, _uncertainty(case, each))} {unit}".rstrip() + fewer(case, name), meaning)
+            )
     return Table(("quantity", "value", "meaning"), tuple(rows), labels=2, prose=True), missing
 
 
 def ending_lines(case: xr.Dataset) -> Iterator[str]:
-    """Outcomes of a case and its drive with their messages, advice for validity flags, and the meaning of signs."""
+    """Outcomes of a case and its drive with their messages, advice for validity flags, and of how many members means are."""
     for label, (ending, message) in zip(("outcome", "drive"), (OUTCOMES[""], OUTCOMES["drive"]), strict=True):
         if ending.name in case and not case[ending.name].dims:
             why = joined(str(case[message.name].item()))
             yield f"{label}: {case[ending.name].item()}" + (f": {why}" if why else "")
     if "advice" in case and (advice := joined(str(case["advice"].item()))):
         yield f"advice: {advice}"
-    yield from filter(None, (footnote(case), means_of(case)))
+    yield from filter(None, [means_of(case)])
 
 
 def _scalars(case: xr.Dataset) -> Iterator[tuple[str, xr.DataArray]]:
-    """What is shown of a case: an uncertainty is shown with its variable, an ensemble's mean as the variable itself."""
-    apart = _SAID_APART | {ensemble_name(name, "mean") for name in observables()}
-    beside = (_UNCERTAINTY, ensemble_name("", "members"))
+    """What is shown of a case: ± and count of members are shown with their variable."""
     for name in map(str, case.data_vars):
-        if not case[name].dims and name not in apart and not name.endswith(beside):
+        if not case[name].dims and name not in _SAID_APART and not name.endswith((_UNCERTAINTY, "members")):
             yield name, case[name]
 
 
 def _uncertainty(case: xr.Dataset, each: xr.DataArray) -> float | None:
-    """The standard error that a number states, NaN where it is not known; None for a number that states none."""
-    name = str(each.attrs.get("ancillary_variables", ""))
-    return float(case[name]) if name.endswith(_UNCERTAINTY) and name in case else None
+    """The ± of a number, NaN where it is not known; None of a number that has none."""
+    name = f"{each.name}{_UNCERTAINTY}"
+    return float(case[name]) if name in case else None
 
 
 def _shown(value: Any, uncertainty: float | None) -> str:

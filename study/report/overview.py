@@ -9,16 +9,14 @@ import numpy as np
 import xarray as xr
 from matplotlib.ticker import EngFormatter
 
-from study.dataset.access.fewer_teeth import REGIME, footnote, starred
 from study.dataset.collection.counted import without_numbers
-from study.dataset.collection.ensemble import NOT_NEEDED, over_members
-from study.dataset.collection.members import ends_of, members_of
+from study.dataset.members import ends_of, members_of
 from study.dataset.variables import DISCRETIZATION_ERROR, OUTCOMES
 from study.figures.shared.closed_form import scales_of
 from study.figures.sweep.label import label
 from study.report.summary import counted_as
 
-UNHURT: Final = ("completed", NOT_NEEDED)
+UNHURT: Final = ("completed",)
 """Endings that ask for nothing."""
 UNCERTAIN: Final = ("plateau_mean", "static_friction", "kinetic_friction", "mean_step")
 """Variables whose uncertainties a page sums up."""
@@ -47,7 +45,7 @@ class Ending:
 
 
 def endings(dataset: xr.Dataset) -> list[Ending]:
-    """How cases, then drives ended: failures first, the most frequent first. Of ensembles members are counted, and said to be.
+    """How cases, then drives ended: failures first, the most frequent first.
 
     What a drive inherits from its case is said once, of the case.
     """
@@ -76,14 +74,13 @@ def _ending(what: str, word: str, count: int, messages: list[str]) -> Ending:
 
 
 def regimes(dataset: xr.Dataset) -> str:
-    """Number of drives in each regime, and the meaning of a sign; empty where all have the same regime."""
-    if REGIME not in dataset:
+    """Number of drives in each regime; empty where all have the same regime."""
+    if "regime" not in dataset:
         return ""
-    counts = Counter(starred(dataset))
+    counts = Counter(word for word in dataset["regime"].values.ravel().tolist() if word)
     if len(counts) < 2:
         return ""
-    found = ", ".join(f"{count} {word.replace('_', '-')}" for word, count in counts.most_common())
-    return "; ".join(filter(None, (found, footnote(dataset))))
+    return ", ".join(f"{count} {word.replace('_', '-')}" for word, count in counts.most_common())
 
 
 def accuracy(dataset: xr.Dataset) -> Iterator[str]:
@@ -91,22 +88,21 @@ def accuracy(dataset: xr.Dataset) -> Iterator[str]:
     if DISCRETIZATION_ERROR.name in dataset:
         errors = dataset[DISCRETIZATION_ERROR.name].values.ravel()
         yield f"Grid (discretization_error of stiffness, approach, half-width, pressure): {_shares(errors, 'measured')}"
-    dataset = over_members(dataset)
     for name in UNCERTAIN:
-        uncertainty = dataset[name].attrs.get("ancillary_variables", "") if name in dataset else ""
-        if uncertainty in dataset and np.isfinite(dataset[name].values).any():
+        uncertainty = f"{name}_uncertainty"
+        if {name, uncertainty} <= set(dataset.data_vars) and np.isfinite(dataset[name].values).any():
             share = np.abs(dataset[uncertainty].values.ravel() / dataset[name].values.ravel())
             yield f"{_sentence(label(name))}: ± {_shares(share, 'known')[:-1]}{_of_mean(dataset, name)}."
 
 
-def _of_mean(reduced: xr.Dataset, name: str) -> str:
-    """Of how many members a number's means are, where they are of members; of those without any nothing is said."""
-    counts = members_of(reduced, name)
-    if counts is None:
+def _of_mean(dataset: xr.Dataset, name: str) -> str:
+    """Of how many members a number's means are, where they are of several."""
+    counts = members_of(dataset, name)
+    if counts is None or not bool((counts[0] > 1.0).any()):
         return ""
-    having, used = (each.values[counts[0].values > 0] for each in counts)
-    of = "" if (having == used).all() else f" of {ends_of(used)}"
-    return f", standard error of the mean of {ends_of(having)}{of} members"
+    having, used = (each.where(counts[0] > 0.0) for each in counts)
+    of = "" if having.equals(used) else f" of {ends_of(used)}"
+    return f", over {ends_of(having)}{of} members"
 
 
 def _sentence(text: str) -> str:

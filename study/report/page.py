@@ -12,8 +12,7 @@ import jinja2
 import xarray as xr
 from markupsafe import Markup, escape
 
-from study.dataset.access.fewer_teeth import footnote
-from study.dataset.collection.members import means_of
+from study.dataset.members import means_of
 from study.figures.shared.files import write_files
 from study.figures.sweep.label import SYMBOL
 from study.figures.views.catalogue import SORTS
@@ -23,7 +22,7 @@ from study.report import overview
 from study.report.common import said_once
 from study.report.journal import cost, run_table
 from study.report.picture import Picture, picture
-from study.report.summary import MOST_ROWS, flag_summary, left_out_summary, scalar_table, short_summary
+from study.report.summary import MOST_ROWS, flag_summary, scalar_table, short_summary
 from study.results import runs
 from study.results.runs import Run
 
@@ -97,7 +96,7 @@ def page(dataset: xr.Dataset, journal: Sequence[Run]) -> str:
         attributes={name: value for name, value in dataset.attrs.items() if name not in _ELSEWHERE},
         endings=overview.endings(dataset),
         regimes=overview.regimes(dataset),
-        flags=[*short_summary(dataset), *flag_summary(dataset), *left_out_summary(dataset)],
+        flags=[*short_summary(dataset), *flag_summary(dataset)],
         facts={
             "Cost": [cost(journal)],
             "Accuracy": list(overview.accuracy(dataset)),
@@ -106,7 +105,7 @@ def page(dataset: xr.Dataset, journal: Sequence[Run]) -> str:
         },
         sections=placed(sections),
         table=table,
-        alike=[*alike, *filter(None, [footnote(dataset), means_of(dataset)])],
+        alike=[*alike, *filter(None, [means_of(dataset)])],
         runs=run_table(journal),
     )
 

@@ -11,26 +11,15 @@ import xarray as xr
 from numpy.typing import NDArray
 
 from solver.outcome import Ending
-from solver.quantity import GRID_ERROR
 from solver.sliding.validity import flags_in
 from solver.view import with_error
-from study.dataset.access.fewer_teeth import REGIME, footnote, starred
-from study.dataset.collection.counted import in_short, is_counted, without_numbers
-from study.dataset.collection.ensemble import (
-    NOT_NEEDED,
-    ensemble_name,
-    ensemble_quantities,
-    observables,
-    over_members,
-    uncertainty_name,
-)
-from study.dataset.collection.members import counter_of, fewer
+from study.dataset.collection.counted import in_short, without_numbers
+from study.dataset.members import fewer
 from study.dataset.texts import are_texts
 from study.dataset.variables import (
     DRIVE,
-    LEFT_OUT,
-    LENGTH_ERRORS,
-    MEMBERS_USED,
+    DRIVE_MEMBERS,
+    MEMBERS,
     OUTCOMES,
     VALIDITY,
     all_scalars,
@@ -38,8 +27,7 @@ from study.dataset.variables import (
 )
 from study.figures.sweep.label import in_unit, said, symbol, unit_of
 from study.figures.sweep.points import listed
-from study.manifest.cases import MEMBER
-from study.manifest.manifest import Ensemble
+from study.manifest.manifest import EnsembleTable, Stage
 from study.manifest.parameters import Value
 from study.plan.flags import flag_lines
 from study.plan.standing.endings import PENDING
@@ -96,15 +84,21 @@ def _waiting(dataset: xr.Dataset, of: xr.DataArray) -> NDArray[np.bool_]:
 
 
 def scalar_table(dataset: xr.Dataset, why: bool = True, most: int = MOST_ROWS) -> Table:
-    """One row for each case and drive, so many at most; the members of an ensemble are one row.
+    """One row for each case and drive, so many at most.
 
-    why: behind an outcome its message, too; not where members have several, which `failure_summary` and the page's head say.
+    why: behind an outcome its message, too.
     """
-    of_members = MEMBER in dataset.dims
-    dataset = in_short(over_members(dataset)) if of_members else dataset
+    dataset = in_short(dataset)
     asked = [name for name in _asked(dataset) if name in dataset]
     columns = {name: _COLUMNS.get(name, symbol(name)) for name in (*asked, *_DRIVEN, *_COLUMNS) if name in dataset}
-    numbers = {*columns, *map(_UNCERTAINTY.get, columns), *map(counter_of, columns), VALIDITY.name}
+    numbers = {
+        *columns,
+        *map(_UNCERTAINTY.get, columns),
+        *(f"{name}_members" for name in columns),
+        MEMBERS.name,
+        DRIVE_MEMBERS.name,
+        VALIDITY.name,
+    }
     # Of millions of cases other numbers stay in their file; texts are there.
     dataset = dataset[[name for name, each in dataset.data_vars.items() if name in numbers or are_texts(each.variable)]]
     what = "static_friction" if "static_friction" in dataset else "outcome"
@@ -119,7 +113,7 @@ def scalar_table(dataset: xr.Dataset, why: bool = True, most: int = MOST_ROWS) -
         (
             *(said(point.label[name]) for name in varying),
             *(_cell(point.values, name) for name in columns),
-            "".join(_ending(point.values)[: 3 if why and not (of_members and _differ(point.values)) else 2]),
+            "".join(_ending(point.values)[: 3 if why else 2]),
         )
         for point in shown
     ]
@@ -130,11 +124,8 @@ def scalar_table(dataset: xr.Dataset, why: bool = True, most: int = MOST_ROWS) -
 
 
 def _asked(dataset: xr.Dataset) -> list[str]:
-    """What a campaign was computed for: the number that decides how many members it has, those whose error it bounds, else
-    what its last stage is for.
-    """
-    manifest = from_toml(dataset.attrs.get("manifest", ""))
-    named = [manifest.get("ensemble", {}).get("observable", ""), *manifest.get("effects", {}).get("observables", ())]
+    """What a campaign was computed for: the numbers that decide how many members it has, and what its last stage is for."""
+    named = _target(dataset)[1]
     stage = _DRIVEN[:2] if "drive_outcome" in dataset else ("plateau_mean",) if "plateau_mean" in dataset else ()
     return list(dict.fromkeys(filter(None, (*named, *stage))))
 
@@ -143,7 +134,6 @@ def flag_summary(dataset: xr.Dataset) -> list[str]:
     """One line for each validity flag: how many cases have it, the first of them, and the advice."""
     if VALIDITY.name not in dataset:
         return []
-    dataset = over_members(dataset)
     masks = dataset[VALIDITY.name]
     varying = [str(name) for name in _varying(dataset, masks.dims)]
 
@@ -154,59 +144,38 @@ def flag_summary(dataset: xr.Dataset) -> list[str]:
     return flag_lines(masks.values.ravel().tolist(), first if masks.size > 1 else lambda _: "")
 
 
-def left_out_summary(dataset: xr.Dataset) -> list[str]:
-    """A line of the effects that a campaign's tolerance left out, of how many cases and drives; and one of shorter records."""
-    found, shorter = [], []
-    for kind, what, runs in (("", "cases", "records"), (DRIVE, "drives", "drives")):
-        if LEFT_OUT[kind].name in dataset:
-            texts = dataset[LEFT_OUT[kind].name].values.ravel().tolist()
-            counts = Counter(effect for text in texts if text for effect in text.split(", "))
-            found += [f"{effect} ({count} of {len(texts)} {what})" for effect, count in counts.items()]
-        if LENGTH_ERRORS[kind].name in dataset:
-            errors = np.isfinite(dataset[LENGTH_ERRORS[kind].name].values)
-            shorter += [f"{int(errors.sum())} of {errors.size} {runs}"] if errors.any() else []
-    regimes = ", and regimes are those without it" if "regime" in dataset else ""
-    lines = [f"left out: {', '.join(found)}; what that is expected to change is part of ±{regimes}"] if found else []
-    lines += [f"shorter, as the tolerance allows it: {', '.join(shorter)}"] if shorter else []
-    return lines + list(filter(None, [footnote(dataset)]))
+def _target(dataset: xr.Dataset) -> tuple[float, tuple[str, ...]]:
+    """The relative uncertainty that a campaign asks for, NaN if it does not, and the variables to be known so well."""
+    document = from_toml(dataset.attrs.get("manifest", ""))
+    table = document.get("ensemble", {})
+    if "uncertainty" not in table:
+        return math.nan, ()
+    last: Stage = "dynamics" if "drive_outcome" in dataset else "slip" if "plateau_mean" in dataset else "contact"
+    found = EnsembleTable(**table).computed([last])
+    return float(table["uncertainty"]), found.of
 
 
 def short_summary(dataset: xr.Dataset) -> list[str]:
-    """One line of the ensembles that did not reach their uncertainty with all members; none without such."""
-    asked = from_toml(dataset.attrs.get("manifest", "")).get("ensemble", {})
-    name = str(asked.get("observable", Ensemble().observable))
-    mean, error = (ensemble_name(name, part) for part in ("mean", "uncertainty"))
-    if "uncertainty" not in asked or not {mean, error} <= set(dataset.data_vars):
-        return []
-    enough, most = float(asked["uncertainty"]), dataset.sizes[MEMBER]
-    known = abs(dataset[error] / dataset[mean]).where(dataset[MEMBERS_USED.name] == most)
-    known = known.transpose(*dataset[mean].dims)
-    short = np.flatnonzero((known > enough).values)
-    if not len(short):
-        return []
-    first = known[np.unravel_index(short[0], known.shape)]
-    place = words({dim: first[dim].item() for dim in map(str, _varying(dataset, known.dims))})
-    where = f"{len(short)} of {known.size} ensembles" + (f", first {place}" if place else "")
-    worst = f"the worst to {float(known.max()):.1%}"
-    advice = _to_know_more(dataset, name, enough)
-    return [f"{name} is not known to {enough:.2g} with {most} members: {where}; {worst}; {advice}"]
-
-
-def _to_know_more(dataset: xr.Dataset, name: str, enough: float) -> str:
-    """Advice to ensembles that do not know an observable well enough: more members leave what they have in common."""
-    observable = observables()[name]
-    if observable.in_common in dataset:
-        common = dataset[observable.in_common].mean(MEMBER) / abs(dataset[ensemble_name(name, "mean")])
-        if bool((common > enough).any()):
-            return "inertia and damper are part of it, in all members alike: lower stage_velocity or damping_ratio"
-    # What members do not know in common, only longer ones do; an event of each is independent.
-    return "raise ensemble.members" + ("" if observable.ensemble == "event" else " or limits.spacings")
+    """A line for each number that some cases do not know as well as asked for."""
+    enough, names = _target(dataset)
+    lines = []
+    for name in names:
+        if {name, f"{name}_uncertainty"} <= set(dataset.data_vars):
+            known = abs(dataset[f"{name}_uncertainty"] / dataset[name])
+            short = np.flatnonzero((known > enough).values)
+            if len(short):
+                first = known[np.unravel_index(short[0], known.shape)]
+                place = words({dim: first[dim].item() for dim in map(str, _varying(dataset, known.dims))})
+                where = f"{len(short)} of {known.size} cases" + (f", first {place}" if place else "")
+                worst = f"the worst to {float(known.max()):.1%}"
+                lines.append(f"{name} is not known to {enough:.2g}: {where}; {worst}; raise ensemble.most")
+    return lines
 
 
 def failure_summary(dataset: xr.Dataset) -> list[str]:
     """One line for each way in which cases, then drives failed: how many, the first of them, why and what to do.
 
-    Members of an ensemble count each. Messages that differ in numbers alone are one; what a drive inherits from its case is
+    Messages that differ in numbers alone are one; what a drive inherits from its case is
     said of the case.
     """
     lines: list[str] = []
@@ -226,8 +195,8 @@ def failure_summary(dataset: xr.Dataset) -> list[str]:
 
 
 def counted_as(outcomes: xr.DataArray) -> str:
-    """What has one of these outcomes each: a drive, a member of an ensemble, else a case."""
-    return "drive" if outcomes.name == OUTCOMES[DRIVE][0].name else "member" if MEMBER in outcomes.dims else "case"
+    """What has one of these outcomes each: a drive or a case."""
+    return "drive" if outcomes.name == OUTCOMES[DRIVE][0].name else "case"
 
 
 def _failure(outcomes: xr.DataArray, numbers: list[int], messages: list[str]) -> str:
@@ -244,10 +213,10 @@ def _failure(outcomes: xr.DataArray, numbers: list[int], messages: list[str]) ->
 
 def drive_summary(dataset: xr.Dataset) -> list[str]:
     """Number of drives by outcome and by regime; nothing where the table shows as few at a glance."""
-    endings = [name for name in ("drive_outcome", REGIME) if name in dataset and dataset[name].size > FEW]
+    endings = [name for name in ("drive_outcome", "regime") if name in dataset and dataset[name].size > FEW]
     lines = []
     for name in endings:
-        counts = Counter(starred(dataset) if name == REGIME else dataset[name].values.ravel().tolist())
+        counts = Counter(dataset[name].values.ravel().tolist())
         said = ", ".join(f"{count} {word}" for word, count in counts.most_common() if word)
         if said:
             lines.append(f"{name} of {dataset[name].size} drives: {said}")
@@ -273,12 +242,10 @@ _COLUMNS: Final = {
     "static_friction": "μ_s",
     "kinetic_friction": "μ_k",
     "regime": "regime",
-    "static_friction_ensemble_std": "scatter of μ_s",
     "slips_exponent": "τ of slips",
     "slips_goodness": "goodness of τ",
     "peak_friction": "peak F/W",
     "surface_stiffness": "K/(G·L_y)",
-    "members_used": "members",
     "events": "events",
     "record_spacings": "spacings",
     "final_displacement": "δ_p/L_x",
@@ -286,6 +253,7 @@ _COLUMNS: Final = {
     "approach": "approach/L_x",
     "mean_pressure": "mean p·L_x·L_y/W",
     "maximum_pressure": "max p·L_x·L_y/W",
+    "members": "members",
 }
 """Variable -> title of its column. The first ones matter most: a narrow terminal leaves out the last ones.
 Numbers stand before the regime, whose words are long where members of an ensemble differ in it."""
@@ -293,11 +261,9 @@ _COUNTS: Final = ("events",)
 """Numbers that are whole, and whose means over members are said so, too."""
 _DRIVEN: Final = ("static_friction", "kinetic_friction", "regime")
 """What a drive is for: two numbers and a word, which may have to make room."""
-_UNHURT: Final = (COMPLETED, PENDING, NOT_NEEDED)
+_UNHURT: Final = (COMPLETED, PENDING)
 """Endings that are no failure."""
-_UNCERTAINTY: Final = {name: uncertainty_name(name, each.uncertainty) for name, each in all_scalars().items()} | {
-    std.name: std.uncertainty for each in observables().values() for std in [ensemble_quantities(each)["std"]]
-}
+_UNCERTAINTY: Final = {name: each.uncertainty for name, each in all_scalars().items()}
 """Variable -> the one that says how uncertain it is."""
 
 
@@ -311,21 +277,13 @@ def _varying(dataset: xr.Dataset, dims: tuple[Any, ...]) -> list[Any]:
 
 def _cell(values: xr.Dataset, name: str) -> str:
     if values[name].dtype.kind in "OUT":
-        return "".join(starred(values) if name == REGIME else str(values[name].item())) or "–"
+        return str(values[name].item()) or "–"
     value, error = float(values[name]), _UNCERTAINTY.get(name, "")
     if math.isnan(value):
         return "–"
-    # The error of the grid is relative, and one for several numbers.
-    known = error in values and error != GRID_ERROR
+    known = error in values
     value = round(value) if name in _COUNTS else value
     return (with_error(value, float(values[error])) if known else plain(value, 5)) + fewer(values, name)
-
-
-def _differ(values: xr.Dataset) -> bool:
-    """Whether an ensemble's members say different things on how they ended."""
-    return any(
-        is_counted(str(values[each.name].item())) for both in OUTCOMES.values() for each in both if each.name in values
-    )
 
 
 def _ending(values: xr.Dataset) -> tuple[str, str, str]:

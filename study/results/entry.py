@@ -80,7 +80,8 @@ def packed(result: TaskResult) -> bytes:
     if any(array.dtype.hasobject for array in arrays.values()):
         raise ValueError(f"{result.key}: an array of objects; needs numbers or texts")
     rows = [(name, array.dtype.str, array.shape, _fortran(array)) for name, array in arrays.items()]
-    table = _filled(_json({"scalars": dict(result.scalars), "arrays": rows}), b" ")
+    members = [(each.ending.value, each.message) for each in result.members]
+    table = _filled(_json({"scalars": dict(result.scalars), "arrays": rows, "members": members}), b" ")
     body = b"".join((table, *(_filled(array.tobytes("A"), b"\0") for array in arrays.values())))
     meta = _said(result.kind, result.outcome, result.origins)
     head = _HEAD.pack(MARK, key, len(meta), len(table), len(body), zlib.crc32(body))
@@ -144,9 +145,10 @@ def result_of(head: Head, numbers: Any) -> TaskResult:
     try:
         table = json.loads(str(numbers[: head.table], "ascii"))
         arrays = dict(_arrays(table["arrays"], numbers, head.table))
+        members = tuple([Outcome(Ending(ending), message) for ending, message in table["members"]])
     except _NO_RESULT:
         raise CorruptResultError(NOT_OURS) from None
-    return TaskResult(head.key, head.meta.kind, head.meta.outcome, table["scalars"], arrays, head.meta.origins)
+    return TaskResult(head.key, head.meta.kind, head.meta.outcome, table["scalars"], arrays, members, head.meta.origins)
 
 
 def _arrays(rows: list[Any], numbers: Any, at: int) -> Iterator[tuple[str, NDArray[Any]]]:

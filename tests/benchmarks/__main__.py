@@ -25,7 +25,6 @@ NAMES = (
     "compliance",
     "dynamics",
     "effects",
-    "mixed",
     "campaign",
     "memory",
     "start_up",

@@ -43,6 +43,8 @@ intrinsic_friction = {intrinsic_friction}
 radius = [50.0, 100.0, 150.0, 200.0, 250.0]
 [limits]
 events = 2000
+[ensemble]
+members = 1
 """
 DRIVE = '[[drives]]\nname = "paper"\n'
 TRIVIAL = 10_000

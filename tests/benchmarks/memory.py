@@ -26,6 +26,8 @@ title = "Twelve cases, two drives each, on one slab"
 [axes]
 intrinsic_friction = [0.2, 0.3, 0.4, 0.5]
 radius = [50.0, 100.0, 200.0]
+[ensemble]
+members = 1
 [[drives]]
 name = "slow"
 stage_velocity = 1e-3

@@ -33,6 +33,8 @@ aspect_ratio = {aspect_ratio}
 n_x = 33
 [limits]
 events = 50
+[ensemble]
+members = 1
 [outputs]
 records = false
 """

@@ -58,6 +58,7 @@ def driven_scenes(draw: st.DrawFn) -> str:
         },
         "limits": {"events": draw(st.integers(100, 800)), "spacings": draw(st.sampled_from([0.5, 1.0, 2.0, 3.0]))},
         "scales": draw(tables({name: powers(-3, 3) for name in SCALES})),
+        "ensemble": {"members": 1},
     }
     sections["scales"]["shear_modulus"] = draw(powers(8, 11))
     if draw(st.integers(0, 4)) == 0:
@@ -74,6 +75,7 @@ def scenes_with_every_key(draw: st.DrawFn, grids: tuple[int, ...] = (5, 9, 17, 3
         "numerics": {**draw(tables({**NUMERICS, "start": or_nonsense(START)})), "n_x": draw(st.sampled_from(grids))},
         "slip": {**draw(tables(SLIP)), "cascade_limit": draw(st.sampled_from([1, 100, 20_000]))},
         "limits": {"events": draw(st.integers(1, events)), **draw(tables({"spacings": or_nonsense(SPACINGS)}))},
+        "ensemble": {"members": 1},
     }
     if draw(st.booleans()):
         sections |= {"effects": draw(tables(EFFECTS)), "heterogeneity": draw(tables(HETEROGENEITY))}

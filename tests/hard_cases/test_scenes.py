@@ -20,6 +20,7 @@ from solver.slab import SCHEMES
 from solver.sliding.events import slide_to_state
 from study.manifest.problems import ManifestError
 from study.manifest.reader import load_manifest
+from study.plan.kinds.kind import column
 from study.plan.plan import make_plan
 from study.plan.tasks import TaskResult, run_task
 from tests.physics import assert_contact_laws, assert_friction_law
@@ -39,14 +40,15 @@ LACKS = {
         "plateau_start",
         "plateau_end",
         "plateau_spacings",
-        "plateau_drawn",
+        "plateau_block_error",
         "plateau_peak",
         "mean_step",
         "mean_slips",
         "mean_drop",
         "kinetic_friction",
+        "kinetic_friction_block_error",
     ),
-    Ending.NO_SLIP: ("static_friction", "kinetic_friction"),
+    Ending.NO_SLIP: ("static_friction", "kinetic_friction", "kinetic_friction_block_error"),
 }
 """Numbers that an outcome says are missing; a record without any event has no means over events either."""
 
@@ -120,7 +122,13 @@ def scenes(draw: st.DrawFn) -> str:
     if draw(st.booleans()):
         limits["displacement"] = draw(or_nonsense(powers(-9, 0)))
     parts = [f"title = 'a scene'\nstages = {written(stages)}"]
-    sections = {"constants": constants, "numerics": numerics, "slip": slip, "limits": limits}
+    sections = {
+        "constants": constants,
+        "numerics": numerics,
+        "slip": slip,
+        "limits": limits,
+        "ensemble": {"members": 1},
+    }
     if stages[-1] == "dynamics":
         sections["scales"] = draw(tables(SCALES))
         parts[1:] = [f"[[drives]]\nname = 'a'\nsamples = 20\nstep_limit = 100000\n{lines(draw(tables(DRIVE)))}"]
@@ -159,12 +167,13 @@ def check(text: str, folder: Path) -> str:
         if task.kind == "record" and result.outcome.usable:
             assert task.case is not None
             compliance = SurfaceCompliance(results[task.needs[0]].arrays["matrix"], task.slab)
-            record, end = slide_to_state(task.case, compliance)
-            np.testing.assert_array_equal(record.force_after, result.arrays["force_after"])
+            case = task.ensemble.case(task.case, 0)
+            record, end = slide_to_state(case, compliance)
+            np.testing.assert_array_equal(record.force_after, column(result, "force_after", "event"))
             assert np.all(np.diff(record.displacement) > 0.0)
-            assert_friction_law(task.case, record, compliance)
-            if task.case.effects.pin_translation:  # else it is carried along in thought only
-                assert_contact_laws(end, task.case, compliance if task.case.effects.coupling else uncoupled(compliance))
+            assert_friction_law(case, record, compliance)
+            if case.effects.pin_translation:  # else it is carried along in thought only
+                assert_contact_laws(end, case, compliance if case.effects.coupling else uncoupled(compliance))
     if not results:
         return str(plan.cases[0].outcome.ending)
     return str(results[plan.tasks[-1].key].outcome.ending)
@@ -173,12 +182,13 @@ def check(text: str, folder: Path) -> str:
 def _assert_finite(result: TaskResult) -> None:
     for name, array in result.arrays.items():
         assert name in OPEN or np.all(np.isfinite(array)), (result.kind, name)
-    for name, number in result.scalars.items():
-        # A fit needs slips, an uncertainty and its parts enough events.
-        inertia = ("static_friction",) if "is inertia and damper" in result.outcome.message else ()
-        lacking = (*REPEATED, *LACKS.get(result.outcome.ending, ()), *inertia)
-        missing = name.startswith("fit") or name.endswith(("_uncertainty", "_of_length", "_excess")) or name in lacking
-        assert missing or not math.isnan(number), (result.kind, name)
+    members = len(next(iter(result.scalars.values())))
+    for member, outcome in enumerate(result.members or [result.outcome] * members):
+        inertia = ("static_friction",) if "is inertia and damper" in outcome.message else ()
+        lacking = (*REPEATED, *LACKS.get(outcome.ending, ()), *inertia)
+        for name, numbers in result.scalars.items() if outcome.usable else ():
+            missing = name.startswith("fit") or name.endswith("_excess") or name in lacking  # a fit needs slips
+            assert missing or not math.isnan(numbers[member]), (result.kind, name)
 
 
 @pytest.mark.parametrize(

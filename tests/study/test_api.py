@@ -20,7 +20,6 @@ from study.results import own
 from study.results.store import FOLDER, StoreError
 from tests.conftest import SMALL, THREADS
 from tests.study.execution.defects import crashing
-from tests.study.plan.influence.made_up import SLIGHT, text
 
 TINY = {"title": "tiny", "axes": {"normal_load": [1e-3, 2e-3]}, "numerics": {"n_x": 17}, "limits": {"events": 20}}
 
@@ -61,20 +60,6 @@ def test_files_that_a_dict_names_are_looked_for_in_the_working_folder(tmp_path, 
     np.testing.assert_array_equal(run(document).radius, [100.0, 50.0])
     with pytest.raises(ManifestError, match=r"none\.csv: cannot be read"):
         run(document | {"table": "none.csv"})
-
-
-def test_influences_that_a_dict_names_are_looked_for_in_the_working_folder(tmp_path, monkeypatch):
-    monkeypatch.chdir(tmp_path)
-    Path("mine.json").write_text(text(SLIGHT))
-    for named in ("mine.json", Path("mine.json"), tmp_path / "mine.json"):
-        found = run(TINY | {"effects": {"within": 0.05, "influences": named, "keep": ["spread"]}})
-        assert found.attrs["measured_influences"].startswith("mine.json, sha256 ")
-        assert found["left_out"].dims == found["plateau_mean"].dims
-    assert set(run(TINY | {"effects": {"within": 0.05}})["left_out"].dims) == set(found["left_out"].dims)
-    with pytest.raises(ManifestError, match=r"none\.json: cannot be read"):
-        run(TINY | {"effects": {"within": 0.05, "influences": "none.json"}})
-    with pytest.raises(ManifestError, match=r"effects\.within = 2: needs"):
-        run(TINY | {"effects": {"within": 2}})
 
 
 @pytest.mark.parametrize(

@@ -34,7 +34,7 @@ class LongestStep(EventStatistics):
     longest_step: float = field(
         metadata=quantity(
             "longest way between two events, in L_x",
-            uncertainty="mean_step_uncertainty",
+            ensemble=True,
             si=companion("longest way between two events", "m", "length"),
         )
     )
@@ -85,17 +85,17 @@ def test_a_new_scalar_is_in_results_dataset_and_descriptions(tmp_path: Path, mon
     plan, store, found = computed(tmp_path)
     result = store.read(str(plan.case_tasks[plan.cases[0].case_id].record))
     longest = float(np.diff(result.arrays["displacement"], prepend=0.0).max())
-    assert result.scalars["longest_step"] == longest
+    assert result.scalars["longest_step"] == [longest]
     assert found["longest_step"].item() == longest
     assert found["longest_step"].dims == found["mean_step"].dims
     assert found["longest_step"].attrs == {
         "long_name": "longest way between two events, in L_x",
         "units": "1",
-        "ancillary_variables": "mean_step_uncertainty",
+        "ancillary_variables": "longest_step_uncertainty longest_step_members",
     }
     assert found["longest_step_si"].item() == longest * plan.manifest.scales.slab_width
     assert found["longest_step_si"].attrs["units"] == "m"
-    assert described("longest_step").uncertainty == "mean_step_uncertainty"
+    assert described("longest_step").uncertainty == "longest_step_uncertainty"
     assert "| `longest_step_si` | cases | m | longest way between two events |  |" in page()
     assert "completed" in found["drive_outcome"].values
 
@@ -110,7 +110,7 @@ def test_a_new_column_of_events_is_in_results_dataset_and_descriptions(
     np.testing.assert_array_equal(result.arrays["fall"], result.arrays["force_before"] - result.arrays["force_after"])
     run = Accessor(found).record(intrinsic_friction=0.5)
     assert run["event_fall"].dims == ("event",)
-    np.testing.assert_array_equal(run["event_fall"], result.arrays["fall"] * (1.0 / result.scalars["normal_load"]))
+    np.testing.assert_array_equal(run["event_fall"], result.arrays["fall"] * (1.0 / result.scalars["normal_load"][0]))
     assert run["event_fall"].attrs["long_name"] == "fall of F/W in the event"
     assert described("event_fall").dims == "event"
     assert "| `event_fall` | event | 1 | fall of F/W in the event |" in page()

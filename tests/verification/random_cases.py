@@ -14,10 +14,9 @@ FORMS = (".0%", ".0%", ".2%")
 
 @dataclass(frozen=True)
 class Verdict:
-    """One stated uncertainty: of what, from what, and how often it would have to be taken to reach the truth."""
+    """One stated uncertainty: of what, and how often it would have to be taken to reach the truth."""
 
     observable: str
-    source: str
     case: int
     error: float
     """|value - truth|, over the truth."""
@@ -25,21 +24,21 @@ class Verdict:
     """The same over the stated uncertainty; NaN where none was stated."""
 
 
-def verdict(observable: str, source: str, number: int, value: float, stated: float, truth: float) -> Verdict:
+def verdict(observable: str, number: int, value: float, stated: float, truth: float) -> Verdict:
     error = abs(value - truth)
-    return Verdict(observable, source, number, error / abs(truth), error / stated if stated > 0.0 else math.nan)
+    return Verdict(observable, number, error / abs(truth), error / stated if stated > 0.0 else math.nan)
 
 
 def as_markdown(found: list[Verdict]) -> str:
-    """Coverage by observable and length: how often one and two ± hold, how large they are, and how often none is stated."""
-    groups: dict[tuple[str, str], list[Verdict]] = defaultdict(list)
+    """Coverage by observable: how often one and two ± hold, how large errors are, and how often no ± is stated."""
+    groups: dict[str, list[Verdict]] = defaultdict(list)
     for verdict in found:
-        groups[verdict.observable, verdict.source].append(verdict)
+        groups[verdict.observable].append(verdict)
     lines = [
-        "| of | from a record of (node spacings) | ± holds | 2 ± holds | median error | not stated |",
+        "| of | cases | ± holds | 2 ± holds | median error | not stated |",
         "|---|---|---|---|---|---|",
     ]
-    for (observable, source), group in groups.items():
+    for observable, group in groups.items():
         times, errors = np.array([each.times for each in group]), np.array([each.error for each in group])
         stated = np.isfinite(times)
         one, two = coverage(times)
@@ -49,7 +48,7 @@ def as_markdown(found: list[Verdict]) -> str:
             "–" if math.isnan(share) else f"{share:{form}}"
             for share, form in zip((one, two, middle), FORMS, strict=True)
         )
-        lines.append(f"| {observable} | {source} | {shares} | {missing:.0%} |")
+        lines.append(f"| {observable} | {len(group)} | {shares} | {missing:.0%} |")
     return "\n".join(lines) + "\n"
 
 

@@ -116,7 +116,7 @@ def _of_size(size: str, meaning: str) -> list[tuple[str, Any, Field[Any]]]:
             f"power-law exponent of {size}",
             {
                 "symbol": "τ",
-                "ensemble": "independent",
+                "ensemble": True,
                 "comment": _joined(
                     f"{of}, from {size}_cutoff on",
                     _REFERENCE.get(size, ""),
@@ -128,7 +128,6 @@ def _of_size(size: str, meaning: str) -> list[tuple[str, Any, Field[Any]]]:
         "exponent_fit_error": (
             f"error of the fit of {size}_exponent",
             {
-                "ensemble": "own",
                 "comment": "standard error of the fit alone: events taken as independent, the cut-off as given; "
                 "the exponents of two starts may differ by more",
             },
@@ -148,7 +147,6 @@ def _of_size(size: str, meaning: str) -> list[tuple[str, Any, Field[Any]]]:
         "preferred_chance": (
             f"chance that decides {size}_preferred",
             {
-                "ensemble": "own",
                 "comment": "a probability: of a rival that its better fit is chance, of the power law that its next rival's is",
             },
         ),

@@ -13,7 +13,6 @@ from study.dataset.agreement.facts import differing
 from study.dataset.agreement.matching import KINDS, Matched, NotComparableError, Pair, matched
 from study.dataset.agreement.verdicts import STANDARD_DEVIATIONS, Observed, observed, unjudged
 from study.dataset.collection.counted import shortened
-from study.dataset.collection.ensemble import over_members
 from study.dataset.comparison import Verdict
 from study.dataset.variables import OUTCOMES
 from study.exit_codes import CRASHED
@@ -33,7 +32,7 @@ _WORDS: Final = {
 def work(first: Path, second: Path) -> None:
     """Print what differs between two datasets, and end the process with the exit code for the worst of it."""
     with refusals(NotComparableError), dataset_of(first) as one, dataset_of(second) as other:
-        pair = over_members(one), over_members(other)
+        pair = one, other
         kinds = [kind for kind in KINDS if all(OUTCOMES[kind][0].name in root for root in pair)]
         print_sentences([f"A: {first}, {one.attrs.get('title', '')}", f"B: {second}, {other.attrs.get('title', '')}"])
         _print_facts((one, other))

@@ -90,37 +90,3 @@ def accuracy(**given: object) -> None:
     It is measured on the first case of CAMPAIGN [default: the paper's case].
     """
     work("judging.accuracy", **given)
-
-
-@cli.command()
-@click.option(
-    "--measure", "measured", metavar="N", type=click.IntRange(min=40), help="Measure the influences on N random scenes."
-)
-@click.option(
-    "--judge",
-    "judged",
-    metavar="N",
-    type=click.IntRange(min=1),
-    help="Test on N other scenes how much leaving effects out changes.",
-)
-@click.option(
-    "--effect",
-    "named",
-    metavar="NAME",
-    multiple=True,
-    help="Measure this effect alone; the influences of the others stay as they are known.",
-)
-@click.option(
-    "--save", type=click.Path(path_type=Path), help="Write what was measured (JSON) or judged (Markdown) to this file."
-)
-@click.option("-j", "--processes", type=click.IntRange(min=1), help="Processes [default: cores here]")
-def effects(**given: object) -> None:
-    """Show how much each effect matters.
-
-    A campaign with `[effects] within = 0.01` chooses by these influences what it leaves out. Shown are the median over scenes and
-    what 95 % of the scenes do not exceed. A campaign uses a file of --measure --save by `[effects] influences = FILE`. --judge
-    compares such a choice with all effects on and all off, on scenes that no influence was measured on.
-
-    Example: nanoslip effects --judge 100 --save judged.md
-    """
-    work("judging.effects", **given)

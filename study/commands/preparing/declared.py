@@ -70,8 +70,8 @@ def plan(**given: object) -> None:
 def explain(**given: object) -> None:
     """Explain one case of CAMPAIGN before it is computed.
 
-    KEY=VALUE select the case, as in `nanoslip show`. Shown are the dimensionless groups that govern it, which effects matter,
-    what leaving them out changes and saves, what limits its accuracy, and what halving that error would cost.
+    KEY=VALUE select the case, as in `nanoslip show`. Shown are its estimated time, the error of its grid where that
+    was measured, and what half of it would cost.
 
     Example: nanoslip explain campaigns/mine.toml intrinsic_friction=0.5
     """

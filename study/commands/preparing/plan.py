@@ -3,7 +3,6 @@
 import itertools
 from collections import Counter
 from collections.abc import Iterator
-from dataclasses import asdict
 from pathlib import Path
 from typing import Any
 
@@ -16,18 +15,12 @@ from study.execution.launch import cores
 from study.manifest.cases import CampaignCase
 from study.manifest.drives import CampaignDrive
 from study.manifest.effects import effects
-from study.manifest.manifest import Budget
-from study.plan.budget import said, seconds_on
-from study.plan.ensemble.expected import expected_of, likely
 from study.plan.flags import expected_lines
-from study.plan.influence.account import accounts, times_cheaper
-from study.plan.influence.decision import Tolerance
 from study.plan.memory import shortages
 from study.plan.outlook import outlook_of
 from study.plan.plan import Plan
 from study.plan.size import disk_of_plan
 from study.plan.spans import span_line
-from study.plan.task import Task
 from study.report.columns import Table
 from study.report.console import print_sentences, print_table, say
 
@@ -59,9 +52,6 @@ def _print(found: Standing, ranks: int, show_effects: bool) -> None:
         print_sentences(
             [f"effects that are off or vary: {', '.join(off) or 'none'} (--effects says what that leaves out)"]
         )
-    print_sentences(_left_out(plan))
-    if show_effects and plan.tolerance:
-        print_table(_accounts(plan, plan.tolerance))
     _print_counts(found)
     outlook = outlook_of(plan)
     print_sentences([_time(found, ranks), *_ensembles(found), _disk(plan), *filter(None, [span_line(outlook)])])
@@ -73,9 +63,9 @@ def _print(found: Standing, ranks: int, show_effects: bool) -> None:
 
 def _cases(plan: Plan) -> Iterator[str]:
     """How many cases and drives there are, how many of them are refused, and how the grid was chosen."""
-    manifest, members = plan.manifest, plan.manifest.ensemble.members
-    most = "up to " if manifest.ensemble.uncertainty is not None else ""
-    of_members = f" ({len(plan.cases) // members} times {most}{members} members)" if members > 1 else ""
+    manifest, ensemble = plan.manifest, plan.manifest.ensemble
+    likely = str(ensemble.members) if ensemble.uncertainty is None else f"{ensemble.likely} to {ensemble.members}"
+    of_members = f" of {likely} members" if ensemble.members > 1 else ""
     refused = sum(case.case is None for case in plan.cases)
     yield f"{counted(len(plan.cases), 'case')}{of_members}, {refused} of them refused"
     if manifest.drive_axes and manifest.drives:
@@ -83,43 +73,8 @@ def _cases(plan: Plan) -> Iterator[str]:
         yield f"{len(manifest.drives)} drives of each case, {impossible} of them refused"
     if manifest.accuracy is not None and (grid := choice(manifest)):
         yield f"accuracy = {manifest.accuracy:g}: {grid}"
-    if manifest.budget is not None:
-        time = duration(seconds_on(plan.tasks, manifest.budget.ranks))
-        on = f"{manifest.budget.time} on {counted(manifest.budget.ranks, 'rank')}"
-        yield f"budget of {on}: buys {said(manifest)}, about {time}{_unspent(plan, manifest.budget)}"
     if left_out := manifest.drives_left_out:
         yield f'drives left out, as stages leave out "dynamics": {", ".join(left_out)}'
-
-
-def _unspent(plan: Plan, budget: Budget) -> str:
-    """Why a budget is not spent; the next uncertainty that is tried takes at most twice the time, where a record can reach it."""
-    left = "slip" in plan.manifest.stages and seconds_on(plan.tasks, budget.ranks) < budget.seconds / 2.0
-    return "; more buys nothing, as no record is expected to know more within its limits" if left else ""
-
-
-def _left_out(plan: Plan) -> Iterator[str]:
-    """What the campaign's tolerance leaves out, and what that saves."""
-    if plan.tolerance is None or not plan.decisions:
-        return
-    found = accounts(plan.decisions.values(), plan.tolerance.columns)
-    said = ", ".join(f"{each.effect} ({each.left_out} of {each.having})" for each in found if each.left_out)
-    within = f"within {plan.tolerance.within:g} of {', '.join(plan.tolerance.asked_for)}"
-    times = times_cheaper(tuple(plan.decisions.values()))
-    yield f"left out {within}: {said or 'nothing'}" + (f"; about {times:.2g} times cheaper" if said else "")
-
-
-def _accounts(plan: Plan, tolerance: Tolerance) -> Table:
-    rows = [
-        (
-            each.effect,
-            f"{each.left_out} of {each.having}",
-            f"{each.influence:.2g}" if each.left_out else "",
-            duration(each.saves) if each.left_out else "",
-            each.reason,
-        )
-        for each in accounts(plan.decisions.values(), tolerance.columns)
-    ]
-    return Table(("effect", "left out", "changes, at most", "saves alone", "else"), tuple(rows), 1, prose=True)
 
 
 def _print_counts(found: Standing) -> None:
@@ -141,33 +96,21 @@ def _print_counts(found: Standing) -> None:
 
 def _time(found: Standing, ranks: int) -> str:
     """The time that is left, on one rank and on several."""
-    tasks = _expected_left(found)
+    tasks = found.remaining
     alone = f"time left, to a factor of three: {duration(makespan(tasks, 1))} on 1 rank"
     if ranks == 1:
         return alone
     return f"{alone}, {duration(makespan(tasks, ranks))} on {ranks} (--ranks for another number)"
 
 
-def _expected_left(found: Standing) -> list[Task]:
-    """The tasks that are left, without those of members that are expected not to be needed."""
-    ensemble = found.plan.manifest.ensemble
-    return [task for task in found.remaining if likely(task, ensemble)]
-
-
 def _ensembles(found: Standing) -> Iterator[str]:
-    """How many members ensembles are expected to get until they know enough, and what all members would take."""
+    """What the estimate leaves open where a target decides how many members there are."""
     ensemble = found.plan.manifest.ensemble
-    expected = expected_of(found.plan.cases, ensemble)
-    if ensemble.uncertainty is None or expected is None:
-        return
-    counts = " to ".join(dict.fromkeys(map(str, (expected.fewest, expected.most))))
-    target, all_of_them = f"{ensemble.uncertainty:g}", duration(makespan(found.remaining, 1))
-    yield f"members expected until {ensemble.observable} is known to {target}: {counts} of {ensemble.members}, to a factor of two"
-    yield f"time left with all members: {all_of_them} on 1 rank"
-    if expected.missed:
-        of_all = f"{expected.missed} of {counted(expected.ensembles, 'ensemble')}"
-        advice = "let members be longer, which have part of it in common, or allow more of them"
-        yield f"{of_all} will not know {ensemble.observable} to {target} with all members: {advice}"
+    if ensemble.uncertainty is not None:
+        yield (
+            f"estimated for {ensemble.likely} members of each case; to know {', '.join(ensemble.of)} to {ensemble.uncertainty:g} "
+            f"may take up to {ensemble.members}"
+        )
 
 
 def _disk(plan: Plan) -> str:
@@ -207,26 +150,12 @@ def _data(found: Standing, ranks: int) -> dict[str, Any]:
         ],
         "effects": {each.name: each.setting for each in effects(plan.manifest)},
         "tasks": kinds_as_data(found.kinds),
-        "seconds_left": {str(number): makespan(_expected_left(found), number) for number in sorted({1, ranks})},
-        "members_expected": _members_expected(plan),
-        "seconds_left_at_most": {str(number): makespan(found.remaining, number) for number in sorted({1, ranks})},
+        "seconds_left": {str(number): makespan(found.remaining, number) for number in sorted({1, ranks})},
         "disk_bytes": {"results": results, "dataset": dataset},
         "expected": expected_lines(plan, outlook_of(plan)),
         "does_not_fit": list(shortages(plan, found.remaining)),
-        "left_out": _accounts_data(plan),
         "foreign_results": len(found.foreign),
     }
-
-
-def _members_expected(plan: Plan) -> dict[str, int]:
-    expected = expected_of(plan.cases, plan.manifest.ensemble)
-    return expected._asdict() if expected else {}
-
-
-def _accounts_data(plan: Plan) -> dict[str, Any]:
-    if plan.tolerance is None:
-        return {}
-    return {each.effect: asdict(each) for each in accounts(plan.decisions.values(), plan.tolerance.columns)}
 
 
 def _unless_on(setting: str, text: str) -> str:

@@ -27,7 +27,7 @@ from study.execution.journal import Journal
 from study.execution.ledger import Tally
 from study.execution.progress import open_progress
 from study.exit_codes import FAILURES, INTERRUPTED
-from study.plan.influence.campaign import read
+from study.manifest.reader import load_manifest
 from study.plan.memory import shortages
 from study.plan.plan import Plan
 from study.plan.tasks import Task
@@ -51,7 +51,7 @@ def conduct(farm: Farm, order: Order) -> int:
 
 
 def _run(farm: Farm, journal: Journal, order: Order) -> int:
-    manifest = read(order.campaign)
+    manifest = load_manifest(order.campaign)
     plan, store = planned_at_once(manifest, order), Store(order.into)
     with Lease(order.into, farm.interruption.request) as lease:
         store.prepare()

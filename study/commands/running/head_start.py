@@ -43,7 +43,7 @@ def worthwhile(manifest: Manifest) -> bool:
     else:
         points = list(zip(*axes, strict=True))
         count, distinct = len(points), len(set(points)) == len(points)
-    return count * manifest.ensemble.members >= LARGE and distinct
+    return count >= LARGE and distinct
 
 
 def possible(order: Order, store: Store) -> bool:

@@ -7,11 +7,12 @@ from study.commands.running.broken_off import broken_off
 from study.commands.running.order import Order
 from study.commands.shared.glance import outlined
 from study.commands.shared.plans import PLANNED, planned_from
+from study.discretization.targets import settled
 from study.execution.farms.farm import Farm
 from study.execution.journal import Journal
 from study.garbage import all_kept, keep_for_good
 from study.manifest.manifest import Manifest
-from study.plan.plan import Plan, Planning, spelled_out
+from study.plan.plan import Plan, Planning
 from study.report.console import counting, say
 from study.results.lease import Lease
 from study.results.store import Store
@@ -40,7 +41,7 @@ def _planned_meanwhile(farm: Farm, journal: Journal, order: Order, manifest: Man
     say(f"{manifest.title}: computing begins while cases are planned, {farm.size} {farm.unit}", stderr=True)
     journal.begin(farm.size, farm.unit)
     with counting(PLANNED) as heard, all_kept():
-        planning = Planning(spelled_out(manifest))
+        planning = Planning(settled(manifest))
         tally = head_start.HeadStart(farm, planning, heard).run(order.into)
         farm.settle()
         # What has failed is counted when the whole plan says what needs it.

@@ -5,7 +5,7 @@ from typing import Final
 
 from solver.case import parameters_of_a_case
 from study.commands.shared.exits import Refusal
-from study.manifest.cases import MEMBER, CampaignCase
+from study.manifest.cases import CampaignCase
 from study.manifest.drives import drive_parameters
 from study.manifest.parameters import Value, in_words, of_symbol, words
 from study.manifest.problems import ManifestError
@@ -34,7 +34,7 @@ def _of_symbol(key: str) -> str:
 
 
 def chosen(cases: Sequence[CampaignCase], given: Mapping[str, str]) -> CampaignCase:
-    """The one case that has all of these values, keys as in a manifest; of an ensemble its first member, the case itself.
+    """The one case that has all of these values, keys as in a manifest.
 
     Raises ManifestError where none or several have.
     """
@@ -52,8 +52,6 @@ def chosen(cases: Sequence[CampaignCase], given: Mapping[str, str]) -> CampaignC
     said = " ".join(f"{key}={value}" for key, value in given.items()) or "no selection"
     if not found:
         raise ManifestError([f"{said}: no case is all of that"])
-    if MEMBER not in given:
-        found = [number for number in found if not points[number].get(MEMBER)]
     if len(found) > 1:
         differing = _differing([points[number] for number in found])
         raise ManifestError([f"{said}: {len(found)} cases are like that; {differing}"])

@@ -10,24 +10,21 @@ import xarray as xr
 
 from study.commands.shared.plans import advised, counted
 from study.dataset import file
-from study.dataset.access.fewer_teeth import SIGN
 from study.dataset.collection.collect import collect
-from study.dataset.collection.members import means_of
 from study.dataset.collection.pieces import Planned
 from study.dataset.made_of import is_made_of, made_of, note
+from study.dataset.members import means_of
 from study.dataset.variables import OUTCOMES
 from study.garbage import all_kept
 from study.manifest.manifest import Manifest
 from study.plan.standing.endings import PENDING
-from study.report.columns import table_lines
 from study.report.common import said_once
-from study.report.console import console, counting, print_sentences, print_table, say, whole
+from study.report.console import counting, print_sentences, print_table, say, whole
 from study.report.summary import (
     MOST_LINES,
     drive_summary,
     failure_summary,
     flag_summary,
-    left_out_summary,
     scalar_table,
     short_summary,
 )
@@ -106,16 +103,13 @@ def print_summary(dataset: xr.Dataset) -> None:
     print_table(table)
     print_sentences(_chosen(dataset))
     print_sentences([*alike, *filter(None, [means_of(dataset)])])
-    counts = drive_summary(dataset)
-    print_sentences(counts)
+    print_sentences(drive_summary(dataset))
     print_sentences(failure_summary(dataset), "failed")
-    signed = SIGN in "".join([*(line.text for line in table_lines(table, console().width)), *alike, *counts])
-    notes = [line for line in left_out_summary(dataset) if signed or not line.startswith(SIGN)]
-    print_sentences([*short_summary(dataset), *flag_summary(dataset), *notes])
+    print_sentences([*short_summary(dataset), *flag_summary(dataset)])
 
 
 def _chosen(dataset: xr.Dataset) -> Iterator[str]:
-    """What a campaign that asks for an error, or has a budget, got for it."""
+    """The grid that was chosen for a campaign's `accuracy`."""
     if file.CHOSEN in dataset.attrs:
         found = json.loads(dataset.attrs[file.CHOSEN])
         yield f"chosen: {', '.join(f'{name} = {value}' for name, value in found.items())}"

@@ -10,10 +10,9 @@ import xarray as xr
 from study.commands.shared.exits import Refusal
 from study.commands.shared.refusals import refusals
 from study.dataset.access.single import one_case
-from study.dataset.collection.ensemble import over_members
+from study.dataset.variables import MEMBERS
 from study.figures.shared.canvas import column, format_of, image
 from study.figures.shared.files import write_files
-from study.manifest.cases import MEMBER
 from study.manifest.parameters import STANDARD
 from study.report.case_table import case_table, ending_lines
 from study.report.console import console, print_sentences, print_table, say, whole
@@ -31,11 +30,10 @@ def show_case(dataset: xr.Dataset, given: Mapping[str, str], picture: Path | Non
         case = one_case(dataset, given)
     except (KeyError, ValueError) as error:
         raise Refusal(str(error.args[0])) from None
-    first = case.isel({MEMBER: 0}) if MEMBER in case.dims else case
-    _print_numbers(over_members(case), dataset)
-    lines = list(curves(first))
-    if lines and first is not case:
-        say("lines are the first member's; member=1 shows the next")
+    _print_numbers(case, dataset)
+    lines = list(curves(case))
+    if lines and MEMBERS.name in case and int(case[MEMBERS.name].max()) > 1:
+        say("lines are those of the first member")
     if picture:
         with refusals():
             write_files({picture: _drawn(lines, format_of(picture))})

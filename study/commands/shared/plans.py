@@ -10,8 +10,8 @@ from study.commands.shared.arguments import folder
 from study.execution.failures import left
 from study.garbage import all_kept, keep_for_good
 from study.manifest.manifest import Manifest
+from study.manifest.reader import load_manifest
 from study.origin import Origins, census, here
-from study.plan.influence.campaign import read
 from study.plan.keys import idle
 from study.plan.plan import Plan, make_plan
 from study.plan.standing.outline import KindCount, kind_counts
@@ -26,7 +26,7 @@ PLANNED: Final = "{} cases planned"
 
 def planned(campaign: Path) -> Plan:
     """The plan of a campaign file. Raises ManifestError."""
-    return planned_from(read(campaign))
+    return planned_from(load_manifest(campaign))
 
 
 def planned_from(manifest: Manifest) -> Plan:
@@ -40,9 +40,8 @@ def planned_from(manifest: Manifest) -> Plan:
 def idle_lines(plan: Plan) -> list[str]:
     """The parameters of a campaign that change nothing in any of its cases, each with the reason; limits of contacts aside."""
     manifest = plan.manifest
-    asked = [decision.asked for decision in plan.decisions.values()]  # before effects were left out
     given = {*manifest.axes, *manifest.fixed} - {*manifest.limits}
-    cases = asked or [case.case for case in plan.cases if case.case is not None]
+    cases = [case.case for case in plan.cases if case.case is not None]
     return list(idle(cases, given, manifest.stages == ("contact",)))
 
 

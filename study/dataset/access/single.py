@@ -7,9 +7,7 @@ import numpy as np
 import xarray as xr
 
 from study.dataset.access.selection import places
-from study.dataset.collection.ensemble import PARTS, ensemble_name, observables
-from study.dataset.variables import MEMBERS_USED, MEMBERS_WITH_CYCLE, OUTCOMES
-from study.manifest.cases import MEMBER
+from study.dataset.variables import OUTCOMES
 from study.manifest.columns import number_or_text
 from study.manifest.parameters import words
 
@@ -17,10 +15,7 @@ from study.manifest.parameters import words
 def one_case(root: xr.Dataset, given: Mapping[str, str]) -> xr.Dataset:
     """The part of a dataset that is one case, without the dimensions that this leaves one value of.
 
-    A member that is singled out has its own numbers alone, none of its ensemble.
-
-    given: parameter, as manifests or datasets call it -> its value as text. All members of an ensemble are one case unless
-    one is named; its drives may be several.
+    given: parameter, as manifests or datasets call it -> its value as text. The drives of the case may be several.
 
     Raises KeyError where no case is like that, ValueError with what is left to choose where several are.
     """
@@ -28,17 +23,11 @@ def one_case(root: xr.Dataset, given: Mapping[str, str]) -> xr.Dataset:
     selection = {name: _value(root, name, text) for name, text in _named(given).items()}
     found = places(root, ending, selection)
     left = {dim: np.unique(column) for dim, column in zip(found.dims, found.positions.T, strict=True)}
-    of_cases = [str(dim) for dim in root[OUTCOMES[""][0].name].dims if dim != MEMBER]
+    of_cases = [str(dim) for dim in root[OUTCOMES[""][0].name].dims]
     part = root.isel({dim: where if len(where) > 1 else where[0] for dim, where in left.items()})
     if several := [dim for dim in of_cases if len(left[dim]) > 1]:
         raise ValueError(f"needs to be one case: give also {'; '.join(_choices(part, several))}")
-    return part if MEMBER in part.dims else part.drop_vars(_of_ensembles(), errors="ignore")
-
-
-def _of_ensembles() -> list[str]:
-    """The variables that are of all members together."""
-    parts = [ensemble_name(name, part) for name in observables() for part in PARTS]
-    return [*parts, MEMBERS_USED.name, MEMBERS_WITH_CYCLE.name]
+    return part
 
 
 def _named(given: Mapping[str, str]) -> dict[str, str]:

@@ -10,7 +10,6 @@ from solver.drive import Scales
 from study.canonical import content_hash
 from study.dataset.agreement.matching import Pair, values
 from study.dataset.variables import DRIVE_NAME, parameters
-from study.manifest.cases import MEMBER
 from study.manifest.parameters import TABLES, Value, words_of
 from study.manifest.problems import shown
 from study.origin import Origin
@@ -41,9 +40,8 @@ def differing(pair: Pair) -> list[Fact]:
 
 def _said(root: xr.Dataset) -> Iterator[tuple[str, str]]:
     """Name and text of every fact of a dataset."""
-    cases = root.isel({MEMBER: 0}) if MEMBER in root.dims else root  # whose start and seed are those of the ensemble
     for name in (*parameters(), DRIVE_NAME.name):
-        if found := values(cases, name):
+        if found := values(root, name):
             yield name, ", ".join(map(_word, found[:6])) + (f", … ({len(found)} values)" if len(found) > 6 else "")
     for key, value in _keys(from_toml(str(root.attrs.get("manifest", "")))):
         yield key, shown(value)
@@ -61,7 +59,7 @@ def _word(value: Value) -> str:
 
 
 def _keys(document: Mapping[str, Any]) -> Iterator[tuple[str, Any]]:
-    """The keys of a campaign file that are no parameters: `stages`, `ensemble.members`, `outputs.records`, `effects.within`."""
+    """The keys of a campaign file that are no parameters: `stages`, `ensemble.members`, `outputs.records`, `limits.seconds`."""
     for key, value in document.items():
         if isinstance(value, Mapping) and (key in TABLES or key not in _APART):
             known = words_of(key) if key in TABLES else ()

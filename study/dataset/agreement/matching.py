@@ -14,7 +14,7 @@ from study.plan.standing.endings import NOTHING_KNOWN
 KINDS: Final = ("", "drive")
 """What rows are of: cases, or cases with a drive."""
 Pair = tuple[xr.Dataset, xr.Dataset]
-"""Two datasets; where their cases are looked at, ensembles are one case each (study.dataset.collection.ensemble.over_members)."""
+"""Two datasets."""
 
 
 class NotComparableError(ValueError):

@@ -10,15 +10,13 @@ import numpy as np
 import xarray as xr
 
 from solver.quantity import GRID_ERROR
-from study.dataset.access.grid_share import grid_share
 from study.dataset.access.tidy import values_over
 from study.dataset.agreement.matching import Matched, Pair, ending_of
-from study.dataset.collection.ensemble import PARTS, ensemble_name, observables
 from study.dataset.comparison import ROUNDING, Verdict, identical, magnitude
 from study.dataset.variables import (
     COMPUTED_BY,
     DRIVE,
-    MEMBERS_USED,
+    MEMBERS,
     OUTCOMES,
     all_groups,
     companions,
@@ -91,10 +89,8 @@ def _names(pair: Pair, kind: str) -> list[str]:
     of_drives |= {each.name for each in OUTCOMES[DRIVE]}
     apart = {each.name for each in COMPUTED_BY.values()} | {message.name for _, message in OUTCOMES.values()}
     apart |= {group.id.name for group in all_groups().values()} | {"advice", GRID_ERROR}
-    apart |= {ensemble_name(name, part) for name in observables() for part in PARTS}
-    apart.add(MEMBERS_USED.name)
     both = [str(name) for name in pair[0].data_vars if name in pair[1].data_vars and name not in apart]
-    told = ("_uncertainty", ensemble_name("", "members"))
+    told = ("_uncertainty", "members")
     return [name for name in both if (name in of_drives) == bool(kind) and not name.endswith(told)]
 
 
@@ -112,26 +108,22 @@ def _values(root: xr.Dataset, kind: str, name: str) -> list[Any]:
 
 def _error_of(root: xr.Dataset, name: str) -> str:
     """The variable that says how uncertain another is; empty where none does."""
-    error = str(root[name].attrs.get("ancillary_variables", ""))
+    error = f"{name}_uncertainty"
     return error if error in root else ""
 
 
 def _errors(root: xr.Dataset, kind: str, name: str) -> list[float]:
-    """The standard deviations that a dataset states; that of the grid is a share of the number. NaN where none is known.
-
-    A number made of whole nodes is known to half a spacing at best, wherever the pin came down.
-    """
+    """The ± that a dataset states; NaN where none is known."""
     error = _error_of(root, name)
     if not error:
         return [math.nan] * ending_of(root, kind).size
-    stated = grid_share(root, name) * abs(root[name]) if error == GRID_ERROR else root[error]
-    return values_over(stated, ending_of(root, kind))
+    return values_over(root[error], ending_of(root, kind))
 
 
 def _members(root: xr.Dataset, kind: str) -> list[float]:
     """How many members each row is of; NaN where it is one case."""
-    if MEMBERS_USED.name in root:
-        return values_over(root[MEMBERS_USED.name], ending_of(root, kind))
+    if MEMBERS.name in root:
+        return values_over(root[MEMBERS.name], ending_of(root, kind))
     return [math.nan] * ending_of(root, kind).size
 
 

@@ -18,23 +18,21 @@ import xarray as xr
 
 from solver.drive import Scales
 from study.dataset.collection.coordinates import Coordinates
-from study.dataset.collection.ensemble import ensemble_variables
 from study.dataset.collection.entering import Entering, Finished, one_by_one, side_by_side
 from study.dataset.collection.layout import layout_of
 from study.dataset.collection.makers import Makers, software, software_attributes
 from study.dataset.collection.pieces import Planned, pieces
 from study.dataset.collection.ragged import Runs
 from study.dataset.collection.table import Declared, Whole
-from study.dataset.file import CHOSEN, FORMAT, INFLUENCES, VERSION
+from study.dataset.file import CHOSEN, FORMAT, VERSION
 from study.dataset.groups import carrying
 from study.dataset.variables import SOFTWARE, Group, all_groups
 from study.discretization.front import Front, load_front
+from study.discretization.targets import chosen
 from study.manifest.cases import Heard, same
 from study.manifest.manifest import Manifest
 from study.manifest.problems import ManifestError
 from study.origin import Origin
-from study.plan.budget import bought
-from study.plan.influence.table import load_influences
 from study.plan.tasks import needed_kinds
 from study.results.store import Store
 
@@ -63,7 +61,7 @@ def collect(plan: Planned, store: Store, heard: Heard = lambda _: None, processe
         raise ManifestError(same(manifest))
     counts, variables = makers.census(), whole.variables
     facts = _attributes(manifest, front, counts)
-    root = xr.Dataset(variables | ensemble_variables(variables), labels.found(), facts)
+    root = xr.Dataset(variables, labels.found(), facts)
     return carrying(root, {each.group.name: each.dataset() for each in runs} | {SOFTWARE[0].name: software(counts)})
 
 
@@ -79,14 +77,11 @@ def _runs(manifest: Manifest, folder: Path) -> list[Runs]:
 
 
 def _attributes(manifest: Manifest, front: Front, counts: Mapping[Origin, int]) -> dict[str, Any]:
-    tolerated = manifest.tolerated
     texts = {
         "manifest_table": manifest.table_text,
         "manifest_roughness": manifest.profile_text,
         "manifest_front": manifest.front_text,
-        "manifest_influences": tolerated.influences_text if tolerated else None,
-        INFLUENCES: str(load_influences(tolerated.influences, tolerated.influences_text)) if tolerated else None,
-        CHOSEN: json.dumps(found) if (found := bought(manifest)) else None,
+        CHOSEN: json.dumps(grid) if manifest.accuracy is not None and (grid := chosen(manifest)) else None,
     }
     return {
         FORMAT: VERSION,

@@ -14,8 +14,8 @@ from solver.quantity import Quantity, attributes
 from study.dataset.collection.column import Column, Values, values_of
 from study.dataset.collection.layout import Layout, array_of, drive_coordinates
 from study.dataset.variables import CASE_ID, parameters
-from study.manifest.cases import MEMBER, CampaignCase
-from study.manifest.manifest import VARIED, Manifest
+from study.manifest.cases import CampaignCase
+from study.manifest.manifest import Manifest
 from study.manifest.parameters import STANDARD
 from study.plan.keys import OF_ALL, OF_CONTACT, without_effect
 from study.plan.plan import Plan
@@ -63,10 +63,7 @@ class Coordinates:
         along = set(self._manifest.axes) | set(STANDARD) if "case" in dims else set()
         if len(column.values) == 1 and column.count >= self._able and name not in along:
             return (), column.values[0]
-        spread = column.spread(self._layout.places(range(self._cases)), self._cases).reshape(shape)
-        if dims[-1] == MEMBER and name not in VARIED:
-            return dims[:-1], spread[..., 0]
-        return dims, spread
+        return dims, column.spread(self._layout.places(range(self._cases)), self._cases).reshape(shape)
 
 
 def varied(layout: Layout) -> list[str]:
@@ -80,7 +77,6 @@ _own = attrgetter(*_OWN)
 
 def values_in(plan: Plan, names: Sequence[str]) -> dict[str, Values]:
     """Parameters of the cases of a plan, as their campaign asks for them; None where one changes no result."""
-    # Of what varies between members, an axis says where the first of them is: the case itself knows better.
     exclusions = OF_ALL if "record" in needed_kinds(plan.manifest) else OF_CONTACT
     kinds: dict[Hashable, int] = {}
     shared: list[Mapping[str, Any]] = []
@@ -88,7 +84,7 @@ def values_in(plan: Plan, names: Sequence[str]) -> dict[str, Values]:
     which: list[int] = []
     own: list[tuple[Any, ...]] = []
     for case in plan.cases:
-        asked = plan.asked(case)
+        asked = case.case
         if asked is None:
             kind: Hashable = case.case_id
         else:

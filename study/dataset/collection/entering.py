@@ -81,8 +81,6 @@ class Entering:
             _say_outcomes(table, place, plan, case, self._finished.outcomes(tasks.keys, results))
             table.say_makers(place, results)
             if case.case is not None:
-                if case.case_id in plan.decisions:
-                    table.say_left_out(place, plan.decisions[case.case_id])
                 table.put(DISCRETIZATION_ERROR.name, place, "", self._front.expected_error(case.case))
                 _enter(table, place, runs, self._manifest, case, results)
         ids, able = [case.case_id for case in plan.cases], sum(case.case is not None for case in plan.cases)

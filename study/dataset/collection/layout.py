@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 from solver.quantity import attributes
 from study.dataset.collection.ragged import texts
 from study.dataset.variables import DRIVE_NAME, parameters
-from study.manifest.cases import MEMBER, cases_of
+from study.manifest.cases import cases_of
 from study.manifest.manifest import Manifest
 from study.manifest.parameters import STANDARD, Value
 
@@ -37,15 +37,17 @@ class Layout:
     def places(self, numbers: range) -> NDArray[np.intp]:
         """Where the cases of these numbers lie, counted through all of them, the last dimension fastest."""
         steps = {name: math.prod(self.shape[number:]) for number, name in enumerate(self.axes, 1)}
-        along = np.unravel_index(np.arange(numbers.start, numbers.stop), tuple(self.lengths.values()))
         found = np.zeros(len(numbers), np.intp)
+        if not self.lengths:  # a single case
+            return found
+        along = np.unravel_index(np.arange(numbers.start, numbers.stop), tuple(self.lengths.values()))
         for name, at in zip(self.lengths, along, strict=True):
             found += steps.get(name, 0) * at  # an axis of one value may be no dimension
         return found
 
 
 def layout_of(manifest: Manifest) -> Layout:
-    """The axes where the design is a full product, else the list of cases; members of an ensemble come last.
+    """The axes where the design is a full product, else the list of cases.
 
     Drives lie along `drive`, where there are several tables of them, and along the drive axes of several values.
     """
@@ -66,16 +68,14 @@ def _drive_positions(manifest: Manifest, axes: dict[str, tuple[Value, ...]]) -> 
 
 
 def _of_cases(manifest: Manifest) -> tuple[dict[str, tuple[Value, ...]], dict[str, int]]:
-    members = manifest.ensemble.members
-    ensemble: dict[str, tuple[Value, ...]] = {MEMBER: tuple(range(members))} if members > 1 else {}
     if manifest.design != "product":
-        points = manifest.case_count // members
-        return {"case": tuple(range(points)), **ensemble}, {"case": points, MEMBER: members}
+        points = manifest.case_count
+        return {"case": tuple(range(points))}, {"case": points}
     given = manifest.axes
     names = (*STANDARD, *(name for name, values in given.items() if name not in STANDARD and len(values) > 1))
     first = next(cases_of(manifest, range(1))).parameters
-    axes = {name: tuple(given.get(name, (first[name],))) for name in names} | ensemble
-    return axes, {name: len(values) for name, values in given.items()} | {MEMBER: members}
+    axes = {name: tuple(given.get(name, (first[name],))) for name in names}
+    return axes, {name: len(values) for name, values in given.items()}
 
 
 def drive_coordinates(manifest: Manifest, layout: Layout) -> dict[str, Any]:

@@ -4,8 +4,9 @@ from collections.abc import Iterator, Mapping
 from typing import Final, Protocol
 
 from solver.outcome import Outcome
+from study.discretization.targets import settled
 from study.manifest.manifest import Manifest
-from study.plan.plan import Plan, Planning, plan_of, spelled_out
+from study.plan.plan import Plan, Planning, plan_of
 
 CASES: Final = 4096
 """Of a piece, about."""
@@ -34,7 +35,7 @@ class InPieces:
 
     def __init__(self, manifest: Manifest) -> None:
         """Raises ManifestError."""
-        self.manifest: Manifest = spelled_out(manifest)
+        self.manifest: Manifest = settled(manifest)
 
     @property
     def count(self) -> int:
@@ -42,7 +43,7 @@ class InPieces:
         return self.manifest.case_count
 
     def piece(self, numbers: range) -> Plan:
-        """The plan of the cases of these numbers, without tasks; an ensemble is in one piece."""
+        """The plan of the cases of these numbers, without tasks."""
         planning = Planning(self.manifest, tasks=False, numbers=numbers)
         while planning.go_on():
             pass
@@ -54,7 +55,5 @@ class InPieces:
 
 
 def pieces(plan: Planned) -> Iterator[range]:
-    """The numbers of its cases, piece by piece; members of an ensemble stay together, as later ones wait for the first."""
-    members = plan.manifest.ensemble.members
-    size = max(CASES // members, 1) * members
-    return (range(begin, min(begin + size, plan.count)) for begin in range(0, plan.count, size))
+    """The numbers of its cases, piece by piece."""
+    return (range(begin, min(begin + CASES, plan.count)) for begin in range(0, plan.count, CASES))

@@ -12,6 +12,7 @@ from numpy.typing import DTypeLike, NDArray
 from solver.quantity import attributes
 from study.canonical import content_hash
 from study.dataset.variables import Group, Series
+from study.plan.kinds.kind import MEMBER, column
 from study.plan.task import TaskResult
 
 NAME_LENGTH: Final = 12
@@ -74,7 +75,7 @@ class Runs:
             self._counts[sample].append(sum(_length(each, result) for each, result in pairs))
             for each, result in pairs:
                 for name, quantity in each.columns.items():
-                    run = result.arrays[name]
+                    run = _run(result, name, each)
                     self._columns[quantity.name].add(run * factors[quantity.per] if quantity.per else run)
         self._owners.append((case_id, drive))
         name = keys[0][:NAME_LENGTH] if len(keys) == 1 else content_hash(keys, length=NAME_LENGTH)
@@ -82,7 +83,7 @@ class Runs:
 
     def _held(self, result: TaskResult) -> bool:
         """Whether a result has the columns of the group, and not its scalars alone."""
-        return any(each.kind == result.kind and set(each.columns) <= set(result.arrays) for each in self.group.series)
+        return any(each.kind == result.kind and set(each.columns) <= _there(result, each) for each in self.group.series)
 
     def dataset(self) -> xr.Dataset:
         """The columns over the samples; over the instances their names, owners and the count of samples."""
@@ -111,8 +112,19 @@ def _once(results: list[TaskResult]) -> list[TaskResult]:
     return results
 
 
+def _there(result: TaskResult, series: Series) -> set[str]:
+    return set(result.scalars if series.sample == MEMBER else result.arrays)
+
+
+def _run(result: TaskResult, name: str, series: Series) -> NDArray[Any]:
+    """The first member's column; or a number of every member."""
+    if series.sample == MEMBER:
+        return np.array(result.scalars[name], float)
+    return column(result, name, series.sample)
+
+
 def _length(series: Series, result: TaskResult) -> int:
-    return int(result.arrays[next(iter(series.columns))].size)
+    return int(_run(result, next(iter(series.columns)), series).size)
 
 
 def texts(values: Iterable[str]) -> NDArray[Any]:

@@ -11,35 +11,35 @@ import xarray as xr
 from numpy.typing import NDArray
 
 from solver.case import Case
+from solver.ensemble import mean_of
 from solver.outcome import Outcome
-from solver.quantity import GRID_ERROR, Quantity, attributes
+from solver.quantity import Quantity, attributes
 from solver.sliding.validity import advice_on, flags_in
+from study.dataset.collection.counted import counted
 from study.dataset.collection.layout import Layout
 from study.dataset.variables import (
     ADVICE,
     COMPUTED_BY,
     DISCRETIZATION_ERROR,
     DRIVE,
-    LEFT_OUT,
-    LENGTH_ERRORS,
+    DRIVE_MEMBERS,
+    MEMBERS,
     OUTCOMES,
     VALIDITY,
     Group,
     companions,
-    influences,
     scalars,
 )
 from study.manifest.manifest import Manifest
 from study.origin import NOBODY, Origins, stemming
 from study.plan.flags import flags_of
-from study.plan.influence.campaign import yielded
-from study.plan.influence.decision import Decision
-from study.plan.influence.scene import OBSERVABLES, OF_DRIVES
 from study.plan.kinds.kind import left_out
 from study.plan.standing.endings import PENDING
 from study.plan.task import TaskResult
 from study.plan.tasks import KINDS, needed_kinds
 
+_COUNTED: Final = {"contact": MEMBERS, "record": MEMBERS, DRIVE: DRIVE_MEMBERS}
+"""Kind of task -> the variable that counts its members."""
 PIECE: Final = 4096
 """Results whose numbers are entered together."""
 
@@ -52,7 +52,7 @@ class _Rows:
     """Results of one kind that wait to be entered: where, which numbers, and by what they are multiplied."""
 
     places: list[int] = field(default_factory=list)
-    scalars: list[Mapping[str, float | int]] = field(default_factory=list)
+    scalars: list[Mapping[str, Sequence[float | int]]] = field(default_factory=list)
     factors: list[Mapping[str, float]] = field(default_factory=list)
 
 
@@ -86,20 +86,17 @@ class Declared:
                 self._declare(kind, ending, PENDING)
                 self._declare(kind, message, "")
                 self._declare(kind, COMPUTED_BY[kind], "")
-                if manifest.tolerated:
-                    self._declare(kind, LEFT_OUT[kind], "")
-                    if "record" in kinds:
-                        self._declare(kind, LENGTH_ERRORS[kind], np.nan)
         self._declare("", DISCRETIZATION_ERROR, np.nan)
         self._declare("", ADVICE, "")
+        self._declare("", MEMBERS, np.nan)
+        if DRIVE in kinds:
+            self._declare(DRIVE, DRIVE_MEMBERS, np.nan)
         for kind in KINDS:
             if kind in kinds:
                 apart = left_out(KINDS[kind], manifest)
                 for name, quantity in (*scalars(kind).items(), *companions(kind).items()):
-                    if name not in apart:
-                        self._declare(kind, quantity, _nothing(quantity))
-        for name in yielded(manifest) if manifest.tolerated else ():
-            self._declare(DRIVE if name in OF_DRIVES else "", influences()[name], np.nan)
+                    for own in (quantity, *quantity.beside) if name not in apart else ():
+                        self._declare(kind, own, _nothing(own))
         for each in groups:
             self._declare(DRIVE if each.driven else "", each.id, "")
 
@@ -124,22 +121,10 @@ class Whole:
     def variables(self) -> dict[str, xr.Variable]:
         """All of them, by name."""
         layout, found = self._declared.layout, {}
-        for name, values in (self._values | self._less_certain()).items():
+        for name, values in self._values.items():
             dims = _lengths(layout.axes | layout.drive_axes if self._declared.driven[name] else layout.axes)
             shaped = values.reshape(tuple(dims.values()))
             found[name] = xr.Variable(tuple(dims), shaped, attributes(self._declared.quantities[name]))
-        return found
-
-    def _less_certain(self) -> dict[str, NDArray[Any]]:
-        """Uncertainties with what leaving effects out is expected to change: NaN where that is not known."""
-        found: dict[str, NDArray[Any]] = {}
-        for kind in KINDS:
-            for name, quantity in scalars(kind).items():
-                change = f"{quantity.name}_influence"
-                for each in (quantity, companions(kind).get(name)):
-                    if each and change in self._values and each.uncertainty not in ("", GRID_ERROR):
-                        size = self._values[change] * np.abs(self._values[each.name])
-                        found[each.uncertainty] = np.hypot(self._values[each.uncertainty], size)
         return found
 
 
@@ -177,18 +162,6 @@ class Table:
         for name, parts in found.items():
             self.put(COMPUTED_BY[DRIVE if name else ""].name, place, name, _names(tuple(parts)))
 
-    def say_left_out(self, place: int, decision: Decision) -> None:
-        """Set what a campaign's tolerance left out of a case and its drives, and how much that is expected to change."""
-        for drive in ("", *decision.of_drives):
-            kind, error = DRIVE if drive else "", decision.length_error(drive)
-            self.put(LEFT_OUT[kind].name, place, drive, ", ".join(decision.left_out(drive)))
-            if error is not None:
-                self.put(LENGTH_ERRORS[kind].name, place, drive, error)
-            changes = dict(zip(OBSERVABLES, decision.influence(drive), strict=True))
-            for name, quantity in influences().items():
-                if quantity.name in self._declared.quantities and (name in OF_DRIVES) == bool(drive):
-                    self.put(quantity.name, place, drive, changes[name])
-
     def enter(self, place: int, case: Case, drive: str, result: TaskResult, by: Mapping[str, float]) -> None:
         """Set all scalars of a result. by: `Quantity.per` -> what a value is multiplied with."""
         waiting = self._waiting[result.kind]
@@ -197,6 +170,9 @@ class Table:
         waiting.factors.append(by)
         if len(waiting.places) >= PIECE:
             self._enter_waiting(result.kind)
+        if result.scalars and result.kind in _COUNTED:
+            count = len(next(iter(result.scalars.values())))
+            self.put(_COUNTED[result.kind].name, place, drive, count)
         if (flags := flags_of(case, result)) is not None:
             self.put(VALIDITY.name, place, drive, flags)
             self.put(ADVICE.name, place, drive, _advice(flags))
@@ -205,17 +181,17 @@ class Table:
         return place * self._declared.drives + self._declared.drive_place[drive] if driven else place
 
     def _enter_waiting(self, kind: str) -> None:
-        """Set the scalars of the results that wait, those with the same names together."""
+        """Set the scalars of the results that wait, those with the same names and as many members together."""
         waiting, self._waiting[kind] = self._waiting[kind], _Rows()
-        alike: dict[tuple[str, ...], list[int]] = {}
+        alike: dict[tuple[object, ...], list[int]] = {}
         for number, row in enumerate(waiting.scalars):
-            alike.setdefault(tuple(row), []).append(number)
-        for names, held in alike.items():
-            numbers = np.array([list(waiting.scalars[number].values()) for number in held], float).reshape(
-                len(held), -1
-            )
+            if row:  # of what was refused there are none
+                alike.setdefault((len(next(iter(row.values()))), *row), []).append(number)
+        for (_, *names), held in alike.items():
+            numbers = np.array([list(waiting.scalars[number].values()) for number in held], float)
+            found = dict(zip(map(str, names), numbers.reshape(len(held), len(names), -1).swapaxes(0, 1), strict=True))
             factors = [waiting.factors[number] for number in held]
-            self._enter_alike(kind, dict(zip(names, numbers.T, strict=True)), np.array(waiting.places)[held], factors)
+            self._enter_alike(kind, found, np.array(waiting.places)[held], factors)
 
     def _enter_alike(
         self,
@@ -224,7 +200,7 @@ class Table:
         places: NDArray[np.intp],
         factors: Sequence[Mapping[str, float]],
     ) -> None:
-        """Set these scalars of results, a variable after the other."""
+        """Set these scalars of results, a variable after the other: means over the members, (results, members) each."""
         units: dict[str, NDArray[Any]] = {}
         for known in (scalars(kind), companions(kind)):
             for name, quantity in known.items():
@@ -233,9 +209,13 @@ class Table:
                 if quantity.per not in units:
                     units[quantity.per] = np.array([by[quantity.per] for by in factors])
                 if quantity.words:
-                    self._values[quantity.name][places] = [_word(quantity, number) for number in found[name].tolist()]
-                else:
-                    self._values[quantity.name][places] = found[name] * units[quantity.per]
+                    self._values[quantity.name][places] = [_word(quantity, row) for row in found[name].tolist()]
+                    continue
+                mean = mean_of(found[name])
+                self._values[quantity.name][places] = mean.mean * units[quantity.per]
+                if quantity.ensemble:
+                    self._values[quantity.uncertainty][places] = mean.uncertainty * np.abs(units[quantity.per])
+                    self._values[quantity.members][places] = mean.members
 
 
 def _lengths(axes: Mapping[str, tuple[Any, ...]]) -> dict[str, int]:
@@ -255,9 +235,9 @@ def _nothing(quantity: Quantity) -> object:
     return np.int32(0) if quantity.flags else np.nan
 
 
-def _word(quantity: Quantity, number: float | int) -> str:
-    """The word that a result's number stands for."""
-    return "" if math.isnan(number) else quantity.words[int(number)]
+def _word(quantity: Quantity, numbers: Sequence[float]) -> str:
+    """The word that most members' numbers stand for; how many, where not all do."""
+    return counted([quantity.words[int(each)] for each in numbers if not math.isnan(each)])
 
 
 @lru_cache

@@ -9,7 +9,6 @@ from dataclasses import replace
 from itertools import accumulate
 from typing import Final, TypeVar
 
-from study.manifest.manifest import Ensemble
 from study.plan.case_tasks import TasksOfCases
 from study.plan.plan import Plan
 from study.results.shard import Shard
@@ -26,10 +25,7 @@ def part(plan: Plan, shard: Shard) -> Plan:
     costs = {task.key: task.cost for task in plan.tasks}
     users = Counter(key for keys in needed.values() for key in keys)
     weights = [LEAST + sum(costs[key] / users[key] for key in sorted(needed[case.case_id])) for case in plan.cases]
-    together = _together(plan.manifest.ensemble)
-    heavy = [sum(weights[first : first + together]) for first in range(0, len(weights), together)]
-    blocks = blocks_of(heavy, shard.of)
-    blocks = [block for block in blocks for _ in range(together)]
+    blocks = blocks_of(weights, shard.of)
     cases = tuple(case for case, block in zip(plan.cases, blocks, strict=True) if block == shard.number - 1)
     keys = {key for case in cases for key in needed[case.case_id]}
     of_cases = TasksOfCases()
@@ -37,11 +33,6 @@ def part(plan: Plan, shard: Shard) -> Plan:
         of_cases.add(case, plan.case_tasks[case.case_id].keys)
     tasks = tuple(task for task in plan.tasks if task.key in keys)
     return replace(plan, cases=cases, tasks=tasks, case_tasks=of_cases)
-
-
-def _together(ensemble: Ensemble) -> int:
-    """How many cases in a row are in one shard: members that wait for others are in that of their ensemble."""
-    return 1 if ensemble.uncertainty is None else ensemble.members
 
 
 def blocks_of(weights: Sequence[float], count: int) -> list[int]:

@@ -12,7 +12,7 @@ from solver.outcome import COMPLETED, InvalidInput
 from solver.parameter import choices_of, declared
 from solver.sliding.plateau import plateau_of
 from study.execution.compiling.sawtooth import sawtooth
-from study.plan.kinds.kind import numbers
+from study.plan.kinds.kind import Member, numbers
 from study.plan.task import Task, TaskResult
 from study.plan.tasks import KINDS, compliance_task, contact_task, drive_task, record_task
 
@@ -33,7 +33,7 @@ def miniatures(tasks: Sequence[Task]) -> list[Task]:
 def made_up_record() -> TaskResult:
     """The result that drives among miniatures need: of the right name and types, but no slab has been computed for it."""
     record = sawtooth(_SMALL)
-    scalars, arrays = numbers(KINDS["record"], (None, plateau_of(record), None, record))
+    scalars, arrays = numbers(KINDS["record"], [Member((None, plateau_of(record), None, record))])
     return TaskResult(record_task(_SMALL).key, "record", COMPLETED, scalars, arrays)
 
 

@@ -33,7 +33,7 @@ _TICKS: Final = (0.01, 0.02, 0.05, 0.1)
 def followed(dataset: xr.Dataset, label: str) -> tuple[xr.DataArray, xr.DataArray]:
     """One of `QUANTITIES` over n_x: the mean over starts and its standard error."""
     values = QUANTITIES[label](dataset.squeeze())
-    return values.mean("member"), values.std("member", ddof=1) / values.count("member") ** 0.5
+    return values.mean("start"), values.std("start", ddof=1) / values.count("start") ** 0.5
 
 
 def law(dataset: xr.Dataset, label: str) -> PowerLaw:
@@ -66,15 +66,15 @@ def claims(dataset: xr.Dataset) -> Iterator[Claim]:
     """Exponents with 95 % intervals, the finest surface's values, and what they say of μ_s/μ_k."""
     for label in QUANTITIES:
         (means, errors), fitted = followed(dataset, label), law(dataset, label)
-        last = f"{with_error(float(means[-1]), float(errors[-1]))} on the finest surface, from {dataset.sizes['member']} starts"
+        last = f"{with_error(float(means[-1]), float(errors[-1]))} on the finest surface, from {dataset.sizes['start']} starts"
         remark = f"{last}; misfit of the law {100.0 * fitted.misfit:.2g} %"
         yield Claim(f"{label}: exponent of n_x - 1", "", str(fitted), remark)
     data = dataset.squeeze()
-    share = data["plateau_mean"].mean("member") / float(data["intrinsic_friction"])
+    share = data["plateau_mean"].mean("start") / float(data["intrinsic_friction"])
     yield Claim(
         "plateau/μ_i, coarsest → finest", "", _ends(share), f"the last refinement changes {_last_change(share)}"
     )
-    ratio = (data["peak_friction"] / data["plateau_mean"]).mean("member")
+    ratio = (data["peak_friction"] / data["plateau_mean"]).mean("start")
     yield Claim("peak over plateau, coarsest → finest: does μ_s/μ_k → 1?", "", _ends(ratio), verdict(dataset))
     fine = dataset.isel(n_x=slice(-FINE, None))
     for label in (EXCESS, SCATTER) if fine.sizes["n_x"] > 2 else ():

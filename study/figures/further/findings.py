@@ -40,12 +40,12 @@ def starts_of(dataset: xr.Dataset, intrinsic_friction: float) -> Starts:
     """Gather the starts of one intrinsic friction coefficient."""
     here = dataset.sel(intrinsic_friction=intrinsic_friction).squeeze()
     measured = np.isfinite(here["static_friction"].values) & np.isfinite(here["kinetic_friction"].values)
-    members = here["member"].values[measured]
+    begins = here["start"].values[measured]
     static = here["static_friction"].values[measured]
     met, above = [], []
-    for member, peak in zip(members, static, strict=True):
-        run = Accessor(dataset).record(intrinsic_friction=intrinsic_friction, member=int(member))
-        motion = Accessor(dataset).trajectory(intrinsic_friction=intrinsic_friction, member=int(member))
+    for begin, peak in zip(begins, static, strict=True):
+        run = Accessor(dataset).record(intrinsic_friction=intrinsic_friction, start=float(begin))
+        motion = Accessor(dataset).trajectory(intrinsic_friction=intrinsic_friction, start=float(begin))
         stuck_at = float(motion["slip_phase_position"].values[0]) / dataset.attrs["slab_width"]
         height = run["event_friction_before"].values
         count = max(int(np.searchsorted(run["displacement"].values, stuck_at, side="right")), 1)

@@ -45,12 +45,11 @@ def modulation(dataset: xr.Dataset, normal_load: float) -> Modulation:
     """Cut the steady part of each start's record into whole spacings."""
     rows, nodes = [], []
     spacing = 1.0 / (int(dataset["n_x"].squeeze()) - 1)
-    for member in dataset["member"].values:
-        run = Accessor(dataset).record(normal_load=normal_load, member=int(member))
-        start = float(dataset["start"].sel(normal_load=normal_load, member=member).squeeze())
+    for start in dataset["start"].values.tolist():
+        run = Accessor(dataset).record(normal_load=normal_load, start=start)
         displacement = run["displacement"].values
         teeth = Teeth(displacement, run["event_friction_after"].values[:-1], run["event_friction_before"].values[1:])
-        begins = float(dataset["plateau_start"].sel(normal_load=normal_load, member=member).squeeze())
+        begins = float(dataset["plateau_start"].sel(normal_load=normal_load, start=start).squeeze())
         first = (np.ceil(begins / spacing + start) - start) * spacing
         for turn in range(int((displacement[-1] - first) / spacing)):
             means = teeth.block_means(first + turn * spacing, first + (turn + 1) * spacing, BINS)

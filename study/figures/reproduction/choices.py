@@ -74,10 +74,10 @@ def _by_value(dataset: xr.Dataset, found: list[Scored]) -> Iterator[Claim]:
 def _exact(dataset: xr.Dataset) -> Iterator[Claim]:
     """Combinations whose first start, the pin on the slab's middle node, gives the paper's number of slips exactly."""
     axes = axes_of(dataset)
-    slips = dataset["slips"].sel(intrinsic_friction=0.5, member=0).squeeze().transpose(*axes)
+    slips = dataset["slips"].sel(intrinsic_friction=0.5, start=0.0).squeeze().transpose(*axes)
     for place in np.argwhere(slips.values == paper.SLIPS.value):
         words = ", ".join(f"{axis} = {dataset[axis].values[index]}" for axis, index in zip(axes, place, strict=True))
-        here = dataset.sel(intrinsic_friction=0.5, member=0).isel(dict(zip(axes, place, strict=True)))
+        here = dataset.sel(intrinsic_friction=0.5, start=0.0).isel(dict(zip(axes, place, strict=True)))
         releases, touches = (int(here[name].squeeze()) for name in ("releases", "touches"))
         found = f"{paper.SLIPS.value:g} slips"
         yield Claim(

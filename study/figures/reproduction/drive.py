@@ -19,9 +19,9 @@ from study.figures.shared.figure import CampaignFigure, register
 Floats = NDArray[np.float64]
 
 
-def run_of(dataset: xr.Dataset, intrinsic_friction: float = 0.5, member: int = 0) -> xr.Dataset:
+def run_of(dataset: xr.Dataset, intrinsic_friction: float = 0.5, begin: float = 0.0) -> xr.Dataset:
     """The trajectory and the macroscopic slips of one start."""
-    return Accessor(dataset).trajectory(intrinsic_friction=intrinsic_friction, member=member)
+    return Accessor(dataset).trajectory(intrinsic_friction=intrinsic_friction, start=begin)
 
 
 def closed_form(
@@ -32,9 +32,9 @@ def closed_form(
     return closed_form_of(dataset, scales_in(dataset), time, kinetic, static, later_static)
 
 
-def fitted(dataset: xr.Dataset, intrinsic_friction: float = 0.5, member: int = 0) -> ClosedForm:
+def fitted(dataset: xr.Dataset, intrinsic_friction: float = 0.5, begin: float = 0.0) -> ClosedForm:
     """Eq. 16-19 with the coefficients that fit the spring force of one start best."""
-    here = dataset.sel(intrinsic_friction=intrinsic_friction, member=member)
+    here = dataset.sel(intrinsic_friction=intrinsic_friction, start=begin)
     kinetic, static, later = (float(here[name].squeeze()) for name in COEFFICIENTS)
     return closed_form(dataset, kinetic, static, static if np.isnan(later) else later)
 
@@ -96,9 +96,9 @@ def load_of(dataset: xr.Dataset) -> float:
 
 def slip_times(dataset: xr.Dataset, intrinsic_friction: float = 0.5) -> tuple[Floats, Floats]:
     """Start of the first and of the second macroscopic slip of every start, in s, (m,) each; NaN where there is none."""
-    times = np.full((2, dataset.sizes["member"]), np.nan)
-    for place, member in enumerate(dataset["member"].values):
-        starts = run_of(dataset, intrinsic_friction, int(member))["slip_phase_start"].values[:2]
+    times = np.full((2, dataset.sizes["start"]), np.nan)
+    for place, begin in enumerate(dataset["start"].values):
+        starts = run_of(dataset, intrinsic_friction, float(begin))["slip_phase_start"].values[:2]
         times[: len(starts), place] = starts
     return times[0], times[1]
 

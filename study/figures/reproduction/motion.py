@@ -73,8 +73,8 @@ def claims_of_motion(dataset: xr.Dataset) -> Iterator[Claim]:
     yield compared(paper.FIRST_SLIP, first, digits=3, scale=1e3)
     yield compared(paper.RESTICKS, every_start(dataset, "resticks"), _RESTICKS)
     last = [
-        float(run_of(dataset, 0.5, int(member))["sample_velocity"].values[-200:].mean())
-        for member in dataset["member"].values
+        float(run_of(dataset, 0.5, float(begin))["sample_velocity"].values[-200:].mean())
+        for begin in dataset["start"].values
     ]
     yield compared(paper.FINAL_VELOCITY, np.array(last), "that of the stage", scale=1e3)
     micro = over_starts(every_start(dataset, "micro_slips"), 3)
@@ -86,7 +86,7 @@ _RESTICKS = "counted where the pin comes to rest; it takes a later peak as high 
 
 def claims_of_friction(dataset: xr.Dataset) -> Iterator[Claim]:
     """Claims of §3.3 on the friction force itself."""
-    sticks = [stick_of(dataset, int(member)) for member in dataset["member"].values]
+    sticks = [stick_of(dataset, float(begin)) for begin in dataset["start"].values]
     mass, damping = float(dataset["pin_mass"]), float(dataset["damping_ratio"])
     expected = 1e3 * float(np.sqrt(mass / float(dataset["spring_stiffness"]))) / damping
     why = f"time to 1/e; the damper alone gives 2m/c = {expected:.3g}"
@@ -95,13 +95,13 @@ def claims_of_friction(dataset: xr.Dataset) -> Iterator[Claim]:
     bursts = np.array([float(len(stick.bursts)) for stick in sticks])
     remark = f"falls of F/W by {LEAST_DROP:g} or more at once"
     yield Claim("bursts during the first stick phase", "intermittent (§3.3)", over_starts(bursts, 3), remark)
-    rough = np.array([_fluctuation(dataset, int(member)) for member in dataset["member"].values])
+    rough = np.array([_fluctuation(dataset, float(begin)) for begin in dataset["start"].values])
     meaning = "finding 2: standard deviation of F/W while sliding"
     yield Claim(meaning, "high-frequency fluctuations (§4)", over_starts(rough, 2), "over the last tenth of the drive")
 
 
-def _fluctuation(dataset: xr.Dataset, member: int) -> float:
-    force = run_of(dataset, 0.5, member)["sample_friction"].values
+def _fluctuation(dataset: xr.Dataset, begin: float) -> float:
+    force = run_of(dataset, 0.5, begin)["sample_friction"].values
     return float(np.std(force[-len(force) // 10 :]))
 
 

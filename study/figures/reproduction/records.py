@@ -22,9 +22,9 @@ def every_start(dataset: xr.Dataset, name: str, intrinsic_friction: float = 0.5)
     return np.asarray(dataset[name].sel(intrinsic_friction=intrinsic_friction).values, dtype=float).ravel()
 
 
-def sawtooth(dataset: xr.Dataset, intrinsic_friction: float, member: int) -> tuple[Floats, Floats]:
+def sawtooth(dataset: xr.Dataset, intrinsic_friction: float, begin: float) -> tuple[Floats, Floats]:
     """δ_p/L_x and F/W of one record as a line: both sides of every drop."""
-    line = Accessor(dataset).teeth(intrinsic_friction=intrinsic_friction, member=member)
+    line = Accessor(dataset).teeth(intrinsic_friction=intrinsic_friction, start=begin)
     return line["displacement"].values, line["friction_force"].values
 
 
@@ -33,8 +33,8 @@ def draw_records(dataset: xr.Dataset) -> Figure:
     with column() as figure:
         axes = figure.add_subplot()
         for color, friction in zip(COLORS, reversed(_FRICTIONS), strict=False):
-            for member in dataset["member"].values[1:]:
-                x, y = sawtooth(dataset, friction, int(member))
+            for begin in dataset["start"].values[1:]:
+                x, y = sawtooth(dataset, friction, float(begin))
                 axes.plot(1e3 * x, y, color="0.8", linewidth=0.3, zorder=1, rasterized=True)
             x, y = sawtooth(dataset, friction, 0)
             axes.plot(1e3 * x, y, color=color, linewidth=0.5, label=f"$\\mu_i$ = {friction:g}")
@@ -74,7 +74,7 @@ _SPANS = "what the pin meets repeats with one: a record of 2000 events is one dr
 
 def draw_steps(dataset: xr.Dataset) -> Figure:
     """δ_p of every event, and their sum; the steps on a logarithmic axis."""
-    run = Accessor(dataset).record(intrinsic_friction=0.5, member=0)
+    run = Accessor(dataset).record(intrinsic_friction=0.5, start=0.0)
     displacement = run["displacement"].values
     steps = np.diff(displacement, prepend=0.0)
     with column() as figure:
@@ -93,12 +93,12 @@ def claims_of_steps(dataset: xr.Dataset) -> Iterator[Claim]:
     """Claims of §3.2.2 on single steps, with L_x = 1 mm."""
     nanometres = 1e9 * every_start(dataset, "mean_step_si", 0.5)
     yield Claim(paper.STEP.meaning, str(paper.STEP), over_starts(nanometres), _STEP)
-    below = [_share_below_a_nanometre(dataset, int(member)) for member in dataset["member"].values]
+    below = [_share_below_a_nanometre(dataset, float(begin)) for begin in dataset["start"].values]
     yield Claim("share of steps below 1 nm", "many (§3.2.2)", over_starts(np.array(below), 3), "")
 
 
-def _share_below_a_nanometre(dataset: xr.Dataset, member: int) -> float:
-    run = Accessor(dataset).record(intrinsic_friction=0.5, member=member)
+def _share_below_a_nanometre(dataset: xr.Dataset, begin: float) -> float:
+    run = Accessor(dataset).record(intrinsic_friction=0.5, start=begin)
     steps = np.diff(run["displacement"].values, prepend=0.0) * dataset.attrs["slab_width"]
     return float(np.mean(steps < 1e-9))
 

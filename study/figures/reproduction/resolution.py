@@ -14,17 +14,17 @@ from study.figures.shared.power_law import PowerLaw, fit_power_law
 
 def step_law(dataset: xr.Dataset, radius: float) -> PowerLaw:
     """Mean step per event over starts as a power of n_x - 1, the number of spacings."""
-    means = dataset["mean_step_ensemble_mean"].sel(radius=radius).squeeze()
+    means = dataset["mean_step"].sel(radius=radius).squeeze()
     return fit_power_law(means["n_x"].values - 1.0, means.values)
 
 
 def draw(dataset: xr.Dataset) -> Figure:
-    """Points with the standard deviation between starts, and the fitted laws."""
+    """Means with their ±, and the fitted laws."""
     with column() as figure:
         axes = figure.add_subplot()
         for radius in dataset["radius"].values:
-            means = dataset["mean_step_ensemble_mean"].sel(radius=radius).squeeze()
-            spread = dataset["mean_step_ensemble_std"].sel(radius=radius).squeeze()
+            means = dataset["mean_step"].sel(radius=radius).squeeze()
+            spread = dataset["mean_step_uncertainty"].sel(radius=radius).squeeze()
             law = step_law(dataset, float(radius))
             exponent = str(law).replace("±", "\\pm")
             label = f"$R/L_x$ = {radius:g}: $(n_x - 1)^{{{exponent}}}$"
@@ -43,7 +43,7 @@ def claims(dataset: xr.Dataset) -> Iterator[Claim]:
     for radius in dataset["radius"].values:
         law = step_law(dataset, float(radius))
         yield Claim(f"exponent of mean step, R/L_x = {radius:g}", "a power law (§3.2.3)", str(law), _EXPONENT)
-    finest = dataset["mean_step_ensemble_mean"].isel(n_x=-1).squeeze()
+    finest = dataset["mean_step"].isel(n_x=-1).squeeze()
     for radius in dataset["radius"].values:
         step = float(finest.sel(radius=radius)) * dataset.attrs["slab_width"] * 1e9
         yield Claim(f"mean step at n_x = {int(finest['n_x'])}, R/L_x = {radius:g}, nm", "→ 0", f"{step:.3g}", _LIMIT)
@@ -57,7 +57,7 @@ register(
         "fig8",
         "figures/resolution",
         "Figure 8: mean step per event against surface nodes",
-        "Mean over four starts, bars: standard deviation between them, lines: fitted power laws. Records span two node spacings.",
+        "Mean over four starts, bars: ±, lines: fitted power laws. Records span two node spacings.",
         draw,
         claims,
     )

@@ -57,7 +57,7 @@ class Scored:
 def axes_of(dataset: xr.Dataset) -> tuple[str, ...]:
     """The choices that the campaign varies."""
     cases = dataset["plateau_mean"]
-    return tuple(str(dim) for dim in cases.dims if cases.sizes[dim] > 1 and dim not in ("intrinsic_friction", "member"))
+    return tuple(str(dim) for dim in cases.dims if cases.sizes[dim] > 1 and dim not in ("intrinsic_friction", "start"))
 
 
 def ranking(dataset: xr.Dataset) -> list[Scored]:
@@ -81,8 +81,8 @@ def _misses(dataset: xr.Dataset, stated: Stated, name: str, friction: float, sca
 
 
 def of_starts(dataset: xr.Dataset, name: str, friction: float, scale: float = 1.0) -> Floats:
-    """A variable of every combination from every start: (choices ..., member), in the order of `axes_of`."""
-    values = (scale * dataset[name].sel(intrinsic_friction=friction)).transpose(..., "member").values
+    """A variable of every combination from every start: (choices ..., start), in the order of `axes_of`."""
+    values = (scale * dataset[name].sel(intrinsic_friction=friction)).transpose(..., "start").values
     return np.asarray(values.reshape(*(dataset.sizes[axis] for axis in axes_of(dataset)), values.shape[-1]))
 
 

@@ -33,11 +33,11 @@ class Stick:
     """Time in which the first vibration falls to 1/e, in s."""
 
 
-def stick_of(dataset: xr.Dataset, member: int, intrinsic_friction: float = 0.5) -> Stick:
+def stick_of(dataset: xr.Dataset, begin: float, intrinsic_friction: float = 0.5) -> Stick:
     """Read the first stick phase off a trajectory; its samples need to resolve the vibration of the stuck pin."""
-    run = run_of(dataset, intrinsic_friction, member)
+    run = run_of(dataset, intrinsic_friction, begin)
     time, force = run["time"].values, run["sample_friction"].values
-    case = dataset.sel(intrinsic_friction=intrinsic_friction, member=member)
+    case = dataset.sel(intrinsic_friction=intrinsic_friction, start=begin)
     stretch = force * load_of(dataset) / float(case["surface_stiffness_si"].squeeze())
     drops = np.diff(run["sample_position"].values - stretch) / stretch.max() * force.max()
     starts = run["slip_phase_start"].values

@@ -119,7 +119,6 @@ def _draw_series(axes: Any, points: Points, series: Points, x: Any, color: str, 
     )
     care = series.flagged[there]
     axes.plot(x[there][care], y[care], "o", markersize=2.0, color="white", zorder=5)
-    draw_stars(axes, x[there], y, series.fewer_teeth[there])
     unsure = series.unsure[there]
     beside = offset_copy(axes.transData, axes.figure, 3.5, 3.5, "points")
     look = {
@@ -144,12 +143,6 @@ def far_below(points: Points, series: Points) -> NDArray[np.bool_]:
     if points.text or not is_logarithmic(points.values):
         return np.zeros(len(series.values), np.bool_)
     return np.asarray(series.there & (np.nan_to_num(series.errors) > (1.0 - SHORTEST) * series.values))
-
-
-def draw_stars(axes: Any, x: NDArray[Any], y: NDArray[np.float64], fewer_teeth: NDArray[np.bool_]) -> None:
-    """Draw stars behind regimes with teeth left out."""
-    look = {"markersize": 8.0, "color": "white", "markeredgecolor": "black", "markeredgewidth": 0.5}
-    axes.plot(x[fewer_teeth], y[fewer_teeth], "*", **look, zorder=1.5)
 
 
 def _monotonic(x: NDArray[Any]) -> bool:

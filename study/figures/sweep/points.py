@@ -8,12 +8,8 @@ import numpy as np
 import xarray as xr
 from numpy.typing import NDArray
 
-from solver.quantity import GRID_ERROR
-from study.dataset.access.fewer_teeth import REGIME, with_fewer_teeth
-from study.dataset.access.grid_share import grid_share
 from study.dataset.access.selection import Places, places
-from study.dataset.collection.ensemble import over_members, uncertainty_name
-from study.dataset.collection.members import members_of
+from study.dataset.members import members_of
 from study.dataset.variables import OUTCOMES, VALIDITY, parameters
 from study.figures.sweep.label import known, label, ratio, said
 from study.toml_text import from_toml
@@ -41,8 +37,6 @@ class Points:
     """The coordinates in which cases differ."""
     flagged: NDArray[np.bool_]
     """Whether a validity flag says to take it with care."""
-    fewer_teeth: NDArray[np.bool_]
-    """Whether it is a regime with teeth left out."""
     members: NDArray[np.int64]
     """How many members of an ensemble each mean is of; -1 of what is no mean."""
     lacking: NDArray[np.bool_]
@@ -79,21 +73,19 @@ class Points:
         return replace(self, axes={name: each for name, each in self.axes.items() if name not in names})
 
     def columns(self) -> Columns:
-        """The points as a table: coordinates, value, uncertainty, members, whether flagged or with teeth left out."""
+        """The points as a table: coordinates, value, uncertainty, members, whether flagged."""
         errors = {} if self.text else {f"{self.name} uncertainty": self.errors}
-        fewer_teeth = {"teeth left out": self.fewer_teeth} if self.fewer_teeth.any() else {}
         members = {"members": self.members} if (self.members >= 0).any() else {}
-        return {**self.axes, self.name: self.values, **errors, **members, "flagged": self.flagged, **fewer_teeth}
+        return {**self.axes, self.name: self.values, **errors, **members, "flagged": self.flagged}
 
 
 def points_of(dataset: xr.Dataset, name: str, over: str = "") -> Points:
-    """A variable, or its ratio to another, of every case and drive. Members of an ensemble are mean and standard error.
+    """A variable, or its ratio to another, of every case and drive. Numbers are means with their ±.
 
     The two numbers of a ratio are taken as independent: of one record they are not, and its error is too large or too small.
 
     Raises KeyError where the dataset has no such variable.
     """
-    dataset = over_members(dataset)
     widest = max((each for each in (name, over, OUTCOMES[""][0].name) if each), key=lambda each: dataset[each].ndim)
     found = places(dataset, widest, {})
     values, errors = _numbers(dataset, found, name)
@@ -115,7 +107,6 @@ def points_of(dataset: xr.Dataset, name: str, over: str = "") -> Points:
         errors,
         axes,
         flags != 0,
-        _of_cases(found, with_fewer_teeth(found.root)) if name == REGIME else np.zeros(len(values), dtype=bool),
         members,
         (members > 0) & (members < used),
         tuple(name for name in zipped(dataset) if name in axes),
@@ -171,8 +162,6 @@ def _numbers(dataset: xr.Dataset, found: Places, name: str) -> tuple[NDArray[Any
     error = _stated(dataset, name)
     if not error:
         return numbers, nothing
-    if error == GRID_ERROR:
-        return numbers, np.abs(numbers) * np.asarray(_of_cases(found, grid_share(dataset, name)), dtype=float)
     return numbers, np.asarray(found.values(error), dtype=float)
 
 
@@ -182,13 +171,14 @@ def _members(dataset: xr.Dataset, found: Places, name: str) -> tuple[NDArray[np.
     if counts is None:
         nothing = np.full(len(found.positions), -1)
         return nothing, nothing
-    return _of_cases(found, counts[0]), _of_cases(found, counts[1])
+    having, used = (np.nan_to_num(_of_cases(found, each)).astype(np.int64) for each in counts)
+    return having, used
 
 
 def _stated(dataset: xr.Dataset, name: str) -> str:
     """The variable of the dataset that says how uncertain a number is; empty where none does."""
     declared = known(name)
-    error = uncertainty_name(name, declared.uncertainty) if declared else ""
+    error = declared.uncertainty if declared else ""
     return error if error in dataset else ""
 
 

@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 from study.dataset.collection.counted import commonest
 from study.figures.shared.canvas import COLORS, column
 from study.figures.sweep.label import label, typeset
-from study.figures.sweep.lines import FAILED, WIDTH, draw_stars, grid_of, names_of, panels_of, title_of
+from study.figures.sweep.lines import FAILED, WIDTH, grid_of, names_of, panels_of, title_of
 from study.figures.sweep.points import Points
 from study.figures.sweep.roles import Roles, counts_of, held_at
 from study.figures.sweep.scale import is_logarithmic, places_of, set_axis
@@ -77,7 +77,6 @@ def _draw_panel(axes: Any, points: Points, here: Points, roles: Roles, names: li
             axes.contourf(columns, rows, inside, levels=[0.5, 1.5], colors="none", hatches=["//"])
         return mesh
     axes.plot(x[~here.there], y[~here.there], "x", markersize=4, color=FAILED)
-    draw_stars(axes, x[here.there], y[here.there], here.fewer_teeth[here.there])
     axes.plot(x[care], y[care], "o", markersize=2.4, color="white", markeredgecolor="black", markeredgewidth=0.4)
     return mesh
 

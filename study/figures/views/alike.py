@@ -27,7 +27,7 @@ def in_words(found: Sequence[Points]) -> Iterator[str]:
     """A sentence for each of several numbers that do not differ, and one that names all those that no case has."""
     for points in found:
         if points.there.any():
-            yield f"{sentence(points.label)}: {_value(points)}{_where(points)}{_fewer_teeth(points)}."
+            yield f"{sentence(points.label)}: {_value(points)}{_where(points)}."
     unknown = [points.label for points in found if not points.there.any()]
     if unknown:
         yield f"Not known of any case: {', '.join(unknown)}."
@@ -44,12 +44,6 @@ def _value(points: Points) -> str:
     if points.text:
         return str(value).replace("_", "-")
     return with_error(float(value), float(points.errors[first])) if points.stated else f"{value:.5g}"
-
-
-def _fewer_teeth(points: Points) -> str:
-    """How many of the values have teeth left out."""
-    count = int((points.fewer_teeth & points.there).sum())
-    return f" ({count} of {len(points.values)} with teeth or fine_teeth left out)" if count else ""
 
 
 def _where(points: Points) -> str:

@@ -7,9 +7,7 @@ import numpy as np
 import xarray as xr
 from matplotlib.figure import Figure
 
-from study.dataset.access.fewer_teeth import EXPLAINED
 from study.dataset.collection.counted import commonest
-from study.dataset.collection.ensemble import over_members
 from study.figures.sweep.label import symbol, words
 from study.figures.sweep.lines import SHORTEST, draw_lines, draw_scattered, far_below
 from study.figures.sweep.points import Points, points_of
@@ -24,7 +22,6 @@ OBSERVED: Final = (
     ("slips_goodness", ""),
     ("plateau_mean", "intrinsic_friction"),
     ("static_friction", "intrinsic_friction"),
-    ("static_friction_ensemble_std", "static_friction"),
     ("kinetic_friction", "intrinsic_friction"),
     ("mean_step", ""),
     ("contact_half_width", ""),
@@ -45,7 +42,6 @@ def notes(dataset: xr.Dataset) -> Iterator[str]:
 
 
 def _asked(dataset: xr.Dataset) -> Iterator[Points]:
-    dataset = over_members(dataset)
     for name, over in OBSERVED if "plateau_mean" in dataset else PRESSED:
         if name in dataset and (not over or over in dataset.variables):
             yield points_of(dataset, name, over)
@@ -94,12 +90,7 @@ def _seen(points: Points, roles: Roles, mapped: bool) -> str:
     differing = points.text and any(commonest(value)[1] < 1.0 for value in points.values.tolist())
     mixed = " Of members that differ: what most do" + (", the paler the fewer." if mapped else ".") if differing else ""
     flagged = " Dots: to be taken with care." if points.flagged[points.there].any() else ""
-    return mixed + _without(points) + _members(points) + (flagged + _stars(points) if mapped else _marks(points))
-
-
-def _stars(points: Points) -> str:
-    count = int((points.fewer_teeth & points.there).sum())
-    return f" Stars: {EXPLAINED} ({count} of {len(points.values)})." if count else ""
+    return mixed + _without(points) + _members(points) + (flagged if mapped else _marks(points))
 
 
 def _without(points: Points, sign: str = "Red crosses") -> str:
@@ -108,22 +99,21 @@ def _without(points: Points, sign: str = "Red crosses") -> str:
 
 
 def _outlined(points: Points) -> str:
-    """What of many points is to be taken with care, and whose regimes have teeth left out."""
-    care, fewer_teeth = (int((which & points.there).sum()) for which in (points.flagged, points.fewer_teeth))
+    """What of many points is to be taken with care."""
+    care = int((points.flagged & points.there).sum())
     where = "All" if care == points.there.sum() else f"{care} of {len(points.values)}, hatched,"
-    flagged = f" {where} are to be taken with care." if care else ""
-    return flagged + (f" Of {fewer_teeth}: {EXPLAINED}." if fewer_teeth else "")
+    return f" {where} are to be taken with care." if care else ""
 
 
 def _marks(points: Points) -> str:
-    """What bars, question marks, hollow points and stars mean, where there are any."""
+    """What bars, question marks and hollow points mean, where there are any."""
     bars = " Bars: its uncertainty, where larger than the point." if np.isfinite(points.errors).any() else ""
     if far_below(points, points).any():
         bars += f" Arrows: down to less than {SHORTEST:.0%} of the number."
     if unsure := int(points.unsure.sum()):
         bars += f" Question marks: ± not known of {unsure} of {len(points.values)} points."
     hollow = " Hollow: to be taken with care." if points.flagged[points.there].any() else ""
-    return bars + hollow + _stars(points)
+    return bars + hollow
 
 
 def _members(points: Points) -> str:

@@ -7,16 +7,12 @@ macroscopic then, and a drive that ends after so many of them goes on.
 """
 
 import math
-from dataclasses import replace
 
 from solver.case import Case
 from solver.drive import Drive
-from solver.dynamics.coefficients import FEWEST_SPACINGS, LONGER, PERIODS
 from solver.dynamics.friction_limit import COARSE
 from solver.dynamics.stick_slip import MOST_SAMPLES, MOST_SLIPS
 from study.plan.cost.sliding import (
-    discreteness,
-    expected_uncertainty,
     lateral_stiffness,
     mean_step,
     steady_friction,
@@ -38,10 +34,6 @@ _COARSE_SLOW = 300.0  # times the speed of ringing by one of the record's teeth:
 _PER_TIME_STEP = 6.5e-8  # rk4
 _PER_LEAP = 5e-7  # more for a step over many teeth, which looks each of them up
 _MANY_TEETH = 20.0
-_TRIES = LONGER / (LONGER - 1.0)  # over the last one alone
-_SPACINGS = 0.6  # node spacings until the error by its length is what one slip drops
-_LEAPS = 2.0  # the same where most are left out, as what is needed is seen on the way
-_DYING = 0.12  # periods in which a swing becomes 1/e, times the damping ratio: 1/2π, less what friction takes
 _FIT_TRIALS = 90.0  # of Eq. 16-19, from both starts together
 _PER_TRIAL = (1e-4, 6e-8, 2e-4)  # once, for each time looked at, for each slip
 
@@ -55,11 +47,6 @@ def drive_seconds(drive: Drive, case: Case, fitted: bool = True) -> float:
     way = drive.stage_velocity * drive.duration - force / drive.spring_stiffness
     if not way > 0.0:
         return _motion_seconds(drive, 0.0, 0.0) + _stuck_seconds(drive, case, force)
-    if (needed := needed_duration(drive, case)) < drive.duration:  # all that are tried, and the last of them
-        tried = drive_seconds(replace(drive, duration=needed, uncertainty=None, length_error=None), case, fitted=False)
-        return (_TRIES if drive.length_error is None else _LEAPS) * tried + (
-            _fit_seconds(drive, 1.0) if fitted else 0.0
-        )
     slips, passes = _slips(drive, force, way, lateral_stiffness(case)), 1.0
     if drive.max_slips is not None and 1.0 < slips >= drive.max_slips:
         way, slips, passes = way * drive.max_slips / slips, float(drive.max_slips), 2.0
@@ -74,24 +61,6 @@ def _tooth(drive: Drive, case: Case) -> float:
     if drive.profile == "mean":
         return math.inf
     return max(mean_step(case), case.slab.spacing / COARSE if drive.profile == "coarse" else 0.0)
-
-
-def needed_duration(drive: Drive, case: Case) -> float:
-    """The duration after which kinetic friction is known so well: the pin's swing has died away, and it has gone a spacing.
-
-    Infinite without an uncertainty to get to, or where the record knows the plateau less well than that.
-    """
-    enough = min(drive.uncertainty or math.inf, drive.length_error or math.inf)
-    if math.isinf(enough) or (drive.uncertainty is not None and expected_uncertainty(case) > drive.uncertainty):
-        return math.inf
-    period = 2.0 * math.pi / math.sqrt(drive.spring_stiffness)
-    swings = _DYING * math.log(1.0 / enough) / max(drive.damping_ratio, 1e-9)
-    spacings = 1.0
-    if drive.length_error is not None:
-        spacings = max(FEWEST_SPACINGS, _SPACINGS * discreteness(case) / drive.length_error)
-    slides = max(PERIODS * period, swings * period, spacings * case.slab.spacing / drive.stage_velocity)
-    force = steady_friction(case) * case.normal_load
-    return force / (drive.spring_stiffness * drive.stage_velocity) + slides
 
 
 def _stuck_seconds(drive: Drive, case: Case, force: float) -> float:

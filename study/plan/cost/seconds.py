@@ -14,11 +14,9 @@ from study.plan.cost.sliding import (
     contact_nodes,
     coulomb_path,
     coulomb_within,
-    displacement_to,
     events_of,
     events_within,
     hertz_nodes,
-    needed_spacings,
     slips_of,
     tableau_entries,
     touches_in_spots,
@@ -69,16 +67,6 @@ def contact_seconds(case: Case) -> float:
 def record_seconds(case: Case) -> float:
     """Seconds of a case's friction record, initial contact included."""
     return contact_seconds(case) + _slide_seconds(case, events_of(case), coulomb_path)
-
-
-def shorter_record_seconds(case: Case, error: float) -> float:
-    """The same of a record that ends, at the latest as it does, as soon as its length leaves so small an error."""
-    farthest = min(case.farthest, displacement_to(case, needed_spacings(case, error)))
-
-    def path(of: Case) -> tuple[float, float]:
-        return coulomb_within(of, farthest, of.max_events)
-
-    return contact_seconds(case) + _slide_seconds(case, events_within(case, farthest, case.max_events), path)
 
 
 def spacing_seconds(case: Case) -> float:

@@ -8,10 +8,8 @@ was measured on one core; a test holds it to a factor of three, which is what ch
 of their springs, and the root of their coupling says how many slip together.
 """
 
-import bisect
 import itertools
 import math
-from functools import cache
 from typing import NamedTuple
 
 from solver.case import MOST_EVENTS, Case
@@ -22,11 +20,9 @@ from solver.elasticity.schemes.biquadratic import Biquadratic
 from solver.elasticity.schemes.chain import Chain, spring_stiffness
 from solver.elasticity.stiffness import confined_modulus
 from solver.last import of_the_last
+from solver.sliding.columns import farthest
 from solver.sliding.coulomb import OFF_THE_SLAB
 from solver.sliding.kernels.step import STRETCHES
-from solver.sliding.plateau import SETTLING, TELLING
-from solver.sliding.sampling import Sampling, nodes_as_one
-from solver.sliding.target import FIRST_LOOK, GROWTH
 
 NODE_STIFFNESS = 2.9
 """Of a surface node against its neighbours at rest, in G: slips per displacement, times what they drop, over nodes."""
@@ -46,10 +42,6 @@ TRAVEL = 1.5
 """Displacement at which the pin has left the slab, in L_x."""
 PLATEAU = 0.53
 """F/W over μ_i of steady sliding at residual_shear 0, whatever the grid (§3.2.1)."""
-SETTLED = 1.5
-"""Stretches of the contact after which a plateau of less than half a node spacing begins."""
-MOST_DOUBLINGS = 20
-"""Of a node spacing, up to the longest record that is thought of: no slab has more."""
 CHANGES_PER_SPACING = 0.75
 """Events of Coulomb sliding per node spacing that the pin moves: touches and releases."""
 
@@ -133,110 +125,15 @@ def _node_stiffness(case: Case) -> float:
     return BIQUADRATIC_NODE_STIFFNESS if isinstance(scheme, Biquadratic) else NODE_STIFFNESS
 
 
+def reach(case: Case) -> float:
+    """δ_p in L_x at which a record ends at the latest."""
+    return farthest(case, lateral_stiffness(case))
+
+
 @of_the_last
 def events_of(case: Case) -> float:
-    """Events of a record: as many as it may have or needs, or as fit into its displacement, or as the pin finds on its slab."""
+    """Events of a record: as many as it may have, or as fit into its displacement, or as the pin finds on its slab."""
     return events_within(case, reach(case), case.max_events)
-
-
-def reach(case: Case) -> float:
-    """δ_p in L_x at which a record ends at the latest: at its limit, or where it knows its plateau well enough."""
-    return min(case.farthest, needed_displacement(case))
-
-
-@of_the_last
-def needed_displacement(case: Case) -> float:
-    """δ_p in L_x at which a record knows its plateau as well as it is to, to a factor of two; infinite without a target."""
-    if not case.aimed:
-        return math.inf
-    spacings = 0.0 if case.target_length_error is None else needed_spacings(case, case.target_length_error)
-    if case.target_uncertainty is not None:
-        spacings = max(spacings, _spacings_to(case, case.target_uncertainty))
-    return displacement_to(case, spacings)
-
-
-def displacement_to(case: Case, spacings: float) -> float:
-    """δ_p in L_x after which a plateau spans so many node spacings, and the record has looked at it; infinite of a pin that
-    goes on meeting the same."""
-    if not case.effects.pin_translation and spacings > 0.0:
-        return math.inf
-    stretch = steady_friction(case) * case.normal_load / lateral_stiffness(case)
-    settling = stretch * (SETTLING if spacings >= 0.5 else SETTLED)
-    return max(settling + spacings * case.slab.spacing, FIRST_LOOK * mean_step(case)) * (1.0 + 1.5 / GROWTH)
-
-
-def expected_uncertainty(case: Case) -> float:
-    """The relative uncertainty that the plateau of a record is expected to have, to a factor of two."""
-    repeats = case.effects.pin_translation
-    return _uncertainty_over(case, expected_displacement(case) / case.slab.spacing if repeats else 0.0)
-
-
-def expected_peak_scatter(case: Case) -> float:
-    """The relative standard deviation between starts of the force at which a pin first slides."""
-    return sampling_over(case, 0.0).of_peak()
-
-
-def _uncertainty_over(case: Case, spacings: float) -> float:
-    return sampling_over(case, spacings).expected_of_mean_force
-
-
-def sampling_over(case: Case, spacings: float) -> Sampling:
-    """What a plateau of so many node spacings is expected to know."""
-    rule, spread, as_one = case.slip_rule, case.heterogeneity.spread, nodes_as_one(case)
-    return Sampling(spacings, contact_nodes(case), rule.residual_shear, spread, nodes_as_one=as_one)
-
-
-def discreteness(case: Case) -> float:
-    """What one node's slip drops, as a share of the load's friction."""
-    return sampling_over(case, 0.0).discreteness
-
-
-def needed_spacings(case: Case, error: float) -> float:
-    """Node spacings over which a plateau's error by its length is so small; infinite where it never is."""
-    drop, least = discreteness(case), TELLING if case.effects.pin_translation else 0.0
-    wandering = Sampling(least, contact_nodes(case), spread=case.heterogeneity.spread).wandering
-    if wandering >= error:
-        return math.inf
-    if drop == 0.0:
-        return least
-    lengths, errors = _by_length()
-    place = bisect.bisect_left(errors, -math.sqrt(error**2 - wandering**2) / drop)
-    return max(lengths[place], least) if place < len(lengths) else math.inf
-
-
-@cache
-def _by_length() -> tuple[list[float], list[float]]:
-    """Node spacings, and minus the errors of plateaus that are no longer than that, where one slip drops all of the force."""
-    lengths = [0.02 * number for number in range(100)]
-    lengths += [float(whole * 2**power) for power in range(1, MOST_DOUBLINGS) for whole in (1.0, 1.25, 1.5, 1.75)]
-    errors = [Sampling(spacings, 1.0).expected_of_mean_force for spacings in lengths]
-    return lengths, [-error for error in itertools.accumulate(errors, min)]
-
-
-def _spacings_to(case: Case, target: float) -> float:
-    """Node spacings over which a plateau is known so well; infinite where it never is, as with all nodes in contact."""
-    if contact_nodes(case) >= case.slab.n_x:
-        return math.inf
-
-    def enough(spacings: float) -> bool:
-        return _uncertainty_over(case, spacings) <= target
-
-    if enough(0.0):
-        return 0.0
-    whole = next((2.0**power for power in range(MOST_DOUBLINGS) if enough(2.0**power)), math.inf)
-    low, high = (0.0 if whole == 1.0 else whole / 2.0), whole
-    while math.isfinite(whole) and high - low > 0.02 * high:
-        middle = (low + high) / 2.0
-        low, high = (low, middle) if enough(middle) else (middle, high)
-    return high
-
-
-def misses_target(case: Case) -> bool:
-    """Whether other limits are expected to end a record before its plateau is as certain as it is to be: by twice as much."""
-    if case.target_uncertainty is None:
-        return False
-    needed = displacement_to(case, _spacings_to(case, case.target_uncertainty))
-    return needed > 2.0 * _displacement_within(case, case.farthest)
 
 
 def steady_friction(case: Case) -> float:
@@ -253,13 +150,9 @@ def events_within(case: Case, farthest: float, most: int | None) -> float:
 
 def expected_displacement(case: Case) -> float:
     """δ_p that a record reaches, in L_x: its limit, or its events' mean steps."""
-    return _displacement_within(case, reach(case))
-
-
-def _displacement_within(case: Case, farthest: float) -> float:
     if case.slip_rule.residual_shear == 1.0:
-        return coulomb_within(case, farthest, case.max_events)[1]
-    return min(farthest, events_within(case, farthest, case.max_events) * mean_step(case))
+        return coulomb_path(case)[1]
+    return min(reach(case), events_of(case) * mean_step(case))
 
 
 def slips_of(case: Case, events: float) -> float:

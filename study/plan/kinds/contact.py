@@ -5,6 +5,7 @@ tractions are wanted.
 """
 
 from dataclasses import dataclass, field
+from functools import lru_cache
 from typing import Any
 
 import numpy as np
@@ -13,24 +14,31 @@ from numpy.typing import NDArray
 from solver.case import Case
 from solver.contact.initial import initial_contact
 from solver.contact.state import NODE_X, ContactState, ContactSummary, contact_summary
+from solver.ensemble import ALONE, Ensemble
 from solver.quantity import quantity
 from solver.sliding.validity import Validity, contact_validity
+from study.canonical import CanonicalText
 from study.manifest.manifest import Manifest
 from study.plan.cost.arrays import contact_bytes
 from study.plan.cost.seconds import touch_seconds
 from study.plan.keys import of_contact, task_key
 from study.plan.kinds.compliance import contact_needs
 from study.plan.kinds.kind import (
+    MEMBER,
     Computed,
     Estimate,
     Kind,
+    Member,
     Part,
     Ragged,
     Wanted,
     case_of,
     compliance_of,
+    computed_members,
     disk_of,
+    own_ensemble,
     scalars_only_mark,
+    several,
 )
 from study.plan.task import Inputs, Task
 
@@ -53,11 +61,16 @@ class SurfaceNodes:
     x: NDArray[np.float64] = field(metadata=NODE_X)
 
 
-def contact_task(case: Case, *, scalars_only: bool = False) -> Task:
-    """Initial contact of a case."""
-    needs = contact_needs(case)
-    key = task_key(NAME, *of_contact(case), *scalars_only_mark(scalars_only))
-    return Task(key, NAME, case.slab, case, needs=needs, scalars_only=scalars_only)
+def contact_task(case: Case, ensemble: Ensemble = ALONE, *, scalars_only: bool = False) -> Task:
+    """Initial contact of a case's members."""
+    ensemble, text = _own(ensemble)
+    key = task_key(NAME, *of_contact(case), text, *scalars_only_mark(scalars_only))
+    return Task(key, NAME, case.slab, case, ensemble=ensemble, needs=contact_needs(case), scalars_only=scalars_only)
+
+
+@lru_cache(maxsize=64)  # of all cases
+def _own(ensemble: Ensemble) -> tuple[Ensemble, CanonicalText]:
+    return own_ensemble(CONTACT, ensemble)
 
 
 def _needed(manifest: Manifest) -> bool:
@@ -69,20 +82,25 @@ def _tractions(manifest: Manifest) -> bool:
 
 
 def _tasks(case: Case, manifest: Manifest) -> tuple[Wanted, ...]:
-    return (Wanted(contact_task(case, scalars_only=not _tractions(manifest))),)
+    return (Wanted(contact_task(case, manifest.ensemble, scalars_only=not _tractions(manifest))),)
 
 
 def _run(task: Task, inputs: Inputs) -> Computed:
-    case, compliance = case_of(task), compliance_of(task, inputs)
-    state = initial_contact(case, compliance)
+    compliance = compliance_of(task, inputs)
     nodes = SurfaceNodes(np.zeros(len(compliance.x), np.int64), compliance.x)
-    return Computed((contact_validity(case, state), state, contact_summary(state), nodes), state.outcome)
+
+    def compute(case: Case, number: int) -> Member:
+        state = initial_contact(case, compliance)
+        return Member((contact_validity(case, state), state, contact_summary(state), nodes), state.outcome)
+
+    return Computed(computed_members(CONTACT, task, compute))
 
 
 def _estimate(task: Task) -> Estimate:
     case = case_of(task)
     arrays = 0.0 if task.scalars_only else _ARRAYS + _PER_NODE * case.slab.n_x
-    return Estimate(touch_seconds(case), contact_bytes(case), disk_of(10, arrays))
+    members = task.ensemble.likely
+    return Estimate(members * touch_seconds(case), contact_bytes(case), disk_of(10 * members, arrays))
 
 
 _ARRAYS = 250.0  # numbers' worth of the names of its arrays
@@ -96,5 +114,10 @@ CONTACT = Kind(
     _run,
     _estimate,
     (Part(Validity), Part(ContactState, whole=True), Part(ContactSummary), Part(SurfaceNodes)),
-    (Ragged("contact", "contact_node", "contact_row_size", _tractions),),
+    (
+        Ragged("contact", "contact_node", "contact_row_size", _tractions),
+        Ragged(
+            "ensemble", MEMBER, "member_row_size", lambda manifest: several(manifest) and "slip" not in manifest.stages
+        ),
+    ),
 )

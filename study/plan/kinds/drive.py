@@ -9,6 +9,7 @@ from solver.dynamics.coefficients import FrictionCoefficients, measured
 from solver.dynamics.integrate import DynamicsResult
 from solver.dynamics.regime import StickSlipCount, count_sticks
 from solver.dynamics.stick_slip import StickSlipFit, fit_stick_slip
+from solver.ensemble import ALONE, Ensemble
 from solver.last import of_the_last
 from solver.sliding.plateau import Plateau
 from solver.sliding.record import FrictionRecord
@@ -17,40 +18,59 @@ from study.manifest.manifest import Manifest
 from study.plan.cost.drive import drive_seconds
 from study.plan.cost.sliding import events_of
 from study.plan.keys import task_key
+from study.plan.kinds.compliance import compliance_needs
 from study.plan.kinds.kind import (
+    MEMBER,
     Computed,
     Estimate,
     Kind,
+    Member,
     Part,
     Ragged,
     Wanted,
     case_of,
+    compliance_in,
+    computed_members,
     disk_of,
     drive_of,
+    own_ensemble,
     scalars_only_mark,
+    several,
     whole_again,
 )
-from study.plan.kinds.record import record_task
+from study.plan.kinds.record import computed_record, record_task
 from study.plan.task import Inputs, Task, TaskResult
 
 NAME = "drive"
+Pulled = tuple[FrictionRecord, Plateau]
+"""What a pin is pulled over."""
 
 
-def drive_task(case: Case, drive: Drive, *, scalars_only: bool = False, fitted: bool = True) -> Task:
-    """The motion of the pin over a case's friction record. fitted: whether Eq. 16-19 are fitted to its spring force."""
-    record = record_task(case)
+def drive_task(
+    case: Case, drive: Drive, ensemble: Ensemble = ALONE, *, scalars_only: bool = False, fitted: bool = True
+) -> Task:
+    """The motion of the pin over the friction records of a case's members.
+
+    fitted: whether Eq. 16-19 are fitted to its spring force. Members that its target needs beyond those records are slid too.
+    """
+    record = record_task(case, ensemble)
+    own, text = _own(ensemble)
     marks = (*scalars_only_mark(scalars_only), *(() if fitted else ("unfitted",)))
-    key = task_key(NAME, record.key, _text(drive), *marks)
-    return Task(key, NAME, case.slab, case, drive, needs=(record.key,), scalars_only=scalars_only, fitted=fitted)
+    key = task_key(NAME, record.key, _text(drive), text, *marks)
+    more = compliance_needs(case.slab) if own.uncertainty is not None else ()
+    needs = (record.key, *more)
+    return Task(key, NAME, case.slab, case, drive, ensemble=own, needs=needs, scalars_only=scalars_only, fitted=fitted)
 
 
 @lru_cache(maxsize=4096)  # a campaign has few drives and many cases
 def _text(drive: Drive) -> CanonicalText:
     settings = {item.name: getattr(drive, item.name) for item in fields(drive)}
-    for name in ("uncertainty", "length_error"):  # without one a drive is what it was before there were any
-        if settings[name] is None:
-            del settings[name]
     return CanonicalText(canonical_text({"type": type(drive).__name__, **settings}))
+
+
+@lru_cache(maxsize=64)  # of all cases
+def _own(ensemble: Ensemble) -> tuple[Ensemble, CanonicalText]:
+    return own_ensemble(DRIVE, ensemble)
 
 
 def _needed(manifest: Manifest) -> bool:
@@ -73,7 +93,7 @@ def _tasks(case: Case, manifest: Manifest) -> tuple[Wanted, ...]:
     bare = not (_trajectory(manifest) or _phases(manifest))
     fitted = _fitted(manifest)
     return tuple(
-        Wanted(drive_task(case, drive, scalars_only=bare, fitted=fitted), label)
+        Wanted(drive_task(case, drive, manifest.ensemble, scalars_only=bare, fitted=fitted), label)
         for label, drive in _dimensionless(manifest)
     )
 
@@ -84,24 +104,44 @@ def _dimensionless(manifest: Manifest) -> tuple[tuple[str, Drive], ...]:
     return tuple((each.label, each.drive.dimensionless(manifest.scales)) for each in manifest.drives if each.drive)
 
 
-@of_the_last  # a record is pulled over by one drive after the other
-def _pulled_over(result: TaskResult) -> tuple[FrictionRecord, Plateau]:
-    return whole_again(FrictionRecord, result), whole_again(Plateau, result, Plateau.PREFIX)
+@of_the_last  # records are pulled over by one drive after the other
+def _pulled_over(result: TaskResult) -> list[Pulled]:
+    count = len(result.scalars["plateau_mean"])
+    return [
+        (whole_again(FrictionRecord, result, number), whole_again(Plateau, result, number, Plateau.PREFIX))
+        for number in range(count)
+    ]
 
 
 def _run(task: Task, inputs: Inputs) -> Computed:
-    drive, (record, plateau) = drive_of(task), _pulled_over(inputs[task.needs[0]])
-    motion, coefficients = measured(record, plateau, drive)
-    fit = fit_stick_slip(motion, drive, record.normal_load) if task.fitted else None
-    count = count_sticks(motion, drive, record.spacing, plateau.end - plateau.start)
-    return Computed((coefficients, fit, count, motion), coefficients.outcome.adding(count.unsettled))
+    drive, records = drive_of(task), _pulled_over(inputs[task.needs[0]])
+
+    def compute(case: Case, number: int) -> Member:
+        record, plateau = records[number] if number < len(records) else _slid(case, task, inputs)
+        if not record.outcome.usable:
+            return Member((), record.outcome)
+        motion, coefficients = measured(record, plateau, drive)
+        fit = fit_stick_slip(motion, drive, record.normal_load) if task.fitted else None
+        count = count_sticks(motion, drive)
+        return Member((coefficients, fit, count, motion), coefficients.outcome.adding(count.unsettled))
+
+    return Computed(computed_members(DRIVE, task, compute, len(records)))
+
+
+def _slid(case: Case, task: Task, inputs: Inputs) -> Pulled:
+    """The record of a member that has none yet."""
+    _, plateau, _, record = computed_record(case, compliance_in(inputs[task.needs[1]], task.slab)).values
+    assert isinstance(record, FrictionRecord)
+    assert isinstance(plateau, Plateau)
+    return record, plateau
 
 
 def _estimate(task: Task) -> Estimate:
     case, drive = case_of(task), drive_of(task)
     arrays = 0.0 if task.scalars_only else _ARRAYS + _PER_SAMPLE * drive.samples
     memory = 8.0 * (_PER_SAMPLE * drive.samples + _PER_EVENT * events_of(case))
-    return Estimate(drive_seconds(drive, case, task.fitted), memory, disk_of(24, arrays))
+    members = task.ensemble.likely
+    return Estimate(members * drive_seconds(drive, case, task.fitted), memory, disk_of(24 * members, arrays))
 
 
 _ARRAYS = 550.0  # numbers' worth of its binned force, its slips, and the names of its arrays
@@ -124,5 +164,6 @@ DRIVE = Kind(
     (
         Ragged("trajectory", "sample", "trajectory_row_size", _trajectory),
         Ragged("trajectory", "slip_phase", "phase_row_size", _phases),
+        Ragged("drive_ensemble", MEMBER, "drive_member_row_size", several),
     ),
 )

@@ -4,11 +4,13 @@ A result holds the numbers of the kind's `parts`: dataclasses of the solver whos
 (solver.quantity). What a part declares is in results, dataset and tables without another word.
 """
 
-from collections.abc import Callable, Mapping
-from dataclasses import dataclass, field, fields
+import math
+from collections import Counter
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass, field, fields, replace
 from functools import lru_cache
 from operator import attrgetter
-from typing import Any, NamedTuple, TypeVar
+from typing import Any, Final, NamedTuple, TypeVar
 
 import numpy as np
 from numpy.typing import NDArray
@@ -16,9 +18,11 @@ from numpy.typing import NDArray
 from solver.case import Case
 from solver.drive import Drive
 from solver.elasticity.compliance import Compliance, SurfaceCompliance, normal_compliance
-from solver.outcome import COMPLETED, Outcome
+from solver.ensemble import FEWEST, Ensemble
+from solver.outcome import COMPLETED, Ending, Outcome, SolverError
 from solver.quantity import Quantity, quantities
 from solver.slab import Slab
+from study.canonical import CanonicalText, canonical_text
 from study.manifest.manifest import Manifest
 from study.plan.task import Inputs, Task, TaskResult
 
@@ -60,11 +64,18 @@ class Wanted(NamedTuple):
 
 
 @dataclass(frozen=True, slots=True)
-class Computed:
-    """The result of a task before it is stored: the values of its kind's parts, in their order, and its outcome."""
+class Member:
+    """What was computed of one member: the values of its kind's parts, in their order, and its outcome."""
 
     values: tuple[object, ...] = ()
     outcome: Outcome = COMPLETED
+
+
+@dataclass(frozen=True, slots=True)
+class Computed:
+    """The result of a task before it is stored."""
+
+    members: tuple[Member, ...] = ()
     arrays: Mapping[str, NDArray[Any]] = field(default_factory=dict)
     """Those that are in no part."""
 
@@ -106,13 +117,23 @@ class Kind:
     parts: tuple[Part, ...] = ()
     """In the order of a dataset's variables."""
     ragged: tuple[Ragged, ...] = ()
-    takes_failed: bool = False
-    """Whether it can be run with what ended badly."""
+    all_members: bool = False
+    """Whether results hold the columns of all members, as other tasks read them; else the arrays of the first one."""
+
+
+MEMBER: Final = "member"
+"""The dimension of what results hold of each member: their scalars."""
 
 
 @lru_cache(maxsize=256)
 def declared(kind: Kind, along: str = "") -> Mapping[str, Quantity]:
-    """Name of each scalar of a kind's results that is a quantity -> its declaration; or of each array along a dimension."""
+    """Name of each scalar of a kind's results that is a quantity -> its declaration; or of each array along a dimension.
+
+    Along MEMBER: the scalars whose means have an uncertainty.
+    """
+    if along == MEMBER:
+        scalars = ((name, each) for name, each in declared(kind).items() if each.ensemble)
+        return {name: replace(each, along=MEMBER, ensemble=False, si=None) for name, each in scalars}
     found = [each for part in kind.parts for each in quantities(part.type, part.prefix).items()]
     return {key: quantity for key, quantity in found if quantity.along == along}
 
@@ -123,22 +144,124 @@ def left_out(kind: Kind, manifest: Manifest) -> frozenset[str]:
     return frozenset(name for part in parts for name in quantities(part.type, part.prefix))
 
 
-def numbers(kind: Kind, values: tuple[object, ...]) -> tuple[dict[str, float | int], dict[str, NDArray[Any]]]:
-    """Scalars and arrays of the values of a kind's parts."""
-    scalars: dict[str, float | int] = {}
-    arrays: dict[str, NDArray[Any]] = {}
-    for part, value in zip(
-        kind.parts, values, strict=False
-    ):  # a result that was not asked for all lacks the last parts
-        if value is None:
-            continue
-        held = _held(part)
-        for key, words, number in zip(held.keys, held.words, held.values(value), strict=True):
-            if isinstance(number, np.ndarray):
-                arrays[key] = number
-            elif not isinstance(number, Outcome):
-                scalars[key] = _coded(number, words) if words else number
+def several(manifest: Manifest) -> bool:
+    """Whether cases have members whose values a dataset holds beside their means."""
+    return manifest.ensemble.members > 1
+
+
+@lru_cache(maxsize=64)
+def names_of(kind: Kind) -> frozenset[str]:
+    """The variables of a kind's results whose means have an uncertainty."""
+    return frozenset(each.name for each in declared(kind).values() if each.ensemble)
+
+
+def own_ensemble(kind: Kind, ensemble: Ensemble) -> tuple[Ensemble, CanonicalText]:
+    """The ensemble of a kind's tasks in a campaign with this one, and its canonical text."""
+    found = ensemble.asked_of(names_of(kind))
+    return found, CanonicalText(canonical_text(found))
+
+
+def computed_members(
+    kind: Kind, task: Task, compute: Callable[[Case, int], Member], there: int | None = None
+) -> tuple[Member, ...]:
+    """The members that a task asks for, or as many as its target takes. compute: one, from its case and number.
+
+    A member that the physics refuses has that outcome and no values. there: how many have what this kind needs; all of them are
+    computed, and further ones only for a target.
+    """
+    ensemble, found = task.ensemble, list[Member]()
+
+    def tried(number: int) -> Member:
+        try:
+            return compute(ensemble.case(case_of(task), number), number)
+        except SolverError as error:
+            return Member((), error.outcome)
+
+    for size in ensemble.sizes() if there is None else (there, *(size for size in ensemble.sizes() if size > there)):
+        found += map(tried, range(len(found), size))
+        if ensemble.uncertainty is not None and known(kind, ensemble, found):
+            break
+    return tuple(found)
+
+
+def known(kind: Kind, ensemble: Ensemble, members: Sequence[Member]) -> bool:
+    """Whether these members know all observables of an ensemble's target that are numbers of this kind."""
+    asked = [key for key, each in declared(kind).items() if each.name in ensemble.of]
+    scalars = _scalars(kind, members) if asked else {}
+    return all(ensemble.known(scalars[key]) for key in asked)
+
+
+def numbers(kind: Kind, members: Sequence[Member]) -> tuple[dict[str, list[float | int]], dict[str, NDArray[Any]]]:
+    """Scalars of all members, NaN where one has none, and arrays (see `Kind.all_members`) of the values of a kind's parts."""
+    scalars, arrays = _scalars(kind, members), _arrays(kind, members[0]) if members else {}
+    if kind.all_members and len(members) > 1:
+        each = [arrays, *(_arrays(kind, member) for member in members[1:])]
+        for sample in dict.fromkeys(item.sample for item in kind.ragged):
+            columns = [name for name in declared(kind, sample) if any(name in one for one in each)]
+            for name in columns[:1]:
+                scalars[rows_of(sample)] = [len(one[name]) if name in one else 0 for one in each]
+            for name in columns:
+                arrays[name] = np.concatenate([one[name] for one in each if name in one])
     return scalars, arrays
+
+
+def rows_of(sample: str) -> str:
+    """The scalar that holds how long each member's columns along a dimension are, where results hold those of all members."""
+    return f"{sample}_rows"
+
+
+def column(result: TaskResult, name: str, sample: str, member: int = 0) -> NDArray[Any]:
+    """A member's column along a dimension."""
+    whole, rows = result.arrays[name], result.scalars.get(rows_of(sample))
+    if rows is None:
+        return whole
+    begin = int(sum(rows[:member]))
+    return whole[begin : begin + int(rows[member])]
+
+
+def _scalars(kind: Kind, members: Sequence[Member]) -> dict[str, list[float | int]]:
+    found: dict[str, list[float | int]] = {}
+    for number, member in enumerate(members):
+        for part, value in zip(kind.parts, member.values, strict=False):
+            if value is None:
+                continue
+            held = _held(part)
+            for key, words, one in zip(held.keys, held.words, held.values(value), strict=True):
+                if not isinstance(one, np.ndarray | Outcome):
+                    found.setdefault(key, [math.nan] * len(members))[number] = _coded(one, words) if words else one
+    return found
+
+
+def _arrays(kind: Kind, member: Member) -> dict[str, NDArray[Any]]:
+    found: dict[str, NDArray[Any]] = {}
+    for part, value in zip(kind.parts, member.values, strict=False):
+        if value is not None:
+            held = _held(part)
+            for key, one in zip(held.keys, held.values(value), strict=True):
+                if isinstance(one, np.ndarray):
+                    found[key] = one
+    return found
+
+
+def joint_outcome(members: Sequence[Outcome]) -> Outcome:
+    """How an ensemble ended: as its members did, or completed where enough of them have, with what became of the others."""
+    if len(members) < 2:
+        return members[0] if members else COMPLETED
+    counts = Counter(each.ending for each in members)
+    first = {ending: next(each.message for each in members if each.ending is ending) for ending in counts}
+    done = counts[Ending.COMPLETED]
+    enough = done >= max(min(FEWEST, len(members)), len(members) / 2.0)
+    ending = (
+        Ending.COMPLETED
+        if enough
+        else max((each for each in counts if each is not Ending.COMPLETED), key=counts.__getitem__)
+    )
+    told = [
+        message if count == len(members) else f"{count} of {len(members)} members {each}: {message}"
+        for each, count in counts.most_common()
+        if (message := first[each])
+    ]
+    return Outcome(ending, "; ".join(told))
 
 
 class _Held(NamedTuple):
@@ -165,10 +288,17 @@ def _coded(value: Any, words: tuple[str, ...]) -> float | int:
     return float("nan") if value is None else words.index(value)
 
 
-def whole_again(kind: type[Value], result: TaskResult, prefix: str = "") -> Value:
-    """The solver's value that `numbers` took apart: of a whole part with this prefix."""
-    held: dict[str, Any] = {**result.scalars, **result.arrays, f"{prefix}outcome": result.outcome}
+def whole_again(kind: type[Value], result: TaskResult, member: int = 0, prefix: str = "") -> Value:
+    """A member's value that `numbers` took apart: of a whole part with this prefix."""
     make: Any = kind
+    known = quantities(make, prefix)
+    held: dict[str, Any] = {f"{prefix}outcome": (result.members or (result.outcome,) * (member + 1))[member]}
+    for item in fields(make):
+        name = f"{prefix}{item.name}"
+        if name in result.arrays:
+            held[name] = column(result, name, known[name].along if name in known else "", member)
+        elif name in result.scalars:
+            held[name] = result.scalars[name][member]
     return make(**{item.name: held[f"{prefix}{item.name}"] for item in fields(make)})  # type: ignore[no-any-return]
 
 
@@ -188,11 +318,12 @@ def compliance_of(task: Task, inputs: Inputs) -> Compliance:
     """The compliance that a task needs before anything else; where it needs none, what the slab's surface says by itself."""
     if not task.needs:
         return normal_compliance(task.slab)
-    return _compliance_in(inputs[task.needs[0]], task.slab)
+    return compliance_in(inputs[task.needs[0]], task.slab)
 
 
 @lru_cache(maxsize=4)  # tasks that follow each other get the same one: the solver keeps what it computes of it
-def _compliance_in(result: TaskResult, slab: Slab) -> SurfaceCompliance:
+def compliance_in(result: TaskResult, slab: Slab) -> SurfaceCompliance:
+    """The compliance that a result holds."""
     return SurfaceCompliance(result.arrays["matrix"], slab)
 
 

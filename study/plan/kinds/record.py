@@ -5,15 +5,18 @@ scalars.
 """
 
 from dataclasses import replace
+from functools import lru_cache
 
 from solver.case import Case
 from solver.contact.initial import initial_contact
-from solver.last import of_the_last
+from solver.elasticity.compliance import Compliance
+from solver.ensemble import ALONE, Ensemble
 from solver.sliding.events import slide_to_state
 from solver.sliding.plateau import Plateau, plateau_of
 from solver.sliding.record import FrictionRecord
 from solver.sliding.statistics import EventStatistics, event_statistics
 from solver.sliding.validity import Validity, record_validity
+from study.canonical import CanonicalText
 from study.manifest.manifest import Manifest
 from study.plan.cost.arrays import record_bytes, sliding_bytes
 from study.plan.cost.seconds import record_seconds
@@ -21,40 +24,55 @@ from study.plan.cost.sliding import events_of
 from study.plan.keys import of_record, task_key
 from study.plan.kinds.compliance import compliance_needs
 from study.plan.kinds.kind import (
+    MEMBER,
     Computed,
     Estimate,
     Kind,
+    Member,
     Part,
     Ragged,
     Wanted,
     case_of,
     compliance_of,
+    computed_members,
     disk_of,
+    own_ensemble,
     scalars_only_mark,
+    several,
 )
 from study.plan.task import Inputs, Task
 
 NAME = "record"
 
 
-def record_task(case: Case, *, scalars_only: bool = False) -> Task:
-    """The friction record of a case."""
-    return _scalars_task(case) if scalars_only else _whole_task(case)
+def record_task(case: Case, ensemble: Ensemble = ALONE, *, scalars_only: bool = False) -> Task:
+    """The friction records of a case's members."""
+    return (_scalars_task if scalars_only else _whole_task)(case, ensemble)
 
 
-@of_the_last  # asked again by each of its drives
-def _whole_task(case: Case) -> Task:
-    return Task(task_key(NAME, *of_record(case)), NAME, case.slab, case, needs=compliance_needs(case.slab))
+@lru_cache(maxsize=4)  # asked again by each of its drives
+def _whole_task(case: Case, ensemble: Ensemble) -> Task:
+    return _task(case, ensemble)
 
 
-def _scalars_task(case: Case) -> Task:
-    key = task_key(NAME, *of_record(case), *scalars_only_mark(scalars_only=True))
-    return Task(key, NAME, case.slab, case, needs=compliance_needs(case.slab), scalars_only=True)
+def _scalars_task(case: Case, ensemble: Ensemble) -> Task:
+    return replace(_task(case, ensemble, *scalars_only_mark(scalars_only=True)), scalars_only=True)
+
+
+def _task(case: Case, ensemble: Ensemble, *marks: str) -> Task:
+    ensemble, text = _own(ensemble)
+    key = task_key(NAME, *of_record(case), text, *marks)
+    return Task(key, NAME, case.slab, case, ensemble=ensemble, needs=compliance_needs(case.slab))
+
+
+@lru_cache(maxsize=64)  # of all cases
+def _own(ensemble: Ensemble) -> tuple[Ensemble, CanonicalText]:
+    return own_ensemble(RECORD, ensemble)
 
 
 def record_scalars_task(record: Task) -> Task:
     """The scalars of a friction record that another task computes; the same result as sliding for them alone."""
-    return replace(record_task(case_of(record), scalars_only=True), needs=(record.key,))
+    return replace(record_task(case_of(record), record.ensemble, scalars_only=True), needs=(record.key,))
 
 
 def _needed(manifest: Manifest) -> bool:
@@ -68,29 +86,36 @@ def _kept(manifest: Manifest) -> bool:
 def _tasks(case: Case, manifest: Manifest) -> tuple[Wanted, ...]:
     shared = "dynamics" in manifest.stages or manifest.outputs.statistics
     if _kept(manifest) or not shared:
-        record = record_task(case, scalars_only=not _kept(manifest))
+        record = record_task(case, manifest.ensemble, scalars_only=not _kept(manifest))
         return (
             Wanted(replace(record, shared=True) if shared else record),
         )  # a copy takes its time, for millions of tasks
-    record = replace(record_task(case), intermediate=True, shared=True)
+    record = replace(record_task(case, manifest.ensemble), intermediate=True, shared=True)
     return Wanted(record), Wanted(record_scalars_task(record), free=True)
 
 
 def _run(task: Task, inputs: Inputs) -> Computed:
-    case, compliance = case_of(task), compliance_of(task, inputs)
+    compliance = compliance_of(task, inputs)
+    return Computed(computed_members(RECORD, task, lambda case, number: computed_record(case, compliance)))
+
+
+def computed_record(case: Case, compliance: Compliance) -> Member:
+    """The record of one member, and all that is read off it."""
     start = initial_contact(case, compliance)
     record, end = slide_to_state(case, compliance, start)
     plateau = plateau_of(record)
     values = (record_validity(case, start, record, end), plateau, event_statistics(record), record)
-    return Computed(values, plateau.outcome if record.outcome.ok else record.outcome)
+    return Member(values, plateau.outcome if record.outcome.ok else record.outcome)
 
 
 def _estimate(task: Task) -> Estimate:
     case = case_of(task)
+    members = task.ensemble.likely
     if task.needs[:1] != compliance_needs(case.slab):  # another record's scalars
-        return Estimate(0.0, 0.0, disk_of(_SCALARS))
+        return Estimate(0.0, 0.0, disk_of(members * _SCALARS))
     arrays = 0.0 if task.scalars_only else _ARRAYS + _PER_EVENT * events_of(case) + _PER_NODE * case.slab.n_x
-    return Estimate(record_seconds(case), sliding_bytes(case) + record_bytes(case), disk_of(_SCALARS, arrays))
+    memory = sliding_bytes(case) + members * record_bytes(case)
+    return Estimate(members * record_seconds(case), memory, disk_of(members * _SCALARS, members * arrays))
 
 
 _SCALARS = 36.0
@@ -111,5 +136,10 @@ RECORD = Kind(
         Part(EventStatistics),
         Part(FrictionRecord, whole=True),
     ),
-    (Ragged("record", "event", "row_size", _kept), Ragged("record", "record_node", "record_node_row_size", _kept)),
+    (
+        Ragged("record", "event", "row_size", _kept),
+        Ragged("record", "record_node", "record_node_row_size", _kept),
+        Ragged("ensemble", MEMBER, "member_row_size", several),
+    ),
+    all_members=True,
 )

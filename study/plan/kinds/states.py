@@ -1,4 +1,4 @@
-"""The contact after chosen events of a record (0: initial contact), and the inside of the slab there."""
+"""The contact of the first member after chosen events of a record (0: initial contact), and the inside of the slab there."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass, field, fields
@@ -17,7 +17,18 @@ from study.plan.cost.seconds import states_seconds
 from study.plan.keys import of_contact, of_record, task_key
 from study.plan.kinds.compliance import compliance_needs, contact_needs
 from study.plan.kinds.contact import SurfaceNodes, seen_after
-from study.plan.kinds.kind import Computed, Estimate, Kind, Part, Ragged, Wanted, case_of, compliance_of, disk_of
+from study.plan.kinds.kind import (
+    Computed,
+    Estimate,
+    Kind,
+    Member,
+    Part,
+    Ragged,
+    Wanted,
+    case_of,
+    compliance_of,
+    disk_of,
+)
 from study.plan.task import Inputs, Task
 
 NAME = "states"
@@ -64,7 +75,9 @@ def _inside(manifest: Manifest) -> bool:
 
 
 def _tasks(case: Case, manifest: Manifest) -> tuple[Wanted, ...]:
-    return (Wanted(states_task(case, manifest.outputs.tractions_at or (0,), _inside(manifest))),)
+    return (
+        Wanted(states_task(manifest.ensemble.case(case, 0), manifest.outputs.tractions_at or (0,), _inside(manifest))),
+    )
 
 
 def _run(task: Task, inputs: Inputs) -> Computed:
@@ -77,7 +90,7 @@ def _run(task: Task, inputs: Inputs) -> Computed:
             inside = [interior_fields(task.slab, state.nodal_force) for state in states]
             nodes = [len(each.x) for each in inside]
             values = (*values, InteriorEvents(np.repeat(task.events[: len(states)], nodes)), _behind(inside))
-    return Computed(values, outcome)
+    return Computed((Member(values, outcome),))
 
 
 def _surfaces(events: Sequence[int], states: Sequence[ContactState], compliance: Compliance) -> SurfaceStates:

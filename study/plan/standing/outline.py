@@ -19,7 +19,6 @@ from study.discretization.front import load_front
 from study.garbage import all_kept
 from study.manifest.manifest import Manifest
 from study.origin import all_sources_hash
-from study.plan.influence.table import load_influences
 from study.plan.plan import Plan
 from study.plan.standing.endings import PENDING, after, as_its_case
 from study.plan.task import Task
@@ -45,10 +44,9 @@ def _after(kind: str) -> Codes:
 
 
 def asked(manifest: Manifest) -> str:
-    """A hash of all that decides a plan: the campaign's texts, the front, the influences, and this program."""
-    front, tolerated = load_front(manifest.front, manifest.front_text), manifest.tolerated
-    influences = str(load_influences(tolerated.influences, tolerated.influences_text)) if tolerated else None
-    texts = (manifest.text, manifest.table_text, manifest.profile_text, front.sha256, influences)
+    """A hash of all that decides a plan: the campaign's texts, the front, and this program."""
+    front = load_front(manifest.front, manifest.front_text)
+    texts = (manifest.text, manifest.table_text, manifest.profile_text, front.sha256)
     return content_hash(all_sources_hash(), manifest.path.name, *texts)
 
 
@@ -117,8 +115,6 @@ class Outline:
     keys: NDArray[np.bytes_]
     kinds: Codes
     """Position in KINDS."""
-    batches: NDArray[np.int8]
-    """`Task.batch`."""
     intermediate: Mask
     costs: NDArray[np.float64]
     """Seconds, bytes of memory, bytes on disk: shape (3, tasks)."""
@@ -156,7 +152,7 @@ class Outline:
 
     def _stages(self) -> list[NDArray[np.intp]]:
         """Positions of tasks, stage by stage: none needs a later one."""
-        stages = 2 * (self.batches.astype(int) * len(KINDS) + self.kinds) + ~self.intermediate
+        stages = 2 * self.kinds.astype(int) + ~self.intermediate
         return [np.flatnonzero(stages == stage) for stage in np.unique(stages)]
 
     def _left(self, done: Mask) -> Mask:
@@ -234,7 +230,6 @@ def outline_of(plan: Plan) -> Outline:
         return Outline(
             keys=np.array(list(place), "S20"),
             kinds=np.array([number_of[task.kind] for task in tasks], np.int8),
-            batches=np.array([task.batch for task in tasks], np.int8),
             intermediate=np.array([task.intermediate for task in tasks], np.bool_),
             costs=np.array([list(map(attrgetter(name), tasks)) for name in ("cost", "memory", "disk")], np.float64),
             needs=_needs(tasks, place),

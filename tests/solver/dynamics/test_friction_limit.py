@@ -62,7 +62,7 @@ def test_the_steady_force_is_the_plateaus_mean():
 
 
 def test_a_negative_force_after_first_touch_is_taken_as_none():
-    record = record_from(np.full(400, 2e-6), np.append(np.zeros(100), np.full(300, 9e-7)), initial_force=-1e-6)
+    record = record_from(np.full(900, 2e-6), np.append(np.zeros(100), np.full(800, 9e-7)), initial_force=-1e-6)
     profile = sawtooth(record, plateau_of(record))
     assert profile.force[0] == 0.0
     assert profile.limit(np.linspace(0.0, 1e-3, 501)).min() == 0.0

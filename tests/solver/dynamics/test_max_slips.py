@@ -36,7 +36,7 @@ def test_the_motion_is_that_of_the_whole_drive_up_to_the_last_slip(drive: Drive,
     )  # the end of rk4's step; exact methods end at the crossing
     assert np.isfinite(cut.position).all()
     assert np.isfinite(cut.binned_force).all()
-    assert count_sticks(cut, drive, 1.0, 1.0).resticks == count
+    assert count_sticks(cut, drive).resticks == count
     again = driven(replace(drive, duration=cut.end_time, samples=drive.samples))
     np.testing.assert_allclose(cut.position, again.position, rtol=0.0, atol=1e-10)
 
@@ -47,4 +47,4 @@ def test_a_drive_with_fewer_slips_lasts_as_long_as_without() -> None:
     np.testing.assert_array_equal(plain.position, never.position)
     assert never.steps == plain.steps
     sliding = integrate(constant_profile(0.5), replace(DRIVE, max_slips=1), K)
-    assert (count_sticks(sliding, DRIVE, 1.0, 1.0).regime, sliding.end_time) == ("slides", DRIVE.duration)
+    assert (count_sticks(sliding, DRIVE).regime, sliding.end_time) == ("slides", DRIVE.duration)

@@ -1,27 +1,22 @@
-"""Counts are of triggers and of whole cascades; μ_s and μ_k come with uncertainties, or with the reason why not."""
+"""Counts are of triggers and of whole cascades; μ_s and μ_k come with the reason where they are missing."""
 
 import math
 import re
 import time
 from dataclasses import replace
-from itertools import pairwise
 
 import numpy as np
 import pytest
 
-from solver.case import Case, SlipRule
 from solver.drive import Drive
 from solver.dynamics.coefficients import friction_coefficients
 from solver.dynamics.friction_limit import sawtooth
 from solver.dynamics.integrate import DynamicsResult, integrate
 from solver.dynamics.rk4 import RK4
-from solver.elasticity.compliance import surface_compliance
 from solver.outcome import Ending
-from solver.slab import Slab
-from solver.sliding.events import slide
 from solver.sliding.plateau import Plateau, plateau_of
 from solver.sliding.record import FrictionRecord
-from solver.sliding.statistics import HALVES, LONGEST_CYCLE, cycle_of, event_statistics
+from solver.sliding.statistics import LONGEST_CYCLE, cycle_of, event_statistics
 from tests.synthetic import LOAD, SPACING, STIFFNESS, noisy_record, record_from
 
 TIME_UNIT = math.sqrt(0.5 / 1e8)  # s: the paper's pin of 0.5 kg, G = 10 GPa, L_y = 1 cm
@@ -65,70 +60,22 @@ def test_a_record_without_events_has_no_means():
     assert np.isnan(event_statistics(replace(record, final_displacement=0.0)).peak_friction)  # the pin has not moved
 
 
-def test_means_over_events_scatter_as_their_uncertainties_say():
-    """640 independent steps and drops: 1/√640 of their standard deviation, known itself to 1/√(2·7) and taken at its largest."""
-    rng = np.random.default_rng(7)
-    steps, drops = rng.uniform(1e-6, 3e-6, 640), rng.uniform(1e-7, 3e-7, 640)
-    found = event_statistics(record_from(steps, drops))
-    scatter = 1.0 / math.sqrt(12.0 * 640)  # of a uniform distribution's mean, over its range
-    assert 0.5 < found.mean_step_uncertainty / (2e-6 * scatter) < 2.0
-    assert 0.5 < found.mean_drop_uncertainty / (2e-7 / LOAD * scatter) < 2.0
-
-
-@pytest.mark.parametrize("growth", [1.5, 3.0])
-@pytest.mark.parametrize("spacings", [2.0, 5.0])
-def test_twice_the_uncertainty_of_a_mean_reaches_the_half_way_to_its_later_spacings(
-    growth: float, spacings: float
-) -> None:
-    """Steps and drops that are larger all through the first half of whole spacings: half of the difference, or more."""
-    length, count = 1.0 / 128.0, 3000
-    first = round(count / (1.0 + growth))
-    steps = np.repeat([growth, 1.0], [first, count - first])
-    half = length * (spacings // 2)
-    steps[:first] *= half / steps[:first].sum()
-    steps[first:] *= half / steps[first:].sum()
-    lead = np.full(400, (spacings * length - 2.0 * half) / 400) if spacings % 2 else np.empty(0)
-    steps = np.concatenate((lead, steps))
-    record = replace(record_from(steps, 0.4 * steps), residual_shear=0.0)
-    found = event_statistics(record)
-    change = steps[len(lead)] - steps[-1]
-    for stated, differs in ((found.mean_step_uncertainty, change), (found.mean_drop_uncertainty, 0.4 * change / LOAD)):
-        assert 0.99 * HALVES * differs <= stated < differs  # an event may be in the other half
-
-
-def test_fewer_than_two_events_a_block_say_nothing_of_their_scatter():
-    found = event_statistics(record_from([1e-6] * 63, [1e-7] * 63))
-    assert np.isnan([found.mean_step_uncertainty, found.mean_drop_uncertainty]).all()
-
-
 def test_kinetic_friction_is_the_plateaus_mean_and_static_friction_one_of_its_peaks():
     """§3.3: the paper's explanation of the two coefficients."""
     result, record, plateau = driven()
     found = friction_coefficients(result, record, plateau)
     assert found.outcome.ok
-    assert abs(found.kinetic_friction - plateau.mean) < 3.0 * found.kinetic_friction_uncertainty
-    assert found.kinetic_friction_uncertainty >= plateau.uncertainty
+    # The record repeats its steady part: over many repetitions its mean is met to the part of one that is missing.
+    assert found.kinetic_friction == pytest.approx(plateau.mean, rel=2e-3)
+    assert 0.0 < found.kinetic_friction_block_error < 1e-2 * plateau.mean
     # The driving force overshoots the limit while the pin gathers speed, by less than k V²/(2a), a of 1 % of F.
     assert plateau.mean < found.static_friction < 1.05 * plateau.peak
     assert found.static_friction == result.slip_force[0] / LOAD
-    assert 0.0 < found.static_friction_uncertainty < 0.01 * plateau.peak  # 1 % noise, and its maxima scatter less
-
-
-def test_scatter_of_peaks_is_that_of_block_maxima():
-    result, record, plateau = driven()
-    found = friction_coefficients(result, record, plateau)
-    inside = slice(plateau.first_event + 1, plateau.last_event + 1)
-    edges = np.linspace(plateau.start, plateau.end, 9)
-    x, force = record.displacement[inside], record.force_before[inside] / LOAD
-    highest = [force[(x >= low) & (x <= high)].max() for low, high in pairwise(edges)]
-    # The driving force overshoots the record's peak a little: that belongs to the pin's inertia, and to ±.
-    beyond = max(found.static_friction - record.force_before.max() / LOAD, 0.0)
-    assert found.static_friction_uncertainty == pytest.approx(math.hypot(np.std(highest, ddof=1), beyond), rel=1e-9)
 
 
 def test_scalars_do_not_depend_on_how_many_samples_are_kept():
     found = [friction_coefficients(*driven(replace(PAPER, samples=samples))) for samples in (10, 3000)]
-    for name in ("static_friction", "kinetic_friction", "kinetic_friction_uncertainty"):
+    for name in ("static_friction", "kinetic_friction", "kinetic_friction_block_error"):
         assert getattr(found[0], name) == getattr(found[1], name)
 
 
@@ -190,12 +137,12 @@ def test_a_pin_too_heavy_to_swing_twice_has_no_mean_driving_force():
     assert math.isnan(found.kinetic_friction)
 
 
-def test_what_inertia_adds_to_static_friction_is_in_its_uncertainty():
+def test_what_inertia_adds_to_static_friction_is_said_beside_it():
     result, record, plateau = driven(replace(PAPER, stage_velocity=50.0 * PAPER.stage_velocity))
     found = friction_coefficients(result, record, plateau)
     beyond = found.static_friction - record.force_before.max() / LOAD
     assert beyond > 0.1
-    assert found.static_friction_uncertainty >= beyond
+    assert found.static_friction_excess == pytest.approx(beyond, rel=1e-12)
 
 
 def test_a_driving_force_that_is_mostly_inertia_is_no_static_friction():
@@ -204,7 +151,7 @@ def test_a_driving_force_that_is_mostly_inertia_is_no_static_friction():
     result, record, plateau = driven(fast)
     assert result.slip_force[0] > 2.0 * record.force_before.max()
     found = friction_coefficients(result, record, plateau)
-    assert np.isnan([found.static_friction, found.static_friction_uncertainty]).all()
+    assert math.isnan(found.static_friction)
     assert found.every_static_friction[0] == result.slip_force[0] / LOAD
     assert "is inertia and damper" in found.outcome.message
     given_up, _, _ = driven(replace(fast, step_limit=result.steps // 2))
@@ -314,35 +261,6 @@ def test_searching_for_a_cycle_takes_no_time() -> None:
     assert time.perf_counter() - started < 2.0
 
 
-def test_classical_sliding_states_how_well_its_steps_are_known() -> None:
-    """There slips drop nothing, and what is unknown of steps is their scatter, over whole node spacings too: as large as that
-    between starts at least."""
-    case = Case(
-        radius=100.0, slab=Slab(129, scheme="half_plane"), slip_rule=SlipRule(residual_shear=1.0), max_spacings=12.4
-    )
-    compliance = surface_compliance(case.slab)
-    starts = [replace(case, start=start) for start in (0.0, 0.25, 0.5, 0.75)]
-    found = [event_statistics(slide(one, compliance)) for one in starts]
-    between = float(np.std([one.mean_step for one in found], ddof=1))
-    assert between > 0.0
-    for one in found:
-        assert one.spacings == pytest.approx(12.4)
-        assert one.mean_step_uncertainty > between
-        assert one.mean_drop_uncertainty > 0.0
-
-
 def test_spacings_are_those_of_the_whole_record() -> None:
     record = record_from(np.full(100, 1e-4), np.full(100, 1e-7), tail=2e-4)
     assert event_statistics(record).spacings == pytest.approx(1.02e-2 / SPACING, rel=1e-12)
-
-
-@pytest.mark.parametrize("spacings", [0.5, 4.0])
-def test_steps_of_slips_that_drop_are_no_better_known_than_the_model_says(spacings: float) -> None:
-    """Teeth all alike: what is stated is of the phases that were not seen, or of the ends of what was."""
-    events = 640
-    length = spacings * SPACING / events
-    record = replace(record_from(np.full(events, length), np.full(events, STIFFNESS * length)), residual_shear=0.0)
-    found = event_statistics(record)
-    expected = math.hypot(0.7 * 2.0 / math.pi, 0.15) if spacings < 1.0 else 0.05 / 4.0
-    assert found.mean_step_uncertainty == pytest.approx(expected * length, rel=1e-6)
-    assert found.mean_drop_uncertainty == pytest.approx(expected * STIFFNESS * length / LOAD, rel=1e-6)

@@ -14,7 +14,6 @@ from solver.slab import Slab
 from solver.sliding import columns, events, full_contact
 from solver.sliding.events import slide, slide_to_state
 from solver.sliding.kernels.events import Events
-from solver.sliding.plateau import plateau_of
 
 SLAB = Slab(n_x=65)
 N = SLAB.n_x
@@ -145,14 +144,3 @@ def test_a_shear_that_is_no_number_is_seen() -> None:
     u = start.u.copy()
     u[np.flatnonzero(start.contact)[0]] = np.nan
     assert slide(GOODMAN, COMPLIANCE, replace(start, u=u)).outcome.ending is Ending.ROUNDING
-
-
-def test_a_record_that_stays_where_it_touched_knows_of_one_start_only() -> None:
-    """However long it is: ± is of the size of the scatter between starts, not of that between its own blocks (1e-5 here)."""
-    slab = Slab(65)
-    compliance = surface_compliance(slab)
-    case = Case(normal_load=1e-4, slab=slab, effects=Effects(pin_translation=False), max_events=None, max_spacings=2.0)
-    found = [plateau_of(slide(replace(case, start=start), compliance)) for start in (0.0, 0.25, 0.5, 0.75)]
-    scatter = np.std([each.mean for each in found], ddof=1)
-    assert all(each.spacings == 0.0 for each in found)
-    assert all(0.5 < each.uncertainty / scatter < 3.0 for each in found)  # 1.4 to 1.6; of four starts, known to a third

@@ -23,7 +23,7 @@ from tests.conftest import Main
 
 SMALL = replace(
     default_setup(),
-    case=Case(slab=Slab(n_x=17), max_events=None, max_displacement=1e-3),
+    case=Case(slab=Slab(n_x=17), max_events=None, max_displacement=3e-3),
     drive=NamedDrive.of("short", duration=0.05),
 )
 

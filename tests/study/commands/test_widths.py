@@ -3,16 +3,12 @@
 import pytest
 from rich.cells import cell_len
 
-from tests.conftest import SMALL
-
 COMMANDS = (
     "new",
     "campaigns",
     "check small.toml",
     "plan small.toml --effects",
-    "plan tolerant.toml --effects",
     "explain small.toml intrinsic_friction=0.5 radius=50",
-    "explain tolerant.toml intrinsic_friction=0.5 radius=50",
     "run small.toml --serial",
     "collect small.toml",
     "status small.toml",
@@ -27,14 +23,12 @@ COMMANDS = (
     "try colour=red",
     "run small.toml --shard 0/3",
     "run small.toml --nonsense",
-    "effects --measure 1",
     "",
     "frames small.toml intrinsic_friction=0.5 radius=50 --events 0,5",
     "compare small.toml results/small",
     "verify results/small",
     "describe",
     "describe plateau_mean",
-    "effects",
 )
 """In the order of a campaign's life."""
 
@@ -42,7 +36,6 @@ COMMANDS = (
 @pytest.mark.parametrize("width", [60, 80])
 def test_every_command_fits_the_terminal(main, campaign, monkeypatch, width):
     monkeypatch.chdir(campaign.parent)
-    campaign.with_name("tolerant.toml").write_text(SMALL + "[effects]\nwithin = 0.1\n")
     monkeypatch.setenv("COLUMNS", str(width))
     for command in COMMANDS:
         _, said, errors = main(*command.split())

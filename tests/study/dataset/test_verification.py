@@ -14,13 +14,10 @@ from study.dataset.comparison import Verdict
 from study.discretization.front import Measured, as_text
 from study.manifest.problems import ManifestError
 from study.origin import computing
-from study.plan.influence import table
 from study.plan.tasks import Task, run_task
 from study.results.store import Store, StoreError
 from tests.conftest import SMALL
 from tests.study.dataset.verifying import RECORDS, computed, verdicts, verified
-from tests.study.plan.influence.made_up import SLIGHT
-from tests.study.plan.influence.made_up import text as influences_text
 
 
 def test_a_fresh_run_is_bit_identical_case_by_case(kept, tmp_path):
@@ -98,15 +95,14 @@ def test_what_is_pending_is_not_computed(tmp_path):
     assert len(Store(tmp_path / "again").finished()) == 1 + 2
 
 
-WAITING = RECORDS.replace("[0.25, 0.5]", "[0.5]").replace("[50.0, 100.0]", "[50.0]")
-WAITING += "[ensemble]\nuncertainty = 0.1\nmembers = 16\n"
+UNTIL_KNOWN = RECORDS.replace("members = 1", "uncertainty = 0.01")
 
 
 @pytest.mark.parametrize("ending", UNDONE)
 @pytest.mark.parametrize(
     ("text", "kind", "number", "cases"),
-    [(SMALL, "record", 1, 3), (SMALL, "drive", 3, 4), (WAITING, "record", 2, 3), (WAITING, "record", 5, 7)],
-    ids=["a record", "a drive", "one of the first members", "a later member"],
+    [(SMALL, "record", 1, 3), (SMALL, "drive", 3, 4), (UNTIL_KNOWN, "record", 2, 3)],
+    ids=["a record", "a drive", "records with a target"],
 )
 def test_a_failure_that_says_nothing_of_its_case_is_no_disagreement(tmp_path, ending, text, kind, number, cases):
     """Nobody knows whether a task in more time or memory, or killed by nobody, would end otherwise; nor what waits for it."""
@@ -143,16 +139,7 @@ FRONT = as_text(
 )
 
 
-TOLERANT = '[effects]\nwithin = 0.01\ninfluences = "../far/influences.json"\n'
-
-
 DESIGNS = {
-    "a tolerance": SMALL + "[effects]\nwithin = 0.1\n",
-    "a tolerance by other influences": SMALL.replace("n_x = 17", "n_x = 33") + TOLERANT,
-    "a tolerance with an accuracy": "accuracy = 0.004\n" + RECORDS.replace("n_x = 17", "") + TOLERANT,
-    "a tolerance with a budget": RECORDS.replace("n_x = 17", "").replace(', "slip"', "")
-    + TOLERANT
-    + '[budget]\ntime = "1 s"\n',
     "a table": (
         'table = "../far/cases.csv"\n' + RECORDS.replace(RECORDS[RECORDS.index("[axes]") : RECORDS.index("[num")], "")
     ),
@@ -163,6 +150,10 @@ DESIGNS = {
     "an accuracy": "accuracy = 0.05\n" + RECORDS.replace("n_x = 17", ""),
     "an accuracy from a front": 'accuracy = 0.005\nfront = "../far/front.json"\n' + RECORDS.replace("n_x = 17", ""),
     "states": RECORDS + "[outputs]\ntractions = true\ntractions_at = [0, 30]\nsubsurface = true\n",
+    "members": SMALL.replace("members = 1", "members = 3") + "[heterogeneity]\nspread = 0.1\n",
+    "a target": SMALL.replace(
+        "members = 1", "uncertainty = 0.02\nensemble.of = ['static_friction']\nensemble.most = 6"
+    ),
     "scalars alone": SMALL + "[outputs]\nrecords = false\ntrajectory = false\n",
     "contact alone": RECORDS.replace(', "slip"', ""),
     "refused cases": RECORDS.replace("n_x = 17", "n_x = 17\nrows = 4\nscheme = 'biquadratic'\n").replace(
@@ -179,7 +170,6 @@ def test_all_that_a_campaign_is_made_of_is_in_its_dataset(tmp_path, text):
         ("cases.csv", TABLE),
         ("rough.csv", ROUGH),
         ("front.json", FRONT),
-        ("influences.json", influences_text(SLIGHT)),
     ):
         (far / name).write_bytes(content.encode())
     path = computed(tmp_path / "campaign", text)
@@ -208,29 +198,6 @@ def test_a_front_that_was_measured_anew_chooses_nothing_and_judges_nothing(tmp_p
     monkeypatch.setattr("study.dataset.collection.collect.load_front", lambda *_: anew)
     monkeypatch.setattr("study.discretization.targets.load_front", lambda *_: anew)
     assert verdicts(verified(path, tmp_path)) == 5 * [Verdict.IDENTICAL]
-
-
-def test_what_was_decided_from_other_influences_is_refused_by_name(tmp_path, monkeypatch):
-    """Those that come with nanoslip may be measured anew: another version decides otherwise."""
-    path = computed(tmp_path / "campaign", SMALL + "[effects]\nwithin = 0.1\n")
-    (tmp_path / "influences.json").write_text(influences_text(SLIGHT))
-    anew = table.load_influences(tmp_path / "influences.json")
-    monkeypatch.setattr("study.plan.influence.table._shipped", lambda: anew)
-    with pytest.raises(StoreError, match=r"was decided from influences\.json, sha256 ") as refused:
-        verified(path, tmp_path)
-    assert str(refused.value).startswith(f"{path}: what its cases leave out")
-    assert anew.sha256 in str(refused.value)
-    assert "\n" not in str(refused.value)
-
-
-def test_influences_that_were_changed_in_the_dataset_are_refused(tmp_path):
-    (tmp_path / "far").mkdir()
-    (tmp_path / "far" / "influences.json").write_text(influences_text(SLIGHT))
-    path = computed(tmp_path / "campaign", RECORDS + TOLERANT)
-    with netCDF4.Dataset(path, "a") as opened:
-        opened.manifest_influences = influences_text(dict.fromkeys(SLIGHT, 2e-3))
-    with pytest.raises(StoreError, match="was decided from"):
-        verified(path, tmp_path)
 
 
 def test_other_software_is_named(altered):

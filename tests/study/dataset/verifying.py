@@ -30,7 +30,11 @@ RECORDS = SMALL.split("[[drives]]")[0].replace(', "dynamics"', "")
 
 
 STEADY = RECORDS.replace("[0.25, 0.5]", "[0.5]").replace("[50.0, 100.0]", "[100.0, 200.0]")
-STEADY = STEADY.replace("n_x = 17", "n_x = 65").replace("events = 60", "events = 1500")
+STEADY = (
+    STEADY.replace("n_x = 17", "n_x = 65")
+    .replace("events = 200", "presliding = 3.0")
+    .replace("members = 1", "members = 3")
+)
 
 
 DRIVEN = STEADY.replace('"slip"]', '"slip", "dynamics"]').replace("[100.0, 200.0]", "[200.0]")

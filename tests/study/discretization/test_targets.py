@@ -92,7 +92,7 @@ def test_a_campaign_whose_cases_are_all_refused_says_why_though_there_is_no_grid
     campaign.write_text(campaign.read_text() + "[constants]\nintrinsic_friction = inf\n[slip]\nresidual_shear = 1.0\n")
     code, said, _ = main("plan", campaign)
     assert code == 0
-    assert "2 cases, 2 of them refused" in said
+    assert "2 cases of 8 members, 2 of them refused" in said
     assert "sliding at μ_i·pressure needs a finite μ_i (and 1 more)" in said
     assert "accuracy" not in said
 

@@ -12,19 +12,17 @@ from study import shipped
 
 SMALLER: Mapping[str, Mapping[str, Mapping[str, Any]]] = {
     "figures/punch": {"axes": {"n_x": [129, 257]}},
-    "figures/records": {"numerics": {"n_x": 33}, "limits": {"events": 400}, "ensemble": {"members": 3}},
+    "figures/records": {"axes": {"start": [0.0, 0.25, 0.5]}, "numerics": {"n_x": 33}, "limits": {"events": 400}},
     "figures/resolution": {"axes": {"n_x": [17, 33, 65]}, "ensemble": {"members": 2}},
-    "figures/drive": {"numerics": {"n_x": 65}, "limits": {"events": 800}, "ensemble": {"members": 3}},
+    "figures/drive": {"axes": {"start": [0.0, 0.25, 0.5]}, "numerics": {"n_x": 65}, "limits": {"events": 800}},
     "figures/findings": {
-        "axes": {"intrinsic_friction": [0.2, 0.5]},
+        "axes": {"intrinsic_friction": [0.2, 0.5], "start": [number / 8.0 for number in range(8)]},
         "numerics": {"n_x": 65},
         "limits": {"events": 1000},
-        "ensemble": {"members": 8},
     },
     "figures/modulation": {
-        "axes": {"normal_load": [2.5e-4, 1e-3]},
+        "axes": {"normal_load": [2.5e-4, 1e-3], "start": [0.0, 0.5]},
         "numerics": {"n_x": 33},
-        "ensemble": {"members": 2},
     },
     "figures/continuum": {"axes": {"n_x": [17, 33, 65]}},
     "figures/chain": {"numerics": {"n_x": 33}, "limits": {"events": 1500}},
@@ -56,10 +54,10 @@ SMALLER: Mapping[str, Mapping[str, Mapping[str, Any]]] = {
             "slip_order": ["worst_first", "simultaneous"],
             "limited_shear": ["both_ways"],
             "event_floor": [1e-6],
+            "start": [0.0, 0.5],
         },
         "numerics": {"n_x": 33},
         "limits": {"events": 300},
-        "ensemble": {"members": 2},
     },
 }
 """Campaign -> keys of its tables that are given other values."""

@@ -2,6 +2,7 @@
 
 import itertools
 import json
+import re
 from collections.abc import Iterator
 from dataclasses import fields
 from importlib import resources
@@ -16,7 +17,7 @@ from study.dataset.collection.collect import collect
 from study.dataset.variables import factors
 from study.discretization.front import SHIPPED, load_front
 from study.manifest.drives import drive_parameters
-from study.manifest.manifest import Ensemble, Outputs
+from study.manifest.manifest import EnsembleTable, Outputs
 from study.manifest.parameters import TABLES, words_of
 from study.manifest.problems import ManifestError
 from study.manifest.reader import load_manifest
@@ -84,7 +85,7 @@ PLACES: dict[str, list[str]] = {
     "axes": [word for table in TABLES for word in words_of(table)],
     "scales": [item.name for item in fields(Scales)],
     "outputs": [item.name for item in fields(Outputs)],
-    "ensemble": [item.name for item in fields(Ensemble)],
+    "ensemble": [item.name for item in fields(EnsembleTable)],
     "drives": ["name", *drive_parameters()],
     "drive_axes": ["name", *drive_parameters()],
     "unknown": ["nonsense", '"two words"', '"a\\nb"', "x" * 5000, ".".join("x" * 2000), '""'],
@@ -135,7 +136,7 @@ def test_every_key_takes_or_refuses_every_value(tmp_path: Path, place: str, key:
         lines = taken_or_refused(path)
         assert all(line.startswith(str(tmp_path)) for line in lines), (name, lines)
         for line in lines:
-            said = line.replace(str(tmp_path), "").partition("needs one of")[0]
+            said = re.split("needs one of|each one of", line.replace(str(tmp_path), ""))[0]
             assert "\n" not in said, name
             assert len(said) < LONGEST, (name, said)
         if lines and place != "unknown" and "not TOML" not in lines[0] and lines[0].startswith(f"{path}: "):

@@ -7,12 +7,13 @@ from pathlib import Path
 import pytest
 
 from solver.drive import Scales
+from solver.ensemble import ALONE, Ensemble
 from study.manifest.cases import expand
 from study.manifest.drives import NamedDrive, drive_parameters
 from study.manifest.manifest import Manifest, Outputs, field_names
 from study.manifest.parameters import TABLES, words_of
 from study.manifest.problems import MOST_LINES, ManifestError
-from study.manifest.reader import OTHERS, SECONDS, load_manifest, parse_manifest
+from study.manifest.reader import SECONDS, load_manifest, parse_manifest
 from study.plan.plan import make_plan
 
 CAMPAIGNS = Path(__file__).parents[3] / "campaigns"
@@ -118,6 +119,17 @@ def test_a_drive_loses_its_units_by_the_scales() -> None:
     assert drive.integrator.time_step == pytest.approx(1e-7 / time, rel=1e-15)
 
 
+def test_an_ensemble_is_a_number_of_members_or_a_target(tmp_path: Path) -> None:
+    assert read(tmp_path, 'title = "x"').ensemble == Ensemble(8)
+    assert read(tmp_path, 'title = "x"\nensemble.members = 1').ensemble == ALONE
+    target = 'title = "x"\nensemble.uncertainty = 0.01\n'
+    assert read(tmp_path, target).ensemble == Ensemble(96, 0.01, ("plateau_mean",))
+    assert read(tmp_path, target + 'stages = ["contact"]').ensemble.of == ("contact_half_width",)
+    assert read(tmp_path, target + DRIVE).ensemble.of == ("static_friction", "kinetic_friction")
+    given = 'ensemble.of = ["approach", "mean_step"]\nensemble.most = 3\noutputs.tractions = true'
+    assert read(tmp_path, target + given).ensemble == Ensemble(3, 0.01, ("approach", "mean_step"))
+
+
 def test_tractions_are_kept_where_they_are_the_question(tmp_path: Path) -> None:
     assert read(tmp_path, 'title = "x"\nstages = ["contact"]').outputs.tractions
     assert not read(tmp_path, 'title = "x"').outputs.tractions
@@ -149,16 +161,16 @@ WRONG = {
     "endless nesting": ("x = " + "[" * 5000, "nested too deeply: needs fewer brackets within brackets"),
     "key of very many parts": ("x" + ".x" * 20_000 + " = 1", "a key of more than 16 parts: needs fewer"),
     # numbers of cases and drives
-    "cases by the hundred million": (
-        f"[axes]\n{many('radius', 401)}{many('aspect_ratio', 100)}[ensemble]\nmembers = 10000",
-        "401000000 cases: needs at most 1000000, members of ensembles each for itself",
+    "more than a million cases": (
+        f"[axes]\n{many('radius', 1001)}{many('aspect_ratio', 1000)}",
+        "1001000 cases: needs at most 1000000",
     ),
     "more than a million drives": (
         f"[drive_axes]\n{many('pin_mass', 1001)}{many('spring_stiffness', 1000)}",
         "drive_axes: 1001000 drives: needs at most 1000000",
     ),
     "more drives of cases than a machine plans": (
-        f"[axes]\n{many('radius', 401)}[ensemble]\nmembers = 1000\n[drive_axes]\n{many('pin_mass', 11)}",
+        f"[axes]\n{many('radius', 401)}{many('aspect_ratio', 1000)}[drive_axes]\n{many('pin_mass', 11)}",
         "401000 cases with 11 drives each: needs at most 4000000 drives in all",
     ),
     # stages and drives
@@ -273,6 +285,53 @@ WRONG = {
     "roughness that is nowhere": ('heterogeneity.roughness = "none.csv"', re.compile("none.csv: cannot be read")),
     "spread of no distribution": ("heterogeneity.spread = -0.1", re.compile("needs 0 ≤ spread")),
     "unknown output": ("outputs.record = true", "outputs.record = true: unknown; did you mean records?"),
+    # ensemble
+    "no members": ("ensemble.members = 0", "ensemble.members = 0: needs a whole number from 1 to 10000"),
+    "members that are a float": ("ensemble.members = 4.0", "ensemble.members = 4.0: needs a whole number from 1 to 10000"),
+    "members that are true": ("ensemble.members = true", "ensemble.members = true: needs a whole number from 1 to 10000"),
+    "too many members": ("ensemble.members = 10001", "ensemble.members = 10001: needs a whole number from 1 to 10000"),
+    "ensemble that is a number": ("ensemble = 8", "ensemble = 8: needs a table [ensemble]"),
+    "unknown key of an ensemble": ("ensemble.member = 8", "ensemble.member = 8: unknown; did you mean members?"),
+    "ensemble's uncertainty of 0": (
+        "ensemble.uncertainty = 0.0",
+        "ensemble.uncertainty = 0.0: needs a relative uncertainty, 0 < uncertainty < 1",
+    ),
+    "wrong uncertainty beside variables": (
+        "ensemble = {uncertainty = 5, of = ['plateau_mean'], most = 9}",
+        "ensemble.uncertainty = 5: needs a relative uncertainty, 0 < uncertainty < 1",
+    ),
+    "fewest members of a target": (
+        "ensemble = {uncertainty = 0.1, most = 2}",
+        "ensemble.most = 2: needs 3 or more, as fewer know no mean",
+    ),
+    "members beside a target": (
+        "ensemble = {uncertainty = 0.1, members = 8}",
+        re.compile(r"ensemble.members = 8: needs to be left out beside uncertainty"),
+    ),
+    "variables without a target": (
+        "ensemble.of = ['plateau_mean']",
+        'ensemble.of = ["plateau_mean"]: needs uncertainty = 0.01, or another one, beside it',
+    ),
+    "most members without a target": (
+        "ensemble.most = 9",
+        "ensemble.most = 9: needs uncertainty = 0.01, or another one, beside it",
+    ),
+    "variable that is no list": (
+        "ensemble = {uncertainty = 0.1, of = 'plateau_mean'}",
+        re.compile(r'ensemble.of = "plateau_mean": needs a list, each one of contact_half_width, '),
+    ),
+    "variable that cannot be a target": (
+        "ensemble = {uncertainty = 0.1, of = ['events']}",
+        re.compile(r'ensemble.of = .*events.*: needs a list, each one of contact_half_width, '),
+    ),
+    "friction of pins that are not pulled": (
+        "ensemble = {uncertainty = 0.1, of = ['static_friction']}",
+        re.compile(r'ensemble.of = "static_friction": needs stage "dynamics", which a \[\[drives\]\] table brings'),
+    ),
+    "contacts that are not kept": (
+        "ensemble = {uncertainty = 0.1, of = ['approach']}",
+        re.compile(r'ensemble.of = "approach": needs stages = \["contact"\] or outputs.tractions = true'),
+    ),
     # design
     "unknown design": ('design = "grid"', re.compile('design = "grid": needs "product" or "zip"')),
     "zip of unequal axes": (
@@ -417,10 +476,10 @@ def test_the_reference_names_every_parameter() -> None:
     assert sorted(rows) == sorted([SECONDS, *(word for table in TABLES for word in words_of(table))])
 
 
-def test_the_reference_names_every_key_of_drives_outputs_and_tolerances() -> None:
+def test_the_reference_names_every_key_of_drives_and_outputs() -> None:
     text = "".join((CAMPAIGNS / name).read_text("utf-8") for name in ("keys.md", "targets.md"))
     rows = re.findall(r"^\| `(\w+)` \|", text, re.MULTILINE)
-    assert {"name", *drive_parameters(), *field_names(Outputs), *OTHERS["effects"]} <= set(rows)
+    assert {"name", *drive_parameters(), *field_names(Outputs)} <= set(rows)
 
 
 @pytest.mark.parametrize("path", sorted(CAMPAIGNS.rglob("*.toml")), ids=lambda path: path.stem)
@@ -486,3 +545,26 @@ def test_a_symbol_is_advised_to_be_its_parameter(line: str, advice: str) -> None
     with pytest.raises(ManifestError) as error:
         parse_manifest(Path("mine.toml"), f'title = "x"\n{line}\n', {})
     assert f"mine.toml: {advice}" in error.value.lines
+
+
+REMOVED = {
+    "limits.uncertainty": "[limits]\nuncertainty = 0.01\n",
+    "limits.length_error": "[limits]\nlength_error = 0.01\n",
+    "axes.uncertainty": "[axes]\nuncertainty = [0.1, 0.01]\n",
+    "drives[0].uncertainty": '[[drives]]\nname = "a"\nuncertainty = 0.01\n',
+    "drives[0].length_error": '[[drives]]\nname = "a"\nlength_error = 0.01\n',
+    "budget": '[budget]\ntime = "10 min"\n',
+    "effects.within": "[effects]\nwithin = 0.01\n",
+    "effects.observables": '[effects]\nobservables = ["plateau_mean"]\n',
+    "effects.keep": '[effects]\nkeep = ["teeth"]\n',
+    "effects.influences": '[effects]\ninfluences = "mine.json"\n',
+}
+
+
+@pytest.mark.parametrize("key", REMOVED)
+def test_a_key_of_older_campaigns_is_answered_with_one_message(tmp_path: Path, key: str) -> None:
+    (tmp_path / "old.toml").write_text('title = "old"\n' + REMOVED[key])
+    with pytest.raises(ManifestError) as refused:
+        load_manifest(tmp_path / "old.toml")
+    (line,) = refused.value.lines
+    assert f"old.toml: {key}" in line

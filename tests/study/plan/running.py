@@ -19,6 +19,11 @@ CASE = Case(radius=50.0, slab=Slab(33), max_events=300)
 DRIVE = NamedDrive.of("paper", samples=50).dimensionless(Scales())
 
 
+def first(result: TaskResult, member: int = 0) -> dict[str, float]:
+    """The numbers of a member, the first one or the only one there is."""
+    return {name: values[member] for name, values in result.scalars.items()}
+
+
 def run(*tasks: Task) -> TaskResult:
     """The result of the last task, the others being what it needs."""
     results: dict[str, TaskResult] = {}

@@ -14,7 +14,7 @@ from solver.case import Case, SlipRule
 from solver.elasticity.compliance import surface_compliance
 from solver.slab import Slab
 from solver.sliding.events import slide
-from solver.sliding.validity import FEW_NODES, FLAGS, NEAR_ENDS, UNCERTAIN, WHOLE_SLAB, advice_on, flags_in
+from solver.sliding.validity import FEW_NODES, FLAGS, NEAR_ENDS, WHOLE_SLAB, advice_on, flags_in
 from study.dataset import file
 from study.dataset.collection.collect import collect
 from study.manifest.reader import load_manifest
@@ -31,6 +31,7 @@ from tests.conftest import ROOT
 MAP = """\
 title = "A map"
 stages = ["contact", "slip"]
+ensemble.members = 1
 [axes]
 radius = [20.0, 200.0]
 normal_load = [1e-4, 1e-2, 0.3]
@@ -222,36 +223,3 @@ def test_the_table_for_users_is_the_declaration() -> None:
 
 
 FLAG_NAMES = {flag.name for flag in FLAGS}
-
-
-UNSURE = """\
-title = "How certain?"
-[constants]
-radius = 50.0
-[numerics]
-n_x = 33
-[axes]
-uncertainty = [0.05, 1e-5]
-[limits]
-events = 200
-"""
-
-
-def test_a_plateau_that_is_less_certain_than_it_was_to_be_is_flagged_and_foretold(
-    collected: Collected, tmp_path: Path
-) -> None:
-    found = collected(UNSURE)
-    assert found["validity_flags"].dims[-1] == "target_uncertainty"
-    enough, missed = (flags_in(int(mask)) for mask in found["validity_flags"].values.flat)
-    assert UNCERTAIN in missed
-    assert UNCERTAIN not in enough
-    assert set(found["outcome"].values.flat) == {"completed"}
-    assert UNCERTAIN.advice in str(found["advice"].squeeze().values[1])
-    assert expected(planned(tmp_path, UNSURE))[-1] == (
-        f"uncertain: 1 of 2 cases, first uncertainty = 1e-05: {UNCERTAIN.meaning}; {UNCERTAIN.advice}"
-    )
-
-
-def test_a_record_that_is_not_asked_for_an_uncertainty_is_never_flagged_for_it(collected: Collected) -> None:
-    found = collected(UNSURE.replace("uncertainty = [0.05, 1e-5]", "events = [20, 200]").replace("events = 200\n", ""))
-    assert not any(UNCERTAIN in flags_in(int(mask)) for mask in found["validity_flags"].values.flat)

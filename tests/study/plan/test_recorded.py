@@ -27,6 +27,7 @@ from study.plan.tasks import (
     states_task,
     statistics_task,
 )
+from tests.study.plan.running import first
 
 RECORDED = Path(__file__).with_name("recorded.json")
 SLAB = Slab(17)
@@ -81,7 +82,7 @@ def computed(label: str) -> dict[str, float]:
     results: dict[str, TaskResult] = {}
     for task in (compliance_task(TASKS[label][0].slab), *TASKS[label]):
         results[task.key] = run_task(task, results)
-    return {name: number for name, number in results[TASKS[label][-1].key].scalars.items() if math.isfinite(number)}
+    return {name: number for name, number in first(results[TASKS[label][-1].key]).items() if math.isfinite(number)}
 
 
 @pytest.mark.parametrize("label", TASKS)

@@ -3,7 +3,6 @@
 import xarray as xr
 
 from study.dataset.access.single import one_case
-from study.dataset.collection.ensemble import over_members
 from study.report.case_table import case_table, ending_lines
 from tests.study.report.test_page import made_up
 
@@ -12,7 +11,6 @@ def declared(data: xr.Dataset) -> xr.Dataset:
     for name in data.data_vars:
         data[name].attrs |= {"long_name": f"meaning of {name}", "units": "1"}
     data["final_displacement"].attrs["units"] = "m"
-    data["plateau_mean"].attrs["ancillary_variables"] = "plateau_uncertainty"
     return data
 
 
@@ -35,22 +33,12 @@ def test_what_failed_is_said_and_its_numbers_are_named_as_missing():
     assert {"plateau_mean", "static_friction"} <= set(missing)
 
 
-def test_members_are_one_case_whose_means_are_the_numbers():
-    members = {
-        "outcome": ("member", ["completed", "completed", "no_plateau"], {"long_name": "how the case ended"}),
-        "message": ("member", ["", "", "longer"], {"long_name": "why"}),
-        "plateau_mean": ("member", [1.0, 3.0, float("nan")], {"long_name": "plateau", "ancillary_variables": "x"}),
-        "plateau_mean_ensemble_mean": ((), 2.0, {"long_name": "mean", "ancillary_variables": "u_uncertainty"}),
-        "plateau_mean_ensemble_uncertainty": ((), 0.5, {"long_name": "error"}),
-        "plateau_mean_ensemble_std": ((), 1.4, {"long_name": "scatter"}),
-    }
-    case = over_members(xr.Dataset(members, {"member": [0, 1, 2]}))
-    assert next(iter(ending_lines(case))) == "outcome: 2 completed; 1 no_plateau: 1 longer"
+def test_a_mean_has_its_uncertainty_and_how_many_members_have_the_number() -> None:
+    numbers = {"plateau_mean": 2.0, "plateau_mean_uncertainty": 0.5, "plateau_mean_members": 5.0, "members": 8.0}
+    case = xr.Dataset({name: ((), value, {"long_name": name}) for name, value in numbers.items()})
     table, _ = case_table(case)
-    assert [row[:2] for row in table.rows if "plateau" in row[0]] == [
-        ("plateau_mean", "2"),
-        ("plateau_mean_ensemble_std", "1.4"),
-    ]
+    assert [row[:2] for row in table.rows] == [("plateau_mean", "2.0 ± 0.5 (5 of 8)")]
+    assert list(ending_lines(case))[-1].startswith("numbers are means over 8 members")
 
 
 def test_a_unit_stands_behind_its_number_as_people_write_it():
@@ -60,11 +48,3 @@ def test_a_unit_stands_behind_its_number_as_people_write_it():
     table, _ = case_table(one_case(data, {"intrinsic_friction": "0.25"}))
     assert ("peak_friction", "0.2 W/(L_x·L_y)", "largest pressure") in table.rows
     assert ("final_friction", "0.1 N/m", "meaning of final_friction") in table.rows
-
-
-def test_a_regime_with_fewer_teeth_has_a_star_and_a_line():
-    words = {"long_name": "what the pin does"}
-    case = xr.Dataset({"regime": ((), "slides", words), "drive_left_out": ((), "teeth", words)})
-    table, _ = case_table(case)
-    assert table.rows[0][:2] == ("regime", "slides*")
-    assert list(ending_lines(case)) == ["*: regime with teeth or fine_teeth left out, all teeth may give another"]

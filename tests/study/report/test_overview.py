@@ -24,12 +24,6 @@ def test_every_case_is_counted_and_failures_come_first() -> None:
     assert [each.text for each in found[0].advice] == ["needs 3 to 6 rows"]
 
 
-def test_members_of_ensembles_are_not_called_cases() -> None:
-    """Flags are said of "1 of 9 cases" on the same page, and an ensemble of eight members is one of the nine."""
-    data = ended(["completed"] * 3 + ["invalid"], ["", "", "", "needs 3 to 6 rows"]).rename(case="member")
-    assert [each.words for each in overview.endings(data)] == ["1 member: invalid", "3 members: completed"]
-
-
 def test_messages_that_differ_in_numbers_alone_are_said_once() -> None:
     messages = [f"still rises by {number}.5%; raise limits.events" for number in range(6)] + ["another"]
     (found,) = overview.endings(ended(["no_plateau"] * 7, messages))
@@ -58,8 +52,8 @@ def test_accuracy_names_what_is_not_known() -> None:
     data = xr.Dataset(
         {
             "discretization_error": ("case", [0.001, 0.02, np.nan]),
-            "plateau_mean": ("case", [0.5, 0.25, np.nan], {"ancillary_variables": "plateau_uncertainty"}),
-            "plateau_uncertainty": ("case", [0.005, 0.0025, np.nan]),
+            "plateau_mean": ("case", [0.5, 0.25, np.nan]),
+            "plateau_mean_uncertainty": ("case", [0.005, 0.0025, np.nan]),
         }
     )
     grid, plateau = overview.accuracy(data)
@@ -96,13 +90,3 @@ def test_what_all_pins_do_alike_needs_no_count() -> None:
 
     assert of("slides", "stick_slip", "slides", "") == "2 slides, 1 stick-slip"
     assert of("slides", "slides", "") == overview.regimes(xr.Dataset()) == ""
-
-
-def test_regimes_with_fewer_teeth_have_a_star() -> None:
-    data = xr.Dataset({"regime": ("case", ["slides", "slides", "stick_slip"])})
-    assert overview.regimes(data) == "2 slides, 1 stick-slip"
-    starred = data.assign(drive_left_out=("case", ["teeth", "", ""]))
-    assert overview.regimes(starred) == (
-        "1 slides*, 1 slides, 1 stick-slip; *: "
-        "regime with teeth or fine_teeth left out, all teeth may give another (1 of 3 drives)"
-    )

@@ -39,7 +39,7 @@ def made_up(design: str = "product", outcome: str = "completed", drives: int = 1
         coordinates["case"] = ("case", [0, 1])
     variables = {
         "plateau_mean": over_cases([0.14321, np.nan]),
-        "plateau_uncertainty": over_cases([0.00042, np.nan]),
+        "plateau_mean_uncertainty": over_cases([0.00042, np.nan]),
         "peak_friction": over_cases([0.2, np.nan]),
         "events": over_cases([2.0, np.nan]),
         "initial_friction": over_cases([0.0, np.nan]),
@@ -165,16 +165,6 @@ def test_the_answer_stands_before_what_is_behind_it(failing):
         text.index(f"<h2>{title}</h2>") for title in ("Answer", "Friction records", "Cases", "About these numbers")
     ]
     assert places == sorted(places)
-
-
-def test_a_sign_in_the_table_is_explained_above_it() -> None:
-    dims = made_up()["static_friction"].dims
-    texts = {"regime": ["slides", "slides"], "drive_left_out": ["teeth", ""]}
-    columns = {name: (dims, np.array(each, dtype=object).reshape(2, 1)) for name, each in texts.items()}
-    cases = report_page.page(made_up().assign(columns), []).partition("<h2>Cases</h2>")[2]
-    note, _, table = cases.partition("<table")
-    assert "*: regime with teeth or fine_teeth left out" in note
-    assert "<td>slides*</td>" in table
 
 
 def test_a_dataset_of_words_alone_has_a_table_and_no_figures(tmp_path):

@@ -24,19 +24,20 @@ RECORD: Final = TaskResult(
     "0123456789abcdef0123",
     "record",
     Outcome(Ending.CASCADE_LIMIT, "one event needed more slips than slip.cascade_limit (μ_i = 0.5)"),
-    {"plateau_mean": 0.1 + 0.2, "plateau_std": float("nan"), "events": np.int64(3)},
+    {"plateau_mean": [0.1 + 0.2, 0.3], "plateau_std": [float("nan"), 0.1], "events": [np.int64(3), 0]},
     {
         "displacement": np.array([0.1, 0.2, 0.3]),
         "kind": np.array([0, 1, 2], dtype=np.int8),
         "none": np.empty(0),
         "columns": np.asfortranarray(np.arange(6.0).reshape(2, 3)),
     },
+    (Outcome(Ending.CASCADE_LIMIT, "one event"), Outcome(Ending.NO_PLATEAU, "raise limits.events")),
 )
 COMPLIANCE: Final = TaskResult(
     "fedcba98765432100123", "compliance", COMPLETED, {}, {"matrix": np.arange(16.0).reshape(4, 4)}
 )
 REFUSED: Final = TaskResult("00000000000000000000", "compliance", Outcome(Ending.SINGULAR_OPERATOR, "no support"))
-OTHER: Final = replace(RECORD, key="aaaaaaaaaaaaaaaaaaaa", scalars={"plateau_mean": 0.5})
+OTHER: Final = replace(RECORD, key="aaaaaaaaaaaaaaaaaaaa", scalars={"plateau_mean": [0.5]}, members=())
 ALL: Final = (RECORD, COMPLIANCE, REFUSED, OTHER)
 
 
@@ -87,7 +88,8 @@ def as_clients(folder: Path) -> str:
 def same(one: TaskResult, other: TaskResult) -> bool:
     """Whether two results say the same, to the last bit, in arrays that lie in memory alike."""
     return (
-        (one.key, one.kind, one.outcome, one.origins) == (other.key, other.kind, other.outcome, other.origins)
+        (one.key, one.kind, one.outcome, one.members, one.origins)
+        == (other.key, other.kind, other.outcome, other.members, other.origins)
         and one.scalars.keys() == other.scalars.keys()
         and all(np.array_equal(one.scalars[name], other.scalars[name], equal_nan=True) for name in one.scalars)
         and one.arrays.keys() == other.arrays.keys()

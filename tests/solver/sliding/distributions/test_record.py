@@ -123,12 +123,12 @@ def test_what_is_no_power_law_leaves_numbers_or_none(name: str) -> None:
         assert math.isnan(found.exponent)
 
 
-def test_every_number_is_declared_and_one_record_states_no_uncertainty() -> None:
+def test_every_number_is_declared_and_exponents_have_an_uncertainty_between_starts() -> None:
     known = quantities(EventDistributions)
     assert list(known) == [item.name for item in fields(EventDistributions)]
-    for each in known.values():
-        assert not each.uncertainty
-    assert {f"{size}_exponent" for size in DISCRETE} <= set(known)
+    for size in DISCRETE:
+        assert known[f"{size}_exponent"].ensemble is True
+    assert not known["sized_events"].ensemble
 
 
 def test_they_are_those_of_the_steady_part() -> None:

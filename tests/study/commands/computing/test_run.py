@@ -51,24 +51,6 @@ def test_a_time_below_zero_to_finish_in_is_refused(main, campaign):
     assert not (campaign.parent / "out").exists()
 
 
-def test_a_tolerant_campaign_is_computed_once_and_says_the_same_when_resumed(main, campaign):
-    """Interrupted, too: what is left out is decided anew, and is the same."""
-    campaign.write_text(SMALL + "[effects]\nwithin = 0.1\n")
-    out, parts = campaign.parent / "out", campaign.parent / "parts"
-    assert main("run", campaign, "--out", out, "--serial")[0] == 0
-    before = (out / "results.nc").read_bytes()
-    code, _, progress = main("run", campaign, "--out", out, "--serial")
-    assert (code, "0 tasks to do" in progress) == (0, True)
-    assert (out / "results.nc").read_bytes() == before
-    plain = campaign.with_name("plain.toml")
-    plain.write_text(SMALL.replace("[0.25, 0.5]", "[0.5]"))  # the compliance, at least, is shared
-    assert main("run", plain, "--out", parts, "--serial")[0] == 0
-    code, _, progress = main("run", campaign, "--out", parts, "--serial")
-    assert (code, "0 tasks to do" in progress) == (0, False)
-    assert (parts / "results.nc").read_bytes() == before
-    assert "4 bit-identical" in main("verify", out / "results.nc")[1]
-
-
 def test_results_of_an_older_nanoslip_are_named_and_computed_again(main, campaign):
     out = campaign.parent / "out"
     (out / "results").mkdir(parents=True)

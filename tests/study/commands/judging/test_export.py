@@ -26,7 +26,7 @@ def test_cases_events_and_samples_are_exported(main, campaign, tmp_path):
     assert [row["drive"] for row in json.loads(target.read_text("utf-8"))["rows"]] == ["slow", "fast"] * 2
     assert [path.name for path in target.parent.iterdir()] == ["table.JSON"]
 
-    assert main("export", out, "--records")[1].count("\n") == 2 + 2 * 60
+    assert main("export", out, "--records")[1].count("\n") == 2 + 2 * 200
     assert len(json.loads(main("export", out, "--json", "--trajectories")[1])["rows"]) == 4 * 41
 
 

@@ -45,9 +45,9 @@ def test_without_a_drive_all_drives_are_rows(main, computed):
 
 
 def test_words_of_members_are_short_in_the_table(main, campaign, tmp_path):
-    campaign.write_text(SMALL.replace("[50.0, 100.0]", "[50.0]") + "[ensemble]\nmembers = 4\n")
+    campaign.write_text(SMALL.replace("[50.0, 100.0]", "[50.0]"))
     assert main("run", campaign, "--out", tmp_path, "--serial")[0] == 0
-    write_regimes(tmp_path, ["sticks", "sticks", "stick_slip", "micro_slip"])
+    write_regimes(tmp_path, "2 sticks; 1 stick_slip; 1 micro_slip")
     said = main("show", tmp_path, "intrinsic_friction=0.5", "drive=slow")[1]
     (row,) = (line for line in said.splitlines() if line.split()[:1] == ["regime"])
     assert row.split() == ["regime", "2", "sticks;", "2", "others", "what", "the", "pin", "does"]

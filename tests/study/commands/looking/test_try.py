@@ -7,7 +7,7 @@ import pytest
 from study import api
 from study.manifest.one_case import campaign_of, tables
 
-QUICK = ("n_x=17", "events=60", "radius=50")
+QUICK = ("n_x=17", "presliding=3", "radius=50")
 
 
 def test_a_case_is_computed_and_nothing_stays(main, tmp_path, monkeypatch):
@@ -78,7 +78,7 @@ def test_a_drive_of_a_contact_alone_is_refused(main):
     assert errors == "Error: stage_velocity = 1: needs a drive, which initial contact alone has not\n"
 
 
-@pytest.mark.parametrize("key", ["title", "within", "accuracy", "time", "axes", "seconds"])
+@pytest.mark.parametrize("key", ["title", "accuracy", "axes", "seconds"])
 def test_a_key_of_campaigns_is_called_so(main, key):
     said = f"{key} = 1: a key of campaign files, not of one case"
     assert main("try", f"{key}=1")[2] == f"Error: {said}\n"

@@ -73,34 +73,13 @@ def test_every_campaign_that_comes_with_nanoslip_is_fine(main):
 
 
 AT_ONCE = {
-    "a tolerance, and what it holds for": (
-        '[effects]\nwithin = 2\nobservables = ["foo"]\nkeep = ["bar"]\n',
-        ("effects.within = 2: ", 'effects.observables = "foo": ', 'effects.keep = "bar": '),
-    ),
-    "no tolerance, and what it would hold for": (
-        '[effects]\nobservables = ["foo"]\n',
-        ("effects.observables: needs within", 'effects.observables = "foo": '),
-    ),
-    "stages, and what one of them yields": (
-        'stages = ["slip"]\n[effects]\nwithin = 0.1\nobservables = ["plateau_mean", "kinetic_friction"]\n',
-        ('stages = ["slip"]: ', 'effects.observables = "kinetic_friction": '),
-    ),
-    "a budget, and what it does not buy": (
-        '[budget]\ntime = "1 h"\nranks = 0\n[limits]\nuncertainty = 0.1\n[ensemble]\nmembers = 8\nuncertainty = 0.01\n'
-        'observable = "static_friction"\n[[drives]]\nname = "a"\n',
-        ("budget.ranks = 0: ", 'ensemble.observable = "static_friction": ', "limits.uncertainty: needs to be left out"),
-    ),
-    "a budget, and a grid that it buys": (
-        'stages = ["contact"]\naccuracy = 0.1\n[numerics]\nn_x = 33\n[budget]\ntime = "soon"\n',
-        ('budget.time = "soon": ', "numerics.n_x: needs to be left out beside b", "accuracy: needs", "beside accuracy"),
-    ),
     "an accuracy, and a grid beside it": (
         "accuracy = 2\n[numerics]\nn_x = 33\n",
         ("accuracy = 2: ", "numerics.n_x: needs to be left out beside accuracy"),
     ),
-    "an uncertainty, and a stage that is missing": (
-        '[ensemble]\nuncertainty = 2\nobservable = "static_friction"\n',
-        ("ensemble.uncertainty = 2: needs a relative", 'ensemble.uncertainty = 2: needs stage "dynamics"'),
+    "members, and a variable whose stage is missing": (
+        '[ensemble]\nmembers = 4\nuncertainty = 0.02\nof = ["static_friction"]\n',
+        ("ensemble.members = 4: needs to be left out", 'needs stage "dynamics"'),
     ),
     "a duration, and another one": (
         '[[drives]]\nname = "a"\nduration = 0\nduration_periods = 10\n',

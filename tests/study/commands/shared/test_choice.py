@@ -44,14 +44,12 @@ def test_anything_else_says_what_there_is(selection: str) -> None:
     assert REFUSED[selection] in str(refused.value)
 
 
-def test_of_an_ensemble_it_is_the_first_member_where_no_other_one_is_asked_for() -> None:
-    """The first member is the case itself, so nobody has to know that there are members."""
+def test_members_are_no_cases() -> None:
     text = 'title = "a toy"\naxes.radius = [50.0, 100.0]\nensemble.members = 8'
-    members = expand(parse_manifest(ROOT / "toy.toml", text, {}))
-    assert chosen(members, {"radius": "100"}) is members[8]
-    assert chosen(members, {"radius": "100", "member": "5"}) is members[13]
+    cases = expand(parse_manifest(ROOT / "toy.toml", text, {}))
+    assert chosen(cases, {"radius": "100"}) is cases[1]
     with pytest.raises(ManifestError, match=r"^no selection: 2 cases are like that; say radius = 50.0 or 100.0$"):
-        chosen(members, {})
+        chosen(cases, {})
 
 
 def test_a_refusal_names_a_few_values_and_says_that_there_are_more() -> None:

@@ -6,7 +6,7 @@ from tests.conftest import SMALL
 
 WRONG = {
     "an unknown key": ("n_x = 17", "n_y = 17", "numerics.n_y = 17", "did you mean n_x"),
-    "a wrong type": ("events = 60", 'events = "many"', 'limits.events = "many"', "whole number"),
+    "a wrong type": ("events = 200", 'events = "many"', 'limits.events = "many"', "whole number"),
     "n_x that is not 2^N+1": ("n_x = 17", "n_x = 16", "numerics.n_x = 16", "2^N + 1"),
     "a Poisson's ratio of 0.5": (
         "[numerics]",

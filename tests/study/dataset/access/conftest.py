@@ -12,7 +12,8 @@ FULL = {
     "stages": ["contact", "slip", "dynamics"],
     "axes": {"intrinsic_friction": [0.25, 0.5], "radius": [50.0, 100.0]},
     "numerics": {"n_x": 17},
-    "limits": {"events": 60},
+    "limits": {"events": 200},
+    "ensemble": {"members": 1},
     "drives": [{"name": "slow", "stage_velocity": 1e-3, "samples": 40}, {"name": "fast", "samples": 40}],
     "outputs": {"tractions": True, "tractions_at": [3, 5], "subsurface": True},
 }

@@ -20,11 +20,11 @@ def test_a_record_has_displacement_events_and_the_scalars_of_its_case(full):
     one = full.nanoslip.record(**ONE)
     assert one["event_friction_after"].dims == ("event",)
     assert one["displacement"].dims == ("event",)
-    assert one["event"].values.tolist() == list(range(1, 61))
+    assert one["event"].values.tolist() == list(range(1, 201))
     assert one["plateau_mean"].item() == full["plateau_mean"].sel(ONE).item()
     assert one["radius"].item() == 50.0
     assert float(one["event_drop"].mean()) == pytest.approx(one["mean_drop"].item(), rel=1e-12)
-    assert one["displacement"][-1].item() / 60 == pytest.approx(one["mean_step"].item(), rel=1e-14)
+    assert one["displacement"][-1].item() / 200 == pytest.approx(one["mean_step"].item(), rel=1e-14)
 
 
 def test_a_selection_finds_what_the_whole_does(full, full_folder):
@@ -39,14 +39,14 @@ def test_a_selection_finds_what_the_whole_does(full, full_folder):
 
 def test_what_is_masked_has_no_record_and_no_events(full):
     masked = full.where(full["radius"] > 60.0)
-    assert masked.nanoslip.events().sizes["event"] == 120
+    assert masked.nanoslip.events().sizes["event"] == 400
     with pytest.raises(ValueError, match="has no record"):
         masked.nanoslip.record(**ONE)
 
 
 def test_the_teeth_are_both_sides_of_each_drop(full):
     line, one = full.nanoslip.teeth(**ONE), full.nanoslip.record(**ONE)
-    assert line.sizes["point"] == 2 * 60 + 2
+    assert line.sizes["point"] == 2 * 200 + 2
     np.testing.assert_array_equal(line["displacement"][1:-1:2], one["displacement"])
     np.testing.assert_array_equal(line["displacement"][2:-1:2], one["displacement"])
     np.testing.assert_array_equal(line["friction_force"][1:-1:2], one["event_friction_before"])
@@ -62,7 +62,7 @@ def test_the_teeth_are_both_sides_of_each_drop(full):
 
 def test_events_of_all_cases_are_one_table_with_their_parameters(full):
     table = full.nanoslip.events()
-    assert table.sizes["event"] == 240
+    assert table.sizes["event"] == 800
     each = table.groupby("case_id")
     assert set(each.groups) == set(full["case_id"].values.ravel())
     for case_id, rows in each:
@@ -72,9 +72,9 @@ def test_events_of_all_cases_are_one_table_with_their_parameters(full):
         np.testing.assert_array_equal(rows["event_slips"], one["event_slips"])
         np.testing.assert_array_equal(rows["event_number"], one["event"])
     frame = full.nanoslip.events(radius=50.0).to_dataframe()
-    assert len(frame) == 120
+    assert len(frame) == 400
     assert {"displacement", "radius", "intrinsic_friction", "event_kind"} <= set(frame.columns)
-    assert full.sel(radius=50.0).nanoslip.events().sizes["event"] == 120
+    assert full.sel(radius=50.0).nanoslip.events().sizes["event"] == 400
 
 
 def test_a_trajectory_is_over_time_with_the_scalars_of_its_drive(full):
@@ -124,7 +124,7 @@ def test_the_inside_of_the_slab_has_x_and_z(full):
 
 def test_what_is_returned_is_drawn_along_displacement_time_and_x(full):
     mpl.use("Agg")
-    assert full.nanoslip.teeth(**ONE)["friction_force"].plot(x="displacement")[0].get_xdata().size == 122
+    assert full.nanoslip.teeth(**ONE)["friction_force"].plot(x="displacement")[0].get_xdata().size == 402
     record = full.nanoslip.record(**ONE)["event_friction_after"].plot(x="displacement")[0]
     assert record.axes.get_xlabel().replace("\n", " ").startswith("pin displacement, in L_x")
     moved = full.nanoslip.trajectory(**ONE, drive="fast")["sample_spring_force"].plot(x="time")[0]
@@ -139,7 +139,7 @@ def test_a_table_of_the_scalars_is_small(full):
 def test_datatree_reads_everything(full, full_folder):
     with xr.open_datatree(full_folder / "results.nc") as tree:
         assert set(tree.children) == {"record", "trajectory", "contact", "interior", "software"}
-        assert tree["record"].sizes["event"] == 240
+        assert tree["record"].sizes["event"] == 800
         xr.testing.assert_identical(tree.load(), full.nanoslip.tree.load())
 
 

@@ -35,38 +35,7 @@ def test_what_is_no_single_case_is_said_with_what_there_is(full, given, kind, sa
 
 
 def test_a_parameter_has_its_word_in_a_manifest_too(full: xr.Dataset) -> None:
-    given = {"intrinsic_friction": "0.5", "radius": "50", "events": "60"}
-    assert one_case(full, given).max_events.item() == 60
+    given = {"intrinsic_friction": "0.5", "radius": "50", "events": "200"}
+    assert one_case(full, given).max_events.item() == 200
     with pytest.raises(KeyError, match="max_events = 61: no such case"):
         one_case(full, {**given, "events": "61"})
-
-
-def test_members_of_an_ensemble_are_one_case_and_one_of_a_list_has_its_parameters() -> None:
-    listed = xr.Dataset(
-        {"outcome": (("case", "member"), [["completed"] * 2] * 3)},
-        {
-            "case": [0, 1, 2],
-            "member": [0, 1],
-            "radius": ("case", [50.0, 50.0, 60.0]),
-            "half_width": ("case", [float("nan"), 0.1, 0.2]),
-        },
-    )
-    assert one_case(listed, {"radius": "60"}).outcome.dims == ("member",)
-    assert one_case(listed, {"case": "1", "member": "1"}).outcome.dims == ()
-    with pytest.raises(ValueError, match=r"give also radius = 50\.0, 60\.0; half_width = 0\.1, 0\.2$"):
-        one_case(listed, {})
-
-
-def test_a_member_that_is_singled_out_has_no_number_of_its_ensemble() -> None:
-    members = xr.Dataset(
-        {
-            "outcome": ("member", ["completed"] * 2),
-            "plateau_mean": ("member", [0.1, 0.3]),
-            "plateau_mean_ensemble_std": ((), 0.14),
-            "plateau_mean_ensemble_members": ((), 2),
-            "members_used": ((), 2),
-        },
-        {"member": [0, 1]},
-    )
-    assert set(one_case(members, {"member": "1"}).data_vars) == {"outcome", "plateau_mean"}
-    assert "members_used" in one_case(members, {})

@@ -29,22 +29,5 @@ def test_parameters_keys_files_scales_and_software_are_told() -> None:
     }
 
 
-def test_a_tolerance_is_told_though_switches_beside_it_are_parameters() -> None:
-    """`within` and `keep` are of no case, and yet decide its numbers."""
-    one = made([50.0], "[effects]\nwithin = 0.01\ncoupling = true\n")
-    other = made([50.0], '[effects]\nwithin = 0.01\nkeep = ["teeth"]\ncoupling = false\n')
-    assert [fact.name for fact in differing((one, other))] == ["effects.keep"]
-
-
 def test_a_difference_in_the_last_digit_is_told() -> None:
     assert differing((made([0.1 + 0.2], ""), made([0.3], "")))[0].values == ("0.30000000000000004", "0.3")
-
-
-def test_the_start_of_an_ensemble_is_that_of_its_first_member() -> None:
-    """The others follow from it and from how many there are, which is told by itself."""
-    one, other = (
-        made([50.0], "[ensemble]\nmembers = 2\n").assign_coords(member=[0, 1], start=("member", [first, first + 0.5]))
-        for first in (0.0, 0.06)
-    )
-    assert [(fact.name, fact.values) for fact in differing((one, other))] == [("start", ("0.0", "0.06"))]
-    assert differing((one, one)) == []

@@ -7,7 +7,6 @@ import pytest
 
 from study.dataset.access.accessor import Accessor
 from study.dataset.collection.collect import collect
-from study.report.summary import scalar_table
 from tests.conftest import SMALL
 from tests.study.dataset.campaigns import CASE_DIMS, changed
 
@@ -88,7 +87,7 @@ def test_axes_of_drives_are_dimensions_and_one_record_serves_all(build):
         for drive in plan.manifest.drives:
             here = found.sel(intrinsic_friction=case.parameters["intrinsic_friction"], drive=drive.name, **drive.point)
             result = store.read(plan.case_tasks[case.case_id].drives[drive.label])
-            assert here["steps"].item() == result.scalars["steps"]
+            assert here["steps"].item() == result.scalars["steps"][0]
             assert here["drive_outcome"].item() == result.outcome.ending
 
 
@@ -115,14 +114,18 @@ def test_a_point_that_excludes_itself_is_invalid_with_its_case_and_the_others_do
     assert set(found["outcome"].values.ravel()) == {"completed"}
 
 
-def test_members_and_a_list_of_cases_lie_before_the_axes_of_drives(build):
-    plan, store = build(HEAD + AXES + DRIVES + "[ensemble]\nmembers = 2\n")
-    found = collect(plan, store)
+def test_a_list_of_cases_lies_before_the_axes_of_drives_and_members_along_none(build):
+    found = collect(*build(HEAD.replace("members = 1", "members = 3") + AXES + DRIVES))
     dims = ("drive", "spring_stiffness", "pin_mass")
-    assert found["static_friction"].dims == (*CASE_DIMS, "member", *dims)
-    assert found["static_friction_ensemble_mean"].dims == (*CASE_DIMS, *dims)
-    np.testing.assert_allclose(found["static_friction_ensemble_mean"], found["static_friction"].mean("member"))
-    assert np.isfinite(found["static_friction_ensemble_mean"]).any()
-    assert "member" not in scalar_table(found).header
+    for name in ("static_friction", "static_friction_uncertainty", "static_friction_members"):
+        assert found[name].dims == (*CASE_DIMS, *dims)
+    assert np.isfinite(found["static_friction_uncertainty"]).any()
     zipped = collect(*build('design = "zip"\n' + HEAD.replace("[50.0]", "[50.0, 100.0]") + AXES + DRIVES))
     assert zipped["static_friction"].dims == ("case", *dims)
+
+
+def test_a_single_case_has_the_four_standard_dimensions(build):
+    text = SMALL.split("[axes]")[0].replace(', "dynamics"', "") + "[numerics]\nn_x = 17\n[limits]\nevents = 200\n"
+    found = collect(*build(text))
+    assert found["plateau_mean"].dims == CASE_DIMS
+    assert found["outcome"].values.ravel().tolist() == ["completed"]

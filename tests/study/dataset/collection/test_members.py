@@ -1,127 +1,118 @@
-"""A mean says of how many members it is, where some have no value: in the dataset, tables, the page, figures."""
+"""The dataset of an ensemble: means over members, their ±, how many have a value, and the values of each."""
 
 import math
+from dataclasses import replace
+from pathlib import Path
 
 import numpy as np
 import pytest
 import xarray as xr
 
-from study.dataset.collection.ensemble import ensemble_name, ensemble_variables, over_members
-from study.dataset.collection.members import EXPLAINED, fewer, means_of
-from study.figures.sweep.points import points_of
-from study.figures.views.answer import view_of
-from study.manifest.cases import MEMBER
-from study.report.case_table import case_table, ending_lines
-from study.report.overview import accuracy
-from study.report.summary import scalar_table
+from solver.ensemble import mean_of
+from solver.outcome import Ending, Outcome
+from study.dataset.collection.collect import collect
+from study.dataset.groups import groups_of
+from study.dataset.members import EXPLAINED, fewer, means_of, members_of
+from study.plan.kinds.kind import column
+from study.plan.plan import Plan
+from study.results.store import Store
+from tests.conftest import SMALL
+from tests.study.dataset.campaigns import Build
 
-DIMS = ("radius", MEMBER)
-FOUND = [[0.06, math.nan, 0.062, math.nan], [0.07, 0.072, 0.071, 0.073]]
-
-
-def campaign() -> xr.Dataset:
-    """Two cases of four members; of the first two have no plateau."""
-    each = np.ones((2, 4))
-    columns = {
-        "outcome": np.where(np.isnan(FOUND), "no_plateau", "completed").astype(object),
-        "message": np.full((2, 4), "", object),
-        "record_spacings": 2.0 * each,
-        "events": 1000.0 * each,
-        "plateau_mean": np.array(FOUND),
-        "plateau_uncertainty": np.where(np.isnan(FOUND), math.nan, 0.001),
-    }
-    said = {"plateau_mean": {"ancillary_variables": "plateau_uncertainty"}}
-    variables = {name: xr.Variable(DIMS, put, said.get(name, {})) for name, put in columns.items()}
-    for name, each in variables.items():
-        each.attrs.setdefault("long_name", name)
-    return xr.Dataset(variables | ensemble_variables(variables), {"radius": [50.0, 100.0], MEMBER: np.arange(4)})
+Four = tuple[Plan, Store, xr.Dataset]
+FOUR = SMALL.replace("members = 1", "members = 4").replace("[50.0, 100.0]", "[50.0]")
 
 
-def test_the_dataset_says_how_many_members_have_a_number() -> None:
-    found = campaign()
-    assert found[ensemble_name("plateau_mean", "members")].values.tolist() == [2, 4]
-    assert found[ensemble_name("plateau_mean", "members")].dtype.kind == "i"
-    assert found["members_used"].values.tolist() == [4, 4]
+@pytest.fixture(scope="module")
+def four(build: Build) -> Four:
+    plan, store = build(FOUR)
+    return plan, store, collect(plan, store)
 
 
-def test_every_number_of_joined_members_says_it_too() -> None:
-    found = over_members(campaign())
-    assert [fewer(found.isel(radius=0), name) for name in ("plateau_mean", "plateau_mean_ensemble_std", "events")] == [
-        " (2 of 4)", " (2 of 4)", "",
-    ]  # fmt: skip
-    assert fewer(found.isel(radius=1), "plateau_mean") == ""
+def prepared(folder: Path) -> Store:
+    store = Store(folder)
+    store.prepare()
+    return store
 
 
-def test_a_table_says_it_behind_the_mean() -> None:
-    table = scalar_table(campaign())
-    column = table.header.index("plateau F/W")
-    first, second = (row[column] for row in table.rows)
-    assert first.endswith(" (2 of 4)")
-    assert "of" not in second
+def test_a_number_is_the_mean_over_members_with_its_error_and_count(four: Four) -> None:
+    plan, store, found = four
+    here, keys = found.isel(intrinsic_friction=0).squeeze(), plan.case_tasks[plan.cases[0].case_id]
+    record, driven = store.read(keys.record or ""), store.read(keys.drives["fast"])
+    for name, values, at in (
+        ("plateau_mean", record.scalars["plateau_mean"], here),
+        ("mean_step", record.scalars["mean_step"], here),
+        ("static_friction", driven.scalars["static_friction"], here.sel(drive="fast")),
+    ):
+        mean = mean_of(np.array(values))
+        assert at[name].item() == mean.mean
+        assert at[f"{name}_uncertainty"].item() == mean.uncertainty > 0.0
+        assert at[f"{name}_members"].item() == mean.members == 4
+    assert here["events"].item() == 200.0
+    in_meters = here["mean_step_uncertainty"].item() * plan.manifest.scales.slab_width
+    assert here["mean_step_si_uncertainty"].item() == pytest.approx(in_meters, rel=1e-15)
+    assert (here["members"].item(), set(here["drive_members"].values)) == (4, {4})
+    assert "member" not in found.dims
 
 
-def test_one_case_says_once_that_its_numbers_are_means_and_where_they_are_of_fewer() -> None:
-    case = over_members(campaign().isel(radius=0))
-    assert [line for line in ending_lines(case) if "mean" in line] == [
-        f"numbers are means of 4 members; (k of n) {EXPLAINED}"
-    ]
-    table, missing = case_table(case)
-    shown = {name: value for name, value, _ in table.rows}
-    assert shown["plateau_mean"].endswith(" (2 of 4)")
-    assert shown["events"] == "1000"
-    assert not [name for name in [*shown, *missing] if name.endswith("_members")]
+def test_the_values_of_each_member_are_beside_and_runs_are_the_firsts(four: Four) -> None:
+    plan, store, found = four
+    ensemble, driven, records = (groups_of(found)[name] for name in ("ensemble", "drive_ensemble", "record"))
+    assert ensemble["member_row_size"].values.tolist() == [4, 4]
+    assert driven["drive_member_row_size"].values.tolist() == 4 * [4]
+    assert records["row_size"].values.tolist() == [200, 200]
+    for number, case in enumerate(plan.cases):
+        result = store.read(plan.case_tasks[case.case_id].record or "")
+        members, events = (slice(size * number, size * (number + 1)) for size in (4, 200))
+        np.testing.assert_array_equal(ensemble["plateau_mean"].values[members], result.scalars["plateau_mean"])
+        first = column(result, "displacement", "event")
+        assert len(result.arrays["displacement"]) == 4 * len(first)
+        np.testing.assert_array_equal(records["displacement"].values[events], first)
 
 
-def test_the_error_of_a_scatter_is_that_between_ensembles() -> None:
-    """Of normal members; to first order in 1/n, and 2000 ensembles know a standard deviation to 1.6 %."""
-    draw = np.random.default_rng(2).normal(0.3, 0.02, (2000, 8))
-    outcomes = np.full(draw.shape, "completed", object)
-    columns = {"outcome": outcomes, "record_spacings": draw, "events": draw, "plateau_mean": draw}
-    columns["plateau_uncertainty"] = 0.0 * draw
-    found = ensemble_variables({name: xr.Variable(DIMS, put) for name, put in columns.items()})
-    scatter, stated = (found[ensemble_name("plateau_mean", part)].values for part in ("std", "std_uncertainty"))
-    assert np.mean(stated) == pytest.approx(np.std(scatter), rel=0.06)
+def test_one_member_has_no_error_and_no_group_of_its_own(build: Build) -> None:
+    found = collect(*build(SMALL))
+    assert np.isnan(found["plateau_mean_uncertainty"]).all()
+    assert set(found["members"].values.ravel()) == {1.0}
+    assert not {"ensemble", "drive_ensemble"} & set(groups_of(found))
+    assert means_of(found) == ""
 
 
-def test_one_member_alone_is_no_mean() -> None:
-    assert means_of(campaign().isel({MEMBER: 0})) == ""
-    assert means_of(campaign().drop_vars("members_used")) == ""
+def test_members_without_a_value_and_words_are_counted(four: Four, tmp_path: Path) -> None:
+    plan, store, _ = four
+    part, keys = prepared(tmp_path), plan.case_tasks[plan.cases[0].case_id]
+    record, driven = store.read(keys.record or ""), store.read(keys.drives["fast"])
+    values = record.scalars["plateau_mean"]
+    scalars = {**record.scalars, "plateau_mean": [math.nan, *values[1:]]}
+    lost = Outcome(Ending.COMPLETED, "1 of 4 members no_plateau: raise it")
+    part.write(replace(record, scalars=scalars, outcome=lost))
+    part.write(replace(driven, scalars={**driven.scalars, "regime": [2, 0, math.nan, 2]}))
+    here = collect(plan, part).isel(intrinsic_friction=0).squeeze()
+    assert here["plateau_mean"].item() == pytest.approx(np.mean(values[1:]), rel=1e-15)
+    assert (fewer(here, "plateau_mean"), fewer(here, "mean_step")) == (" (3 of 4)", "")
+    assert members_of(here, "events") is None
+    assert (here["outcome"].item(), here["message"].item()) == ("completed", lost.message)
+    assert here["regime"].sel(drive="fast").item() == "2 slides; 1 sticks"
+    assert means_of(here) == f"numbers are means over 4 members; (k of n) {EXPLAINED}"
 
 
-def test_a_page_says_of_how_many_members_the_errors_are() -> None:
-    (line,) = accuracy(campaign())
-    assert line.endswith(", standard error of the mean of 2 to 4 of 4 members.")
+def test_a_drive_that_no_member_yields_has_no_numbers(four: Four, tmp_path: Path) -> None:
+    plan, store, _ = four
+    part, keys = prepared(tmp_path), plan.case_tasks[plan.cases[0].case_id]
+    part.write(store.read(keys.record or ""))
+    none = replace(store.read(keys.drives["fast"]), outcome=Outcome(Ending.NO_PLATEAU, "why"), scalars={}, arrays={})
+    part.write(none)
+    found = collect(plan, part).isel(intrinsic_friction=0).squeeze()
+    assert found["drive_outcome"].sel(drive="fast").item() == "no_plateau"
+    assert np.isnan(found["static_friction"]).all()
+    assert np.isfinite(found["plateau_mean"].item())
 
 
-def test_a_figure_says_it_in_its_caption_and_its_table() -> None:
-    points = points_of(campaign(), "plateau_mean")
-    assert points.columns()["members"].tolist() == [2, 4]
-    assert points.lacking.tolist() == [True, False]
-    assert " Of 1 of 2 points some members have no value; the least have 2." in view_of(points).caption
-    assert "some members" not in view_of(points.at(~points.lacking)).caption
-
-
-def test_of_a_number_that_no_member_has_nothing_is_said_but_that_it_is_missing() -> None:
-    found = campaign()
-    found["plateau_mean"] = found["plateau_mean"] * math.nan
-    found = found.assign(ensemble_variables({str(name): found[name].variable for name in found.data_vars}))
-    points = points_of(found, "plateau_mean")
-    assert not points.there.any()
-    assert not points.lacking.any()
-    with pytest.raises(StopIteration):
-        next(accuracy(found))
-
-
-def test_a_cycle_is_counted_over_members_and_what_has_no_mean_is_left_out() -> None:
-    """One of 8 members with a cycle of 5 events made 0.625 events of a cycle; chances of different laws have no mean."""
-    own = ("cycle_events", "cycle_spacings", "slips_preferred_chance")
-    columns = {name: np.array([0.0, 5.0, math.nan, 0.0]) for name in own}
-    columns |= {"outcome": np.full(4, "completed", object), "events": np.array([90.0, 91.0, 92.0, 95.0])}
-    variables = {name: xr.Variable((MEMBER,), put, {"long_name": name}) for name, put in columns.items()}
-    variables["record_spacings"] = xr.Variable((MEMBER,), np.ones(4), {"long_name": "length"})
-    found = over_members(xr.Dataset(variables | ensemble_variables(variables), {MEMBER: np.arange(4)}))
-    assert found["members_with_cycle"].item() == 1
-    assert found["events"].item() == 92.0
-    assert not set(own) & set(found.data_vars)
-    shown = [name for name, *_ in case_table(found)[0].rows]
-    assert "members_with_cycle" in shown
+def test_a_target_is_reached_or_the_most_are_computed(build: Build) -> None:
+    asked = 0.004
+    text = FOUR.replace("members = 4", f"uncertainty = {asked}\nensemble.most = 24\nensemble.of = ['plateau_mean']")
+    found = collect(*build(text)).squeeze()
+    shares = (found["plateau_mean_uncertainty"] / found["plateau_mean"]).values.tolist()
+    counts = found["members"].values.tolist()
+    assert set(counts) <= {3.0, 6.0, 12.0, 24.0}
+    assert all(share <= asked or count == 24 for share, count in zip(shares, counts, strict=True))

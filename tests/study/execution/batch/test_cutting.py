@@ -64,9 +64,9 @@ def test_ensembles_of_which_one_costs_most_leave_no_shard_empty() -> None:
     small = (
         SMALL.replace("[50.0, 100.0]", "[50.0]").replace("n_x = 17", "").replace("[axes]", "[axes]\nn_x = [17, 257]")
     )
-    waiting = make_plan(parse_manifest(Path("mine.toml"), f"{small}[ensemble]\nuncertainty = 0.01\nmembers = 8\n", {}))
+    waiting = make_plan(parse_manifest(Path("mine.toml"), small.replace("members = 1", "uncertainty = 0.01"), {}))
     sizes = sorted(len(part(waiting, Shard(number, 3)).cases) for number in (1, 2, 3))
-    assert sizes == [8, 8, 16]
+    assert sizes == [1, 1, 2]
 
 
 def test_neighbours_share_a_slab_in_most_shards(plan: Plan) -> None:
@@ -87,13 +87,3 @@ def test_of_what_was_merged_only_what_a_task_still_reads_is_computed_again(plan:
     assert everything.keys() - finished_with(plan, {}, without).keys() == needed
     own = {key: 1 for key in needed if key != drive.key}
     assert finished_with(plan, own, without) == {**without, **own}
-
-
-def test_members_that_wait_for_others_are_in_the_shard_of_their_first() -> None:
-    """Elsewhere the others would be computed once more."""
-    small = SMALL.replace("[50.0, 100.0]", "[50.0]")
-    waiting = make_plan(parse_manifest(Path("mine.toml"), f"{small}[ensemble]\nuncertainty = 0.01\n", {}))
-    parts = [part(waiting, Shard(number, 3)) for number in (1, 2, 3)]
-    assert sorted(len(each.cases) for each in parts) == [0, 16, 16]
-    computed = [task.key for each in parts for task in each.tasks if task.kind != "compliance"]
-    assert len(computed) == len(set(computed))

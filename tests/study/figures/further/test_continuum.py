@@ -16,8 +16,8 @@ def test_the_mean_step_falls_at_least_as_the_spacing() -> None:
 def with_excess(means: list[float], between: float) -> xr.Dataset:
     """The small campaign with other peaks: their mean excess at each n_x, and half of the difference of two kinds of members."""
     data = small("figures/continuum").copy(deep=True)
-    kind = np.where(np.arange(data.sizes["member"]) % 2, between, -between)
-    excess = xr.DataArray(np.add.outer(means, kind), dims=("n_x", "member"))
+    kind = np.where(np.arange(data.sizes["start"]) % 2, between, -between)
+    excess = xr.DataArray(np.add.outer(means, kind), dims=("n_x", "start"))
     return data.assign(peak_friction=data["plateau_mean"] * (1.0 + excess))
 
 
@@ -26,7 +26,7 @@ def test_means_come_with_the_standard_error_over_starts() -> None:
     data = with_excess([0.4, 0.2, 0.1], 0.03)
     means, errors = followed(data, EXCESS)
     assert means.values == pytest.approx([0.4, 0.2, 0.1])
-    assert errors.values == pytest.approx(0.03 / np.sqrt(data.sizes["member"] - 1))
+    assert errors.values == pytest.approx(0.03 / np.sqrt(data.sizes["start"] - 1))
 
 
 def test_a_fall_is_supported_where_it_is_sure_and_says_when_it_would_be_smooth() -> None:

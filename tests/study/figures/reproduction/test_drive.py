@@ -12,6 +12,7 @@ CONSTANT = {
     "axes": {"intrinsic_friction": [0.5]},
     "numerics": {"n_x": 33},
     "limits": {"spacings": 2},
+    "ensemble": {"members": 1},
     "drives": [{"name": "mean", "profile": "mean", "surface_compliance": False, "samples": 400}],
 }
 

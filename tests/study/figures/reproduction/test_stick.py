@@ -16,8 +16,9 @@ def test_the_decay_of_a_vibration_on_a_rising_force_is_found() -> None:
 
 
 def test_bursts_come_before_the_first_macroscopic_slip() -> None:
-    for member in range(3):
-        stick = stick_of(small("figures/drive"), member)
+    dataset = small("figures/drive")
+    for start in dataset["start"].values.tolist():
+        stick = stick_of(dataset, start)
         assert 0.05 < stick.end < 0.1
         assert len(stick.bursts)
         assert np.all(np.diff(stick.bursts) > 0.0)

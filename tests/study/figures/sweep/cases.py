@@ -34,7 +34,7 @@ def _dataset(dims: tuple[str, ...], plateau: np.ndarray, coordinates: Mapping[st
     return xr.Dataset(
         {
             "plateau_mean": (dims, plateau),
-            "plateau_uncertainty": (dims, 0.01 * np.abs(plateau)),
+            "plateau_mean_uncertainty": (dims, 0.01 * np.abs(plateau)),
             "outcome": (dims, words),
             "message": (dims, np.full(plateau.shape, "", dtype=object)),
             "validity_flags": (dims, np.zeros(plateau.shape, dtype=np.int32)),
@@ -44,12 +44,10 @@ def _dataset(dims: tuple[str, ...], plateau: np.ndarray, coordinates: Mapping[st
     )
 
 
-def regimes(over: Sequence[str], teeth: Sequence[str], words: Sequence[str] = ("slides", "stick_slip")) -> xr.Dataset:
-    """Made-up regimes in turn over radii and, with a second name, loads; teeth: what was left out of the first drives."""
+def regimes(over: Sequence[str], words: Sequence[str] = ("slides", "stick_slip")) -> xr.Dataset:
+    """Made-up regimes in turn over radii and, with a second name, loads."""
     values = {"radius": [50.0, 100.0, 200.0], "normal_load": [1e-4, 1e-3]}
     found = product(lambda radius, **_: 0.5 * radius, **{name: values[name] for name in over})
     shape, count = found["plateau_mean"].shape, found["plateau_mean"].size
-    left_out = [*teeth, *[""] * (count - len(teeth))]
-    texts = {"regime": [words[number % len(words)] for number in range(count)], "drive_left_out": left_out}
-    columns = {name: np.array(each, dtype=object).reshape(shape) for name, each in texts.items()}
-    return found.assign({name: (tuple(over), each) for name, each in columns.items()})
+    texts = np.array([words[number % len(words)] for number in range(count)], dtype=object)
+    return found.assign(regime=(tuple(over), texts.reshape(shape)))

@@ -1,18 +1,16 @@
 """What is drawn is what the points hold: every value at its place, crosses where there is none."""
 
-from collections.abc import Callable
-
 import numpy as np
 import pytest
 from matplotlib.figure import Figure
 
 from study.figures.sweep.lines import FAILED, SHORTEST, UNSURE, draw_lines, draw_scattered, panels_of
-from study.figures.sweep.points import Points, points_of
-from study.figures.sweep.roles import Roles, roles_of
+from study.figures.sweep.points import points_of
+from study.figures.sweep.roles import roles_of
 from study.figures.sweep.scale import begins_with_zero, is_logarithmic
 from study.figures.sweep.tiles import draw_tiles
 from study.figures.views.answer import view_of
-from tests.study.figures.sweep.cases import listed, product, regimes
+from tests.study.figures.sweep.cases import listed, product
 
 
 def crosses(figure: Figure) -> list[tuple[float, float]]:
@@ -136,21 +134,10 @@ def test_a_line_joins_numbers_and_no_words(values: list[float] | list[str], line
     assert axes.containers[0].lines[0].get_linestyle() == line
 
 
-@pytest.mark.parametrize(("over", "draw"), [(["radius"], draw_lines), (["radius", "normal_load"], draw_tiles)])
-def test_regimes_with_fewer_teeth_have_stars(over: list[str], draw: Callable[[Points, Roles], Figure]) -> None:
-    """Of the first two drives the teeth were left out, alone or with inertia; the others have none."""
-    points = points_of(regimes(over, ["teeth", "inertia, teeth"]), "regime")
-    axes = draw(points, roles_of(points)).axes[0]
-    stars = [line for line in axes.lines if line.get_marker() == "*"]
-    assert sum(len(line.get_xdata()) for line in stars) == 2
-    assert points.fewer_teeth.tolist()[:3] == [True, True, False]
-    assert not points_of(regimes(over, ["teeth"]), "plateau_mean").fewer_teeth.any()
-
-
 def test_a_point_without_a_known_uncertainty_has_a_mark_and_no_bar() -> None:
     """Without a bar alone it would look like the most precise one."""
     data = product(radius=[1.0, 2.0, 4.0], intrinsic_friction=[0.2])
-    data["plateau_uncertainty"] = data["plateau_uncertainty"].where(data["radius"] != 2.0)
+    data["plateau_mean_uncertainty"] = data["plateau_mean_uncertainty"].where(data["radius"] != 2.0)
     points = points_of(data, "plateau_mean")
     axes = draw_lines(points, roles_of(points)).axes[0]
     marks = [list(line.get_xdata()) for line in axes.lines if line.get_marker() == UNSURE]
@@ -163,7 +150,7 @@ def test_a_point_without_a_known_uncertainty_has_a_mark_and_no_bar() -> None:
 def test_a_bar_of_all_of_a_number_is_an_arrow_on_a_logarithmic_axis() -> None:
     """Such an axis has no 0: the bar would be a line through all decades, to the floor."""
     data = product(lambda radius: radius, radius=[1.0, 10.0, 100.0])
-    data["plateau_uncertainty"] = ("radius", np.array([0.1, 10.0, 7.0]))
+    data["plateau_mean_uncertainty"] = ("radius", np.array([0.1, 10.0, 7.0]))
     points = points_of(data, "plateau_mean")
     axes = draw_lines(points, roles_of(points)).axes[0]
     assert axes.get_yscale() == "log"

@@ -6,7 +6,6 @@ import numpy as np
 import pytest
 
 import nanoslip
-from study.dataset.collection.ensemble import ensemble_name
 from study.figures.sweep.label import ratio
 from study.figures.sweep.points import points_of
 from tests.study.figures.sweep.cases import listed, product
@@ -39,7 +38,7 @@ def test_a_ratio_has_the_uncertainties_of_both() -> None:
     np.testing.assert_allclose(exact.values, 0.5)
     np.testing.assert_allclose(exact.errors, 0.005)
     data["kinetic_friction"] = data.plateau_mean
-    data["kinetic_friction_uncertainty"] = data.plateau_uncertainty
+    data["kinetic_friction_uncertainty"] = data.plateau_mean_uncertainty
     both = points_of(data, "kinetic_friction", "plateau_mean")
     np.testing.assert_allclose(both.errors, np.sqrt(2.0) * 0.01)
     assert np.isnan(points_of(data, "peak_friction", "intrinsic_friction").errors).all()
@@ -50,15 +49,6 @@ def test_a_ratio_of_a_number_to_itself_is_exact() -> None:
     same = points_of(product(intrinsic_friction=[0.0, 0.4], normal_load=LOADS), "plateau_mean", "plateau_mean")
     np.testing.assert_array_equal(same.values, [np.nan, np.nan, 1.0, 1.0])
     np.testing.assert_array_equal(same.errors, [np.nan, np.nan, 0.0, 0.0])
-
-
-def test_bars_of_what_whole_nodes_make_up_hold_half_a_spacing() -> None:
-    data = product(intrinsic_friction=[0.2], normal_load=LOADS)
-    data["contact_half_width"] = 0.0 * data.plateau_mean + 0.1
-    data["discretization_error"] = 0.0 * data.plateau_mean + 0.03
-    assert np.isnan(points_of(data, "contact_half_width").errors).all()  # nobody says how many nodes
-    data["initial_contact_size"] = 0.0 * data.plateau_mean + 25.0
-    np.testing.assert_allclose(points_of(data, "contact_half_width").errors, 0.1 * 0.05)
 
 
 def test_a_ratio_to_nothing_is_no_number() -> None:
@@ -81,30 +71,21 @@ def test_a_setting_that_some_cases_lack_becomes_words() -> None:
     assert points_of(never, "plateau_mean").axes["intrinsic_friction"].tolist() == ["inf", "0.5"]
 
 
-def test_members_are_their_mean_with_its_standard_error() -> None:
+def test_numbers_are_means_with_their_uncertainty() -> None:
     data = nanoslip.run({
         "title": "Starts",
         "stages": ["contact", "slip"],
         "axes": {"intrinsic_friction": [0.25, 0.5]},
         "numerics": {"n_x": 17},
-        "limits": {"events": 60},
+        "limits": {"presliding": 3.0},
         "ensemble": {"members": 3},
     })  # fmt: skip
     points = points_of(data, "plateau_mean")
     assert points.values.shape == (2,)
-    np.testing.assert_array_equal(points.values, data.plateau_mean_ensemble_mean.values.ravel())
-    np.testing.assert_array_equal(points.errors, data.plateau_mean_ensemble_uncertainty.values.ravel())
-
-
-def test_the_scatter_of_members_over_their_mean_has_the_uncertainties_of_both() -> None:
-    """The standard deviation of 8 normal values is known to 1/√14 = 27 % itself; its mean here to 1 %."""
-    names = [ensemble_name("plateau_mean", part) for part in ("std", "std_uncertainty")]
-    data = product(intrinsic_friction=[0.2, 0.4, 0.6])
-    values = ([0.01, 0.02, 0.03], [0.01 / np.sqrt(14.0), 0.02 / np.sqrt(14.0), np.nan])
-    data = data.assign({name: ("intrinsic_friction", each) for name, each in zip(names, values, strict=True)})
-    points = points_of(data, names[0], "plateau_mean")
-    np.testing.assert_allclose(points.errors[:2] / points.values[:2], np.hypot(1.0 / np.sqrt(14.0), 0.01), rtol=1e-12)
-    assert np.isnan(points.errors[2])  # else it was the mean's alone
+    np.testing.assert_array_equal(points.values, data.plateau_mean.values.ravel())
+    np.testing.assert_array_equal(points.errors, data.plateau_mean_uncertainty.values.ravel())
+    assert (points.errors > 0.0).all()
+    assert points.members.tolist() == [3, 3]
 
 
 def test_a_variable_that_is_not_there_is_named() -> None:

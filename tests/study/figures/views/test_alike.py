@@ -4,7 +4,7 @@ import numpy as np
 
 from study.figures.sweep.points import points_of
 from study.figures.views.alike import differs, in_words
-from tests.study.figures.sweep.cases import product, regimes
+from tests.study.figures.sweep.cases import product
 
 NAN = np.nan
 
@@ -42,9 +42,3 @@ def test_what_no_case_has_is_named_together() -> None:
         "How the case ended: no-plateau in all cases.",
         "Not known of any case: F/W on the plateau, largest F/W of the record.",
     ]
-
-
-def test_the_same_regime_everywhere_says_where_it_is_that_with_fewer_teeth() -> None:
-    points = points_of(regimes(["radius"], ["teeth"], ["slides"]), "regime")
-    (said_of_it,) = in_words([points])
-    assert said_of_it.endswith(": slides in all cases (1 of 3 with teeth or fine_teeth left out).")

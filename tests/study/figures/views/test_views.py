@@ -14,7 +14,7 @@ from study.figures.views.answer import view_of
 from study.figures.views.catalogue import SORTS
 from study.figures.views.view import View, csv_of
 from study.report.summary import scalar_table
-from tests.study.figures.sweep.cases import listed, product, regimes
+from tests.study.figures.sweep.cases import listed, product
 
 SVG_AT_MOST = 300_000
 
@@ -59,8 +59,6 @@ def test_a_driven_campaign_is_answered_and_shows_drives_sizes_and_records(driven
         "mean_step",
     }
     assert singles | together | answers <= set(found)
-    assert "contact_half_width" not in found  # the same in both
-    assert any(line.startswith("Half-width of the contact a/L_x: ") for line in SORTS["answer"].notes(driven))
     assert {name for name, view in found.items() if view.label} == singles
     assert found["drives_2"].label == "μ_i = 0.25, k = 4e5 N/m"
 
@@ -169,16 +167,6 @@ def test_signs_are_explained_where_they_are_drawn() -> None:
     assert "care" not in view_of(points_of(data.isel(n_x=1), "outcome")).caption
 
 
-@pytest.mark.parametrize("over", [["radius"], ["radius", "normal_load"]])
-def test_regimes_with_fewer_teeth_are_explained_in_the_caption_and_are_a_column(over: list[str]) -> None:
-    some = view_of(points_of(regimes(over, ["teeth"]), "regime"))
-    assert "Stars: regime with teeth or fine_teeth left out, all teeth may give another (1 of" in some.caption
-    assert some.columns()["teeth left out"].tolist()[:2] == [True, False]
-    none = view_of(points_of(regimes(over, []), "regime"))
-    assert "Stars" not in none.caption
-    assert "teeth left out" not in none.columns()
-
-
 def test_a_table_is_read_back_as_it_was() -> None:
     text = csv_of({"name": np.array(["a, b", "c"], dtype=object), "value": np.array([1.0 / 3.0, np.nan])})
     assert text == '"name","value"\n'.replace('"', "") + '"a, b",0.333333333\nc,\n'
@@ -211,6 +199,7 @@ def test_sizes_show_the_power_law_of_the_largest_unless_it_is_refused() -> None:
         numerics={"n_x": 33},
         limits={"events": 1500},
         outputs={"statistics": True},
+        ensemble={"members": 1},
     )
     data["slips_goodness"].values.flat[:] = 0.05, 0.5  # one is refused, whatever chance drew
     view = views(data)["sizes_together"]

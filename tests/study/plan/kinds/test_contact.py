@@ -15,7 +15,7 @@ from study.plan.tasks import (
     contact_task,
     states_task,
 )
-from tests.study.plan.running import CASE, run
+from tests.study.plan.running import CASE, first, run
 
 
 def test_a_compliance_result_is_the_solvers_matrix() -> None:
@@ -26,10 +26,10 @@ def test_a_contact_result_is_the_solvers_state() -> None:
     state = initial_contact(CASE, surface_compliance(CASE.slab))
     result = run(compliance_task(CASE.slab), contact_task(CASE))
     assert result.outcome.ok
-    assert result.scalars["contact_size"] == state.contact.sum() > 2
-    assert result.scalars["approach"] == state.approach
-    assert result.scalars["slips"] == state.slips
-    assert result.scalars["maximum_pressure"] == state.pressure.max()
+    assert first(result)["contact_size"] == state.contact.sum() > 2
+    assert first(result)["approach"] == state.approach
+    assert first(result)["slips"] == state.slips
+    assert first(result)["maximum_pressure"] == state.pressure.max()
     for name in ("pressure", "shear", "slip", "gap"):
         np.testing.assert_array_equal(result.arrays[name], getattr(state, name))
 

@@ -11,14 +11,14 @@ from solver.quantity import quantities
 from solver.slab import Slab
 from solver.sliding.events import slide
 from solver.sliding.record import FrictionRecord
-from study.plan.kinds.kind import Kind, compliance_of, declared, whole_again
+from study.plan.kinds.kind import MEMBER, Kind, compliance_of, declared, whole_again
 from study.plan.tasks import KINDS, compliance_task, record_task, run_task
 
 
 @pytest.mark.parametrize("kind", KINDS.values(), ids=KINDS)
 def test_no_two_numbers_of_a_kind_have_one_name(kind: Kind) -> None:
     found = [each for part in kind.parts for each in quantities(part.type, part.prefix).items()]
-    for along in ("", *(ragged.sample for ragged in kind.ragged)):
+    for along in {"", *(ragged.sample for ragged in kind.ragged)} - {MEMBER}:
         keys = [key for key, quantity in found if quantity.along == along]
         assert len(keys) == len(set(keys)) == len(declared(kind, along)), along
     names = [(quantity.along, quantity.name) for _, quantity in found]
@@ -28,11 +28,11 @@ def test_no_two_numbers_of_a_kind_have_one_name(kind: Kind) -> None:
 @pytest.mark.parametrize("kind", KINDS.values(), ids=KINDS)
 def test_every_column_lies_along_a_dimension_of_its_kind(kind: Kind) -> None:
     found = {each.along for part in kind.parts for each in quantities(part.type, part.prefix).values()}
-    assert found - {""} == {ragged.sample for ragged in kind.ragged}
+    assert found - {""} == {ragged.sample for ragged in kind.ragged} - {MEMBER}  # along which scalars lie
 
 
 def test_a_kind_is_known_by_its_name_and_comes_after_what_it_needs() -> None:
-    assert list(KINDS) == ["compliance", "contact", "record", "statistics", "states", "drive", "ensemble"]
+    assert list(KINDS) == ["compliance", "contact", "record", "statistics", "states", "drive"]
     assert all(name == kind.name for name, kind in KINDS.items())
 
 

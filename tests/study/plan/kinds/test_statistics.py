@@ -15,7 +15,7 @@ from study.manifest.reader import load_manifest
 from study.plan.kinds.kind import whole_again
 from study.plan.plan import Plan, make_plan
 from study.plan.tasks import compliance_task, record_task, run_task, statistics_task
-from tests.study.plan.running import CASE, run, slid
+from tests.study.plan.running import CASE, first, run, slid
 
 
 def planned(folder: Path, lines: str) -> Plan:
@@ -30,17 +30,17 @@ def test_the_numbers_are_those_of_the_record() -> None:
     result = run(compliance_task(CASE.slab), record_task(CASE), statistics_task(CASE))
     assert result.outcome.ok
     assert not result.arrays
-    assert result.scalars["slips_exponent"] == expected.slips_exponent
-    assert result.scalars["drop_step_correlation"] == expected.drop_step_correlation
-    assert result.scalars["sized_events"] == expected.sized_events > 50
+    assert first(result)["slips_exponent"] == expected.slips_exponent
+    assert first(result)["drop_step_correlation"] == expected.drop_step_correlation
+    assert first(result)["sized_events"] == expected.sized_events > 50
 
 
 def test_a_short_record_has_none_and_a_failed_one_says_why() -> None:
     short = replace(CASE, max_events=5)
     result = run(compliance_task(short.slab), record_task(short), statistics_task(short))
     assert result.outcome.ok
-    assert math.isnan(result.scalars["slips_exponent"])
-    assert math.isnan(result.scalars["slips_preferred"])
+    assert math.isnan(first(result)["slips_exponent"])
+    assert math.isnan(first(result)["slips_preferred"])
     failed = replace(slid(short), outcome=replace(result.outcome, ending=Ending.CONTACT_LOST))
     task = statistics_task(short)
     assert run_task(task, {task.needs[0]: failed}).outcome.ending is Ending.NEEDS_FAILED

@@ -1,0 +1,46 @@
+"""Of how many members the numbers of a dataset are: not all members of an ensemble have each number."""
+
+from functools import cache
+from typing import Final
+
+import xarray as xr
+
+from study.dataset.variables import DRIVE, DRIVE_MEMBERS, MEMBERS, companions, scalars
+
+EXPLAINED: Final = "behind a mean: as many members have this number, the others have none"
+
+
+def members_of(dataset: xr.Dataset, name: str) -> tuple[xr.DataArray, xr.DataArray] | None:
+    """How many members have a number, and how many were computed; None of what is no mean with an uncertainty."""
+    counter = f"{name}_members"
+    computed = (DRIVE_MEMBERS if name in _of_drives() else MEMBERS).name
+    if not {counter, computed} <= set(dataset.data_vars):
+        return None
+    having, used = xr.broadcast(dataset[counter], dataset[computed])
+    return having, used
+
+
+@cache
+def _of_drives() -> set[str]:
+    return {each.name for kind in (scalars, companions) for each in kind(DRIVE).values()}
+
+
+def fewer(case: xr.Dataset, name: str) -> str:
+    """Behind a number of one case, where fewer members have it than were computed: ` (5 of 8)`."""
+    counts = members_of(case, name)
+    if counts is None or not 0 < float(counts[0]) < float(counts[1]):
+        return ""
+    return f" ({int(counts[0])} of {int(counts[1])})"
+
+
+def ends_of(counts: xr.DataArray) -> str:
+    """The least and the most of some counts of members: `3 to 12`, or `8`."""
+    known = counts.values[counts.notnull().values]
+    return " to ".join(dict.fromkeys(str(int(end)) for end in (known.min(), known.max()))) if known.size else "0"
+
+
+def means_of(dataset: xr.Dataset) -> str:
+    """That numbers are means, and over how many members; empty where each is of one."""
+    if MEMBERS.name not in dataset or not bool((dataset[MEMBERS.name] > 1.0).any()):
+        return ""
+    return f"numbers are means over {ends_of(dataset[MEMBERS.name])} members; (k of n) {EXPLAINED}"

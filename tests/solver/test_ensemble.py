@@ -1,0 +1,107 @@
+"""Members derive from the case and their number; ± is the 68 % interval of Student's t over them, and nothing else."""
+
+import math
+from dataclasses import replace
+
+import numpy as np
+import pytest
+import scipy
+
+from solver.case import Case, Heterogeneity
+from solver.ensemble import FEWEST, LEVEL, Ensemble, mean_of, start_of
+
+CASE = Case(start=0.25)
+
+
+def test_one_member_is_the_case_as_it_stands() -> None:
+    assert Ensemble(1).case(CASE, 0) is CASE
+
+
+def test_the_first_members_of_more_are_the_same() -> None:
+    few, many = Ensemble(8), Ensemble(16)
+    assert [few.case(CASE, number) for number in range(8)] == [many.case(CASE, number) for number in range(8)]
+
+
+def test_starts_are_uniform_over_a_node_spacing() -> None:
+    """Kolmogorov and Smirnov's test of 2000 starts: a chance of 1 % is beyond accident for numbers that never change."""
+    starts = np.array([start_of(CASE, number) for number in range(2000)])
+    assert scipy.stats.kstest(starts, "uniform").pvalue > 0.01
+    shifted = [Ensemble(2000).case(CASE, number).start for number in range(100)]
+    assert shifted == [(0.25 + start_of(CASE, number)) % 1.0 for number in range(100)]
+
+
+def test_contacts_have_starts_of_their_own_and_drags_of_one_contact_the_same() -> None:
+    """Independent from contact to contact; what differs by friction alone is compared from the same starts."""
+    assert start_of(CASE, 0) != start_of(replace(CASE, normal_load=2e-3), 0)
+    assert start_of(CASE, 0) == start_of(replace(CASE, intrinsic_friction=0.2, max_events=10), 0)
+    punch = replace(CASE, pin="flat_punch")
+    assert start_of(punch, 0) == start_of(replace(punch, radius=3.0), 0)
+
+
+def test_seeds_differ_only_where_something_is_drawn() -> None:
+    drawn = replace(CASE, heterogeneity=Heterogeneity(spread=0.1, seed=7))
+    assert len({Ensemble(8).case(drawn, number).heterogeneity.seed for number in range(8)}) == 8
+    assert {Ensemble(8).case(CASE, number).heterogeneity.seed for number in range(8)} == {1}
+
+
+def test_the_interval_holds_in_68_and_twice_of_it_in_93_of_100() -> None:
+    """Of 20,000 ensembles of 8 normal members: the interval's own probability, and Student's for twice its width."""
+    values = np.random.default_rng(4).normal(3.0, 0.5, (20_000, 8))
+    mean = mean_of(values)
+    off = np.abs(mean.mean - 3.0)
+    twice = 1.0 - 2.0 * scipy.stats.t.sf(2.0 * scipy.stats.t.isf(0.5 - LEVEL / 2.0, 7), 7)
+    # A share of 20,000 has a standard error of 0.33 %; four of them.
+    assert np.mean(off < mean.uncertainty) == pytest.approx(LEVEL, abs=0.014)
+    assert np.mean(off < 2.0 * mean.uncertainty) == pytest.approx(twice, abs=0.008)
+
+
+def test_the_mean_is_that_of_members_with_a_value_and_says_of_how_many() -> None:
+    values = np.array([1.0, 2.0, math.nan, 4.0, math.nan, 5.0])
+    mean = mean_of(values)
+    assert (mean.mean, mean.members) == (3.0, 4)
+    half = scipy.stats.t.isf(0.5 - LEVEL / 2.0, 3) * np.std([1.0, 2.0, 4.0, 5.0], ddof=1) / 2.0
+    assert mean.uncertainty == pytest.approx(half, rel=1e-12)
+
+
+@pytest.mark.parametrize(
+    ("there", "members", "known"),
+    [
+        (1, 1, True),
+        (2, 2, True),
+        (1, 2, False),
+        (2, 3, False),
+        (3, 6, True),
+        (3, 7, False),
+        (4, 8, True),
+        (3, 8, False),
+    ],
+)
+def test_too_few_members_with_a_value_make_no_mean(there: int, members: int, known: bool) -> None:
+    values = np.full(members, math.nan)
+    values[:there] = np.arange(there)
+    mean = mean_of(values)
+    assert math.isfinite(mean.mean) == known
+    assert math.isfinite(mean.uncertainty) == (known and there > 1)
+    assert mean.members == there
+
+
+def test_equal_members_are_known_exactly_and_one_alone_not_at_all() -> None:
+    assert mean_of(np.full(8, 0.3)).uncertainty == 0.0
+    assert math.isnan(mean_of(np.array([0.3])).uncertainty)
+
+
+def test_members_are_doubled_until_the_target_is_reached() -> None:
+    assert list(Ensemble(8).sizes()) == [8]
+    aimed = Ensemble(20, 0.01, ("plateau_mean",))
+    assert list(aimed.sizes()) == [FEWEST, 6, 12, 20]
+    assert not aimed.known([1.0, 1.1, 0.9])
+    assert aimed.known([1.0, 1.001, 0.999])
+    assert not aimed.known([math.nan] * 3)
+    assert not Ensemble(8).known([1.0] * 8)
+
+
+def test_a_target_holds_for_the_tasks_that_yield_its_variables() -> None:
+    aimed = Ensemble(20, 0.01, ("plateau_mean", "kinetic_friction"))
+    assert aimed.asked_of(["plateau_mean", "mean_step"]) == Ensemble(20, 0.01, ("plateau_mean",))
+    assert aimed.asked_of(["contact_half_width"]) == Ensemble(FEWEST)
+    assert Ensemble(8).asked_of([]) == Ensemble(8)

@@ -1,0 +1,173 @@
+"""A task computes the members of a case: a prefix of more of them, as many as a target takes, and some without the others."""
+
+import math
+from dataclasses import replace
+from typing import Any
+
+import numpy as np
+import pytest
+
+from solver.case import Case, Heterogeneity
+from solver.elasticity.compliance import surface_compliance
+from solver.ensemble import Ensemble, mean_of
+from solver.outcome import COMPLETED, Ending, InvalidInput, Outcome
+from solver.slab import Slab
+from solver.sliding.events import slide
+from solver.sliding.record import FrictionRecord
+from study.manifest.manifest import KNOWABLE
+from study.plan.kinds import record as record_kind
+from study.plan.kinds.drive import DRIVE as DRIVES
+from study.plan.kinds.kind import joint_outcome, names_of, numbers, whole_again
+from study.plan.kinds.record import RECORD
+from study.plan.task import TaskResult
+from study.plan.tasks import (
+    KINDS,
+    compliance_task,
+    drive_task,
+    record_scalars_task,
+    record_task,
+    run_task,
+    statistics_task,
+)
+from tests.study.plan.running import DRIVE, run
+
+CASE = Case(radius=50.0, slab=Slab(17), max_events=None, max_presliding=4.0)
+FOUR = Ensemble(4)
+COLUMNS = ("displacement", "force_before", "force_after", "kind", "slips", "node_slips")
+
+
+def records(ensemble: Ensemble, case: Case = CASE) -> TaskResult:
+    return run(compliance_task(case.slab), record_task(case, ensemble))
+
+
+REFUSED = Outcome(Ending.INVALID, "why")
+
+
+def refuse(monkeypatch: pytest.MonkeyPatch, *numbers: int) -> None:
+    """Make the physics refuse the members of these numbers."""
+    slide_to_state = record_kind.slide_to_state
+    refused = [FOUR.case(CASE, number) for number in numbers]
+
+    def slid(case: Case, *others: Any) -> Any:
+        if case in refused:
+            raise InvalidInput(REFUSED.message)
+        return slide_to_state(case, *others)
+
+    monkeypatch.setattr(record_kind, "slide_to_state", slid)
+
+
+@pytest.mark.parametrize("spread", [0.0, 0.2])
+def test_each_member_comes_back_as_its_own_case_slides(spread: float) -> None:
+    case = replace(CASE, heterogeneity=Heterogeneity(spread=spread))
+    result = records(Ensemble(3), case)
+    for number in range(3):
+        again = whole_again(FrictionRecord, result, number)
+        alone = slide(Ensemble(3).case(case, number), surface_compliance(case.slab))
+        for name in COLUMNS:
+            np.testing.assert_array_equal(getattr(again, name), getattr(alone, name))
+    assert len({whole_again(FrictionRecord, result, number).final_force for number in range(3)}) == 3
+
+
+def test_the_first_of_more_members_are_those_of_fewer() -> None:
+    few, many = records(Ensemble(3)), records(Ensemble(6))
+    assert few.key != many.key
+    for name, values in few.scalars.items():
+        np.testing.assert_array_equal(values, many.scalars[name][:3])
+    for name, values in few.arrays.items():
+        np.testing.assert_array_equal(values, many.arrays[name][: len(values)])
+
+
+def test_a_target_doubles_the_members_until_they_know_enough() -> None:
+    names = ("plateau_mean",)
+    most = records(Ensemble(12)).scalars["plateau_mean"]
+    at = {size: mean_of(np.array(most[:size])) for size in (3, 6)}
+    reached = {size: float(mean.uncertainty / mean.mean) for size, mean in at.items()}
+    for asked, size in ((1.01 * reached[3], 3), (min(reached[3], reached[6]) * 1e-3, 12)):
+        assert len(records(Ensemble(12, asked, names)).scalars["plateau_mean"]) == size
+    if reached[6] < reached[3]:
+        assert len(records(Ensemble(12, math.sqrt(reached[3] * reached[6]), names)).scalars["plateau_mean"]) == 6
+
+
+def test_a_target_of_a_drive_slides_the_members_that_its_record_lacks() -> None:
+    """They are those that a record of so many would have."""
+    wanted = Ensemble(6, 1e-9, ("kinetic_friction",))
+    task = drive_task(CASE, DRIVE, wanted)
+    record = record_task(CASE, wanted)
+    assert record.ensemble == Ensemble(3)
+    found = run(compliance_task(CASE.slab), record, task)
+    whole = run(compliance_task(CASE.slab), record_task(CASE, Ensemble(6)), drive_task(CASE, DRIVE, Ensemble(6)))
+    np.testing.assert_equal(dict(found.scalars), dict(whole.scalars))
+    assert len(found.scalars["kinetic_friction"]) == 6
+
+
+def test_a_drive_is_over_each_members_own_record() -> None:
+    found = run(compliance_task(CASE.slab), record_task(CASE, FOUR), drive_task(CASE, DRIVE, FOUR))
+    for number in range(4):
+        case = FOUR.case(CASE, number)
+        alone = run(compliance_task(case.slab), record_task(case), drive_task(case, DRIVE))
+        np.testing.assert_equal({name: [values[number]] for name, values in found.scalars.items()}, dict(alone.scalars))
+
+
+@pytest.mark.parametrize("number", [0, 2])
+def test_a_member_that_is_refused_leaves_the_others_as_they_are(monkeypatch: pytest.MonkeyPatch, number: int) -> None:
+    whole = records(FOUR)
+    refuse(monkeypatch, number)
+    task = record_task(CASE, FOUR)
+    part = records(FOUR)
+    assert part.outcome == Outcome(Ending.COMPLETED, "1 of 4 members invalid: why")
+    assert part.members.index(REFUSED) == number
+    for other in set(range(4)) - {number}:
+        for name in COLUMNS:
+            here, there = (getattr(whole_again(FrictionRecord, each, other), name) for each in (part, whole))
+            np.testing.assert_array_equal(here, there)
+    assert math.isnan(part.scalars["plateau_mean"][number])
+    driven, counted = (
+        run_task(each, {task.key: part}) for each in (drive_task(CASE, DRIVE, FOUR), statistics_task(CASE, FOUR))
+    )
+    for result in (driven, counted):
+        assert result.members[number] == REFUSED
+        assert {len(values) for values in result.scalars.values()} == {4}
+    scalars = record_scalars_task(task)
+    assert run_task(scalars, {task.key: part}).members == part.members
+
+
+def test_an_ensemble_of_which_no_member_is_possible_ends_as_they_do(monkeypatch: pytest.MonkeyPatch) -> None:
+    refuse(monkeypatch, *range(4))
+    found = records(FOUR)
+    assert (found.outcome, found.scalars, found.arrays, found.members) == (REFUSED, {}, {}, ())
+
+
+LOST, SHORT = Outcome(Ending.CONTACT_LOST, "press harder"), Outcome(Ending.NO_PLATEAU, "raise it")
+
+
+@pytest.mark.parametrize(
+    ("members", "ending", "message"),
+    [
+        ([], Ending.COMPLETED, ""),
+        ([SHORT], Ending.NO_PLATEAU, "raise it"),
+        (4 * [SHORT], Ending.NO_PLATEAU, "raise it"),
+        (3 * [COMPLETED] + [LOST], Ending.COMPLETED, "1 of 4 members contact_lost: press harder"),
+        (2 * [COMPLETED] + [LOST], Ending.CONTACT_LOST, "1 of 3 members contact_lost: press harder"),
+        (3 * [COMPLETED] + 3 * [SHORT], Ending.COMPLETED, "3 of 6 members no_plateau: raise it"),
+        (3 * [COMPLETED] + 3 * [SHORT] + [LOST], Ending.NO_PLATEAU,
+         "3 of 7 members no_plateau: raise it; 1 of 7 members contact_lost: press harder"),
+    ],
+)  # fmt: skip
+def test_an_ensemble_is_completed_where_its_means_are_known(
+    members: list[Outcome], ending: Ending, message: str
+) -> None:
+    """By the rule of `mean_of`: half of the members, and three of as many."""
+    assert joint_outcome(members) == Outcome(ending, message)
+    if len(members) > 1:
+        values = np.array([1.0 if each.ok else math.nan for each in members])
+        assert (ending is Ending.COMPLETED) == bool(np.isfinite(mean_of(values).mean))
+
+
+def test_of_no_members_there_are_no_numbers() -> None:
+    assert numbers(RECORD, ()) == ({}, {})
+
+
+@pytest.mark.parametrize(("name", "stage"), KNOWABLE.items())
+def test_whatever_can_be_a_target_is_a_number_of_a_kind_of_its_stage(name: str, stage: str) -> None:
+    kinds = {"contact": KINDS["contact"], "slip": RECORD, "dynamics": DRIVES}
+    assert name in names_of(kinds[stage])

@@ -1,0 +1,103 @@
+"""How often ± holds: fresh cases from all over the map, eight members each, against the mean over 24 other members.
+
+`python -m tests.verification.coverage [CASES]` measures and writes the table, tests/verification/coverage.md.
+"""
+
+import math
+from collections.abc import Iterator
+from pathlib import Path
+
+import numpy as np
+
+from solver.case import Case, Heterogeneity, SlipRule
+from solver.contact.initial import initial_contact
+from solver.drive import Drive
+from solver.dynamics.coefficients import measured
+from solver.elasticity.compliance import SurfaceCompliance, surface_compliance
+from solver.ensemble import Ensemble, mean_of
+from solver.outcome import SolverError
+from solver.slab import Slab
+from solver.sliding.events import slide_to_state
+from solver.sliding.plateau import plateau_of
+from solver.sliding.record import FrictionRecord
+from solver.sliding.statistics import event_statistics
+from solver.sliding.validity import record_validity
+from study.manifest.parameters import LIMITS
+from tests.verification.random_cases import Verdict, measure, verdict
+
+MEMBERS, OTHERS = 8, 24
+OBSERVABLES = ("plateau", "μ_s", "μ_k", "mean step", "mean drop", "half-width", "K")
+
+
+def drawn(seed: int) -> Case:
+    """A case from all over the map: schemes, supports, slip rules, spreads, 7 to 50 nodes in contact, μ_i 0.05 to 0.9.
+
+    Its record is as long as a campaign's without limits.
+    """
+    rng = np.random.default_rng([2029, seed])
+    scheme = str(rng.choice(["biquadratic", "galerkin", "half_plane"]))
+    poisson, height = float(rng.uniform(0.0, 0.38)), float(rng.choice([1.0, 2.0]))
+    support = "bonded" if scheme == "half_plane" else str(rng.choice(["bonded", "bonded", "right_side"]))
+    slab = Slab(int(rng.choice([33, 65, 129])), height, poisson, support, scheme)  # type: ignore[arg-type]
+    half_width = min(math.exp(rng.uniform(math.log(7), math.log(50))) / 2 * slab.spacing, 0.35)
+    normal_load = 10.0 ** rng.uniform(-5.0, -2.7)
+    flat = rng.random() < 0.1
+    return Case(
+        intrinsic_friction=math.exp(rng.uniform(math.log(0.05), math.log(0.9))),
+        radius=half_width**2 * math.pi / (2 * normal_load * (1 - poisson)),
+        half_width=half_width,
+        pin="flat_punch" if flat else "parabola",
+        normal_load=normal_load,
+        slab=slab,
+        slip_rule=SlipRule(
+            slip_order=str(rng.choice(["worst_first", "worst_first", "simultaneous"])),  # type: ignore[arg-type]
+            residual_shear=float(rng.choice([0.0, 0.0, 0.5, 0.9])),
+        ),
+        heterogeneity=Heterogeneity(spread=float(rng.choice([0.0, 0.0, 0.1, 0.3]))),
+        max_events=int(LIMITS["max_events"]),
+        max_presliding=LIMITS["max_presliding"],
+    )
+
+
+def driven(case: Case, record: FrictionRecord) -> Drive:
+    """A drive like the paper's on this contact: as soft a spring, as many periods, a stage that goes as far."""
+    spring = 0.004 * record.initial_stiffness
+    duration = 20.0 * 2.0 * math.pi / math.sqrt(spring)
+    return Drive(spring, 0.1, 3.0 * case.intrinsic_friction * case.normal_load / spring / duration, duration, samples=2)
+
+
+def read(case: Case, compliance: SurfaceCompliance) -> list[float]:
+    """The OBSERVABLES of one member; NaN where there is none."""
+    start = initial_contact(case, compliance)
+    record, end = slide_to_state(case, compliance, start)
+    plateau, events, nan = plateau_of(record), event_statistics(record), math.nan
+    static, kinetic = nan, nan
+    if plateau.outcome.ok:
+        _, friction = measured(record, plateau, driven(case, record))
+        static, kinetic = friction.static_friction, friction.kinetic_friction
+    width = record_validity(case, start, record, end).contact_half_width
+    return [plateau.mean, static, kinetic, events.mean_step, events.mean_drop, width, events.surface_stiffness]
+
+
+def verdicts(number: int) -> Iterator[Verdict]:
+    """± of every observable of the case of this number, and how far the mean is from that over the other members."""
+    case, ensemble = drawn(number), Ensemble(MEMBERS + OTHERS)
+    try:
+        compliance = surface_compliance(case.slab)
+        rows = [read(ensemble.case(case, member), compliance) for member in range(MEMBERS + OTHERS)]
+    except SolverError:
+        return
+    values = np.array(rows).T
+    known, truth = mean_of(values[:, :MEMBERS]), mean_of(values[:, MEMBERS:])
+    for name, mean, half, others, theirs in zip(
+        OBSERVABLES, known.mean, known.uncertainty, truth.mean, truth.uncertainty, strict=True
+    ):
+        if half == 0.0 and mean == others:  # all starts agree
+            continue
+        # The other members know the mean to their own ±.
+        yield verdict(name, number, float(mean), math.hypot(half, theirs), float(others))
+
+
+if __name__ == "__main__":
+    told = f"{MEMBERS} members each, against {OTHERS} others, whose own ± counts too."
+    measure(verdicts, 200, Path(__file__).with_suffix(".md"), f"fresh cases, {told}")

@@ -1,0 +1,72 @@
+"""Where initial contact is forgotten: means over steady parts that begin after so many presliding lengths, and are so long.
+
+`python -m tests.verification.run_in [CASES]` measures cases of `coverage` and writes the table, tests/verification/run_in.md. The
+reference is the mean over the same starts from 3 to 24 presliding lengths: what differs from it is memory of initial contact, and
+the part of a node spacing that the pin has seen.
+"""
+
+import math
+import sys
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+
+from solver.elasticity.compliance import surface_compliance
+from solver.ensemble import Ensemble, mean_of
+from solver.sliding.events import slide
+from solver.sliding.plateau import teeth
+from tests.verification.coverage import MEMBERS, drawn
+
+BEGINS = (0.5, 1.0, 1.5, 2.0, 3.0)
+LENGTHS = (2.0, 4.0, 6.5, 12.0)
+REFERENCE = (3.0, 24.0)
+MOST_EVENTS = 60_000
+
+
+def means(number: int) -> dict[tuple[float, float], np.ndarray] | None:
+    """Begin and length (presliding lengths) -> mean force of each member; None where a record does not go so far."""
+    case, found = replace(drawn(number), max_events=MOST_EVENTS, max_presliding=REFERENCE[1]), []
+    compliance = surface_compliance(case.slab)
+    for member in range(MEMBERS):
+        record = slide(Ensemble(MEMBERS).case(case, member), compliance)
+        if not record.outcome.ok or len(record.displacement) == MOST_EVENTS:
+            return None
+        whole, unit = teeth(record), record.presliding_length
+        windows = {(begin, length): (begin, begin + length) for begin in BEGINS for length in LENGTHS}
+        windows[REFERENCE] = REFERENCE
+        found.append(
+            {
+                key: np.diff(whole.integral(unit * np.array(ends)))[0] / (unit * (ends[1] - ends[0]))
+                for key, ends in windows.items()
+            }
+        )
+    return {key: np.array([each[key] for each in found]) for key in found[0]}
+
+
+def main() -> None:
+    """Measure so many cases and write the table."""
+    wanted, found, number = int(sys.argv[1]) if len(sys.argv) > 1 else 100, [], 0
+    while len(found) < wanted:
+        if (each := means(number)) is not None:
+            found.append(each)
+        number += 1
+    lines = [f"{wanted} cases, {MEMBERS} members each; presliding lengths.\n"]
+    lines += [
+        "| steady part from | long | median difference | of 95 in 100 | less than ± | than 2 ± |",
+        "|---|---|---|---|---|---|",
+    ]
+    for key in ((begin, length) for begin in BEGINS for length in LENGTHS):
+        apart, times = [], []
+        for each in found:
+            mean, truth = mean_of(each[key]), float(each[REFERENCE].mean())
+            apart.append(abs(float(mean.mean) - truth) / truth)
+            times.append(abs(float(mean.mean) - truth) / max(float(mean.uncertainty), math.ulp(truth)))
+        shares = [np.mean(np.array(times) <= limit) for limit in (1.0, 2.0)]
+        cells = (f"{np.median(apart):.2%}", f"{np.quantile(apart, 0.95):.2%}", *(f"{share:.0%}" for share in shares))
+        lines.append(f"| {key[0]:g} | {key[1]:g} | {' | '.join(cells)} |")
+    Path(__file__).with_suffix(".md").write_text("\n".join(lines) + "\n", "utf-8")
+
+
+if __name__ == "__main__":
+    main()
