@@ -158,6 +158,8 @@ def with_error(number: float, uncertainty: float) -> str:
         return f"{number:g}"
     if not np.isfinite(uncertainty):
         return f"{number:.3g} ± ?"
+    if not uncertainty:
+        return f"{number:g} ± 0"
     digits, place = _digits_and_place(uncertainty)
     number, uncertainty = round(number, -place), round(uncertainty, -place)
     if number and not SMALL <= abs(number) < LARGE:
@@ -168,9 +170,7 @@ def with_error(number: float, uncertainty: float) -> str:
 
 
 def _digits_and_place(uncertainty: float) -> tuple[int, int]:
-    """Significant digits of an uncertainty, and the power of ten of the last one; of 0 that of the fourth decimal."""
-    if not uncertainty:
-        return 1, -4
+    """Significant digits of an uncertainty, and the power of ten of the last one."""
     _, _, exponent = f"{uncertainty:.0e}".partition("e")
     digits = 2 if "1" in (f"{uncertainty:.0e}"[0], f"{uncertainty:.1e}"[0]) else 1
     return digits, int(exponent) - digits + 1

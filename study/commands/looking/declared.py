@@ -97,7 +97,7 @@ def try_case(**given: object) -> None:
     """Compute one case now and show it; nothing is written to disk.
 
     KEY=VALUE are keys of a campaign's tables of parameters, [scales], [ensemble], [outputs] and [[drives]]. All others have
-    their defaults: the paper's case at 129 nodes, over two node spacings.
+    their defaults: the paper's case at 129 nodes, over eight presliding lengths.
 
     Example: nanoslip try radius=50 normal_load=1e-3
     """
