@@ -20,7 +20,7 @@ from numpy.typing import NDArray
 from solver.case import Case
 from solver.contact.closed_forms import film_half_width
 from solver.contact.normal.contact import expected_half_width
-from solver.contact.state import ContactState
+from solver.contact.state import ContactState, contact_width
 from solver.quantity import quantity
 from solver.sliding.record import FrictionRecord
 
@@ -135,21 +135,20 @@ class Validity:
             symbol="a/L_x",
             ensemble=True,
             of_grid=True,
-            comment="after initial contact: "
-            "half of nodes in contact times spacing, at most half the slab: right to within a spacing, of a contact of "
-            "k nodes 2/k of it",
+            comment="after initial contact: half of the contact's width, without gaps in it; its edges are where the "
+            "square of pressure, drawn through the last two nodes, is zero",
         )
     )
 
 
 def contact_validity(case: Case, start: ContactState) -> Validity:
     """The same of initial contact alone."""
-    return Validity(mask_of(contact_flags(case, start)), contact_half_width(case, start))
+    return Validity(mask_of(contact_flags(case, start)), contact_half_width(start))
 
 
 def record_validity(case: Case, start: ContactState, record: FrictionRecord, end: ContactState) -> Validity:
     """The same of a friction record from `start` to `end`."""
-    return Validity(mask_of(record_flags(case, start, record, end)), contact_half_width(case, start))
+    return Validity(mask_of(record_flags(case, start, record, end)), contact_half_width(start))
 
 
 class _Seen(NamedTuple):
@@ -197,7 +196,7 @@ def contact_flags(case: Case, state: ContactState) -> Flags:
         return ()
     size = int(state.contact.sum())
     margin = _margin(case, np.flatnonzero(state.contact))
-    seen = _Seen(size, size, contact_half_width(case, state), margin, 0.0)
+    seen = _Seen(size, size, contact_half_width(state), margin, 0.0)
     return _judged(case, seen, _guess(case))
 
 
@@ -214,7 +213,7 @@ def record_flags(case: Case, start: ContactState, record: FrictionRecord, end: C
     there = (start.contact | end.contact | (record.node_slips > 0)).nonzero()[0]
     nodes = np.concatenate((there, record.node))
     travel = record.final_displacement - start.displacement
-    half_width = contact_half_width(case, start)
+    half_width = contact_half_width(start)
     seen = _Seen(fewest, most, half_width, _margin(case, nodes), travel)
     return _judged(case, seen, _guess(case))
 
@@ -227,15 +226,9 @@ def _guess(case: Case) -> float:
     return min(expected, film_half_width(case.normal_load, case.radius, slab.poisson, slab.aspect_ratio))
 
 
-def contact_half_width(case: Case, state: ContactState) -> float:
-    """Half of nodes in contact × spacing, at most half the slab, in L_x; NaN for a contact that was not reached.
-
-    A whole number of nodes, odd in symmetry, is right to within a spacing: Hertz's half-width lies 0.8 spacings below it to
-    0.4 above, of k nodes 2/k of it at most. Of a contact with gaps it is half the real width.
-    """
-    if not state.outcome.ok:
-        return math.nan
-    return min(float(state.contact.sum()) * case.slab.spacing, 1.0) / 2
+def contact_half_width(state: ContactState) -> float:
+    """Half of the contact's width, in L_x; NaN for a contact that was not reached."""
+    return contact_width(state) / 2.0 if state.outcome.ok else math.nan
 
 
 def mask_of(flags: Flags) -> int:

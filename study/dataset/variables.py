@@ -124,8 +124,7 @@ _ORDER: Final = ("ensemble", "drive_ensemble", "record", "trajectory", "contact"
 DISCRETIZATION_ERROR = Quantity(
     GRID_ERROR,
     "relative error of the grid",
-    comment="expected of stiffness, approach, contact half-width and pressure: what the slab's grid costs, without the whole "
-    "nodes that half-width and mean pressure are made of; "
+    comment="expected of stiffness, approach, contact half-width and pressure: what the slab's grid costs; "
     "measured by nanoslip accuracy on the front that the attribute discretization_front names; NaN where that has "
     "no such discretization of such a slab, no contact as narrow or as wide, where the pin is rough or a flat punch (its "
     "pressure is singular), and with a half_plane or the support frictionless (a point's, which gives way without limit)",
