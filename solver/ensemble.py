@@ -1,22 +1,26 @@
 """Ensembles: a case computed from several independent starts, and what these tell of the mean over all starts.
 
-What a pin meets depends on where between two surface nodes it comes down, and on the draw of the nodes' μ_i. Both are chance, so
-one record is one draw. The members of an ensemble differ in both, and derive from the case and their number alone: members 0 to 7
-of 16 are those of 8. Their mean's uncertainty, written ±, is the half-width of the 68 % interval of Student's t over the members.
+What a pin meets depends on where between two surface nodes it comes down, on the draw of the nodes' μ_i, and on the place on a
+rough pin's profile. All are chance, so one record is one draw. The members of an ensemble differ in them, and derive from the case
+and their number alone: members 0 to 7 of 16 are those of 8. Their mean's uncertainty, written ±, is the half-width of the 68 %
+interval of Student's t over the members.
 """
 
 import math
 import struct
 from collections.abc import Collection, Iterator, Sequence
 from dataclasses import dataclass, replace
-from typing import Any, Final, NamedTuple
+from functools import lru_cache
+from typing import Any, Final, Literal, NamedTuple
 
 import numpy as np
 import scipy
 from numpy.typing import NDArray
 
-from solver.case import Case
+from solver.case import LEAST_APART, Case
+from solver.parameter import Roughness
 
+Profile = Literal["drawn", "given"]
 LEVEL: Final = math.erf(math.sqrt(0.5))
 """Probability of an interval of one standard error of a normal distribution: 68.27 %."""
 FEWEST: Final = 3
@@ -30,21 +34,25 @@ class Ensemble:
     """How many starts of a case are computed.
 
     members: their number; 1 is the case as it stands. uncertainty: relative, of the mean of each variable in `of`: `members` are
-    then the most, from FEWEST on by doubling, until all these means are known so well.
+    then the most, from FEWEST on by doubling, until all these means are known so well. profile: where on a rough pin's profile
+    members come down, `drawn` anywhere, as on a measured surface, or `given` all where it stands, as on a designed one.
     """
 
     members: int = 1
     uncertainty: float | None = None
     of: tuple[str, ...] = ()
+    profile: Profile = "drawn"
 
     def case(self, case: Case, number: int) -> Case:
         """The case of a member, by its number from 0."""
         if self.members == 1:
             return case
-        drawn = case.heterogeneity
+        drawn, (start, place) = case.heterogeneity, chance_of(case, number)
         if drawn.spread:
             drawn = replace(drawn, seed=drawn.seed + number * SEEDS)
-        return replace(case, start=(case.start + start_of(case, number)) % 1.0, heterogeneity=drawn)
+        if drawn.roughness and self.profile == "drawn":
+            drawn = replace(drawn, roughness=elsewhere(drawn.roughness, place))
+        return replace(case, start=(case.start + start) % 1.0, heterogeneity=drawn)
 
     def sizes(self) -> Iterator[int]:
         """Numbers of members after which it is asked whether they are enough; the last one is the most."""
@@ -69,17 +77,34 @@ class Ensemble:
     def asked_of(self, names: Collection[str]) -> "Ensemble":
         """The ensemble with those variables of its target that have these names; the fewest members if there are none."""
         of = tuple(name for name in self.of if name in names)
-        return replace(self, of=of) if of or self.uncertainty is None else Ensemble(min(FEWEST, self.members))
+        if of or self.uncertainty is None:
+            return replace(self, of=of)
+        return Ensemble(min(FEWEST, self.members), profile=self.profile)
 
 
-def start_of(case: Case, number: int) -> float:
-    """Where between two nodes a member comes down, in node spacings from its case's start: uniform in [0, 1).
+def chance_of(case: Case, number: int) -> tuple[float, float]:
+    """Where a member comes down: between two nodes, in spacings from its case's start, and on the profile; uniform in [0, 1).
 
     Drawn by load, size of the pin and nodes, on which every result depends: independent from one contact to another.
     """
     size = case.radius if case.pin == "parabola" else case.half_width
     words = struct.unpack("<4I", struct.pack("<2d", case.normal_load, size))
-    return float(np.random.default_rng([number, case.slab.n_x, *words]).random())
+    start, place = np.random.default_rng([number, case.slab.n_x, *words]).random(2).tolist()
+    return start, place
+
+
+@lru_cache(maxsize=16)
+def elsewhere(profile: Roughness, place: float) -> Roughness:
+    """A profile continued by its mirror image, again and again, at a place in [0, 1) of that period; as long as before."""
+    xi, height = np.array(profile).T
+    first, period = xi[0], 2.0 * np.ptp(xi)
+    there = np.concatenate((xi, 2.0 * xi[-1] - xi[-2:0:-1]))
+    heights = np.concatenate((height, height[-2:0:-1]))
+    moved = first + (there - first - place * period) % period
+    knots = np.sort(np.concatenate((xi[[0, -1]], moved[(moved > first) & (moved < xi[-1])])))
+    knots = knots[np.diff(knots, prepend=-math.inf) >= LEAST_APART]
+    rises = np.interp(knots + place * period, there, heights, period=period)
+    return tuple(zip(knots.tolist(), rises.tolist(), strict=True))
 
 
 ALONE: Final = Ensemble()

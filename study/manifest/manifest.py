@@ -9,7 +9,7 @@ from typing import Any, Final, Literal, get_args
 
 from solver.case import MOST_EVENTS
 from solver.drive import Scales
-from solver.ensemble import ALONE, FEWEST, Ensemble
+from solver.ensemble import ALONE, FEWEST, Ensemble, Profile
 from solver.outcome import InvalidInput, quoted
 from study.manifest.drives import CampaignDrive
 from study.manifest.parameters import Value
@@ -95,18 +95,22 @@ class EnsembleTable:
     """The table `ensemble`: how many independent starts of every case are computed.
 
     members: 1 to MOST_MEMBERS. uncertainty: instead of a number, a target, 0 < uncertainty < 1: members are added until the ± of
-    the mean of every variable in `of`, relative, is at most that. most: members at which this ends at the latest.
+    the mean of every variable in `of`, relative, is at most that. most: members at which this ends at the latest. profile: see
+    `Ensemble`.
     """
 
     members: int = MEMBERS
     uncertainty: float | None = None
     of: tuple[str, ...] = ()
     most: int = MOST
+    profile: Profile = "drawn"
 
     def __post_init__(self) -> None:
         for name, value in (("members", self.members), ("most", self.most)):
             if not (_is_whole(value) and 1 <= value <= MOST_MEMBERS):
                 raise InvalidInput(f"{name} = {shown(value)}: needs a whole number from 1 to {MOST_MEMBERS}")
+        if self.profile not in get_args(Profile):
+            raise InvalidInput(f"profile = {shown(self.profile)}: needs {' or '.join(map(shown, get_args(Profile)))}")
         of: Any = self.of
         if not isinstance(of, list | tuple):
             raise InvalidInput(f"of = {shown(of)}: needs a list, each one of {', '.join(KNOWABLE)}")
@@ -126,10 +130,10 @@ class EnsembleTable:
     def computed(self, stages: Sequence[Stage]) -> Ensemble:
         """The ensemble of every case; a target without variables is that of the last stage."""
         if self.uncertainty is None:
-            return Ensemble(self.members)
+            return Ensemble(self.members, profile=self.profile)
         usual = {"contact": ("contact_half_width",), "slip": ("plateau_mean",)}
         of = self.of or usual.get(stages[-1], ("static_friction", "kinetic_friction"))
-        return Ensemble(self.most, float(self.uncertainty), of)
+        return Ensemble(self.most, float(self.uncertainty), of, self.profile)
 
 
 @dataclass(frozen=True, slots=True)

@@ -8,7 +8,7 @@ import pytest
 import scipy
 
 from solver.case import Case, Heterogeneity
-from solver.ensemble import FEWEST, LEVEL, Ensemble, mean_of, start_of
+from solver.ensemble import FEWEST, LEVEL, Ensemble, chance_of, elsewhere, mean_of
 
 CASE = Case(start=0.25)
 
@@ -24,24 +24,52 @@ def test_the_first_members_of_more_are_the_same() -> None:
 
 def test_starts_are_uniform_over_a_node_spacing() -> None:
     """Kolmogorov and Smirnov's test of 2000 starts: a chance of 1 % is beyond accident for numbers that never change."""
-    starts = np.array([start_of(CASE, number) for number in range(2000)])
+    starts = np.array([chance_of(CASE, number)[0] for number in range(2000)])
     assert scipy.stats.kstest(starts, "uniform").pvalue > 0.01
     shifted = [Ensemble(2000).case(CASE, number).start for number in range(100)]
-    assert shifted == [(0.25 + start_of(CASE, number)) % 1.0 for number in range(100)]
+    assert shifted == [(0.25 + chance_of(CASE, number)[0]) % 1.0 for number in range(100)]
 
 
 def test_contacts_have_starts_of_their_own_and_drags_of_one_contact_the_same() -> None:
     """Independent from contact to contact; what differs by friction alone is compared from the same starts."""
-    assert start_of(CASE, 0) != start_of(replace(CASE, normal_load=2e-3), 0)
-    assert start_of(CASE, 0) == start_of(replace(CASE, intrinsic_friction=0.2, max_events=10), 0)
+    assert chance_of(CASE, 0) != chance_of(replace(CASE, normal_load=2e-3), 0)
+    assert chance_of(CASE, 0) == chance_of(replace(CASE, intrinsic_friction=0.2, max_events=10), 0)
     punch = replace(CASE, pin="flat_punch")
-    assert start_of(punch, 0) == start_of(replace(punch, radius=3.0), 0)
+    assert chance_of(punch, 0) == chance_of(replace(punch, radius=3.0), 0)
 
 
 def test_seeds_differ_only_where_something_is_drawn() -> None:
     drawn = replace(CASE, heterogeneity=Heterogeneity(spread=0.1, seed=7))
     assert len({Ensemble(8).case(drawn, number).heterogeneity.seed for number in range(8)}) == 8
     assert {Ensemble(8).case(CASE, number).heterogeneity.seed for number in range(8)} == {1}
+
+
+PROFILE = ((-0.5, 0.0), (-0.2, 1e-4), (0.1, -2e-4), (0.5, 3e-4))
+
+
+def test_a_profile_elsewhere_is_the_same_and_its_mirror_image_one_after_the_other() -> None:
+    """At a quarter of the period its right half stands where its left one was, and the mirror image of that follows."""
+    xi, height = np.array(PROFILE).T
+    np.testing.assert_allclose(elsewhere(PROFILE, 0.0), PROFILE, rtol=0, atol=1e-15)
+    np.testing.assert_allclose(elsewhere(PROFILE, 0.5), np.column_stack((-xi[::-1], height[::-1])), rtol=0, atol=1e-15)
+    half = np.array(elsewhere(PROFILE, 0.25)).T
+    places = np.linspace(-0.5, 0.5, 101)
+    expected = np.interp(np.where(places < 0.0, places + 0.5, 0.5 - places), xi, height)
+    np.testing.assert_allclose(np.interp(places, *half), expected, rtol=0, atol=1e-15)
+    rng = np.random.default_rng(3)
+    dense = np.column_stack((np.linspace(-1.0, 1.0, 301), rng.normal(size=301)))
+    for place in rng.random(50):
+        moved = np.array(elsewhere(tuple(map(tuple, dense.tolist())), place))
+        assert moved[[0, -1], 0].tolist() == [-1.0, 1.0]
+        Heterogeneity(roughness=tuple(map(tuple, moved.tolist())))  # points increase, far enough apart
+
+
+def test_members_take_their_own_place_on_a_measured_profile_and_none_on_a_designed_one() -> None:
+    rough = replace(CASE, heterogeneity=Heterogeneity(roughness=PROFILE))
+    assert len({Ensemble(8).case(rough, number).heterogeneity.roughness for number in range(8)}) == 8
+    designed = Ensemble(8, profile="given")
+    assert {designed.case(rough, number).heterogeneity.roughness for number in range(8)} == {PROFILE}
+    assert Ensemble(1).case(rough, 0) is rough
 
 
 def test_the_interval_holds_in_68_and_twice_of_it_in_93_of_100() -> None:

@@ -122,6 +122,7 @@ def test_a_drive_loses_its_units_by_the_scales() -> None:
 def test_an_ensemble_is_a_number_of_members_or_a_target(tmp_path: Path) -> None:
     assert read(tmp_path, 'title = "x"').ensemble == Ensemble(8)
     assert read(tmp_path, 'title = "x"\nensemble.members = 1').ensemble == ALONE
+    assert read(tmp_path, 'title = "x"\nensemble.profile = "given"').ensemble == Ensemble(8, profile="given")
     target = 'title = "x"\nensemble.uncertainty = 0.01\n'
     assert read(tmp_path, target).ensemble == Ensemble(96, 0.01, ("plateau_mean",))
     assert read(tmp_path, target + 'stages = ["contact"]').ensemble.of == ("contact_half_width",)
@@ -316,6 +317,7 @@ WRONG = {
         "ensemble.most = 9",
         "ensemble.most = 9: needs uncertainty = 0.01, or another one, beside it",
     ),
+    "place on a profile": ("ensemble.profile = 'any'", 'ensemble.profile = "any": needs "drawn" or "given"'),
     "variable that is no list": (
         "ensemble = {uncertainty = 0.1, of = 'plateau_mean'}",
         re.compile(r'ensemble.of = "plateau_mean": needs a list, each one of contact_half_width, '),
