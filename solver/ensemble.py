@@ -1,9 +1,9 @@
 """Ensembles: a case computed from several independent starts, and what these tell of the mean over all starts.
 
 What a pin meets depends on where between two surface nodes it comes down, on the draw of the nodes' μ_i, and on the place on a
-rough pin's profile. All are chance, so one record is one draw. The members of an ensemble differ in them, and derive from the case
-and their number alone: members 0 to 7 of 16 are those of 8. Their mean's uncertainty, written ±, is the half-width of the 68 %
-interval of Student's t over the members.
+rough pin's profile. All are chance, so one record is one draw. The members of an ensemble differ in them; they derive from the
+case and their number alone: members 0 to 7 of 16 are those of 8. Their mean's uncertainty, written ±, is the half-width of the
+68 % interval of Student's t over the members.
 """
 
 import math
