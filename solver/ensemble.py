@@ -33,13 +33,14 @@ SEEDS: Final = 2**32
 class Ensemble:
     """How many starts of a case are computed.
 
-    members: their number; 1 is the case as it stands. uncertainty: relative, of the mean of each variable in `of`: `members` are
-    then the most, from FEWEST on by doubling, until all these means are known so well. profile: where on a rough pin's profile
-    members come down, `drawn` anywhere, as on a measured surface, or `given` all where it stands, as on a designed one.
+    members: their number; 1 is the case as it stands. within: relative error of the mean of each variable in `of`: `members` are
+    then the most, from FEWEST on by doubling, until twice the ± of all these means is at most that. profile: where on a rough
+    pin's profile members come down, `drawn` anywhere, as on a measured surface, or `given` all where it stands, as on a designed
+    one.
     """
 
     members: int = 1
-    uncertainty: float | None = None
+    within: float | None = None
     of: tuple[str, ...] = ()
     profile: Profile = "drawn"
 
@@ -64,20 +65,20 @@ class Ensemble:
 
     def known(self, values: Sequence[float]) -> bool:
         """Whether the mean over these members is known as well as it is to be."""
-        if self.uncertainty is None:
+        if self.within is None:
             return False
         mean = mean_of(np.array(values, float))
-        return bool(mean.uncertainty <= self.uncertainty * abs(mean.mean))
+        return bool(2.0 * mean.uncertainty <= self.within * abs(mean.mean))
 
     @property
     def likely(self) -> int:
         """Members that are computed, as far as that is known before: the fewest where a target decides."""
-        return self.members if self.uncertainty is None else min(FEWEST, self.members)
+        return self.members if self.within is None else min(FEWEST, self.members)
 
     def asked_of(self, names: Collection[str]) -> "Ensemble":
         """The ensemble with those variables of its target that have these names; the fewest members if there are none."""
         of = tuple(name for name in self.of if name in names)
-        if of or self.uncertainty is None:
+        if of or self.within is None:
             return replace(self, of=of)
         return Ensemble(min(FEWEST, self.members), profile=self.profile)
 
@@ -111,6 +112,21 @@ ALONE: Final = Ensemble()
 """One start: the case as it stands."""
 
 
+def needed(members: int) -> float:
+    """Of how many of so many members there has to be a value, a text or an end to speak of all: half, and FEWEST of as many."""
+    return max(min(FEWEST, members), members / 2.0)
+
+
+def change_by(without: Sequence[float], whole: Sequence[float]) -> float:
+    """Relative error of a mean by what the members `without` leave out: |change| and twice its ±, over the mean with everything.
+
+    Both computed of the same members, so chance cancels. Infinite where it is not known.
+    """
+    change, mean = mean_of(np.subtract(without, whole)), mean_of(np.array(whole, float))
+    error = float((abs(change.mean) + 2.0 * change.uncertainty) / abs(mean.mean)) if mean.mean else math.nan
+    return error if math.isfinite(error) else math.inf
+
+
 class Mean(NamedTuple):
     """Means over members (...), their ±, and how many members have a value; NaN where that are too few."""
 
@@ -126,7 +142,7 @@ def mean_of(values: NDArray[np.float64]) -> Mean:
     """
     there = np.isfinite(values)
     having, most = there.sum(axis=-1), values.shape[-1]
-    enough = having >= max(min(FEWEST, most), most / 2.0)
+    enough = having >= needed(most)
     count = np.where(enough, having, 1)
     mean = np.where(there, values, 0.0).sum(axis=-1) / count
     off = np.where(there, values - mean[..., None], 0.0)

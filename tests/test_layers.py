@@ -12,8 +12,8 @@ import pytest
 ROOT = Path(__file__).parents[1]
 
 ORDER = {
-    "solver": "compiled compiling last outcome quantity view parameter family slab case ensemble drive elasticity contact "
-    "sliding dynamics simulate",
+    "solver": "compiled compiling last outcome quantity view parameter family slab case ensemble drive effects elasticity "
+    "contact sliding dynamics simulate",
     "solver.elasticity": "grid lagrange support stiffness condensation grid_scheme boundary_value schemes "
     "interior compliance conditioning",
     "solver.elasticity.condensation": "parity translations elimination dissection condensed",

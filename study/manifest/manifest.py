@@ -2,7 +2,7 @@
 
 import itertools
 import math
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
 from dataclasses import dataclass, field, fields
 from pathlib import Path
 from typing import Any, Final, Literal, get_args
@@ -92,25 +92,33 @@ class Outputs:
 
 @dataclass(frozen=True, slots=True)
 class EnsembleTable:
-    """The table `ensemble`: how many independent starts of every case are computed.
-
-    members: 1 to MOST_MEMBERS. uncertainty: instead of a number, a target, 0 < uncertainty < 1: members are added until the ± of
-    the mean of every variable in `of`, relative, is at most that. most: members at which this ends at the latest. profile: see
-    `Ensemble`.
-    """
+    """The table `ensemble`: how many starts of every case are computed, 1 to MOST_MEMBERS. profile: see `Ensemble`."""
 
     members: int = MEMBERS
-    uncertainty: float | None = None
-    of: tuple[str, ...] = ()
-    most: int = MOST
     profile: Profile = "drawn"
 
     def __post_init__(self) -> None:
-        for name, value in (("members", self.members), ("most", self.most)):
-            if not (_is_whole(value) and 1 <= value <= MOST_MEMBERS):
-                raise InvalidInput(f"{name} = {shown(value)}: needs a whole number from 1 to {MOST_MEMBERS}")
+        _need_members("members", self.members, 1)
         if self.profile not in get_args(Profile):
             raise InvalidInput(f"profile = {shown(self.profile)}: needs {' or '.join(map(shown, get_args(Profile)))}")
+
+
+@dataclass(frozen=True, slots=True)
+class TargetTable:
+    """The table `target`: how well the means of some variables are to be known, instead of how many members there are.
+
+    within: largest relative error, of the ± of the mean and of what is left out, of every variable in `of` (those of the last
+    stage where it is empty). most: members at which this ends at the latest.
+    """
+
+    within: float
+    of: tuple[str, ...] = ()
+    most: int = MOST
+
+    def __post_init__(self) -> None:
+        if not is_share(self.within):
+            raise InvalidInput(f"within = {shown(self.within)}: needs a relative error, 0 < within < 1")
+        _need_members("most", self.most, FEWEST)
         of: Any = self.of
         if not isinstance(of, list | tuple):
             raise InvalidInput(f"of = {shown(of)}: needs a list, each one of {', '.join(KNOWABLE)}")
@@ -118,22 +126,16 @@ class EnsembleTable:
             if not isinstance(name, str) or name not in KNOWABLE:
                 raise InvalidInput(f"of = {shown(name)}: needs a list, each one of {', '.join(KNOWABLE)}")
         object.__setattr__(self, "of", tuple(of))
-        if self.uncertainty is None:
-            return
-        if not is_share(self.uncertainty):
-            raise InvalidInput(
-                f"uncertainty = {shown(self.uncertainty)}: needs a relative uncertainty, 0 < uncertainty < 1"
-            )
-        if self.most < FEWEST:
-            raise InvalidInput(f"most = {self.most}: needs {FEWEST} or more, as fewer know no mean")
 
-    def computed(self, stages: Sequence[Stage]) -> Ensemble:
-        """The ensemble of every case; a target without variables is that of the last stage."""
-        if self.uncertainty is None:
-            return Ensemble(self.members, profile=self.profile)
+    def variables(self, last: Stage) -> tuple[str, ...]:
+        """Those to be known, where this is the last stage."""
         usual = {"contact": ("contact_half_width",), "slip": ("plateau_mean",)}
-        of = self.of or usual.get(stages[-1], ("static_friction", "kinetic_friction"))
-        return Ensemble(self.most, float(self.uncertainty), of, self.profile)
+        return self.of or usual.get(last, ("static_friction", "kinetic_friction"))
+
+
+def _need_members(name: str, value: Any, least: int) -> None:
+    if not (_is_whole(value) and least <= value <= MOST_MEMBERS):
+        raise InvalidInput(f"{name} = {shown(value)}: needs a whole number from {least} to {MOST_MEMBERS}")
 
 
 @dataclass(frozen=True, slots=True)

@@ -6,7 +6,7 @@ from typing import Any, Final
 from solver.drive import Scales
 from study.manifest.columns import number_or_text
 from study.manifest.drives import drive_parameters
-from study.manifest.manifest import STAGES, EnsembleTable, Outputs, field_names
+from study.manifest.manifest import STAGES, EnsembleTable, Outputs, TargetTable, field_names
 from study.manifest.parameters import TABLES, Value, words, words_of
 from study.manifest.problems import ManifestError, key_shown, shown, unknown
 from study.manifest.reader import KEYS_OF_FILES
@@ -22,6 +22,7 @@ def tables() -> dict[str, tuple[str, ...]]:
         **{table: words_of(table) for table in TABLES},
         "scales": field_names(Scales),
         "ensemble": field_names(EnsembleTable),
+        "target": field_names(TargetTable),
         "outputs": field_names(Outputs),
         _DRIVES: tuple(name for name in drive_parameters() if name not in words()),
     }

@@ -26,6 +26,7 @@ from study.manifest.manifest import (
     Manifest,
     Outputs,
     Stage,
+    TargetTable,
     field_names,
     is_share,
 )
@@ -65,32 +66,43 @@ _TOP: dict[str, tuple[type | tuple[type, ...], str]] = {
     "accuracy": ((int, float), "a relative error, 0 < accuracy < 1"),
     "front": (str, "the path of what nanoslip accuracy --save wrote, seen from the campaign file"),
     "axes": (dict, "a table [axes]"),
-    **{name: (dict, f"a table [{name}]") for name in (*TABLES, "scales", "outputs", "ensemble")},
+    **{name: (dict, f"a table [{name}]") for name in (*TABLES, "scales", "outputs", "ensemble", "target")},
     "drives": (list, "tables [[drives]]"),
     AXES: (dict, f"a table [{AXES}]"),
 }
 
 
-def _ensemble(files: NamedFiles, content: dict[str, Any], stages: tuple[Stage, ...], tractions: bool) -> Ensemble:
+def _ensemble(files: NamedFiles, top: dict[str, Any], stages: tuple[Stage, ...], tractions: bool) -> Ensemble:
     """The ensemble of every case."""
-    beside = {"uncertainty": 0.5} if "uncertainty" in content else {}
-    good = files.checked("ensemble", content, EnsembleTable, field_names(EnsembleTable), **beside)
-    for key in ("of", "most") if not beside else ():
-        if key in content:
-            where = f"ensemble.{key} = {shown(content[key])}"
-            files.refuse(where, "needs uncertainty = 0.01, or another one, beside it")
-    if "members" in content and "uncertainty" in content:
-        where = f"ensemble.members = {shown(content['members'])}"
-        files.refuse(where, "needs to be left out beside uncertainty, which decides their number; the most are `most`")
+    own, content = top.get("ensemble", {}), top.get("target")
+    table = EnsembleTable(**files.checked("ensemble", own, EnsembleTable, field_names(EnsembleTable)))
+    if content is None:
+        return Ensemble(table.members, profile=table.profile)
+    if "members" in own:
+        where = f"ensemble.members = {shown(own['members'])}"
+        files.refuse(
+            where, "needs to be left out beside [target], which decides their number; the most are target.most"
+        )
+    if "within" not in content:
+        files.refuse("[target]", "needs within = 0.01, or another relative error")
+    good = files.checked("target", content, TargetTable, field_names(TargetTable), within=0.5)
     for name in good.get("of", ()):
         stage = KNOWABLE[name]
         if STAGES.index(stage) > STAGES.index(stages[-1]):
-            table = ", which a [[drives]] table brings" if stage == "dynamics" else ""
-            files.refuse(f"ensemble.of = {shown(name)}", f'needs stage "{stage}"{table}: without it there is no {name}')
+            bringing = ", which a [[drives]] table brings" if stage == "dynamics" else ""
+            files.refuse(
+                f"target.of = {shown(name)}", f'needs stage "{stage}"{bringing}: without it there is no {name}'
+            )
         elif name in OF_CONTACTS and "slip" in stages and not tractions:
             wrong = 'needs stages = ["contact"] or outputs.tractions = true: else no contact is kept beside the record'
-            files.refuse(f"ensemble.of = {shown(name)}", wrong)
-    return EnsembleTable(**{**beside, **good}).computed(stages)
+            files.refuse(f"target.of = {shown(name)}", wrong)
+    target = TargetTable(**{"within": 0.5, **good})
+    of = target.variables(stages[-1])
+    if any(
+        KNOWABLE[name] == "dynamics" for name in of
+    ):  # drives share records: each would slide further ones by itself
+        of = tuple(dict.fromkeys(("plateau_mean", *of)))
+    return Ensemble(target.most, float(target.within), of, table.profile)
 
 
 SECONDS: Final = "seconds"
@@ -146,7 +158,7 @@ class _Reader(NamedFiles):
             drive_axes=pulled.axes,
             drives_left_out=() if pulled.drives else tuple(dict.fromkeys(drive.name for drive in driven.drives)),
             outputs=outputs,
-            ensemble=_ensemble(self, top.get("ensemble", {}), stages, outputs.tractions),
+            ensemble=_ensemble(self, top, stages, outputs.tractions),
             accuracy=accuracy,
             front=self.path.parent / top["front"] if "front" in top else None,
             front_text=self.measured("front", top),

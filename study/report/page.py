@@ -22,7 +22,7 @@ from study.report import overview
 from study.report.common import said_once
 from study.report.journal import cost, run_table
 from study.report.picture import Picture, picture
-from study.report.summary import MOST_ROWS, flag_summary, scalar_table, short_summary
+from study.report.summary import MOST_ROWS, flag_summary, left_out_summary, scalar_table, short_summary
 from study.results import runs
 from study.results.runs import Run
 
@@ -96,7 +96,7 @@ def page(dataset: xr.Dataset, journal: Sequence[Run]) -> str:
         attributes={name: value for name, value in dataset.attrs.items() if name not in _ELSEWHERE},
         endings=overview.endings(dataset),
         regimes=overview.regimes(dataset),
-        flags=[*short_summary(dataset), *flag_summary(dataset)],
+        flags=[*left_out_summary(dataset), *short_summary(dataset), *flag_summary(dataset)],
         facts={
             "Cost": [cost(journal)],
             "Accuracy": list(overview.accuracy(dataset)),

@@ -10,7 +10,9 @@ import numpy as np
 import xarray as xr
 from numpy.typing import NDArray
 
+from solver.effects import LeftOut
 from solver.outcome import Ending
+from solver.quantity import quantities
 from solver.sliding.validity import flags_in
 from solver.view import with_error
 from study.dataset.collection.counted import in_short, without_numbers
@@ -27,7 +29,7 @@ from study.dataset.variables import (
 )
 from study.figures.sweep.label import in_unit, said, symbol, unit_of
 from study.figures.sweep.points import listed
-from study.manifest.manifest import EnsembleTable, Stage
+from study.manifest.manifest import Stage, TargetTable
 from study.manifest.parameters import Value
 from study.plan.flags import flag_lines
 from study.plan.standing.endings import PENDING
@@ -145,14 +147,13 @@ def flag_summary(dataset: xr.Dataset) -> list[str]:
 
 
 def _target(dataset: xr.Dataset) -> tuple[float, tuple[str, ...]]:
-    """The relative uncertainty that a campaign asks for, NaN if it does not, and the variables to be known so well."""
+    """The relative error that a campaign asks for, NaN if it does not, and the variables to be known so well."""
     document = from_toml(dataset.attrs.get("manifest", ""))
-    table = document.get("ensemble", {})
-    if "uncertainty" not in table:
+    if "target" not in document:
         return math.nan, ()
     last: Stage = "dynamics" if "drive_outcome" in dataset else "slip" if "plateau_mean" in dataset else "contact"
-    found = EnsembleTable(**table).computed([last])
-    return float(table["uncertainty"]), found.of
+    target = TargetTable(**document["target"])
+    return target.within, target.variables(last)
 
 
 def short_summary(dataset: xr.Dataset) -> list[str]:
@@ -161,15 +162,30 @@ def short_summary(dataset: xr.Dataset) -> list[str]:
     lines = []
     for name in names:
         if {name, f"{name}_uncertainty"} <= set(dataset.data_vars):
-            known = abs(dataset[f"{name}_uncertainty"] / dataset[name])
+            known = 2.0 * abs(dataset[f"{name}_uncertainty"] / dataset[name])
+            if _LEFT_OUT_ERROR.name in dataset and set(dataset[_LEFT_OUT_ERROR.name].dims) <= set(known.dims):
+                known = known + dataset[_LEFT_OUT_ERROR.name]
             short = np.flatnonzero((known > enough).values)
             if len(short):
                 first = known[np.unravel_index(short[0], known.shape)]
                 place = words({dim: first[dim].item() for dim in map(str, _varying(dataset, known.dims))})
                 where = f"{len(short)} of {known.size} cases" + (f", first {place}" if place else "")
                 worst = f"the worst to {float(known.max()):.1%}"
-                lines.append(f"{name} is not known to {enough:.2g}: {where}; {worst}; raise ensemble.most")
+                lines.append(f"{name} is not known within {enough:.2g}: {where}; {worst}; raise target.most")
     return lines
+
+
+def left_out_summary(dataset: xr.Dataset) -> list[str]:
+    """One line for each effect that was left out of most members of a drive: of how many drives, and what it may change."""
+    if _LEFT_OUT.name not in dataset:
+        return []
+    texts, errors = (np.ravel(dataset[each.name].values) for each in (_LEFT_OUT, _LEFT_OUT_ERROR))
+    return [
+        f"left out: {word.replace('_', ' ')} in {(texts == word).sum()} of {texts.size} drives; the numbers asked for change by "
+        f"{errors[texts == word].max():.2%} at most, what else depends on it is not known"
+        for word in _LEFT_OUT.words[1:]
+        if (texts == word).any()
+    ]
 
 
 def failure_summary(dataset: xr.Dataset) -> list[str]:
@@ -263,6 +279,7 @@ _DRIVEN: Final = ("static_friction", "kinetic_friction", "regime")
 """What a drive is for: two numbers and a word, which may have to make room."""
 _UNHURT: Final = (COMPLETED, PENDING)
 """Endings that are no failure."""
+_LEFT_OUT, _LEFT_OUT_ERROR = quantities(LeftOut).values()
 _UNCERTAINTY: Final = {name: each.uncertainty for name, each in all_scalars().items()}
 """Variable -> the one that says how uncertain it is."""
 

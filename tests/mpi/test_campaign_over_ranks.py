@@ -106,8 +106,8 @@ def test_a_run_cut_short_goes_on_to_the_same_dataset(nanoslip, environment, whol
 @pytest.mark.slow
 def test_an_ensemble_is_the_same_on_two_ranks(nanoslip, campaign):
     """Until its target is reached, too: members that a drive slides beyond those of its record."""
-    target = "uncertainty = 0.01\nensemble.of = ['kinetic_friction']\nensemble.most = 6"
-    campaign.write_text(SMALL.replace("members = 1", target))
+    target = "target.within = 0.02\ntarget.of = ['kinetic_friction']\ntarget.most = 6"
+    campaign.write_text(SMALL.replace("ensemble.members = 1", target))
     found = []
     for ranks in (0, 2):
         out = campaign.parent / f"out{ranks}"

@@ -64,7 +64,7 @@ def _print(found: Standing, ranks: int, show_effects: bool) -> None:
 def _cases(plan: Plan) -> Iterator[str]:
     """How many cases and drives there are, how many of them are refused, and how the grid was chosen."""
     manifest, ensemble = plan.manifest, plan.manifest.ensemble
-    likely = str(ensemble.members) if ensemble.uncertainty is None else f"{ensemble.likely} to {ensemble.members}"
+    likely = str(ensemble.members) if ensemble.within is None else f"{ensemble.likely} to {ensemble.members}"
     of_members = f" of {likely} members" if ensemble.members > 1 else ""
     refused = sum(case.case is None for case in plan.cases)
     yield f"{counted(len(plan.cases), 'case')}{of_members}, {refused} of them refused"
@@ -106,9 +106,9 @@ def _time(found: Standing, ranks: int) -> str:
 def _ensembles(found: Standing) -> Iterator[str]:
     """What the estimate leaves open where a target decides how many members there are."""
     ensemble = found.plan.manifest.ensemble
-    if ensemble.uncertainty is not None:
+    if ensemble.within is not None:
         yield (
-            f"estimated for {ensemble.likely} members of each case; to know {', '.join(ensemble.of)} to {ensemble.uncertainty:g} "
+            f"estimated for {ensemble.likely} members of each case; to know {', '.join(ensemble.of)} within {ensemble.within:g} "
             f"may take up to {ensemble.members}"
         )
 

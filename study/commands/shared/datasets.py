@@ -25,6 +25,7 @@ from study.report.summary import (
     drive_summary,
     failure_summary,
     flag_summary,
+    left_out_summary,
     scalar_table,
     short_summary,
 )
@@ -105,7 +106,7 @@ def print_summary(dataset: xr.Dataset) -> None:
     print_sentences([*alike, *filter(None, [means_of(dataset)])])
     print_sentences(drive_summary(dataset))
     print_sentences(failure_summary(dataset), "failed")
-    print_sentences([*short_summary(dataset), *flag_summary(dataset)])
+    print_sentences([*left_out_summary(dataset), *short_summary(dataset), *flag_summary(dataset)])
 
 
 def _chosen(dataset: xr.Dataset) -> Iterator[str]:

@@ -11,7 +11,7 @@ import xarray as xr
 from numpy.typing import NDArray
 
 from solver.case import Case
-from solver.ensemble import mean_of
+from solver.ensemble import mean_of, needed
 from solver.outcome import Outcome
 from solver.quantity import Quantity, attributes
 from solver.sliding.validity import advice_on, flags_in
@@ -236,8 +236,9 @@ def _nothing(quantity: Quantity) -> object:
 
 
 def _word(quantity: Quantity, numbers: Sequence[float]) -> str:
-    """The word that most members' numbers stand for; how many, where not all do."""
-    return counted([quantity.words[int(each)] for each in numbers if not math.isnan(each)])
+    """The word that most members' numbers stand for; how many, where not all do. None of too few members."""
+    known = [quantity.words[int(each)] for each in numbers if not math.isnan(each)]
+    return counted(known) if len(known) >= needed(len(numbers)) else ""
 
 
 @lru_cache

@@ -1,7 +1,8 @@
 """The motion of the driven pin over a case's friction record, and what is measured in it."""
 
-from dataclasses import fields
+from dataclasses import dataclass, field, fields, replace
 from functools import lru_cache
+from typing import Final
 
 from solver.case import Case
 from solver.drive import Drive
@@ -9,8 +10,11 @@ from solver.dynamics.coefficients import FrictionCoefficients, measured
 from solver.dynamics.integrate import DynamicsResult
 from solver.dynamics.regime import StickSlipCount, count_sticks
 from solver.dynamics.stick_slip import StickSlipFit, fit_stick_slip
+from solver.effects import SPARED, LeftOut
 from solver.ensemble import ALONE, Ensemble
 from solver.last import of_the_last
+from solver.outcome import SolverError
+from solver.quantity import quantities
 from solver.sliding.plateau import Plateau
 from solver.sliding.record import FrictionRecord
 from study.canonical import CanonicalText, canonical_text
@@ -33,6 +37,7 @@ from study.plan.kinds.kind import (
     computed_members,
     disk_of,
     drive_of,
+    largest_change,
     own_ensemble,
     scalars_only_mark,
     several,
@@ -57,7 +62,7 @@ def drive_task(
     own, text = _own(ensemble)
     marks = (*scalars_only_mark(scalars_only), *(() if fitted else ("unfitted",)))
     key = task_key(NAME, record.key, _text(drive), text, *marks)
-    more = compliance_needs(case.slab) if own.uncertainty is not None else ()
+    more = compliance_needs(case.slab) if own.within is not None else ()
     needs = (record.key, *more)
     return Task(key, NAME, case.slab, case, drive, ensemble=own, needs=needs, scalars_only=scalars_only, fitted=fitted)
 
@@ -89,6 +94,10 @@ def _fitted(manifest: Manifest) -> bool:
     return manifest.outputs.fit
 
 
+def _aimed(manifest: Manifest) -> bool:
+    return manifest.ensemble.within is not None
+
+
 def _tasks(case: Case, manifest: Manifest) -> tuple[Wanted, ...]:
     bare = not (_trajectory(manifest) or _phases(manifest))
     fitted = _fitted(manifest)
@@ -113,19 +122,68 @@ def _pulled_over(result: TaskResult) -> list[Pulled]:
     ]
 
 
-def _run(task: Task, inputs: Inputs) -> Computed:
-    drive, records = drive_of(task), _pulled_over(inputs[task.needs[0]])
+@dataclass(slots=True)
+class _Pulling:
+    """A drive of a case: the first members with everything, the others without what the first ones do not need."""
 
-    def compute(case: Case, number: int) -> Member:
-        record, plateau = records[number] if number < len(records) else _slid(case, task, inputs)
+    task: Task
+    inputs: Inputs
+    records: list[Pulled]
+    whole: list[Member] = field(default_factory=list)
+    drive: Drive = field(init=False)
+    left_out: LeftOut = field(default=LeftOut("nothing", 0.0), init=False)
+
+    def __post_init__(self) -> None:
+        self.drive = drive_of(self.task)
+
+    def member(self, case: Case, number: int) -> Member:
+        """The motion of a member and what is measured in it."""
+        if self.task.ensemble.within is not None and number == PAIRS:
+            self._leave_out()
+        pulled = self.records[number] if number < len(self.records) else _slid(case, self.task, self.inputs)
+        found = self._pulled(pulled, self.drive)
+        if number < PAIRS:
+            self.whole.append(found)
+        elif self.drive is not drive_of(self.task):
+            return replace(found, only=(*self.task.ensemble.of, *quantities(LeftOut)))
+        return found
+
+    def _leave_out(self) -> None:
+        """Find the first effect without which the first members' numbers change by less than half of what the target allows."""
+        ensemble, everything = self.task.ensemble, self.drive
+        for effect in SPARED if ensemble.of else ():
+            if effect.there(everything):
+                without = effect.without(everything)
+                fewer = [self._pulled(pulled, without) for pulled in self.records[:PAIRS]]
+                error = largest_change(DRIVE, ensemble, fewer, self.whole)
+                if error <= 0.5 * (ensemble.within or 0.0):
+                    self.drive, self.left_out = without, LeftOut(effect.name, error)
+                    return
+
+    def _pulled(self, pulled: Pulled, drive: Drive) -> Member:
+        record, plateau = pulled
         if not record.outcome.usable:
             return Member((), record.outcome)
-        motion, coefficients = measured(record, plateau, drive)
-        fit = fit_stick_slip(motion, drive, record.normal_load) if task.fitted else None
+        try:
+            motion, coefficients = measured(record, plateau, drive)
+        except SolverError as error:
+            return Member((), error.outcome)
+        fit = fit_stick_slip(motion, drive, record.normal_load) if self.task.fitted else None
         count = count_sticks(motion, drive)
         return Member((coefficients, fit, count, motion), coefficients.outcome.adding(count.unsettled))
 
-    return Computed(computed_members(DRIVE, task, compute, len(records)))
+
+PAIRS: Final = 2
+"""Members that are pulled with everything and without an effect: the fewest whose changes have a ±."""
+
+
+def _run(task: Task, inputs: Inputs) -> Computed:
+    pulling = _Pulling(task, inputs, list(_pulled_over(inputs[task.needs[0]])))
+    there = len(pulling.records)
+    found = computed_members(DRIVE, task, pulling.member, there, lambda: pulling.left_out.left_out_error)
+    if task.ensemble.within is not None:
+        found = tuple(replace(each, values=(*each.values, pulling.left_out)) if each.values else each for each in found)
+    return Computed(found)
 
 
 def _slid(case: Case, task: Task, inputs: Inputs) -> Pulled:
@@ -160,6 +218,7 @@ DRIVE = Kind(
         Part(StickSlipFit, "fitted_", wanted=_fitted),
         Part(StickSlipCount),
         Part(DynamicsResult, whole=True),
+        Part(LeftOut, wanted=_aimed),
     ),
     (
         Ragged("trajectory", "sample", "trajectory_row_size", _trajectory),

@@ -18,7 +18,7 @@ from numpy.typing import NDArray
 from solver.case import Case
 from solver.drive import Drive
 from solver.elasticity.compliance import Compliance, SurfaceCompliance, normal_compliance
-from solver.ensemble import FEWEST, Ensemble
+from solver.ensemble import Ensemble, change_by, needed
 from solver.outcome import COMPLETED, Ending, Outcome, SolverError
 from solver.quantity import Quantity, quantities
 from solver.slab import Slab
@@ -69,6 +69,8 @@ class Member:
 
     values: tuple[object, ...] = ()
     outcome: Outcome = COMPLETED
+    only: tuple[str, ...] | None = None
+    """The variables that it knows, where it was computed without an effect on which others depend; None for all."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -162,12 +164,16 @@ def own_ensemble(kind: Kind, ensemble: Ensemble) -> tuple[Ensemble, CanonicalTex
 
 
 def computed_members(
-    kind: Kind, task: Task, compute: Callable[[Case, int], Member], there: int | None = None
+    kind: Kind,
+    task: Task,
+    compute: Callable[[Case, int], Member],
+    there: int | None = None,
+    spent: Callable[[], float] = lambda: 0.0,
 ) -> tuple[Member, ...]:
     """The members that a task asks for, or as many as its target takes. compute: one, from its case and number.
 
     A member that the physics refuses has that outcome and no values. there: how many have what this kind needs; all of them are
-    computed, and further ones only for a target.
+    computed, and further ones only for a target. spent: relative error by what members leave out, which the target includes.
     """
     ensemble, found = task.ensemble, list[Member]()
 
@@ -179,16 +185,26 @@ def computed_members(
 
     for size in ensemble.sizes() if there is None else (there, *(size for size in ensemble.sizes() if size > there)):
         found += map(tried, range(len(found), size))
-        if ensemble.uncertainty is not None and known(kind, ensemble, found):
+        if ensemble.within is not None and known(kind, replace(ensemble, within=ensemble.within - spent()), found):
             break
     return tuple(found)
 
 
 def known(kind: Kind, ensemble: Ensemble, members: Sequence[Member]) -> bool:
     """Whether these members know all observables of an ensemble's target that are numbers of this kind."""
-    asked = [key for key, each in declared(kind).items() if each.name in ensemble.of]
-    scalars = _scalars(kind, members) if asked else {}
-    return all(ensemble.known(scalars[key]) for key in asked)
+    return all(map(ensemble.known, _asked(kind, ensemble, members)))
+
+
+def largest_change(kind: Kind, ensemble: Ensemble, without: Sequence[Member], whole: Sequence[Member]) -> float:
+    """`change_by` what members leave out, of the observable of an ensemble's target in which it is largest."""
+    return max(map(change_by, _asked(kind, ensemble, without), _asked(kind, ensemble, whole)))
+
+
+def _asked(kind: Kind, ensemble: Ensemble, members: Sequence[Member]) -> list[list[float | int]]:
+    """Values of the members, of each number of this kind in an ensemble's target."""
+    scalars = _scalars(kind, members)
+    nothing = [math.nan] * len(members)
+    return [scalars.get(key, nothing) for key, each in declared(kind).items() if each.name in ensemble.of]
 
 
 def numbers(kind: Kind, members: Sequence[Member]) -> tuple[dict[str, list[float | int]], dict[str, NDArray[Any]]]:
@@ -221,13 +237,15 @@ def column(result: TaskResult, name: str, sample: str, member: int = 0) -> NDArr
 
 def _scalars(kind: Kind, members: Sequence[Member]) -> dict[str, list[float | int]]:
     found: dict[str, list[float | int]] = {}
+    names = {key: each.name for key, each in declared(kind).items()}
     for number, member in enumerate(members):
         for part, value in zip(kind.parts, member.values, strict=False):
             if value is None:
                 continue
             held = _held(part)
             for key, words, one in zip(held.keys, held.words, held.values(value), strict=True):
-                if not isinstance(one, np.ndarray | Outcome):
+                unknown = member.only is not None and names.get(key) not in member.only
+                if not (unknown or isinstance(one, np.ndarray | Outcome)):
                     found.setdefault(key, [math.nan] * len(members))[number] = _coded(one, words) if words else one
     return found
 
@@ -250,7 +268,7 @@ def joint_outcome(members: Sequence[Outcome]) -> Outcome:
     counts = Counter(each.ending for each in members)
     first = {ending: next(each.message for each in members if each.ending is ending) for ending in counts}
     done = counts[Ending.COMPLETED]
-    enough = done >= max(min(FEWEST, len(members)), len(members) / 2.0)
+    enough = done >= needed(len(members))
     ending = (
         Ending.COMPLETED
         if enough

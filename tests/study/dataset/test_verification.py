@@ -95,7 +95,7 @@ def test_what_is_pending_is_not_computed(tmp_path):
     assert len(Store(tmp_path / "again").finished()) == 1 + 2
 
 
-UNTIL_KNOWN = RECORDS.replace("members = 1", "uncertainty = 0.01")
+UNTIL_KNOWN = RECORDS.replace("ensemble.members = 1", "target.within = 0.02")
 
 
 @pytest.mark.parametrize("ending", UNDONE)
@@ -151,9 +151,7 @@ DESIGNS = {
     "an accuracy from a front": 'accuracy = 0.005\nfront = "../far/front.json"\n' + RECORDS.replace("n_x = 17", ""),
     "states": RECORDS + "[outputs]\ntractions = true\ntractions_at = [0, 30]\nsubsurface = true\n",
     "members": SMALL.replace("members = 1", "members = 3") + "[heterogeneity]\nspread = 0.1\n",
-    "a target": SMALL.replace(
-        "members = 1", "uncertainty = 0.02\nensemble.of = ['static_friction']\nensemble.most = 6"
-    ),
+    "a target": SMALL.replace("ensemble.members = 1", "target = {within = 0.04, of = ['static_friction'], most = 6}"),
     "scalars alone": SMALL + "[outputs]\nrecords = false\ntrajectory = false\n",
     "contact alone": RECORDS.replace(', "slip"', ""),
     "refused cases": RECORDS.replace("n_x = 17", "n_x = 17\nrows = 4\nscheme = 'biquadratic'\n").replace(

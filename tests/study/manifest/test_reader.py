@@ -123,11 +123,11 @@ def test_an_ensemble_is_a_number_of_members_or_a_target(tmp_path: Path) -> None:
     assert read(tmp_path, 'title = "x"').ensemble == Ensemble(8)
     assert read(tmp_path, 'title = "x"\nensemble.members = 1').ensemble == ALONE
     assert read(tmp_path, 'title = "x"\nensemble.profile = "given"').ensemble == Ensemble(8, profile="given")
-    target = 'title = "x"\nensemble.uncertainty = 0.01\n'
+    target = 'title = "x"\ntarget.within = 0.01\n'
     assert read(tmp_path, target).ensemble == Ensemble(96, 0.01, ("plateau_mean",))
     assert read(tmp_path, target + 'stages = ["contact"]').ensemble.of == ("contact_half_width",)
-    assert read(tmp_path, target + DRIVE).ensemble.of == ("static_friction", "kinetic_friction")
-    given = 'ensemble.of = ["approach", "mean_step"]\nensemble.most = 3\noutputs.tractions = true'
+    assert read(tmp_path, target + DRIVE).ensemble.of == ("plateau_mean", "static_friction", "kinetic_friction")
+    given = 'target.of = ["approach", "mean_step"]\ntarget.most = 3\noutputs.tractions = true'
     assert read(tmp_path, target + given).ensemble == Ensemble(3, 0.01, ("approach", "mean_step"))
 
 
@@ -294,45 +294,41 @@ WRONG = {
     "ensemble that is a number": ("ensemble = 8", "ensemble = 8: needs a table [ensemble]"),
     "unknown key of an ensemble": ("ensemble.member = 8", "ensemble.member = 8: unknown; did you mean members?"),
     "ensemble's uncertainty of 0": (
-        "ensemble.uncertainty = 0.0",
-        "ensemble.uncertainty = 0.0: needs a relative uncertainty, 0 < uncertainty < 1",
+        "target.within = 0.0",
+        "target.within = 0.0: needs a relative error, 0 < within < 1",
     ),
     "wrong uncertainty beside variables": (
-        "ensemble = {uncertainty = 5, of = ['plateau_mean'], most = 9}",
-        "ensemble.uncertainty = 5: needs a relative uncertainty, 0 < uncertainty < 1",
+        "target = {within = 5, of = ['plateau_mean'], most = 9}",
+        "target.within = 5: needs a relative error, 0 < within < 1",
     ),
     "fewest members of a target": (
-        "ensemble = {uncertainty = 0.1, most = 2}",
-        "ensemble.most = 2: needs 3 or more, as fewer know no mean",
+        "target = {within = 0.1, most = 2}",
+        "target.most = 2: needs a whole number from 3 to 10000",
     ),
     "members beside a target": (
-        "ensemble = {uncertainty = 0.1, members = 8}",
-        re.compile(r"ensemble.members = 8: needs to be left out beside uncertainty"),
+        "target.within = 0.1\nensemble.members = 8",
+        re.compile(r"ensemble.members = 8: needs to be left out beside \[target\]"),
     ),
     "variables without a target": (
-        "ensemble.of = ['plateau_mean']",
-        'ensemble.of = ["plateau_mean"]: needs uncertainty = 0.01, or another one, beside it',
-    ),
-    "most members without a target": (
-        "ensemble.most = 9",
-        "ensemble.most = 9: needs uncertainty = 0.01, or another one, beside it",
+        "target.of = ['plateau_mean']",
+        "[target]: needs within = 0.01, or another relative error",
     ),
     "place on a profile": ("ensemble.profile = 'any'", 'ensemble.profile = "any": needs "drawn" or "given"'),
     "variable that is no list": (
-        "ensemble = {uncertainty = 0.1, of = 'plateau_mean'}",
-        re.compile(r'ensemble.of = "plateau_mean": needs a list, each one of contact_half_width, '),
+        "target = {within = 0.1, of = 'plateau_mean'}",
+        re.compile(r'target.of = "plateau_mean": needs a list, each one of contact_half_width, '),
     ),
     "variable that cannot be a target": (
-        "ensemble = {uncertainty = 0.1, of = ['events']}",
-        re.compile(r'ensemble.of = .*events.*: needs a list, each one of contact_half_width, '),
+        "target = {within = 0.1, of = ['events']}",
+        re.compile(r'target.of = .*events.*: needs a list, each one of contact_half_width, '),
     ),
     "friction of pins that are not pulled": (
-        "ensemble = {uncertainty = 0.1, of = ['static_friction']}",
-        re.compile(r'ensemble.of = "static_friction": needs stage "dynamics", which a \[\[drives\]\] table brings'),
+        "target = {within = 0.1, of = ['static_friction']}",
+        re.compile(r'target.of = "static_friction": needs stage "dynamics", which a \[\[drives\]\] table brings'),
     ),
     "contacts that are not kept": (
-        "ensemble = {uncertainty = 0.1, of = ['approach']}",
-        re.compile(r'ensemble.of = "approach": needs stages = \["contact"\] or outputs.tractions = true'),
+        "target = {within = 0.1, of = ['approach']}",
+        re.compile(r'target.of = "approach": needs stages = \["contact"\] or outputs.tractions = true'),
     ),
     # design
     "unknown design": ('design = "grid"', re.compile('design = "grid": needs "product" or "zip"')),
@@ -550,6 +546,7 @@ def test_a_symbol_is_advised_to_be_its_parameter(line: str, advice: str) -> None
 
 
 REMOVED = {
+    "ensemble.uncertainty": "[ensemble]\nuncertainty = 0.01\n",
     "limits.uncertainty": "[limits]\nuncertainty = 0.01\n",
     "limits.length_error": "[limits]\nlength_error = 0.01\n",
     "axes.uncertainty": "[axes]\nuncertainty = [0.1, 0.01]\n",

@@ -165,7 +165,7 @@ def test_a_list_of_cases_is_labelled_by_what_its_author_lists_and_not_by_what_fo
     assert scalar_table(found).header[:3] == ("R/L_x", "n_x", "a/L_x")
 
 
-def ensembles(errors: list[float], asked: str = "uncertainty = 0.01") -> xr.Dataset:
+def ensembles(errors: list[float], asked: str = "[target]\nwithin = 0.02") -> xr.Dataset:
     """Cases over the load, whose plateaus are -0.5 and known so well."""
     load = ("normal_load",)
     return xr.Dataset(
@@ -174,21 +174,21 @@ def ensembles(errors: list[float], asked: str = "uncertainty = 0.01") -> xr.Data
             "plateau_mean_uncertainty": (load, 0.5 * np.array(errors)),
         },
         {"normal_load": 1e-4 * np.arange(1, len(errors) + 1)},
-        {"manifest": f"[ensemble]\n{asked}"},
+        {"manifest": asked},
     )
 
 
 def test_numbers_less_known_than_was_asked_for_are_counted_with_the_first_and_the_worst() -> None:
     assert short_summary(ensembles([0.009, 0.011, 0.034])) == [
-        "plateau_mean is not known to 0.01: 2 of 3 cases, first W/(G·L_x·L_y) = 2e-4; the worst to 3.4%; raise ensemble.most"
+        "plateau_mean is not known within 0.02: 2 of 3 cases, first W/(G·L_x·L_y) = 2e-4; the worst to 6.8%; raise target.most"
     ]
 
 
 def test_numbers_that_are_known_unfinished_or_asked_for_by_nobody_are_not_short_of_anything() -> None:
     assert short_summary(ensembles([0.009, 0.01])) == []
     assert short_summary(ensembles([np.nan])) == []
-    assert short_summary(ensembles([0.02], asked="members = 8")) == []
-    assert short_summary(ensembles([0.02], asked='uncertainty = 0.01\nof = ["static_friction"]')) == []
+    assert short_summary(ensembles([0.02], asked="[ensemble]\nmembers = 8")) == []
+    assert short_summary(ensembles([0.02], asked='[target]\nwithin = 0.02\nof = ["static_friction"]')) == []
     assert short_summary(xr.Dataset()) == []
 
 
@@ -208,7 +208,7 @@ def test_what_a_campaign_asks_for_stands_before_other_numbers() -> None:
     assert scalar_table(data).header[2:] == ("plateau F/W", "outcome")
     table = scalar_table(driven)
     assert (table.header[2:5], table.asked) == (("μ_s", "μ_k", "plateau F/W"), 2)
-    driven.attrs["manifest"] = '[ensemble]\nuncertainty = 0.01\nof = ["kinetic_friction"]\n'
+    driven.attrs["manifest"] = '[target]\nwithin = 0.02\nof = ["kinetic_friction"]\n'
     table = scalar_table(driven)
     assert (table.header[2:5], table.asked) == (("μ_k", "μ_s", "plateau F/W"), 2)
 

@@ -78,7 +78,7 @@ AT_ONCE = {
         ("accuracy = 2: ", "numerics.n_x: needs to be left out beside accuracy"),
     ),
     "members, and a variable whose stage is missing": (
-        '[ensemble]\nmembers = 4\nuncertainty = 0.02\nof = ["static_friction"]\n',
+        '[ensemble]\nmembers = 4\n[target]\nwithin = 0.02\nof = ["static_friction"]\n',
         ("ensemble.members = 4: needs to be left out", 'needs stage "dynamics"'),
     ),
     "a duration, and another one": (

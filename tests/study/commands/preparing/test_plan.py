@@ -79,14 +79,12 @@ def test_drives_that_no_stage_computes_are_named_and_left_out(main, campaign):
 
 
 def test_what_a_target_leaves_open_stands_beside_the_estimate(main, campaign):
-    campaign.write_text(SMALL.replace("members = 1", "uncertainty = 0.02"))
+    campaign.write_text(SMALL.replace("ensemble.members = 1", "target.within = 0.02"))
     code, said, _ = main("plan", campaign)
     assert code == 0
     assert "4 cases of 3 to 96 members, 0 of them refused" in said
-    assert (
-        "estimated for 3 members of each case; to know static_friction, kinetic_friction to 0.02 may take up to 96"
-        in said
-    )
+    asked = "plateau_mean, static_friction, kinetic_friction within 0.02"
+    assert f"estimated for 3 members of each case; to know {asked} may take up to 96" in said
     few = json.loads(main("plan", campaign, "--json")[1])
     campaign.write_text(SMALL.replace("members = 1", "members = 3"))
     three = json.loads(main("plan", campaign, "--json")[1])

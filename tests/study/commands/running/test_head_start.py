@@ -51,7 +51,7 @@ def early(monkeypatch: pytest.MonkeyPatch) -> None:
     ids=["plain", "intermediate records", "ensemble"],
 )
 def test_the_dataset_is_the_same_and_some_of_it_was_computed_early(main: Main, campaign: Path, changes: str) -> None:
-    target = SMALL.replace("members = 1", "uncertainty = 0.5")
+    target = SMALL.replace("ensemble.members = 1", "target.within = 0.9")
     campaign.write_text(target if changes == "MEMBERS" else SMALL + changes)
     out, apart = campaign.parent / "out", campaign.parent / "apart"
     code, _, said = main("run", campaign, "--out", out, "--serial")

@@ -109,10 +109,10 @@ def test_a_drive_that_no_member_yields_has_no_numbers(four: Four, tmp_path: Path
 
 
 def test_a_target_is_reached_or_the_most_are_computed(build: Build) -> None:
-    asked = 0.004
-    text = FOUR.replace("members = 4", f"uncertainty = {asked}\nensemble.most = 24\nensemble.of = ['plateau_mean']")
+    asked = 0.008
+    text = FOUR.replace("ensemble.members = 4", f"target = {{within = {asked}, most = 24, of = ['plateau_mean']}}")
     found = collect(*build(text)).squeeze()
-    shares = (found["plateau_mean_uncertainty"] / found["plateau_mean"]).values.tolist()
+    shares = (2.0 * found["plateau_mean_uncertainty"] / found["plateau_mean"]).values.tolist()
     counts = found["members"].values.tolist()
     assert set(counts) <= {3.0, 6.0, 12.0, 24.0}
     assert all(share <= asked or count == 24 for share, count in zip(shares, counts, strict=True))

@@ -23,7 +23,7 @@ ZIPPED = 'design = "zip"\n' + SMALL
 TABLED = 'table = "cases.csv"\n' + SMALL[: SMALL.index("[axes]")] + SMALL[SMALL.index("[numerics]") :]
 OVER_SUPPORTS = SMALL.replace("[axes]", '[axes]\nsupport = ["bonded", "frictionless"]')
 DRAWN = SMALL.replace("members = 1", "members = 3") + "[heterogeneity]\nspread = 0.1\n"
-UNTIL_KNOWN = SMALL.replace("members = 1", "uncertainty = 0.05")
+UNTIL_KNOWN = SMALL.replace("ensemble.members = 1", "target.within = 0.1")
 CAMPAIGNS = {
     "product": SMALL,
     "further axis": OVER_SUPPORTS,

@@ -64,7 +64,9 @@ def test_ensembles_of_which_one_costs_most_leave_no_shard_empty() -> None:
     small = (
         SMALL.replace("[50.0, 100.0]", "[50.0]").replace("n_x = 17", "").replace("[axes]", "[axes]\nn_x = [17, 257]")
     )
-    waiting = make_plan(parse_manifest(Path("mine.toml"), small.replace("members = 1", "uncertainty = 0.01"), {}))
+    waiting = make_plan(
+        parse_manifest(Path("mine.toml"), small.replace("ensemble.members = 1", "target.within = 0.02"), {})
+    )
     sizes = sorted(len(part(waiting, Shard(number, 3)).cases) for number in (1, 2, 3))
     assert sizes == [1, 1, 2]
 

@@ -20,7 +20,7 @@ CAMPAIGNS = {
     "drives": SMALL,
     "scalars": SMALL + "[outputs]\nrecords = false\nstatistics = true\ntractions_at = [3]\n",
     "contact": 'title = "t"\nstages = ["contact"]\n[axes]\nradius = [50.0, 60.0]\nn_x = [17, 33]\n',
-    "a target": SMALL.replace("members = 1", "uncertainty = 0.01"),
+    "a target": SMALL.replace("ensemble.members = 1", "target.within = 0.02"),
     "refused": PARTLY_REFUSED,
     "all refused": 'title = "t"\n[constants]\nintrinsic_friction = inf\n[slip]\nresidual_shear = 1.0\n',
     "drive refused": SMALL.split("[[drives]]")[0]
