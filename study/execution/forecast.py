@@ -1,10 +1,11 @@
-"""How long tasks take on several ranks, from what each is estimated to cost and what others of its kind have cost so far."""
+"""How long tasks take on several ranks, from what each is predicted to cost and what others of its kind have cost so far."""
 
 import heapq
 import math
 from collections import defaultdict
-from collections.abc import Collection, Sequence
+from collections.abc import Callable, Collection, Mapping, Sequence
 from dataclasses import dataclass
+from operator import attrgetter
 from typing import Any, Final
 
 from study.execution.queue import TaskQueue, Work
@@ -25,20 +26,56 @@ class _Account:
 
     estimated: float = 0.0
     measured: float = 0.0
+    tasks: float = 0
 
 
-class Expectation:
-    """How long a task will take: its estimate, scaled by what tasks of its kind took over what they were estimated to."""
+class Measured:
+    """What finished tasks of a campaign took, kind by kind, over what they were predicted to."""
 
-    def __init__(self) -> None:
+    def __init__(self, *data: Mapping[str, Sequence[float]]) -> None:
+        """data: kind -> number of tasks, seconds predicted, seconds measured; of several runs, which are added up."""
         self._accounts: defaultdict[str, _Account] = defaultdict(_Account)
+        for each in data:
+            for kind, (tasks, estimated, measured) in each.items():
+                self._add(kind, tasks, estimated, measured)
 
     def learn(self, tasks: Sequence[Work], seconds: Collection[float]) -> None:
         """Note that tasks have ended, each after so many seconds."""
         for task, took in zip(tasks, seconds, strict=True):
-            account = self._accounts[task.kind]
-            account.estimated += task.cost
-            account.measured += took
+            self._add(task.kind, 1, task.cost, took)
+
+    def as_data(self) -> dict[str, list[float]]:
+        """The sums, as a journal holds them."""
+        return {
+            kind: [each.tasks, round(each.estimated, 6), round(each.measured, 6)]
+            for kind, each in self._accounts.items()
+        }
+
+    def factor(self, kind: str) -> float:
+        """Measured over predicted seconds: of this kind, else of all kinds together; 1 where nothing is measured."""
+        known = self._accounts.get(kind, _Account())
+        several = [known] if known.estimated > 0.0 else list(self._accounts.values())
+        estimated = sum(each.estimated for each in several)
+        return sum(each.measured for each in several) / estimated if estimated > 0.0 else 1.0
+
+    def seconds(self, task: Work) -> float:
+        """Expected seconds of a task."""
+        return task.cost * self.factor(task.kind)
+
+    def tasks(self, kinds: Collection[str]) -> int:
+        """Number of measured tasks of these kinds; 0 unless there are some of each."""
+        found = [int(self._accounts[kind].tasks) if kind in self._accounts else 0 for kind in kinds]
+        return sum(found) if all(found) else 0
+
+    def _add(self, kind: str, tasks: float, estimated: float, measured: float) -> None:
+        account = self._accounts[kind]
+        account.tasks += tasks
+        account.estimated += estimated
+        account.measured += measured
+
+
+class Expectation(Measured):
+    """How long tasks in hand will take; nothing is expected of a kind of which none has ended."""
 
     def seconds(self, task: Work) -> float:
         """Expected seconds of a task; infinite before any of its kind has ended."""
@@ -66,11 +103,13 @@ class _Fading(_Account):
 class Forecast:
     """Time that a run still takes: estimates, each scaled by what tasks of its kind took over what they were estimated to.
 
-    A kind of which little is done is scaled as all kinds together, and at first not at all.
+    A kind of which little is done is scaled as in earlier runs, without those as all kinds together, and at first not at all.
     """
 
-    def __init__(self, tasks: Sequence[Work], ranks: int = 1) -> None:
+    def __init__(self, tasks: Sequence[Work], ranks: int = 1, measured: Measured | None = None) -> None:
+        """measured: what tasks of the campaign took in earlier runs, if any."""
         self._ranks = ranks
+        self._before = measured or Measured()
         self._kinds: defaultdict[str, _Fading] = defaultdict(_Fading)
         for task in tasks:
             kind = self._kinds[task.kind]
@@ -102,10 +141,15 @@ class Forecast:
         return self._done / (self._done + left) if left > 0.0 else 1.0
 
     def _core_seconds(self) -> float:
-        kinds = self._kinds.values()
-        least = min((kind.doubt for kind in kinds), default=0.0)
-        speed = _scaled(sum(kind.measured for kind in kinds), sum(kind.estimated for kind in kinds), least, 1.0)
-        return sum(max(kind.left, 0.0) * _scaled(kind.measured, kind.estimated, kind.doubt, speed) for kind in kinds)
+        kinds = {kind: (each, self._before.factor(kind)) for kind, each in self._kinds.items()}
+        least = min((kind.doubt for kind, _ in kinds.values()), default=0.0)
+        measured = sum(kind.measured for kind, _ in kinds.values())
+        # Over what earlier runs lead to expect.
+        speed = _scaled(measured, sum(before * kind.estimated for kind, before in kinds.values()), least, 1.0)
+        return sum(
+            max(kind.left, 0.0) * _scaled(kind.measured, kind.estimated, kind.doubt, before * speed)
+            for kind, before in kinds.values()
+        )
 
 
 def _scaled(measured: float, estimated: float, doubt: float, else_: float) -> float:
@@ -113,20 +157,30 @@ def _scaled(measured: float, estimated: float, doubt: float, else_: float) -> fl
     return (measured + doubt * else_) / (estimated + doubt) if estimated + doubt > 0.0 else else_
 
 
-def makespan(tasks: Sequence[Work], ranks: int) -> float:
-    """Seconds until so many ranks have done all tasks, each after its needs, every rank taking the next ready one."""
+def makespan(tasks: Sequence[Work], ranks: int, seconds: Callable[[Work], float] = attrgetter("cost")) -> float:
+    """Seconds until so many ranks have done all tasks, each after its needs, every rank taking the next ready one.
+
+    seconds: of each task.
+    """
     if ranks == 1:
-        return sum((task.cost for task in tasks), 0.0)
+        return sum(map(seconds, tasks), 0.0)
     queue: TaskQueue[Any] = TaskQueue(tasks)
     running: list[tuple[float, str]] = []
     now = 0.0
     while len(queue) or running:
         while len(running) < ranks and queue.ready:
             task = queue.take()
-            heapq.heappush(running, (now + task.cost, task.key))
+            heapq.heappush(running, (now + seconds(task), task.key))
         now, key = heapq.heappop(running)
         queue.finish(key)
     return now
+
+
+def roughly(seconds: float) -> str:
+    """Seconds as text to one digit: `about 0.05 s`, `about 3 min`, `about 2 h`, `about 4 days`."""
+    units = ((95.0, 1.0, "s"), (95.0, 60.0, "min"), (47.0, 3600.0, "h"), (math.inf, 86400.0, "days"))
+    number, word = next((seconds / unit, word) for most, unit, word in units if seconds / unit < most)
+    return f"about {float(f'{number:.1g}'):g} {word}"
 
 
 def duration(seconds: float) -> str:

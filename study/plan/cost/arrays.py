@@ -2,9 +2,11 @@
 
 from solver.case import Case
 from solver.contact.convolved.contact import needs_no_matrix
+from solver.elasticity.grid_scheme import GridScheme
 from solver.slab import Slab
 from solver.sliding.columns import FIRST_CAPACITY
-from study.plan.cost.sliding import contact_nodes, coulomb_path, events_of, hertz_nodes, tableau_entries, without_shear
+from study.plan.cost.counts import contact_nodes, events_of, hertz_nodes, tableau_entries, without_shear
+from study.plan.cost.seconds import grid_nodes
 
 _FLOAT = 8.0
 _TABLEAUS = 5.0  # copies of its tableau that a contact holds at once
@@ -15,6 +17,17 @@ _CONVOLVED = 40.0  # numbers for each surface node while a contact is looked for
 _OF_A_SIZE = 25.0  # numbers for each event while its sizes are fitted
 _EVENT = 65.0  # bytes of an event in a record
 _INNER = 4500.0  # numbers for each surface node when the inside of the slab is solved for
+
+
+_NODE = 500.0  # numbers for each node of a slab's grid: its sparse stiffness, copies and products
+_SQUARE = 10.0  # numbers for each square of a surface node: the compliance, and those of even and odd fields
+_CLOSED_FORM = 16.0  # the same of a compliance in closed form, and three more of its size
+
+
+def condensation_bytes(slab: Slab) -> float:
+    """Bytes of arrays that `surface_compliance` holds at most at once, its result included."""
+    square = _SQUARE if isinstance(slab.scheme, GridScheme) else _CLOSED_FORM
+    return _FLOAT * (_NODE * grid_nodes(slab) + square * slab.n_x**2)
 
 
 def contact_bytes(case: Case) -> float:
@@ -67,7 +80,7 @@ def _slide_numbers(case: Case) -> float:
 def record_bytes(case: Case) -> float:
     """Room for the events, which doubles as they come, and the record made of them."""
     if case.slip_rule.residual_shear == 1.0:
-        return 8.0 * _EVENT * coulomb_path(case)[0]  # Python's own numbers
+        return 8.0 * _EVENT * events_of(case)  # Python's own numbers
     events = events_of(case)
     room = min(FIRST_CAPACITY, float(case.max_events or FIRST_CAPACITY))
     return _EVENT * max(room + events, 2.5 * events)

@@ -15,8 +15,8 @@ from solver.sliding.plateau import Plateau
 from solver.sliding.record import FrictionRecord
 from study.canonical import CanonicalText, canonical_text
 from study.manifest.manifest import Manifest
-from study.plan.cost.drive import drive_seconds
-from study.plan.cost.sliding import events_of
+from study.plan.cost.counts import events_of
+from study.plan.cost.seconds import drive_seconds
 from study.plan.keys import task_key
 from study.plan.kinds.compliance import compliance_needs
 from study.plan.kinds.kind import (
