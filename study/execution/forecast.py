@@ -4,29 +4,13 @@ import heapq
 import math
 from collections import defaultdict
 from collections.abc import Callable, Collection, Mapping, Sequence
-from dataclasses import dataclass
 from operator import attrgetter
 from typing import Any, Final
 
 from study.execution.queue import TaskQueue, Work
 
-MEMORY: Final = 0.05
-"""Share of the tasks of a kind after which an ended one counts half: what is left is like those that ended last."""
-DOUBT: Final = 2.0
-"""An estimate counts as much as so many finished tasks of its kind."""
-
-
 LEAST: Final = 1e-3
 """Lower bound of a task's expected seconds: its files and messages, however little it computes."""
-
-
-@dataclass(slots=True)
-class _Account:
-    """What tasks of one kind were estimated to take, and took, s."""
-
-    estimated: float = 0.0
-    measured: float = 0.0
-    tasks: float = 0
 
 
 class Measured:
@@ -34,29 +18,29 @@ class Measured:
 
     def __init__(self, *data: Mapping[str, Sequence[float]]) -> None:
         """data: kind -> number of tasks, seconds predicted, seconds measured; of several runs, which are added up."""
-        self._accounts: defaultdict[str, _Account] = defaultdict(_Account)
-        for each in data:
-            for kind, (tasks, estimated, measured) in each.items():
-                self._add(kind, tasks, estimated, measured)
+        self._sums: defaultdict[str, list[float]] = defaultdict(lambda: [0, 0.0, 0.0])
+        for kind, sums in (item for each in data for item in each.items()):
+            self._sums[kind] = [one + other for one, other in zip(self._sums[kind], sums, strict=True)]
 
     def learn(self, tasks: Sequence[Work], seconds: Collection[float]) -> None:
         """Note that tasks have ended, each after so many seconds."""
         for task, took in zip(tasks, seconds, strict=True):
-            self._add(task.kind, 1, task.cost, took)
+            sums = self._sums[task.kind]
+            sums[0] += 1
+            sums[1] += task.cost
+            sums[2] += took
 
     def as_data(self) -> dict[str, list[float]]:
         """The sums, as a journal holds them."""
-        return {
-            kind: [each.tasks, round(each.estimated, 6), round(each.measured, 6)]
-            for kind, each in self._accounts.items()
-        }
+        return {kind: [round(each, 6) for each in sums] for kind, sums in self._sums.items()}
 
     def factor(self, kind: str) -> float:
         """Measured over predicted seconds: of this kind, else of all kinds together; 1 where nothing is measured."""
-        known = self._accounts.get(kind, _Account())
-        several = [known] if known.estimated > 0.0 else list(self._accounts.values())
-        estimated = sum(each.estimated for each in several)
-        return sum(each.measured for each in several) / estimated if estimated > 0.0 else 1.0
+        own = self._sums.get(kind, (0, 0.0, 0.0))
+        _, predicted, measured = (
+            own if own[1] > 0.0 else map(sum, zip((0, 0.0, 0.0), *self._sums.values(), strict=True))
+        )
+        return measured / predicted if predicted > 0.0 else 1.0
 
     def seconds(self, task: Work) -> float:
         """Expected seconds of a task."""
@@ -64,14 +48,7 @@ class Measured:
 
     def tasks(self, kinds: Collection[str]) -> int:
         """Number of measured tasks of these kinds; 0 unless there are some of each."""
-        found = [int(self._accounts[kind].tasks) if kind in self._accounts else 0 for kind in kinds]
-        return sum(found) if all(found) else 0
-
-    def _add(self, kind: str, tasks: float, estimated: float, measured: float) -> None:
-        account = self._accounts[kind]
-        account.tasks += tasks
-        account.estimated += estimated
-        account.measured += measured
+        return sum(int(self._sums[kind][0]) for kind in kinds) if self._sums.keys() >= set(kinds) else 0
 
 
 class Expectation(Measured):
@@ -79,54 +56,30 @@ class Expectation(Measured):
 
     def seconds(self, task: Work) -> float:
         """Expected seconds of a task; infinite before any of its kind has ended."""
-        account = self._accounts[task.kind]
-        if account.estimated == 0.0:
+        _, predicted, measured = self._sums[task.kind]
+        if predicted == 0.0:
             return math.inf
-        seconds = task.cost * account.measured / account.estimated
+        seconds = task.cost * measured / predicted
         return seconds if seconds > LEAST else LEAST  # not `max`: this is asked of every task
 
 
-@dataclass(slots=True)
-class _Fading(_Account):
-    """Of a kind: what is left, and what has ended, which counts the less the longer ago."""
-
-    left: float = 0.0
-    """Estimated seconds of those that have not ended."""
-    count: int = 0
-    """Number of all tasks."""
-    keep: float = 1.0
-    """What an ended task still counts after another one."""
-    doubt: float = 0.0
-    """Seconds of ended tasks as which the estimate counts."""
-
-
 class Forecast:
-    """Time that a run still takes: estimates, each scaled by what tasks of its kind took over what they were estimated to.
-
-    A kind of which little is done is scaled as in earlier runs, without those as all kinds together, and at first not at all.
-    """
+    """Time that a run still takes: predictions, each scaled by what tasks of its kind took over what they were predicted to."""
 
     def __init__(self, tasks: Sequence[Work], ranks: int = 1, measured: Measured | None = None) -> None:
         """measured: what tasks of the campaign took in earlier runs, if any."""
         self._ranks = ranks
-        self._before = measured or Measured()
-        self._kinds: defaultdict[str, _Fading] = defaultdict(_Fading)
+        self._measured = Measured(measured.as_data() if measured else {})
+        self._left: defaultdict[str, float] = defaultdict(float)
         for task in tasks:
-            kind = self._kinds[task.kind]
-            kind.left += task.cost
-            kind.count += 1
-        for kind in self._kinds.values():
-            kind.keep = 0.5 ** (1.0 / max(MEMORY * kind.count, 1.0))
-            kind.doubt = DOUBT * kind.left / kind.count
+            self._left[task.kind] += task.cost
         self._done = 0.0
 
     def learn(self, tasks: Sequence[Work], seconds: Collection[float]) -> None:
         """Note that tasks have ended, each after so many seconds."""
-        for task, took in zip(tasks, seconds, strict=True):
-            kind, cost = self._kinds[task.kind], task.cost
-            kind.left -= cost
-            kind.estimated = kind.keep * kind.estimated + cost
-            kind.measured = kind.keep * kind.measured + took
+        self._measured.learn(tasks, seconds)
+        for task in tasks:
+            self._left[task.kind] -= task.cost
         self._done += sum(seconds)
 
     @property
@@ -141,20 +94,7 @@ class Forecast:
         return self._done / (self._done + left) if left > 0.0 else 1.0
 
     def _core_seconds(self) -> float:
-        kinds = {kind: (each, self._before.factor(kind)) for kind, each in self._kinds.items()}
-        least = min((kind.doubt for kind, _ in kinds.values()), default=0.0)
-        measured = sum(kind.measured for kind, _ in kinds.values())
-        # Over what earlier runs lead to expect.
-        speed = _scaled(measured, sum(before * kind.estimated for kind, before in kinds.values()), least, 1.0)
-        return sum(
-            max(kind.left, 0.0) * _scaled(kind.measured, kind.estimated, kind.doubt, before * speed)
-            for kind, before in kinds.values()
-        )
-
-
-def _scaled(measured: float, estimated: float, doubt: float, else_: float) -> float:
-    """Measured over estimated, drawn towards what is known otherwise."""
-    return (measured + doubt * else_) / (estimated + doubt) if estimated + doubt > 0.0 else else_
+        return sum(max(left, 0.0) * self._measured.factor(kind) for kind, left in self._left.items())
 
 
 def makespan(tasks: Sequence[Work], ranks: int, seconds: Callable[[Work], float] = attrgetter("cost")) -> float:

@@ -5,8 +5,7 @@ from solver.contact.convolved.contact import needs_no_matrix
 from solver.elasticity.grid_scheme import GridScheme
 from solver.slab import Slab
 from solver.sliding.columns import FIRST_CAPACITY
-from study.plan.cost.counts import contact_nodes, events_of, hertz_nodes, tableau_entries, without_shear
-from study.plan.cost.seconds import grid_nodes
+from study.plan.cost.counts import contact_nodes, events_of, grid_nodes, hertz_nodes, tableau_entries, without_shear
 
 _FLOAT = 8.0
 _TABLEAUS = 5.0  # copies of its tableau that a contact holds at once

@@ -7,6 +7,7 @@ loses in slips. Both hold to a factor of three: cascades are chaotic.
 
 import itertools
 import math
+from functools import lru_cache
 
 from solver.case import MOST_EVENTS, Case
 from solver.contact.closed_forms import winkler_half_width
@@ -15,9 +16,12 @@ from solver.contact.normal.contact import expected_half_width
 from solver.contact.window import margin
 from solver.drive import Drive
 from solver.dynamics.friction_limit import COARSE
+from solver.elasticity.grid_scheme import GridScheme, grid_scheme
 from solver.elasticity.schemes.chain import Chain, spring_stiffness
+from solver.elasticity.schemes.column import trunk
 from solver.elasticity.stiffness import confined_modulus
 from solver.last import of_the_last
+from solver.slab import Slab
 from solver.sliding.columns import farthest
 from solver.sliding.coulomb import OFF_THE_SLAB
 from solver.sliding.kernels.step import STRETCHES
@@ -30,6 +34,12 @@ PLATEAU = 0.53
 """F/W over μ_i of steady sliding at residual_shear 0, whatever the grid (§3.2.1)."""
 EXCESS = 0.02
 """Static friction over kinetic friction, less 1, for slips after the first."""
+
+
+@lru_cache(maxsize=256)  # asked for time and memory
+def grid_nodes(slab: Slab) -> int:
+    """Nodes of the slab's grid; 0 of a scheme without one."""
+    return int(sum(grid_scheme(slab).grid(trunk(slab)).counts)) if isinstance(slab.scheme, GridScheme) else 0
 
 
 @of_the_last

@@ -2,20 +2,18 @@
 
 import math
 from collections.abc import Sequence
-from functools import lru_cache
 
 from solver.case import Case
 from solver.contact.convolved.contact import needs_no_matrix
 from solver.drive import Drive
 from solver.dynamics.stick_slip import MOST_SAMPLES, MOST_SLIPS
-from solver.elasticity.grid_scheme import GridScheme, grid_scheme
-from solver.elasticity.schemes.column import trunk
 from solver.slab import Slab
 from study.plan.cost import rates
 from study.plan.cost.counts import (
     contact_nodes,
     coulomb_steps,
     events_of,
+    grid_nodes,
     hertz_nodes,
     lateral_stiffness,
     pulled,
@@ -25,12 +23,6 @@ from study.plan.cost.counts import (
     touches_in_spots,
     without_shear,
 )
-
-
-@lru_cache(maxsize=256)  # asked for time and memory
-def grid_nodes(slab: Slab) -> int:
-    """Nodes of the slab's grid; 0 of a scheme without one."""
-    return int(sum(grid_scheme(slab).grid(trunk(slab)).counts)) if isinstance(slab.scheme, GridScheme) else 0
 
 
 def compliance_seconds(case: Case, slides: bool) -> float:

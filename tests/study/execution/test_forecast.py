@@ -69,12 +69,14 @@ def test_before_anything_is_known_the_estimate_is_told_and_ranks_share_it() -> N
     assert Forecast([]).share == 1.0
 
 
-def test_a_kind_is_scaled_by_its_own_tasks_and_others_a_little() -> None:
+def test_a_kind_is_scaled_by_its_own_tasks_and_others_by_all_until_they_have_some() -> None:
     tasks = [Work(f"{kind}{number}", kind, 1.0) for kind in "xy" for number in range(100)]
     forecast = Forecast(tasks)
     forecast.learn(tasks[:50], [10.0] * 50)
-    assert 50.0 * 9.0 + 100.0 * 7.0 < forecast.seconds < 50.0 * 10.0 + 100.0 * 10.0
-    forecast.learn(tasks[50:], [1.0] * 150)
+    assert forecast.seconds == pytest.approx(150.0 * 10.0)
+    forecast.learn(tasks[100:150], [1.0] * 50)
+    assert forecast.seconds == pytest.approx(50.0 * 10.0 + 50.0 * 1.0)
+    forecast.learn([*tasks[50:100], *tasks[150:]], [1.0] * 100)
     assert forecast.seconds == pytest.approx(0.0, abs=1e-9)
     assert forecast.share == pytest.approx(1.0)
 
