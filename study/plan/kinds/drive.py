@@ -139,7 +139,7 @@ def _slid(case: Case, task: Task, inputs: Inputs) -> Pulled:
 def _estimate(task: Task) -> Estimate:
     case, drive = case_of(task), drive_of(task)
     arrays = 0.0 if task.scalars_only else _ARRAYS + _PER_SAMPLE * drive.samples
-    memory = 8.0 * (_PER_SAMPLE * drive.samples + _PER_EVENT * events_of(case))
+    memory = 8.0 * (2.0 * _PER_SAMPLE * drive.samples + _PER_EVENT * events_of(case))  # the fit's columns, too
     members = task.ensemble.likely
     return Estimate(members * drive_seconds(drive, case, task.fitted), memory, disk_of(24 * members, arrays))
 

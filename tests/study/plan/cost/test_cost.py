@@ -11,6 +11,7 @@ import time
 import tracemalloc
 from collections.abc import Callable
 from dataclasses import replace
+from pathlib import Path
 from typing import NamedTuple
 
 import numpy as np
@@ -24,10 +25,12 @@ from solver.elasticity.compliance import surface_compliance
 from solver.elasticity.schemes.chain import Chain
 from solver.slab import Slab, Support
 from study.manifest.drives import NamedDrive
+from study.manifest.reader import load_manifest
 from study.plan.cost import rates
 from study.plan.cost.counts import events_of, lateral_stiffness
 from study.plan.cost.rates import TASK
 from study.plan.cost.seconds import condensation_seconds, record_seconds
+from study.plan.plan import make_plan
 from study.plan.tasks import (
     Task,
     TaskResult,
@@ -40,6 +43,7 @@ from study.plan.tasks import (
     states_task,
     statistics_task,
 )
+from tests.conftest import Main
 
 FACTOR = 3.0
 """Cascades are chaotic: the same case under another load within a percent takes half or double the slips."""
@@ -248,3 +252,18 @@ def test_the_stiffness_is_that_of_a_cantilever(support: Support, height: float, 
 def test_a_tower_whose_pin_lets_go_is_not_taken_for_days_of_slips(height: float, poisson: float) -> None:
     """Its lateral stiffness falls as its height cubed, and the slips that fit into its give; these take a second."""
     assert record_seconds(Case(slab=Slab(33, aspect_ratio=height, poisson=poisson), max_events=2000)) < 60.0
+
+
+def test_predictions_are_in_no_key_and_no_dataset(main: Main, campaign: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """Another order of tasks, and the same bytes."""
+    plans = [make_plan(load_manifest(campaign))]
+    assert main("run", campaign, "--out", campaign.parent / "usual", "--serial")[0] == 0
+    for name, factor in {"SLIP": 1e4, "NODE": 0.0, "EVENT": 0.0, "STEP": 1e-3, "FIT": 1e3, "CONTACT": 50.0}.items():
+        monkeypatch.setattr(rates, name, factor * getattr(rates, name))
+    plans.append(make_plan(load_manifest(campaign)))
+    assert main("run", campaign, "--out", campaign.parent / "other", "--serial")[0] == 0
+    costs, others = ({task.key: task.cost for task in plan.tasks} for plan in plans)
+    assert costs.keys() == others.keys()
+    assert all(costs[key] != others[key] for key in costs)
+    usual, other = ((campaign.parent / name / "results.nc").read_bytes() for name in ("usual", "other"))
+    assert usual == other
