@@ -89,11 +89,12 @@ def _solution_seconds(unknowns: float) -> float:
 
 
 def _motion_seconds(drive: Drive, case: Case, way: float) -> float:
+    teeth = teeth_of(drive, case, way)
     step: float | None = getattr(drive.integrator, "time_step", None)
     if step is not None:
         steps = drive.duration / step
-        return rates.STEP * steps if steps <= drive.step_limit else 0.0  # else refused
-    teeth = teeth_of(drive, case, way)
+        looks = 1.0 + math.log2(1.0 + teeth / steps)  # for the tooth that a step ends on
+        return rates.STEP * steps * looks if steps <= drive.step_limit else 0.0  # else refused
     yields = teeth and drive.surface_compliance
     ringing = rates.RINGING * math.sqrt(lateral_stiffness(case)) * way / drive.stage_velocity if yields else 0.0
     return rates.STEP * min(teeth, drive.step_limit) + ringing
