@@ -22,7 +22,7 @@ from study.dataset.groups import loaded
 from study.execution.executor import drop_intermediates
 from study.execution.failures import Diary, left, unseen
 from study.execution.farms.farm import SerialFarm
-from study.execution.journal import Journal
+from study.execution.journal import Journal, measured_in
 from study.execution.ledger import Tally
 from study.execution.program import computing
 from study.execution.progress import open_progress
@@ -169,7 +169,7 @@ def _compute(
     journal = Journal(folder, "nanoslip.run")
     if tasks:
         journal.begin(farm.size, farm.unit)
-    tally, undone = _run_tasks(farm, tasks, folder, progress)
+    tally, undone = _run_tasks(farm, tasks, folder, journal, progress)
     journal.computed(tally)
     store.settle()
     failed = tally.crashed + len(work.given_up)
@@ -185,7 +185,9 @@ def _compute(
         drop_intermediates(plan, store)
 
 
-def _run_tasks(farm: SerialFarm, tasks: Sequence[Task], folder: Path, progress: bool | None) -> tuple[Tally, set[str]]:
+def _run_tasks(
+    farm: SerialFarm, tasks: Sequence[Task], folder: Path, journal: Journal, progress: bool | None
+) -> tuple[Tally, set[str]]:
     """Compute tasks; returns the keys of those that have no result, too.
 
     The farm is not entered: Ctrl-C stays Python's, and results are whole files.
@@ -194,7 +196,8 @@ def _run_tasks(farm: SerialFarm, tasks: Sequence[Task], folder: Path, progress: 
     watched = bool(tasks) and (errors.is_terminal or errors.is_jupyter)
     with ExitStack() as stack:
         shown = watched if progress is None else progress
-        diary = Diary(folder, stack.enter_context(open_progress(tasks, errors)) if shown else _silent)
+        bar = open_progress(tasks, errors, measured=measured_in(folder)) if shown else None
+        diary = Diary(folder, journal.noting(stack.enter_context(bar) if bar else _silent))
         return farm.run(tasks, diary.report, diary.fail), diary.undone
 
 

@@ -1,19 +1,27 @@
-"""What a run writes down of itself: a line when it begins to compute, and one when it has ended."""
+"""What a run writes down of itself: a line when it begins to compute, a few on the way, and one when it has ended."""
 
 import datetime
 import secrets
 import shlex
 import sys
 import time
+from collections.abc import Collection, Sequence
 from dataclasses import replace
 from pathlib import Path
+from typing import Final
 
+from solver.outcome import UNDONE, Ending, Outcome
+from study.execution.forecast import Measured
 from study.execution.launch import launcher_name, slurm_job
-from study.execution.ledger import Tally
+from study.execution.ledger import Report, Tally
 from study.machine import this_machine, user
 from study.origin import here
+from study.plan.task import Task
 from study.results import runs
 from study.results.runs import Run
+
+FIRST: Final = 2.0
+"""Seconds after which a run writes down what its tasks took so far; again after twice as long, and so on."""
 
 
 class Journal:
@@ -27,6 +35,8 @@ class Journal:
         self._tally = Tally()
         self._started = 0.0
         self._said = ""
+        self._measured = Measured()
+        self._next = FIRST
 
     @property
     def begun(self) -> bool:
@@ -61,6 +71,17 @@ class Journal:
         self._started = time.monotonic()
         self._add(self._run)
 
+    def noting(self, report: Report[Task]) -> Report[Task]:
+        """Hears how tasks end, as `report` then does, and notes what those with a result took."""
+
+        def note(tasks: Sequence[Task], outcome: Outcome, seconds: Collection[float]) -> None:
+            if outcome.ending not in UNDONE and outcome.ending is not Ending.NEEDS_FAILED:
+                self._measured.learn(tasks, seconds)
+                self._write_on_the_way()
+            report(tasks, outcome, seconds)
+
+        return note
+
     def computed(self, tally: Tally) -> None:
         """Note what became of its tasks, or of further ones."""
         if self._run:
@@ -72,6 +93,7 @@ class Journal:
                 failed=whole.crashed,
                 wall_seconds=round(time.monotonic() - self._started, 3),
                 core_seconds=round(whole.seconds, 3),
+                kinds=self._measured.as_data(),
             )
 
     def end(self, code: int) -> None:
@@ -79,10 +101,23 @@ class Journal:
         if self._run:
             self._add(replace(self._run, ended=_now(), exit_code=code))
 
+    def _write_on_the_way(self) -> None:
+        if self._run and (elapsed := time.monotonic() - self._started) >= self._next:
+            self._next = 2.0 * elapsed
+            self._run = replace(self._run, kinds=self._measured.as_data())
+            self._add(self._run)
+
     def _add(self, run: Run) -> None:
         if (problem := runs.add(self._out, run)) and problem != self._said:
             self._said = problem
             sys.stderr.write(f"{problem}\n")
+
+
+def measured_in(*folders: Path) -> Measured:
+    """What finished tasks took, by the journals of these folders: of runs of this software, whose predictions are comparable."""
+    found = {run.run: run for out in dict.fromkeys(folders) for run in runs.read(out)}
+    mine = (here().solver, here().nanoslip_version)
+    return Measured(*(run.kinds for run in found.values() if (run.solver, run.nanoslip) == mine))
 
 
 def _now() -> str:

@@ -7,7 +7,7 @@ from types import TracebackType
 from typing import Any, Protocol, Self, TextIO
 
 from solver.outcome import Outcome
-from study.execution.forecast import Forecast, duration
+from study.execution.forecast import Forecast, Measured, duration
 from study.execution.queue import Work
 
 SILENCE = 10.0
@@ -30,10 +30,10 @@ class Progress(Protocol):
 class PlainProgress:
     """A line at the start, every `SILENCE` seconds and at the end."""
 
-    def __init__(self, tasks: Sequence[Work], stream: TextIO, ranks: int = 1) -> None:
+    def __init__(self, tasks: Sequence[Work], stream: TextIO, ranks: int = 1, measured: Measured | None = None) -> None:
         self._count = len(tasks)
         self._tasks = f"{self._count} task{'' if self._count == 1 else 's'}"
-        self._forecast = Forecast(tasks, ranks)
+        self._forecast = Forecast(tasks, ranks, measured)
         self._stream = stream
         self._done = 0
 
@@ -63,7 +63,7 @@ class PlainProgress:
 class TerminalProgress:
     """A bar that moves with the work done."""
 
-    def __init__(self, tasks: Sequence[Work], console: Any, ranks: int = 1) -> None:
+    def __init__(self, tasks: Sequence[Work], console: Any, ranks: int = 1, measured: Measured | None = None) -> None:
         from rich import progress  # noqa: PLC0415  a run under a launcher never needs it
 
         self._bar = progress.Progress(
@@ -76,7 +76,7 @@ class TerminalProgress:
             disable=not tasks,
         )
         self._room = max(console.width - OTHERS, 0)
-        self._forecast = Forecast(tasks, ranks)
+        self._forecast = Forecast(tasks, ranks, measured)
         self._done = 0
         self._row = self._bar.add_task("", total=1.0, done=0, count=len(tasks), rate="", left="")
 
@@ -102,8 +102,11 @@ class TerminalProgress:
         self._bar.update(self._row, completed=share, done=self._done, rate=rate, left=left, description=label)
 
 
-def open_progress(tasks: Sequence[Work], console: Any, ranks: int = 1) -> Progress:
-    """The kind of progress that fits this console (of `rich`), on stderr. ranks: how many compute at once."""
+def open_progress(tasks: Sequence[Work], console: Any, ranks: int = 1, measured: Measured | None = None) -> Progress:
+    """The kind of progress that fits this console (of `rich`), on stderr.
+
+    ranks: how many compute at once. measured: what tasks of the campaign took in earlier runs.
+    """
     if console.is_terminal:
-        return TerminalProgress(tasks, console, ranks)
-    return PlainProgress(tasks, sys.stderr, ranks)
+        return TerminalProgress(tasks, console, ranks, measured)
+    return PlainProgress(tasks, sys.stderr, ranks, measured)

@@ -4,8 +4,7 @@ import math
 from typing import NamedTuple
 
 from solver.sliding.validity import expected_flags, mask_of
-from study.plan.cost.seconds import spacing_seconds
-from study.plan.cost.sliding import expected_displacement
+from study.plan.cost.counts import expected_displacement
 from study.plan.plan import Plan
 
 
@@ -17,20 +16,17 @@ class Outlook(NamedTuple):
     shortest: float
     """Record in node spacings; infinite where nothing slides."""
     longest: float
-    price: float
-    """Core seconds of one node spacing for each record."""
 
 
 def outlook_of(plan: Plan) -> Outlook:
     """In one pass, as a plan may have millions of cases."""
     slides = "slip" in plan.manifest.stages
-    masks, shortest, longest, price = bytearray(), math.inf, 0.0, 0.0
+    masks, shortest, longest = bytearray(), math.inf, 0.0
     for case in (each.case for each in plan.cases):
         displacement = 0.0
         if case is not None and slides:
             displacement = expected_displacement(case)
             span = displacement / case.slab.spacing
             shortest, longest = min(shortest, span), max(longest, span)
-            price += spacing_seconds(case)
         masks.append(mask_of(expected_flags(case, displacement)) if case is not None else 0)
-    return Outlook(bytes(masks), shortest, longest, price)
+    return Outlook(bytes(masks), shortest, longest)

@@ -8,6 +8,7 @@ from typing import Final
 from solver.outcome import Ending, Outcome, SolverError
 from study.manifest.manifest import Manifest
 from study.origin import computing, stemming
+from study.plan.cost.rates import TASK
 from study.plan.kinds.compliance import COMPLIANCE, compliance_needs, compliance_task
 from study.plan.kinds.contact import CONTACT, contact_task
 from study.plan.kinds.drive import DRIVE, drive_task
@@ -47,11 +48,9 @@ def needed_kinds(manifest: Manifest) -> frozenset[str]:
 def estimate(task: Task) -> Estimate:
     """What a task costs, roughly: its own kind's estimate, handing out, reading and writing included."""
     seconds, memory, disk = KINDS[task.kind].estimate(task)
-    return Estimate(min(START + seconds, LONGEST), memory, disk)
+    return Estimate(min(TASK + seconds, LONGEST), memory, disk)
 
 
-START: Final = 1e-3
-"""Seconds of any task: hand out, read, write."""
 LONGEST: Final = 1e12
 """Thirty thousand years will do for what never ends."""
 

@@ -1,8 +1,8 @@
 """The journal of a folder: who computed there, where, when, with what else, and how that ended.
 
 It stands beside the dataset and never in it: the same results are the same bytes, whoever computed them, on however many ranks.
-A run adds a line when it begins to compute and one when it has ended, which says all of it again; the last line of a run
-counts. One that was killed has only its first.
+A run adds a line when it begins to compute, one when it has ended, and a few on the way, at ever longer intervals. Each says all
+of it again; the last line of a run counts.
 """
 
 import json
@@ -65,6 +65,8 @@ class Run:
     wall_seconds: float = 0.0
     core_seconds: float = 0.0
     """Of all processes together, in tasks."""
+    kinds: dict[str, list[float]] = field(default_factory=dict)
+    """Kind of task -> of those with a result: number, seconds predicted, seconds measured."""
     exit_code: int = 0
 
 
@@ -111,7 +113,13 @@ def _possible(run: Run) -> bool:
         and all(0 <= number < math.inf for number in numbers)
         and all(type(count) is int and 0 < count < MOST_PROCESSES for count in counts)
         and all(isinstance(version, str) for version in run.libraries.values())
+        and all(_is_account(account) for account in run.kinds.values())
     )
+
+
+def _is_account(account: object) -> bool:
+    numbers = account if isinstance(account, list) else []
+    return len(numbers) == 3 and all(type(each) in (int, float) and 0 <= each < math.inf for each in numbers)
 
 
 _TYPES: Final = {name: type(value) for name, value in asdict(Run("", "", 1)).items()}

@@ -54,12 +54,14 @@ def check(**given: object) -> None:
 @click.option(
     "--ranks", type=click.IntRange(min=1), help="Number of ranks to estimate the time for [default: cores here]"
 )
+@click.option("--measure", is_flag=True, help="Measure a few tasks on this machine first; no result is kept.")
 @click.option("--effects", "show_effects", is_flag=True, help="Show which effects are on, and what is left out.")
 @JSON
 def plan(**given: object) -> None:
     """Show the tasks of CAMPAIGN, their time, memory and disk space.
 
-    The time is that of the tasks that are not finished.
+    The time is that of the tasks that are not finished. It is predicted to a factor of three until the first tasks of the
+    campaign have ended, or are measured here (--measure): what they took scales it then, kind by kind.
     """
     work("preparing.plan", **given)
 

@@ -10,7 +10,7 @@ from study.commands.shared.exits import Refusal
 from study.commands.shared.refusals import refusals
 from study.discretization.front import Front, load_front
 from study.discretization.targets import settled
-from study.execution.forecast import duration
+from study.execution.forecast import roughly
 from study.manifest.cases import expand
 from study.manifest.reader import load_manifest
 from study.plan.cost.seconds import compliance_seconds, record_seconds, touch_seconds
@@ -33,7 +33,7 @@ def work(campaign: Path, parameters: tuple[str, ...]) -> None:
         front = load_front(manifest.front, manifest.front_text)
         say(f"case {case.point}")
         grid = _of_grid(case.case, front, "slip" in manifest.stages)
-        print_sentences([f"estimated time, to a factor of three: {duration(seconds)}", grid])
+        print_sentences([f"estimated time, to a factor of three: {roughly(seconds)}", grid])
 
 
 def _of_grid(case: Case, front: Front, slides: bool) -> str:

@@ -6,11 +6,12 @@ from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
 
+from study.commands.preparing.measuring import measured_here
 from study.commands.shared.machine import print_json
 from study.commands.shared.plans import Standing, counted, idle_lines, kinds_as_data, print_foreign, standing
 from study.commands.shared.refusals import refusals
 from study.discretization.targets import choice
-from study.execution.forecast import duration, makespan
+from study.execution.forecast import duration, makespan, roughly
 from study.execution.launch import cores
 from study.manifest.cases import CampaignCase
 from study.manifest.drives import CampaignDrive
@@ -25,13 +26,14 @@ from study.report.columns import Table
 from study.report.console import print_sentences, print_table, say
 
 
-def work(campaign: Path, out: Path | None, ranks: int | None, show_effects: bool, as_json: bool) -> None:
+def work(campaign: Path, out: Path | None, ranks: int | None, measure: bool, show_effects: bool, as_json: bool) -> None:
     """Print the plan of a campaign, what is left of it, and which tasks do not fit the memory here.
 
-    ranks: number for which the time is estimated beside that of one, None for the cores here.
+    ranks: number for which the time is estimated beside that of one, None for the cores here. measure: whether tasks are
+    measured here.
     """
     with refusals():
-        found = standing(campaign, out)
+        found = standing(campaign, out, measured_here if measure else None)
         if as_json:
             print_json(_data(found, ranks or cores()))
         else:
@@ -54,7 +56,9 @@ def _print(found: Standing, ranks: int, show_effects: bool) -> None:
         )
     _print_counts(found)
     outlook = outlook_of(plan)
-    print_sentences([_time(found, ranks), *_ensembles(found), _disk(plan), *filter(None, [span_line(outlook)])])
+    print_sentences(
+        [*_factors(found), _time(found, ranks), *_ensembles(found), _disk(plan), *filter(None, [span_line(outlook)])]
+    )
     print_sentences(f"expected: {line}" for line in expected_lines(plan, outlook))
     print_sentences(f"refused: {line}" for line in _refused(plan))
     print_sentences(f"does not fit here: {line}" for line in shortages(plan, found.remaining))
@@ -94,13 +98,24 @@ def _print_counts(found: Standing) -> None:
     print_table(Table(header, tuple(rows)))
 
 
+def _factors(found: Standing) -> Iterator[str]:
+    """What measured tasks took over what they were predicted to."""
+    data = found.measured.as_data()
+    factors = [f"{kind} {found.measured.factor(kind):.2g} x" for kind in found.kinds if kind in data]
+    if factors:
+        yield f"measured over predicted seconds: {', '.join(factors)}"
+
+
 def _time(found: Standing, ranks: int) -> str:
-    """The time that is left, on one rank and on several."""
+    """The time that is left, on one rank and on several, and how well it is known."""
     tasks = found.remaining
-    alone = f"time left, to a factor of three: {duration(makespan(tasks, 1))} on 1 rank"
-    if ranks == 1:
-        return alone
-    return f"{alone}, {duration(makespan(tasks, ranks))} on {ranks} (--ranks for another number)"
+    if not tasks:
+        return "time left: none, all tasks are finished"
+    alone, together = (roughly(makespan(tasks, number, found.measured.seconds)) for number in (1, ranks))
+    several = f", {together} on {ranks} (--ranks for another number)" if ranks > 1 else ""
+    count = found.measured.tasks({task.kind for task in tasks})
+    known = f"by what {counted(count, 'task')} took" if count else "to a factor of three"
+    return f"time left: {alone} on 1 rank{several}, {known}"
 
 
 def _ensembles(found: Standing) -> Iterator[str]:
@@ -150,7 +165,10 @@ def _data(found: Standing, ranks: int) -> dict[str, Any]:
         ],
         "effects": {each.name: each.setting for each in effects(plan.manifest)},
         "tasks": kinds_as_data(found.kinds),
-        "seconds_left": {str(number): makespan(found.remaining, number) for number in sorted({1, ranks})},
+        "seconds_left": {
+            str(number): makespan(found.remaining, number, found.measured.seconds) for number in sorted({1, ranks})
+        },
+        "measured": {kind: found.measured.factor(kind) for kind in found.measured.as_data()},
         "disk_bytes": {"results": results, "dataset": dataset},
         "expected": expected_lines(plan, outlook_of(plan)),
         "does_not_fit": list(shortages(plan, found.remaining)),

@@ -2,7 +2,6 @@
 
 from contextlib import closing
 from dataclasses import replace
-from pathlib import Path
 
 import click
 
@@ -23,7 +22,7 @@ from study.execution.executor import drop_intermediates
 from study.execution.failures import Diary, unseen
 from study.execution.farms.begun import Begun
 from study.execution.farms.farm import Farm
-from study.execution.journal import Journal
+from study.execution.journal import Journal, measured_in
 from study.execution.ledger import Tally
 from study.execution.progress import open_progress
 from study.exit_codes import FAILURES, INTERRUPTED
@@ -76,7 +75,7 @@ def _carry_out(farm: Farm, journal: Journal, order: Order, plan: Plan, store: St
         leave(plan, order.into)
     if work.tasks:
         journal.begin(farm.size, farm.unit)
-    tally, undone = _compute(farm, order.into, work.tasks)
+    tally, undone = _compute(farm, journal, order, work.tasks)
     now = len(work.given_up) if early else 0  # nothing had failed before
     tally = replace(tally, crashed=tally.crashed + now)
     if broken_off(journal, tally, lease):
@@ -112,12 +111,12 @@ def _get_ready(farm: Farm, plan: Plan, order: Order, tasks: tuple[Task, ...]) ->
         say(line, stderr=True)
 
 
-def _compute(farm: Farm, out: Path, tasks: tuple[Task, ...]) -> tuple[Tally, set[str]]:
+def _compute(farm: Farm, journal: Journal, order: Order, tasks: tuple[Task, ...]) -> tuple[Tally, set[str]]:
     """Compute tasks; returns the keys of those that have no result, too."""
-    begun = Begun(out)
+    begun, measured = Begun(order.into), measured_in(order.into, order.out)
     farm.interruption.at_request(begun.close)  # whatever ends the run from then on is no task
-    with open_progress(tasks, console(stderr=True), farm.size) as progress, closing(begun):
-        diary = Diary(out, progress)
+    with open_progress(tasks, console(stderr=True), farm.size, measured) as progress, closing(begun):
+        diary = Diary(order.into, journal.noting(progress))
         return farm.run(tasks, diary.report, diary.fail, begun.begin), diary.undone
 
 

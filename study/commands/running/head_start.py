@@ -17,6 +17,7 @@ from study.execution.compiling.warm_up import WarmUp, warm_ups
 from study.execution.failures import Diary
 from study.execution.farms.begun import Begun
 from study.execution.farms.farm import Farm
+from study.execution.journal import Journal
 from study.execution.ledger import Tally
 from study.manifest.cases import Heard
 from study.manifest.manifest import Manifest
@@ -54,9 +55,9 @@ def possible(order: Order, store: Store) -> bool:
 class HeadStart:
     """Computes short tasks on a farm while further cases are planned."""
 
-    def __init__(self, farm: Farm, planning: Planning, heard: Heard) -> None:
+    def __init__(self, farm: Farm, planning: Planning, journal: Journal, heard: Heard) -> None:
         """heard: hears the number of cases that are planned."""
-        self._farm, self._planning, self._heard = farm, planning, heard
+        self._farm, self._planning, self._journal, self._heard = farm, planning, journal, heard
         self._seen = 0
         self._ended: set[str] = set()
         """What other tasks may need."""
@@ -66,7 +67,7 @@ class HeadStart:
         """Plan all cases, and compute meanwhile, unless the run is told to stop or cannot go on."""
         tally, begun = Tally(), Begun(out)
         self._farm.interruption.at_request(begun.close)
-        diary = Diary(out, self._note)
+        diary = Diary(out, self._journal.noting(self._note))
         with closing(begun):
             while not (self._farm.interruption.requested or tally.halt) and self._plan_on():
                 tasks = self._next()

@@ -42,7 +42,7 @@ def _planned_meanwhile(farm: Farm, journal: Journal, order: Order, manifest: Man
     journal.begin(farm.size, farm.unit)
     with counting(PLANNED) as heard, all_kept():
         planning = Planning(settled(manifest))
-        tally = head_start.HeadStart(farm, planning, heard).run(order.into)
+        tally = head_start.HeadStart(farm, planning, journal, heard).run(order.into)
         farm.settle()
         # What has failed is counted when the whole plan says what needs it.
         tally = replace(tally, crashed=0, interrupted=farm.interruption.requested, outlasting=0)

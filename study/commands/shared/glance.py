@@ -6,14 +6,15 @@ A run writes the outline of a large plan beside the results, so that `nanoslip s
 import zipfile
 from collections.abc import Mapping, Sequence
 from contextlib import suppress
-from dataclasses import dataclass, fields
+from dataclasses import dataclass, fields, replace
 from pathlib import Path
 from typing import Any, Final, TypeVar
 
 import numpy as np
 
-from study.commands.shared.plans import planned
+from study.commands.shared.plans import planned, scaled
 from study.execution.failures import given_up
+from study.execution.journal import measured_in
 from study.manifest.manifest import Manifest
 from study.manifest.reader import load_manifest
 from study.origin import Origins, foreign_among
@@ -72,6 +73,7 @@ def _glance(campaign: Path, title: str, outline: Outline, known: tuple[Store, ..
         {key: attempt.outcome for key, attempt in failures.items()},
         given_up(failures),
     )
+    look = replace(look, kinds=scaled(look.kinds, measured_in(*(store.folder.parent for store in stores))))
     foreign = foreign_among(_together([store.inventory() for store in stores]))
     mine = foreign.keys() & outline.names if foreign else set()
     return Glance(campaign, title, outline, stores, look, {key: foreign[key] for key in sorted(mine)})

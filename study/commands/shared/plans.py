@@ -1,13 +1,15 @@
 """A campaign's plan, and what `plan`, `status` and `run` print of it."""
 
 import shlex
-from collections.abc import Mapping
-from dataclasses import asdict, dataclass
+from collections.abc import Callable, Mapping
+from dataclasses import asdict, dataclass, replace
 from pathlib import Path
 from typing import Any, Final
 
 from study.commands.shared.arguments import folder
 from study.execution.failures import left
+from study.execution.forecast import Measured
+from study.execution.journal import measured_in
 from study.garbage import all_kept, keep_for_good
 from study.manifest.manifest import Manifest
 from study.manifest.reader import load_manifest
@@ -59,17 +61,32 @@ class Standing:
     """Tasks that the next run would try."""
     foreign: Mapping[str, Origins]
     """Finished results of other software."""
+    measured: Measured
+    """What tasks took: `kinds` are scaled by it."""
 
 
-def standing(campaign: Path, out: Path | None) -> Standing:
-    """How far a campaign is. Raises ManifestError. out: folder of the results, None for the campaign's own."""
+def standing(campaign: Path, out: Path | None, measure: Callable[[Plan], Measured] | None = None) -> Standing:
+    """How far a campaign is. Raises ManifestError.
+
+    out: folder of the results, None for the campaign's own. measure: what tasks take; None: as the journals there say.
+    """
     plan, into = planned(campaign), folder(campaign, out)
     stores = [Store(each, whole=False) for each in (into, *folders(into))]
     metas = {key: meta for store in stores for key, meta in store.metas().items()}
     failures = {key: attempt for store in stores for key, attempt in store.failures().items()}
     work = left(plan, failures, metas)
     foreign = plan.foreign({key: meta.origins for key, meta in metas.items()})
-    return Standing(campaign, into, plan, kind_counts(plan.tasks, work.tasks, work.given_up), work.tasks, foreign)
+    measured = measure(plan) if measure else measured_in(into, *folders(into))
+    kinds = scaled(kind_counts(plan.tasks, work.tasks, work.given_up), measured)
+    return Standing(campaign, into, plan, kinds, work.tasks, foreign, measured)
+
+
+def scaled(kinds: Mapping[str, KindCount], measured: Measured) -> dict[str, KindCount]:
+    """Counts with the seconds that are left as finished tasks lead to expect."""
+    return {
+        kind: replace(count, core_seconds_left=measured.factor(kind) * count.core_seconds_left)
+        for kind, count in kinds.items()
+    }
 
 
 def kinds_as_data(kinds: Mapping[str, KindCount]) -> dict[str, Any]:

@@ -7,7 +7,8 @@ from solver.contact.convolved.contact import needs_no_matrix
 from solver.elasticity.compliance import surface_compliance
 from solver.slab import Slab
 from study.manifest.manifest import Manifest
-from study.plan.cost.condensation import condensation_bytes, condensation_seconds
+from study.plan.cost.arrays import condensation_bytes
+from study.plan.cost.seconds import condensation_seconds
 from study.plan.keys import task_key
 from study.plan.kinds.kind import Computed, Estimate, Kind, Wanted, disk_of
 from study.plan.task import Inputs, Task

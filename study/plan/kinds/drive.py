@@ -19,8 +19,8 @@ from solver.sliding.plateau import Plateau
 from solver.sliding.record import FrictionRecord
 from study.canonical import CanonicalText, canonical_text
 from study.manifest.manifest import Manifest
-from study.plan.cost.drive import drive_seconds
-from study.plan.cost.sliding import events_of
+from study.plan.cost.counts import events_of
+from study.plan.cost.seconds import drive_seconds
 from study.plan.keys import task_key
 from study.plan.kinds.compliance import compliance_needs
 from study.plan.kinds.kind import (
@@ -197,7 +197,7 @@ def _slid(case: Case, task: Task, inputs: Inputs) -> Pulled:
 def _estimate(task: Task) -> Estimate:
     case, drive = case_of(task), drive_of(task)
     arrays = 0.0 if task.scalars_only else _ARRAYS + _PER_SAMPLE * drive.samples
-    memory = 8.0 * (_PER_SAMPLE * drive.samples + _PER_EVENT * events_of(case))
+    memory = 8.0 * (2.0 * _PER_SAMPLE * drive.samples + _PER_EVENT * events_of(case))  # the fit's columns, too
     members = task.ensemble.likely
     return Estimate(members * drive_seconds(drive, case, task.fitted), memory, disk_of(24 * members, arrays))
 

@@ -83,10 +83,10 @@ class Computed:
 
 
 class Estimate(NamedTuple):
-    """What a task costs, roughly: seconds to a factor of three, bytes to a factor of two or three."""
+    """What a task costs, to a factor of three."""
 
     seconds: float
-    """On one core of an ordinary machine."""
+    """On one core of an ordinary machine (study.plan.cost.rates)."""
     memory: float
     """Bytes of arrays while it runs, beside the compliance that it maps and the program's own."""
     disk: float

@@ -19,8 +19,8 @@ from solver.sliding.validity import Validity, record_validity
 from study.canonical import CanonicalText
 from study.manifest.manifest import Manifest
 from study.plan.cost.arrays import record_bytes, sliding_bytes
+from study.plan.cost.counts import events_of
 from study.plan.cost.seconds import record_seconds
-from study.plan.cost.sliding import events_of
 from study.plan.keys import of_record, task_key
 from study.plan.kinds.compliance import compliance_needs
 from study.plan.kinds.kind import (

@@ -51,7 +51,7 @@ def _estimate(task: Task) -> Estimate:
     case = case_of(task)
     members = task.ensemble.likely
     scalars = members * len(quantities(EventDistributions))
-    return Estimate(members * statistics_seconds(case), statistics_bytes(case), disk_of(scalars))
+    return Estimate(members * statistics_seconds(), statistics_bytes(case), disk_of(scalars))
 
 
 STATISTICS = Kind(NAME, _needed, _tasks, _run, _estimate, (Part(EventDistributions),))

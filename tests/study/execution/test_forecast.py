@@ -8,7 +8,7 @@ from typing import Any
 
 import pytest
 
-from study.execution.forecast import Forecast, duration, makespan
+from study.execution.forecast import Forecast, Measured, duration, makespan, roughly
 
 RECORDED: dict[str, list[list[Any]]] = json.loads(Path(__file__).with_name("timings.json").read_text("utf-8"))
 """Name of a run -> kind, estimated seconds and measured seconds of each task, in the order in which they were computed.
@@ -69,12 +69,14 @@ def test_before_anything_is_known_the_estimate_is_told_and_ranks_share_it() -> N
     assert Forecast([]).share == 1.0
 
 
-def test_a_kind_is_scaled_by_its_own_tasks_and_others_a_little() -> None:
+def test_a_kind_is_scaled_by_its_own_tasks_and_others_by_all_until_they_have_some() -> None:
     tasks = [Work(f"{kind}{number}", kind, 1.0) for kind in "xy" for number in range(100)]
     forecast = Forecast(tasks)
     forecast.learn(tasks[:50], [10.0] * 50)
-    assert 50.0 * 9.0 + 100.0 * 7.0 < forecast.seconds < 50.0 * 10.0 + 100.0 * 10.0
-    forecast.learn(tasks[50:], [1.0] * 150)
+    assert forecast.seconds == pytest.approx(150.0 * 10.0)
+    forecast.learn(tasks[100:150], [1.0] * 50)
+    assert forecast.seconds == pytest.approx(50.0 * 10.0 + 50.0 * 1.0)
+    forecast.learn([*tasks[50:100], *tasks[150:]], [1.0] * 100)
     assert forecast.seconds == pytest.approx(0.0, abs=1e-9)
     assert forecast.share == pytest.approx(1.0)
 
@@ -94,3 +96,44 @@ def test_many_ranks_take_as_long_as_the_longest_chain_and_one_takes_it_all() -> 
 )
 def test_durations_are_read_at_a_glance(seconds: float, words: str) -> None:
     assert duration(seconds) == words
+
+
+@pytest.mark.parametrize(
+    ("seconds", "words"),
+    [
+        (0.0, "about 0 s"),
+        (0.123, "about 0.1 s"),
+        (94.0, "about 90 s"),
+        (97.0, "about 2 min"),
+        (5400.0, "about 90 min"),
+        (1e4, "about 3 h"),
+        (1e6, "about 10 days"),
+    ],
+)
+def test_what_is_known_to_a_factor_of_three_has_one_digit(seconds: float, words: str) -> None:
+    assert roughly(seconds) == words
+
+
+def test_tasks_that_took_twice_as_long_as_predicted_double_what_is_expected_of_their_kind() -> None:
+    tasks = [Work(f"{kind}{number}", kind, 1.0 + number) for kind in "xyz" for number in range(4)]
+    measured = Measured()
+    assert makespan(tasks, 1, measured.seconds) == sum(task.cost for task in tasks)
+    measured.learn([task for task in tasks[:4] if task.kind == "x"], [2.0, 4.0, 6.0, 8.0])
+    assert [measured.factor(kind) for kind in "xyz"] == [2.0, 2.0, 2.0]  # of the others nothing better is known
+    measured.learn(tasks[4:5], [0.5])
+    assert [measured.factor(kind) for kind in "xy"] == [2.0, 0.5]
+    assert measured.factor("z") == pytest.approx(20.5 / 11.0)
+    assert makespan(tasks[:8], 1, measured.seconds) == pytest.approx(25.0)
+    assert makespan(tasks[:4], 100, measured.seconds) == pytest.approx(8.0)
+    assert (measured.tasks("x"), measured.tasks("xy"), measured.tasks("xyz")) == (4, 5, 0)
+    again = Measured(measured.as_data(), measured.as_data())  # of two runs
+    assert again.factor("x") == measured.factor("x")
+    assert again.tasks("xy") == 10
+
+
+def test_a_run_that_goes_on_begins_with_what_the_earlier_ones_measured() -> None:
+    tasks = [Work(f"{kind}{number}", kind, 1.0) for kind in "xy" for number in range(100)]
+    forecast = Forecast(tasks, 1, Measured({"x": [10, 10.0, 20.0], "y": [1, 2.0, 1.0]}))
+    assert forecast.seconds == pytest.approx(250.0)
+    forecast.learn(tasks[:50], [2.0] * 50)
+    assert forecast.seconds == pytest.approx(150.0)

@@ -1,17 +1,23 @@
 """A run writes down who computes, where, when and with what, beside the dataset; the dataset has nothing of it."""
 
 import sys
+from dataclasses import dataclass, replace
 from pathlib import Path
+from types import SimpleNamespace
+from typing import Any
 
 import numpy as np
 import pytest
 
 import nanoslip
+from solver.outcome import COMPLETED, Ending, Outcome
 from study.execution import executor
-from study.execution.journal import Journal
+from study.execution import journal as journal_module
+from study.execution.journal import Journal, measured_in
 from study.execution.ledger import Tally
 from study.origin import here
 from study.results import runs
+from study.results.runs import Run
 from tests.conftest import Main
 from tests.study.execution.defects import crashing
 
@@ -41,6 +47,43 @@ def test_what_a_run_computes_in_two_parts_is_one_run(tmp_path: Path) -> None:
     journal.end(3)
     (run,) = runs.read(tmp_path)
     assert (run.done, run.failed, run.core_seconds, run.hosts) == (7, 1, 12.0, {"n1": 2, "n2": 1})
+
+
+@dataclass(frozen=True)
+class Work:
+    """As much of a task as a journal looks at."""
+
+    kind: str
+    cost: float
+
+
+def test_it_notes_what_tasks_with_a_result_took_and_says_so_at_ever_longer_intervals(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    now = [0.0]
+    monkeypatch.setattr(journal_module, "time", SimpleNamespace(monotonic=lambda: now[0]))
+    journal, heard = Journal(tmp_path, "nanoslip run mine.toml"), list[str]()
+    note: Any = journal.noting(lambda tasks, outcome, seconds: heard.extend(task.kind for task in tasks))
+    journal.begin(1, "process")
+    for _ in range(1000):
+        now[0] += 1.0
+        note([Work("record", 0.5)], COMPLETED, [1.0])
+    note([Work("drive", 0.5)], Outcome(Ending.CRASHED, "of no result"), [1.0])
+    assert len(heard) == 1001
+    assert len((tmp_path / runs.FILE).read_text().splitlines()) <= 11  # log2 of the seconds, and its begin
+    (run,) = runs.read(tmp_path)
+    assert run.ended == ""
+    assert run.kinds["record"][0] >= 500
+    assert measured_in(tmp_path).factor("record") == 2.0
+    journal.computed(Tally(1000))
+    journal.end(0)
+    assert runs.read(tmp_path)[0].kinds == {"record": [1000, 500.0, 1000.0]}
+
+
+def test_what_other_software_took_is_not_compared_with_the_predictions_of_this(tmp_path: Path) -> None:
+    mine = Run("a", "b", 1, solver=here().solver, nanoslip=here().nanoslip_version, kinds={"record": [1, 1.0, 2.0]})
+    runs.add(tmp_path, mine, replace(mine, run="c", nanoslip="0.1", kinds={"record": [1, 1.0, 100.0]}))
+    assert measured_in(tmp_path, tmp_path).as_data() == {"record": [1, 1.0, 2.0]}
 
 
 def test_it_names_software_machine_and_job(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:

@@ -18,7 +18,7 @@ from solver.sliding.validity import FEW_NODES, FLAGS, NEAR_ENDS, WHOLE_SLAB, adv
 from study.dataset import file
 from study.dataset.collection.collect import collect
 from study.manifest.reader import load_manifest
-from study.plan.cost.sliding import expected_displacement
+from study.plan.cost.counts import expected_displacement
 from study.plan.flags import expected_lines, flag_lines
 from study.plan.outlook import outlook_of
 from study.plan.plan import Plan, make_plan

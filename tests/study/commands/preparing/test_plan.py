@@ -1,12 +1,17 @@
 """A plan shows what there is to compute, and what is left out."""
 
 import json
+import re
+from dataclasses import replace
 
 import pytest
 import xarray as xr
 
+from study import origin
 from study.manifest.reader import load_manifest
 from study.plan.plan import make_plan
+from study.results import runs
+from study.results.runs import Run
 from tests.conftest import PARTLY_REFUSED, SMALL
 
 
@@ -89,3 +94,57 @@ def test_what_a_target_leaves_open_stands_beside_the_estimate(main, campaign):
     campaign.write_text(SMALL.replace("members = 1", "members = 3"))
     three = json.loads(main("plan", campaign, "--json")[1])
     assert few["seconds_left"]["1"] == pytest.approx(three["seconds_left"]["1"], rel=1e-9)
+
+
+def test_before_anything_ran_the_time_is_told_to_a_factor_of_three_in_80_columns(main, campaign, monkeypatch):
+    monkeypatch.setenv("COLUMNS", "80")
+    code, said, _ = main("plan", campaign, "--ranks", 2)
+    assert code == 0
+    words = " ".join(said.split())
+    assert re.search(
+        r"time left: about \S+ s on 1 rank, about \S+ s on 2 \(--ranks for another number\), to a factor of three ",
+        words,
+    )
+    assert "measured over predicted" not in said
+    assert max(map(len, said.splitlines())) <= 80
+
+
+def test_the_time_left_is_what_finished_tasks_lead_to_expect(main, campaign):
+    """Tasks of every kind that took twice as long as predicted double it, for `plan` and `status`; results and shards stay."""
+    out = campaign.parent / "out"
+    planned = json.loads(main("plan", campaign, "--out", out, "--json")[1])
+    here = origin.here()
+    took = Run("a", "b", 1, nanoslip=here.nanoslip_version, solver=here.solver)
+    out.mkdir()
+    runs.add(out, replace(took, kinds={"compliance": [1, 1.0, 2.0], "record": [3, 3.0, 6.0], "drive": [2, 0.1, 0.2]}))
+    learned = json.loads(main("plan", campaign, "--out", out, "--json")[1])
+    assert learned["measured"] == pytest.approx({"compliance": 2.0, "record": 2.0, "drive": 2.0})
+    for ranks, seconds in planned["seconds_left"].items():
+        assert learned["seconds_left"][ranks] == pytest.approx(2.0 * seconds, rel=1e-9)
+    looked = json.loads(main("status", campaign, "--out", out, "--json")[1])
+    for kind, count in planned["tasks"].items():
+        assert looked["tasks"][kind]["core_seconds_left"] == pytest.approx(2.0 * count["core_seconds_left"], rel=1e-9)
+    words = " ".join(main("plan", campaign, "--out", out)[1].split())
+    assert "measured over predicted seconds: compliance 2 x, record 2 x, drive 2 x" in words
+    assert ", by what 6 tasks took" in words
+
+
+def test_a_few_tasks_are_measured_here_where_that_is_asked_for_and_nothing_is_kept(main, campaign):
+    out = campaign.parent / "out"
+    code, said, _ = main("plan", campaign, "--out", out, "--measure", "--json")
+    assert code == 0
+    found = json.loads(said)
+    assert set(found["measured"]) == {"compliance", "record", "drive"}
+    assert all(factor > 0.0 for factor in found["measured"].values())
+    assert not out.exists()
+    for kind, count in found["tasks"].items():
+        whole = json.loads(main("plan", campaign, "--out", out, "--json")[1])["tasks"][kind]["core_seconds_left"]
+        assert count["core_seconds_left"] == pytest.approx(found["measured"][kind] * whole, rel=1e-9)
+
+
+def test_a_finished_campaign_has_no_time_left_and_says_what_its_tasks_took(main, campaign):
+    out = campaign.parent / "out"
+    assert main("run", campaign, "--out", out, "--serial")[0] == 0
+    _, said, _ = main("plan", campaign, "--out", out)
+    assert "time left: none, all tasks are finished" in said
+    assert "measured over predicted seconds: compliance" in said
