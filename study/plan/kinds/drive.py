@@ -36,14 +36,11 @@ from study.plan.kinds.kind import (
     own_ensemble,
     scalars_only_mark,
     several,
-    whole_again,
 )
-from study.plan.kinds.record import computed_record, record_task
-from study.plan.task import Inputs, Task, TaskResult
+from study.plan.kinds.record import Recorded, computed_record, record_task, records_in
+from study.plan.task import Inputs, Task
 
 NAME = "drive"
-Pulled = tuple[FrictionRecord, Plateau]
-"""What a pin is pulled over."""
 
 
 def drive_task(
@@ -104,17 +101,8 @@ def _dimensionless(manifest: Manifest) -> tuple[tuple[str, Drive], ...]:
     return tuple((each.label, each.drive.dimensionless(manifest.scales)) for each in manifest.drives if each.drive)
 
 
-@of_the_last  # records are pulled over by one drive after the other
-def _pulled_over(result: TaskResult) -> list[Pulled]:
-    count = len(result.scalars["plateau_mean"])
-    return [
-        (whole_again(FrictionRecord, result, number), whole_again(Plateau, result, number, Plateau.PREFIX))
-        for number in range(count)
-    ]
-
-
 def _run(task: Task, inputs: Inputs) -> Computed:
-    drive, records = drive_of(task), _pulled_over(inputs[task.needs[0]])
+    drive, records = drive_of(task), records_in(inputs[task.needs[0]])
 
     def compute(case: Case, number: int) -> Member:
         record, plateau = records[number] if number < len(records) else _slid(case, task, inputs)
@@ -128,7 +116,7 @@ def _run(task: Task, inputs: Inputs) -> Computed:
     return Computed(computed_members(DRIVE, task, compute, len(records)))
 
 
-def _slid(case: Case, task: Task, inputs: Inputs) -> Pulled:
+def _slid(case: Case, task: Task, inputs: Inputs) -> Recorded:
     """The record of a member that has none yet."""
     _, plateau, _, record = computed_record(case, compliance_in(inputs[task.needs[1]], task.slab)).values
     assert isinstance(record, FrictionRecord)
