@@ -102,7 +102,7 @@ def exponent_over_members(
     if math.isnan(exponent := exponent_in_range(fitted)):
         return exponent, math.nan, 0
     # The cut-off is looked for without each member anew, as its choice is a part of the error: with that of all members as given
-    # ± held in 57 to 68 of 100 ensembles of 2 to 16 members, so in 67 to 79.
+    # ± held in 57 to 69 of 100 ensembles of 2 to 16 members, so in 67 to 84.
     rest = (np.concatenate([np.empty(0), *members[:left], *members[left + 1 :]]) for left in range(len(members)))
     laws = [fitted_power_law(sorted_sizes(sizes, discrete)) for sizes in rest]
     return exponent, jackknife([exponent_in_range(law.exponent) if law else math.nan for law in laws]), len(members)
