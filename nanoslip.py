@@ -81,12 +81,7 @@ if TYPE_CHECKING:
     from solver.dynamics.friction_limit import NoPlateauError
     from solver.dynamics.stick_slip import Oscillator, stick_slip
     from solver.sliding.distributions.events import EventSizes, event_sizes, pooled
-    from solver.sliding.distributions.power_law import (
-        Histogram,
-        PooledExponent,
-        logarithmic_histogram,
-        pooled_exponent,
-    )
+    from solver.sliding.distributions.power_law import Histogram, logarithmic_histogram
     from solver.sliding.distributions.record import SizeDistribution, size_distribution
     from study.api import concat, run
     from study.api import open_dataset as open
@@ -124,7 +119,6 @@ __all__ = [
     "Oscillator",
     "Outcome",
     "Plateau",
-    "PooledExponent",
     "Scales",
     "SingularOperator",
     "SizeDistribution",
@@ -149,7 +143,6 @@ __all__ = [
     "open",
     "plateau_of",
     "pooled",
-    "pooled_exponent",
     "run",
     "size_distribution",
     "sliding_parabola",
@@ -163,7 +156,7 @@ _NAMES = {
     "solver.dynamics.friction_limit": "NoPlateauError",
     "solver.dynamics.stick_slip": "Oscillator stick_slip",
     "solver.sliding.distributions.events": "EventSizes event_sizes pooled",
-    "solver.sliding.distributions.power_law": "Histogram PooledExponent logarithmic_histogram pooled_exponent",
+    "solver.sliding.distributions.power_law": "Histogram logarithmic_histogram",
     "solver.sliding.distributions.record": "SizeDistribution size_distribution",
     "study.api": "concat open_dataset:open run",
     "study.dataset.description": "Described described:describe",

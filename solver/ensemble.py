@@ -151,6 +151,15 @@ def mean_of(values: NDArray[np.float64]) -> Mean:
     return Mean(np.where(enough, mean, np.nan), np.where(enough & (count > 1), error, np.nan), having)
 
 
+def jackknife(without: Sequence[float]) -> float:
+    """The ± of a number of all members together, from that number without each of them (Efron, SIAM CBMS 38, 1982).
+
+    Of a mean it is that of `mean_of`. NaN of one member, and where the number needs one of them.
+    """
+    count = len(without)
+    return float(student(count) * math.sqrt((count - 1) * float(np.var(without)))) if count > 1 else math.nan
+
+
 def student(members: Any) -> Any:
     """Half-width of the interval of probability LEVEL, in standard errors of the mean over so many members."""
     return scipy.special.stdtrit(np.maximum(np.asarray(members, float) - 1.0, 1.0), 0.5 + 0.5 * LEVEL)

@@ -25,8 +25,8 @@ ORDER = {
     "next_event loading",
     "solver.contact.convolved": "conjugate_gradients contact",
     "solver.contact.coulomb": "contact roles motion",
-    "solver.sliding": "kernels record columns plateau full_contact tangential coulomb hindsight events "
-    "statistics distributions validity",
+    "solver.sliding": "kernels record columns plateau full_contact tangential coulomb validity "
+    "events statistics distributions",
     "solver.sliding.distributions": "power_law rivals events record",
     "solver.sliding.kernels": "events step full_contact tangential",
     "solver.dynamics": "friction_limit kernels result precision proportion method rigid exact rk4 integrate coefficients "

@@ -83,6 +83,24 @@ def advised(case: Case, outcome: Outcome) -> Outcome:
     return outcome
 
 
+def energy_created(case: Case) -> Outcome:
+    """The outcome of a record whose events created energy, with the causes that the case may have and what to do about each."""
+    causes = []
+    if case.slip_rule.slip_order != "worst_first":
+        causes.append('slips of many nodes at once overshoot: use slip.slip_order = "worst_first"')
+    if not case.slab.scheme.reciprocal:
+        causes.append("the operator is not an elastic body's: use the scheme galerkin")
+    if case.heterogeneity.roughness:
+        causes.append("the pin is rougher than its nodes can follow: use a smoother heterogeneity.roughness")
+    if not causes:
+        causes.append(
+            "use a poisson further from 0.5, an aspect_ratio nearer 1, another n_x, or a lower slip.event_floor"
+        )
+    return Outcome(
+        Ending.ENERGY_CREATED, f"events created energy, more than a millionth of the work: {'; or '.join(causes)}"
+    )
+
+
 def advised_of_pillars(case: Case, outcome: Outcome) -> Outcome:
     """The outcome, of a slab that may sway with the advice to lower it, unless its message does so already."""
     if outcome.ending in _OF_PILLARS and case.slab.aspect_ratio > PILLAR and "aspect_ratio" not in outcome.message:

@@ -13,12 +13,14 @@ from solver.dynamics.friction_limit import friction_limit_of
 from solver.dynamics.integrate import DynamicsResult, integrate
 from solver.outcome import COMPLETED, Ending, Outcome
 from solver.quantity import quantity
-from solver.sliding.plateau import BLOCKS, Plateau, block_error
+from solver.sliding.plateau import Plateau
 from solver.sliding.record import FrictionRecord
 from solver.view import Labels, in_words
 
 PERIODS: Final = 2.0
 """Of its own motion that a pin has to slide before a mean driving force is friction, not inertia."""
+BLOCKS: Final = 32
+"""Equal parts of the steady driving force: its mean is that of theirs, and four at a time they show whether it changes."""
 LEAST_SHARE: Final = 0.25
 """Share of the binned force that truncation always keeps."""
 LARGEST_CHANGE: Final = 0.01
@@ -49,12 +51,6 @@ class FrictionCoefficients(Labels):
     kinetic_friction: float = field(
         metadata=quantity("kinetic friction coefficient", symbol="μ_k", comment="from steady sliding", ensemble=True)
     )
-    kinetic_friction_block_error: float = field(
-        metadata=quantity(
-            "block error of μ_k",
-            comment="largest standard error of the mean driving force from 8 to 32 blocks, of one start alone",
-        )
-    )
     kinetic_friction_excess: float = field(
         metadata=quantity("μ_k beyond the record", comment=_BEYOND.format("kinetic_friction")),
     )
@@ -80,23 +76,22 @@ def friction_coefficients(result: DynamicsResult, record: FrictionRecord, platea
     nan = float("nan")
     if not len(result.slip_force):
         failed = result.outcome if not result.outcome.ok else _no_slip(result, plateau, record.normal_load)
-        return FrictionCoefficients(nan, nan, result.slip_force, nan, nan, nan, failed)
+        return FrictionCoefficients(nan, nan, result.slip_force, nan, nan, failed)
     static = result.slip_force / record.normal_load
     first, excess = _first_slip(record, static)
-    kinetic, error, outcome = nan, nan, result.outcome
+    kinetic, outcome = nan, result.outcome
     slides = float(result.time[-1] - result.slip_time[0])
     if outcome.ok and slides < PERIODS * result.settling_time:
         periods = math.floor(100.0 * slides / result.settling_time) / 100.0  # never rounded up to those that are needed
         message = f"the pin slides for {periods:g} of its periods, {PERIODS:g} are needed: raise duration"
         outcome = Outcome(Ending.NO_PLATEAU, f"the driving force is not steady: {message}")
     if outcome.ok:
-        kinetic, error, outcome = _steady_mean(result.binned_force / record.normal_load)
+        kinetic, outcome = _steady_mean(result.binned_force / record.normal_load)
     return FrictionCoefficients(
         static_friction=first,
         static_friction_excess=_beyond(record, first),
         every_static_friction=static,
         kinetic_friction=kinetic,
-        kinetic_friction_block_error=error,
         kinetic_friction_excess=_beyond(record, kinetic),
         outcome=outcome.adding(excess),
     )
@@ -145,8 +140,8 @@ def _highest(record: FrictionRecord) -> float:
     return float(max(record.force_before.max(), record.initial_force, record.final_force)) / record.normal_load
 
 
-def _steady_mean(bins: NDArray[np.float64]) -> tuple[float, float, Outcome]:
-    """Mean of the steady part of evenly binned values, its block error, and whether there is a steady part.
+def _steady_mean(bins: NDArray[np.float64]) -> tuple[float, Outcome]:
+    """Mean of the steady part of evenly binned values, and whether there is a steady part.
 
     It starts where truncation minimises the marginal standard error of the mean: the sum of squares about the mean over the
     squared number of bins kept (MSER). It is refused where a line through eight block means rises or falls by more than
@@ -159,8 +154,8 @@ def _steady_mean(bins: NDArray[np.float64]) -> tuple[float, float, Outcome]:
     blocks = np.diff(impulse) / np.diff(edges)
     complaint = unsteadiness(blocks, latest=first >= latest_truncation(len(bins)))
     if complaint:
-        return float("nan"), float("nan"), Outcome(Ending.NO_PLATEAU, f"the driving force {complaint}: raise duration")
-    return float(blocks.mean()), block_error(blocks), COMPLETED
+        return float("nan"), Outcome(Ending.NO_PLATEAU, f"the driving force {complaint}: raise duration")
+    return float(blocks.mean()), COMPLETED
 
 
 def latest_truncation(count: int) -> int:

@@ -14,9 +14,9 @@ from solver.outcome import InvalidInput, Outcome, SingularOperator, TooFarApart
 from solver.sliding.columns import empty_events, friction_record
 from solver.sliding.coulomb import slide_with_coulomb_friction
 from solver.sliding.full_contact import slide_full_contact
-from solver.sliding.hindsight import in_hindsight
 from solver.sliding.record import FrictionRecord
 from solver.sliding.tangential import slide_with_constant_pressures
+from solver.sliding.validity import lawfulness
 
 WayToSlide = Callable[[Case, ContactState, SurfaceCompliance], tuple[FrictionRecord, ContactState]]
 """From a case, a contact to start from and the slab's compliance to a record and the contact where it ends."""
@@ -48,7 +48,7 @@ def slide_to_state(
         end = replace(start, outcome=error.outcome)
         record = _no_record(case, start, end)
     end = checked(case, compliance, end)
-    if end.outcome.ok and not (found := in_hindsight(case, record, end)).ok:
+    if end.outcome.ok and not (found := lawfulness(case, record, end)).ok:
         end = checked(case, compliance, replace(end, outcome=found))
     return record if end.outcome is record.outcome else replace(record, outcome=end.outcome), end
 

@@ -22,7 +22,6 @@ RUN_IN: Final = 1.5
 """Presliding lengths after which initial contact is forgotten: measured by tests.verification.run_in."""
 FEWEST_EVENTS: Final = 8
 """Of a steady part: fewer say nothing of a mean over a sawtooth."""
-BLOCKS: Final = 32
 
 
 @dataclass(frozen=True, slots=True, repr=False)
@@ -55,12 +54,6 @@ class Plateau(Viewed):
     std: float = field(
         metadata=quantity(
             "standard deviation on the plateau", comment="of F/W over displacement, on the steady part of the record"
-        )
-    )
-    block_error: float = field(
-        metadata=quantity(
-            "block error of the plateau",
-            comment="largest standard error of the mean F/W from 8 to 32 blocks, of one start alone",
         )
     )
     start: float = field(
@@ -151,16 +144,9 @@ def plateau_of(record: FrictionRecord) -> Plateau:
         last_event=last,
         mean=mean / record.normal_load,
         std=std / record.normal_load,
-        block_error=block_error(steady.block_means(start, end, BLOCKS)) / record.normal_load,
         peak=float(max(steady.start.max(), steady.end.max())) / record.normal_load,
         spacings=(end - start) / record.spacing,
     )
-
-
-def block_error(blocks: NDArray[np.float64]) -> float:
-    """Largest standard error of the mean from 8, 16 and 32 blocks, given the means of 32: long correlation counts."""
-    grouped = (blocks, *(blocks.reshape(count, -1).mean(axis=1) for count in (8, 16)))
-    return max(float(np.std(means, ddof=1)) / math.sqrt(len(means)) for means in grouped)
 
 
 def _moments(steady: Teeth) -> tuple[float, float]:
@@ -179,4 +165,4 @@ def _refused(message: str, record: FrictionRecord) -> Plateau:
     )  # beyond the rounding of a sum of steps
     limit = "limits.presliding, spacings or displacement, whichever ended it" if between else "limits.events"
     nan = float("nan")
-    return Plateau(nan, nan, nan, nan, nan, nan, 0, 0, nan, Outcome(Ending.NO_PLATEAU, f"{message}; raise {limit}"))
+    return Plateau(nan, nan, nan, nan, nan, 0, 0, nan, Outcome(Ending.NO_PLATEAU, f"{message}; raise {limit}"))

@@ -1,5 +1,7 @@
 """Where a contact is lawful for the nodes and yet says nothing about a pin on a slab: flags, each with advice.
 
+Before that, whether a record as a whole is lawful: a slab resists where it is pushed, and events create no energy.
+
 `expected_flags` guesses them from Hertz before anything is computed, `contact_flags` and `record_flags` look at what came.
 A flagged result is no failure: it obeys all laws of the discrete model, and its outcome stays what it is.
 
@@ -10,6 +12,7 @@ the ends are early for initial contact and late for long records.
 """
 
 import math
+import sys
 from collections.abc import Iterable
 from dataclasses import dataclass, field
 from typing import Any, NamedTuple
@@ -19,11 +22,18 @@ from numpy.typing import NDArray
 
 from solver.case import Case
 from solver.contact.closed_forms import film_half_width
+from solver.contact.node_friction import node_friction
 from solver.contact.normal.contact import expected_half_width
+from solver.contact.outcomes import STEEP_PIN, energy_created
+from solver.contact.pin import pin_of, surface_from_pin
 from solver.contact.state import ContactState, contact_width
+from solver.outcome import COMPLETED, Ending, Outcome
 from solver.quantity import quantity
 from solver.sliding.record import FrictionRecord
 
+CREATED = 1e-6
+"""Energy that events may create, as a share of the pin's work and of what others lose: a touch pays back what a coarse event
+floor overshot."""
 FEWEST_NODES = 12
 """Nodes in contact below which pressure, shear and events are those of single nodes. A spacing, to which nodes say where a
 contact ends, is then more than a sixth of its half-width."""
@@ -281,3 +291,29 @@ def _place(case: Case, seen: _Seen) -> Flag | None:
         return OUTGROWN
     near = not case.slab.scheme.endless and seen.margin < NEAR * seen.half_width
     return NEAR_ENDS if near else None
+
+
+def lawfulness(case: Case, record: FrictionRecord, end: ContactState) -> Outcome:
+    """COMPLETED, or what is wrong with a record up to `end` though all its events went well."""
+    stiffness = record.initial_stiffness
+    if case.slip_rule.residual_shear < 1.0 and stiffness <= 0.0:
+        other = "an aspect_ratio nearer 1" if case.slab.scheme.reciprocal else "the scheme galerkin"
+        message = f"lateral stiffness K = {stiffness:.3g}: an elastic slab's is above 0; use {other}"
+        return Outcome(Ending.SINGULAR_OPERATOR, message)
+    # Classical sliding has looked at its energy event by event.
+    if case.slip_rule.residual_shear == 1.0 or not _creates_energy(case, record, end):
+        return COMPLETED
+    xi = (surface_from_pin(case) + end.u - end.displacement)[end.contact]
+    steep = (np.abs(pin_of(case).slope(xi)) > 0.5 * node_friction(case)[end.contact]).any()
+    return STEEP_PIN if steep else energy_created(case)
+
+
+def _creates_energy(case: Case, record: FrictionRecord, end: ContactState) -> bool:
+    """Whether events have created more energy than rounding can: in each, that of the load times what is displaced."""
+    created, lost = -np.minimum(record.dissipated, 0.0).sum(), np.maximum(record.dissipated, 0.0).sum()
+    steps = np.diff(record.displacement)
+    work = float(np.abs(record.force_after[:-1] + record.force_before[1:]) @ steps) / 2.0
+    farthest = float(np.abs(end.u[end.contact]).max(initial=0.0))
+    moved = case.normal_load + abs(end.approach) + abs(end.displacement) + farthest
+    rounding = sys.float_info.epsilon * case.normal_load * moved * len(record.dissipated)
+    return bool(created > CREATED * (lost + work) + rounding)

@@ -37,6 +37,8 @@ class Effort:
     """n_x of the operator that the others are held against."""
     record_sizes: tuple[int, ...]
     """n_x of the records; the largest is the reference."""
+    starts: int
+    """Independent starts of each record."""
     event_floors: tuple[float, ...]
     """In node spacings; the smallest is the reference."""
     time_steps: tuple[float, ...]
@@ -56,6 +58,7 @@ FULL: Final = Effort(
     sizes=(17, 33, 65, 129, 257, 513),
     reference_size=1025,
     record_sizes=(33, 65, 129, 257, 513),
+    starts=4,
     event_floors=(1e-12, 1e-8, 1e-7, 1e-6, 1e-5),
     time_steps=(1e-6, 3e-7, 1e-7, 3e-8, 1e-8),
     tolerances=(1e-4, 1e-8),
@@ -66,6 +69,7 @@ QUICK: Final = Effort(
     sizes=(17, 33),
     reference_size=65,
     record_sizes=(17, 33),
+    starts=3,
     event_floors=(1e-6, 1e-5),
     time_steps=(1e-6, 3e-7),
     tolerances=(1e-4,),

@@ -1,7 +1,7 @@
 """Slip numerics: n_x and the event floor against what is read off a friction record and a drive.
 
 A record is chaotic: a change in the last digit gives another record, so a distance between settings is one between
-distributions. It is given twice: as it is, and over the two values' combined uncertainty (from blocks).
+distributions: of means over independent starts. It is given twice: as it is, and over their combined ±.
 """
 
 import math
@@ -9,11 +9,12 @@ from dataclasses import replace
 from functools import partial
 from typing import Final
 
+import numpy as np
+
 from solver.case import Case
-from solver.dynamics.coefficients import friction_coefficients
-from solver.dynamics.friction_limit import friction_limit_of
-from solver.dynamics.integrate import integrate
+from solver.dynamics.coefficients import measured
 from solver.elasticity.compliance import surface_compliance
+from solver.ensemble import Ensemble, mean_of
 from solver.sliding.events import slide
 from solver.sliding.plateau import plateau_of
 from solver.sliding.record import FrictionRecord
@@ -31,7 +32,7 @@ OBSERVABLES: Final = {
 }
 
 Reading = dict[str, tuple[float, float]]
-"""Observable -> value and its uncertainty."""
+"""Observable -> its mean over independent starts, and the ± of that."""
 
 
 def measure_slip_numerics(setup: Setup, effort: Effort) -> Diagram:
@@ -42,13 +43,19 @@ def measure_slip_numerics(setup: Setup, effort: Effort) -> Diagram:
         case = replace(case, max_events=None, max_displacement=reached)
     rows: list[Row] = []
     for knob, cases in _turned(case, effort).items():
-        found = [
-            (value, *timed(partial(slide, each, surface_compliance(each.slab)), effort.repeats))
-            for value, each in cases
-        ]
-        readings = [(value, seconds, read(record, setup)) for value, record, seconds in found]
+        readings = [(value, *_over_starts(each, setup, effort)) for value, each in cases]
         rows += [_row(knob, value, seconds, reading, readings[-1][2]) for value, seconds, reading in readings]
     return _sheet(tuple(rows))
+
+
+def _over_starts(case: Case, setup: Setup, effort: Effort) -> tuple[float, Reading]:
+    """Processor time of the first start's record, and the means of what is read off all of them."""
+    ensemble, compliance = Ensemble(effort.starts), surface_compliance(case.slab)
+    first, *others = (ensemble.case(case, number) for number in range(effort.starts))
+    record, seconds = timed(partial(slide, first, compliance), effort.repeats)
+    each = [read(record, setup), *(read(slide(other, compliance), setup) for other in others)]
+    means = {name: mean_of(np.array([one[name] for one in each])) for name in OBSERVABLES}
+    return seconds, {name: (float(mean.mean), float(mean.uncertainty)) for name, mean in means.items()}
 
 
 def _turned(case: Case, effort: Effort) -> dict[str, list[tuple[float, Case]]]:
@@ -61,21 +68,16 @@ def _turned(case: Case, effort: Effort) -> dict[str, list[tuple[float, Case]]]:
     return {"n_x": sizes, "event_floor": floors}
 
 
-def read(record: FrictionRecord, setup: Setup) -> Reading:
+def read(record: FrictionRecord, setup: Setup) -> dict[str, float]:
     """Observables of a record, and of the setup's drive over it; NaN where there is no plateau."""
-    nothing = (math.nan, math.nan)
-    events = event_statistics(record)
-    step = (events.mean_step, math.nan)
-    plateau = plateau_of(record)
+    step, plateau = event_statistics(record).mean_step, plateau_of(record)
     if not plateau.outcome.ok:
-        return {"plateau": nothing, "static": nothing, "kinetic": nothing, "step": step}
-    drive = setup.drive.dimensionless(setup.scales)
-    motion = integrate(friction_limit_of(record, plateau, drive.profile), drive, record.initial_stiffness)
-    coefficients = friction_coefficients(motion, record, plateau)
+        return {"plateau": math.nan, "static": math.nan, "kinetic": math.nan, "step": step}
+    _, coefficients = measured(record, plateau, setup.drive.dimensionless(setup.scales))
     return {
-        "plateau": (plateau.mean, plateau.block_error),
-        "static": (coefficients.static_friction, math.nan),
-        "kinetic": (coefficients.kinetic_friction, coefficients.kinetic_friction_block_error),
+        "plateau": plateau.mean,
+        "static": coefficients.static_friction,
+        "kinetic": coefficients.kinetic_friction,
         "step": step,
     }
 
@@ -95,11 +97,11 @@ def _row(knob: str, value: float, seconds: float, reading: Reading, truth: Readi
 
 
 def _sheet(rows: tuple[Row, ...]) -> Diagram:
-    words = {"knob": "what was changed", "value": "its value", "seconds": "processor time of the record"}
+    words = {"knob": "what was changed", "value": "its value", "seconds": "processor time of one record"}
     for name, meaning in OBSERVABLES.items():
         words |= {
             name: meaning,
-            f"{name}_uncertainty": f"block error of the {meaning}, of one start",
+            f"{name}_uncertainty": f"± of the {meaning}, over independent starts",
             f"{name}_difference": f"difference of the {meaning} from the reference's, over it",
             f"{name}_distance": f"difference of the {meaning} from the reference's, over their combined uncertainty",
         }

@@ -1,4 +1,4 @@
-"""The groups of a dataset beside its root: records, trajectories, contacts, the inside of the slab, the software.
+"""The groups of a dataset beside its root: records, event sizes, trajectories, contacts, the inside of the slab, the software.
 
 In a file they are groups of netCDF-4. In Python the root is an `xr.Dataset` of scalars over the cases that carries the groups
 with it, in its encoding and in that of `case_id`: selections keep the one, `where` the other.

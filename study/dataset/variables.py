@@ -118,7 +118,7 @@ def all_groups() -> dict[str, Group]:
     return {name: Group(name, tuple(each for each in found if each.ragged.instance == name)) for name in names}
 
 
-_ORDER: Final = ("ensemble", "drive_ensemble", "record", "trajectory", "contact", "interior")
+_ORDER: Final = ("ensemble", "drive_ensemble", "record", "event_sizes", "trajectory", "contact", "interior")
 
 
 DISCRETIZATION_ERROR = Quantity(

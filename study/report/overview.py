@@ -152,4 +152,4 @@ def left_out(dataset: xr.Dataset) -> Iterator[str]:
         if asked[name] in dataset and name not in dataset:
             yield f"{words} are not kept ([outputs] of the campaign): there are no figures of single cases."
     if "record_id" in dataset and "slips_exponent" not in dataset:
-        yield "Exponents of event sizes are not computed: [outputs] statistics of the campaign."
+        yield "Distributions of event sizes are not computed: [outputs] statistics of the campaign."

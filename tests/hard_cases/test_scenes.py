@@ -40,15 +40,13 @@ LACKS = {
         "plateau_start",
         "plateau_end",
         "plateau_spacings",
-        "plateau_block_error",
         "plateau_peak",
         "mean_step",
         "mean_slips",
         "mean_drop",
         "kinetic_friction",
-        "kinetic_friction_block_error",
     ),
-    Ending.NO_SLIP: ("static_friction", "kinetic_friction", "kinetic_friction_block_error"),
+    Ending.NO_SLIP: ("static_friction", "kinetic_friction"),
 }
 """Numbers that an outcome says are missing; a record without any event has no means over events either."""
 

@@ -8,7 +8,7 @@ import pytest
 import scipy
 
 from solver.case import Case, Heterogeneity
-from solver.ensemble import FEWEST, LEVEL, Ensemble, chance_of, elsewhere, mean_of
+from solver.ensemble import FEWEST, LEVEL, Ensemble, chance_of, elsewhere, jackknife, mean_of
 
 CASE = Case(start=0.25)
 
@@ -133,3 +133,11 @@ def test_a_target_holds_for_the_tasks_that_yield_its_variables() -> None:
     assert aimed.asked_of(["plateau_mean", "mean_step"]) == Ensemble(20, 0.01, ("plateau_mean",))
     assert aimed.asked_of(["contact_half_width"]) == Ensemble(FEWEST)
     assert Ensemble(8).asked_of([]) == Ensemble(8)
+
+
+def test_the_jackknife_of_a_mean_is_its_uncertainty() -> None:
+    values = np.random.default_rng(2).normal(3.0, 0.5, 5)
+    without = [float(np.delete(values, number).mean()) for number in range(5)]
+    assert jackknife(without) == pytest.approx(float(mean_of(values).uncertainty), rel=1e-9)
+    assert math.isnan(jackknife([3.0]))
+    assert math.isnan(jackknife([3.0, math.nan, 3.0]))

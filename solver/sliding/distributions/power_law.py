@@ -6,7 +6,6 @@ Above the cut-off a continuous size has the density (τ-1)/x_min · (x/x_min)^-�
 """
 
 import math
-from collections.abc import Sequence
 from typing import NamedTuple
 
 import numpy as np
@@ -41,8 +40,6 @@ class PowerLaw(NamedTuple):
 
     exponent: float
     """τ"""
-    fit_error: float
-    """Standard error of the fit alone: sizes taken as independent, the cut-off as given."""
     cutoff: float
     """Smallest size that it holds for."""
     tail: int
@@ -71,9 +68,7 @@ def fitted_power_law(sizes: Sizes) -> PowerLaw | None:
     distances = _distances(sizes, firsts, exponents)
     best = int(np.argmin(distances))
     exponent, cutoff, tail = float(exponents[best]), float(cutoffs[best]), int(tails[best])
-    return PowerLaw(
-        exponent, _standard_error(exponent, cutoff, tail, sizes.discrete), cutoff, tail, float(distances[best])
-    )
+    return PowerLaw(exponent, cutoff, tail, float(distances[best]))
 
 
 def discrete_exponents(means: Vector, cutoffs: Vector) -> Vector:
@@ -93,13 +88,6 @@ def _log_zeta_slopes(exponents: Vector, cutoffs: Vector) -> tuple[Vector, Vector
     h = 1e-3 * (exponents - 1.0)
     below, at, above = (np.log(scipy.special.zeta(exponents + way * h, cutoffs)) for way in (-1, 0, 1))
     return (above - below) / (2.0 * h), (above - 2.0 * at + below) / h**2
-
-
-def _standard_error(exponent: float, cutoff: float, tail: int, discrete: bool) -> float:
-    if not discrete:
-        return (exponent - 1.0) / math.sqrt(tail)
-    _, curvature = _log_zeta_slopes(np.array([exponent]), np.array([cutoff]))
-    return float(1.0 / np.sqrt(tail * curvature[0]))
 
 
 def survival(values: Vector, exponent: float, cutoff: float, discrete: bool) -> Vector:
@@ -163,44 +151,9 @@ def _places(count: int) -> NDArray[np.int64]:
     return np.asarray(np.unique(np.geomspace(1.0, count, PLACES[1]).astype(np.int64)) - 1)
 
 
-class PooledExponent(NamedTuple):
-    """The exponent of the sizes of all members of an ensemble together."""
-
-    exponent: float
-    """τ; NaN where there is no power law, or at the bounds of what is looked for, EXPONENTS."""
-    error: float
-    """Standard error between members; NaN of fewer than LEAST_MEMBERS, and where those without one of them have no exponent."""
-
-
-LEAST_MEMBERS = 3
-"""Members at least of which an error is stated."""
-ONE_SIGMA = 0.6827
-"""Share of a normal distribution within one standard error, and of Student's within the error that is stated."""
-
-
-def pooled_exponent(members: Sequence[NDArray[np.float64] | NDArray[np.int64]], *, discrete: bool) -> PooledExponent:
-    """The exponent of pooled sizes, and its delete-one jackknife error over members (Efron, SIAM CBMS 38, 1982).
-
-    members: the sizes of each, in any order. Each fit without one member looks for its own cut-off. Events of a member may depend
-    on each other: members alone are taken as independent. Student's t of members - 1 makes one error of few hold in 68.27 %.
-    """
-    exponent, count = _exponent_of(members, discrete), len(members)
-    if count < LEAST_MEMBERS:
-        return PooledExponent(exponent, math.nan)
-    without = np.array([_exponent_of([*members[:left], *members[left + 1 :]], discrete) for left in range(count)])
-    jackknife = math.sqrt((count - 1) * float(np.var(without)))
-    return PooledExponent(exponent, float(scipy.special.stdtrit(count - 1, 0.5 + 0.5 * ONE_SIGMA)) * jackknife)
-
-
-def _exponent_of(members: Sequence[NDArray[np.float64] | NDArray[np.int64]], discrete: bool) -> float:
-    together = np.concatenate([np.empty(0), *members])
-    law = fitted_power_law(sorted_sizes(together, discrete))
-    return exponent_in_range(law) if law else math.nan
-
-
-def exponent_in_range(law: PowerLaw) -> float:
+def exponent_in_range(exponent: float) -> float:
     """The exponent of a fit; NaN at the bounds of what is looked for, which are no measurement."""
-    return law.exponent if EXPONENTS[0] < law.exponent < EXPONENTS[1] else math.nan
+    return exponent if EXPONENTS[0] < exponent < EXPONENTS[1] else math.nan
 
 
 DRAWS = 100

@@ -1,15 +1,16 @@
-"""How sizes of events are distributed: power law, goodness and rivals in one value; those of a record, with its correlations."""
+"""How sizes of events are distributed: power law, goodness and rivals of the sizes of all members of an ensemble together."""
 
 import math
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from dataclasses import Field, dataclass, field, make_dataclass
 from typing import Any, Final
 
 import numpy as np
 from numpy.typing import NDArray
 
+from solver.ensemble import jackknife, mean_of
 from solver.quantity import quantity
-from solver.sliding.distributions.events import DISCRETE, EventSizes, event_sizes, rank_correlation
+from solver.sliding.distributions.events import DISCRETE, EventSizes, event_sizes, pooled, rank_correlation
 from solver.sliding.distributions.power_law import (
     DRAWS,
     EXPONENTS,
@@ -17,12 +18,13 @@ from solver.sliding.distributions.power_law import (
     exponent_in_range,
     fitted_power_law,
     goodness_of_fit,
+    logarithmic_histogram,
     sorted_sizes,
 )
 from solver.sliding.distributions.rivals import LAWS, Comparison, comparisons, preferred
 from solver.sliding.plateau import Plateau
 from solver.sliding.record import FrictionRecord
-from solver.view import OneLine
+from solver.view import OneLine, with_error
 
 MEAN_FIELD = 1.5
 """Exponent of avalanche sizes where every node loads all others alike (mean field, a critical branching process)."""
@@ -43,8 +45,10 @@ class SizeDistribution(OneLine):
     largest: float
     exponent: float
     """τ of the density x^-τ from the cut-off on; NaN at the bounds of what is looked for, EXPONENTS."""
-    exponent_fit_error: float
-    """Standard error of the fit alone: sizes taken as independent, the cut-off as given."""
+    exponent_uncertainty: float
+    """Its ±, by the jackknife over members; NaN of one member, and where the others have no power law without one of them."""
+    exponent_members: int
+    """Members that have sizes, where there is an exponent."""
     cutoff: float
     """Size from which on the power law is nearest to the sizes."""
     tail: int
@@ -63,31 +67,45 @@ class SizeDistribution(OneLine):
     def _facts(self) -> Iterator[str]:
         yield f"{self.count} sizes to {self.largest:.4g}"
         if self.tail:
-            found = f"{self.exponent:.3g}" if math.isfinite(self.exponent) else "at a bound"
+            known = math.isfinite(self.exponent)
+            found = with_error(self.exponent, self.exponent_uncertainty) if known else "at a bound"
             yield f"exponent {found} from {self.cutoff:.4g} on"
             yield f"goodness {self.goodness:.2g}{', no power law' if self.goodness < SIGNIFICANT else ''}"
         yield f"preferred: {self.preferred or 'none'}"
 
 
 def size_distribution(
-    sizes: NDArray[np.float64] | NDArray[np.int64], *, discrete: bool, draws: int = DRAWS
+    *members: NDArray[np.float64] | NDArray[np.int64], discrete: bool, draws: int = DRAWS
 ) -> SizeDistribution:
-    """The distribution of sizes, of one record or of many put together, in any order; those not above 0 are left out.
+    """The distribution of the sizes of all members together, each in any order; those not above 0 are left out.
 
     discrete: whole numbers, such as slips. draws: samples for the goodness of fit; of 0 it is NaN.
     """
-    sample = sorted_sizes(sizes, discrete)
+    each = [values for sizes in members if len(values := sorted_sizes(sizes, discrete).values)]
+    sample = sorted_sizes(np.concatenate([np.empty(0), *each]), discrete)
     count, law = len(sample.values), fitted_power_law(sample)
     mean = float(sample.values.mean()) if count else math.nan
     largest = float(sample.values[-1]) if count else math.nan
     if law is None:
-        nothing = (math.nan, math.nan, math.nan, 0, math.nan, math.nan, None, math.nan, ())
+        nothing = (math.nan, math.nan, 0, math.nan, 0, math.nan, math.nan, None, math.nan, ())
         return SizeDistribution(count, mean, largest, *nothing)
     rivals = comparisons(sample, law)
     goodness = goodness_of_fit(sample, law, draws)
-    exponent = exponent_in_range(law)
-    law = law._replace(exponent=exponent, fit_error=law.fit_error if math.isfinite(exponent) else math.nan)
-    return SizeDistribution(count, mean, largest, *law, goodness, *preferred(rivals), rivals)
+    exponent = exponent_over_members(each, law.exponent, discrete)
+    return SizeDistribution(count, mean, largest, *exponent, *law[1:], goodness, *preferred(rivals), rivals)
+
+
+def exponent_over_members(
+    members: Sequence[NDArray[np.float64]], fitted: float, discrete: bool
+) -> tuple[float, float, int]:
+    """The exponent fitted to all members together, its ± and their number; NaN at the bounds of what is looked for."""
+    if math.isnan(exponent := exponent_in_range(fitted)):
+        return exponent, math.nan, 0
+    # The cut-off is looked for without each member anew, as its choice is a part of the error: with that of all members as given
+    # ± held in 57 to 69 of 100 ensembles of 2 to 16 members, so in 67 to 84.
+    rest = (np.concatenate([np.empty(0), *members[:left], *members[left + 1 :]]) for left in range(len(members)))
+    laws = [fitted_power_law(sorted_sizes(sizes, discrete)) for sizes in rest]
+    return exponent, jackknife([exponent_in_range(law.exponent) if law else math.nan for law in laws]), len(members)
 
 
 SIZES: Final = {
@@ -104,8 +122,11 @@ _REFERENCE: Final = {
 }
 
 
-_NUMBERS: Final = ("exponent", "exponent_fit_error", "cutoff", "tail", "goodness", "preferred", "preferred_chance")
-"""What a dataset has of a SizeDistribution."""
+_NUMBERS: Final = (
+    *("exponent", "exponent_uncertainty", "exponent_members"),
+    *("cutoff", "tail", "goodness", "preferred", "preferred_chance"),
+)
+"""What a result has of a SizeDistribution."""
 
 
 def _of_size(size: str, meaning: str) -> list[tuple[str, Any, Field[Any]]]:
@@ -118,18 +139,11 @@ def _of_size(size: str, meaning: str) -> list[tuple[str, Any, Field[Any]]]:
                 "symbol": "τ",
                 "ensemble": True,
                 "comment": _joined(
-                    f"{of}, from {size}_cutoff on",
+                    f"{of}, from {size}_cutoff on, of all members together",
                     _REFERENCE.get(size, ""),
                     f"no power law where {size}_goodness is below {SIGNIFICANT:g}",
                     f"NaN outside of {EXPONENTS[0]:.0f} to {EXPONENTS[1]:g}",
                 ),
-            },
-        ),
-        "exponent_fit_error": (
-            f"error of the fit of {size}_exponent",
-            {
-                "comment": "standard error of the fit alone: events taken as independent, the cut-off as given; "
-                "the exponents of two starts may differ by more",
             },
         ),
         "cutoff": (f"lower cut-off of {size}", {"comment": f"{of}; the power law begins there"}),
@@ -151,60 +165,84 @@ def _of_size(size: str, meaning: str) -> list[tuple[str, Any, Field[Any]]]:
             },
         ),
     }
-    return [
-        (f"{size}_{name}", Any, field(metadata=quantity(words, **more))) for name, (words, more) in declared.items()
-    ]
+    return [each for name, (words, more) in declared.items() for each in _with_its_error(f"{size}_{name}", words, more)]
+
+
+def _with_its_error(name: str, meaning: str, more: dict[str, Any]) -> list[tuple[str, Any, Field[Any]]]:
+    """A field, and behind one whose dataset states a ± the two numbers that stand beside it there."""
+    beside = ("_uncertainty", "_members") if more.get("ensemble") else ()
+    return [(name, Any, field(metadata=quantity(meaning, **more))), *((name + end, Any, field()) for end in beside)]
 
 
 def _joined(*parts: str) -> str:
     return "; ".join(part for part in parts if part)
 
 
-def _alone(name: str, meaning: str, comment: str = "") -> tuple[str, Any, Field[Any]]:
-    return (name, float, field(metadata=quantity(meaning, comment=comment)))
-
-
-_INDEPENDENT: Final = "Spearman's; of m independent events 0 with a standard error of 1/√m"
+_ALONE: Final = {
+    "step_variation": ("variation of the step between events", "standard deviation over mean; 1 of events at random"),
+    "slips_correlation": ("rank correlation of successive slips", "Spearman's; 0 of independent events"),
+    "drop_correlation": ("rank correlation of successive drops", "Spearman's; 0 of independent events"),
+    "step_correlation": ("rank correlation of successive steps", "Spearman's; 0 of independent events"),
+    "drop_step_correlation": ("rank correlation of drop and next step", "Spearman's; 0 of independent events"),
+}
+"""Number of each member alone, whose mean is stated -> meaning and remark."""
+_POOLED: Final = "of all members together, those of their steady parts; of whole records where none has one"
 EventDistributions: Any = make_dataclass(
     "EventDistributions",
     [
-        _alone(
-            "sized_events", "events whose sizes are distributed", "those of the steady part; of the record without one"
-        ),
+        *_with_its_error("sized_events", "events whose sizes are distributed", {"comment": _POOLED}),
         *(each for size, meaning in SIZES.items() for each in _of_size(size, meaning)),
-        _alone(
-            "step_variation",
-            "variation of the step between events",
-            "standard deviation over mean; 1 of events at random",
-        ),
-        _alone("slips_correlation", "rank correlation of successive slips", _INDEPENDENT),
-        _alone("drop_correlation", "rank correlation of successive drops", _INDEPENDENT),
-        _alone("step_correlation", "rank correlation of successive steps", _INDEPENDENT),
-        _alone(
-            "drop_step_correlation",
-            "rank correlation of drop and next step",
-            _INDEPENDENT,
+        *(
+            each
+            for name, (meaning, comment) in _ALONE.items()
+            for each in _with_its_error(name, meaning, {"ensemble": True, "comment": comment})
         ),
     ],
     frozen=True,
     slots=True,
     namespace={
-        "__doc__": "Distributions and correlations of a record's event sizes, made of SIZES; NaN where there are too few."
+        "__doc__": "Distributions of the event sizes of all members, made of SIZES, and correlations; NaN of too few."
     },
 )
 
 
-def event_distributions(record: FrictionRecord, plateau: Plateau, draws: int = DRAWS) -> Any:
-    """The EventDistributions of a record: of its steady part, or of all of it where that was not found."""
-    sizes = event_sizes(record, plateau.start if math.isfinite(plateau.start) else -math.inf)
-    found: dict[str, Any] = {"sized_events": len(sizes.slips)}
+@dataclass(frozen=True, slots=True, eq=False)
+class SizeBins:
+    """The sizes of all members in bins of equal ratio, one size behind the other; bins without any are left out."""
+
+    bin_of: NDArray[np.int8] = field(
+        metadata=quantity(
+            "size that is distributed", "", along="bin", codes=tuple(SIZES), dtype=np.int8, coordinate=True
+        )
+    )
+    bin_middle: NDArray[np.float64] = field(
+        metadata=quantity(
+            "middle of the bin", along="bin", coordinate=True, comment="in the size's unit; geometric mean of its ends"
+        )
+    )
+    bin_density: NDArray[np.float64] = field(
+        metadata=quantity("share of events per unit of size", along="bin", comment="of whole numbers, per number")
+    )
+    bin_events: NDArray[np.int64] = field(
+        metadata=quantity("events in the bin", along="bin", dtype=np.int64, comment="of all members")
+    )
+
+
+def event_distributions(members: Sequence[tuple[FrictionRecord, Plateau]], draws: int = DRAWS) -> tuple[Any, SizeBins]:
+    """The EventDistributions and SizeBins of an ensemble: of the steady parts of its records; of whole ones if none has one."""
+    steady = [event_sizes(record, plateau.start) for record, plateau in members if math.isfinite(plateau.start)]
+    each = steady or [event_sizes(record) for record, _ in members]
+    found: dict[str, Any] = {"sized_events": sum(len(sizes.slips) for sizes in each)}
     for size, discrete in DISCRETE.items():
-        fit = size_distribution(getattr(sizes, size), discrete=discrete, draws=draws)
+        fit = size_distribution(*(getattr(sizes, size) for sizes in each), discrete=discrete, draws=draws)
         found |= {f"{size}_{name}": getattr(fit, name) for name in _NUMBERS}
-    return EventDistributions(**found, **_correlations(sizes))
+    for name in _ALONE:
+        mean = mean_of(np.array([_alone(sizes)[name] for sizes in each]))
+        found |= {name + end: float(value) for end, value in zip(("", "_uncertainty", "_members"), mean, strict=True)}
+    return EventDistributions(**found), _bins(pooled(each))
 
 
-def _correlations(sizes: EventSizes) -> dict[str, float]:
+def _alone(sizes: EventSizes) -> dict[str, float]:
     steps = sizes.step[np.isfinite(sizes.step)]
     return {
         "step_variation": float(steps.std() / steps.mean()) if len(steps) > 1 else math.nan,
@@ -213,3 +251,13 @@ def _correlations(sizes: EventSizes) -> dict[str, float]:
         "step_correlation": rank_correlation(sizes.step[:-1], sizes.step[1:]),
         "drop_step_correlation": rank_correlation(sizes.drop, sizes.step),
     }
+
+
+def _bins(sizes: EventSizes) -> SizeBins:
+    found = [logarithmic_histogram(getattr(sizes, size), discrete=DISCRETE[size]) for size in SIZES]
+    seen = [each.counts > 0 for each in found]
+    columns = [
+        np.concatenate([column[there] for column, there in zip(of_size, seen, strict=True)])
+        for of_size in zip(*((each.middles, each.density, each.counts) for each in found), strict=True)
+    ]
+    return SizeBins(np.repeat(np.arange(len(SIZES), dtype=np.int8), [there.sum() for there in seen]), *columns)

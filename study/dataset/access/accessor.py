@@ -7,6 +7,7 @@ import xarray as xr
 from numpy.typing import NDArray
 
 from solver.quantity import attributes
+from solver.sliding.distributions.record import SIZES
 from solver.sliding.record import drops
 from study.dataset.access.selection import Selection, cut, id_of, places, run_of
 from study.dataset.groups import groups_of, tree_of
@@ -66,6 +67,17 @@ class Accessor:
         `event_number`. Cases without a record have no rows.
         """
         return _dropping(self._joined("record", "event", selection))
+
+    def event_sizes(self, size: str = "slips", **selection: Any) -> xr.Dataset:
+        """A size of the events of all members of one case in bins of equal ratio, over `bin` with the coordinate `bin_middle`.
+
+        size: slips, extent, drop, energy or step. Of campaigns with `[outputs] statistics`.
+        """
+        run, case = run_of(self._dataset, "event_sizes", selection)
+        if size not in SIZES:
+            raise KeyError(f"size = {size!r}: needs one of {', '.join(SIZES)}")
+        there = np.flatnonzero(run["bin_of"].values == list(SIZES).index(size))
+        return _with(run.isel(bin=there).drop_vars("bin_of"), case)
 
     def trajectory(self, **selection: Any) -> xr.Dataset:
         """The motion of the pin of one case and drive over `sample` with the coordinate `time`; its slips over `slip_phase`."""

@@ -211,11 +211,13 @@ class Table:
                 if quantity.words:
                     self._values[quantity.name][places] = [_word(quantity, row) for row in found[name].tolist()]
                     continue
-                mean = mean_of(found[name])
-                self._values[quantity.name][places] = mean.mean * units[quantity.per]
+                mean, uncertainty, members = mean_of(found[name])
+                if quantity.uncertainty in found:  # of all members together: the result holds its ±
+                    uncertainty, members = found[quantity.uncertainty][:, 0], found[quantity.members][:, 0].astype(int)
+                self._values[quantity.name][places] = mean * units[quantity.per]
                 if quantity.ensemble:
-                    self._values[quantity.uncertainty][places] = mean.uncertainty * np.abs(units[quantity.per])
-                    self._values[quantity.members][places] = mean.members
+                    self._values[quantity.uncertainty][places] = uncertainty * np.abs(units[quantity.per])
+                    self._values[quantity.members][places] = members
 
 
 def _lengths(axes: Mapping[str, tuple[Any, ...]]) -> dict[str, int]:

@@ -9,6 +9,7 @@ from matplotlib.figure import Figure
 from numpy.typing import NDArray
 
 from solver.sliding.distributions.events import EventSizes, rank_correlation
+from solver.view import with_error
 from study.figures.further.chains import CAMPAIGN, names, numbers_of, plain, steady, steady_sizes
 from study.figures.shared.canvas import COLORS, column
 from study.figures.shared.claims import WITHOUT_PAPER, Claim
@@ -66,22 +67,26 @@ def draw(dataset: xr.Dataset) -> Figure:
 
 
 def claims(dataset: xr.Dataset) -> Iterator[Claim]:
-    """The correlations of successive events, what independence would give, and what is left of them further apart."""
+    """The correlations of successive events, and of the first start what is left of them further apart."""
     for number, name in names(dataset).items():
         scalars, sizes = numbers_of(dataset, number), steady_sizes(dataset, number)
         band = BAND / np.sqrt(len(sizes.slips) - 1.0)
         lags = AFTERWARDS[len(sizes.slips) // 4 > AFTERWARDS]
         for variable, (earlier, later, label) in PAIRS.items():
-            found = f"{float(scalars[variable]):.2f} (independent: 0 ± {band:.2g})"
             left = zip(at_lags(sizes, earlier, later, lags), lags, strict=True)
-            yield Claim(f"{plain(name)}: {label}", "", found, ", ".join(f"{each:.2f} at {lag}" for each, lag in left))
-        waits = f"{float(scalars['step_variation']):.3g} (at random: 1)"
+            remark = f"{', '.join(f'{each:.2f} at {lag}' for each, lag in left)}; of independent events 0 ± {band:.2g}"
+            yield Claim(f"{plain(name)}: {label}", "", _stated(scalars, variable), remark)
+        waits = f"{_stated(scalars, 'step_variation')} (at random: 1)"
         yield Claim(f"{plain(name)}: scatter over mean of steps", "", waits)
         run = steady(dataset, number)
         repeated = spacing_apart(run["displacement"].values, sizes.drop, 1.0 / (float(run["n_x"]) - 1.0))
         events = f"{float(scalars['events']) / float(scalars['record_spacings']):.0f} events in a node spacing"
         found = f"{repeated:.2f}" if np.isfinite(repeated) else "the record is too short"
         yield Claim(f"{plain(name)}: drop and drop a node spacing on", "", found, events)
+
+
+def _stated(scalars: xr.Dataset, variable: str) -> str:
+    return with_error(float(scalars[variable]), float(scalars[f"{variable}_uncertainty"]))
 
 
 def spacing_apart(displacement: Floats, size: Floats, spacing: float) -> float:
@@ -100,8 +105,8 @@ register(
         "What events know of those before them",
         "Rank correlations (Spearman) of the sizes of events so many events apart, of an elastic slab and of chains of blocks: "
         "slips, falls of F/W, displacements to the next event, and of the fall with the displacement that follows. Grey: 95 % of "
-        "the coefficients of independent events. What lasts for hundreds of events is that sizes change slowly as the pin "
-        "moves on.",
+        "the coefficients of independent events. Drawn is one start of each; the table has the means over all for successive "
+        "events. What lasts for hundreds of events is that sizes change slowly as the pin moves on.",
         draw,
         claims,
         WITHOUT_PAPER,

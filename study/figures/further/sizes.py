@@ -1,7 +1,7 @@
 """How the sizes of events are distributed: an elastic slab against chains of blocks on springs."""
 
 from collections.abc import Callable, Iterator
-from typing import Any, Final, NamedTuple
+from typing import Final, NamedTuple
 
 import numpy as np
 import xarray as xr
@@ -10,9 +10,11 @@ from matplotlib.figure import Figure
 from numpy.typing import NDArray
 
 from solver.sliding.distributions.events import DISCRETE
-from solver.sliding.distributions.power_law import SIGNIFICANT, density, logarithmic_histogram
+from solver.sliding.distributions.power_law import SIGNIFICANT, density
 from solver.sliding.distributions.record import GUTENBERG_RICHTER, MEAN_FIELD
-from study.figures.further.chains import CAMPAIGN, names, numbers_of, plain, steady, steady_sizes
+from solver.view import with_error
+from study.dataset.access.accessor import Accessor
+from study.figures.further.chains import CAMPAIGN, names, plain, steady
 from study.figures.shared.canvas import COLORS, column
 from study.figures.shared.claims import Claim
 from study.figures.shared.figure import CampaignFigure, register
@@ -45,13 +47,11 @@ def draw(dataset: xr.Dataset) -> Figure:
         grid = figure.subplots(3, 2)
         panels = dict(zip(PANELS, grid.flat, strict=False))
         for color, (number, name) in zip(COLORS, names(dataset).items(), strict=False):
-            sizes, scalars = steady_sizes(dataset, number), numbers_of(dataset, number)
             for size, axes in panels.items():
-                found = logarithmic_histogram(getattr(sizes, size), discrete=DISCRETE[size])
-                seen = found.counts > 0
+                found = Accessor(dataset).event_sizes(size, case=number)
                 style = {"markersize": 1.2, "linewidth": 0.5, "color": color, "label": name}
-                axes.plot(found.middles[seen], found.density[seen], "o-", **style)
-                _draw_law(axes, scalars, size, getattr(sizes, size), color)
+                axes.plot(found["bin_middle"], found["bin_density"], "o-", **style)
+                _draw_law(axes, found, size, color)
         for size, axes in panels.items():
             _draw_reference(axes, PANELS[size])
             axes.set(xscale="log", yscale="log", xlabel=PANELS[size].label)
@@ -67,21 +67,18 @@ def draw(dataset: xr.Dataset) -> Figure:
     return figure
 
 
-def _draw_law(axes: Axes, scalars: xr.Dataset, size: str, values: NDArray[Any], color: str) -> None:
-    """The power law of a size from its cut-off to the largest of all values (e,), unless it is refused."""
-    exponent, cutoff, tail = (
-        _exponent(scalars, size),
-        *(float(scalars[f"{size}_{name}"]) for name in ("cutoff", "tail")),
-    )
-    if np.isfinite(exponent):
-        ends = np.array([cutoff, np.nanmax(values)])
-        line = tail / np.count_nonzero(values > 0) * density(ends, exponent, cutoff, DISCRETE[size])
+def _draw_law(axes: Axes, found: xr.Dataset, size: str, color: str) -> None:
+    """The power law of a size from its cut-off to the last bin, unless it is refused."""
+    exponent, cutoff, tail = (float(found[f"{size}_{name}"]) for name in ("exponent", "cutoff", "tail"))
+    if _fits(found, size):
+        ends = np.array([cutoff, float(found["bin_middle"][-1])])
+        line = tail / float(found["bin_events"].sum()) * density(ends, exponent, cutoff, DISCRETE[size])
         axes.plot(ends, line, "-", linewidth=BROAD, alpha=0.35, color=color, zorder=1, label="_")
 
 
-def _exponent(scalars: xr.Dataset, size: str) -> float:
-    """The exponent of a size's power law; NaN where its goodness of fit refuses it."""
-    return float(scalars[f"{size}_exponent"]) if scalars[f"{size}_goodness"] >= SIGNIFICANT else np.nan
+def _fits(found: xr.Dataset, size: str) -> bool:
+    """Whether a size has a power law that its goodness of fit does not refuse."""
+    return bool(found[f"{size}_goodness"] >= SIGNIFICANT and np.isfinite(found[f"{size}_exponent"]))
 
 
 def _draw_reference(axes: Axes, panel: Panel) -> None:
@@ -102,33 +99,25 @@ def _draw_reference(axes: Axes, panel: Panel) -> None:
 def claims(dataset: xr.Dataset) -> Iterator[Claim]:
     """The power law of every size of every case, and how the slab's events differ from those of blocks."""
     for number, name in names(dataset).items():
-        scalars, sizes = numbers_of(dataset, number), steady_sizes(dataset, number)
         for size, panel in PANELS.items():
             reference = f"{panel.exponent:.3g} ({panel.reference})" if panel.reference else ""
-            yield Claim(f"{plain(name)}: {size}", reference, *_fit(scalars, size, getattr(sizes, size)))
+            found = Accessor(dataset).event_sizes(size, case=number)
+            yield Claim(f"{plain(name)}: {size}", reference, *_fit(found, size))
     for meaning, share in SHARES.items():
-        found = [f"{plain(name)}: {share(steady(dataset, number)):.2g} %" for number, name in names(dataset).items()]
-        yield Claim(meaning, "", found[0], "; ".join(found[1:]))
+        shares = [f"{plain(name)}: {share(steady(dataset, number)):.2g} %" for number, name in names(dataset).items()]
+        yield Claim(meaning, "", shares[0], "; ".join(shares[1:]))
 
 
-def _fit(scalars: xr.Dataset, size: str, values: NDArray[Any]) -> tuple[str, str]:
-    """Exponent of a size, unless its power law is refused; how much of all values (e,) that is of, and the law that fits best."""
-    exponent = _exponent(scalars, size)
-    cutoff, goodness = (float(scalars[f"{size}_{name}"]) for name in ("cutoff", "goodness"))
-    preferred = str(scalars[f"{size}_preferred"].item())
-    return (
-        f"{exponent:.3g}" if np.isfinite(exponent) else "no power law",
-        f"from {_size(cutoff)} on, goodness {goodness:.2g}, {_part(values, cutoff)}; "
-        f"preferred: {LAW_WORDS.get(preferred, preferred)}",
+def _fit(found: xr.Dataset, size: str) -> tuple[str, str]:
+    """Exponent of a size, unless its power law is refused; the share of events that that is of, and the law that fits best."""
+    exponent, uncertainty, cutoff, tail, goodness = (
+        float(found[f"{size}_{name}"]) for name in ("exponent", "exponent_uncertainty", "cutoff", "tail", "goodness")
     )
-
-
-def _part(values: NDArray[Any], cutoff: float) -> str:
-    """Percentage of all values (e,) above 0 that are from the cut-off on, and of their sum."""
-    values = values[values > 0]
-    there = values >= cutoff
+    preferred = str(found[f"{size}_preferred"].item())
     return (
-        f"{100.0 * there.mean():.3g} % of the events, {100.0 * values[there].sum() / values.sum():.3g} % of their sum"
+        with_error(exponent, uncertainty) if _fits(found, size) else "no power law",
+        f"from {_size(cutoff)} on, goodness {goodness:.2g}, {100.0 * tail / float(found['bin_events'].sum()):.3g} % of the "
+        f"events; preferred: {LAW_WORDS.get(preferred, preferred)}",
     )
 
 
@@ -162,9 +151,9 @@ register(
         "sizes",
         CAMPAIGN,
         "Sizes of events: slab against chain of blocks",
-        "Densities of the sizes of events on the plateau, in bins of equal ratio, of an elastic slab and of blocks on springs "
-        "that hand on more and more of their force. Broad: power laws of the largest sizes, where their goodness of fit is 0.1 "
-        "or more. Dotted: mean-field avalanches, and Gutenberg and Richter's law. One record states no ± of an exponent.",
+        "Densities of the sizes of events on the plateaus of all starts together, in bins of equal ratio, of an elastic slab "
+        "and of blocks on springs that hand on more and more of their force. Broad: power laws of the largest sizes, where "
+        "their goodness of fit is 0.1 or more. Dotted: mean-field avalanches, and Gutenberg and Richter's law.",
         draw,
         claims,
         ("", "reference", "exponent", "remark"),

@@ -41,14 +41,11 @@ from study.plan.kinds.kind import (
     own_ensemble,
     scalars_only_mark,
     several,
-    whole_again,
 )
-from study.plan.kinds.record import computed_record, record_task
-from study.plan.task import Inputs, Task, TaskResult
+from study.plan.kinds.record import Recorded, computed_record, record_task, records_in
+from study.plan.task import Inputs, Task
 
 NAME = "drive"
-Pulled = tuple[FrictionRecord, Plateau]
-"""What a pin is pulled over."""
 
 
 def drive_task(
@@ -113,22 +110,13 @@ def _dimensionless(manifest: Manifest) -> tuple[tuple[str, Drive], ...]:
     return tuple((each.label, each.drive.dimensionless(manifest.scales)) for each in manifest.drives if each.drive)
 
 
-@of_the_last  # records are pulled over by one drive after the other
-def _pulled_over(result: TaskResult) -> list[Pulled]:
-    count = len(result.scalars["plateau_mean"])
-    return [
-        (whole_again(FrictionRecord, result, number), whole_again(Plateau, result, number, Plateau.PREFIX))
-        for number in range(count)
-    ]
-
-
 @dataclass(slots=True)
 class _Pulling:
     """A drive of a case: the first members with everything, the others without what the first ones do not need."""
 
     task: Task
     inputs: Inputs
-    records: list[Pulled]
+    records: list[Recorded]
     whole: list[Member] = field(default_factory=list)
     drive: Drive = field(init=False)
     left_out: LeftOut = field(default=LeftOut("nothing", 0.0), init=False)
@@ -160,7 +148,7 @@ class _Pulling:
                     self.drive, self.left_out = without, LeftOut(effect.name, error)
                     return
 
-    def _pulled(self, pulled: Pulled, drive: Drive) -> Member:
+    def _pulled(self, pulled: Recorded, drive: Drive) -> Member:
         record, plateau = pulled
         if not record.outcome.usable:
             return Member((), record.outcome)
@@ -178,7 +166,7 @@ PAIRS: Final = 2
 
 
 def _run(task: Task, inputs: Inputs) -> Computed:
-    pulling = _Pulling(task, inputs, list(_pulled_over(inputs[task.needs[0]])))
+    pulling = _Pulling(task, inputs, list(records_in(inputs[task.needs[0]])))
     there = len(pulling.records)
     found = computed_members(DRIVE, task, pulling.member, there, lambda: pulling.left_out.left_out_error)
     if task.ensemble.within is not None:
@@ -186,7 +174,7 @@ def _run(task: Task, inputs: Inputs) -> Computed:
     return Computed(found)
 
 
-def _slid(case: Case, task: Task, inputs: Inputs) -> Pulled:
+def _slid(case: Case, task: Task, inputs: Inputs) -> Recorded:
     """The record of a member that has none yet."""
     _, plateau, _, record = computed_record(case, compliance_in(inputs[task.needs[1]], task.slab)).values
     assert isinstance(record, FrictionRecord)

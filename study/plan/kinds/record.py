@@ -11,6 +11,7 @@ from solver.case import Case
 from solver.contact.initial import initial_contact
 from solver.elasticity.compliance import Compliance
 from solver.ensemble import ALONE, Ensemble
+from solver.last import of_the_last
 from solver.sliding.events import slide_to_state
 from solver.sliding.plateau import Plateau, plateau_of
 from solver.sliding.record import FrictionRecord
@@ -39,10 +40,13 @@ from study.plan.kinds.kind import (
     own_ensemble,
     scalars_only_mark,
     several,
+    whole_again,
 )
-from study.plan.task import Inputs, Task
+from study.plan.task import Inputs, Task, TaskResult
 
 NAME = "record"
+Recorded = tuple[FrictionRecord, Plateau]
+"""A member's record and its steady part."""
 
 
 def record_task(case: Case, ensemble: Ensemble = ALONE, *, scalars_only: bool = False) -> Task:
@@ -106,6 +110,16 @@ def computed_record(case: Case, compliance: Compliance) -> Member:
     plateau = plateau_of(record)
     values = (record_validity(case, start, record, end), plateau, event_statistics(record), record)
     return Member(values, plateau.outcome if record.outcome.ok else record.outcome)
+
+
+@of_the_last  # records are pulled over by one drive after the other
+def records_in(result: TaskResult) -> list[Recorded]:
+    """The records of all members."""
+    count = len(result.scalars["plateau_mean"])
+    return [
+        (whole_again(FrictionRecord, result, number), whole_again(Plateau, result, number, Plateau.PREFIX))
+        for number in range(count)
+    ]
 
 
 def _estimate(task: Task) -> Estimate:

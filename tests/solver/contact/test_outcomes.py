@@ -7,12 +7,11 @@ import pytest
 from solver.case import Case, Heterogeneity, SlipOrder, SlipRule
 from solver.contact.initial import initial_contact
 from solver.contact.kernels.enumerations import Stop
-from solver.contact.outcomes import OUTCOME_OF_STOP, advised
+from solver.contact.outcomes import OUTCOME_OF_STOP, advised, energy_created
 from solver.elasticity.compliance import surface_compliance
 from solver.outcome import COMPLETED, Ending
 from solver.slab import Slab
 from solver.sliding.events import slide
-from solver.sliding.hindsight import energy_created
 
 
 @pytest.mark.parametrize("scheme", ["galerkin", "biquadratic", "half_plane", "chain"])

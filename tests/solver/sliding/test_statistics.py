@@ -67,7 +67,6 @@ def test_kinetic_friction_is_the_plateaus_mean_and_static_friction_one_of_its_pe
     assert found.outcome.ok
     # The record repeats its steady part: over many repetitions its mean is met to the part of one that is missing.
     assert found.kinetic_friction == pytest.approx(plateau.mean, rel=2e-3)
-    assert 0.0 < found.kinetic_friction_block_error < 1e-2 * plateau.mean
     # The driving force overshoots the limit while the pin gathers speed, by less than k V²/(2a), a of 1 % of F.
     assert plateau.mean < found.static_friction < 1.05 * plateau.peak
     assert found.static_friction == result.slip_force[0] / LOAD
@@ -75,7 +74,7 @@ def test_kinetic_friction_is_the_plateaus_mean_and_static_friction_one_of_its_pe
 
 def test_scalars_do_not_depend_on_how_many_samples_are_kept():
     found = [friction_coefficients(*driven(replace(PAPER, samples=samples))) for samples in (10, 3000)]
-    for name in ("static_friction", "kinetic_friction", "kinetic_friction_block_error"):
+    for name in ("static_friction", "kinetic_friction"):
         assert getattr(found[0], name) == getattr(found[1], name)
 
 

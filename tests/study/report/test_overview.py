@@ -79,7 +79,7 @@ def test_records_that_are_not_kept_are_named() -> None:
     ]
     kept = data.assign(record_id=("case", ["r"]))
     assert list(overview.left_out(kept)) == [
-        "Exponents of event sizes are not computed: [outputs] statistics of the campaign."
+        "Distributions of event sizes are not computed: [outputs] statistics of the campaign."
     ]
     assert list(overview.left_out(kept.assign(slips_exponent=("case", [1.5])))) == []
 

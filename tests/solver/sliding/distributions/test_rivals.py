@@ -32,7 +32,7 @@ def law_from(sizes: Sizes, cutoff: float) -> PowerLaw:
     """The power law of all sizes from a given cut-off on."""
     tail = sizes.values[sizes.values >= cutoff]
     exponent = 1.0 + len(tail) / np.log(tail / (cutoff - 0.5 * sizes.discrete)).sum()
-    return PowerLaw(float(exponent), 0.0, cutoff, len(tail), 0.0)
+    return PowerLaw(float(exponent), cutoff, len(tail), 0.0)
 
 
 @pytest.mark.parametrize("discrete", [False, True])

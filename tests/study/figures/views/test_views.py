@@ -8,6 +8,7 @@ import pytest
 import xarray as xr
 
 import nanoslip
+from solver.view import with_error
 from study.figures.shared.canvas import image
 from study.figures.sweep.points import points_of
 from study.figures.views.answer import view_of
@@ -48,10 +49,10 @@ def views(dataset: xr.Dataset) -> dict[str, View]:
     return {view.name: view for sort in SORTS.values() for view in sort.views(dataset)}
 
 
-def test_a_driven_campaign_is_answered_and_shows_drives_sizes_and_records(driven: xr.Dataset) -> None:
+def test_a_driven_campaign_is_answered_and_shows_drives_and_records(driven: xr.Dataset) -> None:
     found = views(driven)
     singles = {f"drives_{number}" for number in (1, 2, 3, 4)} | {"records_1", "records_2"}
-    together = {"drives_together", "sizes_together", "records_together"}
+    together = {"drives_together", "records_together"}
     answers = {
         "plateau_mean_over_intrinsic_friction",
         "static_friction_over_intrinsic_friction",
@@ -184,34 +185,47 @@ def test_runs_without_anything_in_them_are_said_and_not_drawn() -> None:
     )
     assert not data.events.any()
     assert {name for name in views(data) if name.startswith(("records", "sizes"))} == set()
-    notes = {name: list(SORTS[name].notes(data)) for name in ("records", "sizes")}
-    assert notes == {
-        "records": ["None of 2 is drawn: they have no events."],
-        "sizes": ["None of 2 is drawn: they have fewer than 100 events."],
-    }
+    assert list(SORTS["records"].notes(data)) == ["None of 2 is drawn: they have no events."]
+
+
+def test_sizes_of_few_events_are_said_and_not_drawn() -> None:
+    data = campaign(
+        stages=["contact", "slip"],
+        axes={"intrinsic_friction": [0.25, 0.5]},
+        limits={"events": 12},
+        outputs={"statistics": True},
+        ensemble={"members": 1},
+    )
+    assert "sizes_together" not in views(data)
+    assert list(SORTS["sizes"].notes(data)) == ["None of 2 is drawn: they have fewer than 50 events."]
 
 
 def test_sizes_show_the_power_law_of_the_largest_unless_it_is_refused() -> None:
-    """From the cut-off on the law has as many events as there are; the table, the answer and the figure say its exponent."""
+    """From the cut-off on the law has as many events as all members have; table, answer and figure say its exponent with ±."""
     data = campaign(
         stages=["contact", "slip"],
         axes={"start": [0.1, 0.6]},
         numerics={"n_x": 33},
-        limits={"events": 1500},
+        limits={"events": 600},
         outputs={"statistics": True},
-        ensemble={"members": 1},
+        ensemble={"members": 3},
     )
     data["slips_goodness"].values.flat[:] = 0.05, 0.5  # one is refused, whatever chance drew
     view = views(data)["sizes_together"]
     text = image(view.draw(), "svg").decode()
     table = view.columns()
     refused, kept = dict.fromkeys(table["case"].tolist())
-    exponent, cutoff = (float(data[name].values.flat[1]) for name in ("slips_exponent", "slips_cutoff"))
+    exponent, uncertainty, cutoff, events = (
+        float(data[name].values.flat[1])
+        for name in ("slips_exponent", "slips_exponent_uncertainty", "slips_cutoff", "sized_events")
+    )
     here = {name: values[table["case"] == kept] for name, values in table.items()}
     inside = np.isfinite(here["power_law"])
     np.testing.assert_array_equal(inside, here["event_slips"] >= cutoff)
     assert 0.7 < np.median(here["power_law"][inside] / here["density"][inside]) < 1.4
-    assert f"{kept}: τ = {exponent:.3g}" in text
+    assert 600 < here["events"].sum() <= events  # a release or a touch has no slips
+    assert uncertainty > 0.0
+    assert f"{kept}: τ = {with_error(exponent, uncertainty)}" in text
     assert np.isnan(table["power_law"][table["case"] == refused]).all()
     assert f"{refused}: τ" not in text
     assert {"τ of slips", "goodness of τ"} <= set(scalar_table(data).header)

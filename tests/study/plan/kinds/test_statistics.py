@@ -4,15 +4,15 @@ import math
 from dataclasses import replace
 from pathlib import Path
 
+import numpy as np
 import pytest
 
+from solver.ensemble import Ensemble
 from solver.outcome import Ending
 from solver.sliding.distributions.record import event_distributions
-from solver.sliding.plateau import plateau_of
-from solver.sliding.record import FrictionRecord
 from study.manifest.problems import ManifestError
 from study.manifest.reader import load_manifest
-from study.plan.kinds.kind import whole_again
+from study.plan.kinds.record import records_in
 from study.plan.plan import Plan, make_plan
 from study.plan.tasks import compliance_task, record_task, run_task, statistics_task
 from tests.study.plan.running import CASE, first, run, slid
@@ -24,15 +24,20 @@ def planned(folder: Path, lines: str) -> Plan:
     return make_plan(load_manifest(path))
 
 
-def test_the_numbers_are_those_of_the_record() -> None:
-    record = whole_again(FrictionRecord, slid(CASE))
-    expected = event_distributions(record, plateau_of(record))
-    result = run(compliance_task(CASE.slab), record_task(CASE), statistics_task(CASE))
+@pytest.mark.parametrize("members", [1, 3])
+def test_the_numbers_are_those_of_all_members_together(members: int) -> None:
+    ensemble = Ensemble(members)
+    compliance, record = compliance_task(CASE.slab), record_task(CASE, ensemble)
+    result = run(compliance, record, statistics_task(CASE, ensemble))
+    records = records_in(run(compliance, record))
+    expected, bins = event_distributions(records)
     assert result.outcome.ok
-    assert not result.arrays
-    assert first(result)["slips_exponent"] == expected.slips_exponent
-    assert first(result)["drop_step_correlation"] == expected.drop_step_correlation
-    assert first(result)["sized_events"] == expected.sized_events > 50
+    assert len(records) == members
+    assert all(len(values) == 1 for values in result.scalars.values())
+    names = ("slips_exponent", "slips_exponent_uncertainty", "slips_exponent_members", "drop_step_correlation")
+    np.testing.assert_array_equal([first(result)[name] for name in names], [getattr(expected, name) for name in names])
+    assert first(result)["sized_events"] == expected.sized_events > 50 * members
+    np.testing.assert_array_equal(result.arrays["bin_density"], bins.bin_density)
 
 
 def test_a_short_record_has_none_and_a_failed_one_says_why() -> None:
