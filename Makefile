@@ -5,6 +5,8 @@ CAMPAIGN ?= campaigns/smoke.toml
 FIGURES ?= results
 OUT ?= results/$(basename $(notdir $(CAMPAIGN)))
 BIN := .venv/bin
+# Sources are read once, not by every process that tests start.
+unexport PYTHONDONTWRITEBYTECODE
 # Tests on all cores.
 SIDE_BY_SIDE := --numprocesses auto --maxprocesses 8
 # Those that need the cores for themselves.
