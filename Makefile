@@ -10,7 +10,7 @@ unexport PYTHONDONTWRITEBYTECODE
 # Tests on all cores.
 SIDE_BY_SIDE := --numprocesses auto --maxprocesses 8
 # Those that need the cores for themselves.
-ALONE := mpi or slurm or timed
+ALONE := slurm or timed
 # Files with heavy tests: to import the others takes ten seconds.
 HEAVY = $(shell grep --recursive --files-with-matches --include='test_*.py' 'mark\.slow' tests)
 
