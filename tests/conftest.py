@@ -90,11 +90,9 @@ def campaign(tmp_path: Path) -> Path:
     return path
 
 
-@pytest.fixture(scope="session")
-def computed(tmp_path_factory: pytest.TempPathFactory) -> Path:
-    """The folder of the small campaign, computed once in a process, with an outline of its plan; `finished` is a copy."""
-    folder = tmp_path_factory.mktemp("computed")
-    (folder / "small.toml").write_text(SMALL)
+def compute(folder: Path, text: str) -> Path:
+    """Compute a campaign in this process into a folder, with an outline of its plan; for fixtures that several tests share."""
+    (folder / "small.toml").write_text(text)
     with pytest.MonkeyPatch.context() as patch:
         for name in THREADS:
             patch.setenv(name, "1")
@@ -104,6 +102,12 @@ def computed(tmp_path_factory: pytest.TempPathFactory) -> Path:
             cli.main()
     assert not ended.value.code
     return folder
+
+
+@pytest.fixture(scope="session")
+def computed(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """The folder of the small campaign, computed once in a process; `finished` is a copy."""
+    return compute(tmp_path_factory.mktemp("computed"), SMALL)
 
 
 @pytest.fixture
