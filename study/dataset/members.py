@@ -32,7 +32,7 @@ def _of_drives() -> set[str]:
 
 def fewer(case: xr.Dataset, name: str) -> str:
     """Behind a number of one case, where fewer members have it than were computed: ` (5 of 8)`."""
-    counts = [case.variables[each].item() for each in _counters(case, name)]
+    counts = [case.variables[each].values.item() for each in _counters(case, name)]
     return f" ({counts[0]:.0f} of {counts[1]:.0f})" if counts and 0 < counts[0] < counts[1] else ""
 
 
