@@ -11,6 +11,7 @@ import statistics
 import time
 import tracemalloc
 from collections.abc import Callable
+from dataclasses import replace
 from typing import NamedTuple
 
 import numpy as np
@@ -38,8 +39,6 @@ from study.plan.tasks import (
 
 FACTOR = 3.0
 """Cascades are chaotic: the same case under another load within a percent takes half or double the slips."""
-ENOUGH = 1.0
-"""Seconds of processor time of which a part is measured well enough."""
 MACHINES = 10.0
 """What may lie between two machines."""
 
@@ -176,10 +175,8 @@ def needs(task: Task) -> dict[str, TaskResult]:
 
 def measured(task: Task) -> Measured:
     inputs = needs(task)
-    taken: list[float] = []
-    while len(taken) < 2 or (len(taken) < 4 and sum(taken) < ENOUGH):  # the first one loads kernels
-        taken.append(_timed(lambda: run_task(task, inputs)))
-    seconds = min(taken)
+    run_task(_warming(task), needs(_warming(task)))
+    seconds = min(_timed(lambda: run_task(task, inputs)) for _ in range(3))
     compiled_contact._set_up_before.cache_clear()  # else it has the arrays of the last time
     tracemalloc.start()
     try:
@@ -187,6 +184,13 @@ def measured(task: Task) -> Measured:
         return Measured(seconds, tracemalloc.get_traced_memory()[1])
     finally:
         tracemalloc.stop()
+
+
+def _warming(task: Task) -> Task:
+    """A short one that takes the same kernels."""
+    if task.kind != "record" or task.case is None:
+        return task
+    return record_task(replace(task.case, max_events=1, max_displacement=None))
 
 
 def _timed(run: Callable[[], object]) -> float:
