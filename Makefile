@@ -5,10 +5,12 @@ CAMPAIGN ?= campaigns/smoke.toml
 FIGURES ?= results
 OUT ?= results/$(basename $(notdir $(CAMPAIGN)))
 BIN := .venv/bin
+# Sources are read once, not by every process that tests start.
+unexport PYTHONDONTWRITEBYTECODE
 # Tests on all cores.
 SIDE_BY_SIDE := --numprocesses auto --maxprocesses 8
 # Those that need the cores for themselves.
-ALONE := mpi or slurm or timed
+ALONE := slurm or timed
 # Files with heavy tests: to import the others takes ten seconds.
 HEAVY = $(shell grep --recursive --files-with-matches --include='test_*.py' 'mark\.slow' tests)
 

@@ -12,6 +12,7 @@ import pytest
 
 from study import xarray_accessor
 from study.commands import cli
+from study.commands.shared import glance
 from study.execution.launch import pin_threads
 
 # Before numpy is loaded: on small matrices a second thread costs more than it gains, most of all beside other work.
@@ -87,6 +88,32 @@ def campaign(tmp_path: Path) -> Path:
     path = tmp_path / "small.toml"
     path.write_text(SMALL)
     return path
+
+
+def compute(folder: Path, text: str) -> Path:
+    """Compute a campaign in this process into a folder, with an outline of its plan; for fixtures that several tests share."""
+    (folder / "small.toml").write_text(text)
+    with pytest.MonkeyPatch.context() as patch:
+        for name in THREADS:
+            patch.setenv(name, "1")
+        patch.setattr(glance, "LARGE", 1)
+        patch.setattr(sys, "argv", ["nanoslip", "run", f"{folder / 'small.toml'}", "--out", f"{folder}", "--serial"])
+        with pytest.raises(SystemExit) as ended:
+            cli.main()
+    assert not ended.value.code
+    return folder
+
+
+@pytest.fixture(scope="session")
+def computed(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """The folder of the small campaign, computed once in a process; `finished` is a copy."""
+    return compute(tmp_path_factory.mktemp("computed"), SMALL)
+
+
+@pytest.fixture
+def finished(computed: Path, campaign: Path) -> Path:
+    """The folder of a run of `campaign` that has finished: a test may do with it what it likes."""
+    return shutil.copytree(computed, campaign.parent / "finished", ignore=shutil.ignore_patterns("*.toml"))
 
 
 @pytest.fixture(scope="session")

@@ -3,8 +3,7 @@
 from solver.case import Case, Effects, Heterogeneity, SlipRule
 from solver.drive import Drive
 from solver.dynamics.rk4 import RK4
-from study.execution.compiling.miniatures import miniatures
-from study.execution.compiling.warm_up import warm_up
+from study.execution.compiling.warm_up import warm_up, warm_ups
 from study.plan.tasks import Task, contact_task, drive_task, record_task
 
 PINS = (Heterogeneity(), Heterogeneity(roughness=((-0.1, 0.0), (0.1, 0.0))))
@@ -23,4 +22,5 @@ def tasks() -> list[Task]:
 
 
 if __name__ == "__main__":
-    warm_up(miniatures(tasks()))
+    for part in warm_ups(tasks()):
+        warm_up(part.tasks)

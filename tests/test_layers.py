@@ -5,9 +5,8 @@ The lists are also the reading order. A folder holds some rooms, a file one noti
 
 import ast
 import sys
+from collections.abc import Iterable, Iterator
 from pathlib import Path
-
-import pytest
 
 ROOT = Path(__file__).parents[1]
 
@@ -97,8 +96,8 @@ HOMES = {
 """Library -> the modules and folders that may use it; others may be used everywhere."""
 
 MOST_FILES, MOST_LINES, MOST_LINES_OF_CLASS = 25, 700, 150
-FILES = sorted(path for package in ("solver", "study") for path in (ROOT / package).rglob("*.py"))
-FOLDERS = sorted({path.parent for path in FILES})
+FILES = {path: path.read_text("utf-8") for package in ("solver", "study") for path in (ROOT / package).rglob("*.py")}
+TREES = {path: ast.parse(text) for path, text in FILES.items()}
 
 
 def module_of(path: Path) -> str:
@@ -108,7 +107,7 @@ def module_of(path: Path) -> str:
 def imported(path: Path) -> set[str]:
     """Full names of all that a file imports, wherever in it."""
     names = set()
-    for node in ast.walk(ast.parse(path.read_text("utf-8"))):
+    for node in ast.walk(TREES[path]):
         if isinstance(node, ast.Import):
             names |= {alias.name for alias in node.names}
         elif isinstance(node, ast.ImportFrom):
@@ -117,20 +116,29 @@ def imported(path: Path) -> set[str]:
     return names
 
 
-def in_folder(folder: str) -> list[str]:
-    return ORDER[folder].split()
+def none(offenders: Iterable[str]) -> None:
+    found = sorted(offenders)
+    assert not found, "\n".join(found)
 
 
-@pytest.mark.parametrize("folder", [module_of(folder / "__init__")[: -len(".__init__")] for folder in FOLDERS])
-def test_every_file_has_its_place_in_its_folder(folder: str) -> None:
-    path = ROOT.joinpath(*folder.split("."))
-    found = {file.stem for file in path.glob("*.py")} | {each.parent.name for each in path.glob("*/*.py")}
-    assert found - {"__init__"} == set(in_folder(folder)), folder
+def test_every_file_has_its_place_in_its_folder() -> None:
+    found: dict[str, set[str]] = {}
+    for path in FILES:
+        folder, _, name = module_of(path).rpartition(".")
+        if name == "__init__":
+            folder, _, name = folder.rpartition(".")
+        if folder:
+            found.setdefault(folder, set()).add(name)
+    listed = {folder: set(names.split()) for folder, names in ORDER.items()}
+    none(
+        f"{folder}: {found.get(folder, set()) ^ listed.get(folder, set())}"
+        for folder in found.keys() | listed.keys()
+        if found.get(folder) != listed.get(folder)
+    )
 
 
-@pytest.mark.parametrize("path", FILES, ids=lambda path: str(path.relative_to(ROOT)))
-def test_imports_point_upwards(path: Path) -> None:
-    """At every level of folders that a file and what it imports have in common."""
+def wrong_ways(path: Path) -> Iterator[str]:
+    """Imports of a file from below or beside, at every level of folders that it and what it imports have in common."""
     module = module_of(path).removesuffix(".__init__").split(".")
     for name in imported(path):
         other = name.split(".")
@@ -140,35 +148,48 @@ def test_imports_point_upwards(path: Path) -> None:
         folder = ".".join(module[:common])
         if common == len(module) or folder not in ORDER:  # a folder's __init__, or another package
             continue
-        order, here, there = in_folder(folder), module[common], other[common]
-        if there in order:
-            assert order.index(there) < order.index(here), f"{path} imports {name} from below"
-            assert there not in SIDE_BY_SIDE.get(here, ()), f"{path} imports {name} from beside"
+        order, here, there = ORDER[folder].split(), module[common], other[common]
+        if there in order and order.index(there) >= order.index(here):
+            yield f"{path} imports {name} from below"
+        if there in SIDE_BY_SIDE.get(here, ()):
+            yield f"{path} imports {name} from beside"
 
 
-@pytest.mark.parametrize("path", FILES, ids=lambda path: str(path.relative_to(ROOT)))
-def test_libraries_stay_at_home(path: Path) -> None:
-    module = module_of(path)
-    libraries = {name.split(".")[0] for name in imported(path)} - set(sys.stdlib_module_names)
+def test_imports_point_upwards() -> None:
+    none(wrong for path in FILES for wrong in wrong_ways(path))
+
+
+def strangers(path: Path) -> Iterator[str]:
+    """Libraries that a file may not import."""
+    module, names = module_of(path), imported(path)
+    libraries = {name.split(".")[0] for name in names} - set(sys.stdlib_module_names)
     for library in libraries & set(HOMES):
-        assert any(f"{module}.".startswith(f"{home}.") for home in HOMES[library]), f"{path} imports {library}"
+        if not any(f"{module}.".startswith(f"{home}.") for home in HOMES[library]):
+            yield f"{path} imports {library}"
     if module.startswith("solver"):
         shown = {library for library, homes in HOMES.items() if module in homes}  # imported where a user asks to see
-        assert libraries <= {"solver", "numpy", "scipy", "numba"} | shown
-        parts = {name for name in imported(path) if name.startswith("scipy.")}
-        assert not parts, f"{path} imports {parts}: `import scipy` loads a part when it is first used"
+        for library in libraries - {"solver", "numpy", "scipy", "numba"} - shown:
+            yield f"{path} imports {library}"
+        for part in (name for name in names if name.startswith("scipy.")):
+            yield f"{path} imports {part}: `import scipy` loads a part when it is first used"
 
 
-@pytest.mark.parametrize("folder", sorted(ORDER))
-def test_a_folder_is_seen_at_once(folder: str) -> None:
-    files = [name for name in in_folder(folder) if f"{folder}.{name}" not in ORDER]
-    assert len(files) <= MOST_FILES
+def test_libraries_stay_at_home() -> None:
+    none(stranger for path in FILES for stranger in strangers(path))
 
 
-@pytest.mark.parametrize("path", FILES, ids=lambda path: str(path.relative_to(ROOT)))
-def test_a_file_and_its_classes_are_read_at_once(path: Path) -> None:
-    text = path.read_text("utf-8")
-    assert text.count("\n") <= MOST_LINES
-    for node in ast.walk(ast.parse(text)):
-        if isinstance(node, ast.ClassDef) and node.end_lineno:
-            assert node.end_lineno - node.lineno < MOST_LINES_OF_CLASS, node.name
+def too_large() -> Iterator[str]:
+    """Folders of too many files, files and classes of too many lines."""
+    for folder, names in ORDER.items():
+        if sum(f"{folder}.{name}" not in ORDER for name in names.split()) > MOST_FILES:
+            yield folder
+    for path, tree in TREES.items():
+        if FILES[path].count("\n") > MOST_LINES:
+            yield f"{path}"
+        for node in ast.walk(tree):
+            if isinstance(node, ast.ClassDef) and (node.end_lineno or 0) - node.lineno >= MOST_LINES_OF_CLASS:
+                yield f"{path}: {node.name}"
+
+
+def test_folders_files_and_classes_are_read_at_once() -> None:
+    none(too_large())

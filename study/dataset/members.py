@@ -12,12 +12,17 @@ EXPLAINED: Final = "behind a mean: as many members have this number, the others 
 
 def members_of(dataset: xr.Dataset, name: str) -> tuple[xr.DataArray, xr.DataArray] | None:
     """How many members have a number, and how many were computed; None of what is no mean with an uncertainty."""
-    counter = f"{name}_members"
-    computed = (DRIVE_MEMBERS if name in _of_drives() else MEMBERS).name
-    if not {counter, computed} <= set(dataset.data_vars):
+    counters = _counters(dataset, name)
+    if not counters:
         return None
-    having, used = xr.broadcast(dataset[counter], dataset[computed])
+    having, used = xr.broadcast(*(dataset[each] for each in counters))
     return having, used
+
+
+def _counters(dataset: xr.Dataset, name: str) -> tuple[str, ...]:
+    """The variables that count the members having a number and the members computed; none of what is no such mean."""
+    names = (f"{name}_members", (DRIVE_MEMBERS if name in _of_drives() else MEMBERS).name)
+    return names if set(names) <= dataset.variables.keys() else ()
 
 
 @cache
@@ -27,10 +32,8 @@ def _of_drives() -> set[str]:
 
 def fewer(case: xr.Dataset, name: str) -> str:
     """Behind a number of one case, where fewer members have it than were computed: ` (5 of 8)`."""
-    counts = members_of(case, name)
-    if counts is None or not 0 < float(counts[0]) < float(counts[1]):
-        return ""
-    return f" ({int(counts[0])} of {int(counts[1])})"
+    counts = [case.variables[each].values.item() for each in _counters(case, name)]
+    return f" ({counts[0]:.0f} of {counts[1]:.0f})" if counts and 0 < counts[0] < counts[1] else ""
 
 
 def ends_of(counts: xr.DataArray) -> str:

@@ -21,7 +21,13 @@ from study.results.store import FOLDER, StoreError
 from tests.conftest import SMALL, THREADS
 from tests.study.execution.defects import crashing
 
-TINY = {"title": "tiny", "axes": {"normal_load": [1e-3, 2e-3]}, "numerics": {"n_x": 17}, "limits": {"events": 20}}
+TINY = {
+    "title": "tiny",
+    "axes": {"normal_load": [1e-3, 2e-3]},
+    "numerics": {"n_x": 17},
+    "limits": {"events": 20},
+    "ensemble": {"members": 1},
+}
 
 
 def numbers(dataset: xr.Dataset) -> xr.Dataset:

@@ -31,9 +31,8 @@ def test_a_failure_that_all_cases_share_is_said_once_in_red_with_its_advice(main
     assert line.startswith("\x1b[31mcascade_limit: 4 of 4 cases, first μ_i = 0.25, R/L_x = 50: one event needed more")
 
 
-def test_a_finished_dataset_is_not_replaced_by_one_of_a_changed_campaign_without_a_word(main, campaign):
-    out = campaign.parent / "out"
-    assert main("run", campaign, "--out", out, "--serial")[0] == 0
+def test_a_finished_dataset_is_not_replaced_by_one_of_a_changed_campaign_without_a_word(main, campaign, finished):
+    out = finished
     before = (out / "results.nc").read_bytes()
     campaign.write_text(campaign.read_text().replace("n_x = 17", "n_x = 9"))
     code, _, said = main("collect", campaign, "--out", out)
@@ -45,9 +44,8 @@ def test_a_finished_dataset_is_not_replaced_by_one_of_a_changed_campaign_without
         assert set(found["outcome"].values.ravel()) == {"pending"}
 
 
-def test_a_changed_campaign_of_which_all_is_there_is_collected(main, campaign):
+def test_a_changed_campaign_of_which_all_is_there_is_collected(main, campaign, finished):
     """One value less of an axis leaves fewer cases, and loses none that are asked for."""
-    out = campaign.parent / "out"
-    assert main("run", campaign, "--out", out, "--serial")[0] == 0
+    out = finished
     campaign.write_text(campaign.read_text().replace("intrinsic_friction = [0.25, 0.5]", "intrinsic_friction = [0.5]"))
     assert main("collect", campaign, "--out", out)[0] == 0

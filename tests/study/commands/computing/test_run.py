@@ -90,9 +90,8 @@ def test_files_of_others_among_the_results_stay_and_results_of_another_format_ar
     assert main("run", campaign, "--out", out, "--serial")[0] == 0
 
 
-def test_results_of_other_software_are_named_and_computed_again_when_asked(main, campaign):
-    out = campaign.parent / "out"
-    assert main("run", campaign, "--out", out, "--serial")[0] == 0
+def test_results_of_other_software_are_named_and_computed_again_when_asked(main, campaign, finished):
+    out = finished
     for command in ("plan", "status"):
         assert "other software's" not in main(command, campaign, "--out", out)[1]
     before = (out / "results.nc").read_bytes()

@@ -32,12 +32,11 @@ def test_outcomes_are_counted_as_the_dataset_has_them(main, campaign):
     assert rows["invalid"] == ["4", "8"]
 
 
-def test_a_campaign_is_watched_until_it_is_finished_a_line_for_each_change(main, campaign, monkeypatch):
+def test_a_campaign_is_watched_until_it_is_finished_a_line_for_each_change(main, campaign, finished, monkeypatch):
     """Without a terminal; results come in while somebody looks."""
     monkeypatch.setattr(status, "INTERVAL", 0.01)
-    whole, out = campaign.parent / "whole", campaign.parent / "out"
-    assert main("run", campaign, "--out", whole, "--serial")[0] == 0
-    known, arriving = Store(whole), Store(out)
+    out = campaign.parent / "out"
+    known, arriving = Store(finished), Store(out)
     arriving.prepare()
 
     def arrive() -> None:
@@ -66,13 +65,10 @@ def test_ctrl_c_ends_watching_without_a_word(main, campaign, monkeypatch):
     assert (code, len(said.splitlines()), errors) == (0, 1, "")
 
 
-def test_a_terminal_is_redrawn(main, campaign, monkeypatch):
+def test_a_terminal_is_redrawn(main, campaign, finished, monkeypatch):
     for name, value in (("FORCE_COLOR", "1"), ("TERM", "xterm"), ("COLUMNS", "80")):
         monkeypatch.setenv(name, value)
-    out = campaign.parent / "out"
-    assert main("run", campaign, "--out", out, "--serial")[0] == 0
-    monkeypatch.setenv("COLUMNS", "80")
-    code, said, _ = main("status", campaign, "--out", out, "--watch")
+    code, said, _ = main("status", campaign, "--out", finished, "--watch")
     assert code == 0
     assert "A small campaign" in said
     assert "no_slip" in said

@@ -1,18 +1,13 @@
 """Two campaigns are compared case by case: exit code 0 within uncertainties, 1 beyond, 2 where there is nothing to compare."""
 
+import shutil
+
 import netCDF4
 import pytest
 
 from study.dataset import file
 from study.dataset.groups import loaded
-from tests.conftest import SMALL
-
-
-@pytest.fixture
-def small(main, campaign):
-    """The folder of the small campaign's dataset."""
-    assert main("run", campaign, "--out", campaign.parent / "out", "--serial")[0] == 0
-    return campaign.parent / "out"
+from tests.conftest import SMALL, compute
 
 
 def change(path, name, factor):
@@ -21,7 +16,8 @@ def change(path, name, factor):
         opened[name][:] = opened[name][:] * factor
 
 
-def test_a_dataset_is_the_same_as_itself_whatever_it_is_named_by(main, campaign, small, tmp_path, monkeypatch):
+def test_a_dataset_is_the_same_as_itself_whatever_it_is_named_by(main, campaign, finished, tmp_path, monkeypatch):
+    small = finished
     code, said, _ = main("compare", small, small / "results.nc")
     assert code == 0
     assert "same parameters, campaign and software" in said
@@ -39,12 +35,10 @@ THREE = SMALL.replace("members = 1", "members = 3")
 """± needs members."""
 
 
-@pytest.fixture
-def three(main, campaign, tmp_path):
-    """A folder with the dataset of the small campaign over three members."""
-    campaign.write_text(THREE)
-    assert main("run", campaign, "--out", tmp_path / "three", "--serial")[0] == 0
-    return tmp_path / "three"
+@pytest.fixture(scope="module")
+def three(tmp_path_factory):
+    """A folder with the dataset of the small campaign over three members: not to be changed."""
+    return compute(tmp_path_factory.mktemp("three"), THREE)
 
 
 def test_a_finer_surface_differs_and_the_largest_differences_come_first(main, three, tmp_path):
@@ -74,13 +68,12 @@ def test_what_is_within_uncertainties_is_exit_code_0(main, three, tmp_path):
 
 
 def test_words_of_members_are_told_in_short_unless_the_difference_hides_behind_the_most_frequent_one(
-    main, campaign, tmp_path
+    main, three, tmp_path
 ):
-    campaign.write_text(THREE.replace("[50.0, 100.0]", "[50.0]"))
     one, other = tmp_path / "one", tmp_path / "other"
-    assert main("run", campaign, "--out", one, "--serial")[0] == 0
-    other.mkdir()
-    (other / "results.nc").write_bytes((one / "results.nc").read_bytes())
+    for out in (one, other):
+        out.mkdir()
+        shutil.copy(three / "results.nc", out)
     write_regimes(one, "2 sticks; 1 stick_slip; 1 micro_slip")
     write_regimes(other, "2 sticks; 1 slides; 1 micro_slip")
     said = main("compare", one, other)[1]
@@ -98,7 +91,8 @@ def write_regimes(out, words):
     file.write(changed, out / file.FILE)
 
 
-def test_what_cannot_be_compared_is_one_clear_message(main, campaign, small, tmp_path):
+def test_what_cannot_be_compared_is_one_clear_message(main, campaign, finished, tmp_path):
+    small = finished
     other = tmp_path / "other.toml"
     other.write_text(SMALL.replace("[50.0, 100.0]", "[200.0, 300.0]"))
     assert main("run", other, "--out", tmp_path / "other", "--serial")[0] == 0

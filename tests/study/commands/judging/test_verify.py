@@ -8,9 +8,8 @@ import pytest
 from study.execution import executor
 
 
-def test_a_dataset_is_verified_from_itself_alone(main, campaign, tmp_path):
-    out = campaign.parent / "out"
-    assert main("run", campaign, "--out", out, "--serial")[0] == 0
+def test_a_dataset_is_verified_from_itself_alone(main, campaign, tmp_path, finished):
+    out = finished
     path = tmp_path / "alone.nc"
     (out / "results.nc").rename(path)
     shutil.rmtree(out)

@@ -19,10 +19,9 @@ def test_a_report_repeats_no_table_that_its_run_has_printed(main, campaign):
     assert (out / page.FILE).is_file()
 
 
-def test_a_report_of_a_dataset_that_was_damaged_says_so(main, campaign, monkeypatch):
+def test_a_report_of_a_dataset_that_was_damaged_says_so(main, campaign, monkeypatch, finished):
     """As netCDF says of a column that it cannot unpack, when the page asks for it."""
-    out = campaign.parent / "out"
-    assert main("run", campaign, "--out", out, "--serial")[0] == 0
+    out = finished
 
     def damaged(*_: object) -> None:
         raise RuntimeError("NetCDF: HDF error")
@@ -33,10 +32,9 @@ def test_a_report_of_a_dataset_that_was_damaged_says_so(main, campaign, monkeypa
     assert f"{out / FILE}: cannot be read: NetCDF: HDF error" in said
 
 
-def test_a_report_of_a_campaign_that_has_changed_since_is_refused(main, campaign):
+def test_a_report_of_a_campaign_that_has_changed_since_is_refused(main, campaign, finished):
     """Else it would show the numbers of another campaign below the title of this one."""
-    out = campaign.parent / "out"
-    assert main("run", campaign, "--out", out, "--serial")[0] == 0
+    out = finished
     campaign.write_text(campaign.read_text().replace("n_x = 17", "n_x = 9"))
     code, _, said = main("report", campaign, "--out", out)
     assert (code, (out / page.FILE).exists()) == (2, False)

@@ -10,15 +10,13 @@ ONE = ("intrinsic_friction=0.5", "radius=50")
 
 
 @pytest.fixture
-def computed(main, campaign):
+def found(campaign, finished):
     """The small campaign, its folder of results, and what it takes to name them."""
-    out = campaign.parent / "out"
-    assert main("run", campaign, "--out", out, "--serial")[0] == 0
-    return campaign, out
+    return campaign, finished
 
 
-def test_a_case_is_shown_from_a_dataset_its_folder_or_its_campaign(main, computed):
-    campaign, out = computed
+def test_a_case_is_shown_from_a_dataset_its_folder_or_its_campaign(main, found):
+    campaign, out = found
     code, said, errors = main("show", campaign, *ONE, "drive=fast", "--out", out)
     assert (code, errors) == (0, "")
     assert said.startswith(
@@ -33,8 +31,8 @@ def test_a_case_is_shown_from_a_dataset_its_folder_or_its_campaign(main, compute
         assert main("show", source, *ONE, "drive=fast") == (0, said, "")
 
 
-def test_without_a_drive_all_drives_are_rows(main, computed):
-    code, said, _ = main("show", computed[1], *ONE)
+def test_without_a_drive_all_drives_are_rows(main, found):
+    code, said, _ = main("show", found[1], *ONE)
     assert code == 0
     assert "static_friction " not in said
     assert [line.split()[0] for line in said.splitlines() if line.split()[:1] in (["slow"], ["fast"])] == [
@@ -53,18 +51,18 @@ def test_words_of_members_are_short_in_the_table(main, campaign, tmp_path):
     assert row.split() == ["regime", "2", "sticks;", "2", "others", "what", "the", "pin", "does"]
 
 
-def test_a_picture_is_written_whole_instead_of_text(main, computed, tmp_path):
+def test_a_picture_is_written_whole_instead_of_text(main, found, tmp_path):
     (tmp_path / "new").mkdir()
-    code, said, _ = main("show", computed[1], *ONE, "-o", tmp_path / "new" / "case.png")
+    code, said, _ = main("show", found[1], *ONE, "-o", tmp_path / "new" / "case.png")
     assert (code, "┤" in said) == (0, False)
     assert (tmp_path / "new" / "case.png").read_bytes().startswith(b"\x89PNG")
     assert [path.name for path in (tmp_path / "new").iterdir()] == ["case.png"]
-    code, _, errors = main("show", computed[1], *ONE, "-o", tmp_path / "case.bmp")
+    code, _, errors = main("show", found[1], *ONE, "-o", tmp_path / "case.bmp")
     assert (code, errors) == (2, f"Error: {tmp_path / 'case.bmp'}: needs a name that ends in .pdf, .svg, .png\n")
 
 
-def test_results_that_are_not_collected_or_of_a_campaign_that_changed_are_collected_in_memory(main, computed):
-    campaign, out = computed
+def test_results_that_are_not_collected_or_of_a_campaign_that_changed_are_collected_in_memory(main, found):
+    campaign, out = found
     campaign.write_text(SMALL.replace("[50.0, 100.0]", "[50.0, 100.0, 200.0]"))
     code, said, errors = main("show", campaign, *ONE, "--out", out)
     assert (code, "plateau_mean" in said) == (0, True)
@@ -79,8 +77,8 @@ def test_results_that_are_not_collected_or_of_a_campaign_that_changed_are_collec
     assert (code, f"nanoslip run {campaign} --out {out} computes them" in errors) == (2, True)
 
 
-def test_a_wrong_case_is_one_clear_message(main, computed, tmp_path):
-    out = computed[1]
+def test_a_wrong_case_is_one_clear_message(main, found, tmp_path):
+    out = found[1]
     (tmp_path / "bad.nc").write_bytes(b"no netCDF")
     for words, said in (
         ((out, "radius=50"), "needs to be one case: give also intrinsic_friction = 0.25, 0.5"),

@@ -30,6 +30,7 @@ def test_a_starter_is_commented_fine_and_computes(main, tmp_path, monkeypatch, n
     content = tomllib.loads(text)
     for table in SMALLER.keys() & content.keys():
         content[table] |= SMALLER[table]
+    content.setdefault("ensemble", SMALLER["ensemble"])
     monkeypatch.chdir(tmp_path / "mine")
     found = nanoslip.run(content)
     assert set(found.outcome.values.ravel().tolist()) <= {"completed", "no_plateau"}

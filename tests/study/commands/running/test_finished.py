@@ -12,13 +12,10 @@ from study.results import own
 from tests.study.commands.computing.test_run import disown
 
 
-@pytest.fixture
-def finished(main, campaign: Path, monkeypatch) -> Path:
-    """The folder of a campaign whose run has left an outline of its plan."""
+@pytest.fixture(autouse=True)
+def large(monkeypatch) -> None:
+    """The small campaign is large enough for an outline of its plan."""
     monkeypatch.setattr(glance, "LARGE", 1)
-    out = campaign.parent / "out"
-    assert main("run", campaign, "--out", out, "--serial")[0] == 0
-    return out
 
 
 @pytest.fixture

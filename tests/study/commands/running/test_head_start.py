@@ -26,21 +26,13 @@ TASKS = 13
 
 
 @pytest.fixture
-def whole(main: Main, campaign: Path) -> Path:
-    """The folder of the campaign, computed without a head start."""
-    out = campaign.parent / "whole"
-    assert main("run", campaign, "--out", out, "--serial")[0] == 0
-    return out
-
-
-@pytest.fixture
 def early(monkeypatch: pytest.MonkeyPatch) -> None:
     """A head start for the small campaign, a case at a time."""
     monkeypatch.setattr(head_start, "LARGE", 4)
     monkeypatch.setattr(head_start, "AT_ONCE", 1)
 
 
-@pytest.mark.usefixtures("whole", "early")
+@pytest.mark.usefixtures("early")
 @pytest.mark.parametrize(
     "changes",
     [
@@ -73,9 +65,9 @@ def test_small_campaigns_have_none(main: Main, campaign: Path) -> None:
 
 
 @pytest.mark.usefixtures("early")
-def test_what_is_there_leaves_a_run_as_it_was(main: Main, campaign: Path, whole: Path) -> None:
+def test_what_is_there_leaves_a_run_as_it_was(main: Main, campaign: Path, finished: Path) -> None:
     campaign.write_text(SMALL.replace("[50.0, 100.0]", "[50.0, 100.0, 200.0]"))
-    code, _, said = main("run", campaign, "--out", whole, "--serial")
+    code, _, said = main("run", campaign, "--out", finished, "--serial")
     assert (code, "computing begins" in said) == (0, False)
 
 
@@ -122,7 +114,7 @@ def test_what_crashes_early_has_failed_in_this_run(main: Main, campaign: Path, m
 
 
 @pytest.mark.usefixtures("early")
-def test_a_signal_ends_it_and_the_next_run_goes_on(main: Main, campaign: Path, whole: Path) -> None:
+def test_a_signal_ends_it_and_the_next_run_goes_on(main: Main, campaign: Path, finished: Path) -> None:
     out, left = campaign.parent / "out", [3]
     plan_on = Planning.go_on
 
@@ -139,7 +131,7 @@ def test_a_signal_ends_it_and_the_next_run_goes_on(main: Main, campaign: Path, w
     assert (code, said.count("interrupted: what is finished is kept")) == (99, 1)
     assert (runs.read(out)[0].exit_code, (out / "results.nc").exists()) == (99, False)
     assert main("run", campaign, "--out", out, "--serial")[0] == 0
-    assert (out / "results.nc").read_bytes() == (whole / "results.nc").read_bytes()
+    assert (out / "results.nc").read_bytes() == (finished / "results.nc").read_bytes()
 
 
 @pytest.mark.usefixtures("early")

@@ -23,9 +23,8 @@ def named(command: str) -> set[str]:
     return set(re.findall(r"`(\w+)`", re.sub(r"\([^)]*\)", "", row.split("|")[2])))
 
 
-def test_documents_have_the_keys_of_the_readme(main, campaign):
-    out = campaign.parent / "out"
-    assert main("run", campaign, "--out", out, "--serial")[0] == 0
+def test_documents_have_the_keys_of_the_readme(main, campaign, finished):
+    out = finished
     for command in ("plan", "status"):
         code, said, _ = main(command, campaign, "--out", out, "--json")
         assert (code, set(json.loads(said))) == (0, named(command))

@@ -34,7 +34,7 @@ limits.seconds = 12.0
 
 def main(folder: Path, rank: int) -> None:
     """Compute tasks with all faults, each followed by a sound one."""
-    tasks = [task for fault in FAULTS for task in (faults.work(fault), Work(f"sound {fault}"))]
+    tasks = [task for fault in FAULTS for task in (faults.work(fault), Work(f"sound {fault}", limit=60.0))]
     if processes_started() > 1:
         tasks.insert(1 - rank, BLOCKER)  # idle ranks get the first ones, in their order
     ended: dict[str, Outcome] = {}

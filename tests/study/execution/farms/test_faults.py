@@ -69,7 +69,6 @@ def test_faults_cost_their_own_tasks(tmp_path: Path) -> None:
 
 
 @pytest.mark.slow
-@pytest.mark.timed  # faults that hang have little time, and sound tasks have not much more
 @pytest.mark.parametrize(
     "place", [pytest.param(name, marks=pytest.mark.mpi) if "rank" in name else name for name in PLACES]
 )
