@@ -9,6 +9,8 @@ from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.figure import Figure
 
 from study.accuracy.diagram import Diagram
+from study.accuracy.digit import BY_LENGTH, BY_MEMBERS, OBSERVABLES
+from study.figures.shared.canvas import COLORS, PAGE, column, image
 
 MARKERS: Final = "osD^vP"
 
@@ -45,3 +47,22 @@ def _draw(axes: Any, diagram: Diagram) -> None:
     )
     axes.grid(alpha=0.3)
     axes.legend(fontsize=8)
+
+
+def draw_digit(diagrams: Sequence[Diagram]) -> bytes:
+    """A panel for each observable, as PNG: members joined by lines, lengths of records by dashed ones."""
+    rows = diagrams[-1].rows
+    cases = list(dict.fromkeys(row["case"] for row in rows))
+    with column(2.9, PAGE) as figure:
+        panels = figure.subplots(1, len(OBSERVABLES), sharex=True, sharey=True)
+        for axes, (name, title) in zip(panels, OBSERVABLES.items(), strict=True):
+            for case, color in zip(cases, COLORS, strict=False):
+                for way, style in ((BY_MEMBERS, "o-"), (BY_LENGTH, "s--")):
+                    mine = [row for row in rows if (row["case"], row["way"]) == (case, way)]
+                    points = np.array([(row["seconds"], row[name]) for row in mine], float).T
+                    hollow = {} if way == BY_MEMBERS else {"markerfacecolor": "white"}
+                    axes.loglog(*points, style, color=color, markersize=3.5, label=f"{case}; {way}", **hollow)
+            axes.set(title=title, xlabel="core seconds")
+        panels[0].set_ylabel("relative error of the mean")
+        figure.legend(*panels[0].get_legend_handles_labels(), loc="outside lower center", ncols=len(cases))
+        return image(figure, "png")

@@ -1,0 +1,278 @@
+"""What a digit costs: error of plateau, μ_s and μ_k against core seconds, over members and record lengths.
+
+Errors are measured: means over disjoint groups of members, each against all other members' longest records. Seconds are those of
+contact, record and drive; the slab's compliance is computed once and not among them.
+"""
+
+import math
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass, replace
+from functools import partial
+from typing import Final
+
+import numpy as np
+from numpy.typing import NDArray
+
+from solver.dynamics.coefficients import measured
+from solver.elasticity.compliance import SurfaceCompliance, surface_compliance
+from solver.ensemble import FEWEST, Ensemble, mean_of
+from solver.outcome import SolverError
+from solver.sliding.events import slide
+from solver.sliding.plateau import plateau_of
+from study.accuracy.diagram import Diagram, Row
+from study.accuracy.setup import Effort, Setup
+from study.accuracy.timing import timed
+from study.manifest.manifest import MEMBERS
+from study.manifest.parameters import LIMITS, Value
+from study.manifest.problems import ManifestError
+
+Vector = NDArray[np.float64]
+WithError = tuple[float, float]
+"""A number and its standard error."""
+
+OBSERVABLES: Final = {"plateau": "plateau", "static": "μ_s", "kinetic": "μ_k"}
+LENGTH: Final = float(LIMITS["max_presliding"])
+BY_MEMBERS, BY_LENGTH = "more members", "longer records"
+DIGIT: Final = 100.0
+"""Times the members: a tenth of the error."""
+SURE: Final = 2.0
+"""Standard errors beyond which a length is called cheaper."""
+
+
+@dataclass(frozen=True, slots=True)
+class Sample:
+    """Members of one case at one record length: values (observables, n), NaN where one has none; core seconds (n,)."""
+
+    values: Vector
+    seconds: Vector
+
+
+@dataclass(frozen=True, slots=True)
+class Errors:
+    """Squares of the errors of means over groups (groups,), and the median of the uncertainties stated.
+
+    The variance of what they are held against is taken out, so that a square may be negative.
+    """
+
+    squares: Vector
+    stated: float
+
+    @property
+    def error(self) -> float:
+        """Root mean square over the groups; NaN where what they are held against is no better."""
+        mean = float(np.nanmean(self.squares))
+        return math.sqrt(mean) if mean > 0.0 else math.nan
+
+
+@dataclass(frozen=True, slots=True)
+class Point:
+    """One number of members with records of one length; core seconds of them all, and their standard error."""
+
+    way: str
+    members: int
+    length: float
+    seconds: float
+    seconds_error: float
+    found: tuple[Errors, ...]
+    """Of each observable, relative."""
+
+    @property
+    def groups(self) -> int:
+        """Number of groups."""
+        return len(self.found[0].squares)
+
+
+def measure_digit(setups: Sequence[Setup], effort: Effort) -> tuple[Diagram, Diagram]:
+    """What each case says of each observable, and the errors and times that it is read off. Raises ManifestError."""
+    verdicts: list[Row] = []
+    rows: list[Row] = []
+    for setup in setups:
+        samples = {length: _sample(setup, length, effort) for length in effort.lengths}
+        points = list(points_of(samples, effort))
+        verdicts += [{"case": setup.title, **row} for row in _verdicts(samples, points)]
+        rows += [{"case": setup.title, **_row(point)} for point in points]
+    return _verdict_sheet(tuple(verdicts), effort), _sheet(tuple(rows), effort)
+
+
+def _sample(setup: Setup, length: float, effort: Effort) -> Sample:
+    """The first members, whose starts are the same at all lengths; after a few that are not timed."""
+    compliance = surface_compliance(setup.case.slab)
+    member = partial(_member, setup, compliance, length)
+    if not any(math.isfinite(member(number)[0]) for number in range(FEWEST)):
+        message = f"no plateau in {FEWEST} records of {length:g} presliding lengths, so that nothing can be measured"
+        raise ManifestError([f"{setup.title}: {message}"])
+    count = effort.starts if length in (LENGTH, effort.lengths[-1]) else effort.fewer_starts
+    found = [timed(partial(member, number)) for number in range(count)]
+    return Sample(np.array([values for values, _ in found]).T, np.array([seconds for _, seconds in found]))
+
+
+def _member(setup: Setup, compliance: SurfaceCompliance, length: float, number: int) -> tuple[float, float, float]:
+    """Plateau, μ_s and μ_k of one member; NaN where it has none."""
+    case = replace(setup.case, max_events=int(LIMITS["max_events"]), max_displacement=None, max_spacings=None)
+    try:
+        record = slide(Ensemble(MEMBERS).case(replace(case, max_presliding=length), number), compliance)
+        plateau = plateau_of(record)
+        _, friction = measured(record, plateau, setup.drive.dimensionless(setup.scales))
+    except SolverError:
+        return math.nan, math.nan, math.nan
+    return plateau.mean, friction.static_friction, friction.kinetic_friction
+
+
+def points_of(samples: Mapping[float, Sample], effort: Effort) -> Iterator[Point]:
+    """Each number of members at the default length, then each length at the default number of members."""
+    truth = samples[effort.lengths[-1]].values
+    ways = [(BY_MEMBERS, members, LENGTH, effort.starts) for members in effort.members]
+    ways += [(BY_LENGTH, MEMBERS, length, effort.fewer_starts) for length in effort.lengths]
+    for way, members, length, starts in ways:
+        of = samples[length].values[:, :starts]
+        found = tuple(errors_of(own, longest, members) for own, longest in zip(of, truth, strict=True))
+        each = members * samples[length].seconds
+        yield Point(way, members, length, float(each.mean()), float(each.std(ddof=1)) / math.sqrt(len(each)), found)
+
+
+def errors_of(values: Vector, longest: Vector, members: int) -> Errors:
+    """Errors of the means over disjoint groups of so many of `values` (n,), each against the other members of `longest`
+    (n or more,), over the mean of that."""
+    groups = len(values) // members
+    own = longest[: groups * members].reshape(groups, members)
+    others = np.isfinite(longest).sum() - np.isfinite(own).sum(axis=1)
+    truth = (np.nansum(longest) - np.nansum(own, axis=1)) / others
+    found = mean_of(values[: groups * members].reshape(groups, members))
+    squares = (found.mean - truth) ** 2 - np.nanvar(longest, ddof=1) / others
+    mean = float(np.nanmean(longest))
+    return Errors(squares / mean**2, float(np.nanmedian(found.uncertainty)) / mean)
+
+
+def exponent(seconds: Vector, errors: Vector, groups: Vector) -> WithError:
+    """p of seconds ∝ error^p: a line through the logarithms. The error of g groups is known to 1/√(2g)."""
+    there = np.isfinite(errors)
+    if there.sum() < FEWEST:
+        return math.nan, math.nan
+    x, y, weight = np.log(seconds[there]), np.log(errors[there]), 2.0 * groups[there]
+    off = x - np.average(x, weights=weight)
+    slope = float(weight * off @ y / (weight * off @ off))
+    return 1.0 / slope, float(1.0 / np.sqrt(weight * off @ off)) / slope**2
+
+
+def time_for_the_same_error(point: Point, usual: Point, place: int) -> WithError:
+    """Core seconds of an observable with these records, over those with the usual ones: the error falls as the root of the
+    members, so that their ratio is that of error² × seconds. Its standard error: the jackknife's over groups, and the times'."""
+    one, other = point.found[place].squares, usual.found[place].squares
+    there = np.isfinite(one) & np.isfinite(other)
+    one, other, count = one[there], other[there], there.sum()
+    if count < FEWEST or min(one.sum(), other.sum()) <= 0.0:
+        return math.nan, math.nan
+    left_out = (one.sum() - one) / (other.sum() - other)
+    ratio, error = float(one.sum() / other.sum()), math.sqrt((count - 1.0) * float(np.var(left_out)))
+    scale, times = point.seconds / usual.seconds, (each.seconds_error / each.seconds for each in (point, usual))
+    return scale * ratio, scale * math.hypot(error, ratio * math.hypot(*times))
+
+
+def _verdicts(samples: Mapping[float, Sample], points: Sequence[Point]) -> Iterator[dict[str, Value]]:
+    """What a case says of each observable."""
+    by_members, by_length = ([point for point in points if point.way == way] for way in (BY_MEMBERS, BY_LENGTH))
+    usual = next(point for point in by_members if point.members == MEMBERS)
+    short, normal = (next(point for point in by_length if point.length == length) for length in (min(samples), LENGTH))
+    seconds, groups = (np.array([getattr(each, name) for each in by_members], float) for name in ("seconds", "groups"))
+    longest = samples[max(samples)].values
+    for place, (name, values) in enumerate(zip(OBSERVABLES.values(), longest, strict=True)):
+        mean = mean_of(values)
+        row: dict[str, Value] = {"of": name, **_pair("mean", (float(mean.mean), float(mean.uncertainty)))}
+        row |= {"seconds": usual.seconds, **_pair("error", _error(usual, place)), "stated": usual.found[place].stated}
+        errors = np.array([point.found[place].error for point in by_members])
+        row |= _pair("exponent", exponent(seconds, errors, groups))
+        for word, point in (("short", short), ("default", normal)):
+            own = samples[point.length].values[place, : point.groups * MEMBERS]
+            off = mean_of(own - values[: len(own)])
+            row |= _pair(f"{word}_bias", (float(off.mean / mean.mean), float(off.uncertainty / mean.mean)))
+        times = {point.length: time_for_the_same_error(point, normal, place) for point in by_length}
+        for length, time in times.items():
+            row |= _pair(f"time_{length:g}", time) if length != LENGTH else {}
+        sure = {length: time for length, (time, error) in times.items() if time + SURE * error < 1.0}
+        best = min(sure, key=sure.__getitem__, default=LENGTH)
+        row["tenth"] = DIGIT * usual.seconds * sure.get(best, 1.0)
+        yield row | {"cheapest": "members" if best == LENGTH else f"length {best:g}"}
+
+
+def _row(point: Point) -> dict[str, Value]:
+    row: dict[str, Value] = {"way": point.way, "members": point.members, "length": point.length}
+    row |= {"groups": point.groups, "seconds": point.seconds}
+    for place, name in enumerate(OBSERVABLES):
+        row |= {**_pair(name, _error(point, place)), f"{name}_stated": point.found[place].stated}
+    return row
+
+
+def _error(point: Point, place: int) -> WithError:
+    error = point.found[place].error
+    return error, error / math.sqrt(2.0 * point.groups)
+
+
+def _pair(name: str, value: WithError) -> dict[str, Value]:
+    return {name: value[0], f"{name}_uncertainty": value[1]}
+
+
+def _verdict_sheet(rows: tuple[Row, ...], effort: Effort) -> Diagram:
+    shortest, longest = effort.lengths[0], effort.lengths[-1]
+    times = {f"time_{length:g}": f"{length:g}" for length in effort.lengths if length != LENGTH}
+    words = {
+        "case": "what is computed",
+        "of": "observable",
+        "seconds": f"core seconds of {MEMBERS} members with records of {LENGTH:g} presliding lengths, the default",
+        "error": "their relative error, root mean square",
+        "tenth": "core seconds for a tenth of this error, in the cheapest way",
+        "stated": "median of the ± stated, relative",
+        "exponent": "p of seconds ∝ error^p for more members",
+        **{
+            name: f"core seconds for the same error with records of {word}, over those of {LENGTH:g}"
+            for name, word in times.items()
+        },
+        "short_bias": f"relative difference of records of {shortest:g} from the longest ones of the same starts",
+        "default_bias": f"the same of records of {LENGTH:g}",
+        "mean": "over the members that errors are measured against",
+        "cheapest": f"more members, or first another length where that is cheaper beyond {SURE:g} standard errors",
+    }
+    return Diagram(
+        name="verdict",
+        title="One more digit",
+        reference=f"means over all other of {effort.starts} members, with records of {longest:g} presliding lengths",
+        series="case",
+        shown=tuple(words),
+        error="",
+        rivals=False,
+        words=_with_uncertainties(words, rows),
+        rows=rows,
+    )
+
+
+def _sheet(rows: tuple[Row, ...], effort: Effort) -> Diagram:
+    words = {
+        "case": "what is computed",
+        "way": "what is varied",
+        "members": "members of a mean",
+        "length": "length of their records in presliding lengths",
+        "groups": "disjoint groups of so many members that errors are measured with",
+        "seconds": "core seconds of the members: contact, record and drive",
+    }
+    for name, meaning in OBSERVABLES.items():
+        words |= {
+            name: f"relative error of {meaning}, root mean square",
+            f"{name}_stated": f"median ± of {meaning}, relative",
+        }
+    return Diagram(
+        name="digit",
+        title="Errors and times",
+        reference=f"means over all other of {effort.starts} members, with records of {effort.lengths[-1]:g} presliding lengths",
+        series="case",
+        shown=tuple(words),
+        error="",
+        rivals=False,
+        words=_with_uncertainties(words, rows),
+        rows=rows,
+    )
+
+
+def _with_uncertainties(words: Mapping[str, str], rows: Sequence[Row]) -> dict[str, str]:
+    """The meanings of all columns of the rows, those of standard errors made of their values'."""
+    return {
+        name: words.get(name, f"standard error: {words.get(name.removesuffix('_uncertainty'))}") for name in rows[0]
+    }
