@@ -49,19 +49,16 @@ class Sample:
 
 @dataclass(frozen=True, slots=True)
 class Errors:
-    """Squares of the errors of means over groups (groups,), and the median of the uncertainties stated.
-
-    The variance of what they are held against is taken out, so that a square may be negative.
-    """
+    """Squares of the errors of means over groups (groups,), and the median of the uncertainties stated."""
 
     squares: Vector
     stated: float
 
     @property
     def error(self) -> float:
-        """Root mean square over the groups; NaN where what they are held against is no better."""
-        mean = float(np.nanmean(self.squares))
-        return math.sqrt(mean) if mean > 0.0 else math.nan
+        """Root mean square over the groups that have a mean."""
+        there = self.squares[np.isfinite(self.squares)]
+        return math.sqrt(there.mean()) if len(there) else math.nan
 
 
 @dataclass(frozen=True, slots=True)
@@ -98,7 +95,7 @@ def _sample(setup: Setup, length: float, effort: Effort) -> Sample:
     """The first members, whose starts are the same at all lengths; after a few that are not timed."""
     compliance = surface_compliance(setup.case.slab)
     member = partial(_member, setup, compliance, length)
-    if not any(math.isfinite(member(number)[0]) for number in range(FEWEST)):
+    if not any(math.isfinite(member(number)[0]) for number in range(FEWEST)) and length == LENGTH:
         message = f"no plateau in {FEWEST} records of {length:g} presliding lengths, so that nothing can be measured"
         raise ManifestError([f"{setup.title}: {message}"])
     count = effort.starts if length in (LENGTH, effort.lengths[-1]) else effort.fewer_starts
@@ -132,26 +129,34 @@ def points_of(samples: Mapping[float, Sample], effort: Effort) -> Iterator[Point
 
 def errors_of(values: Vector, longest: Vector, members: int) -> Errors:
     """Errors of the means over disjoint groups of so many of `values` (n,), each against the other members of `longest`
-    (n or more,), over the mean of that."""
-    groups = len(values) // members
-    own = longest[: groups * members].reshape(groups, members)
+    (n or more,), over the mean of that. The share that is these members' own is taken out. NaN where members do not differ."""
+    shape = (len(values) // members, members)
+    own, found = longest[: shape[0] * members].reshape(shape), mean_of(values[: shape[0] * members].reshape(shape))
+    mean, stated = float(mean_of(longest).mean), found.uncertainty[np.isfinite(found.uncertainty)]
+    if not abs(mean) > 0.0 or not len(stated) or not np.nanstd(longest):
+        return Errors(np.full(shape[0], math.nan), math.nan)
     others = np.isfinite(longest).sum() - np.isfinite(own).sum(axis=1)
     truth = (np.nansum(longest) - np.nansum(own, axis=1)) / others
-    found = mean_of(values[: groups * members].reshape(groups, members))
-    squares = (found.mean - truth) ** 2 - np.nanvar(longest, ddof=1) / others
-    mean = float(np.nanmean(longest))
-    return Errors(squares / mean**2, float(np.nanmedian(found.uncertainty)) / mean)
+    variance, theirs = float(np.nanvar(values)) / members, float(np.nanvar(longest)) / others
+    squares = (found.mean - truth) ** 2 * variance / (variance + theirs)
+    return Errors(squares / mean**2, float(np.median(stated)) / abs(mean))
 
 
 def exponent(seconds: Vector, errors: Vector, groups: Vector) -> WithError:
-    """p of seconds ∝ error^p: a line through the logarithms. The error of g groups is known to 1/√(2g)."""
+    """p of seconds ∝ error^p: a line through the logarithms, by generalized least squares.
+
+    The logarithm of a root mean square over g groups has a variance of 1/(2g), which it shares with those over fewer groups of
+    the same members, and is 1/(2g) too small in the mean.
+    """
     there = np.isfinite(errors)
     if there.sum() < FEWEST:
         return math.nan, math.nan
-    x, y, weight = np.log(seconds[there]), np.log(errors[there]), 2.0 * groups[there]
-    off = x - np.average(x, weights=weight)
-    slope = float(weight * off @ y / (weight * off @ off))
-    return 1.0 / slope, float(1.0 / np.sqrt(weight * off @ off)) / slope**2
+    variance = 0.5 / groups[there]
+    x, y = np.log(seconds[there]), np.log(errors[there]) + variance
+    line, weights = np.stack((np.ones_like(x), x)), np.linalg.inv(np.minimum.outer(variance, variance))
+    covariance = np.linalg.inv(line @ weights @ line.T)
+    slope = float((covariance @ line @ weights @ y)[1])
+    return 1.0 / slope, math.sqrt(covariance[1, 1]) / slope**2
 
 
 def time_for_the_same_error(point: Point, usual: Point, place: int) -> WithError:
@@ -183,8 +188,8 @@ def _verdicts(samples: Mapping[float, Sample], points: Sequence[Point]) -> Itera
         row |= _pair("exponent", exponent(seconds, errors, groups))
         for word, point in (("short", short), ("default", normal)):
             own = samples[point.length].values[place, : point.groups * MEMBERS]
-            off = mean_of(own - values[: len(own)])
-            row |= _pair(f"{word}_bias", (float(off.mean / mean.mean), float(off.uncertainty / mean.mean)))
+            off = mean_of((own - values[: len(own)]) / mean.mean if mean.mean else own * math.nan)
+            row |= _pair(f"{word}_bias", (float(off.mean), float(off.uncertainty)))
         times = {point.length: time_for_the_same_error(point, normal, place) for point in by_length}
         for length, time in times.items():
             row |= _pair(f"time_{length:g}", time) if length != LENGTH else {}
