@@ -84,23 +84,27 @@ def measure_digit(setups: Sequence[Setup], effort: Effort) -> tuple[Diagram, Dia
     verdicts: list[Row] = []
     rows: list[Row] = []
     for setup in setups:
-        samples = {length: _sample(setup, length, effort) for length in effort.lengths}
+        samples = _samples(setup, effort)
         points = list(points_of(samples, effort))
         verdicts += [{"case": setup.title, **row} for row in _verdicts(samples, points)]
         rows += [{"case": setup.title, **_row(point)} for point in points]
     return _verdict_sheet(tuple(verdicts), effort), _sheet(tuple(rows), effort)
 
 
-def _sample(setup: Setup, length: float, effort: Effort) -> Sample:
-    """The first members, whose starts are the same at all lengths; after a few that are not timed."""
-    compliance = surface_compliance(setup.case.slab)
-    member = partial(_member, setup, compliance, length)
-    if not any(math.isfinite(member(number)[0]) for number in range(FEWEST)) and length == LENGTH:
-        message = f"no plateau in {FEWEST} records of {length:g} presliding lengths, so that nothing can be measured"
+def _samples(setup: Setup, effort: Effort) -> dict[float, Sample]:
+    """Record length -> the first members, with the same starts for all lengths: timed in turn, after a few that are not."""
+    member = partial(_member, setup, surface_compliance(setup.case.slab))
+    if not any(math.isfinite(member(LENGTH, number)[0]) for number in range(FEWEST)):
+        message = f"no plateau in {FEWEST} records of {LENGTH:g} presliding lengths, so that nothing can be measured"
         raise ManifestError([f"{setup.title}: {message}"])
-    count = effort.starts if length in (LENGTH, effort.lengths[-1]) else effort.fewer_starts
-    found = [timed(partial(member, number)) for number in range(count)]
-    return Sample(np.array([values for values, _ in found]).T, np.array([seconds for _, seconds in found]))
+    found: dict[float, list[tuple[tuple[float, ...], float]]] = {length: [] for length in effort.lengths}
+    for number in range(effort.starts):
+        for length in effort.lengths if number < effort.fewer_starts else (LENGTH, effort.lengths[-1]):
+            found[length].append(timed(partial(member, length, number)))
+    return {
+        length: Sample(np.array([values for values, _ in each]).T, np.array([seconds for _, seconds in each]))
+        for length, each in found.items()
+    }
 
 
 def _member(setup: Setup, compliance: SurfaceCompliance, length: float, number: int) -> tuple[float, float, float]:
@@ -123,7 +127,7 @@ def points_of(samples: Mapping[float, Sample], effort: Effort) -> Iterator[Point
     for way, members, length, starts in ways:
         of = samples[length].values[:, :starts]
         found = tuple(errors_of(own, longest, members) for own, longest in zip(of, truth, strict=True))
-        each = members * samples[length].seconds
+        each = members * samples[length].seconds[:starts]
         yield Point(way, members, length, float(each.mean()), float(each.std(ddof=1)) / math.sqrt(len(each)), found)
 
 
@@ -217,7 +221,6 @@ def _pair(name: str, value: WithError) -> dict[str, Value]:
 
 
 def _verdict_sheet(rows: tuple[Row, ...], effort: Effort) -> Diagram:
-    shortest, longest = effort.lengths[0], effort.lengths[-1]
     times = {f"time_{length:g}": f"{length:g}" for length in effort.lengths if length != LENGTH}
     words = {
         "case": "what is computed",
@@ -231,22 +234,12 @@ def _verdict_sheet(rows: tuple[Row, ...], effort: Effort) -> Diagram:
             name: f"core seconds for the same error with records of {word}, over those of {LENGTH:g}"
             for name, word in times.items()
         },
-        "short_bias": f"relative difference of records of {shortest:g} from the longest ones of the same starts",
+        "short_bias": f"relative difference of records of {effort.lengths[0]:g} from the longest ones of the same starts",
         "default_bias": f"the same of records of {LENGTH:g}",
         "mean": "over the members that errors are measured against",
         "cheapest": f"more members, or first another length where that is cheaper beyond {SURE:g} standard errors",
     }
-    return Diagram(
-        name="verdict",
-        title="One more digit",
-        reference=f"means over all other of {effort.starts} members, with records of {longest:g} presliding lengths",
-        series="case",
-        shown=tuple(words),
-        error="",
-        rivals=False,
-        words=_with_uncertainties(words, rows),
-        rows=rows,
-    )
+    return _diagram("verdict", "One more digit", words, rows, effort)
 
 
 def _sheet(rows: tuple[Row, ...], effort: Effort) -> Diagram:
@@ -263,21 +256,15 @@ def _sheet(rows: tuple[Row, ...], effort: Effort) -> Diagram:
             name: f"relative error of {meaning}, root mean square",
             f"{name}_stated": f"median ± of {meaning}, relative",
         }
-    return Diagram(
-        name="digit",
-        title="Errors and times",
-        reference=f"means over all other of {effort.starts} members, with records of {effort.lengths[-1]:g} presliding lengths",
-        series="case",
-        shown=tuple(words),
-        error="",
-        rivals=False,
-        words=_with_uncertainties(words, rows),
-        rows=rows,
-    )
+    return _diagram("digit", "Errors and times", words, rows, effort)
 
 
-def _with_uncertainties(words: Mapping[str, str], rows: Sequence[Row]) -> dict[str, str]:
-    """The meanings of all columns of the rows, those of standard errors made of their values'."""
-    return {
-        name: words.get(name, f"standard error: {words.get(name.removesuffix('_uncertainty'))}") for name in rows[0]
+def _diagram(name: str, title: str, words: Mapping[str, str], rows: tuple[Row, ...], effort: Effort) -> Diagram:
+    """A table without a front; its standard errors have the meanings of their values."""
+    meanings = {
+        each: words.get(each, f"standard error: {words.get(each.removesuffix('_uncertainty'))}") for each in rows[0]
     }
+    against = (
+        f"means over all other of {effort.starts} members, with records of {effort.lengths[-1]:g} presliding lengths"
+    )
+    return Diagram(name, title, against, "case", tuple(words), error="", rivals=False, words=meanings, rows=rows)
