@@ -181,7 +181,7 @@ def _verdicts(samples: Mapping[float, Sample], points: Sequence[Point]) -> Itera
     """What a case says of each observable."""
     by_members, by_length = ([point for point in points if point.way == way] for way in (BY_MEMBERS, BY_LENGTH))
     usual = next(point for point in by_members if point.members == MEMBERS)
-    short, normal = (next(point for point in by_length if point.length == length) for length in (min(samples), LENGTH))
+    normal = next(point for point in by_length if point.length == LENGTH)
     seconds, groups = (np.array([getattr(each, name) for each in by_members], float) for name in ("seconds", "groups"))
     longest = samples[max(samples)].values
     for place, (name, values) in enumerate(zip(OBSERVABLES.values(), longest, strict=True)):
@@ -190,17 +190,29 @@ def _verdicts(samples: Mapping[float, Sample], points: Sequence[Point]) -> Itera
         row |= {"seconds": usual.seconds, **_pair("error", _error(usual, place)), "stated": usual.found[place].stated}
         errors = np.array([point.found[place].error for point in by_members])
         row |= _pair("exponent", exponent(seconds, errors, groups))
-        for word, point in (("short", short), ("default", normal)):
-            own = samples[point.length].values[place, : point.groups * MEMBERS]
-            off = mean_of((own - values[: len(own)]) / mean.mean if mean.mean else own * math.nan)
-            row |= _pair(f"{word}_bias", (float(off.mean), float(off.uncertainty)))
         times = {point.length: time_for_the_same_error(point, normal, place) for point in by_length}
+        biases = {length: bias(each.values[place], values) for length, each in samples.items()}
         for length, time in times.items():
             row |= _pair(f"time_{length:g}", time) if length != LENGTH else {}
-        sure = {length: time for length, (time, error) in times.items() if time + SURE * error < 1.0}
-        best = min(sure, key=sure.__getitem__, default=LENGTH)
-        row["tenth"] = DIGIT * usual.seconds * sure.get(best, 1.0)
+        row |= {**_pair("short_bias", biases[min(samples)]), **_pair("default_bias", biases[LENGTH])}
+        best = cheapest(times, biases, usual.found[place].error / math.sqrt(DIGIT))
+        row["tenth"] = DIGIT * usual.seconds * (1.0 if best == LENGTH else times[best][0])
         yield row | {"cheapest": "members" if best == LENGTH else f"length {best:g}"}
+
+
+def bias(values: Vector, longest: Vector) -> WithError:
+    """Difference from the longest records of the same members, over their mean; and its uncertainty."""
+    mean = float(mean_of(longest).mean)
+    off = mean_of((values - longest[: len(values)]) / (mean or math.nan))
+    return float(off.mean), float(off.uncertainty)
+
+
+def cheapest(times: Mapping[float, WithError], biases: Mapping[float, WithError], error: float) -> float:
+    """The length with the least seconds for the same error, of those that take less than the default beyond chance and whose
+    bias is smaller than this error beyond its uncertainty; else the default: members take no bias away."""
+    less = {length: time for length, (time, spread) in times.items() if time + SURE * spread < 1.0}
+    sound = [length for length in less if abs(biases[length][0]) + biases[length][1] < error]
+    return min(sound, key=less.__getitem__, default=LENGTH)
 
 
 def _row(point: Point) -> dict[str, Value]:
@@ -237,7 +249,8 @@ def _verdict_sheet(rows: tuple[Row, ...], effort: Effort) -> Diagram:
         "short_bias": f"relative difference of records of {effort.lengths[0]:g} from the longest ones of the same starts",
         "default_bias": f"the same of records of {LENGTH:g}",
         "mean": "over the members that errors are measured against",
-        "cheapest": f"more members, or first another length where that is cheaper beyond {SURE:g} standard errors",
+        "cheapest": f"more members, or first the length that takes least: {SURE:g} standard errors less than the default, "
+        "and with a bias below a tenth of the error",
     }
     return _diagram("verdict", "One more digit", words, rows, effort)
 
