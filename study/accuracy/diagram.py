@@ -27,7 +27,7 @@ class Diagram:
     shown: tuple[str, ...]
     """Columns of its table; an uncertainty is shown with its value."""
     error: str
-    """Column of the error in the diagram."""
+    """Column of the error in the diagram; empty where rows are not to be compared."""
     rivals: bool
     """Whether rows of different series compete: where they do not answer the same question each has its own front."""
     words: Mapping[str, str]
@@ -45,8 +45,10 @@ class Diagram:
     @property
     def on_front(self) -> NDArray[np.bool_]:
         """Which rows no rival beats in time and error."""
-        time, error = self.column("seconds"), self.column(self.error)
         marked = np.zeros(len(self.rows), dtype=np.bool_)
+        if not self.error:
+            return marked
+        time, error = self.column("seconds"), self.column(self.error)
         for group in self.groups:
             marked[group] = pareto_front(time[group], error[group])
         return marked
@@ -66,6 +68,8 @@ class Diagram:
             f"{self.name}_{name}": xr.Variable(self.name, self.column(name), {"long_name": words, "units": _unit(name)})
             for name, words in self.words.items()
         }
+        if not self.error:
+            return found
         attributes = {"long_name": f"no other row beats it in time and {self.error}", "units": "1"}
         return found | {f"{self.name}_on_front": xr.Variable(self.name, self.on_front.astype(np.int8), attributes)}
 

@@ -3,6 +3,7 @@
 This is a measurement, not science: its dataset holds times and names the machine. Nothing else in the study does.
 """
 
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Final
@@ -11,9 +12,10 @@ import xarray as xr
 
 from solver.outcome import SolverError
 from study.accuracy.diagram import Diagram
+from study.accuracy.digit import measure_digit
 from study.accuracy.elastic_operator import measure_elastic_operator
 from study.accuracy.integrators import measure_integrators
-from study.accuracy.picture import draw
+from study.accuracy.picture import draw, draw_digit
 from study.accuracy.setup import QUICK, Effort, Setup, contacts
 from study.accuracy.slip_numerics import measure_slip_numerics
 from study.accuracy.table import as_markdown
@@ -24,22 +26,25 @@ from study.discretization.front import Measured, as_text
 from study.results.store import StoreError
 from study.results.whole_file import written_whole
 
-STEM: Final = "accuracy"
-"""Name of all files but for their endings."""
+TITLE: Final = "What accuracy costs in time"
 
 
 @dataclass(frozen=True, slots=True)
 class Measurement:
     """All that was measured."""
 
-    setup: Setup
+    title: str
+    setups: tuple[Setup, ...]
     diagrams: tuple[Diagram, ...]
-    contacts: tuple[float, ...]
+    contacts: tuple[float, ...] = ()
     """Half-widths of the contacts on each operator, a/L_x."""
-    front: tuple[Measured, ...]
+    front: tuple[Measured, ...] = ()
     """Every discretization of every slab of the setup under each of these contacts."""
-    remark: str
+    remark: str = ""
     """What could not be measured, and why; empty if nothing."""
+    stem: str = "accuracy"
+    """Name of all files but for their endings."""
+    draw: Callable[[Sequence[Diagram]], bytes] = draw
 
 
 def measure(setup: Setup, effort: Effort) -> Measurement:
@@ -52,36 +57,44 @@ def measure(setup: Setup, effort: Effort) -> Measurement:
         diagrams.append(measure_integrators(setup, effort))
     except SolverError as error:  # a record without a plateau drives no pin
         remark = f"dynamics: {error}"
-    return Measurement(setup, tuple(diagrams), contacts(effort), front, remark)
+    return Measurement(f"{TITLE}: {setup.title}", (setup,), tuple(diagrams), contacts(effort), front, remark)
+
+
+def measure_another_digit(setups: Sequence[Setup], effort: Effort) -> Measurement:
+    """Errors over members and lengths of records. Raises ManifestError where a case has no plateau."""
+    diagrams = measure_digit(setups, effort)
+    return Measurement("What a digit costs in time", tuple(setups), diagrams, stem="digit", draw=draw_digit)
 
 
 def as_dataset(measurement: Measurement) -> xr.Dataset:
-    """Every diagram's columns over its rows; the setup, what errors are held against and the machine as attributes."""
-    setup = measurement.setup
+    """Every diagram's columns over its rows; the setups, what errors are held against and the machine as attributes."""
     variables = {name: variable for diagram in measurement.diagrams for name, variable in diagram.variables().items()}
-    case = {name: value for name, value in setup.case.flat.items() if value is not None}
-    drive = {"name": setup.drive.name, **setup.drive.flat}
+    cases = [setup.case.flat for setup in measurement.setups]
+    drives = [{"name": setup.drive.name, **setup.drive.flat} for setup in measurement.setups]
     attributes = {
-        "title": f"What accuracy costs in time: {setup.title}",
+        "title": measurement.title,
         "Conventions": "CF-1.11",
         **{f"{diagram.name}_reference": diagram.reference for diagram in measurement.diagrams},
-        "case": ", ".join(f"{name} = {value}" for name, value in case.items()),
-        "drive": ", ".join(f"{name} = {value}" for name, value in drive.items() if value is not None),
+        "case": "; ".join(map(_in_words, cases)),
+        "drive": "; ".join(map(_in_words, drives)),
         **({"remark": measurement.remark} if measurement.remark else {}),
         **machine(),
     }
     return xr.Dataset(variables, attrs=attributes)
 
 
+def _in_words(values: Mapping[str, object]) -> str:
+    return ", ".join(f"{name} = {value}" for name, value in values.items() if value is not None)
+
+
 def write(measurement: Measurement, out: Path, front: Path | None = None) -> list[Path]:
     """Write dataset, table and picture to `out`, and the front where it is wanted; returns the files. Raises StoreError."""
-    dataset = out / f"{STEM}.nc"
+    stem, diagrams = measurement.stem, measurement.diagrams
+    dataset = out / f"{stem}.nc"
     write_dataset(carrying(as_dataset(measurement), {}), dataset)
     contents = {
-        out / f"{STEM}.md": as_markdown(
-            measurement.diagrams, f"What accuracy costs in time: {measurement.setup.title}"
-        ).encode(),
-        out / f"{STEM}.png": draw(measurement.diagrams),
+        out / f"{stem}.md": as_markdown(diagrams, measurement.title).encode(),
+        out / f"{stem}.png": measurement.draw(diagrams),
     }
     if front is not None:
         contents[front] = as_text(machine(), measurement.contacts, measurement.front).encode()

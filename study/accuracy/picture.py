@@ -1,6 +1,7 @@
 """Work-precision measurement: error against processor time, one panel a diagram, the Pareto front as a line."""
 
 import io
+import math
 from collections.abc import Sequence
 from typing import Any, Final
 
@@ -9,6 +10,9 @@ from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.figure import Figure
 
 from study.accuracy.diagram import Diagram
+from study.accuracy.digit import BY_LENGTH, BY_MEMBERS, DIGIT, OBSERVABLES
+from study.figures.shared.canvas import COLORS, PAGE, column, image
+from study.manifest.manifest import MEMBERS
 
 MARKERS: Final = "osD^vP"
 
@@ -45,3 +49,30 @@ def _draw(axes: Any, diagram: Diagram) -> None:
     )
     axes.grid(alpha=0.3)
     axes.legend(fontsize=8)
+
+
+def draw_digit(diagrams: Sequence[Diagram]) -> bytes:
+    """A panel for each observable, as PNG: members joined by lines, lengths of records by dashed ones.
+
+    A dotted line is the law of independent members: a hundred times the seconds, a tenth of the error.
+    """
+    rows = diagrams[-1].rows
+    cases = list(dict.fromkeys(row["case"] for row in rows))
+    with column(2.9, PAGE) as figure:
+        panels = figure.subplots(1, len(OBSERVABLES), sharex=True, sharey=True)
+        for axes, (name, title) in zip(panels, OBSERVABLES.items(), strict=True):
+            for case, color in zip(cases, COLORS, strict=False):
+                for way, style in ((BY_MEMBERS, "o-"), (BY_LENGTH, "s--")):
+                    mine = [row for row in rows if (row["case"], row["way"]) == (case, way)]
+                    points = np.array([(row["seconds"], row[name]) for row in mine], float).T
+                    hollow = {} if way == BY_MEMBERS else {"markerfacecolor": "white"}
+                    axes.loglog(*points, style, color=color, markersize=3.5, label=f"{case}: {way}", **hollow)
+                    for row in mine if way == BY_MEMBERS else ():
+                        time, error = float(row["seconds"]), float(row[name])
+                        if row["members"] == MEMBERS and error > 0.0:
+                            law = (time, error), (DIGIT * time, error / math.sqrt(DIGIT))
+                            axes.axline(*law, color="grey", linestyle=":", zorder=0.5)
+            axes.set(title=title, xlabel="core seconds")
+        panels[0].set_ylabel("relative error of the mean")
+        figure.legend(*panels[0].get_legend_handles_labels(), loc="outside lower center", ncols=len(cases))
+        return image(figure, "png")

@@ -1,11 +1,11 @@
-"""What is measured: one case and one drive, and how much of every knob."""
+"""What is measured: a case and a drive, and how much of every knob."""
 
 from dataclasses import dataclass, replace
 from typing import Final
 
 import numpy as np
 
-from solver.case import Case
+from solver.case import Case, Heterogeneity
 from solver.drive import Scales
 from solver.slab import Slab
 from study.discretization.front import discretized
@@ -49,6 +49,14 @@ class Effort:
     """Narrowest and widest contact on each operator, a/L_x, and how many there are."""
     repeats: int
     """Of a short timing; the shortest counts."""
+    members: tuple[int, ...]
+    """Of the means whose errors are measured."""
+    lengths: tuple[float, ...]
+    """Of records, in presliding lengths, increasing; the default one is among them."""
+    starts: int
+    """Members with records of the default and of the largest length."""
+    fewer_starts: int
+    """Members with records of the other lengths."""
 
 
 POINT: Final = "frictionless"
@@ -64,6 +72,10 @@ FULL: Final = Effort(
     tolerances=(1e-4, 1e-8),
     half_widths=(0.04, 0.42, 24),
     repeats=3,
+    members=(3, 6, 8, 16, 32, 64),
+    lengths=(3.0, 4.0, 6.0, 8.0, 16.0, 32.0),
+    starts=512,
+    fewer_starts=256,
 )
 QUICK: Final = Effort(
     sizes=(17, 33),
@@ -75,6 +87,10 @@ QUICK: Final = Effort(
     tolerances=(1e-4,),
     half_widths=(0.2, 0.4, 3),
     repeats=1,
+    members=(3, 6, 8),
+    lengths=(4.0, 8.0, 16.0),
+    starts=48,
+    fewer_starts=24,
 )
 
 
@@ -83,18 +99,31 @@ def default_setup() -> Setup:
     return Setup("The paper's case", Case(), (Slab(),), NamedDrive("paper"), Scales())
 
 
+def digit_setups() -> tuple[Setup, ...]:
+    """Cases whose starts differ for different reasons, with the paper's drive: few nodes, unlike nodes, many nodes."""
+    few = Case(intrinsic_friction=0.25, normal_load=2.5e-4, slab=Slab(33))
+    unlike = Case(slab=Slab(65), heterogeneity=Heterogeneity(spread=0.3))
+    cases = {"few nodes": few, "unlike nodes": unlike, "many nodes": Case()}
+    return tuple(Setup(title, case, (case.slab,), NamedDrive("paper"), Scales()) for title, case in cases.items())
+
+
 def setup_of(manifest: Manifest) -> Setup:
+    """`first_of` a campaign, of which grids can be measured. Raises ManifestError."""
+    setup = first_of(manifest)
+    if setup.case.pin != "parabola":
+        raise ManifestError([f"{manifest.path}: pin = {shown(setup.case.pin)}: accuracy is measured with a parabola"])
+    if setup.case.slab.support == POINT:
+        raise ManifestError([f"{manifest.path}: support = {shown(POINT)}: {POINTLESS}"])
+    return replace(setup, slabs=tuple(slab for slab in setup.slabs if slab.support != POINT))
+
+
+def first_of(manifest: Manifest) -> Setup:
     """A campaign's first case and first drive (the paper's where it has none), and all its slabs. Raises ManifestError."""
     cases = expand(manifest)
     first = cases[0]
     if first.case is None:
         raise ManifestError([f"{manifest.path}: its first case is no case: {first.outcome.message}"])
-    if first.case.pin != "parabola":
-        raise ManifestError([f"{manifest.path}: pin = {shown(first.case.pin)}: accuracy is measured with a parabola"])
-    if first.case.slab.support == POINT:
-        raise ManifestError([f"{manifest.path}: support = {shown(POINT)}: {POINTLESS}"])
-    every = dict.fromkeys(discretized(each.case.slab, {}) for each in cases if each.case)
-    slabs = (slab for slab in every if slab.support != POINT)
+    slabs = dict.fromkeys(discretized(each.case.slab, {}) for each in cases if each.case)
     drive = next((each.drive for each in manifest.drives if each.drive), NamedDrive("paper"))
     return Setup(manifest.title, first.case, tuple(slabs), drive, manifest.scales)
 
