@@ -98,7 +98,7 @@ def _samples(setup: Setup, effort: Effort) -> dict[float, Sample]:
         message = f"no plateau in {FEWEST} records of {LENGTH:g} presliding lengths, so that nothing can be measured"
         raise ManifestError([f"{setup.title}: {message}"])
     found: dict[float, list[tuple[tuple[float, ...], float]]] = {length: [] for length in effort.lengths}
-    for number in range(effort.starts):
+    for number in range(effort.most_starts):
         for length in effort.lengths if number < effort.fewer_starts else (LENGTH, effort.lengths[-1]):
             found[length].append(timed(partial(member, length, number)))
     return {
@@ -122,7 +122,7 @@ def _member(setup: Setup, compliance: SurfaceCompliance, length: float, number: 
 def points_of(samples: Mapping[float, Sample], effort: Effort) -> Iterator[Point]:
     """Each number of members at the default length, then each length at the default number of members."""
     truth = samples[effort.lengths[-1]].values
-    ways = [(BY_MEMBERS, members, LENGTH, effort.starts) for members in effort.members]
+    ways = [(BY_MEMBERS, members, LENGTH, effort.most_starts) for members in effort.members]
     ways += [(BY_LENGTH, MEMBERS, length, effort.fewer_starts) for length in effort.lengths]
     for way, members, length, starts in ways:
         of = samples[length].values[:, :starts]
@@ -277,7 +277,5 @@ def _diagram(name: str, title: str, words: Mapping[str, str], rows: tuple[Row, .
     meanings = {
         each: words.get(each, f"standard error: {words.get(each.removesuffix('_uncertainty'))}") for each in rows[0]
     }
-    against = (
-        f"means over all other of {effort.starts} members, with records of {effort.lengths[-1]:g} presliding lengths"
-    )
+    against = f"means over all other of {effort.most_starts} members, with records of {effort.lengths[-1]:g} presliding lengths"
     return Diagram(name, title, against, "case", tuple(words), error="", rivals=False, words=meanings, rows=rows)

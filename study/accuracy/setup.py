@@ -53,7 +53,7 @@ class Effort:
     """Of the means whose errors are measured."""
     lengths: tuple[float, ...]
     """Of records, in presliding lengths, increasing; the default one is among them."""
-    starts: int
+    most_starts: int
     """Members with records of the default and of the largest length."""
     fewer_starts: int
     """Members with records of the other lengths."""
@@ -74,7 +74,7 @@ FULL: Final = Effort(
     repeats=3,
     members=(3, 6, 8, 16, 32, 64),
     lengths=(3.0, 4.0, 6.0, 8.0, 16.0, 32.0),
-    starts=512,
+    most_starts=512,
     fewer_starts=256,
 )
 QUICK: Final = Effort(
@@ -89,7 +89,7 @@ QUICK: Final = Effort(
     repeats=1,
     members=(3, 6, 8),
     lengths=(4.0, 8.0, 16.0),
-    starts=48,
+    most_starts=48,
     fewer_starts=24,
 )
 

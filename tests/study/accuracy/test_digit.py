@@ -46,7 +46,7 @@ def made_up(seed: int, scatter: dict[float, float] | None = None, bias: float = 
     """Members with mean 2 and relative scatter SCATTER, or that of their length; shortest records are off by `bias`."""
     rng, samples = np.random.default_rng([41, seed]), {}
     for length in FULL.lengths:
-        count = FULL.starts if length in (LENGTH, FULL.lengths[-1]) else FULL.fewer_starts
+        count = FULL.most_starts if length in (LENGTH, FULL.lengths[-1]) else FULL.fewer_starts
         off = rng.standard_normal((len(OBSERVABLES), count)) * (scatter or {}).get(length, SCATTER)
         values = 2.0 * (1.0 + off + (bias if length == FULL.lengths[0] else 0.0))
         samples[length] = Sample(values, np.full(count, SECONDS[length]))
