@@ -78,8 +78,10 @@ def start_of(case: Case, number: int) -> float:
     Drawn by load, size of the pin and nodes, on which every result depends: independent from one contact to another.
     """
     size = case.radius if case.pin == "parabola" else case.half_width
-    words = struct.unpack("<4I", struct.pack("<2d", case.normal_load, size))
-    return float(np.random.default_rng([number, case.slab.n_x, *words]).random())
+    words = np.array(
+        [number, case.slab.n_x, *struct.unpack("<4I", struct.pack("<2d", case.normal_load, size))], np.uint32
+    )
+    return float(np.random.PCG64(words).random_raw() >> 11) * 2.0**-53
 
 
 ALONE: Final = Ensemble()
