@@ -89,9 +89,11 @@ def chance_of(case: Case, number: int) -> tuple[float, float]:
     Drawn by load, size of the pin and nodes, on which every result depends: independent from one contact to another.
     """
     size = case.radius if case.pin == "parabola" else case.half_width
-    words = struct.unpack("<4I", struct.pack("<2d", case.normal_load, size))
-    start, place = np.random.default_rng([number, case.slab.n_x, *words]).random(2).tolist()
-    return start, place
+    words = np.array(
+        [number, case.slab.n_x, *struct.unpack("<4I", struct.pack("<2d", case.normal_load, size))], np.uint32
+    )
+    start, place = (np.random.PCG64(words).random_raw(2) >> 11) * 2.0**-53
+    return float(start), float(place)
 
 
 @lru_cache(maxsize=16)

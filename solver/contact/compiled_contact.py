@@ -15,14 +15,13 @@ from solver.contact.kernels.enumerations import Stop
 from solver.contact.kernels.equilibrium import RESIDUAL_LIMIT, equilibrium_residual, respond
 from solver.contact.kernels.state import KernelConstants, KernelState, RoughPin, SlipConstants, new_scalars
 from solver.contact.node_friction import node_friction
+from solver.contact.normal.system import FEW, KEPT
 from solver.contact.pin import Pin, pin_of, surface_from_pin
 from solver.contact.tableau import in_lines, tableau
 from solver.contact.window import around, good_until, inner_nodes
 from solver.elasticity.compliance import SurfaceCompliance
 
 Vector = NDArray[np.float64]
-FEW = 129
-"""Nodes of a surface whose last tableaus are kept: with their compliances they take at most 13 MB."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -101,7 +100,7 @@ def _set_up(
     return within, tableau(within, np.frombuffer(contact, np.bool_))
 
 
-_set_up_before = lru_cache(maxsize=8)(_set_up)
+_set_up_before = lru_cache(maxsize=KEPT)(_set_up)
 """The same of few nodes: sliding begins with the contact that was found, and cases of a campaign have the same ones again."""
 
 

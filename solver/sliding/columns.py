@@ -27,6 +27,8 @@ def empty_events(capacity: int) -> Events:
 
 def first_of(events: Events, count: int) -> Events:
     """Room for the first `count` events."""
+    if count == len(events.displacement):
+        return events
     return Events(**{name: column[:count] for name, column in events._asdict().items()})
 
 
@@ -64,9 +66,9 @@ def friction_record(
     end: ContactState,
 ) -> FrictionRecord:
     """The record of a run of `held` events from `start` to `end`, read-only. node_slips: of each surface node, (n_x,)."""
-    columns = {name: column[:held].copy() for name, column in events._asdict().items()}
-    columns |= {"node_x": surface_x(case.slab.n_x), "node_slips": node_slips}
-    for column in columns.values():
+    full = held == len(events.displacement)
+    columns = {name: column if full else column[:held].copy() for name, column in events._asdict().items()}
+    for column in (*columns.values(), node_slips):
         column.setflags(write=False)
     final = (end.displacement, end.friction_force)
     if held and not end.outcome.ok:
@@ -74,6 +76,8 @@ def friction_record(
         final = (float(columns["displacement"][-1]), float(columns["force_after"][-1]))
     return FrictionRecord(
         **columns,
+        node_x=surface_x(case.slab.n_x),
+        node_slips=node_slips,
         normal_load=case.normal_load,
         spacing=case.slab.spacing if case.effects.pin_translation else math.inf,
         presliding_length=presliding_length(case, initial_stiffness),
@@ -81,7 +85,7 @@ def friction_record(
         initial_stiffness=initial_stiffness,
         initial_slips=start.slips,
         initial_contact_size=int(start.contact.sum()),
-        end_nodes=int((start.contact | end.contact)[[0, -1]].sum()),
+        end_nodes=sum([bool(start.contact[node] | end.contact[node]) for node in (0, -1)]),
         final_displacement=final[0],
         final_force=final[1],
         outcome=end.outcome,

@@ -11,6 +11,7 @@ from typing import Final
 import numpy as np
 
 from solver.quantity import companion, quantity
+from solver.sliding.kernels.events import cycle
 from solver.sliding.record import EVENT_KINDS, FrictionRecord, drops
 from solver.view import Labels
 
@@ -99,7 +100,7 @@ def event_statistics(record: FrictionRecord) -> EventStatistics:
     events = len(record.displacement)
     slips, releases, touches = np.bincount(record.kind, minlength=len(EVENT_KINDS)).tolist()
     per_event = 1.0 / events if events else float("nan")
-    cycle = cycle_of(record)
+    period = cycle_of(record)
     fallen = drops(record.force_before / record.normal_load, record.force_after / record.normal_load)
     return EventStatistics(
         surface_stiffness=record.initial_stiffness,
@@ -119,9 +120,9 @@ def event_statistics(record: FrictionRecord) -> EventStatistics:
         presliding_lengths=record.final_displacement / record.presliding_length
         if record.presliding_length > 0.0
         else math.inf,
-        cycle_events=cycle,
-        cycle_spacings=float(record.displacement[-1] - record.displacement[-1 - cycle]) / record.spacing
-        if cycle
+        cycle_events=period,
+        cycle_spacings=float(record.displacement[-1] - record.displacement[-1 - period]) / record.spacing
+        if period
         else 0.0,
     )
 
@@ -137,16 +138,5 @@ def cycle_of(record: FrictionRecord) -> int:
 
     A cycle is seen at least three times over: the same nodes in turn, the same forces to a thousandth of its largest drop.
     """
-    node, after = record.node[-LONGEST_CYCLE:], record.force_after[-LONGEST_CYCLE:]
-    if not len(node):
-        return 0
-    fallen = np.abs(record.force_before[-LONGEST_CYCLE:] - after)
-    near = 1e-3 * float(fallen.max())
-    again = len(node) - 1 - np.flatnonzero((node[:-1] == node[-1]) & (np.abs(after[:-1] - after[-1]) <= near))[::-1]
-    for period in again[3 * again <= len(node)]:
-        end = slice(-2 * int(period), None)
-        before = slice(-3 * int(period), -int(period))
-        near = 1e-3 * float(fallen[-int(period) :].max())
-        if np.array_equal(node[end], node[before]) and np.all(np.abs(after[end] - after[before]) <= near):
-            return int(period)
-    return 0
+    tail = slice(-LONGEST_CYCLE, None)
+    return cycle(record.node[tail], record.force_before[tail], record.force_after[tail])

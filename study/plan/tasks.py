@@ -96,7 +96,7 @@ _NO_MEMORY = "no memory left at n_x = {}: start fewer ranks on a machine, or use
 def _result(task: Task, inputs: Mapping[str, TaskResult]) -> TaskResult:
     kind = KINDS[task.kind]
     computed = kind.run(task, inputs)
-    scalars, arrays = numbers(kind, computed.members)
+    scalars, arrays = numbers(kind, computed.members, scalars_only=task.scalars_only)
     kept = {} if task.scalars_only else {**computed.arrays, **arrays}
     ended = tuple([member.outcome for member in computed.members])
     outcome = joint_outcome(ended)

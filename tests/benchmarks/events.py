@@ -1,15 +1,22 @@
-"""An event without its slips, and a whole small record: what is around the slips."""
+"""An event without its slips, a whole small record, and members of a case: what is around the slips."""
 
+import time
 from dataclasses import replace
 from pathlib import Path
 from tempfile import TemporaryDirectory
+from typing import Any
+from unittest.mock import patch
 
 import numpy as np
 
 from solver import Case, Slab, surface_compliance
 from solver.elasticity.schemes.chain import Chain
+from solver.ensemble import Ensemble
+from solver.sliding import full_contact
 from solver.sliding.events import slide, slide_to_state
 from study.commands.shared.plans import planned
+from study.plan.kinds.kind import computed_members, numbers
+from study.plan.kinds.record import RECORD, computed_record, record_task
 from study.plan.tasks import run_task
 from tests.benchmarks.scale import campaign_of
 from tests.benchmarks.table import Row, best, seconds, verdict
@@ -18,6 +25,11 @@ EVENTS = 2000
 LONG_EVENT = 0.7e-6
 LONG_TASK = 0.8e-3
 TASKS = 200
+MEMBER = 0.25e-3
+"""Of 50 events at n_x = 33: 8000 a second on two ranks."""
+BESIDE = 0.05
+"""Share of a member of EVENTS events."""
+RUNS = 5
 
 
 def rows() -> list[Row]:
@@ -39,7 +51,50 @@ def rows() -> list[Row]:
             "",
             verdict(f"≤ {seconds(LONG_TASK)}", task <= LONG_TASK),
         ),
+        *(_member(n_x, events) for n_x, events in ((33, 50), (65, EVENTS), (129, EVENTS))),
     ]
+
+
+def _member(n_x: int, events: int) -> Row:
+    """A member of a case, and how much of its time is the compiled loop over events, in the same runs."""
+    case, ensemble = Case(slab=Slab(n_x=n_x), max_events=events), Ensemble(8)
+    compliance = surface_compliance(case.slab)
+    tasks = [
+        record_task(replace(case, intrinsic_friction=friction), ensemble, scalars_only=True) for friction in (0.25, 0.5)
+    ]
+    spent, inside = 0.0, full_contact.slide_events
+
+    def timed(*arguments: Any) -> Any:
+        nonlocal spent
+        start = time.process_time()
+        found = inside(*arguments)
+        spent += time.process_time() - start
+        return found
+
+    def run() -> None:
+        for task in tasks:
+            numbers(
+                RECORD,
+                computed_members(RECORD, task, lambda case, _: computed_record(case, compliance)),
+                scalars_only=True,
+            )
+
+    runs = []
+    with patch.object(full_contact, "slide_events", timed):
+        for _ in range(RUNS):
+            spent, start = 0.0, time.process_time()
+            run()
+            runs.append((time.process_time() - start, spent))
+    whole, events_alone = (taken / (len(tasks) * ensemble.members) for taken in min(runs))
+    beside = 1.0 - events_alone / whole
+    small = verdict(f"≤ {seconds(MEMBER)}", whole <= MEMBER)
+    return Row(
+        f"a member of a case of 8, n_x = {n_x}, {events} events, scalars only",
+        seconds(whole),
+        f"{seconds(events_alone)} (its loop over events)",
+        f"{beside:.1%} beside it",
+        verdict(f"≤ {BESIDE:.0%} beside it", beside <= BESIDE) if events == EVENTS else small,
+    )
 
 
 def _event_and_slip() -> tuple[float, float]:

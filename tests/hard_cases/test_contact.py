@@ -244,8 +244,8 @@ def _pressed_rough(scheme: str, normal_load: float, rises: NDArray[np.float64]) 
     )
     compliance = compliance_of(case.slab)
     state = initial_contact(case, compliance)
-    xi = (compliance.x + state.u)[state.contact]
-    return state, rounding_share(case, compliance, state.contact, xi)
+    outermost = float(np.abs(compliance.x + state.u)[state.contact].max())
+    return state, rounding_share(case, compliance, state.contact, outermost)
 
 
 @pytest.mark.parametrize("way", WAYS)

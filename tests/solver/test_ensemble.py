@@ -1,6 +1,7 @@
 """Members derive from the case and their number; ± is the 68 % interval of Student's t over them, and nothing else."""
 
 import math
+import struct
 from dataclasses import replace
 
 import numpy as np
@@ -28,6 +29,13 @@ def test_starts_are_uniform_over_a_node_spacing() -> None:
     assert scipy.stats.kstest(starts, "uniform").pvalue > 0.01
     shifted = [Ensemble(2000).case(CASE, number).start for number in range(100)]
     assert shifted == [(0.25 + chance_of(CASE, number)[0]) % 1.0 for number in range(100)]
+
+
+def test_start_and_place_are_the_first_uniform_numbers_of_their_generator() -> None:
+    """Taken from numpy's raw stream, the one that is promised to stay the same."""
+    words = struct.unpack("<4I", struct.pack("<2d", CASE.normal_load, CASE.radius))
+    for number in range(50):
+        assert chance_of(CASE, number) == tuple(np.random.default_rng([number, CASE.slab.n_x, *words]).random(2))
 
 
 def test_contacts_have_starts_of_their_own_and_drags_of_one_contact_the_same() -> None:

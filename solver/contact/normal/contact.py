@@ -17,7 +17,7 @@ from numpy.typing import NDArray
 from solver.case import Case
 from solver.contact.closed_forms import hertz_half_width, winkler_half_width
 from solver.contact.normal.exchange import Exchange
-from solver.contact.normal.system import FEW, ContactSystem
+from solver.contact.normal.system import FEW, KEPT, ContactSystem
 from solver.contact.pin import pin_of, surface_from_pin
 from solver.elasticity.compliance import SurfaceCompliance
 from solver.last import of_the_last
@@ -30,6 +30,8 @@ RESTING = 1e-13
 """Share of the load that nodes may move by and be at rest, in L_x·G."""
 INSIDE = 1e-12
 """Gap, in L_x per load, below which a free node is inside the pin; and share of the load that a node in contact may pull."""
+ANSWERED = 65
+"""Nodes of a surface for whose stuck sets all right sides are solved beforehand: it takes as long as a dozen."""
 SLOW = 0.1
 """Ratio of successive changes of u above which the pin's slopes under the nodes are taken anew: Newton's method proper."""
 
@@ -63,10 +65,12 @@ def normal_contact(case: Case, compliance: SurfaceCompliance, stuck: bool) -> No
             system = _system(case, compliance, contact, u, stuck)
         found = _pressed(case, compliance, system, contact, u, stuck)
         wrong = _wrong(case, found)
+        right = not wrong.any()
+        if right and stuck:  # what comes of a stuck contact is its set alone
+            return found
         before, moved, u = moved, float(np.abs(found.u - u).max()), found.u
-        if not wrong.any():
-            # What comes of a stuck contact is its set alone.
-            if stuck or (system.is_of(contact) and moved <= _rounding(case, found)):
+        if right:
+            if system.is_of(contact) and moved <= _rounding(case, found):
                 return found
             if not system.is_of(contact) or moved > SLOW * before:
                 system = _system(case, compliance, contact, u, stuck)
@@ -89,7 +93,9 @@ def _wrong(case: Case, found: NormalContact) -> NDArray[np.bool_]:
     """Nodes (n,) in contact that pull, and free ones that lie inside the pin."""
     x, pin = surface_from_pin(case), pin_of(case)
     # A node beside a punch is never under it, even where it has moved there: see EDGE_REACHED.
-    gap = np.where(np.abs(x) <= pin.half_width, pin.height(x + found.u) - found.v, np.inf)
+    gap = pin.height(x + found.u) - found.v
+    if pin.half_width < math.inf:
+        gap = np.where(np.abs(x) <= pin.half_width, gap, np.inf)
     return np.asarray(np.where(found.contact, -found.normal_force, -gap) / case.normal_load > INSIDE)
 
 
@@ -115,9 +121,11 @@ def _system(
     return ContactSystem(compliance, contact, slope, held=coupled and stuck)
 
 
-@lru_cache(maxsize=16)  # cases of a campaign have the same sets again; they take at most 9 MB
+@lru_cache(maxsize=KEPT)
 def _system_before(compliance: SurfaceCompliance, contact: bytes, held: bool) -> ContactSystem:
-    return ContactSystem(compliance, np.frombuffer(contact, np.bool_), None, held)
+    system = ContactSystem(compliance, np.frombuffer(contact, np.bool_), None, held)
+    # Of a stuck contact the set alone counts, not the last bits. On larger grids it takes longer than it saves.
+    return system.keep() if held and compliance.slab.n_x <= ANSWERED else system
 
 
 def _pressed(
@@ -128,21 +136,23 @@ def _pressed(
     heights = pin_of(case).face(surface_from_pin(case) + (0.0 if stuck else u))
     if system.slope is not None:
         heights = heights - system.slope * u
-    forces, approach = system.forces(contact, heights, case.normal_load)
-    moved = _displacements(compliance.matrix, forces, contact, coupled, stuck)
-    return NormalContact(
-        contact, -forces[n:], np.where(contact & stuck, 0.0, moved[0]), moved[1] + approach, approach, converged=True
-    )
+    if system.answers is None:
+        forces, approach = system.forces(contact, heights, case.normal_load)
+        moved = _displacements(compliance.matrix, forces, contact, coupled, stuck)
+    else:
+        forces, approach, moved = system.answered(contact, heights, case.normal_load)
+    u = np.where(contact, 0.0, moved[:n]) if stuck else moved[:n]
+    return NormalContact(contact, -forces[n:], u, moved[n:] + approach, approach, converged=True)
 
 
 def _displacements(
     matrix: NDArray[np.float64], forces: Vector, contact: NDArray[np.bool_], coupled: bool, stuck: bool
-) -> NDArray[np.float64]:
-    """[u; w] (2, n) under these forces (2n,); only what is loaded, and what moves, is read of the compliance."""
+) -> Vector:
+    """[u; w] (2n,) under these forces (2n,); only what is loaded, and what moves, is read of the compliance."""
     n, nodes = len(contact), contact.nonzero()[0]
     first = 0 if coupled else n
     found = np.zeros(2 * n)
     for start in (0, n) if stuck and coupled else (n,):
         loaded = slice(start + nodes[0], start + nodes[-1] + 1)
         found[first:] += matrix[first:, loaded] @ forces[loaded]
-    return found.reshape(2, n)
+    return found

@@ -21,8 +21,11 @@ Indices = NDArray[np.int64]
 
 NEAR = 0.25
 """Share of a set's nodes that may change before its system is factorized anew: the border would take as long."""
-FEW = 128
+FEW = 129
 """A set of so many nodes is factorized anew at every change: that takes no longer than a border."""
+KEPT = 32
+"""Sets of few nodes whose systems and tableaus are kept: members of a case, and other cases, have the same ones again. They take
+at most 50 MB."""
 
 
 class ContactSystem:
@@ -46,6 +49,14 @@ class ContactSystem:
         self._places = np.full(2 * len(base), -1)
         self._rows = self._columns = np.empty((0, len(self._entries) + 1))
         self._products = np.empty((0, 0))
+        self.answers: Dense | None = None
+        """What to multiply right sides by, where it is kept: [heights of its entries; -W] to forces, approach and [u; w]."""
+
+    def keep(self) -> "ContactSystem":
+        """The same with answers to all right sides: worth while for a set that is met again and again."""
+        solved = self._solved(np.eye(len(self._with_load)))
+        self.answers = np.hstack((solved, solved[:, :-1] @ self._matrix.take(self._entries, 1).T))
+        return self
 
     def is_of(self, contact: Contact) -> bool:
         """Whether the system was factorized for just this set."""
@@ -76,10 +87,19 @@ class ContactSystem:
         forces[self._entries] = answer[:-1]
         if len(changed):
             forces[changed] = np.where(members[changed], border[self._places[changed]], 0.0)
-        if not np.isfinite(forces).all():
-            # Every comparison with a NaN is false: nothing would seem to be wrong.
-            raise TooFarApart("the forces of the contact are no numbers: use a load, a radius and heights nearer 1")
-        return forces, float(answer[-1]) + lowest
+        return _finite(forces), float(answer[-1]) + lowest
+
+    def answered(self, contact: Contact, heights: Vector, normal_load: float) -> tuple[Vector, float, Vector]:
+        """Forces and approach of the set that it is kept for, and the displacements [u; w] (2n,) under them."""
+        assert self.answers is not None
+        entries, pressed = len(self._entries), heights[contact]
+        lowest = float(pressed.min())
+        right, forces = np.zeros(entries + 1), np.zeros(2 * len(contact))
+        right[-1 - len(pressed) : -1] = pressed - lowest
+        right[-1] = -normal_load
+        answer = right @ self.answers
+        forces[self._entries] = answer[:entries]
+        return _finite(forces), float(answer[entries]) + lowest, answer[entries + 1 :]
 
     def _solved(self, rows: Dense) -> Dense:
         """Forces and approach (any, size + 1) for right sides that are rows, the load's last."""
@@ -125,6 +145,13 @@ class ContactSystem:
             return found
         nodes = rows - len(self._base)
         return found - self.slope[nodes, None] * _gathered(self._matrix, nodes, columns)
+
+
+def _finite(forces: Vector) -> Vector:
+    if not np.isfinite(forces).all():
+        # Every comparison with a NaN is false: nothing would seem to be wrong.
+        raise TooFarApart("the forces of the contact are no numbers: use a load, a radius and heights nearer 1")
+    return forces
 
 
 def _gathered(matrix: Dense, rows: Indices, columns: Indices) -> Dense:

@@ -34,3 +34,21 @@ def add_slips(total: NDArray[np.int64], node_slips: NDArray[np.int64]) -> int:
         total[i] += node_slips[i]
         extent += node_slips[i] > 0
     return extent
+
+
+@compiled()
+def cycle(node: NDArray[np.int32], before: Floats, after: Floats) -> int:
+    """Number of events after which the last of these repeat themselves; 0 where they do not (see `cycle_of`)."""
+    last, fallen = len(node) - 1, 0.0
+    for period in range(1, len(node) // 3 + 1):
+        fallen = max(fallen, abs(before[last - period + 1] - after[last - period + 1]))
+        now = last
+        while (
+            now > last - 2 * period
+            and node[now] == node[now - period]
+            and abs(after[now] - after[now - period]) <= 1e-3 * fallen
+        ):
+            now -= 1
+        if now == last - 2 * period:
+            return period
+    return 0

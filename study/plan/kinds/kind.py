@@ -207,7 +207,9 @@ def _asked(kind: Kind, ensemble: Ensemble, members: Sequence[Member]) -> list[li
     return [scalars.get(key, nothing) for key, each in declared(kind).items() if each.name in ensemble.of]
 
 
-def numbers(kind: Kind, members: Sequence[Member]) -> tuple[dict[str, list[float | int]], dict[str, NDArray[Any]]]:
+def numbers(
+    kind: Kind, members: Sequence[Member], *, scalars_only: bool = False
+) -> tuple[dict[str, list[float | int]], dict[str, NDArray[Any]]]:
     """Scalars of all members, NaN where one has none, and arrays (see `Kind.all_members`) of the values of a kind's parts."""
     scalars, arrays = _scalars(kind, members), _arrays(kind, members[0]) if members else {}
     if kind.all_members and len(members) > 1:
@@ -216,9 +218,9 @@ def numbers(kind: Kind, members: Sequence[Member]) -> tuple[dict[str, list[float
             columns = [name for name in declared(kind, sample) if any(name in one for one in each)]
             for name in columns[:1]:
                 scalars[rows_of(sample)] = [len(one[name]) if name in one else 0 for one in each]
-            for name in columns:
+            for name in () if scalars_only else columns:
                 arrays[name] = np.concatenate([one[name] for one in each if name in one])
-    return scalars, arrays
+    return scalars, {} if scalars_only else arrays
 
 
 def rows_of(sample: str) -> str:
@@ -237,16 +239,18 @@ def column(result: TaskResult, name: str, sample: str, member: int = 0) -> NDArr
 
 def _scalars(kind: Kind, members: Sequence[Member]) -> dict[str, list[float | int]]:
     found: dict[str, list[float | int]] = {}
-    names = {key: each.name for key, each in declared(kind).items()}
+    for place, part in enumerate(kind.parts):
+        held, values = _held(part), [member.values[place] if member.values[place:] else None for member in members]
+        rows = [held.values(value) for value in values if value is not None]
+        for key, words, ones in zip(held.keys, held.words, zip(*rows, strict=True), strict=False):
+            if not isinstance(ones[0], np.ndarray | Outcome):
+                own = iter([_coded(one, words) for one in ones] if words else ones)
+                found[key] = [math.nan if value is None else next(own) for value in values]
     for number, member in enumerate(members):
-        for part, value in zip(kind.parts, member.values, strict=False):
-            if value is None:
-                continue
-            held = _held(part)
-            for key, words, one in zip(held.keys, held.words, held.values(value), strict=True):
-                unknown = member.only is not None and names.get(key) not in member.only
-                if not (unknown or isinstance(one, np.ndarray | Outcome)):
-                    found.setdefault(key, [math.nan] * len(members))[number] = _coded(one, words) if words else one
+        if member.only is not None:
+            known = {key for key, each in declared(kind).items() if each.name in member.only}
+            for key in found.keys() - known:
+                found[key][number] = math.nan
     return found
 
 

@@ -207,6 +207,29 @@ def test_a_cycle_is_one_to_a_thousandth_of_its_drops() -> None:
     assert cycle_of(cyclic(10, noise=1e-2)) == 0
 
 
+def test_of_all_cycles_the_shortest_is_taken() -> None:
+    """By the definition, on events at few nodes whose forces nearly repeat: the last two turns are what came a turn before."""
+    rng, found = np.random.default_rng(1), set[int]()
+    for _ in range(300):
+        turn, count = int(rng.integers(1, 9)), int(rng.integers(8, 40))
+        node, drop = (np.resize(each, count) for each in (rng.integers(0, 2, turn), rng.random(turn)))
+        after = np.resize(rng.random(turn), count) + 10.0 ** rng.uniform(-5, -2) * rng.random(count)
+        record = record_from(np.ones(count), drop)
+        record = replace(record, node=node.astype(np.int32), force_before=after + drop, force_after=after)
+        fits = [
+            period
+            for period in range(1, count // 3 + 1)
+            if (node[-2 * period :] == node[-3 * period : -period]).all()
+            and (
+                np.abs(after[-2 * period :] - after[-3 * period : -period])
+                <= 1e-3 * np.abs(record.force_before - after)[-period:].max()
+            ).all()
+        ]
+        found.add(cycle_of(record))
+        assert cycle_of(record) == min(fits, default=0)
+    assert len(found) > 4
+
+
 @pytest.mark.parametrize("turns", [0, 1, 2, 2.9])
 def test_what_was_not_seen_three_times_is_no_cycle(turns: float) -> None:
     record = cyclic(turns)

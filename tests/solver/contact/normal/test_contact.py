@@ -75,6 +75,7 @@ def test_a_set_found_by_borders_of_others_is_the_set_found_by_systems_of_its_own
     case = replace(case, radius=radius, intrinsic_friction=math.inf)
     alone = initial_contact(case, COMPLIANCE)
     monkeypatch.setattr(system, "FEW", 0)
+    monkeypatch.setattr(normal, "FEW", 0)
     monkeypatch.setattr(system, "NEAR", 1.0)
     bordered = initial_contact(case, COMPLIANCE)
     assert alone.outcome.ok
@@ -102,5 +103,6 @@ def test_stuck_sets_that_were_looked_through_before_are_found_again_without_new_
     assert seen.misses == seen.hits > 0
     for again in found[1:]:
         np.testing.assert_array_equal(again.contact, found[0].contact)
-        np.testing.assert_array_equal(again.normal_force, found[0].normal_force)
-        assert again.approach == found[0].approach
+        # Answers kept for all right sides have other last bits than factors; of a stuck contact the set alone is taken.
+        np.testing.assert_allclose(again.normal_force, found[0].normal_force, atol=1e-12 * case.normal_load)
+        assert again.approach == pytest.approx(found[0].approach, rel=1e-12)

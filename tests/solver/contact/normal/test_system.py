@@ -57,6 +57,21 @@ def test_sets_one_after_the_other_have_the_forces_of_their_own_systems(scheme: s
         assert forces[N:].sum() == pytest.approx(-LOAD, abs=1e-13 * np.abs(forces).sum())
 
 
+@pytest.mark.parametrize("contact", SETS.values(), ids=SETS)
+@pytest.mark.parametrize("scheme", ["galerkin", "biquadratic"])
+def test_kept_answers_are_the_forces_of_the_set_and_what_the_compliance_makes_of_them(
+    scheme: str, contact: np.ndarray
+) -> None:
+    compliance = surface_compliance(Slab(N, scheme=scheme))
+    forces, approach, moved = (
+        ContactSystem(compliance, contact, None, held=True).keep().answered(contact, HEIGHTS, LOAD)
+    )
+    expected, expected_approach = dense_forces(compliance, contact, None, held=True)
+    np.testing.assert_allclose(forces, expected, atol=1e-11 * np.abs(expected).max())
+    assert approach == pytest.approx(expected_approach, rel=1e-10)
+    np.testing.assert_allclose(moved, compliance.matrix @ expected, atol=1e-11 * np.abs(moved).max())
+
+
 def test_heights_far_above_what_the_load_displaces_cost_no_digits_of_it() -> None:
     """Only differences of heights matter: a millionth of the load's own scale is asked for, and the sum is the load."""
     system = ContactSystem(surface_compliance(Slab(N)), BASE, None, held=True)

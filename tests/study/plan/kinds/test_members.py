@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from solver.case import Case, Heterogeneity
-from solver.elasticity.compliance import surface_compliance
+from solver.elasticity.compliance import SurfaceCompliance, surface_compliance
 from solver.ensemble import Ensemble, mean_of
 from solver.outcome import COMPLETED, Ending, InvalidInput, Outcome
 from solver.slab import Slab
@@ -66,6 +66,25 @@ def test_each_member_comes_back_as_its_own_case_slides(spread: float) -> None:
         for name in COLUMNS:
             np.testing.assert_array_equal(getattr(again, name), getattr(alone, name))
     assert len({whole_again(FrictionRecord, result, number).final_force for number in range(3)}) == 3
+
+
+@pytest.mark.parametrize("n_x", [17, 65, 129])
+def test_what_is_kept_of_one_members_contact_changes_no_bit_of_anothers(n_x: int) -> None:
+    """Systems, answers and tableaus are kept with a compliance that nobody can change, and of no other."""
+    case = Case(slab=Slab(n_x), max_events=60)
+    kept = surface_compliance(case.slab)
+    nothing_kept = SurfaceCompliance(kept.matrix.copy(), kept.slab)
+    for whole in (False, True):
+        together, alone = (
+            numbers(
+                RECORD,
+                [record_kind.computed_record(FOUR.case(case, number), compliance) for number in range(4)],
+                scalars_only=not whole,
+            )
+            for compliance in (kept, nothing_kept)
+        )
+        np.testing.assert_equal(together, alone)
+        assert bool(together[1]) == whole
 
 
 def test_the_first_of_more_members_are_those_of_fewer() -> None:
