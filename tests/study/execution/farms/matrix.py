@@ -8,6 +8,8 @@ import resource
 import subprocess
 import sys
 from collections.abc import Callable
+from concurrent.futures import ThreadPoolExecutor
+from functools import partial
 from pathlib import Path
 from tempfile import TemporaryDirectory
 from typing import Final, NamedTuple
@@ -48,8 +50,9 @@ def on_two(ranks: int, rank: int) -> Callable[[Path], dict[str, Found]]:
 def in_shards(folder: Path) -> dict[str, Found]:
     """A campaign in shards of two processes each, merged: what its dataset says."""
     (folder / "campaign.toml").write_text(CAMPAIGN, "utf-8")
-    for shard in range(1, SHARDS + 1):
-        _command(folder, FAILURES, "run", "--shard", f"{shard}/{SHARDS}", "-j", "2")
+    with ThreadPoolExecutor() as pool:
+        for _ in pool.map(partial(_shard, folder), range(1, SHARDS + 1)):
+            pass
     _command(folder, INTERRUPTED, "merge")  # as errors of the machine may be over
     with file.read(folder / "out" / file.FILE) as dataset:
         cases = dataset[["outcome", "message"]].squeeze().load()
@@ -72,6 +75,10 @@ PLACES: Final[dict[str, Callable[[Path], dict[str, Found]]]] = {
     "shard": in_shards,
 }
 """Heading -> the run."""
+
+
+def _shard(folder: Path, number: int) -> None:
+    _command(folder, FAILURES, "run", "--shard", f"{number}/{SHARDS}", "-j", "2")
 
 
 def _command(folder: Path, code: int, name: str, *options: str) -> None:
