@@ -20,7 +20,7 @@ from numpy.typing import NDArray
 from solver.case import LEAST_APART, Case
 from solver.parameter import Roughness
 
-Profile = Literal["drawn", "given"]
+Places = Literal["drawn", "given"]
 LEVEL: Final = math.erf(math.sqrt(0.5))
 """Probability of an interval of one standard error of a normal distribution: 68.27 %."""
 FEWEST: Final = 3
@@ -34,7 +34,7 @@ class Ensemble:
     """How many starts of a case are computed.
 
     members: their number; 1 is the case as it stands. within: relative error of the mean of each variable in `of`: `members` are
-    then the most, from FEWEST on by doubling, until twice the ± of all these means is at most that. profile: where on a rough
+    then the most, from FEWEST on by doubling, until twice the ± of all these means is at most that. places: where on a rough
     pin's profile members come down, `drawn` anywhere, as on a measured surface, or `given` all where it stands, as on a designed
     one.
     """
@@ -42,7 +42,7 @@ class Ensemble:
     members: int = 1
     within: float | None = None
     of: tuple[str, ...] = ()
-    profile: Profile = "drawn"
+    places: Places = "drawn"
 
     def case(self, case: Case, number: int) -> Case:
         """The case of a member, by its number from 0."""
@@ -51,7 +51,7 @@ class Ensemble:
         drawn, (start, place) = case.heterogeneity, chance_of(case, number)
         if drawn.spread:
             drawn = replace(drawn, seed=drawn.seed + number * SEEDS)
-        if drawn.roughness and self.profile == "drawn":
+        if drawn.roughness and self.places == "drawn":
             drawn = replace(drawn, roughness=elsewhere(drawn.roughness, place))
         return replace(case, start=(case.start + start) % 1.0, heterogeneity=drawn)
 
@@ -80,7 +80,7 @@ class Ensemble:
         of = tuple(name for name in self.of if name in names)
         if of or self.within is None:
             return replace(self, of=of)
-        return Ensemble(min(FEWEST, self.members), profile=self.profile)
+        return Ensemble(min(FEWEST, self.members), places=self.places)
 
 
 def chance_of(case: Case, number: int) -> tuple[float, float]:

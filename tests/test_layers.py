@@ -64,11 +64,11 @@ ORDER = {
     "study.accuracy": "timing setup diagram elastic_operator slip_numerics integrators digit picture table measurement",
     "study.commands": "shared preparing running computing looking judging cli",
     "study.commands.running": "order finished killed broken_off remaining head_start planning conduct",
-    "study.commands.preparing": "declared campaigns new check measuring plan explain",
+    "study.commands.preparing": "declared campaigns new check plan explain",
     "study.commands.computing": "declared run status collect merge submit",
     "study.commands.looking": "declared report figure show try frames",
     "study.commands.judging": "declared export compare verify describe accuracy",
-    "study.commands.shared": "exits refusals lazy arguments group machine plans glance datasets sources choice one_case",
+    "study.commands.shared": "exits refusals lazy arguments group machine measuring plans glance datasets sources choice one_case",
 }
 """Folder -> what is in it, from the first to the last; `__init__` of a folder may import all of it."""
 

@@ -9,7 +9,7 @@ from typing import Any, Final, Literal, get_args
 
 from solver.case import MOST_EVENTS
 from solver.drive import Scales
-from solver.ensemble import ALONE, FEWEST, Ensemble, Profile
+from solver.ensemble import ALONE, FEWEST, Ensemble, Places
 from solver.outcome import InvalidInput, quoted
 from study.manifest.drives import CampaignDrive
 from study.manifest.parameters import Value
@@ -92,15 +92,15 @@ class Outputs:
 
 @dataclass(frozen=True, slots=True)
 class EnsembleTable:
-    """The table `ensemble`: how many starts of every case are computed, 1 to MOST_MEMBERS. profile: see `Ensemble`."""
+    """The table `ensemble`: how many starts of every case are computed, 1 to MOST_MEMBERS. places: see `Ensemble`."""
 
     members: int = MEMBERS
-    profile: Profile = "drawn"
+    places: Places = "drawn"
 
     def __post_init__(self) -> None:
         _need_members("members", self.members, 1)
-        if self.profile not in get_args(Profile):
-            raise InvalidInput(f"profile = {shown(self.profile)}: needs {' or '.join(map(shown, get_args(Profile)))}")
+        if self.places not in get_args(Places):
+            raise InvalidInput(f"places = {shown(self.places)}: needs {' or '.join(map(shown, get_args(Places)))}")
 
 
 @dataclass(frozen=True, slots=True)

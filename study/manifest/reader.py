@@ -77,7 +77,7 @@ def _ensemble(files: NamedFiles, top: dict[str, Any], stages: tuple[Stage, ...],
     own, content = top.get("ensemble", {}), top.get("target")
     table = EnsembleTable(**files.checked("ensemble", own, EnsembleTable, field_names(EnsembleTable)))
     if content is None:
-        return Ensemble(table.members, profile=table.profile)
+        return Ensemble(table.members, places=table.places)
     if "members" in own:
         where = f"ensemble.members = {shown(own['members'])}"
         files.refuse(
@@ -102,7 +102,7 @@ def _ensemble(files: NamedFiles, top: dict[str, Any], stages: tuple[Stage, ...],
         KNOWABLE[name] == "dynamics" for name in of
     ):  # drives share records: each would slide further ones by itself
         of = tuple(dict.fromkeys(("plateau_mean", *of)))
-    return Ensemble(target.most, float(target.within), of, table.profile)
+    return Ensemble(target.most, float(target.within), of, table.places)
 
 
 SECONDS: Final = "seconds"

@@ -75,7 +75,7 @@ def test_a_profile_elsewhere_is_the_same_and_its_mirror_image_one_after_the_othe
 def test_members_take_their_own_place_on_a_measured_profile_and_none_on_a_designed_one() -> None:
     rough = replace(CASE, heterogeneity=Heterogeneity(roughness=PROFILE))
     assert len({Ensemble(8).case(rough, number).heterogeneity.roughness for number in range(8)}) == 8
-    designed = Ensemble(8, profile="given")
+    designed = Ensemble(8, places="given")
     assert {designed.case(rough, number).heterogeneity.roughness for number in range(8)} == {PROFILE}
     assert Ensemble(1).case(rough, 0) is rough
 

@@ -6,8 +6,8 @@ from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
 
-from study.commands.preparing.measuring import measured_here
 from study.commands.shared.machine import print_json
+from study.commands.shared.measuring import measured_here
 from study.commands.shared.plans import Standing, counted, idle_lines, kinds_as_data, print_foreign, standing
 from study.commands.shared.refusals import refusals
 from study.discretization.targets import choice

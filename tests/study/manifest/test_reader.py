@@ -122,7 +122,7 @@ def test_a_drive_loses_its_units_by_the_scales() -> None:
 def test_an_ensemble_is_a_number_of_members_or_a_target(tmp_path: Path) -> None:
     assert read(tmp_path, 'title = "x"').ensemble == Ensemble(8)
     assert read(tmp_path, 'title = "x"\nensemble.members = 1').ensemble == ALONE
-    assert read(tmp_path, 'title = "x"\nensemble.profile = "given"').ensemble == Ensemble(8, profile="given")
+    assert read(tmp_path, 'title = "x"\nensemble.places = "given"').ensemble == Ensemble(8, places="given")
     target = 'title = "x"\ntarget.within = 0.01\n'
     assert read(tmp_path, target).ensemble == Ensemble(96, 0.01, ("plateau_mean",))
     assert read(tmp_path, target + 'stages = ["contact"]').ensemble.of == ("contact_half_width",)
@@ -313,7 +313,7 @@ WRONG = {
         "target.of = ['plateau_mean']",
         "[target]: needs within = 0.01, or another relative error",
     ),
-    "place on a profile": ("ensemble.profile = 'any'", 'ensemble.profile = "any": needs "drawn" or "given"'),
+    "place on a profile": ("ensemble.places = 'any'", 'ensemble.places = "any": needs "drawn" or "given"'),
     "variable that is no list": (
         "target = {within = 0.1, of = 'plateau_mean'}",
         re.compile(r'target.of = "plateau_mean": needs a list, each one of contact_half_width, '),
