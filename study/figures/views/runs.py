@@ -2,7 +2,7 @@
 
 import math
 from collections.abc import Callable, Iterable, Iterator
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cache
 from typing import Any, Final
 
@@ -13,6 +13,7 @@ from numpy.typing import NDArray
 
 from study.dataset.access.selection import id_of, places
 from study.dataset.groups import groups_of
+from study.dataset.members import means_of
 from study.figures.shared.canvas import COLORS, column
 from study.figures.sweep.label import typeset, words
 from study.figures.sweep.lines import WIDTH
@@ -67,6 +68,8 @@ class Family:
     """Labels and scales."""
     need: Need | None = None
     """Without which a figure would be empty."""
+    of_all: bool = False
+    """Whether a run is of all members of an ensemble, not of the first."""
 
 
 def runs_of(dataset: xr.Dataset, group: str, need: Need | None = None) -> list[Run]:
@@ -97,6 +100,8 @@ def runs_of(dataset: xr.Dataset, group: str, need: Need | None = None) -> list[R
 
 def views_of(dataset: xr.Dataset, family: Family) -> Iterator[View]:
     """One figure of several runs together, then one of each."""
+    if means_of(dataset) and not family.of_all:
+        family = replace(family, caption=f"{family.caption}, of the first member")
     runs = {run.number: run for run in runs_of(dataset, family.group, family.need)}
     columns = cache(
         lambda number: family.columns(dataset, runs[number])

@@ -59,6 +59,7 @@ SIZES: Final = Family(
     draw,
     {"xlabel": typeset(label("event_slips")), "ylabel": "share of events", "xscale": "log", "yscale": "log"},
     Need("sized_events", LEAST_TAIL, f"they have fewer than {LEAST_TAIL} events"),
+    of_all=True,
 )
 
 

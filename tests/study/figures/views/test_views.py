@@ -62,6 +62,7 @@ def test_a_driven_campaign_is_answered_and_shows_drives_and_records(driven: xr.D
     assert singles | together | answers <= set(found)
     assert {name for name, view in found.items() if view.label} == singles
     assert found["drives_2"].label == "μ_i = 0.25, k = 4e5 N/m"
+    assert all("of the first member" in found[name].caption for name in singles | together)
 
 
 def test_a_pressed_campaign_shows_contacts_and_the_inside(pressed: xr.Dataset) -> None:
@@ -197,6 +198,7 @@ def test_sizes_of_few_events_are_said_and_not_drawn() -> None:
         ensemble={"members": 1},
     )
     assert "sizes_together" not in views(data)
+    assert "first member" not in views(data)["records_1"].caption
     assert list(SORTS["sizes"].notes(data)) == ["None of 2 is drawn: they have fewer than 50 events."]
 
 
@@ -212,6 +214,7 @@ def test_sizes_show_the_power_law_of_the_largest_unless_it_is_refused() -> None:
     )
     data["slips_goodness"].values.flat[:] = 0.05, 0.5  # one is refused, whatever chance drew
     view = views(data)["sizes_together"]
+    assert "first member" not in view.caption
     text = image(view.draw(), "svg").decode()
     table = view.columns()
     refused, kept = dict.fromkeys(table["case"].tolist())
