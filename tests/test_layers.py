@@ -68,7 +68,8 @@ ORDER = {
     "study.commands.computing": "declared run status collect merge submit",
     "study.commands.looking": "declared report figure show try frames",
     "study.commands.judging": "declared export compare verify describe accuracy",
-    "study.commands.shared": "exits refusals lazy arguments group machine measuring plans glance datasets sources choice one_case",
+    "study.commands.shared": "exits refusals lazy arguments group machine measuring plans glance datasets sources choice "
+    "one_case",
 }
 """Folder -> what is in it, from the first to the last; `__init__` of a folder may import all of it."""
 
