@@ -16,7 +16,7 @@ from solver.case import Case
 from solver.drive import Drive
 from solver.effects import OF_CASES, OF_DRIVES, Effect
 from solver.ensemble import Ensemble, mean_of
-from solver.outcome import InvalidInput, Outcome
+from solver.outcome import InvalidInput
 from study.accuracy.timing import timed
 from study.discretization.targets import settled
 from study.manifest.cases import CampaignCase, expand
@@ -103,8 +103,12 @@ def _spread(found: Sequence[T], count: int) -> list[T]:
     return [found[place] for place in places]
 
 
-def influences(scenes: Scenes) -> list[Influence]:
-    """Every effect that these cases and drives have, with every number asked for whose computation depends on it."""
+def influences(scenes: Scenes) -> tuple[list[Influence], list[str]]:
+    """Every effect that these cases and drives have, with every number asked for whose computation depends on it.
+
+    Besides what failed with everything, of which no change is known.
+    """
+    failed: dict[str, None] = {}
     changes, seconds = (
         defaultdict[tuple[str, str], list[Change]](list),
         defaultdict[str, list[tuple[float, float]]](list),
@@ -119,12 +123,14 @@ def influences(scenes: Scenes) -> list[Influence]:
             for place, result in fewer.results.items():
                 variable, drive = place
                 where, before = f"{number}, drive {drive}" if drive else f"{number}", whole.results[place]
-                if problem:
+                if not before.outcome.ok:
+                    failed[f"case {where}: {before.outcome.ending}: {before.outcome.message}"] = None
+                elif problem:
                     changes[effect, variable].append(Change(where, problem=problem))
                 elif result.key != before.key:
                     changes[effect, variable].append(_change(where, variable, result, before))
             seconds[effect].append((fewer.seconds, whole.seconds))
-    return list(_largest(scenes, changes, seconds))
+    return list(_largest(scenes, changes, seconds)), list(failed)
 
 
 def _left_out(scenes: Scenes, case: Case) -> Iterator[tuple[str, Case, Drives, str]]:
@@ -177,19 +183,12 @@ def _computed(scenes: Scenes, case: Case, drives: Drives, done: Done) -> Compute
 
 def _change(where: str, variable: str, without: TaskResult, whole: TaskResult) -> Change:
     """Of a number of two results with the same members."""
-    failed = next((each.outcome for each in (whole, without) if not each.outcome.ok), None)
-    kind = KINDS[without.kind]
-    key = next(key for key, each in declared(kind).items() if each.name == variable)
-    if key not in whole.scalars or key not in without.scalars:
-        return Change(where, problem=_ended(failed))
-    values = np.array([each.scalars[key] for each in (without, whole)], float)
+    key = next(key for key, each in declared(KINDS[whole.kind]).items() if each.name == variable)
+    values = np.array([each.scalars.get(key, [math.nan] * len(whole.scalars[key])) for each in (without, whole)], float)
     difference, mean = mean_of(values[0] - values[1]), abs(float(mean_of(values[1]).mean)) or math.nan
-    change, error = float(difference.mean) / mean, float(difference.uncertainty) / mean
-    return Change(where, change, error, _ended(failed) if failed or math.isnan(change) else "")
-
-
-def _ended(failed: Outcome | None) -> str:
-    return f"{failed.ending}: {failed.message}" if failed else "too few members have a value both with and without"
+    ended = without.outcome
+    problem = "" if ended == whole.outcome else ended.message if ended.ok else f"{ended.ending}: {ended.message}"
+    return Change(where, float(difference.mean) / mean, float(difference.uncertainty) / mean, problem)
 
 
 def _largest(

@@ -18,16 +18,17 @@ def work(campaign: Path, cases: int, members: int | None) -> None:
         scenes = scenes_of(load_manifest(campaign), cases, members)
         size = f"{counted(len(scenes.cases), 'case')}, {counted(scenes.ensemble.members, 'member')} each"
         say(f"{campaign}: computing {size}, with everything and without one effect at a time", stderr=True)
-        found = influences(scenes)
+        found, failures = influences(scenes)
     print_sentences(f"case {number}: {each.point}" for number, each in enumerate(scenes.cases, start=1))
+    print_sentences((f"with everything, {each}" for each in failures), "failed")
     if not found:
-        say("no effect to leave out: these numbers depend on none that the campaign has")
+        say("nothing to compare: no number of these cases depends on an effect that can be left out")
         return
     rows = tuple(map(_row, found))
     failed = frozenset(place for place, each in enumerate(found) if each.problems)
     print_table(Table(_HEADER, rows, labels=2, asked=2, failed=failed, prose=True))
     say(
-        "Below each: what a campaign writes to leave it out, and where the change is largest. seconds ×: without it, over everything."
+        "Below each effect: what leaves it out, and where the change is largest. seconds ×: without it, over everything"
     )
 
 
