@@ -35,7 +35,9 @@ def work(campaign: Path, cases: int, members: int | None) -> None:
 def _row(each: Influence) -> tuple[str, ...]:
     largest, known = each.largest, math.isfinite(each.largest.change)
     change = f"{largest.change:+.2g} ± {largest.uncertainty:.1g}" if largest.change else "0"
-    sentences = [each.setting, *([f"case {largest.where}"] if known else []), *each.problems[:1]]
+    where = f"case {largest.where}"
+    named = not known or any(problem.startswith(f"{where}: ") for problem in each.problems[:1])
+    sentences = [each.setting, *([] if named else [where]), *each.problems[:1]]
     return (
         each.effect,
         each.variable,
