@@ -25,14 +25,17 @@ n_x = 17
 [limits]
 presliding = 4
 """
-PULLED = SLIP.replace(', "slip"', ', "slip", "dynamics"').replace("[0.25, 0.5]", "[0.5]") + '[[drives]]\nname = "own"\n'
+PULLED = (
+    SLIP.replace(', "slip"', ', "slip", "dynamics"').replace("[0.25, 0.5]", "[0.5]")
+    + '[[drives]]\nname = "own"\nsamples = 1\n'
+)
 UNCOUPLED = "[effects]\ncoupling = false\n"
 SPREAD = "[heterogeneity]\nspread = 0.3\n"
 
 
-def found_in(folder: Path, text: str, cases: int = 3) -> list[Influence]:
+def found_in(folder: Path, text: str) -> list[Influence]:
     (folder / "mine.toml").write_text(text)
-    return influences(scenes_of(load_manifest(folder / "mine.toml"), cases, None))[0]
+    return influences(scenes_of(load_manifest(folder / "mine.toml"), 3, 3))[0]
 
 
 def of_members(folder: Path, text: str, name: str, variable: str, group: str) -> np.ndarray:
@@ -95,7 +98,7 @@ def test_a_failure_without_an_effect_is_told_in_its_row(main: Main, tmp_path: Pa
     """Without reverse motion an undamped pin that is pulled fast ends where it would slip back."""
     monkeypatch.setenv("COLUMNS", "80")
     path = tmp_path / "back.toml"
-    path.write_text(PULLED.replace("n_x = 17", "n_x = 33") + "damping_ratio = 0\nsamples = 1\nduration = 0.15\n")
+    path.write_text(PULLED.replace("n_x = 17", "n_x = 33") + "damping_ratio = 0\nduration = 0.15\n")
     code, said, errors = main("effects", path, "--members", "4")
     assert code == 0, errors
     rows = said[said.index("reverse_motion  ") :]
