@@ -61,13 +61,13 @@ ORDER = {
     "study.figures.frames": "moments drawing film",
     "study.figures.reproduction": "punch records resolution drive stick motion scores choices",
     "study.figures.further": "findings modulation continuum chains sizes correlations nodes stick_slip_map friction_map schemes",
-    "study.accuracy": "timing setup diagram elastic_operator slip_numerics integrators digit picture table measurement",
+    "study.accuracy": "timing setup diagram elastic_operator slip_numerics integrators digit effects picture table measurement",
     "study.commands": "shared preparing running computing looking judging cli",
     "study.commands.running": "order finished killed broken_off remaining head_start planning conduct",
     "study.commands.preparing": "declared campaigns new check plan explain",
     "study.commands.computing": "declared run status collect merge submit",
     "study.commands.looking": "declared report figure show try frames",
-    "study.commands.judging": "declared export compare verify describe accuracy",
+    "study.commands.judging": "declared export compare verify describe accuracy effects",
     "study.commands.shared": "exits refusals lazy arguments group machine measuring plans glance datasets sources choice "
     "one_case",
 }

@@ -29,6 +29,7 @@ COMMANDS = (
     "verify results/small",
     "describe",
     "describe plateau_mean",
+    "effects small.toml --cases 1 --members 2",
 )
 """In the order of a campaign's life."""
 

@@ -1,0 +1,204 @@
+"""What each effect of a campaign changes and costs: a few cases computed with everything, then without one effect at a time.
+
+Both have the same members: the same starts, and for a drive's effect the same records, so that chance cancels in a change.
+"""
+
+import math
+from collections import defaultdict
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass
+from functools import partial
+from typing import Final, NamedTuple, TypeVar
+
+import numpy as np
+
+from solver.case import Case
+from solver.drive import Drive
+from solver.effects import OF_CASES, OF_DRIVES, Effect
+from solver.ensemble import Ensemble, mean_of
+from solver.outcome import InvalidInput
+from study.accuracy.timing import timed
+from study.discretization.targets import settled
+from study.manifest.cases import CampaignCase, expand
+from study.manifest.effects import refusal
+from study.manifest.manifest import MEMBERS, OF_CONTACTS, Manifest, TargetTable
+from study.manifest.problems import ManifestError
+from study.plan.kinds.kind import declared, names_of
+from study.plan.tasks import KINDS, Task, TaskResult, compliance_task, contact_task, drive_task, record_task, run_task
+
+T = TypeVar("T")
+Drives = Mapping[str, Drive]
+"""Label -> how the pin is pulled."""
+Place = tuple[str, str]
+"""A variable, and the label of its drive where it is a number of one."""
+Done = dict[str, tuple[TaskResult, float]]
+"""Key of a task -> its result and core seconds."""
+EFFECTS: Final[tuple[Effect[Case] | Effect[Drive], ...]] = (*OF_CASES, *OF_DRIVES)
+
+
+class Scenes(NamedTuple):
+    """What of a campaign is computed."""
+
+    manifest: Manifest
+    cases: tuple[CampaignCase, ...]
+    drives: Drives
+    """Of every case."""
+    ensemble: Ensemble
+    variables: tuple[str, ...]
+
+
+class Computed(NamedTuple):
+    """What a case and its drives yield, and the core seconds of its contact, record and drives."""
+
+    results: Mapping[Place, TaskResult]
+    seconds: float
+
+
+@dataclass(frozen=True, slots=True)
+class Change:
+    """Change of a number without an effect: mean over members of the difference, over the mean with everything, and its ±."""
+
+    where: str
+    """Number of the case, and the drive where it is a number of one."""
+    change: float = math.nan
+    uncertainty: float = math.nan
+    problem: str = ""
+    """How a computation failed."""
+
+
+@dataclass(frozen=True, slots=True)
+class Influence:
+    """An effect, and one number whose computation depends on it."""
+
+    effect: str
+    setting: str
+    variable: str
+    largest: Change
+    """Where it is largest."""
+    seconds: float
+    """Core seconds of contact, record and drives without the effect, over those with everything."""
+    problems: tuple[str, ...]
+
+
+def scenes_of(manifest: Manifest, cases: int, members: int | None) -> Scenes:
+    """So many cases of a campaign, evenly spread from the first to the last, and as many drives. Raises ManifestError.
+
+    members: None for those of the campaign, at most MEMBERS; MEMBERS where it has one alone.
+    """
+    manifest = settled(manifest)
+    possible = [case for case in expand(manifest) if case.case]
+    drives = [(each.label, each.drive.dimensionless(manifest.scales)) for each in manifest.drives if each.drive]
+    if not possible or ("dynamics" in manifest.stages and not drives):
+        raise ManifestError(
+            [f"{manifest.path}: needs a case and a drive that are possible; nanoslip plan says why none is"]
+        )
+    own = manifest.ensemble
+    ensemble = Ensemble(members or (min(own.members, MEMBERS) if own.members > 1 else MEMBERS), profile=own.profile)
+    variables = own.of or TargetTable(within=0.5).variables(manifest.stages[-1])
+    return Scenes(manifest, tuple(_spread(possible, cases)), dict(_spread(drives, cases)), ensemble, variables)
+
+
+def _spread(found: Sequence[T], count: int) -> list[T]:
+    places = np.linspace(0, len(found) - 1, min(count, len(found))).round().astype(int)
+    return [found[place] for place in places]
+
+
+def influences(scenes: Scenes) -> tuple[list[Influence], list[str]]:
+    """Every effect that these cases and drives have, with every number asked for whose computation depends on it.
+
+    Besides what failed with everything, of which no change is known.
+    """
+    failed: dict[str, None] = {}
+    changes, seconds = (
+        defaultdict[tuple[str, str], list[Change]](list),
+        defaultdict[str, list[tuple[float, float]]](list),
+    )
+    done: Done = {}
+    for number, campaign_case in enumerate(scenes.cases, start=1):
+        assert campaign_case.case is not None
+        done = {key: each for key, each in done.items() if each[0].kind == "compliance"}  # memory is for one case
+        whole = _computed(scenes, campaign_case.case, scenes.drives, done)
+        for effect, case, drives, problem in _left_out(scenes, campaign_case.case):
+            fewer = whole if problem else _computed(scenes, case, drives, done)
+            for place, result in fewer.results.items():
+                variable, drive = place
+                where, before = f"{number}, drive {drive}" if drive else f"{number}", whole.results[place]
+                if not before.outcome.ok:
+                    failed[f"case {where}: {before.outcome.ending}: {before.outcome.message}"] = None
+                elif problem:
+                    changes[effect, variable].append(Change(where, problem=problem))
+                elif result.key != before.key:
+                    changes[effect, variable].append(_change(where, variable, result, before))
+            seconds[effect].append((fewer.seconds, whole.seconds))
+    return list(_largest(scenes, changes, seconds)), list(failed)
+
+
+def _left_out(scenes: Scenes, case: Case) -> Iterator[tuple[str, Case, Drives, str]]:
+    """Every effect that is there, case and drives without it, and why there is no such case."""
+    for of_case in OF_CASES:
+        if of_case.there(case):
+            try:
+                without = of_case.without(case)
+                yield of_case.name, without, scenes.drives, refusal(scenes.manifest, without)
+            except InvalidInput as error:
+                yield of_case.name, case, scenes.drives, str(error)
+    for effect in OF_DRIVES:
+        if any(map(effect.there, scenes.drives.values())):
+            drives = {
+                label: effect.without(each) if effect.there(each) else each for label, each in scenes.drives.items()
+            }
+            yield effect.name, case, drives, ""
+
+
+def _tasks(scenes: Scenes, case: Case, drives: Drives, ensemble: Ensemble) -> Iterator[tuple[str, Task]]:
+    """The label of a drive or nothing, and a task; needed ones first."""
+    slides = "slip" in scenes.manifest.stages
+    if not slides or {*scenes.variables} & {*OF_CONTACTS}:
+        yield "", contact_task(case, ensemble, scalars_only=True)
+    if slides:
+        yield "", record_task(case, ensemble)
+    for label, drive in drives.items():
+        yield label, drive_task(case, drive, ensemble, scalars_only=True, fitted=scenes.manifest.outputs.fit)
+
+
+def _computed(scenes: Scenes, case: Case, drives: Drives, done: Done) -> Computed:
+    """What a case and its drives yield. done: results and their core seconds, to which new ones are added."""
+    found: dict[Place, TaskResult] = {}
+    for ensemble in (Ensemble(), scenes.ensemble):  # the first one loads libraries and compiles kernels
+        tasks = list(_tasks(scenes, case, drives, ensemble))
+        seconds, compliance = 0.0, compliance_task(case.slab)
+        shared = [("", compliance)] if any(compliance.key in task.needs for _, task in tasks) else []
+        for label, task in (*shared, *tasks):
+            if task.key not in done:
+                done[task.key] = timed(partial(run_task, task, {key: done[key][0] for key in task.needs}))
+                for array in done[task.key][0].arrays.values():
+                    array.setflags(write=False)  # as a store gives it: kernels are compiled for that
+            result, took = done[task.key]
+            seconds += 0.0 if task is compliance else took
+            found |= {
+                (variable, label): result for variable in scenes.variables if variable in names_of(KINDS[task.kind])
+            }
+    return Computed(found, seconds)
+
+
+def _change(where: str, variable: str, without: TaskResult, whole: TaskResult) -> Change:
+    """Of a number of two results with the same members."""
+    key = next(key for key, each in declared(KINDS[whole.kind]).items() if each.name == variable)
+    values = np.array([each.scalars.get(key, [math.nan] * len(whole.scalars[key])) for each in (without, whole)], float)
+    difference, mean = mean_of(values[0] - values[1]), abs(float(mean_of(values[1]).mean)) or math.nan
+    ended = without.outcome
+    problem = "" if ended == whole.outcome else ended.message if ended.ok else f"{ended.ending}: {ended.message}"
+    return Change(where, float(difference.mean) / mean, float(difference.uncertainty) / mean, problem)
+
+
+def _largest(
+    scenes: Scenes, changes: Mapping[tuple[str, str], list[Change]], seconds: Mapping[str, list[tuple[float, float]]]
+) -> Iterator[Influence]:
+    """One of each effect and variable, in the order of their declaration."""
+    for effect in EFFECTS:
+        for variable in scenes.variables:
+            if own := changes.get((effect.name, variable)):
+                largest = max(own, key=lambda each: -1.0 if math.isnan(each.change) else abs(each.change))
+                without, whole = map(sum, zip(*seconds[effect.name], strict=True))
+                problems = tuple(f"case {each.where}: {each.problem}" for each in own if each.problem)
+                yield Influence(effect.name, effect.setting, variable, largest, without / whole, problems)

@@ -1,0 +1,130 @@
+"""Effects of a campaign: changes are those of two campaigns, what is not there is not listed, failures are told."""
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from solver.effects import OF_CASES, OF_DRIVES
+from solver.ensemble import mean_of
+from study.accuracy.effects import Influence, influences, scenes_of
+from study.api import run
+from study.manifest.reader import load_manifest
+from tests.conftest import Main
+
+SLIP = """\
+title = "Two cases"
+stages = ["contact", "slip"]
+ensemble.members = 3
+[axes]
+intrinsic_friction = [0.25, 0.5]
+[constants]
+radius = 50.0
+[numerics]
+n_x = 17
+[limits]
+presliding = 4
+"""
+PULLED = (
+    SLIP.replace(', "slip"', ', "slip", "dynamics"').replace("[0.25, 0.5]", "[0.5]")
+    + '[[drives]]\nname = "own"\nsamples = 1\n'
+)
+UNCOUPLED = "[effects]\ncoupling = false\n"
+SPREAD = "[heterogeneity]\nspread = 0.3\n"
+
+
+def found_in(folder: Path, text: str) -> list[Influence]:
+    (folder / "mine.toml").write_text(text)
+    return influences(scenes_of(load_manifest(folder / "mine.toml"), 3, 3))[0]
+
+
+def of_members(folder: Path, text: str, name: str, variable: str, group: str) -> np.ndarray:
+    """Values of the members of the last case of a campaign, as its dataset has them."""
+    (folder / f"{name}.toml").write_text(text)
+    dataset = run(folder / f"{name}.toml", out=folder / name)
+    return np.asarray(dataset.nanoslip.tree[group][variable].values)[-3:]
+
+
+@pytest.mark.parametrize(
+    ("text", "without", "effect", "variable", "group"),
+    [
+        (SLIP + SPREAD, UNCOUPLED, "coupling", "plateau_mean", "ensemble"),
+        (SLIP + SPREAD, "", "spread", "plateau_mean", "ensemble"),
+        (PULLED, 'profile = "mean"\n', "teeth", "kinetic_friction", "drive_ensemble"),
+    ],
+    ids=["coupling", "spread", "teeth"],
+)
+def test_a_change_is_that_of_two_campaigns(tmp_path, text, without, effect, variable, group):
+    """Of the same members, bit for bit; of the largest of all cases where only the last one is computed."""
+    last = text.replace("[0.25, 0.5]", "[0.5]")
+    (seen,) = [each for each in found_in(tmp_path, last) if (each.effect, each.variable) == (effect, variable)]
+    fewer = last.replace(SPREAD, "") if effect == "spread" else last + without
+    one, other = (
+        of_members(tmp_path, words, name, variable, group) for name, words in (("all", last), ("fewer", fewer))
+    )
+    change, mean = mean_of(other - one), abs(mean_of(one).mean)
+    assert (seen.largest.change, seen.largest.uncertainty) == (change.mean / mean, change.uncertainty / mean)
+    assert seen.largest.change != 0.0
+    assert seen.seconds > 0.0
+
+
+def test_what_is_not_there_is_not_listed(tmp_path):
+    """A smooth pin, one μ_i, no drive; coupling is off."""
+    assert {each.effect for each in found_in(tmp_path, SLIP + UNCOUPLED)} == {"pin_translation", "finite_slab"}
+
+
+def test_what_is_there_changes_a_number_that_depends_on_it(tmp_path):
+    """Effects of a drive do not touch numbers of its record; a contact is the same however it slides."""
+    found = found_in(
+        tmp_path,
+        PULLED.replace("ensemble.members = 3\n", "")
+        + SPREAD
+        + '[target]\nwithin = 0.1\nof = ["plateau_mean", "static_friction"]\n',
+    )
+    of_record = {each.effect for each in found if each.variable == "plateau_mean"}
+    assert of_record == {effect.name for effect in OF_CASES} - {"roughness"}
+    assert {each.effect for each in found} - of_record == {effect.name for effect in OF_DRIVES}
+
+
+def test_the_case_that_changes_most_is_named(tmp_path):
+    alone = [found_in(tmp_path, SLIP.replace("[0.25, 0.5]", f"[{value}]")) for value in (0.25, 0.5)]
+    for both, *each in zip(found_in(tmp_path, SLIP), *alone, strict=True):
+        changes = [abs(one.largest.change) for one in each]
+        assert abs(both.largest.change) == max(changes)
+        assert both.largest.where == f"{1 + int(np.argmax(changes))}"
+
+
+def test_a_failure_without_an_effect_is_told_in_its_row(main: Main, tmp_path: Path, monkeypatch: pytest.MonkeyPatch):
+    """Without reverse motion an undamped pin that is pulled fast ends where it would slip back."""
+    monkeypatch.setenv("COLUMNS", "80")
+    path = tmp_path / "back.toml"
+    path.write_text(PULLED.replace("n_x = 17", "n_x = 33") + "damping_ratio = 0\nduration = 0.15\n")
+    code, said, errors = main("effects", path, "--members", "4")
+    assert code == 0, errors
+    rows = said[said.index("reverse_motion  ") :]
+    assert "reversed: the pin slips back" in " ".join(rows.split())
+    assert max(map(len, said.splitlines())) <= 80
+    assert sorted(each.name for each in tmp_path.iterdir()) == ["back.toml"]
+
+
+@pytest.mark.parametrize(
+    ("words", "message"),
+    [
+        (("--members", "1"), "'--members': 1 is not in the range"),
+        (("--cases", "0"), "'--cases': 0 is not in the range"),
+    ],
+)
+def test_a_wrong_option_is_one_message(main: Main, campaign: Path, words: tuple[str, ...], message: str):
+    code, _, errors = main("effects", campaign, *words)
+    assert code == 2
+    assert message in errors
+
+
+def test_a_campaign_without_a_possible_case_is_one_message(main: Main, tmp_path: Path):
+    path = tmp_path / "none.toml"
+    path.write_text(
+        'title = "None"\nslip.residual_shear = 1.0\n[effects]\npin_translation = false\n[axes]\nradius = [50.0, 60.0]\n'
+    )
+    code, _, errors = main("effects", path)
+    assert (code, len(errors.splitlines())) == (2, 1)
+    assert "needs a case and a drive that are possible" in errors
