@@ -93,7 +93,7 @@ def scenes_of(manifest: Manifest, cases: int, members: int | None) -> Scenes:
             [f"{manifest.path}: needs a case and a drive that are possible; nanoslip plan says why none is"]
         )
     own = manifest.ensemble
-    ensemble = Ensemble(members or (min(own.members, MEMBERS) if own.members > 1 else MEMBERS), profile=own.profile)
+    ensemble = Ensemble(members or (min(own.members, MEMBERS) if own.members > 1 else MEMBERS), places=own.places)
     variables = own.of or TargetTable(within=0.5).variables(manifest.stages[-1])
     return Scenes(manifest, tuple(_spread(possible, cases)), dict(_spread(drives, cases)), ensemble, variables)
 
