@@ -34,7 +34,10 @@ class Kernel:
         return self.dispatcher._numba_type_
 
     def __call__(self, *arguments: object) -> object:
-        return self.dispatcher(*arguments)
+        try:
+            return self.dispatcher(*arguments)
+        except SystemError as error:  # what Python makes of a signal's exception that was raised while a kernel ran
+            raise error.__cause__ or error from None
 
 
 def compiled(*, allocates: bool = False, **options: Any) -> Callable[[Function], Function]:

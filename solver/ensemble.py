@@ -104,8 +104,8 @@ def elsewhere(profile: Roughness, place: float) -> Roughness:
     there = np.concatenate((xi, 2.0 * xi[-1] - xi[-2:0:-1]))
     heights = np.concatenate((height, height[-2:0:-1]))
     moved = first + (there - first - place * period) % period
-    knots = np.sort(np.concatenate((xi[[0, -1]], moved[(moved > first) & (moved < xi[-1])])))
-    knots = knots[np.diff(knots, prepend=-math.inf) >= LEAST_APART]
+    inside = np.sort(moved[(moved - first >= LEAST_APART) & (xi[-1] - moved >= LEAST_APART)])
+    knots = np.concatenate((xi[:1], inside[np.diff(inside, prepend=-math.inf) >= LEAST_APART], xi[-1:]))
     rises = np.interp(knots + place * period, there, heights, period=period)
     return tuple(zip(knots.tolist(), rises.tolist(), strict=True))
 

@@ -27,6 +27,8 @@ OWN_UNITS: Final = {
 }
 """`Quantity.per` -> the unit of a number that nobody scales."""
 
+ROUNDING = 1e-12
+"""Relative uncertainty below which members differ by rounding alone."""
 SMALL, LARGE = 1e-4, 1e6
 """Numbers below and from here on are written with a power of ten."""
 
@@ -152,13 +154,14 @@ def in_words(outcome: Outcome) -> str:
 def with_error(number: float, uncertainty: float) -> str:
     """A number as text, ± its uncertainty: `0.13670 ± 0.00009`, `0.295 ± 0.010`; `0.295 ± ?` where that is not known.
 
-    The uncertainty has one significant digit, two where it begins with 1; the number ends at the same place.
+    The uncertainty has one significant digit, two where it begins with 1; the number ends at the same place. One of
+    rounding is 0.
     """
     if not np.isfinite(number):
         return f"{number:g}"
     if not np.isfinite(uncertainty):
         return f"{number:.3g} ± ?"
-    if not uncertainty:
+    if uncertainty <= ROUNDING * abs(number):
         return f"{number:g} ± 0"
     digits, place = _digits_and_place(uncertainty)
     number, uncertainty = round(number, -place), round(uncertainty, -place)

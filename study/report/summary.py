@@ -157,21 +157,27 @@ def _target(dataset: xr.Dataset) -> tuple[float, tuple[str, ...]]:
 
 
 def short_summary(dataset: xr.Dataset) -> list[str]:
-    """A line for each number that some cases do not know as well as asked for."""
+    """A line for each number that some cases do not know as well as asked for, or have no mean of though they are complete."""
     enough, names = _target(dataset)
     lines = []
+
+    def line(found: xr.DataArray, end: str) -> None:
+        if len(short := np.flatnonzero(found.values)):
+            first = found[np.unravel_index(short[0], found.shape)]
+            place = words({dim: first[dim].item() for dim in map(str, _varying(dataset, found.dims))})
+            where = f"{len(short)} of {found.size} cases" + (f", first {place}" if place else "")
+            lines.append(f"{name} is not known within {enough:.2g}: {where}; {end}")
+
     for name in names:
         if {name, f"{name}_uncertainty"} <= set(dataset.data_vars):
-            known = 2.0 * abs(dataset[f"{name}_uncertainty"] / dataset[name])
+            mean = dataset[name]
+            known = 2.0 * abs(dataset[f"{name}_uncertainty"] / mean)
             if _LEFT_OUT_ERROR.name in dataset and set(dataset[_LEFT_OUT_ERROR.name].dims) <= set(known.dims):
                 known = known + dataset[_LEFT_OUT_ERROR.name]
-            short = np.flatnonzero((known > enough).values)
-            if len(short):
-                first = known[np.unravel_index(short[0], known.shape)]
-                place = words({dim: first[dim].item() for dim in map(str, _varying(dataset, known.dims))})
-                where = f"{len(short)} of {known.size} cases" + (f", first {place}" if place else "")
-                worst = f"the worst to {float(known.max()):.1%}"
-                lines.append(f"{name} is not known within {enough:.2g}: {where}; {worst}; raise target.most")
+            line(known > enough, f"the worst to {float(known.max()):.1%}; raise target.most")
+            endings = (dataset[each.name] for each, _ in OUTCOMES.values() if each.name in dataset)
+            for ending in [each for each in endings if set(each.dims) <= set(mean.dims)][-1:]:
+                line(mean.isnull() & (ending == COMPLETED), "too few members have a value")
     return lines
 
 

@@ -6,7 +6,6 @@ of it again; the last line of a run counts.
 """
 
 import json
-import math
 from collections.abc import Iterable, Mapping
 from dataclasses import asdict, dataclass, field, fields
 from pathlib import Path
@@ -17,6 +16,8 @@ from study.results import lines
 FILE: Final = "runs.jsonl"
 MOST_PROCESSES: Final = 10**7
 """More than any machine has."""
+MOST: Final = 10**18
+"""More than any run takes: seconds, predicted or measured, and tasks."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -110,7 +111,7 @@ def _possible(run: Run) -> bool:
     counts = run.hosts.values()
     return (
         0 < run.processes < MOST_PROCESSES
-        and all(0 <= number < math.inf for number in numbers)
+        and all(0 <= number < MOST for number in numbers)
         and all(type(count) is int and 0 < count < MOST_PROCESSES for count in counts)
         and all(isinstance(version, str) for version in run.libraries.values())
         and all(_is_account(account) for account in run.kinds.values())
@@ -119,7 +120,7 @@ def _possible(run: Run) -> bool:
 
 def _is_account(account: object) -> bool:
     numbers = account if isinstance(account, list) else []
-    return len(numbers) == 3 and all(type(each) in (int, float) and 0 <= each < math.inf for each in numbers)
+    return len(numbers) == 3 and all(type(each) in (int, float) and 0 <= each < MOST for each in numbers)
 
 
 _TYPES: Final = {name: type(value) for name, value in asdict(Run("", "", 1)).items()}

@@ -18,7 +18,7 @@ import numpy as np
 import pytest
 
 import solver
-from solver.compiled import Kernel, told_of_compiling
+from solver.compiled import Kernel, compiled, told_of_compiling
 from solver.compiling import KERNEL_FILES
 
 PACKAGE = Path(solver.__file__).parent
@@ -181,3 +181,15 @@ def test_only_kernels_that_count_references_are_handed_new_arrays() -> None:
 def source_of(kernel: Kernel) -> ast.AST:
     """The syntax of a kernel's body."""
     return ast.parse(inspect.getsource(kernel.__wrapped__))
+
+
+def test_an_interrupt_while_a_kernel_runs_is_an_interrupt() -> None:
+    """Python says SystemError, caused by it; commands end on an interrupt in a line, and on a SystemError in a traceback."""
+
+    def interrupted() -> None:
+        raise SystemError("returned a result with an exception set") from KeyboardInterrupt()
+
+    kernel = compiled()(interrupted)
+    vars(kernel)["dispatcher"] = interrupted
+    with pytest.raises(KeyboardInterrupt):
+        kernel()

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 import scipy
 
-from solver.case import Case, Heterogeneity
+from solver.case import LEAST_APART, Case, Heterogeneity
 from solver.ensemble import FEWEST, LEVEL, Ensemble, chance_of, elsewhere, jackknife, mean_of
 
 CASE = Case(start=0.25)
@@ -70,6 +70,15 @@ def test_a_profile_elsewhere_is_the_same_and_its_mirror_image_one_after_the_othe
         moved = np.array(elsewhere(tuple(map(tuple, dense.tolist())), place))
         assert moved[[0, -1], 0].tolist() == [-1.0, 1.0]
         Heterogeneity(roughness=tuple(map(tuple, moved.tolist())))  # points increase, far enough apart
+
+
+@pytest.mark.parametrize("place", [5e-13, 0.3, 0.5 - 1e-13, 0.8])
+def test_a_profile_elsewhere_is_as_long_as_before_however_short_it_is(place: float) -> None:
+    """Points closer than LEAST_APART to an end leave the end where it is."""
+    for long in (1.0, LEAST_APART):
+        moved = elsewhere(((0.0, 0.0), (long, 1e-4)), place)
+        assert (moved[0][0], moved[-1][0]) == (0.0, long)
+        Heterogeneity(roughness=moved)
 
 
 def test_members_take_their_own_place_on_a_measured_profile_and_none_on_a_designed_one() -> None:

@@ -229,15 +229,20 @@ class SizeBins:
 
 
 def event_distributions(members: Sequence[tuple[FrictionRecord, Plateau]], draws: int = DRAWS) -> tuple[Any, SizeBins]:
-    """The EventDistributions and SizeBins of an ensemble: of the steady parts of its records; of whole ones if none has one."""
-    steady = [event_sizes(record, plateau.start) for record, plateau in members if math.isfinite(plateau.start)]
-    each = steady or [event_sizes(record) for record, _ in members]
+    """The EventDistributions and SizeBins of an ensemble: of the steady parts of its records; of whole ones if none has one.
+
+    Unusable records have no sizes; they count as members where a mean needs half of them.
+    """
+    usable = [(record, plateau) for record, plateau in members if record.outcome.usable]
+    steady = [event_sizes(record, plateau.start) for record, plateau in usable if math.isfinite(plateau.start)]
+    each = steady or [event_sizes(record) for record, _ in usable]
+    without = [math.nan] * (len(members) - len(each))
     found: dict[str, Any] = {"sized_events": sum(len(sizes.slips) for sizes in each)}
     for size, discrete in DISCRETE.items():
         fit = size_distribution(*(getattr(sizes, size) for sizes in each), discrete=discrete, draws=draws)
         found |= {f"{size}_{name}": getattr(fit, name) for name in _NUMBERS}
     for name in _ALONE:
-        mean = mean_of(np.array([_alone(sizes)[name] for sizes in each]))
+        mean = mean_of(np.array([*(_alone(sizes)[name] for sizes in each), *without]))
         found |= {name + end: float(value) for end, value in zip(("", "_uncertainty", "_members"), mean, strict=True)}
     return EventDistributions(**found), _bins(pooled(each))
 

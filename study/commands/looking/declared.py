@@ -61,7 +61,7 @@ def figure(**given: object) -> None:
     """Draw a variable of CAMPAIGN over its axes, or shipped figures.
 
     CAMPAIGN has been run, or is a file results.nc. Variables have the names of `nanoslip describe`, or symbols as in equations.
-    Axes beyond x and colour become panels. Members of an ensemble are drawn as mean and standard error.
+    Axes beyond x and colour become panels. Members of an ensemble are drawn as their mean and its ±.
 
     Example: nanoslip figure campaigns/mine.toml --y plateau/mu_i -o mine.pdf
 

@@ -33,8 +33,7 @@ def _tasks(case: Case, manifest: Manifest) -> tuple[Wanted, ...]:
 
 
 def _run(task: Task, inputs: Inputs) -> Computed:
-    records = [each for each in records_in(inputs[task.needs[0]]) if each[0].outcome.usable]
-    return Computed((Member(event_distributions(records)),))
+    return Computed((Member(event_distributions(records_in(inputs[task.needs[0]]))),))
 
 
 def _estimate(task: Task) -> Estimate:

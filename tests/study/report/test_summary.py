@@ -184,6 +184,16 @@ def test_numbers_less_known_than_was_asked_for_are_counted_with_the_first_and_th
     ]
 
 
+def test_complete_cases_without_a_mean_asked_for_are_counted_too() -> None:
+    """A drive that slides has no stick-slip period, however many members there are; an unfinished one has none yet."""
+    found = ensembles([0.01, np.nan, np.nan])
+    found["plateau_mean"][1:] = np.nan
+    found["outcome"] = "normal_load", ["completed", "completed", "pending"]
+    assert short_summary(found) == [
+        "plateau_mean is not known within 0.02: 1 of 3 cases, first W/(G·L_x·L_y) = 2e-4; too few members have a value"
+    ]
+
+
 def test_numbers_that_are_known_unfinished_or_asked_for_by_nobody_are_not_short_of_anything() -> None:
     assert short_summary(ensembles([0.009, 0.01])) == []
     assert short_summary(ensembles([np.nan])) == []

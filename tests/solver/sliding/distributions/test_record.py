@@ -238,6 +238,19 @@ def test_a_record_without_a_steady_part_counts_as_a_whole() -> None:
     assert 0 < counts[2] == counts[3] < 2000
 
 
+def test_a_number_of_each_member_has_no_mean_of_fewer_than_half_of_the_members() -> None:
+    record = noisy_record()
+    steady = plateau_of(record)
+    nowhere: Plateau = replace(steady, start=math.nan)
+    few, enough = (
+        event_distributions([*[(record, steady)] * count, *[(record, nowhere)] * (8 - count)], draws=0)[0]
+        for count in (3, 4)
+    )
+    assert (few.step_variation_members, enough.step_variation_members) == (3, 4)
+    assert math.isnan(few.step_variation)
+    assert enough.step_variation > 0.0
+
+
 def test_equal_steps_vary_by_nothing_and_few_events_say_nothing() -> None:
     record = record_from([1e-6] * 5, [1e-8] * 5, initial_force=1e-6)
     found, _ = event_distributions([(record, plateau_of(record))], draws=0)
