@@ -21,7 +21,7 @@ def tables() -> dict[str, tuple[str, ...]]:
     return {
         **{table: words_of(table) for table in TABLES},
         "scales": field_names(Scales),
-        "ensemble": tuple(name for name in field_names(EnsembleTable) if name not in drive_parameters()),  # profile
+        "ensemble": field_names(EnsembleTable),
         "target": field_names(TargetTable),
         "outputs": field_names(Outputs),
         _DRIVES: tuple(name for name in drive_parameters() if name not in words()),
