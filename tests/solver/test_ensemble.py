@@ -158,3 +158,24 @@ def test_the_jackknife_of_a_mean_is_its_uncertainty() -> None:
     assert jackknife(without) == pytest.approx(float(mean_of(values).uncertainty), rel=1e-9)
     assert math.isnan(jackknife([3.0]))
     assert math.isnan(jackknife([3.0, math.nan, 3.0]))
+
+
+@pytest.mark.parametrize(
+    ("scatter", "kept", "held"),
+    [(0.5, 0.99, 0.65), (1.0, 0.95, 0.58), (2.0, 0.91, 0.59), (4.0, 0.94, 0.64)],
+)
+def test_a_target_that_is_stopped_at_is_kept_in_more_than_nine_of_ten(scatter: float, kept: float, held: float) -> None:
+    """Of normal members whose scatter is so many times the error asked for: who stops when ± happens to be small states less.
+
+    The worst is 92.5 in 100, at twice; ± of the mean holds in 59 to 68. Of 4000 ensembles a share is known to 0.4 to 0.8 %.
+    """
+    aimed = Ensemble(96, 0.01, ("plateau_mean",))
+    values = 1.0 + 0.01 * scatter * np.random.default_rng(11).normal(size=(4000, 96))
+    means, errors, stopped = np.zeros(4000), np.zeros(4000), np.zeros(4000, bool)
+    for size in aimed.sizes():
+        found = mean_of(values[:, :size])
+        now = ~stopped & ((2.0 * found.uncertainty <= 0.01 * found.mean) | (size == aimed.members))
+        means[now], errors[now] = found.mean[now], found.uncertainty[now]
+        stopped |= now
+    assert np.mean(abs(means - 1.0) <= 0.01) > kept
+    assert np.mean(abs(means - 1.0) <= errors) > held - 0.02
