@@ -220,6 +220,8 @@ def numbers(
                 scalars[rows_of(sample)] = [len(one[name]) if name in one else 0 for one in each]
             for name in () if scalars_only else columns:
                 arrays[name] = np.concatenate([one[name] for one in each if name in one])
+    elif len(members) > 1 and not members[0].outcome.usable:  # an ensemble is usable without its first member
+        arrays = {}
     return scalars, {} if scalars_only else arrays
 
 

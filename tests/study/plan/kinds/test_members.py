@@ -1,7 +1,7 @@
 """A task computes the members of a case: a prefix of more of them, as many as a target takes, and some without the others."""
 
 import math
-from dataclasses import replace
+from dataclasses import dataclass, field, replace
 from typing import Any
 
 import numpy as np
@@ -11,13 +11,14 @@ from solver.case import Case, Heterogeneity
 from solver.elasticity.compliance import SurfaceCompliance, surface_compliance
 from solver.ensemble import Ensemble, mean_of
 from solver.outcome import COMPLETED, Ending, InvalidInput, Outcome
+from solver.quantity import quantity
 from solver.slab import Slab
 from solver.sliding.events import slide
 from solver.sliding.record import FrictionRecord
 from study.manifest.manifest import KNOWABLE
 from study.plan.kinds import record as record_kind
 from study.plan.kinds.drive import DRIVE as DRIVES
-from study.plan.kinds.kind import joint_outcome, names_of, numbers, whole_again
+from study.plan.kinds.kind import Member, Part, joint_outcome, names_of, numbers, whole_again
 from study.plan.kinds.record import RECORD
 from study.plan.task import TaskResult
 from study.plan.tasks import (
@@ -182,6 +183,24 @@ def test_an_ensemble_is_completed_where_its_means_are_known(
     if len(members) > 1:
         values = np.array([1.0 if each.ok else math.nan for each in members])
         assert (ending is Ending.COMPLETED) == bool(np.isfinite(mean_of(values).mean))
+
+
+def test_the_arrays_of_a_first_member_that_is_not_usable_are_not_kept() -> None:
+    """Of a drive that ran away they are NaN, and the others make its ensemble usable."""
+    nothing = np.full(3, math.nan)
+    ran_away, whole = (
+        Member((Column(values),), outcome)
+        for values, outcome in ((nothing, Outcome(Ending.UNSTABLE_STEP, "why")), (np.ones(3), COMPLETED))
+    )
+    kind = replace(DRIVES, parts=(Part(Column),))
+    assert numbers(kind, (ran_away, whole))[1] == {}
+    np.testing.assert_array_equal(numbers(kind, (whole, ran_away))[1]["position"], np.ones(3))
+    np.testing.assert_array_equal(numbers(kind, (ran_away,))[1]["position"], nothing)
+
+
+@dataclass(frozen=True)
+class Column:
+    position: np.ndarray = field(metadata=quantity("position", along="sample"))
 
 
 def test_of_no_members_there_are_no_numbers() -> None:
