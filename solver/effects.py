@@ -55,7 +55,7 @@ OF_DRIVES: Final[tuple[Effect[Drive], ...]] = (
     ),
 )
 SPARED: Final = (TEETH, FINE_TEETH)
-"""Those without which a drive costs a fraction: a target leaves out the first whose change it allows. The others save nothing."""
+"""Those without which a drive costs a fraction: a target leaves out the first whose change it allows. The others save little."""
 
 
 @dataclass(frozen=True, slots=True)
