@@ -64,10 +64,10 @@ ORDER = {
     "study.accuracy": "timing setup diagram elastic_operator slip_numerics integrators digit effects picture table measurement",
     "study.commands": "shared preparing running computing looking judging cli",
     "study.commands.running": "order finished killed broken_off remaining head_start planning conduct",
-    "study.commands.preparing": "declared campaigns new check plan explain",
+    "study.commands.preparing": "declared campaigns new check plan effects explain",
     "study.commands.computing": "declared run status collect merge submit",
     "study.commands.looking": "declared report figure show try frames",
-    "study.commands.judging": "declared export compare verify describe accuracy effects",
+    "study.commands.judging": "declared export compare verify describe accuracy",
     "study.commands.shared": "exits refusals lazy arguments group machine measuring plans glance datasets sources choice "
     "one_case",
 }

@@ -18,8 +18,7 @@ from solver.effects import OF_CASES, OF_DRIVES, Effect
 from solver.ensemble import Ensemble, mean_of
 from solver.outcome import InvalidInput
 from study.accuracy.timing import timed
-from study.discretization.targets import settled
-from study.manifest.cases import CampaignCase, expand
+from study.manifest.cases import CampaignCase
 from study.manifest.effects import refusal
 from study.manifest.manifest import MEMBERS, OF_CONTACTS, Manifest, TargetTable
 from study.manifest.problems import ManifestError
@@ -80,13 +79,12 @@ class Influence:
     problems: tuple[str, ...]
 
 
-def scenes_of(manifest: Manifest, cases: int, members: int | None) -> Scenes:
-    """So many cases of a campaign, evenly spread from the first to the last, and as many drives. Raises ManifestError.
+def scenes_of(manifest: Manifest, cases: Sequence[CampaignCase], count: int, members: int | None = None) -> Scenes:
+    """So many of these cases, evenly spread from the first to the last, and as many of their campaign's drives.
 
-    members: None for those of the campaign, at most MEMBERS; MEMBERS where it has one alone.
+    members: None for those of the campaign, at most MEMBERS; MEMBERS where it has one alone. Raises ManifestError.
     """
-    manifest = settled(manifest)
-    possible = [case for case in expand(manifest) if case.case]
+    possible = [case for case in cases if case.case]
     drives = [(each.label, each.drive.dimensionless(manifest.scales)) for each in manifest.drives if each.drive]
     if not possible or ("dynamics" in manifest.stages and not drives):
         raise ManifestError(
@@ -95,7 +93,7 @@ def scenes_of(manifest: Manifest, cases: int, members: int | None) -> Scenes:
     own = manifest.ensemble
     ensemble = Ensemble(members or (min(own.members, MEMBERS) if own.members > 1 else MEMBERS), places=own.places)
     variables = own.of or TargetTable(within=0.5).variables(manifest.stages[-1])
-    return Scenes(manifest, tuple(_spread(possible, cases)), dict(_spread(drives, cases)), ensemble, variables)
+    return Scenes(manifest, tuple(_spread(possible, count)), dict(_spread(drives, count)), ensemble, variables)
 
 
 def _spread(found: Sequence[T], count: int) -> list[T]:

@@ -98,22 +98,3 @@ def accuracy(**given: object) -> None:
     Example: nanoslip accuracy campaigns/mine.toml --digit
     """
     work("judging.accuracy", **given)
-
-
-@cli.command()
-@CAMPAIGN
-@click.option(
-    "--cases", type=click.IntRange(min=1), default=3, show_default=True, help="Number of cases, and of drives."
-)
-@click.option("--members", type=click.IntRange(min=2), help="Members of each case [default: the campaign's, at most 8]")
-def effects(**given: object) -> None:
-    """Measure what each effect of CAMPAIGN changes and costs.
-
-    Its first, middle and last case are computed with everything, then without one effect at a time, by the same members.
-    So are its first, middle and last drive. The change of each number asked for ([target] of, or those of the last stage) is
-    relative, and that of the case in which it is largest. Effects without which no task of the number differs are not shown.
-    Times are those of contact, record and drives without the effect, over those with everything. No result is kept.
-
-    Example: nanoslip effects campaigns/mine.toml --members 16
-    """
-    work("judging.effects", **given)

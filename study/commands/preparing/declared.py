@@ -69,12 +69,34 @@ def plan(**given: object) -> None:
 @cli.command()
 @CAMPAIGN
 @click.argument("parameters", metavar="[KEY=VALUE]...", nargs=-1)
+@click.option(
+    "--effects", "show_effects", is_flag=True, help="Measure what each of its effects changes and costs, too."
+)
 def explain(**given: object) -> None:
     """Explain one case of CAMPAIGN before it is computed.
 
     KEY=VALUE select the case, as in `nanoslip show`. Shown are its estimated time, the error of its grid where that
-    was measured, and what half of it would cost.
+    was measured, and what half of it would cost; with --effects what `nanoslip effects` shows, of this case.
 
-    Example: nanoslip explain campaigns/mine.toml intrinsic_friction=0.5
+    Example: nanoslip explain campaigns/mine.toml intrinsic_friction=0.5 --effects
     """
     work("preparing.explain", **given)
+
+
+@cli.command()
+@CAMPAIGN
+@click.option(
+    "--cases", type=click.IntRange(min=1), default=3, show_default=True, help="Number of cases, and of drives."
+)
+@click.option("--members", type=click.IntRange(min=2), help="Members of each case [default: the campaign's, at most 8]")
+def effects(**given: object) -> None:
+    """Measure what each effect of CAMPAIGN changes and costs.
+
+    Its first, middle and last case are computed with everything, then without one effect at a time, by the same members.
+    So are its first, middle and last drive. The change of each number asked for ([target] of, or those of the last stage) is
+    relative, and that of the case in which it is largest. Effects without which no task of the number differs are not shown.
+    Times are those of contact, record and drives without the effect, over those with everything. No result is kept.
+
+    Example: nanoslip effects campaigns/mine.toml --members 16
+    """
+    work("preparing.effects", **given)

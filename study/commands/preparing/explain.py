@@ -3,8 +3,11 @@
 import math
 from dataclasses import replace
 from pathlib import Path
+from typing import Final
 
 from solver.case import Case
+from study.accuracy.effects import scenes_of
+from study.commands.preparing.effects import print_changes
 from study.commands.shared.choice import assignments, chosen
 from study.commands.shared.exits import Refusal
 from study.commands.shared.refusals import refusals
@@ -18,8 +21,8 @@ from study.plan.plan import Planning
 from study.report.console import print_sentences, say
 
 
-def work(campaign: Path, parameters: tuple[str, ...]) -> None:
-    """Print the cost and the grid's error of the case of a campaign that has these parameters."""
+def work(campaign: Path, parameters: tuple[str, ...], show_effects: bool) -> None:
+    """Print the cost, the grid's error and perhaps the effects of the case of a campaign that has these parameters."""
     with refusals():
         manifest = settled(load_manifest(campaign))
         cases = list(expand(manifest))
@@ -34,6 +37,12 @@ def work(campaign: Path, parameters: tuple[str, ...]) -> None:
         say(f"case {case.point}")
         grid = _of_grid(case.case, front, "slip" in manifest.stages)
         print_sentences([f"estimated time, to a factor of three: {roughly(seconds)}", grid])
+        if show_effects:
+            print_changes(campaign, scenes_of(manifest, [case], SHOWN))
+
+
+SHOWN: Final = 3
+"""Drives whose effects are shown: the first, the middle and the last one."""
 
 
 def _of_grid(case: Case, front: Front, slides: bool) -> str:

@@ -9,6 +9,7 @@ from solver.effects import OF_CASES, OF_DRIVES
 from solver.ensemble import mean_of
 from study.accuracy.effects import Influence, influences, scenes_of
 from study.api import run
+from study.manifest.cases import expand
 from study.manifest.reader import load_manifest
 from tests.conftest import Main
 
@@ -35,7 +36,8 @@ SPREAD = "[heterogeneity]\nspread = 0.3\n"
 
 def found_in(folder: Path, text: str) -> list[Influence]:
     (folder / "mine.toml").write_text(text)
-    return influences(scenes_of(load_manifest(folder / "mine.toml"), 3, 3))[0]
+    manifest = load_manifest(folder / "mine.toml")
+    return influences(scenes_of(manifest, list(expand(manifest)), 3, 3))[0]
 
 
 def of_members(folder: Path, text: str, name: str, variable: str, group: str) -> np.ndarray:

@@ -55,3 +55,18 @@ def test_a_case_that_physics_refuses_says_why(main, campaign):
     code, _, errors = main("explain", campaign, "n_x=9", "coarsest_row=17", "intrinsic_friction=0.5")
     assert code == 2
     assert "coarsest_row = 17" in errors
+
+
+def test_effects_of_a_case_are_those_of_a_campaign_of_it_alone(main, campaign, tmp_path):
+    """Changes alike; seconds are measured and differ."""
+    alone = tmp_path / "alone.toml"
+    alone.write_text(campaign.read_text().replace("[0.25, 0.5]", "[0.5]").replace("[50.0, 100.0]", "[50.0]"))
+    code, said, _ = main("explain", campaign, *SELECTED, "--effects")
+    _, expected, _ = main("effects", alone)
+    assert code == 0
+    assert changes(said) == changes(expected) != []
+
+
+def changes(said: str) -> list[list[str]]:
+    """Effect, number and change of each row."""
+    return [line.split()[:5] for line in said.splitlines() if " ± " in line]

@@ -3,9 +3,11 @@
 import math
 from pathlib import Path
 
-from study.accuracy.effects import Influence, influences, scenes_of
+from study.accuracy.effects import Influence, Scenes, influences, scenes_of
 from study.commands.shared.plans import counted
 from study.commands.shared.refusals import refusals
+from study.discretization.targets import settled
+from study.manifest.cases import expand
 from study.manifest.reader import load_manifest
 from study.report.console import Table, print_sentences, print_table, say
 
@@ -15,10 +17,16 @@ _HEADER = ("effect", "number", "change ±", "seconds ×", "setting")
 def work(campaign: Path, cases: int, members: int | None) -> None:
     """Compute a few cases with everything and without each effect, and print the changes."""
     with refusals():
-        scenes = scenes_of(load_manifest(campaign), cases, members)
-        size = f"{counted(len(scenes.cases), 'case')}, {counted(scenes.ensemble.members, 'member')} each"
-        say(f"{campaign}: computing {size}, with everything and without one effect at a time", stderr=True)
-        found, failures = influences(scenes)
+        manifest = settled(load_manifest(campaign))
+        scenes = scenes_of(manifest, list(expand(manifest)), cases, members)
+        print_changes(campaign, scenes)
+
+
+def print_changes(campaign: Path, scenes: Scenes) -> None:
+    """Compute these scenes with everything and without each effect, and print the changes."""
+    size = f"{counted(len(scenes.cases), 'case')}, {counted(scenes.ensemble.members, 'member')} each"
+    say(f"{campaign}: computing {size}, with everything and without one effect at a time", stderr=True)
+    found, failures = influences(scenes)
     print_sentences(f"case {number}: {each.point}" for number, each in enumerate(scenes.cases, start=1))
     print_sentences((f"with everything, {each}" for each in failures), "failed")
     if not found:

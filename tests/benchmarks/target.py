@@ -1,0 +1,321 @@
+"""What a target costs and whether it is kept: twenty campaigns drawn by seed, against eight members with everything.
+
+`python -m tests.benchmarks.target [CASES]` computes so many cases of each, evenly spread, and writes tests/benchmarks/target.md.
+Costs are processor seconds of compliances, records and drives. A target is kept where the mean it stopped at is no further than
+`within` from that of 32 other starts with everything.
+"""
+
+import json
+import math
+import sys
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from concurrent.futures import ProcessPoolExecutor
+from dataclasses import dataclass, replace
+from functools import partial
+from multiprocessing import get_context
+from pathlib import Path
+from tempfile import TemporaryDirectory
+from typing import NamedTuple
+
+import numpy as np
+
+from solver.case import Case
+from solver.drive import Drive
+from solver.dynamics.coefficients import measured
+from solver.elasticity.compliance import SurfaceCompliance, surface_compliance
+from solver.ensemble import FEWEST, Ensemble, Mean, mean_of
+from solver.outcome import SolverError
+from solver.sliding.events import slide
+from solver.sliding.plateau import plateau_of
+from study.accuracy.timing import timed
+from study.manifest.cases import expand
+from study.manifest.manifest import Manifest
+from study.manifest.reader import load_manifest
+from study.plan.kinds.kind import declared
+from study.plan.tasks import KINDS, Task, TaskResult, compliance_task, drive_task, record_task, run_task
+
+CAMPAIGNS, CASES = 20, 12
+WITHIN = (0.1, 0.03, 0.01, 0.003)
+OTHERS = 32
+FIRST_OTHER = 1_000_000
+"""Number of the first member of the other starts: no campaign has so many."""
+ALONE_KIND, SHARED_KIND, UNDRIVEN_KIND = "a drive", "drives share records", "no drive"
+KINDS_OF_CAMPAIGNS = (ALONE_KIND, SHARED_KIND, ALONE_KIND, UNDRIVEN_KIND)
+
+
+class Campaign(NamedTuple):
+    """A campaign without an ensemble, what it is of, and the variables to be known."""
+
+    kind: str
+    text: str
+    of: tuple[str, ...]
+
+
+def drawn(number: int) -> Campaign:
+    """A campaign of 64 to 343 cases over μ_i, load and radius; 12 to 40 nodes in contact at its middle."""
+    rng = np.random.default_rng([30, number])
+    kind = KINDS_OF_CAMPAIGNS[number % len(KINDS_OF_CAMPAIGNS)]
+    n_x, poisson, middle = int(rng.choice([65, 129])), float(rng.uniform(0.0, 0.38)), 10.0 ** rng.uniform(-4.0, -3.0)
+    half_width = min(math.exp(rng.uniform(math.log(12), math.log(40))) / 2 / (n_x - 1), 0.17)
+    radius = half_width**2 * math.pi / (2.0 * middle * (1.0 - poisson))
+    counts = rng.integers(4, 8, 3)
+    friction = np.geomspace(rng.uniform(0.05, 0.3), rng.uniform(0.4, 0.9), counts[0])
+    loads, radii = (
+        each * np.geomspace(0.6, 1.7, count) for each, count in zip((middle, radius), counts[1:], strict=True)
+    )
+    spread = float(rng.choice([0.0, 0.0, 0.1, 0.3]))
+    axes = {"intrinsic_friction": friction, "normal_load": loads, "radius": radii}
+    lines = [
+        f'title = "campaign {number}"',
+        "[axes]",
+        *(f"{name} = {values.round(12).tolist()}" for name, values in axes.items()),
+        "[numerics]",
+        f"n_x = {n_x}",
+        f'scheme = "{rng.choice(["galerkin", "galerkin", "biquadratic", "half_plane"])}"',
+        f"[constants]\npoisson = {poisson}\n[heterogeneity]\nspread = {spread}",
+        "[outputs]\ntrajectory = false\nphases = false\nfit = false",
+    ]
+    of: Sequence[str] = ("plateau_mean",)
+    if kind != UNDRIVEN_KIND:
+        # A stage that goes on for three times what loads the spring to the largest friction, in 20 to 60 periods.
+        travel = 3.0 * friction[-1] * loads[-1] * 1e5 / 2e5
+        lines += ["[[drives]]", 'name = "pull"', f"stage_travel = {travel}", "spring_stiffness = 2e5"]
+        speeds = travel / (2.0 * math.pi * math.sqrt(0.5 / 2e5)) / np.geomspace(20.0, 60.0, 4)
+        if kind == SHARED_KIND:
+            lines += ["[drive_axes]", f"stage_velocity = {speeds.tolist()}", "damping_ratio = [0.05, 0.2]"]
+        else:
+            lines += [f"stage_velocity = {speeds[0]}"]
+        choices = (
+            ("kinetic_friction",),
+            ("kinetic_friction",),
+            ("plateau_mean", "kinetic_friction"),
+            ("static_friction",),
+        )
+        of = choices[int(rng.integers(len(choices)))]
+    return Campaign(kind, "\n".join(lines) + "\n", tuple(of))
+
+
+@dataclass(frozen=True)
+class Judged:
+    """A campaign computed with everything or to a target: seconds, and the numbers asked for.
+
+    error: of each, over `within`, of the mean against the other starts; NaN where these have none. reached: whether the target
+    says that it is known.
+    """
+
+    seconds: float
+    reached: np.ndarray
+    error: np.ndarray
+    equal: float = math.nan
+    """Seconds over those with everything, where eight members with everything reach this target, too."""
+
+
+@dataclass(frozen=True)
+class Verdict:
+    """A campaign: what it is, how many cases and drives it has, and how it went with each target."""
+
+    campaign: Campaign
+    cases: int
+    drives: int
+    everything: float
+    """Seconds."""
+    targets: Mapping[float, Judged]
+
+
+def judge(number: int, most_cases: int) -> Verdict:
+    """Compute cases of a campaign with everything and to every target."""
+    campaign = drawn(number)
+    whole = _manifest(campaign.text + "[ensemble]\nmembers = 8\n")
+    of = json.dumps(campaign.of)
+    aimed = {within: _manifest(f"{campaign.text}[target]\nwithin = {within}\nof = {of}\n") for within in WITHIN}
+    possible = [each.case for each in expand(whole) if each.case]
+    places = np.linspace(0, len(possible) - 1, min(most_cases, len(possible))).round().astype(int)
+    drives = [each.drive.dimensionless(whole.scales) for each in whole.drives if each.drive]
+    rows: dict[float, list[_Row]] = {within: [] for within in (0.0, *WITHIN)}
+    slabs: dict[str, tuple[TaskResult, float]] = {}
+    for case in (possible[place] for place in places):
+        slab = compliance_task(case.slab)
+        if slab.key not in slabs:
+            slabs[slab.key] = _done(slab, {})
+            for manifest in (whole, *aimed.values()):  # loads libraries and kernels
+                _computed(case, drives[:1], replace(manifest.ensemble, members=FEWEST), slabs[slab.key][0])
+        compliance = slabs[slab.key][0]
+        others = list(_others(case, drives, campaign.of))
+        for within, manifest in ((0.0, whole), *aimed.items()):
+            results, seconds = _computed(case, drives, manifest.ensemble, compliance)
+            found = [_known(name, result) for result in results for name in campaign.of if name in _names(result)]
+            rows[within].append(_Row(seconds, found, others))
+    shared = sum(seconds for _, seconds in slabs.values())
+    everything = shared + sum(row.seconds for row in rows[0.0])
+    targets = {within: _judged(rows[0.0], rows[within], within, shared) for within in WITHIN}
+    return Verdict(campaign, len(possible), len(drives), everything, targets)
+
+
+class _Row(NamedTuple):
+    """One case: seconds of record and drives, each number asked for with twice its ± and what is left out, and the truth."""
+
+    seconds: float
+    found: list[tuple[float, float]]
+    truth: list[Mean]
+
+
+def _judged(whole: list[_Row], rows: list[_Row], within: float, shared: float) -> Judged:
+    found = np.array([each for row in rows for each in row.found])
+    truth = np.array([float(each.mean) for row in rows for each in row.truth])
+    reached = found[:, 1] <= within * np.abs(found[:, 0])
+    error = np.abs(found[:, 0] - truth) / np.abs(truth) / within
+    equal = [all(doubt <= within * abs(mean) for mean, doubt in row.found) for row in whole]
+    pairs = [(row.seconds, other.seconds) for row, other, same in zip(rows, whole, equal, strict=True) if same]
+    ratio = sum(each for each, _ in pairs) / sum(each for _, each in pairs) if pairs else math.nan
+    return Judged(shared + sum(row.seconds for row in rows), reached, error, ratio)
+
+
+def _manifest(text: str) -> Manifest:
+    with TemporaryDirectory() as folder:
+        path = Path(folder) / "campaign.toml"
+        path.write_text(text, "utf-8")
+        return load_manifest(path)
+
+
+def _done(task: Task, results: Mapping[str, TaskResult]) -> tuple[TaskResult, float]:
+    """A task's result and seconds; its arrays are read-only, as a store gives them: kernels are compiled for that."""
+    result, seconds = timed(partial(run_task, task, {key: results[key] for key in task.needs}))
+    for array in result.arrays.values():
+        array.setflags(write=False)
+    return result, seconds
+
+
+def _computed(
+    case: Case, drives: Sequence[Drive], ensemble: Ensemble, compliance: TaskResult
+) -> tuple[list[TaskResult], float]:
+    """The record of a case and its drives."""
+    results, total = {compliance.key: compliance}, 0.0
+    tasks = [record_task(case, ensemble)]
+    tasks += [drive_task(case, drive, ensemble, scalars_only=True, fitted=False) for drive in drives]
+    for task in tasks:
+        results[task.key], seconds = _done(task, results)
+        total += seconds
+    return [results[task.key] for task in tasks], total
+
+
+def _names(result: TaskResult) -> set[str]:
+    return {each.name for each in declared(KINDS[result.kind]).values()}
+
+
+def _known(name: str, result: TaskResult) -> tuple[float, float]:
+    """The mean of a number, and twice its ± and what is left out of it."""
+    key = next(key for key, each in declared(KINDS[result.kind]).items() if each.name == name)
+    mean = mean_of(np.array(result.scalars.get(key, [math.nan]), float))
+    left_out = float(result.scalars.get("left_out_error", [0.0])[0])
+    return float(mean.mean), 2.0 * float(mean.uncertainty) + left_out * abs(float(mean.mean))
+
+
+def _others(case: Case, drives: Sequence[Drive], names: Sequence[str]) -> Iterator[Mean]:
+    """The means of the other starts with everything, in the order of the results of `_computed`."""
+    compliance, ensemble = surface_compliance(case.slab), Ensemble(2)
+    rows = [_member(ensemble.case(case, FIRST_OTHER + number), drives, compliance) for number in range(OTHERS)]
+    for name in names:
+        if name == "plateau_mean":
+            yield mean_of(np.array([plateau for plateau, _ in rows]))
+    for place in range(len(drives)):
+        for name in names:
+            if name != "plateau_mean":
+                yield mean_of(np.array([found[place][name] for _, found in rows]))
+
+
+def _member(case: Case, drives: Sequence[Drive], compliance: SurfaceCompliance) -> tuple[float, list[dict[str, float]]]:
+    nothing = {"static_friction": math.nan, "kinetic_friction": math.nan}
+    try:
+        record = slide(case, compliance)
+    except SolverError:
+        return math.nan, [nothing] * len(drives)
+    plateau, found = plateau_of(record), []
+    for drive in drives:
+        try:
+            _, friction = measured(record, plateau, drive)
+            found.append({name: getattr(friction, name) for name in nothing})
+        except SolverError:
+            found.append(nothing)
+    return plateau.mean, found
+
+
+def as_markdown(verdicts: Sequence[Verdict]) -> str:
+    """One row of each campaign, and what they come to."""
+    head = [f"{100.0 * within:g} %" for within in WITHIN]
+    lines = [
+        f"| campaign | cases | drives | of | 8 members | {' | '.join(f'× at {each}' for each in head)} | reached at {head[2]} |",
+        "|---" * (6 + len(WITHIN)) + "|",
+    ]
+    for number, each in enumerate(verdicts):
+        ratios = [f"{each.targets[within].seconds / each.everything:.2f}" for within in WITHIN]
+        reached = f"{each.targets[WITHIN[2]].reached.mean():.0%}"
+        cells = [f"{number}: {each.campaign.kind}", each.cases, each.drives, ", ".join(each.campaign.of)]
+        lines.append("| " + " | ".join(map(str, [*cells, f"{each.everything:.1f} s", *ratios, reached])) + " |")
+    lines += ["", f"| over all of them | {' | '.join(head)} |", "|---" * (1 + len(WITHIN)) + "|"]
+
+    def row(what: str, shown: Callable[[float], str]) -> str:
+        return f"| {what} | {' | '.join(map(shown, WITHIN))} |"
+
+    def ratio(
+        kinds: Sequence[str], reduce: Callable[[Sequence[float]], float], *, equal: bool = False
+    ) -> Callable[[float], str]:
+        def shown(within: float) -> str:
+            own = [each for each in verdicts if each.campaign.kind in kinds]
+            found = [
+                each.targets[within].equal if equal else each.targets[within].seconds / each.everything for each in own
+            ]
+            return f"{reduce([one for one in found if math.isfinite(one)] or [math.nan]):.2f}"
+
+        return shown
+
+    def median(values: Sequence[float]) -> float:
+        return float(np.median(values))
+
+    driven = (ALONE_KIND, SHARED_KIND)
+    lines += [
+        row("seconds ×, median campaign with drives", ratio(driven, median)),
+        row("seconds ×, median campaign whose drives share records", ratio((SHARED_KIND,), median)),
+        row("seconds ×, median campaign without drives", ratio((UNDRIVEN_KIND,), median)),
+        row("seconds ×, dearest campaign", ratio(KINDS_OF_CAMPAIGNS, max)),
+        row(
+            "the same of cases in which 8 members with everything reach it", ratio(KINDS_OF_CAMPAIGNS, max, equal=True)
+        ),
+        row("numbers that reach it", lambda within: f"{_all(verdicts, within)[0].mean():.1%}"),
+        row("of these kept", lambda within: f"{_kept(*_all(verdicts, within)):.1%}"),
+        row("kept in the worst campaign", lambda within: f"{_worst(verdicts, within):.1%}"),
+        row("without a value, left aside", lambda within: f"{np.isnan(_all(verdicts, within)[1]).mean():.1%}"),
+    ]
+    return "\n".join(lines) + "\n"
+
+
+def _all(verdicts: Sequence[Verdict], within: float) -> tuple[np.ndarray, np.ndarray]:
+    own = [each.targets[within] for each in verdicts]
+    return np.concatenate([each.reached for each in own]), np.concatenate([each.error for each in own])
+
+
+def _kept(reached: np.ndarray, error: np.ndarray) -> float:
+    judged = reached & np.isfinite(error)
+    return float(np.mean(error[judged] <= 1.0)) if judged.any() else math.nan
+
+
+def _worst(verdicts: Sequence[Verdict], within: float) -> float:
+    found = [_kept(each.targets[within].reached, each.targets[within].error) for each in verdicts]
+    return min((each for each in found if math.isfinite(each)), default=math.nan)
+
+
+def main(arguments: Sequence[str]) -> None:
+    """Measure, print and write the table."""
+    cases = int(arguments[0]) if arguments else CASES
+    numbers = range(int(arguments[1]) if arguments[1:] else CAMPAIGNS)
+    verdicts = []
+    with ProcessPoolExecutor(2, get_context("spawn")) as pool:
+        for number, each in enumerate(pool.map(partial(judge, most_cases=cases), numbers)):
+            print(f"campaign {number}: {each.campaign.kind}, {each.everything:.1f} s", file=sys.stderr, flush=True)
+            verdicts.append(each)
+    text = f"{cases} cases of each campaign, evenly spread.\n\n{as_markdown(verdicts)}"
+    print(text)
+    Path(__file__).with_suffix(".md").write_text(text, "utf-8")
+
+
+if __name__ == "__main__":
+    main(sys.argv[1:])
