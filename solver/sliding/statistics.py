@@ -44,7 +44,9 @@ class EventStatistics(Labels):
     events: int = field(metadata=quantity("events of the record"))
     spacings: float = field(
         metadata=quantity(
-            "length of the record, in node spacings", "record_spacings", comment="the surface pattern repeats every spacing"
+            "length of the record, in node spacings",
+            "record_spacings",
+            comment="the surface pattern repeats every spacing",
         )
     )
     presliding_lengths: float = field(

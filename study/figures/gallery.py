@@ -57,8 +57,8 @@ def _head(folder: str) -> str:
     return f"""# {folder.capitalize()}
 
 Behind each title are the numbers: what the paper says, what is found and why the two differ. In brackets: the standard
-deviation (s.d.) and range over starts, if nothing else is named. `nanoslip figure NAME` draws one of these figures, as PDF, SVG and PNG;
-`make figures FIGURES=campaigns` wrote this page.
+deviation (s.d.) and range over starts, if nothing else is named. `nanoslip figure NAME` draws one of these figures, as PDF,
+SVG and PNG; `make figures FIGURES=campaigns` wrote this page.
 
 Beside these: {others}."""
 
