@@ -50,9 +50,7 @@ class SlipRule:
     residual_shear: float = parameter(
         0.0, table="slip", meaning="shear left by a slip, over μ_i·pressure", least=0.0, most=1.0
     )
-    limited_shear: LimitedShear = parameter(
-        "both_ways", table="slip", meaning="directions in which shear is limited", unit=""
-    )
+    limited_shear: LimitedShear = parameter("both_ways", table="slip", meaning="directions of limited shear", unit="")
     event_floor: float = parameter(
         1e-6,
         table="slip",

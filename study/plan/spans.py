@@ -4,8 +4,6 @@ import math
 
 from study.plan.outlook import Outlook
 
-_PERIOD = "the surface pattern repeats every spacing"
-
 
 def span_line(outlook: Outlook) -> str:
     """The number of node spacings that the records will span; empty where nothing slides."""
@@ -13,4 +11,4 @@ def span_line(outlook: Outlook) -> str:
         return ""
     low, high = f"{outlook.shortest:.2g}", f"{outlook.longest:.2g}"
     span = low if low == high else f"{low} to {high}"
-    return f"each record slides the pin over about {span} node spacings (to a factor of three); {_PERIOD}"
+    return f"each record slides the pin over about {span} node spacings (to a factor of 3); the surface repeats every spacing"
