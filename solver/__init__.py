@@ -4,7 +4,7 @@ A slab of width L_x rests on a rigid plane. Its surface carries nodes; a pin (pa
 pressed onto them with a load W and then moved sideways by δ_p. Nodes in contact stick to the pin until their shear
 reaches μ_i times their pressure; then they slip until `residual_shear` of it is left, and others may follow in a cascade.
 Between such events everything is linear, so the pin moves from event to event: F(δ_p) is the friction record. Its
-steady part, repeated for ever, is the friction limit of a pin that a moving stage pulls through a spring and a damper:
+steady part, extended periodically, is the friction limit of a pin that a moving stage pulls through a spring and a damper:
 the spring force shows static friction, kinetic friction and stick-slip. All is dimensionless: lengths in L_x, stresses
 in G, forces in G·L_x·L_y; `Scales` leads back to SI.
 

@@ -50,7 +50,7 @@ class SlipRule:
     residual_shear: float = parameter(
         0.0, table="slip", meaning="shear left by a slip, over μ_i·pressure", least=0.0, most=1.0
     )
-    limited_shear: LimitedShear = parameter("both_ways", table="slip", meaning="which shear friction limits", unit="")
+    limited_shear: LimitedShear = parameter("both_ways", table="slip", meaning="directions of limited shear", unit="")
     event_floor: float = parameter(
         1e-6,
         table="slip",
@@ -158,8 +158,8 @@ class Case:
     normal_load: W/(G·L_x·L_y).
     initial_contact: `stick` brings all nodes in contact down stuck at u = 0 and slips them afterwards,
     `frictionless` sticks them where frictionless contact leaves them, `gradual` raises the load event by event.
-    start: where the pin comes down, in node spacings right of the slab's middle node, 0 to 1: what the pin meets repeats
-    with the nodes, so starts between two of them sample all there is.
+    start: where the pin comes down, in node spacings right of the slab's middle node, 0 to 1: the surface
+    pattern repeats every spacing, so starts within one sample all there is.
     max_events, max_presliding (presliding lengths μ_i·W/K), max_displacement (L_x), max_spacings (node spacings): the record
     ends at whichever comes first; at least one is needed.
     """

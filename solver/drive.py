@@ -87,7 +87,7 @@ class Drive:
     In these units the pin's mass is 1; `from_si` takes values in SI. damping_ratio is ζ = c/(2√(m·k)); 0 is no damper.
     integrator: settings of one of the integrators, or the name of one, with its own values.
     samples: number of evenly spaced output times after t = 0; a choice of storage, never a change of the result.
-    max_slips: the drive ends, completed, where the last of so many macroscopic slips ends, at the latest after `duration`.
+    max_slips: stop (completed) at the end of this many macroscopic slips, or at `duration`.
     step_limit: segments (exact) or time steps (rk4) after which the drive is given up.
 
     surface_compliance: the contact yields with K before it slips (Eq. 13-14). Without, K → ∞: the pin is at rest while

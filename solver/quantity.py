@@ -15,7 +15,7 @@ GRID_ERROR: Final = "discretization_error"
 """Name of the variable that holds the relative error of the slab's grid, which no ± contains."""
 SCALED: Final = ("", "normal_load", "intrinsic_friction", "length", "stiffness", "time", "velocity")
 """What a number may be scaled with: nothing, the load W or μ_i (it becomes a share of it), or the case's unit (it becomes SI)."""
-PLUS_MINUS: Final = "half-width of the 68 % interval of Student's t over the members; NaN of one member alone"
+PLUS_MINUS: Final = "at 68 %, see Uncertainty in the README of nanoslip; NaN of one member alone"
 _KEY: Final = "quantity"
 
 

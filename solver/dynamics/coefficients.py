@@ -83,7 +83,7 @@ def friction_coefficients(result: DynamicsResult, record: FrictionRecord, platea
     slides = float(result.time[-1] - result.slip_time[0])
     if outcome.ok and slides < PERIODS * result.settling_time:
         periods = math.floor(100.0 * slides / result.settling_time) / 100.0  # never rounded up to those that are needed
-        message = f"the pin slides for {periods:g} of its periods, {PERIODS:g} are needed: raise duration"
+        message = f"the pin slid for {periods:g} oscillation periods; averaging μ_k needs {PERIODS:g}: raise duration"
         outcome = Outcome(Ending.NO_PLATEAU, f"the driving force is not steady: {message}")
     if outcome.ok:
         kinetic, outcome = _steady_mean(result.binned_force / record.normal_load)

@@ -1,4 +1,4 @@
-"""The friction limit F̃(x) that a moving pin meets (§2.2.2): teeth of a friction record, its steady part for ever.
+"""The friction limit F̃(x) that a moving pin meets (§2.2.2): teeth of a friction record, its steady part extended periodically.
 
 F̃ is made of straight teeth. The first ones are the record's from δ_p = 0 to the end of its plateau; from there the
 plateau's teeth repeat with its length as period (§2.2.2-3), the junction being one more jump. Behind its starting point

@@ -88,7 +88,7 @@ class FrictionRecord(Viewed):
     normal_load: float
     """W."""
     spacing: float
-    """Distance between surface nodes: what the pin meets repeats with it. Infinite where pressures are constant: then the pin
+    """Distance between surface nodes: the period of the surface pattern. Infinite where pressures are constant: then the pin
     goes on meeting what it met where it touched."""
     presliding_length: float
     """μ_i·W/K, in L_x: where a contact that stuck as a whole would reach the friction of all its nodes. Infinite if K ≤ 0."""

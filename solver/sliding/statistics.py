@@ -44,7 +44,7 @@ class EventStatistics(Labels):
     events: int = field(metadata=quantity("events of the record"))
     spacings: float = field(
         metadata=quantity(
-            "length of the record, in node spacings", "record_spacings", comment="what the pin meets repeats with them"
+            "length of the record, in node spacings", "record_spacings", comment="the surface repeats each spacing"
         )
     )
     presliding_lengths: float = field(

@@ -82,7 +82,7 @@ OUTGROWN = Flag(
 WHOLE_SLAB = Flag(
     8,
     "whole_slab",
-    "all surface nodes in contact: the slab under a load, no contact of its own size",
+    "the pin covers the whole slab: slab width, not load and radius, sets the contact size",
     "lower normal_load or radius (half_width of a punch)",
 )
 BEYOND_CONTACT = Flag(

@@ -165,10 +165,10 @@ _HEAD = """# Variables of a dataset
 What `results.nc` can hold; which of it a campaign has follows from its stages and outputs. Lengths are in slab widths L_x,
 forces over the load W, stiffness in G·L_y, where no SI unit is given. `cases` stands for the dimensions of the cases:
 `intrinsic_friction`, `radius`, `aspect_ratio`, `n_x` and every further axis, or `case`; `drive` is a dimension where there are
-several drives. Numbers are means over the members of each case's ensemble; beside many stand `NAME_uncertainty`, their ±, and
-`NAME_members`, how many members have a value. The root of the file has scalars and parameters; records, trajectories, contacts,
-the inside of slabs and the software are groups of their own. `nanoslip describe NAME` says the same of one variable.
-This page is written by `python -m study.dataset.description`."""
+several drives. Numbers are means over the members of each case's ensemble; beside many stand `NAME_uncertainty`, their
+[±](../README.md#uncertainty), and `NAME_members`, how many members have a value. The root of the file has scalars and
+parameters; records, trajectories, contacts, the inside of slabs and the software are groups of their own.
+`nanoslip describe NAME` says the same of one variable. This page is written by `python -m study.dataset.description`."""
 
 
 _COLUMNS = ("| variable | along | unit | meaning | symbol | uncertainty | remark |", "|---|---|---|---|---|---|---|")

@@ -151,7 +151,7 @@ MEMBERS: Final = Quantity(
 )
 DRIVE_MEMBERS: Final = Quantity("drive_members", "members that were driven", comment="as members")
 
-_BY_NAME: Final = "by its name along software; empty while pending"
+_BY_NAME: Final = "name of the entry in the group software; empty until computed"
 COMPUTED_BY = {
     "": Quantity("computed_by", "software that computed the case", "", comment=_BY_NAME),
     DRIVE: Quantity("drive_computed_by", "software of the dynamic stage", "", comment=_BY_NAME),

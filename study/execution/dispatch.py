@@ -36,7 +36,7 @@ class Dispatcher:
     """Tasks given to each rank and not reported yet. Choosing a rank costs the same for two ranks as for thousands."""
 
     def __init__(self, sends: Sequence[Send], begin: Begin[Any] = lambda *_: None) -> None:
-        """sends: `sends[rank]` sends a list of tasks to that rank. begin: hears of them."""
+        """sends: `sends[rank]` sends a list of tasks to that rank. begin: callback, called with them."""
         self._sends, self._begin = sends, begin
         self._lookahead = lookahead(len(sends))
         self._doing: list[dict[str, float]] = [{} for _ in sends]  # key -> expected seconds

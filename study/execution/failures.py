@@ -70,7 +70,7 @@ class Diary:
     """Keeps all that is known of attempts that fail, and that a task which has failed has not in the end."""
 
     def __init__(self, out: Path, report: Report[Task]) -> None:
-        """report: hears how tasks end, as this does."""
+        """report: callback, called with each task's outcome."""
         self._out, self._report = out, report
         self._failed = set(attempts.final(out, here().solver))
         self.undone: set[str] = set()

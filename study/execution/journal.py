@@ -72,7 +72,7 @@ class Journal:
         self._add(self._run)
 
     def noting(self, report: Report[Task]) -> Report[Task]:
-        """Hears how tasks end, as `report` then does, and notes what those with a result took."""
+        """A callback that notes how long tasks with a result took, then calls `report`."""
 
         def note(tasks: Sequence[Task], outcome: Outcome, seconds: Collection[float]) -> None:
             if outcome.ending not in UNDONE and outcome.ending is not Ending.NEEDS_FAILED:

@@ -16,7 +16,7 @@ from study.execution.queue import TaskQueue, Work
 W = TypeVar("W", bound=Work)
 Execute = Callable[[W], Outcome]
 Report = Callable[[Sequence[W], Outcome, Collection[float]], None]
-"""Hears of tasks that have ended, all in the same way, and how many seconds each took."""
+"""Callback: called with tasks of the same outcome, and the seconds that each took."""
 
 ATTEMPTS: Final = 2
 """How often a task is begun whose process dies: what killed it may have been no fault of its own."""
@@ -55,11 +55,11 @@ class Done:
 
 
 Fail = Callable[[W, Done, bool], None]
-"""Hears of each failed attempt: the task, how it ended, whether that is final."""
+"""Callback: called with each failed attempt, how it ended, and whether that is final."""
 
 
 Begin = Callable[[Sequence[tuple[W, float]]], None]
-"""Hears of tasks that are handed out, and how many seconds each is expected to take: infinite while unknown."""
+"""Callback: called with tasks handed out, and the seconds that each is expected to take; infinite while unknown."""
 
 
 Meanwhile = Callable[[], bool]

@@ -56,9 +56,9 @@ def _head(folder: str) -> str:
     others = ", ".join(f"[{name}](../{name})" for name in _other_pages(folder))
     return f"""# {folder.capitalize()}
 
-Behind each title are the numbers: what the paper says, what is found and why the two differ. There ± is the standard deviation
-over starts of the pin within a node spacing, with their range in brackets, where nothing else is said. `nanoslip figure NAME`
-draws one of these figures, as PDF, SVG and PNG; `make figures FIGURES=campaigns` wrote this page.
+Behind each title are the numbers: what the paper says, what is found and why the two differ. In brackets: the standard
+deviation (s.d.) and range over starts, if nothing else is named. `nanoslip figure NAME` draws one of these figures, as PDF,
+SVG and PNG; `make figures FIGURES=campaigns` wrote this page.
 
 Beside these: {others}."""
 

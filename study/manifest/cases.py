@@ -19,7 +19,7 @@ from study.manifest.problems import ManifestError
 Point = tuple[Value | None, ...]
 """Values of the axes. None: a setting that this case does not have."""
 Heard = Callable[[int], None]
-"""Hears how many are done, of many things that take long together."""
+"""Callback: called with the number done so far, of a long loop."""
 _AT_ONCE: Final = 4096
 """Cases whose places on the axes are found together."""
 

@@ -105,7 +105,7 @@ def make_plan(manifest: Manifest, heard: Heard = lambda _: None) -> Plan:
     """Everything a campaign has to compute. Raises ManifestError where two cases are the same.
 
     Of an error asked for, the plan's manifest has the numerics that were chosen for it (see study.discretization.targets).
-    heard: hears the number of cases so far, again and again.
+    heard: callback, called repeatedly with the number of cases so far.
     """
     with all_kept():
         return plan_of(settled(manifest), heard)

@@ -11,4 +11,4 @@ def span_line(outlook: Outlook) -> str:
         return ""
     low, high = f"{outlook.shortest:.2g}", f"{outlook.longest:.2g}"
     span = low if low == high else f"{low} to {high}"
-    return f"node spacings that records span, to a factor of three: {span}; what the pin meets repeats with them"
+    return f"each record slides the pin over about {span} node spacings (to a factor of 3); the surface repeats every spacing"

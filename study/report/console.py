@@ -89,7 +89,7 @@ def table_text(title: str, tables: Iterable[Table]) -> rich.text.Text:
 
 @contextmanager
 def counting(words: str) -> Iterator[Callable[[int], None]]:
-    """A function that hears the number done so far; a terminal shows it while it grows, where that takes long.
+    """A callback that takes the number done so far; a terminal shows it while it grows, if that takes long.
 
     words: `{} cases planned`.
     """

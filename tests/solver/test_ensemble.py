@@ -1,4 +1,4 @@
-"""Members derive from the case and their number; ± is the 68 % interval of Student's t over them, and nothing else."""
+"""Members derive from the case and their number; ± follows from their scatter, and from nothing else."""
 
 import math
 import struct

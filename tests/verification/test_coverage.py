@@ -25,7 +25,7 @@ def cheap() -> Iterator[list[Verdict]]:
 
 def expected() -> float:
     """Probability that two means of draws alike differ by less than 2 ±, the root of the sum of the squares of theirs: from
-    many such pairs. It is 94 to 95 %, not 95.4: ± is a 68 % interval of Student's t, and twice it less than a 95 % one."""
+    many such pairs. It is 94 to 95 %, not 95.4: twice a 68 % interval of Student's t is less than a 95 % one."""
     rng = np.random.default_rng(1)
     draws = rng.standard_normal((100_000, MEMBERS + OTHERS))
     off, squares = np.zeros(len(draws)), np.zeros(len(draws))

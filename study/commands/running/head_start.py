@@ -56,7 +56,7 @@ class HeadStart:
     """Computes short tasks on a farm while further cases are planned."""
 
     def __init__(self, farm: Farm, planning: Planning, journal: Journal, heard: Heard) -> None:
-        """heard: hears the number of cases that are planned."""
+        """heard: callback, called with the number of cases planned so far."""
         self._farm, self._planning, self._journal, self._heard = farm, planning, journal, heard
         self._seen = 0
         self._ended: set[str] = set()

@@ -40,7 +40,7 @@ from study.results.store import Store
 def collect(plan: Planned, store: Store, heard: Heard = lambda _: None, processes: int = 1) -> xr.Dataset:
     """The dataset of a campaign with its groups, finished or not: what is not computed is NaN, with the outcome `pending`.
 
-    Raises ManifestError where two cases are the same, StoreError. heard: hears the number of cases so far, again and again.
+    Raises ManifestError where two cases are the same, StoreError. heard: callback, called with the number of cases so far.
     processes: that read results, forked from this one; where runs are collected, this one reads all of them.
     """
     manifest, layout, runs = plan.manifest, layout_of(plan.manifest), _runs(plan.manifest, store.folder)

@@ -36,7 +36,7 @@ class Coordinator(ABC):
         """Compute all tasks, each after its needs, idle ranks first; several at once where they are short.
 
         After a signal, or when `meanwhile` is over, only those that have been begun. None that would outlast the job.
-        report: hears how tasks end. fail: hears of each attempt that fails. begin: hears what is handed out.
+        report, fail, begin: callbacks, called with each task's outcome, with each failed attempt, and with the tasks handed out.
         """
         ledger = Ledger(tasks, report, fail, end_of_time(os.environ))
         dispatcher = Dispatcher([partial(self.give, rank) for rank in range(self.size)], begin)

@@ -38,7 +38,7 @@ class Farm(Protocol):
     ) -> Tally:
         """Compute all tasks, each after its needs.
 
-        report: hears how they end. fail: hears of each attempt that fails. begin: hears of tasks before they are computed.
+        report, fail, begin: callbacks, called with each task's outcome, with each failed attempt, and with tasks to be computed.
         meanwhile: done beside them again and again; when it is over, what has not been begun is left.
         """
 
@@ -49,7 +49,7 @@ class Farm(Protocol):
         """Compute what the root sends until it leaves; returns its exit code."""
 
     def leave(self, code: int) -> NoReturn:
-        """End all processes with this exit code, by SystemExit in each."""
+        """Raises SystemExit with this exit code on every process."""
 
     def __enter__(self) -> Self: ...
     def __exit__(

@@ -113,7 +113,7 @@ register(
         "The continuum limit",
         "Mean step, scatter and peak of records over two node spacings on a half-plane: means over starts, bars: their "
         "standard errors, lines: fitted power laws of the number of spacings. Points are weighted by their errors and by the "
-        "law's misfit; ± is half of the exponent's 95 % interval.",
+        "law's misfit; exponents with 95 % intervals.",
         draw,
         claims,
         WITHOUT_PAPER,

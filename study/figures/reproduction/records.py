@@ -69,7 +69,7 @@ _PLATEAU = "the paper's is read off where the plateau begins, at its first peak"
 _SLIPS = "what is not a slip is a touch"
 _RELEASES = "none can trigger an event where |shear| is limited: it reaches μ_i p before p reaches 0"
 _DISPLACEMENT = "it depends on how the slab is held, and varies from start to start"
-_SPANS = "what the pin meets repeats with one: a record of 2000 events is one draw"
+_SPANS = "the surface pattern repeats every spacing: a record of 2000 events is one draw"
 
 
 def draw_steps(dataset: xr.Dataset) -> Figure:

@@ -49,7 +49,7 @@ def claims(dataset: xr.Dataset) -> Iterator[Claim]:
         yield Claim(f"mean step at n_x = {int(finest['n_x'])}, R/L_x = {radius:g}, nm", "→ 0", f"{step:.3g}", _LIMIT)
 
 
-_EXPONENT = "± is half of the 95 % interval; the paper gives no exponent"
+_EXPONENT = "95 % interval; the paper gives no exponent"
 _LIMIT = "the step falls with every refinement: no end of the law on these grids"
 
 register(

@@ -46,7 +46,8 @@ def over_starts(values: NDArray[np.float64], digits: int = 4, scale: float = 1.0
     low, high = found.min(), found.max()
     if low == high:
         return f"{low:.{digits}g} from every start" if len(found) > 1 else f"{low:.{digits}g}"
-    return f"{with_error(found.mean(), found.std(ddof=1))} ({low:.{digits}g} to {high:.{digits}g})"
+    mean, _, deviation = with_error(found.mean(), found.std(ddof=1)).partition(" ± ")
+    return f"{mean} (s.d. {deviation}, {low:.{digits}g} to {high:.{digits}g})"
 
 
 def compared(

@@ -76,7 +76,7 @@ def _mapped(points: Points, roles: Roles) -> bool:
 def _against(points: Points, roles: Roles) -> str:
     """What is drawn against what, and at which value of what is not shown."""
     panels = f", one panel for each {' and '.join(map(symbol, roles.panels))}" if roles.panels else ""
-    held = f"; only at {words(dict(roles.held))}: its numbers are of all" if roles.held else ""
+    held = f"; drawn for {words(dict(roles.held))} only, counts in this caption are for all cases" if roles.held else ""
     if _mapped(points, roles):
         return f"over {symbol(roles.x)} and {symbol(roles.hue)}{panels}{held}"
     hue = f", one colour for each {symbol(roles.hue)}" if roles.hue else ""

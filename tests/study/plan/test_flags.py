@@ -121,7 +121,7 @@ def test_the_table_names_a_cases_flags_and_lines_say_what_to_do(collected: Colle
         word = ending.partition(":")[0]
         assert word.partition(" [")[0] in ("completed", "no_plateau")
         assert word.partition(" [")[2] == (f"{flags.replace(' ', ', ')}]" if flags else "")
-    whole = "whole_slab: 3 of 6 cases, first R/L_x = 20, W/(G·L_x·L_y) = 0.3: all surface nodes in contact"
+    whole = "whole_slab: 3 of 6 cases, first R/L_x = 20, W/(G·L_x·L_y) = 0.3: the pin covers the whole slab"
     assert [line.split(":")[0] for line in flag_summary(found)] == ["few_nodes", "whole_slab", "large_strain"]
     assert flag_summary(found)[1].startswith(whole)
     assert flag_summary(found)[1].endswith(f"; {WHOLE_SLAB.advice}")

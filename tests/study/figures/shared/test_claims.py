@@ -9,7 +9,7 @@ STATED = Stated("slips", 1952, "3.2.1", 0.5)
 
 
 def test_over_starts_gives_mean_deviation_and_range_and_leaves_out_what_is_missing() -> None:
-    assert over_starts(np.array([1.0, 3.0, np.nan]), 3) == "2.0 ± 1.4 (1 to 3)"
+    assert over_starts(np.array([1.0, 3.0, np.nan]), 3) == "2.0 (s.d. 1.4, 1 to 3)"
     assert over_starts(np.array([2.0, 2.0])) == "2 from every start"
     assert over_starts(np.array([0.002]), scale=1e3) == "2"
     assert over_starts(np.array([np.nan])) == "none"

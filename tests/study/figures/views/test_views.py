@@ -116,7 +116,7 @@ def test_what_is_not_drawn_and_what_has_no_value_is_said() -> None:
         intrinsic_friction=values, radius=values[:6], normal_load=values[:5], aspect_ratio=values[:5],
     )  # fmt: skip
     caption = views(data)["plateau_mean_over_intrinsic_friction"].caption
-    assert "only at L_z/L_x = 3: its numbers are of all" in caption
+    assert "drawn for L_z/L_x = 3 only, counts in this caption are for all cases" in caption
     assert "Red crosses: 35 without a value." in caption  # of those that are drawn
 
 
