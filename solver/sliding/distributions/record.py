@@ -8,13 +8,14 @@ from typing import Any, Final
 import numpy as np
 from numpy.typing import NDArray
 
-from solver.ensemble import jackknife, mean_of
+from solver.ensemble import jackknife, mean_of, needed
 from solver.quantity import quantity
-from solver.sliding.distributions.events import DISCRETE, EventSizes, event_sizes, pooled, rank_correlation
+from solver.sliding.distributions.events import DISCRETE, EventSizes, event_sizes, rank_correlation
 from solver.sliding.distributions.power_law import (
     DRAWS,
     EXPONENTS,
     SIGNIFICANT,
+    Sizes,
     exponent_in_range,
     fitted_power_law,
     goodness_of_fit,
@@ -26,6 +27,8 @@ from solver.sliding.plateau import Plateau
 from solver.sliding.record import FrictionRecord
 from solver.view import OneLine, with_error
 
+Values = NDArray[np.float64] | NDArray[np.int64]
+
 MEAN_FIELD = 1.5
 """Exponent of avalanche sizes where every node loads all others alike (mean field, a critical branching process)."""
 GUTENBERG_RICHTER = 5.0 / 3.0
@@ -34,13 +37,13 @@ GUTENBERG_RICHTER = 5.0 / 3.0
 
 @dataclass(frozen=True, slots=True, repr=False)
 class SizeDistribution(OneLine):
-    """How sizes are distributed; what too few sizes cannot say is NaN, and `preferred` None.
+    """How sizes are distributed; what too few sizes, or sizes of too few members, cannot say is NaN, and `preferred` None.
 
     Reference lines: MEAN_FIELD for slips, GUTENBERG_RICHTER for energies.
     """
 
     count: int
-    """Sizes above 0."""
+    """Sizes above 0; none of too few members."""
     mean: float
     largest: float
     exponent: float
@@ -48,7 +51,7 @@ class SizeDistribution(OneLine):
     exponent_uncertainty: float
     """Its ±, by the jackknife over members; NaN of one member, and where the others have no power law without one of them."""
     exponent_members: int
-    """Members that have sizes, where there is an exponent."""
+    """Members that have sizes; there is an exponent where they are enough."""
     cutoff: float
     """Size from which on the power law is nearest to the sizes."""
     tail: int
@@ -74,20 +77,19 @@ class SizeDistribution(OneLine):
         yield f"preferred: {self.preferred or 'none'}"
 
 
-def size_distribution(
-    *members: NDArray[np.float64] | NDArray[np.int64], discrete: bool, draws: int = DRAWS
-) -> SizeDistribution:
+def size_distribution(*members: Values, discrete: bool, draws: int = DRAWS) -> SizeDistribution:
     """The distribution of the sizes of all members together, each in any order; those not above 0 are left out.
+
+    Nothing is said of all where too few members have sizes (`needed`), as of a mean.
 
     discrete: whole numbers, such as slips. draws: samples for the goodness of fit; of 0 it is NaN.
     """
-    each = [values for sizes in members if len(values := sorted_sizes(sizes, discrete).values)]
-    sample = sorted_sizes(np.concatenate([np.empty(0), *each]), discrete)
+    each, sample = _together(members, discrete)
     count, law = len(sample.values), fitted_power_law(sample)
     mean = float(sample.values.mean()) if count else math.nan
     largest = float(sample.values[-1]) if count else math.nan
     if law is None:
-        nothing = (math.nan, math.nan, 0, math.nan, 0, math.nan, math.nan, None, math.nan, ())
+        nothing = (math.nan, math.nan, len(each), math.nan, 0, math.nan, math.nan, None, math.nan, ())
         return SizeDistribution(count, mean, largest, *nothing)
     rivals = comparisons(sample, law)
     goodness = goodness_of_fit(sample, law, draws)
@@ -95,12 +97,19 @@ def size_distribution(
     return SizeDistribution(count, mean, largest, *exponent, *law[1:], goodness, *preferred(rivals), rivals)
 
 
+def _together(members: Sequence[Values], discrete: bool) -> tuple[list[NDArray[np.float64]], Sizes]:
+    """The sizes of each member that has some, and those of all together: none where too few have some."""
+    each = [values for sizes in members if len(values := sorted_sizes(sizes, discrete).values)]
+    enough = len(each) >= needed(len(members))
+    return each, sorted_sizes(np.concatenate([np.empty(0), *(each if enough else ())]), discrete)
+
+
 def exponent_over_members(
     members: Sequence[NDArray[np.float64]], fitted: float, discrete: bool
 ) -> tuple[float, float, int]:
     """The exponent fitted to all members together, its ± and their number; NaN at the bounds of what is looked for."""
     if math.isnan(exponent := exponent_in_range(fitted)):
-        return exponent, math.nan, 0
+        return exponent, math.nan, len(members)
     # The cut-off is looked for without each member anew, as its choice is a part of the error: with that of all members as given
     # ± held in 57 to 69 of 100 ensembles of 2 to 16 members, so in 67 to 84.
     rest = (np.concatenate([np.empty(0), *members[:left], *members[left + 1 :]]) for left in range(len(members)))
@@ -186,7 +195,9 @@ _ALONE: Final = {
     "drop_step_correlation": ("rank correlation of drop and next step", "Spearman's; 0 of independent events"),
 }
 """Number of each member alone, whose mean is stated -> meaning and remark."""
-_POOLED: Final = "of all members together, those of their steady parts; of whole records where none has one"
+_POOLED: Final = (
+    "of the steady parts of all members together; 0 where fewer than half of them, or below three, have one"
+)
 EventDistributions: Any = make_dataclass(
     "EventDistributions",
     [
@@ -229,22 +240,17 @@ class SizeBins:
 
 
 def event_distributions(members: Sequence[tuple[FrictionRecord, Plateau]], draws: int = DRAWS) -> tuple[Any, SizeBins]:
-    """The EventDistributions and SizeBins of an ensemble: of the steady parts of its records; of whole ones if none has one.
-
-    Unusable records have no sizes; they count as members where a mean needs half of them.
-    """
-    usable = [(record, plateau) for record, plateau in members if record.outcome.usable]
-    steady = [event_sizes(record, plateau.start) for record, plateau in usable if math.isfinite(plateau.start)]
-    each = steady or [event_sizes(record) for record, _ in usable]
-    without = [math.nan] * (len(members) - len(each))
-    found: dict[str, Any] = {"sized_events": sum(len(sizes.slips) for sizes in each)}
+    """The EventDistributions and SizeBins of an ensemble: of the steady parts of its usable records."""
+    each = [event_sizes(record, plateau.start if record.outcome.usable else math.nan) for record, plateau in members]
+    counts = [len(sizes.slips) for sizes in each if len(sizes.slips)]
+    found: dict[str, Any] = {"sized_events": sum(counts) if len(counts) >= needed(len(each)) else 0}
     for size, discrete in DISCRETE.items():
         fit = size_distribution(*(getattr(sizes, size) for sizes in each), discrete=discrete, draws=draws)
         found |= {f"{size}_{name}": getattr(fit, name) for name in _NUMBERS}
     for name in _ALONE:
-        mean = mean_of(np.array([*(_alone(sizes)[name] for sizes in each), *without]))
+        mean = mean_of(np.array([_alone(sizes)[name] for sizes in each]))
         found |= {name + end: float(value) for end, value in zip(("", "_uncertainty", "_members"), mean, strict=True)}
-    return EventDistributions(**found), _bins(pooled(each))
+    return EventDistributions(**found), _bins(each)
 
 
 def _alone(sizes: EventSizes) -> dict[str, float]:
@@ -258,8 +264,9 @@ def _alone(sizes: EventSizes) -> dict[str, float]:
     }
 
 
-def _bins(sizes: EventSizes) -> SizeBins:
-    found = [logarithmic_histogram(getattr(sizes, size), discrete=DISCRETE[size]) for size in SIZES]
+def _bins(members: Sequence[EventSizes]) -> SizeBins:
+    samples = [_together([getattr(sizes, size) for sizes in members], DISCRETE[size])[1] for size in SIZES]
+    found = [logarithmic_histogram(sample.values, discrete=sample.discrete) for sample in samples]
     seen = [each.counts > 0 for each in found]
     columns = [
         np.concatenate([column[there] for column, there in zip(of_size, seen, strict=True)])

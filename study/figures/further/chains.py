@@ -36,8 +36,7 @@ def numbers_of(dataset: xr.Dataset, case: int) -> xr.Dataset:
 def steady(dataset: xr.Dataset, case: int) -> xr.Dataset:
     """The events of one case's steady part, those that its statistics are of."""
     run = Accessor(dataset).record(case=case)
-    start = float(run["plateau_start"])
-    return run.isel(event=run["displacement"].values >= start) if np.isfinite(start) else run
+    return run.isel(event=run["displacement"].values >= float(run["plateau_start"]))
 
 
 def steady_sizes(dataset: xr.Dataset, case: int) -> EventSizes:

@@ -27,7 +27,7 @@ def in_words(found: Sequence[Points]) -> Iterator[str]:
     """A sentence for each of several numbers that do not differ, and one that names all those that no case has."""
     for points in found:
         if points.there.any():
-            yield f"{sentence(points.label)}: {_value(points)}{_where(points)}."
+            yield f"{sentence(points.label)}: {_value(points)}{_where(points)}{_care(points)}."
     unknown = [points.label for points in found if not points.there.any()]
     if unknown:
         yield f"Not known of any case: {', '.join(unknown)}."
@@ -44,6 +44,13 @@ def _value(points: Points) -> str:
     if points.text:
         return str(value).replace("_", "-")
     return with_error(float(value), float(points.errors[first])) if points.stated else f"{value:.5g}"
+
+
+def _care(points: Points) -> str:
+    """Which of the values are to be taken with care, as hollow points are in a figure."""
+    flagged, known = int((points.flagged & points.there).sum()), int(points.there.sum())
+    which = "" if flagged == known else f"{flagged} of them "
+    return f"; {which}to be taken with care" if flagged else ""
 
 
 def _where(points: Points) -> str:

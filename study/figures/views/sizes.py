@@ -53,12 +53,12 @@ def draw(axes: Any, table: Columns, style: dict[str, Any]) -> None:
 SIZES: Final = Family(
     "sizes",
     "event_sizes",
-    "Distribution of the node slips of an event, on the plateaus of all members together, in bins of equal ratio; dashed: the "
+    "Distribution of the node slips of an event, on all members' plateaus together, in bins of equal ratio; dashed: the "
     f"power law of exponent -τ of the largest, where its goodness of fit is {SIGNIFICANT:g} or more",
     columns,
     draw,
     {"xlabel": typeset(label("event_slips")), "ylabel": "share of events", "xscale": "log", "yscale": "log"},
-    Need("sized_events", LEAST_TAIL, f"they have fewer than {LEAST_TAIL} events"),
+    Need("sized_events", LEAST_TAIL, f"they have fewer than {LEAST_TAIL} events on the plateaus of enough members"),
     of_all=True,
 )
 

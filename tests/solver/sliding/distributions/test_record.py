@@ -81,7 +81,7 @@ def test_an_exponent_at_a_bound_is_none(discrete: bool) -> None:
     found = size_distribution(np.floor(sizes) if discrete else sizes, discrete=discrete, draws=5)
     assert math.isnan(found.exponent)
     assert math.isnan(found.exponent_uncertainty)
-    assert found.exponent_members == 0
+    assert found.exponent_members == 1
     assert found.tail >= 50
     assert "exponent at a bound from 1" in str(found)
 
@@ -132,12 +132,8 @@ def test_members_that_are_alike_have_no_uncertainty(discrete: bool) -> None:
 
 
 def test_an_exponent_that_hangs_on_one_member_has_no_uncertainty() -> None:
-    """Members without sizes are none; without the large ones of the first there are too few for a power law."""
+    """Without the large sizes of the first there are too few for a power law."""
     large = power_law_sizes(np.random.default_rng(1), 300, 2.0, 1.0, False)
-    alone = size_distribution(large, *[np.zeros(9)] * 3, discrete=False, draws=0)
-    assert math.isfinite(alone.exponent)
-    assert alone.exponent_members == 1
-    assert math.isnan(alone.exponent_uncertainty)
     few = size_distribution(large, *[large[:9]] * 3, discrete=False, draws=0)
     assert (few.exponent_members, math.isfinite(few.exponent)) == (4, True)
     assert math.isnan(few.exponent_uncertainty)
@@ -217,7 +213,7 @@ def test_drops_of_a_power_law_have_its_exponent() -> None:
     """Falls from 1e-8 on, over the load of 1e-3, with τ = 1.8; their energies go as their squares: τ = 1.4."""
     rng = np.random.default_rng(11)
     drops = power_law_sizes(rng, 800, 1.8, 1e-8, False)
-    record = record_from(rng.exponential(1e-6, len(drops)), drops, initial_force=1e-4)
+    record = record_from(rng.exponential(1e-5, len(drops)), drops, initial_force=1e-4)
     found, _ = event_distributions([(record, plateau_of(record))], draws=20)
     # Three standard errors of independent sizes from the cut-off on.
     assert abs(found.drop_exponent - 1.8) < 3.0 * 0.8 / math.sqrt(found.drop_tail)
@@ -226,16 +222,43 @@ def test_drops_of_a_power_law_have_its_exponent() -> None:
     assert found.drop_cutoff >= 1e-5
 
 
-def test_a_record_without_a_steady_part_counts_as_a_whole() -> None:
-    record = noisy_record()
+@pytest.mark.parametrize(
+    ("there", "members", "stated"),
+    [
+        *((0, 1, False), (1, 1, True), (1, 2, False), (2, 2, True), (2, 3, False), (3, 3, True), (2, 4, False)),
+        *((0, 8, False), (1, 8, False), (3, 8, False), (4, 8, True)),
+    ],
+)
+def test_only_what_half_of_the_members_and_three_have_a_steady_part_of_is_stated_of_all(
+    there: int, members: int, stated: bool
+) -> None:
+    """No exponent, goodness, preferred law or histogram of fewer; how many they are of is known in either case."""
+    record = noisy_record(1400)
     steady = plateau_of(record)
     nowhere: Plateau = replace(steady, start=math.nan)
-    counts = [
-        event_distributions([(record, plateau) for plateau in plateaus], draws=0)[0].sized_events
-        for plateaus in ([nowhere], [nowhere, nowhere], [steady], [nowhere, steady])
-    ]
-    assert counts[:2] == [2000, 4000]
-    assert 0 < counts[2] == counts[3] < 2000
+    plateaus = [steady] * there + [nowhere] * (members - there)
+    found, bins = event_distributions([(record, plateau) for plateau in plateaus], draws=1)
+    events = np.count_nonzero(record.displacement >= steady.start)
+    assert found.sized_events == (there * events if stated else 0)
+    assert found.drop_exponent_members == found.step_exponent_members == there
+    for size in ("drop", "step"):
+        numbers = [getattr(found, f"{size}_{name}") for name in ("exponent", "cutoff", "goodness", "preferred_chance")]
+        assert set(np.isfinite(numbers)) == {stated}
+        assert (getattr(found, f"{size}_tail") > 0) is (getattr(found, f"{size}_preferred") is not None) is stated
+    assert math.isfinite(found.drop_step_correlation) is stated
+    assert bool(bins.bin_events.any()) is stated
+
+
+def test_members_without_a_size_are_too_few_for_its_power_law_alone() -> None:
+    """Steady parts whose events lose no force have no drops; they have steps all the same."""
+    dropping = noisy_record(1400)
+    holding = replace(dropping, force_after=dropping.force_before)
+    members = [(record, plateau_of(dropping)) for record in (dropping, *[holding] * 3)]
+    found, bins = event_distributions(members, draws=0)
+    assert (found.drop_exponent_members, found.step_exponent_members) == (1, 4)
+    assert math.isnan(found.drop_exponent)
+    assert math.isfinite(found.step_exponent)
+    assert list(SIZES).index("drop") not in bins.bin_of
 
 
 def test_a_number_of_each_member_has_no_mean_of_fewer_than_half_of_the_members() -> None:
@@ -252,7 +275,7 @@ def test_a_number_of_each_member_has_no_mean_of_fewer_than_half_of_the_members()
 
 
 def test_equal_steps_vary_by_nothing_and_few_events_say_nothing() -> None:
-    record = record_from([1e-6] * 5, [1e-8] * 5, initial_force=1e-6)
+    record = record_from([1e-4] * 30, [1e-8] * 30, initial_force=1e-6)
     found, _ = event_distributions([(record, plateau_of(record))], draws=0)
     assert found.step_variation == pytest.approx(0.0, abs=1e-9)
     assert math.isnan(found.step_correlation)

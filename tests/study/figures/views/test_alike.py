@@ -33,6 +33,19 @@ def test_what_does_not_differ_is_said_with_the_cases_that_have_it() -> None:
     ]
 
 
+def test_values_to_be_taken_with_care_are_said_to_be() -> None:
+    """A contact of one node is as wide from every start: ± 0 says nothing of its grid, the flag does."""
+    data = product(lambda radius: np.where(radius < 3.0, 0.25, NAN), radius=[1.0, 2.0, 3.0])
+    for flags, care in (
+        ([0, 0, 1], ""),
+        ([1, 0, 1], "; 1 of them to be taken with care"),
+        ([1, 1, 0], "; to be taken with care"),
+    ):
+        data["validity_flags"].values[:] = flags
+        (text,) = in_words([points_of(data, "plateau_mean")])
+        assert text == f"F/W on the plateau: 0.250 ± 0.003 in all cases that have it, 2 of 3{care}."
+
+
 def test_what_no_case_has_is_named_together() -> None:
     data = product(lambda radius: NAN * radius, radius=[1.0, 2.0])
     data["peak_friction"] = data.plateau_mean

@@ -199,7 +199,9 @@ def test_sizes_of_few_events_are_said_and_not_drawn() -> None:
     )
     assert "sizes_together" not in views(data)
     assert "first member" not in views(data)["records_1"].caption
-    assert list(SORTS["sizes"].notes(data)) == ["None of 2 is drawn: they have fewer than 50 events."]
+    assert list(SORTS["sizes"].notes(data)) == [
+        "None of 2 is drawn: they have fewer than 50 events on the plateaus of enough members."
+    ]
 
 
 def test_sizes_show_the_power_law_of_the_largest_unless_it_is_refused() -> None:
