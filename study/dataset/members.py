@@ -1,13 +1,17 @@
-"""Of how many members the numbers of a dataset are: not all members of an ensemble have each number."""
+"""Of how many members the numbers of a dataset are, as not all members of an ensemble have each; and what ± was before."""
 
 from functools import cache
 from typing import Final
 
 import xarray as xr
 
+from study.dataset.file import FORMAT, is_older
 from study.dataset.variables import DRIVE, DRIVE_MEMBERS, MEMBERS, companions, scalars
 
 EXPLAINED: Final = "behind a mean: as many members have this number, the others have none"
+
+MODEL: Final = "a model of what one start does not know"
+"""What ± is in a dataset of format 3."""
 
 
 def members_of(dataset: xr.Dataset, name: str) -> tuple[xr.DataArray, xr.DataArray] | None:
@@ -47,3 +51,8 @@ def means_of(dataset: xr.Dataset) -> str:
     if MEMBERS.name not in dataset or not bool((dataset[MEMBERS.name] > 1.0).any()):
         return ""
     return f"numbers are means over {ends_of(dataset[MEMBERS.name])} members; (k of n) {EXPLAINED}"
+
+
+def modelled(dataset: xr.Dataset) -> str:
+    """That ± of an older dataset is no interval over members; empty of one of today."""
+    return f"± is {MODEL} (format {dataset.attrs[FORMAT]})" if is_older(dataset) else ""

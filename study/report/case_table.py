@@ -8,7 +8,7 @@ import xarray as xr
 
 from solver.view import with_error
 from study.dataset.collection.counted import in_short, joined
-from study.dataset.members import fewer, means_of
+from study.dataset.members import fewer, means_of, modelled
 from study.dataset.variables import OUTCOMES, VALIDITY, all_groups
 from study.figures.sweep.label import readable
 from study.report.common import plain
@@ -46,14 +46,14 @@ def case_table(case: xr.Dataset) -> tuple[Table, list[str]]:
 
 
 def ending_lines(case: xr.Dataset) -> Iterator[str]:
-    """Outcomes of a case and its drive with their messages, advice for validity flags, and of how many members means are."""
+    """Outcomes of a case and its drive with their messages, advice for validity flags, and what its means and ± are."""
     for label, (ending, message) in zip(("outcome", "drive"), (OUTCOMES[""], OUTCOMES["drive"]), strict=True):
         if ending.name in case and not case[ending.name].dims:
             why = joined(str(case[message.name].item()))
             yield f"{label}: {case[ending.name].item()}" + (f": {why}" if why else "")
     if "advice" in case and (advice := joined(str(case["advice"].item()))):
         yield f"advice: {advice}"
-    yield from filter(None, [means_of(case)])
+    yield from filter(None, [means_of(case), modelled(case)])
 
 
 def _scalars(case: xr.Dataset) -> Iterator[tuple[str, xr.DataArray]]:

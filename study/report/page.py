@@ -12,7 +12,7 @@ import jinja2
 import xarray as xr
 from markupsafe import Markup, escape
 
-from study.dataset.members import means_of
+from study.dataset.members import means_of, modelled
 from study.figures.shared.files import write_files
 from study.figures.sweep.label import SYMBOL
 from study.figures.views.catalogue import SORTS
@@ -105,7 +105,7 @@ def page(dataset: xr.Dataset, journal: Sequence[Run]) -> str:
         },
         sections=placed(sections),
         table=table,
-        alike=[*alike, *filter(None, [means_of(dataset)])],
+        alike=[*alike, *filter(None, [means_of(dataset), modelled(dataset)])],
         runs=run_table(journal),
     )
 

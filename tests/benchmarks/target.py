@@ -34,8 +34,11 @@ from study.manifest.reader import load_manifest
 from study.plan.kinds.kind import declared
 from study.plan.tasks import KINDS, Task, TaskResult, compliance_task, drive_task, record_task, run_task
 
-CAMPAIGNS, CASES = 20, 12
+CAMPAIGNS, CASES = 20, 6
+DRIVES = 8
 WITHIN = (0.1, 0.03, 0.01, 0.003)
+FEWEST_CASES = 3
+"""Of a campaign in which many drives share a record."""
 OTHERS = 32
 FIRST_OTHER = 1_000_000
 """Number of the first member of the other starts: no campaign has so many."""
@@ -129,8 +132,9 @@ def judge(number: int, most_cases: int) -> Verdict:
     of = json.dumps(campaign.of)
     aimed = {within: _manifest(f"{campaign.text}[target]\nwithin = {within}\nof = {of}\n") for within in WITHIN}
     possible = [each.case for each in expand(whole) if each.case]
-    places = np.linspace(0, len(possible) - 1, min(most_cases, len(possible))).round().astype(int)
     drives = [each.drive.dimensionless(whole.scales) for each in whole.drives if each.drive]
+    count = max(most_cases // max(len(drives), 1), FEWEST_CASES)
+    places = np.linspace(0, len(possible) - 1, count).round().astype(int)
     rows: dict[float, list[_Row]] = {within: [] for within in (0.0, *WITHIN)}
     slabs: dict[str, tuple[TaskResult, float]] = {}
     for case in (possible[place] for place in places):
@@ -312,7 +316,7 @@ def main(arguments: Sequence[str]) -> None:
         for number, each in enumerate(pool.map(partial(judge, most_cases=cases), numbers)):
             print(f"campaign {number}: {each.campaign.kind}, {each.everything:.1f} s", file=sys.stderr, flush=True)
             verdicts.append(each)
-    text = f"{cases} cases of each campaign, evenly spread.\n\n{as_markdown(verdicts)}"
+    text = f"{cases} cases of each campaign, evenly spread, or {FEWEST_CASES} with {DRIVES} drives each.\n\n{as_markdown(verdicts)}"
     print(text)
     Path(__file__).with_suffix(".md").write_text(text, "utf-8")
 

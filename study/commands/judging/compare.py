@@ -9,8 +9,8 @@ from typing import Final
 
 from study.commands.shared.refusals import refusals
 from study.commands.shared.sources import dataset_of
-from study.dataset.agreement.facts import differing
-from study.dataset.agreement.matching import KINDS, Matched, NotComparableError, Pair, matched
+from study.dataset.agreement.facts import differing, meaning
+from study.dataset.agreement.matching import KINDS, Matched, NotComparableError, Pair, matched, over_members
 from study.dataset.agreement.verdicts import STANDARD_DEVIATIONS, Observed, observed, unjudged
 from study.dataset.collection.counted import shortened
 from study.dataset.comparison import Verdict
@@ -32,10 +32,10 @@ _WORDS: Final = {
 def work(first: Path, second: Path) -> None:
     """Print what differs between two datasets, and end the process with the exit code for the worst of it."""
     with refusals(NotComparableError), dataset_of(first) as one, dataset_of(second) as other:
-        pair = one, other
+        pair = over_members(one), over_members(other)
         kinds = [kind for kind in KINDS if all(OUTCOMES[kind][0].name in root for root in pair)]
         print_sentences([f"A: {first}, {one.attrs.get('title', '')}", f"B: {second}, {other.attrs.get('title', '')}"])
-        _print_facts((one, other))
+        _print_facts(pair)
         found = {kind: matched(pair, kind) for kind in kinds}
         if not any(each.rows for each in found.values()):
             raise NotComparableError(f"{first} and {second} share no computed case")
@@ -55,6 +55,7 @@ def _print_facts(pair: Pair) -> None:
         print_table(Table(("differs", "A", "B"), tuple((each.name, *each.values) for each in facts), labels=2))
     else:
         say("same parameters, campaign and software")
+    print_sentences(filter(None, [meaning(pair)]))
 
 
 def _print_rows(what: str, found: Matched, others: tuple[Sequence[str], Sequence[str]]) -> None:

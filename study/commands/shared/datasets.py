@@ -79,7 +79,7 @@ def _pending(dataset: xr.Dataset) -> int:
 def _losses(path: Path, collected: xr.Dataset) -> Iterator[str]:
     """What a dataset that is there has more of than the one that would replace it: nothing where that lacks nothing.
 
-    One that cannot be read, or is of another nanoslip, is no loss.
+    One that cannot be read is no loss.
     """
     with suppress(StoreError), file.reading(path) as found:
         for kind, (ending, _) in OUTCOMES.items():

@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 
 from study.dataset.access.placement import NotJoinableError, axes_of, placed
 from study.dataset.collection.ragged import windows
-from study.dataset.file import FORMAT, VERSION
+from study.dataset.file import FORMAT
 from study.dataset.groups import carrying, groups_of
 from study.dataset.variables import SOFTWARE, Group, all_groups
 
@@ -41,13 +41,16 @@ def joined(roots: Sequence[xr.Dataset], sources: Sequence[str]) -> xr.Dataset:
 
 
 def _refuse_strangers(roots: Sequence[xr.Dataset], sources: Sequence[str]) -> None:
-    """Raise NotJoinableError unless all are of this format, and have the same variables and groups."""
+    """Raise NotJoinableError unless all are of one format, and have the same variables and groups."""
     if not roots:
         raise NotJoinableError("no datasets: needs at least one")
     for root, source in zip(roots, sources, strict=True):
-        if "case_id" not in root.coords or root.attrs.get(FORMAT) != VERSION:
+        if "case_id" not in root.coords or FORMAT not in root.attrs:
+            raise NotJoinableError(f"{source}: no dataset: needs what nanoslip.open or nanoslip.run returned")
+        if root.attrs[FORMAT] != roots[0].attrs[FORMAT]:
+            form, first = root.attrs[FORMAT], roots[0].attrs[FORMAT]
             raise NotJoinableError(
-                f"{source}: no dataset of format {VERSION}: needs what nanoslip.open or nanoslip.run returned"
+                f"{source}: has format {form}, {sources[0]} format {first}: needs one, as ± means something else"
             )
         for mine, theirs in (
             (set(root.data_vars), set(roots[0].data_vars)),

@@ -1,4 +1,4 @@
-"""Differences in the origin of two datasets: parameters, keys of their campaigns, scales and software."""
+"""Differences in the origin of two datasets: parameters, keys of their campaigns, scales, software and what ± means."""
 
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, fields
@@ -9,6 +9,8 @@ import xarray as xr
 from solver.drive import Scales
 from study.canonical import content_hash
 from study.dataset.agreement.matching import Pair, values
+from study.dataset.file import FORMAT, is_older
+from study.dataset.members import MODEL
 from study.dataset.variables import DRIVE_NAME, parameters
 from study.manifest.parameters import TABLES, Value, words_of
 from study.manifest.problems import shown
@@ -36,6 +38,22 @@ def differing(pair: Pair) -> list[Fact]:
     names = dict.fromkeys([*said[0], *said[1]])
     both = {name: (said[0].get(name, "–"), said[1].get(name, "–")) for name in names}
     return [Fact(name, value) for name, value in both.items() if value[0] != value[1]]
+
+
+def meaning(pair: Pair) -> str:
+    """What ± is where it is not in both what it is today; else empty."""
+    older, today = (
+        " and ".join(
+            f"{name} (format {root.attrs[FORMAT]})"
+            for name, root in zip("AB", pair, strict=True)
+            if is_older(root) is old
+        )
+        for old in (True, False)
+    )
+    if not older:
+        return ""
+    other = f", that of {today} the 68 % interval over independent starts" if today else ""
+    return f"± of {older} is {MODEL}{other}: either is taken for one standard deviation"
 
 
 def _said(root: xr.Dataset) -> Iterator[tuple[str, str]]:

@@ -7,12 +7,15 @@ from typing import Any, Final
 import xarray as xr
 
 from study.dataset.access.tidy import values_over
-from study.dataset.variables import DRIVE_NAME, OUTCOMES, parameters
+from study.dataset.collection.counted import counted
+from study.dataset.variables import DRIVE_NAME, MEMBERS, OUTCOMES, parameters
 from study.manifest.parameters import Value
 from study.plan.standing.endings import NOTHING_KNOWN
 
 KINDS: Final = ("", "drive")
 """What rows are of: cases, or cases with a drive."""
+_MEMBER: Final = "member"
+"""The dimension of the members of an ensemble in format 3."""
 Pair = tuple[xr.Dataset, xr.Dataset]
 """Two datasets."""
 
@@ -35,6 +38,31 @@ class Matched:
     """Labels of the rows that the first, and the second, has alone."""
     pending: int
     """Shared rows that are left out, as either is not computed yet, or failed without a result."""
+
+
+def over_members(root: xr.Dataset) -> xr.Dataset:
+    """A dataset with each ensemble as one case: in format 3 members are cases. Means have their ±, texts are counted.
+
+    A number that has no mean over members is left out; a parameter of several values, as `start`, is the first member's.
+    """
+    if _MEMBER not in root.dims:
+        return root
+    of_members = {str(name): each for name, each in root.data_vars.items() if _MEMBER in each.dims}
+    texts = {name: each for name, each in of_members.items() if each.dtype.kind in "OU"}
+    names = {"members_used": MEMBERS.name}
+    for name in of_members:
+        names |= {f"{name}_ensemble_mean": name, f"{name}_ensemble_uncertainty": f"{name}_uncertainty"}
+    found = root.drop_vars(of_members.keys() - texts.keys()).rename(
+        {theirs: ours for theirs, ours in names.items() if theirs in root}
+    )
+    return found.assign({name: _counted(each) for name, each in texts.items()}).isel({_MEMBER: 0}, drop=True)
+
+
+def _counted(texts: xr.DataArray) -> xr.DataArray:
+    found: xr.DataArray = xr.apply_ufunc(
+        counted, texts, input_core_dims=[[_MEMBER]], vectorize=True, output_dtypes=[object]
+    )
+    return found
 
 
 def matched(pair: Pair, kind: str) -> Matched:

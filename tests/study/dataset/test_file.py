@@ -46,8 +46,14 @@ def test_texts_that_are_all_empty_or_none_at_all_are_kept(tmp_path):
 @pytest.mark.parametrize(
     ("has", "said"),
     [
-        ({file.FORMAT: 2}, "has format 2, of an older nanoslip; this one reads format 4: nanoslip run writes it anew"),
-        ({file.FORMAT: 5}, "has format 5, of a newer nanoslip; this one reads format 4: read it with the newer one"),
+        (
+            {file.FORMAT: 2},
+            "has format 2, of an older nanoslip; this one reads formats 3 to 4: nanoslip run writes it anew",
+        ),
+        (
+            {file.FORMAT: 5},
+            "has format 5, of a newer nanoslip; this one reads formats 3 to 4: read it with the newer one",
+        ),
         (
             {file.FORMAT: 99, "nanoslip_version": "9.1"},
             r"has format 99, of a newer nanoslip \(its results are by 9.1\); this one",
