@@ -9,7 +9,7 @@ import xarray as xr
 from study.dataset.access.tidy import values_over
 from study.dataset.variables import DRIVE_NAME, OUTCOMES, parameters
 from study.manifest.parameters import Value
-from study.plan.standing.endings import NOTHING_KNOWN
+from study.plan.progress import NOTHING_KNOWN
 
 KINDS: Final = ("", "drive")
 """What rows are of: cases, or cases with a drive."""
