@@ -12,7 +12,6 @@ import pytest
 
 from study import xarray_accessor
 from study.commands import cli
-from study.commands.shared import glance
 from study.execution.launch import pin_threads
 
 # Before numpy is loaded: on small matrices a second thread costs more than it gains, most of all beside other work.
@@ -91,12 +90,11 @@ def campaign(tmp_path: Path) -> Path:
 
 
 def compute(folder: Path, text: str) -> Path:
-    """Compute a campaign in this process into a folder, with an outline of its plan; for fixtures that several tests share."""
+    """Compute a campaign in this process into a folder; for fixtures that several tests share."""
     (folder / "small.toml").write_text(text)
     with pytest.MonkeyPatch.context() as patch:
         for name in THREADS:
             patch.setenv(name, "1")
-        patch.setattr(glance, "LARGE", 1)
         patch.setattr(sys, "argv", ["nanoslip", "run", f"{folder / 'small.toml'}", "--out", f"{folder}", "--serial"])
         with pytest.raises(SystemExit) as ended:
             cli.main()

@@ -37,9 +37,8 @@ ORDER = {
     "study.manifest": "parameters problems columns drives manifest checker named_files drive_tables reader "
     "effects cases one_case",
     "study.discretization": "front targets",
-    "study.plan": "task keys cost kinds tasks case_tasks order plan standing size outlook flags spans memory",
+    "study.plan": "task keys cost kinds tasks case_tasks order plan progress size outlook flags spans memory",
     "study.plan.cost": "rates counts seconds arrays",
-    "study.plan.standing": "endings outline",
     "study.plan.kinds": "kind compliance contact record statistics states drive",
     "study.results": "whole_file lines entry own logs attempts runs store lease shard merging",
     "study.results.logs": "log places all_logs",
@@ -63,12 +62,12 @@ ORDER = {
     "study.figures.further": "findings modulation continuum chains sizes correlations nodes stick_slip_map friction_map schemes",
     "study.accuracy": "timing setup diagram elastic_operator slip_numerics integrators digit effects picture table measurement",
     "study.commands": "shared preparing running computing looking judging cli",
-    "study.commands.running": "order finished killed broken_off remaining head_start planning conduct",
+    "study.commands.running": "order killed broken_off remaining conduct",
     "study.commands.preparing": "declared campaigns new check plan effects explain",
     "study.commands.computing": "declared run status collect merge submit",
     "study.commands.looking": "declared report figure show try frames",
     "study.commands.judging": "declared export compare verify describe accuracy",
-    "study.commands.shared": "exits refusals lazy arguments group machine measuring plans glance datasets sources choice "
+    "study.commands.shared": "exits refusals lazy arguments group machine measuring plans datasets sources choice "
     "one_case",
 }
 """Folder -> what is in it, from the first to the last; `__init__` of a folder may import all of it."""

@@ -6,9 +6,11 @@ from contextlib import suppress
 from pathlib import Path
 from typing import Final
 
+from study.canonical import content_hash
 from study.dataset.seal import seal_of
+from study.discretization.front import load_front
 from study.manifest.manifest import Manifest
-from study.plan.standing.outline import asked
+from study.origin import all_sources_hash
 from study.results.store import Store
 from study.results.whole_file import written_whole
 
@@ -18,7 +20,10 @@ NOTE: Final = "dataset.json"
 
 def made_of(manifest: Manifest, store: Store) -> str:
     """A hash of all that decides a dataset: the campaign, its results and failures, and the code that collects them."""
-    found = hashlib.sha256(asked(manifest).encode())
+    front = load_front(manifest.front, manifest.front_text)
+    texts = (manifest.text, manifest.table_text, manifest.profile_text, front.sha256)
+    asked = content_hash(all_sources_hash(), manifest.path.name, *texts)
+    found = hashlib.sha256(asked.encode())
     for key, seal in store.seals():
         found.update(f"{key} {seal}\n".encode())
     for key, attempt in sorted(store.failures().items()):

@@ -35,7 +35,7 @@ from study.manifest.manifest import Manifest
 from study.manifest.reader import parse_manifest
 from study.origin import Origin, computing
 from study.plan.plan import Plan, make_plan, plan_of
-from study.plan.standing.endings import NOTHING_KNOWN, PENDING
+from study.plan.progress import NOTHING_KNOWN, PENDING
 from study.plan.task import Task
 from study.provenance import UNKNOWN
 from study.results.store import Store, StoreError

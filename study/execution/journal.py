@@ -32,21 +32,13 @@ class Journal:
         self._out = out
         self._command = command or shlex.join(("nanoslip", *sys.argv[1:]))
         self._run: Run | None = None
-        self._tally = Tally()
         self._started = 0.0
         self._said = ""
         self._measured = Measured()
         self._next = FIRST
 
-    @property
-    def begun(self) -> bool:
-        """Whether the run has begun to compute."""
-        return self._run is not None
-
     def begin(self, processes: int, unit: str) -> None:
-        """Write down who begins to compute here, and with what else; once."""
-        if self._run:
-            return
+        """Write down who begins to compute here, and with what else."""
         machine, home = this_machine(), here()
         self._run = Run(
             run=secrets.token_hex(6),
@@ -83,16 +75,15 @@ class Journal:
         return note
 
     def computed(self, tally: Tally) -> None:
-        """Note what became of its tasks, or of further ones."""
+        """Note what became of its tasks."""
         if self._run:
-            self._tally = whole = self._tally.then(tally)
             self._run = replace(
                 self._run,
-                hosts=dict(sorted(whole.hosts.items())),
-                done=whole.done,
-                failed=whole.crashed,
+                hosts=dict(sorted(tally.hosts.items())),
+                done=tally.done,
+                failed=tally.crashed,
                 wall_seconds=round(time.monotonic() - self._started, 3),
-                core_seconds=round(whole.seconds, 3),
+                core_seconds=round(tally.seconds, 3),
                 kinds=self._measured.as_data(),
             )
 

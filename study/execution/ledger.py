@@ -5,7 +5,7 @@ import sys
 import traceback
 from collections import Counter
 from collections.abc import Callable, Collection, Iterable, Mapping, Sequence
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, field
 from time import perf_counter, time
 from typing import Final, Generic, TypeVar
 
@@ -62,10 +62,6 @@ Begin = Callable[[Sequence[tuple[W, float]]], None]
 """Callback: called with tasks handed out, and the seconds that each is expected to take; infinite while unknown."""
 
 
-Meanwhile = Callable[[], bool]
-"""Does a little other work, some hundredths of a second of it; whether there was any."""
-
-
 @dataclass(frozen=True, slots=True)
 class Tally:
     """Tasks done; tasks that crashed, ran out of memory or time or needed one that did; whether tasks were left undone.
@@ -82,12 +78,6 @@ class Tally:
     outlasting: int = 0
     seconds: float = field(default=0.0, compare=False)
     hosts: Mapping[str, int] = field(default_factory=dict, compare=False)
-
-    def then(self, later: "Tally") -> "Tally":
-        """This and what came after it: how it ended is how that did."""
-        hosts = dict(Counter(self.hosts) | Counter(later.hosts))
-        done, crashed, seconds = (self.done + later.done, self.crashed + later.crashed, self.seconds + later.seconds)
-        return replace(later, done=done, crashed=crashed, seconds=seconds, hosts=hosts)
 
 
 def attempt(

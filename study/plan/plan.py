@@ -116,12 +116,12 @@ def plan_of(manifest: Manifest, heard: Heard = lambda _: None) -> Plan:
     with all_kept():
         planning = Planning(manifest)
         while planning.go_on():
-            heard(planning.cases)
+            heard(planning.count)
         return planning.plan()
 
 
 class Planning:
-    """A plan in the making, some cases at a time. What is planned stays as it is, whatever cases follow."""
+    """A plan in the making, some cases at a time."""
 
     def __init__(self, manifest: Manifest, tasks: bool = True, numbers: range | None = None) -> None:
         """manifest: with its grid chosen. tasks: whether they are wanted, and not their keys alone: those take half of the time.
@@ -136,19 +136,15 @@ class Planning:
         self._found: dict[str, Task] = {}
 
     @property
-    def cases(self) -> int:
-        """How many are planned."""
+    def count(self) -> int:
+        """How many cases are planned."""
         return len(self._of_cases)
 
-    def go_on(self, cases: int = TOGETHER) -> bool:
+    def go_on(self) -> bool:
         """Plan the next cases; whether there were any. Raises ManifestError behind the last one where two are the same."""
-        together = list(itertools.islice(self._ahead, cases))
+        together = list(itertools.islice(self._ahead, TOGETHER))
         self._add(together)
         return bool(together)
-
-    def tasks(self, begin: int) -> list[Task]:
-        """The tasks that are planned so far, from this one on: those that a task needs come before it."""
-        return list(itertools.islice(self._found.values(), begin, None))
 
     def plan(self) -> Plan:
         """The plan of what is planned. It takes over the tasks: memory is what limits its size."""

@@ -32,7 +32,7 @@ from study.figures.sweep.points import listed
 from study.manifest.manifest import Stage, TargetTable
 from study.manifest.parameters import Value
 from study.plan.flags import flag_lines
-from study.plan.standing.endings import PENDING
+from study.plan.progress import PENDING
 from study.report.columns import Table
 from study.report.common import plain
 from study.toml_text import from_toml

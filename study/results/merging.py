@@ -9,7 +9,7 @@ from study.results.lease import Lease
 from study.results.logs.log import is_name, later
 from study.results.shard import FOLDER, folders
 from study.results.store import FOLDER as RESULTS
-from study.results.store import OUTLINE, Store, StoreError
+from study.results.store import Store, StoreError
 from study.results.whole_file import free_name
 
 
@@ -37,7 +37,6 @@ def merge_shards(out: Path) -> list[str]:
 def _move(shard: Path, out: Path) -> None:
     store = Store(shard)
     store.prepare()  # mends what a killed run left
-    (store.folder / OUTLINE).unlink(missing_ok=True)  # of a part: it would pass for that of the whole
     for path in sorted(store.folder.iterdir()):
         os.replace(path, _place(path, out / RESULTS))
     for name in (attempts.FILE, runs.FILE):

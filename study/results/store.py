@@ -29,8 +29,6 @@ from study.results.whole_file import clear_away, scratch_beside
 
 FOLDER: Final = "results"
 Said = TypeVar("Said")
-OUTLINE: Final = "outline.npz"
-"""File among the results: the plan in little (study.commands.shared.glance), for whoever looks how far a campaign is."""
 _KEY: Final = re.compile("[0-9a-f]{20}")
 
 

@@ -15,7 +15,6 @@ from tempfile import TemporaryDirectory
 
 import numpy as np
 
-from study.commands.shared.glance import leave
 from study.commands.shared.plans import planned
 from study.plan.tasks import TaskResult, run_task
 from study.results.store import Store
@@ -111,7 +110,7 @@ def _out(campaign: Path) -> Path:
 
 
 def _finish(campaign: Path) -> None:
-    """Make up the results of a campaign: those of its first tasks, with another plateau each, for all; and what a run leaves."""
+    """Make up the results of a campaign: those of its first tasks, with another plateau each, for all."""
     plan, store = planned(campaign), Store(_out(campaign))
     store.prepare()
     first: dict[str, TaskResult] = {}
@@ -121,7 +120,6 @@ def _finish(campaign: Path) -> None:
         result = replace(first[task.kind], key=task.key)
         scalars = {**result.scalars, "plateau_mean": 0.1 + 1e-7 * number} if result.scalars else {}
         store.write(replace(result, scalars=scalars), task.shared)
-    leave(plan, _out(campaign))
 
 
 def _judged(found: Taken, most: Most) -> str:

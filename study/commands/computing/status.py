@@ -9,13 +9,11 @@ from typing import Any, Final
 import click
 
 from solver.outcome import Ending
-from study.commands.shared.arguments import folder
-from study.commands.shared.glance import Glance, glance
 from study.commands.shared.machine import print_json
-from study.commands.shared.plans import advised, counted, kinds_as_data, print_foreign
+from study.commands.shared.plans import Standing, advised, counted, kinds_as_data, print_foreign, standing
 from study.commands.shared.refusals import refusals
 from study.execution.forecast import duration
-from study.plan.standing.endings import PENDING
+from study.plan.progress import PENDING, ended
 from study.report.columns import Table
 from study.report.console import console, print_table, say, table_text
 
@@ -30,25 +28,24 @@ def work(campaign: Path, out: Path | None, watch: bool, as_json: bool) -> None:
     if watch and as_json:
         raise click.UsageError("--watch and --json exclude each other")
     with refusals():
-        into = folder(campaign, out)
-        found = glance(campaign, into)
+        found = standing(campaign, out)
         if as_json:
             print_json(_data(found))
         elif watch:
             _watch(found)
         else:
-            say(found.title)
+            say(found.plan.manifest.title)
             print_table(*_tables(found))
-            if found.look.given_up:
-                again = advised("run", campaign, into, "--retry")
-                say(f"{counted(found.look.given_up, 'task')} {_GIVEN_UP}; {again} tries again")
+            if found.given_up:
+                again = advised("run", campaign, found.into, "--retry")
+                say(f"{counted(len(found.given_up), 'task')} {_GIVEN_UP}; {again} tries again")
             if len(found.stores) > 1:
                 shards = counted(len(found.stores) - 1, "shard")
-                say(_UNMERGED.format(shards=shards, merge=advised("merge", campaign, into)))
-            print_foreign(found.foreign, campaign, into)
+                say(_UNMERGED.format(shards=shards, merge=advised("merge", campaign, found.into)))
+            print_foreign(found.foreign, campaign, found.into)
 
 
-def _watch(found: Glance) -> None:
+def _watch(found: Standing) -> None:
     """Redraw on a terminal, else print a line whenever something has changed; ends with the last task, or by Ctrl-C."""
     out = console()
     try:
@@ -59,12 +56,12 @@ def _watch(found: Glance) -> None:
 
         with Live(console=out, auto_refresh=False) as screen:
             for each in _again(found):
-                screen.update(table_text(each.title, _tables(each)), refresh=True)
+                screen.update(table_text(each.plan.manifest.title, _tables(each)), refresh=True)
     except KeyboardInterrupt:
         return
 
 
-def _print_changes(found: Glance) -> None:
+def _print_changes(found: Standing) -> None:
     said = ""
     for each in _again(found):
         line = _line(each)
@@ -73,22 +70,22 @@ def _print_changes(found: Glance) -> None:
             said = line
 
 
-def _again(found: Glance) -> Iterator[Glance]:
+def _again(found: Standing) -> Iterator[Standing]:
     """The state of a campaign now and every few seconds, the last time when nothing is left."""
     yield found
-    while found.look.left:
+    while found.remaining:
         time.sleep(INTERVAL)
         found = found.again()
         yield found
 
 
-def _tables(found: Glance) -> tuple[Table, Table]:
+def _tables(found: Standing) -> tuple[Table, Table]:
     """Tasks by kind, and cases and drives by outcome."""
     tasks = [
         (kind, str(each.finished), str(each.left), duration(each.core_seconds_left), str(each.all))
-        for kind, each in found.look.kinds.items()
+        for kind, each in found.kinds.items()
     ]
-    cases, drives = found.look.cases, found.look.drives
+    cases, drives = ended(found.plan, found.outcomes)
     words = sorted(cases | drives, key=lambda word: (word != _COMPLETED, word in _UNHURT, word))
     header = ("outcome", "cases", "drives") if drives else ("outcome", "cases")
     rows = [(word, str(cases[word]), str(drives[word]))[: len(header)] for word in words]
@@ -97,28 +94,28 @@ def _tables(found: Glance) -> tuple[Table, Table]:
     return Table(titles, tuple(tasks)), Table(header, tuple(rows), len(header), failed)
 
 
-def _line(found: Glance) -> str:
+def _line(found: Standing) -> str:
     """The state in one line."""
-    cases, drives = found.look.cases, found.look.drives
-    look = found.look
-    parts = [f"{look.all - look.left - look.given_up} of {look.all} tasks", f"cases: {_words(cases)}"]
+    cases, drives = ended(found.plan, found.outcomes)
+    count = len(found.plan.tasks)
+    parts = [f"{count - len(found.remaining) - len(found.given_up)} of {count} tasks", f"cases: {_words(cases)}"]
     return "; ".join([*parts, *([f"drives: {_words(drives)}"] if drives else [])])
 
 
 def _words(counted: Counter[str]) -> str:
-    return ", ".join(f"{count} {word}" for word, count in counted.most_common())
+    return ", ".join(f"{count} {word}" for word, count in sorted(counted.items(), key=lambda item: (-item[1], item[0])))
 
 
-def _data(found: Glance) -> dict[str, Any]:
+def _data(found: Standing) -> dict[str, Any]:
     """The state for scripts."""
-    cases, drives = found.look.cases, found.look.drives
+    cases, drives = ended(found.plan, found.outcomes)
     return {
-        "title": found.title,
-        "finished": not found.look.left and not found.look.given_up,
-        "tasks": kinds_as_data(found.look.kinds),
+        "title": found.plan.manifest.title,
+        "finished": not found.remaining and not found.given_up,
+        "tasks": kinds_as_data(found.kinds),
         "cases": dict(cases),
         "drives": dict(drives),
-        "given_up": found.look.given_up,
+        "given_up": len(found.given_up),
         "foreign_results": len(found.foreign),
     }
 

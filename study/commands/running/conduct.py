@@ -1,20 +1,16 @@
 """The root's part of `nanoslip run`: plan, hand out tasks, collect. Other ranks do not import this file."""
 
 from contextlib import closing
-from dataclasses import replace
 
 import click
 
 from study.commands.running.broken_off import broken_off
-from study.commands.running.finished import nothing_to_do
 from study.commands.running.killed import blame
 from study.commands.running.order import Order
-from study.commands.running.planning import planned_at_once, planned_in_its_folder
 from study.commands.running.remaining import print_outdated, remaining
 from study.commands.shared.datasets import write_dataset
 from study.commands.shared.exits import Refusal, show
-from study.commands.shared.glance import leave, outlined
-from study.commands.shared.plans import advised, counted, idle_lines
+from study.commands.shared.plans import advised, counted, idle_lines, planned
 from study.commands.shared.refusals import refusals
 from study.execution.batch.cutting import part
 from study.execution.compiling.warm_up import warm_ups
@@ -26,7 +22,6 @@ from study.execution.journal import Journal, measured_in
 from study.execution.ledger import Tally
 from study.execution.progress import open_progress
 from study.exit_codes import FAILURES, INTERRUPTED
-from study.manifest.reader import load_manifest
 from study.plan.memory import shortages
 from study.plan.plan import Plan
 from study.plan.tasks import Task
@@ -50,34 +45,25 @@ def conduct(farm: Farm, order: Order) -> int:
 
 
 def _run(farm: Farm, journal: Journal, order: Order) -> int:
-    manifest = load_manifest(order.campaign)
-    plan, store = planned_at_once(manifest, order), Store(order.into)
+    plan, store = planned(order.campaign), Store(order.into)  # what cannot be planned leaves no folder
     with Lease(order.into, farm.interruption.request) as lease:
         store.prepare()
         print_outdated(store)
-        if plan is None and outlined(order.into) and nothing_to_do(order, manifest, store):
-            return 0
-        plan = plan or planned_in_its_folder(farm, journal, order, manifest, store, lease)
-        return INTERRUPTED if plan is None else _carry_out(farm, journal, order, plan, store, lease)
+        return _carry_out(farm, journal, order, plan, store, lease)
 
 
 def _carry_out(farm: Farm, journal: Journal, order: Order, plan: Plan, store: Store, lease: Lease) -> int:
-    early = journal.begun
     if order.shard:
         plan = part(plan, order.shard)
         if not plan.cases:
             say(f"{order.shard} has nothing to do: there are fewer cases (or ensembles) than shards")
             return 0
     blame(plan, store, order.into)
-    work = remaining(plan, order, store, retry=order.retry and not early)
+    work = remaining(plan, order, store, retry=order.retry)
     _get_ready(farm, plan, order, work.tasks)
-    if not order.shard:  # whose plan is a part: only the whole's is looked at
-        leave(plan, order.into)
     if work.tasks:
         journal.begin(farm.size, farm.unit)
     tally, undone = _compute(farm, journal, order, work.tasks)
-    now = len(work.given_up) if early else 0  # nothing had failed before
-    tally = replace(tally, crashed=tally.crashed + now)
     if broken_off(journal, tally, lease):
         return INTERRUPTED
     farm.settle()
@@ -85,14 +71,14 @@ def _carry_out(farm: Farm, journal: Journal, order: Order, plan: Plan, store: St
     if missing := unseen(work.tasks, undone, store):
         say(missing, stderr=True)
         return INTERRUPTED
-    if early or work.tasks:
+    if work.tasks:
         drop_intermediates(plan, store)
     if order.shard:
-        failed = tally.crashed + len(work.given_up) - now
+        failed = tally.crashed + len(work.given_up)
         ended = f"has ended without {counted(failed, 'task')}" if failed else "is done"
         say(f"{order.shard} {ended}; {advised('merge', order.campaign, order.out)} brings all shards together")
     pending = 0 if order.shard else write_dataset(plan, store)
-    code = _conclude(tally.crashed, len(work.given_up) - now, order)
+    code = _conclude(tally.crashed, len(work.given_up), order)
     if pending and not code:
         say(f"{counted(pending, 'outcome')} pending, though nothing was left to do: run again to continue", stderr=True)
         return INTERRUPTED

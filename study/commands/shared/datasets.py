@@ -17,7 +17,7 @@ from study.dataset.members import means_of
 from study.dataset.variables import OUTCOMES
 from study.garbage import all_kept
 from study.manifest.manifest import Manifest
-from study.plan.standing.endings import PENDING
+from study.plan.progress import PENDING
 from study.report.common import said_once
 from study.report.console import counting, print_sentences, print_table, say, whole
 from study.report.summary import (

@@ -6,6 +6,7 @@ from dataclasses import asdict, dataclass, replace
 from pathlib import Path
 from typing import Any, Final
 
+from solver.outcome import Outcome
 from study.commands.shared.arguments import folder
 from study.execution.failures import left
 from study.execution.forecast import Measured
@@ -16,7 +17,7 @@ from study.manifest.reader import load_manifest
 from study.origin import Origins, census, here
 from study.plan.keys import idle
 from study.plan.plan import Plan, make_plan
-from study.plan.standing.outline import KindCount, kind_counts
+from study.plan.progress import KindCount, kind_counts
 from study.plan.tasks import Task
 from study.report.console import counting, say, whole
 from study.results.shard import folders
@@ -49,20 +50,30 @@ def idle_lines(plan: Plan) -> list[str]:
 
 @dataclass(frozen=True, slots=True)
 class Standing:
-    """A campaign's plan and its progress: what is finished and left."""
+    """A campaign's plan and its progress: what is finished, failed and left."""
 
     campaign: Path
     into: Path
     """Folder of the results."""
     plan: Plan
+    stores: tuple[Store, ...]
+    """The campaign's own, and those of shards that are not merged."""
     kinds: Mapping[str, KindCount]
     """Kind of task -> count and costs, in the order in which they begin."""
     remaining: tuple[Task, ...]
     """Tasks that the next run would try."""
+    given_up: tuple[Task, ...]
+    """Tasks that it would not: failed, or in need of one that has."""
     foreign: Mapping[str, Origins]
     """Finished results of other software."""
     measured: Measured
     """What tasks took: `kinds` are scaled by it."""
+    outcomes: Mapping[str, Outcome]
+    """Key of each task that has ended -> how."""
+
+    def again(self) -> "Standing":
+        """How far it is by now; what has not changed is not looked at again."""
+        return _standing(self.campaign, self.into, self.plan, self.stores)
 
 
 def standing(campaign: Path, out: Path | None, measure: Callable[[Plan], Measured] | None = None) -> Standing:
@@ -70,15 +81,28 @@ def standing(campaign: Path, out: Path | None, measure: Callable[[Plan], Measure
 
     out: folder of the results, None for the campaign's own. measure: what tasks take; None: as the journals there say.
     """
-    plan, into = planned(campaign), folder(campaign, out)
-    stores = [Store(each, whole=False) for each in (into, *folders(into))]
+    return _standing(campaign, folder(campaign, out), planned(campaign), (), measure)
+
+
+def _standing(
+    campaign: Path,
+    into: Path,
+    plan: Plan,
+    known: tuple[Store, ...],
+    measure: Callable[[Plan], Measured] | None = None,
+) -> Standing:
+    have = {store.folder.parent: store for store in known}
+    stores = tuple(have.get(each) or Store(each, whole=False) for each in (into, *folders(into)))
     metas = {key: meta for store in stores for key, meta in store.metas().items()}
     failures = {key: attempt for store in stores for key, attempt in store.failures().items()}
     work = left(plan, failures, metas)
     foreign = plan.foreign({key: meta.origins for key, meta in metas.items()})
     measured = measure(plan) if measure else measured_in(into, *folders(into))
     kinds = scaled(kind_counts(plan.tasks, work.tasks, work.given_up), measured)
-    return Standing(campaign, into, plan, kinds, work.tasks, foreign, measured)
+    outcomes = plan.outcomes(
+        {key: meta.outcome for key, meta in metas.items()}, {key: each.outcome for key, each in failures.items()}
+    )
+    return Standing(campaign, into, plan, stores, kinds, work.tasks, work.given_up, foreign, measured, outcomes)
 
 
 def scaled(kinds: Mapping[str, KindCount], measured: Measured) -> dict[str, KindCount]:

@@ -10,7 +10,7 @@ from study.dataset.access.tidy import values_over
 from study.dataset.collection.counted import counted
 from study.dataset.variables import DRIVE_NAME, MEMBERS, OUTCOMES, parameters
 from study.manifest.parameters import Value
-from study.plan.standing.endings import NOTHING_KNOWN
+from study.plan.progress import NOTHING_KNOWN
 
 KINDS: Final = ("", "drive")
 """What rows are of: cases, or cases with a drive."""

@@ -20,7 +20,7 @@ from study.manifest.cases import CampaignCase
 from study.manifest.manifest import Manifest
 from study.origin import Origins
 from study.plan.plan import Plan
-from study.plan.standing.endings import case_outcome, drive_outcome
+from study.plan.progress import case_outcome, drive_outcome
 from study.results.store import Store, StoreError
 
 Keys = Mapping[tuple[str, str], str]

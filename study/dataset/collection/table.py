@@ -34,7 +34,7 @@ from study.manifest.manifest import Manifest
 from study.origin import NOBODY, Origins, stemming
 from study.plan.flags import flags_of
 from study.plan.kinds.kind import left_out
-from study.plan.standing.endings import PENDING
+from study.plan.progress import PENDING
 from study.plan.task import TaskResult
 from study.plan.tasks import KINDS, needed_kinds
 

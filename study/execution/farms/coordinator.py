@@ -11,7 +11,7 @@ from study.execution.dispatch import Dispatcher
 from study.execution.farms.outbox import News
 from study.execution.interruption import Interruption
 from study.execution.launch import end_of_time
-from study.execution.ledger import Begin, Fail, Ledger, Meanwhile, Report, Tally
+from study.execution.ledger import Begin, Fail, Ledger, Report, Tally
 from study.execution.program import Settle
 from study.execution.queue import Work
 
@@ -31,11 +31,10 @@ class Coordinator(ABC):
         report: Report[W],
         fail: Fail[W] = lambda *_: None,
         begin: Begin[W] = lambda *_: None,
-        meanwhile: Meanwhile | None = None,
     ) -> Tally:
         """Compute all tasks, each after its needs, idle ranks first; several at once where they are short.
 
-        After a signal, or when `meanwhile` is over, only those that have been begun. None that would outlast the job.
+        After a signal only those that have been begun. None that would outlast the job.
         report, fail, begin: callbacks, called with each task's outcome, with each failed attempt, and with the tasks handed out.
         """
         ledger = Ledger(tasks, report, fail, end_of_time(os.environ))
@@ -44,13 +43,11 @@ class Coordinator(ABC):
             dispatcher.hand_out(ledger)
             for rank in dispatcher.stranded():
                 _give_back(ledger, dispatcher, rank, self.take_back(rank))
-            if meanwhile and not meanwhile():
-                break
-            self._hear(ledger, dispatcher, wait=not meanwhile)
+            self._hear(ledger, dispatcher)
         for rank in range(self.size):
             _give_back(ledger, dispatcher, rank, self.take_back(rank))
         while dispatcher.busy:
-            self._hear(ledger, dispatcher, wait=True)
+            self._hear(ledger, dispatcher)
         return ledger.tally(self.interruption.requested)
 
     def settle(self) -> None:
@@ -60,7 +57,7 @@ class Coordinator(ABC):
         for rank in waiting:
             self.give(rank, [Settle()])
         while waiting:
-            waiting.difference_update(rank for rank, news in self.news(wait=True) if news.ended or news.failed)
+            waiting.difference_update(rank for rank, news in self.news() if news.ended or news.failed)
 
     @cached_property
     def _unsettled(self) -> set[int]:
@@ -76,11 +73,11 @@ class Coordinator(ABC):
         """Have a rank return the tasks that it has not begun, and say their keys: at once, or as news."""
 
     @abstractmethod
-    def news(self, wait: bool) -> Sequence[tuple[int, News]]:
-        """What ranks have told since, each time with the rank that told it. wait: a little, where none has."""
+    def news(self) -> Sequence[tuple[int, News]]:
+        """What ranks have told since, each time with the rank that told it; waits a little where none has."""
 
-    def _hear(self, ledger: Ledger[Any], dispatcher: Dispatcher, wait: bool) -> None:
-        for rank, news in self.news(wait):
+    def _hear(self, ledger: Ledger[Any], dispatcher: Dispatcher) -> None:
+        for rank, news in self.news():
             if news.ended:
                 self._unsettled.add(rank)
             take_in(ledger, dispatcher, rank, news)

@@ -7,7 +7,7 @@ from types import TracebackType
 from typing import Any, NoReturn, Protocol, Self, TypeVar
 
 from study.execution.interruption import GRACE, Interruption
-from study.execution.ledger import Begin, Execute, Fail, Ledger, Meanwhile, Report, Tally, attempt, tell
+from study.execution.ledger import Begin, Execute, Fail, Ledger, Report, Tally, attempt, tell
 from study.execution.queue import Work
 
 W = TypeVar("W", bound=Work)
@@ -34,12 +34,10 @@ class Farm(Protocol):
         report: Report[W],
         fail: Fail[W] = ...,
         begin: Begin[W] = ...,
-        meanwhile: Meanwhile | None = None,
     ) -> Tally:
         """Compute all tasks, each after its needs.
 
         report, fail, begin: callbacks, called with each task's outcome, with each failed attempt, and with tasks to be computed.
-        meanwhile: done beside them again and again; when it is over, what has not been begun is left.
         """
 
     def settle(self) -> None:
@@ -98,7 +96,6 @@ class SerialFarm(LocalFarm):
         report: Report[W],
         fail: Fail[W] = lambda *_: None,
         begin: Begin[W] = lambda *_: None,
-        meanwhile: Meanwhile | None = None,
     ) -> Tally:
         """Compute one task after the other, in the order of the queue."""
         ledger, execute = Ledger(tasks, report, fail), self._load()
@@ -109,8 +106,6 @@ class SerialFarm(LocalFarm):
             done = attempt(execute, task, where, survive=(Exception, SystemExit, GeneratorExit))
             tell(task, done)
             ledger.enter(done)
-            if meanwhile and not meanwhile():
-                break
         return ledger.tally(self.interruption.requested)
 
     def settle(self) -> None:

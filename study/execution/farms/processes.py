@@ -35,7 +35,7 @@ class ProcessFarm(Coordinator, LocalFarm):
         """Have a process return the tasks that it has not begun, and say their keys."""
         return self._agents[rank].give_back()
 
-    def news(self, wait: bool) -> list[tuple[int, News]]:
-        """The tasks that have ended. wait: for one, where none has."""
-        connection.wait([agent.pipe for agent in self._agents if agent.busy and agent.pipe], PATIENCE if wait else 0.0)
+    def news(self) -> list[tuple[int, News]]:
+        """The tasks that have ended; waits a little for one, where none has."""
+        connection.wait([agent.pipe for agent in self._agents if agent.busy and agent.pipe], PATIENCE)
         return [(number, news_of(agent.arrived())) for number, agent in enumerate(self._agents)]

@@ -76,8 +76,8 @@ class MPIFarm(Coordinator):
             return ()
         return self._agent.give_back()
 
-    def news(self, wait: bool) -> list[tuple[int, News]]:
-        """What has arrived from other ranks and from this one's child. wait: a little, where nothing has."""
+    def news(self) -> list[tuple[int, News]]:
+        """What has arrived from other ranks and from this one's child; waits a little where nothing has."""
         done = self._agent.arrived()
         found: list[tuple[int, News]] = [(0, news_of(done))] if done else []
         for rank, message in self._mail.received():
@@ -85,8 +85,7 @@ class MPIFarm(Coordinator):
                 self.interruption.request()
             else:
                 found.append((rank, message))
-        if wait:
-            self._pause.after(bool(found))
+        self._pause.after(bool(found))
         return found
 
     def serve(self) -> int:

@@ -14,7 +14,7 @@ from study.results.lease import Lease
 from study.results.merging import merge_shards
 from study.results.runs import Run
 from study.results.shard import Shard
-from study.results.store import OUTLINE, Store
+from study.results.store import Store
 
 RUN = Run("a", "2026-01-01T00:00:00+00:00", 1)
 FAILED = Attempt("d" * 20, "record", "crashed", "why", True, False, here().solver, "rank 0 on here", "2026")
@@ -117,13 +117,3 @@ def test_what_stands_where_a_result_belongs_stops_one_shard_not_the_others(tmp_p
     (said,) = merge_shards(tmp_path)
     assert f"{first}: cannot be merged" in said
     assert "b" * 19 + "2" in store.finished()
-
-
-def test_the_outline_of_a_part_is_never_taken_for_that_of_the_whole(tmp_path: Path) -> None:
-    """Shards of earlier versions left one, under the name and the key of the whole campaign's."""
-    store, shard = prepared(tmp_path), filled(tmp_path, 1, "a" * 20)
-    (store.folder / OUTLINE).write_bytes(b"of the whole")
-    (shard / "results" / OUTLINE).write_bytes(b"of a part")
-    assert merge_shards(tmp_path) == []
-    assert (store.folder / OUTLINE).read_bytes() == b"of the whole"
-    assert not (tmp_path / "shards").exists()

@@ -5,7 +5,6 @@ from pathlib import Path
 import pytest
 
 import nanoslip
-from study.commands.shared import glance
 from study.execution import executor
 from study.plan.tasks import run_task
 from study.results import runs
@@ -118,11 +117,7 @@ def test_what_is_no_shard_is_one_line_and_exit_code_2(main: Main, campaign: Path
     assert "4/3: needs NUMBER/OF, as 1/10 to 10/10" in errors
 
 
-def test_what_other_shards_have_not_computed_is_left_however_large_the_campaign(
-    main: Main, campaign: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    """A run leaves the outline of a large plan; a shard must not leave that of its part in its place."""
-    monkeypatch.setattr(glance, "LARGE", 1)
+def test_what_other_shards_have_not_computed_is_left(main: Main, campaign: Path, tmp_path: Path) -> None:
     assert main("run", campaign, "--out", tmp_path, "--serial", "--shard", "1/2")[0] == 0
     assert main("merge", campaign, "--out", tmp_path)[0] == 99
     assert '"finished": false' in main("status", campaign, "--out", tmp_path, "--json")[1]

@@ -66,7 +66,7 @@ def test_what_is_in_hand_when_a_run_is_killed_is_noted_unless_it_was_told_to_sto
     tmp_path: Path, told: bool, noted: set[str]
 ) -> None:
     class Dying(MadeUpRanks):
-        def news(self, wait: bool) -> list[tuple[int, News]]:
+        def news(self) -> list[tuple[int, News]]:
             if told:
                 self.interruption.request()
             raise Killed

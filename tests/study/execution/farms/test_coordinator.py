@@ -36,7 +36,7 @@ class MadeUpRanks(Coordinator):
         self._returned.append((rank, news_of([], returned)))
         return ()
 
-    def news(self, wait: bool) -> list[tuple[int, News]]:
+    def news(self) -> list[tuple[int, News]]:
         found, self._returned = self._returned, []
         for rank, tasks in enumerate(self._waiting):
             if tasks:
@@ -117,17 +117,3 @@ def test_after_a_signal_what_has_not_been_begun_comes_back() -> None:
     tally, diary = coordinated(ranks, tuple(Work(str(number)) for number in range(100)), stop_after="10")
     assert tally.interrupted
     assert tally.done == len(diary.reported) == len(ranks.computed) < 30
-
-
-def test_other_work_is_done_meanwhile_and_what_has_not_been_begun_when_it_is_over_comes_back() -> None:
-    ranks, pieces = MadeUpRanks(2), iter([True] * 5)
-    tally = ranks.run(
-        [Work(str(number)) for number in range(100)], lambda *_: None, meanwhile=lambda: next(pieces, False)
-    )
-    assert (tally.interrupted, tally.halt) == (False, "")
-    assert 0 < tally.done == len(ranks.computed) < 30
-
-
-def test_other_work_that_takes_longer_holds_up_no_task() -> None:
-    ranks = MadeUpRanks(2)
-    assert ranks.run(DIAMOND, lambda *_: None, meanwhile=lambda: True) == Tally(done=5)

@@ -58,11 +58,3 @@ def test_a_signal_that_finds_all_work_done_interrupted_nothing():
     with SerialFarm(lambda: Diary().execute) as farm:
         farm.interruption.request()
         assert farm.run((), Diary().report) == Tally()
-
-
-def test_other_work_is_done_after_each_task_and_the_rest_is_left_when_it_is_over():
-    diary, pieces = Diary(), iter([True, True])
-    with SerialFarm(lambda: diary.execute) as farm:
-        tally = farm.run(DIAMOND, diary.report, meanwhile=lambda: next(pieces, False))
-    assert tally == Tally(done=3)
-    assert diary.executed == ["a", "b", "c"]

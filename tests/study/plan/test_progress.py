@@ -1,13 +1,11 @@
 """A case and its drives end as the first of their tasks that failed: one word for it, wherever it is said."""
 
-from collections import Counter
 from pathlib import Path
 
 from solver.outcome import COMPLETED, Ending, Outcome
 from study.manifest.reader import parse_manifest
 from study.plan.plan import Plan, make_plan
-from study.plan.standing.endings import PENDING, drive_outcome
-from study.plan.standing.outline import outline_of
+from study.plan.progress import PENDING, drive_outcome, ended
 from tests.conftest import SMALL
 
 LIMIT = Outcome(Ending.CASCADE_LIMIT, "one event needed too many slips")
@@ -22,24 +20,19 @@ def small() -> Plan:
     return make_plan(parse_manifest(Path("small.toml"), SMALL, {}))
 
 
-def endings(plan: Plan, found: dict[str, Outcome]) -> tuple[Counter[str], Counter[str]]:
-    look = outline_of(plan).look(found, {}, ())
-    return look.cases, look.drives
-
-
 def test_a_drive_whose_record_failed_ended_as_its_case() -> None:
     plan = small()
     found = outcomes_of(plan, record=LIMIT, drive=Outcome(Ending.NEEDS_FAILED, "its record ended as cascade_limit"))
-    assert endings(plan, found) == ({"cascade_limit": 4}, {"cascade_limit": 8})
+    assert ended(plan, found) == ({"cascade_limit": 4}, {"cascade_limit": 8})
     assert drive_outcome(plan, plan.cases[0], plan.manifest.drives[0], found) == LIMIT
 
 
 def test_a_drive_that_failed_by_itself_keeps_its_own_word() -> None:
     plan = small()
     found = outcomes_of(plan, record=Outcome(Ending.NO_PLATEAU, "too short"), drive=Outcome(Ending.NO_SLIP, "soften"))
-    assert endings(plan, found) == ({"no_plateau": 4}, {"no_slip": 8})
+    assert ended(plan, found) == ({"no_plateau": 4}, {"no_slip": 8})
 
 
 def test_what_has_no_outcome_is_pending() -> None:
     plan = small()
-    assert endings(plan, {}) == ({PENDING: 4}, {PENDING: 8})
+    assert ended(plan, {}) == ({PENDING: 4}, {PENDING: 8})

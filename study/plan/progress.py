@@ -1,12 +1,15 @@
-"""How the cases and drives of a plan ended, from the outcomes of their tasks."""
+"""How far a plan is: its tasks by kind, and how its cases and drives ended, from the outcomes of their tasks."""
 
-from collections.abc import Mapping
+from collections import Counter, defaultdict
+from collections.abc import Iterable, Mapping
+from dataclasses import dataclass
 from typing import Final
 
 from solver.outcome import UNDONE, Ending, Outcome
 from study.manifest.cases import CampaignCase
 from study.manifest.drives import CampaignDrive
 from study.plan.plan import Plan
+from study.plan.task import Task
 
 PENDING: Final = "pending"
 """What stands for the outcome of what is not computed yet."""
@@ -51,3 +54,49 @@ def drive_outcome(
         return case.outcome if case.case is None else drive.outcome
     found = outcomes.get(plan.case_tasks[case.case_id].key("drive", drive.label) or "")
     return case_outcome(plan, case, outcomes) if as_its_case(found) else found
+
+
+def ended(plan: Plan, outcomes: Mapping[str, Outcome]) -> tuple[Counter[str], Counter[str]]:
+    """How many cases, and how many drives, ended how: ending or `pending` -> count.
+
+    outcomes: key of each finished task -> how it ended.
+    """
+    drives = plan.manifest.drives if "dynamics" in plan.manifest.stages else ()
+    cases = Counter(_word(case_outcome(plan, case, outcomes)) for case in plan.cases)
+    return cases, Counter(_word(drive_outcome(plan, case, each, outcomes)) for case in plan.cases for each in drives)
+
+
+def _word(outcome: Outcome | None) -> str:
+    return outcome.ending.value if outcome else PENDING
+
+
+@dataclass(frozen=True, slots=True)
+class KindCount:
+    """Tasks of one kind: how many, and what they cost."""
+
+    all: int
+    finished: int
+    left: int
+    given_up: int
+    core_seconds_left: float
+    memory_bytes: float
+    """Of the largest one."""
+    disk_bytes: float
+    """Of all of them."""
+
+
+def kind_counts(tasks: Iterable[Task], left: Iterable[Task], given_up: Iterable[Task]) -> dict[str, KindCount]:
+    """Kind of task -> count and costs, in the order in which they begin, where tasks are at hand themselves."""
+    lost, tried = Counter(task.kind for task in given_up), Counter[str]()
+    seconds: defaultdict[str, float] = defaultdict(float)
+    for task in left:
+        tried[task.kind] += 1
+        seconds[task.kind] += task.cost
+    every: defaultdict[str, list[Task]] = defaultdict(list)
+    for task in tasks:
+        every[task.kind].append(task)
+    found = {}
+    for kind, its in every.items():
+        rest, memory, disk = tried[kind] + lost[kind], max(task.memory for task in its), sum(task.disk for task in its)
+        found[kind] = KindCount(len(its), len(its) - rest, tried[kind], lost[kind], seconds[kind], memory, disk)
+    return found
