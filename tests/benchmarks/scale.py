@@ -63,9 +63,9 @@ class Command:
 
 
 COMMANDS = (
-    Command(("plan",), {100_000: Most(5.0), 1_000_000: Most(60.0, 1e9)}, finished=False),
-    Command(("status",), {100_000: Most(1.0)}, what=", all finished"),
-    Command(("collect",), {100_000: Most(15.0)}, what=", all finished"),
+    Command(("plan",), {100_000: Most(10.0)}, finished=False),
+    Command(("status",), {100_000: Most(3.0)}, what=", all finished"),
+    Command(("collect",), {100_000: Most(20.0)}, what=", all finished"),
     Command(("run",), {100_000: Most(5.0)}, what=", nothing to do"),
 )
 

@@ -316,7 +316,8 @@ def main(arguments: Sequence[str]) -> None:
         for number, each in enumerate(pool.map(partial(judge, most_cases=cases), numbers)):
             print(f"campaign {number}: {each.campaign.kind}, {each.everything:.1f} s", file=sys.stderr, flush=True)
             verdicts.append(each)
-    text = f"{cases} cases of each campaign, evenly spread, or {FEWEST_CASES} with {DRIVES} drives each.\n\n{as_markdown(verdicts)}"
+    head = f"{cases} cases of each campaign, evenly spread, or {FEWEST_CASES} with {DRIVES} drives each."
+    text = f"{head}\n\n{as_markdown(verdicts)}"
     print(text)
     Path(__file__).with_suffix(".md").write_text(text, "utf-8")
 
