@@ -1,14 +1,14 @@
 """What a target costs and whether it is kept: twenty campaigns drawn by seed, against eight members with everything.
 
 `python -m tests.benchmarks.target [CASES]` computes so many cases of each, evenly spread, and writes tests/benchmarks/target.md.
-Costs are processor seconds of compliances, records and drives. A target is kept where the mean it stopped at is no further than
-`within` from that of 32 other starts with everything.
+Costs are processor seconds of compliances, records and drives. A target is kept where the mean it stopped at is no further from
+that of 32 other starts with everything than `within` and twice their own ± together.
 """
 
 import json
 import math
 import sys
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from concurrent.futures import ProcessPoolExecutor
 from dataclasses import dataclass, replace
 from functools import partial
@@ -100,29 +100,59 @@ def drawn(number: int) -> Campaign:
 
 @dataclass(frozen=True)
 class Judged:
-    """A campaign computed with everything or to a target: seconds, and the numbers asked for.
+    """A campaign computed to a target, or those of its cases that eight members with everything know so well.
 
-    error: of each, over `within`, of the mean against the other starts; NaN where these have none. reached: whether the target
-    says that it is known.
+    ratio: seconds over those with everything. reached: whether the target says that each number asked for is known. kept: whether
+    its mean is no further from that of the other starts than `within` and twice their own ± together; NaN where these have none.
     """
 
-    seconds: float
+    ratio: float
     reached: np.ndarray
-    error: np.ndarray
-    equal: float = math.nan
-    """Seconds over those with everything, where eight members with everything reach this target, too."""
+    kept: np.ndarray
+
+
+class Row(NamedTuple):
+    """One case: seconds of record and drives, each number asked for with twice its ± and what is left out, and the truth."""
+
+    seconds: float
+    found: list[tuple[float, float]]
+    truth: list[Mean]
+
+    def known(self, within: float) -> bool:
+        """Whether all numbers asked for are."""
+        return all(doubt <= within * abs(mean) for mean, doubt in self.found)
 
 
 @dataclass(frozen=True)
 class Verdict:
-    """A campaign: what it is, how many cases and drives it has, and how it went with each target."""
+    """A campaign: what it is, how many cases and drives it has, and how it went with everything (0) and with each target."""
 
     campaign: Campaign
     cases: int
     drives: int
-    everything: float
-    """Seconds."""
-    targets: Mapping[float, Judged]
+    shared: float
+    """Seconds of compliances."""
+    rows: Mapping[float, list[Row]]
+
+    @property
+    def everything(self) -> float:
+        """Seconds of eight members with everything."""
+        return self.shared + sum(row.seconds for row in self.rows[0.0])
+
+    def judged(self, within: float, *, known: bool = False) -> Judged:
+        """known: only those cases that eight members with everything know so well."""
+        pairs = list(zip(self.rows[within], self.rows[0.0], strict=True))
+        if known:
+            pairs = [(row, whole) for row, whole in pairs if whole.known(within)]
+        found = np.array([each for row, _ in pairs for each in row.found]).reshape(-1, 2)
+        truth = np.array([(float(one.mean), float(one.uncertainty)) for row, _ in pairs for one in row.truth]).reshape(
+            -1, 2
+        )
+        allowed = np.hypot(within * truth[:, 0], 2.0 * truth[:, 1])
+        kept = np.where(np.isfinite(truth[:, 0]), np.abs(found[:, 0] - truth[:, 0]) <= allowed, np.nan)
+        whole = self.shared + sum(row.seconds for _, row in pairs)
+        ratio = (self.shared + sum(row.seconds for row, _ in pairs)) / whole if pairs else math.nan
+        return Judged(ratio, found[:, 1] <= within * np.abs(found[:, 0]), kept)
 
 
 def judge(number: int, most_cases: int) -> Verdict:
@@ -135,7 +165,7 @@ def judge(number: int, most_cases: int) -> Verdict:
     drives = [each.drive.dimensionless(whole.scales) for each in whole.drives if each.drive]
     count = max(most_cases // max(len(drives), 1), FEWEST_CASES)
     places = np.linspace(0, len(possible) - 1, count).round().astype(int)
-    rows: dict[float, list[_Row]] = {within: [] for within in (0.0, *WITHIN)}
+    rows: dict[float, list[Row]] = {within: [] for within in (0.0, *WITHIN)}
     slabs: dict[str, tuple[TaskResult, float]] = {}
     for case in (possible[place] for place in places):
         slab = compliance_task(case.slab)
@@ -148,30 +178,9 @@ def judge(number: int, most_cases: int) -> Verdict:
         for within, manifest in ((0.0, whole), *aimed.items()):
             results, seconds = _computed(case, drives, manifest.ensemble, compliance)
             found = [_known(name, result) for result in results for name in campaign.of if name in _names(result)]
-            rows[within].append(_Row(seconds, found, others))
+            rows[within].append(Row(seconds, found, others))
     shared = sum(seconds for _, seconds in slabs.values())
-    everything = shared + sum(row.seconds for row in rows[0.0])
-    targets = {within: _judged(rows[0.0], rows[within], within, shared) for within in WITHIN}
-    return Verdict(campaign, len(possible), len(drives), everything, targets)
-
-
-class _Row(NamedTuple):
-    """One case: seconds of record and drives, each number asked for with twice its ± and what is left out, and the truth."""
-
-    seconds: float
-    found: list[tuple[float, float]]
-    truth: list[Mean]
-
-
-def _judged(whole: list[_Row], rows: list[_Row], within: float, shared: float) -> Judged:
-    found = np.array([each for row in rows for each in row.found])
-    truth = np.array([float(each.mean) for row in rows for each in row.truth])
-    reached = found[:, 1] <= within * np.abs(found[:, 0])
-    error = np.abs(found[:, 0] - truth) / np.abs(truth) / within
-    equal = [all(doubt <= within * abs(mean) for mean, doubt in row.found) for row in whole]
-    pairs = [(row.seconds, other.seconds) for row, other, same in zip(rows, whole, equal, strict=True) if same]
-    ratio = sum(each for each, _ in pairs) / sum(each for _, each in pairs) if pairs else math.nan
-    return Judged(shared + sum(row.seconds for row in rows), reached, error, ratio)
+    return Verdict(campaign, len(possible), len(drives), shared, rows)
 
 
 def _manifest(text: str) -> Manifest:
@@ -247,64 +256,45 @@ def as_markdown(verdicts: Sequence[Verdict]) -> str:
     """One row of each campaign, and what they come to."""
     head = [f"{100.0 * within:g} %" for within in WITHIN]
     lines = [
-        f"| campaign | cases | drives | of | 8 members | {' | '.join(f'× at {each}' for each in head)} | reached at {head[2]} |",
+        f"| campaign | cases | drives | of | 8 members | {' | '.join(f'× at {each}' for each in head)} | 8 know 1 % |",
         "|---" * (6 + len(WITHIN)) + "|",
     ]
     for number, each in enumerate(verdicts):
-        ratios = [f"{each.targets[within].seconds / each.everything:.2f}" for within in WITHIN]
-        reached = f"{each.targets[WITHIN[2]].reached.mean():.0%}"
+        ratios = [f"{each.judged(within).ratio:.2f}" for within in WITHIN]
+        known = f"{np.mean([row.known(0.01) for row in each.rows[0.0]]):.0%}"
         cells = [f"{number}: {each.campaign.kind}", each.cases, each.drives, ", ".join(each.campaign.of)]
-        lines.append("| " + " | ".join(map(str, [*cells, f"{each.everything:.1f} s", *ratios, reached])) + " |")
-    lines += ["", f"| over all of them | {' | '.join(head)} |", "|---" * (1 + len(WITHIN)) + "|"]
-
-    def row(what: str, shown: Callable[[float], str]) -> str:
-        return f"| {what} | {' | '.join(map(shown, WITHIN))} |"
-
-    def ratio(
-        kinds: Sequence[str], reduce: Callable[[Sequence[float]], float], *, equal: bool = False
-    ) -> Callable[[float], str]:
-        def shown(within: float) -> str:
-            own = [each for each in verdicts if each.campaign.kind in kinds]
-            found = [
-                each.targets[within].equal if equal else each.targets[within].seconds / each.everything for each in own
-            ]
-            return f"{reduce([one for one in found if math.isfinite(one)] or [math.nan]):.2f}"
-
-        return shown
-
-    def median(values: Sequence[float]) -> float:
-        return float(np.median(values))
-
-    driven = (ALONE_KIND, SHARED_KIND)
-    lines += [
-        row("seconds ×, median campaign with drives", ratio(driven, median)),
-        row("seconds ×, median campaign whose drives share records", ratio((SHARED_KIND,), median)),
-        row("seconds ×, median campaign without drives", ratio((UNDRIVEN_KIND,), median)),
-        row("seconds ×, dearest campaign", ratio(KINDS_OF_CAMPAIGNS, max)),
-        row(
-            "the same of cases in which 8 members with everything reach it", ratio(KINDS_OF_CAMPAIGNS, max, equal=True)
-        ),
-        row("numbers that reach it", lambda within: f"{_all(verdicts, within)[0].mean():.1%}"),
-        row("of these kept", lambda within: f"{_kept(*_all(verdicts, within)):.1%}"),
-        row("kept in the worst campaign", lambda within: f"{_worst(verdicts, within):.1%}"),
-        row("without a value, left aside", lambda within: f"{np.isnan(_all(verdicts, within)[1]).mean():.1%}"),
-    ]
+        lines.append("| " + " | ".join(map(str, [*cells, f"{each.everything:.1f} s", *ratios, known])) + " |")
+    for known, title in ((True, "cases that 8 members with everything know so well"), (False, "all cases")):
+        lines += ["", f"| {title} | {' | '.join(head)} |", "|---" * (1 + len(WITHIN)) + "|"]
+        columns = [
+            list(_summary([(each.campaign.kind, each.judged(within, known=known)) for each in verdicts]))
+            for within in WITHIN
+        ]
+        lines += [f"| {what} | {' | '.join(cells)} |" for what, *cells in zip(SUMMARY, *columns, strict=True)]
     return "\n".join(lines) + "\n"
 
 
-def _all(verdicts: Sequence[Verdict], within: float) -> tuple[np.ndarray, np.ndarray]:
-    own = [each.targets[within] for each in verdicts]
-    return np.concatenate([each.reached for each in own]), np.concatenate([each.error for each in own])
+SUMMARY = (
+    "cost of the median campaign with drives, ×",
+    "of that whose drives share records, ×",
+    "of that without drives, ×",
+    "of the dearest, ×",
+    "numbers that reach the target",
+    "of these kept",
+    "without a value, left aside",
+)
 
 
-def _kept(reached: np.ndarray, error: np.ndarray) -> float:
-    judged = reached & np.isfinite(error)
-    return float(np.mean(error[judged] <= 1.0)) if judged.any() else math.nan
-
-
-def _worst(verdicts: Sequence[Verdict], within: float) -> float:
-    found = [_kept(each.targets[within].reached, each.targets[within].error) for each in verdicts]
-    return min((each for each in found if math.isfinite(each)), default=math.nan)
+def _summary(found: Sequence[tuple[str, Judged]]) -> Iterator[str]:
+    """The cells of one target."""
+    for kinds in ((ALONE_KIND, SHARED_KIND), (SHARED_KIND,), (UNDRIVEN_KIND,)):
+        ratios = [each.ratio for kind, each in found if kind in kinds and math.isfinite(each.ratio)]
+        yield f"{np.median(ratios):.2f}" if ratios else "–"
+    yield f"{max((each.ratio for _, each in found if math.isfinite(each.ratio)), default=math.nan):.2f}"
+    reached, kept = (np.concatenate([getattr(each, name) for _, each in found]) for name in ("reached", "kept"))
+    yield f"{reached.mean():.1%} of {len(reached)}"
+    yield f"{kept[reached & np.isfinite(kept)].mean():.1%}"
+    yield f"{np.isnan(kept).mean():.1%}"
 
 
 def main(arguments: Sequence[str]) -> None:
