@@ -109,6 +109,13 @@ class Judged:
     ratio: float
     reached: np.ndarray
     kept: np.ndarray
+    case: np.ndarray
+    """Number of each one's case."""
+
+    @property
+    def able(self) -> np.ndarray:
+        """Which can be judged: known, and known of the other starts."""
+        return self.reached & np.isfinite(self.kept)
 
 
 class Row(NamedTuple):
@@ -150,9 +157,10 @@ class Verdict:
         )
         allowed = np.hypot(within * truth[:, 0], 2.0 * truth[:, 1])
         kept = np.where(np.isfinite(truth[:, 0]), np.abs(found[:, 0] - truth[:, 0]) <= allowed, np.nan)
+        case = np.repeat(np.arange(len(pairs)), [len(row.found) for row, _ in pairs])
         whole = self.shared + sum(row.seconds for _, row in pairs)
         ratio = (self.shared + sum(row.seconds for row, _ in pairs)) / whole if pairs else math.nan
-        return Judged(ratio, found[:, 1] <= within * np.abs(found[:, 0]), kept)
+        return Judged(ratio, found[:, 1] <= within * np.abs(found[:, 0]), kept, case)
 
 
 def judge(number: int, most_cases: int) -> Verdict:
@@ -281,6 +289,7 @@ SUMMARY = (
     "of the dearest, ×",
     "numbers that reach the target",
     "of these kept",
+    "kept, mean over cases",
     "without a value, left aside",
 )
 
@@ -294,6 +303,12 @@ def _summary(found: Sequence[tuple[str, Judged]]) -> Iterator[str]:
     reached, kept = (np.concatenate([getattr(each, name) for _, each in found]) for name in ("reached", "kept"))
     yield f"{reached.mean():.1%} of {len(reached)}"
     yield f"{kept[reached & np.isfinite(kept)].mean():.1%}"
+    cases = [
+        each.kept[each.able & (each.case == case)].mean()
+        for _, each in found
+        for case in {*each.case[each.able].tolist()}
+    ]
+    yield f"{np.mean(cases):.1%} of {len(cases)}"
     yield f"{np.isnan(kept).mean():.1%}"
 
 
