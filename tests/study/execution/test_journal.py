@@ -38,17 +38,6 @@ def test_a_run_has_a_line_when_it_begins_and_one_when_it_has_ended(tmp_path: Pat
     assert len((tmp_path / runs.FILE).read_text().splitlines()) == 2
 
 
-def test_what_a_run_computes_in_two_parts_is_one_run(tmp_path: Path) -> None:
-    journal = Journal(tmp_path, "nanoslip run mine.toml")
-    journal.begin(2, "ranks")
-    journal.computed(Tally(3, seconds=7.0, hosts={"n1": 2}))
-    journal.begin(2, "ranks")
-    journal.computed(Tally(4, 1, seconds=5.0, hosts={"n1": 1, "n2": 1}))
-    journal.end(3)
-    (run,) = runs.read(tmp_path)
-    assert (run.done, run.failed, run.core_seconds, run.hosts) == (7, 1, 12.0, {"n1": 2, "n2": 1})
-
-
 @dataclass(frozen=True)
 class Work:
     """As much of a task as a journal looks at."""
