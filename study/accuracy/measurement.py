@@ -23,8 +23,8 @@ from study.accuracy.timing import machine
 from study.dataset.file import write as write_dataset
 from study.dataset.groups import carrying
 from study.discretization.front import Measured, as_text
+from study.results.file import written_whole
 from study.results.store import StoreError
-from study.results.whole_file import written_whole
 
 TITLE: Final = "What accuracy costs in time"
 

@@ -12,9 +12,8 @@ import xarray as xr
 from study.dataset.groups import carrying, opened, tree_of
 from study.dataset.netcdf import write_tree
 from study.dataset.seal import broken, seal
-from study.results.lines import NO_FILE, is_no_file
+from study.results.file import NO_FILE, is_no_file, written_whole
 from study.results.store import StoreError
-from study.results.whole_file import written_whole
 
 FILE: Final = "results.nc"
 FORMAT: Final = "nanoslip_format"

@@ -11,8 +11,8 @@ from study.dataset.seal import seal_of
 from study.discretization.front import load_front
 from study.manifest.manifest import Manifest
 from study.origin import all_sources_hash
+from study.results.file import written_whole
 from study.results.store import Store
-from study.results.whole_file import written_whole
 
 NOTE: Final = "dataset.json"
 """File among the results that says what the dataset beside them was made of."""

@@ -17,8 +17,8 @@ from study.execution.ledger import Report, Tally
 from study.machine import this_machine, user
 from study.origin import here
 from study.plan.task import Task
-from study.results import runs
-from study.results.runs import Run
+from study.results import attempts as runs
+from study.results.attempts import Run
 
 FIRST: Final = 2.0
 """Seconds after which a run writes down what its tasks took so far; again after twice as long, and so on."""
@@ -99,7 +99,7 @@ class Journal:
             self._add(self._run)
 
     def _add(self, run: Run) -> None:
-        if (problem := runs.add(self._out, run)) and problem != self._said:
+        if (problem := runs.runs_add(self._out, run)) and problem != self._said:
             self._said = problem
             sys.stderr.write(f"{problem}\n")
 

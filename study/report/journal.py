@@ -6,7 +6,8 @@ from typing import Final
 from study.exit_codes import CRASHED, FAILURES, INTERRUPTED, WRONG_INPUT
 from study.report.columns import Table
 from study.report.common import NOTHING
-from study.results.runs import FILE, Run
+from study.results.attempts import RUNS_FILE as FILE
+from study.results.attempts import Run
 
 MOST_RUNS: Final = 20
 """Runs that a table shows: the last ones."""

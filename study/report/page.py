@@ -23,8 +23,8 @@ from study.report.common import said_once
 from study.report.journal import cost, run_table
 from study.report.picture import Picture, picture
 from study.report.summary import MOST_ROWS, flag_summary, left_out_summary, scalar_table, short_summary
-from study.results import runs
-from study.results.runs import Run
+from study.results import attempts as runs
+from study.results.attempts import Run
 
 FILE: Final = "report.html"
 MOST_SINGLE: Final = 24

@@ -4,13 +4,16 @@ import os
 from contextlib import suppress
 from pathlib import Path
 
-from study.results import attempts, lines, own, runs
+from study.results import attempts
+from study.results import attempts as runs
+from study.results import entry as own
+from study.results import file as lines
+from study.results.file import free_name
 from study.results.lease import Lease
-from study.results.logs.log import is_name, later
+from study.results.log import is_name, later
 from study.results.shard import FOLDER, folders
 from study.results.store import FOLDER as RESULTS
 from study.results.store import Store, StoreError
-from study.results.whole_file import free_name
 
 
 def merge_shards(out: Path) -> list[str]:
@@ -39,7 +42,7 @@ def _move(shard: Path, out: Path) -> None:
     store.prepare()  # mends what a killed run left
     for path in sorted(store.folder.iterdir()):
         os.replace(path, _place(path, out / RESULTS))
-    for name in (attempts.FILE, runs.FILE):
+    for name in (attempts.FILE, runs.RUNS_FILE):
         path = shard / name
         if path.is_file():
             lines.add(out / name, path.read_bytes().rstrip(b"\n") + b"\n")

@@ -19,13 +19,12 @@ from typing import Final, TypeVar
 from solver.outcome import Outcome
 from study.origin import Origins, here
 from study.plan.task import TaskResult
-from study.results import attempts, own
+from study.results import attempts
+from study.results import entry as own
 from study.results.attempts import Attempt
 from study.results.entry import CorruptResultError, Head, Meta, OtherFormatError, packed
-from study.results.logs.all_logs import Logs
-from study.results.logs.log import LogWriter
-from study.results.logs.places import Places
-from study.results.whole_file import clear_away, scratch_beside
+from study.results.file import clear_away, scratch_beside
+from study.results.log import Logs, LogWriter, Places
 
 FOLDER: Final = "results"
 Said = TypeVar("Said")

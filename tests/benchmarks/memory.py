@@ -16,7 +16,7 @@ from solver.slab import Slab
 from study.manifest.reader import load_manifest
 from study.plan.plan import make_plan
 from study.plan.tasks import compliance_task, record_task, run_task
-from study.results import own
+from study.results import entry as own
 from study.results.store import Store
 from tests.benchmarks.table import Row, verdict
 

@@ -11,7 +11,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from study.results import runs
+from study.results import attempts as runs
 from study.results.shard import Shard
 from study.results.store import Store
 from tests.conftest import ROOT, SMALL, launcher, longer

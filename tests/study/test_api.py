@@ -16,7 +16,7 @@ from study.api import open_dataset, run
 from study.execution import executor
 from study.manifest.problems import ManifestError
 from study.plan.tasks import run_task
-from study.results import own
+from study.results import entry as own
 from study.results.store import FOLDER, StoreError
 from tests.conftest import SMALL, THREADS
 from tests.study.execution.defects import crashing

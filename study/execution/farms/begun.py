@@ -8,7 +8,7 @@ from threading import Lock
 from typing import Final
 
 from study.execution.queue import Work
-from study.results import lines
+from study.results import file as lines
 
 FILE: Final = "begun.txt"
 LONG: Final = 1.0

@@ -7,7 +7,7 @@ from contextlib import suppress
 from pathlib import Path
 from typing import Final
 
-from study.results.whole_file import lives
+from study.results.file import lives
 
 MARK: Final = "NANOSLIP_TRIAL"
 """Variable of the environment that all processes of a run inherit."""

@@ -14,7 +14,8 @@ from typing import Final
 
 from study.dataset import file
 from study.execution.farms import begun
-from study.results import lease, own
+from study.results import entry as own
+from study.results import lease
 from study.results.store import FOLDER
 from tests.conftest import clean_environment, launcher
 from tests.mpi.kills.processes import MARK, remaining

@@ -9,7 +9,7 @@ from study import machine, origin
 from study.execution import executor as executor_module
 from study.execution.executor import executor
 from study.plan.tasks import compliance_task, contact_task
-from study.results import own
+from study.results import entry as own
 from study.results.store import Store
 from tests.study.plan.running import CASE
 

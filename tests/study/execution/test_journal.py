@@ -16,8 +16,8 @@ from study.execution import journal as journal_module
 from study.execution.journal import Journal, measured_in
 from study.execution.ledger import Tally
 from study.origin import here
-from study.results import runs
-from study.results.runs import Run
+from study.results import attempts as runs
+from study.results.attempts import Run
 from tests.conftest import Main
 from tests.study.execution.defects import crashing
 
@@ -35,7 +35,7 @@ def test_a_run_has_a_line_when_it_begins_and_one_when_it_has_ended(tmp_path: Pat
     assert (run.run, run.done, run.failed, run.core_seconds, run.exit_code) == (begun.run, 3, 1, 7.0, 3)
     assert begun.begun <= run.ended
     assert list(run.hosts) == ["n1", "n2"]
-    assert len((tmp_path / runs.FILE).read_text().splitlines()) == 2
+    assert len((tmp_path / runs.RUNS_FILE).read_text().splitlines()) == 2
 
 
 @dataclass(frozen=True)
@@ -59,7 +59,7 @@ def test_it_notes_what_tasks_with_a_result_took_and_says_so_at_ever_longer_inter
         note([Work("record", 0.5)], COMPLETED, [1.0])
     note([Work("drive", 0.5)], Outcome(Ending.CRASHED, "of no result"), [1.0])
     assert len(heard) == 1001
-    assert len((tmp_path / runs.FILE).read_text().splitlines()) <= 11  # log2 of the seconds, and its begin
+    assert len((tmp_path / runs.RUNS_FILE).read_text().splitlines()) <= 11  # log2 of the seconds, and its begin
     (run,) = runs.read(tmp_path)
     assert run.ended == ""
     assert run.kinds["record"][0] >= 500
@@ -71,7 +71,7 @@ def test_it_notes_what_tasks_with_a_result_took_and_says_so_at_ever_longer_inter
 
 def test_what_other_software_took_is_not_compared_with_the_predictions_of_this(tmp_path: Path) -> None:
     mine = Run("a", "b", 1, solver=here().solver, nanoslip=here().nanoslip_version, kinds={"record": [1, 1.0, 2.0]})
-    runs.add(tmp_path, mine, replace(mine, run="c", nanoslip="0.1", kinds={"record": [1, 1.0, 100.0]}))
+    runs.runs_add(tmp_path, mine, replace(mine, run="c", nanoslip="0.1", kinds={"record": [1, 1.0, 100.0]}))
     assert measured_in(tmp_path, tmp_path).as_data() == {"record": [1, 1.0, 2.0]}
 
 
@@ -97,7 +97,7 @@ def test_a_campaign_has_its_dataset_where_its_journal_cannot_be_written(
     main: Main, campaign: Path, tmp_path: Path
 ) -> None:
     out = tmp_path / "out"
-    (out / runs.FILE).mkdir(parents=True)
+    (out / runs.RUNS_FILE).mkdir(parents=True)
     code, _, said = main("run", campaign, "--out", out, "--serial")
     assert code == 0
     assert said.count("runs.jsonl: cannot be written") == 1

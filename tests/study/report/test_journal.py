@@ -3,7 +3,8 @@
 from dataclasses import replace
 
 from study.report.journal import MOST_RUNS, cost, run_table
-from study.results.runs import FILE, Run
+from study.results.attempts import RUNS_FILE as FILE
+from study.results.attempts import Run
 
 ONE = Run(
     run="a",

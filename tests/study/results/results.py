@@ -15,9 +15,9 @@ import pytest
 
 from solver.outcome import COMPLETED, Ending, Outcome
 from study.plan.tasks import TaskResult
-from study.results import own
+from study.results import entry as own
+from study.results import log
 from study.results.entry import ALIGNED, LEAST, MARK
-from study.results.logs import log
 from study.results.store import FOLDER
 
 RECORD: Final = TaskResult(

@@ -18,7 +18,8 @@ import nanoslip
 from study.execution import executor
 from study.plan.task import TaskResult
 from study.plan.tasks import Task
-from study.results import lease, whole_file
+from study.results import file as whole_file
+from study.results import lease
 from study.results.lease import FILE, Lease
 from study.results.store import StoreError
 from tests.study.results.results import written

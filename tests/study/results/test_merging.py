@@ -8,11 +8,11 @@ import pytest
 from solver.outcome import COMPLETED
 from study.origin import here
 from study.plan.task import TaskResult
-from study.results import attempts, runs
-from study.results.attempts import Attempt
+from study.results import attempts
+from study.results import attempts as runs
+from study.results.attempts import Attempt, Run
 from study.results.lease import Lease
 from study.results.merging import merge_shards
-from study.results.runs import Run
 from study.results.shard import Shard
 from study.results.store import Store
 
@@ -27,7 +27,7 @@ def filled(out: Path, number: int, key: str, shared: bool = False) -> Path:
     store.prepare()
     store.write(TaskResult(key, "contact", COMPLETED, {"approach": float(number)}), shared)
     assert not attempts.add(folder, replace(FAILED, task=key[::-1]))
-    assert not runs.add(folder, replace(RUN, run=key))
+    assert not runs.runs_add(folder, replace(RUN, run=key))
     return folder
 
 
@@ -87,7 +87,7 @@ def test_what_a_killed_run_has_not_finished_writing_is_named_and_left_out(tmp_pa
     shard = filled(tmp_path, 1, "a" * 19 + "1")
     (log,) = (shard / "results").iterdir()
     log.write_bytes(log.read_bytes()[:-8])
-    with (shard / runs.FILE).open("a") as journal:
+    with (shard / runs.RUNS_FILE).open("a") as journal:
         journal.write('{"run": "cut sh')
     filled(tmp_path, 2, "b" * 19 + "2")
     assert merge_shards(tmp_path) == []

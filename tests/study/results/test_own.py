@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from study.plan.task import TaskResult
-from study.results import own
+from study.results import entry as own
 from study.results.entry import CorruptResultError, packed
 from tests.study.results.results import COMPLIANCE, OTHER, RECORD, REFUSED, flip, same
 

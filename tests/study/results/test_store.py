@@ -14,7 +14,8 @@ import pytest
 
 from solver.slab import Slab
 from study.plan.tasks import compliance_task, run_task
-from study.results import attempts, own
+from study.results import attempts
+from study.results import entry as own
 from study.results.entry import CorruptResultError, Meta, packed
 from study.results.store import Store, StoreError
 from tests.study.results.results import ALL, COMPLIANCE, OTHER, RECORD, flip, same

@@ -7,7 +7,7 @@ import pytest
 import nanoslip
 from study.execution import executor
 from study.plan.tasks import run_task
-from study.results import runs
+from study.results import attempts as runs
 from study.results.lease import Lease
 from study.results.shard import Shard
 from tests.conftest import Main

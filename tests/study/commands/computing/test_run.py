@@ -14,7 +14,7 @@ from study.commands.shared import datasets
 from study.execution import executor, failures
 from study.origin import here
 from study.plan.tasks import run_task
-from study.results import own
+from study.results import entry as own
 from study.results.store import Store, StoreError
 from tests.conftest import PARTLY_REFUSED, SMALL
 from tests.study.execution.defects import crashing_at

@@ -10,8 +10,8 @@ import xarray as xr
 from study import origin
 from study.manifest.reader import load_manifest
 from study.plan.plan import make_plan
-from study.results import runs
-from study.results.runs import Run
+from study.results import attempts as runs
+from study.results.attempts import Run
 from tests.conftest import PARTLY_REFUSED, SMALL
 
 
@@ -116,7 +116,9 @@ def test_the_time_left_is_what_finished_tasks_lead_to_expect(main, campaign):
     here = origin.here()
     took = Run("a", "b", 1, nanoslip=here.nanoslip_version, solver=here.solver)
     out.mkdir()
-    runs.add(out, replace(took, kinds={"compliance": [1, 1.0, 2.0], "record": [3, 3.0, 6.0], "drive": [2, 0.1, 0.2]}))
+    runs.runs_add(
+        out, replace(took, kinds={"compliance": [1, 1.0, 2.0], "record": [3, 3.0, 6.0], "drive": [2, 0.1, 0.2]})
+    )
     learned = json.loads(main("plan", campaign, "--out", out, "--json")[1])
     assert learned["measured"] == pytest.approx({"compliance": 2.0, "record": 2.0, "drive": 2.0})
     for ranks, seconds in planned["seconds_left"].items():

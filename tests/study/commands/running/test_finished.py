@@ -3,7 +3,7 @@
 import pytest
 
 from study.execution.farms import begun
-from study.results import own
+from study.results import entry as own
 from tests.study.commands.computing.test_run import disown
 
 

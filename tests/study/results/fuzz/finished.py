@@ -15,10 +15,11 @@ from study.manifest.reader import load_manifest
 from study.origin import here
 from study.plan.plan import Plan, make_plan
 from study.plan.task import TaskResult
-from study.results import attempts, lease, own, runs
+from study.results import attempts, lease, log
+from study.results import attempts as runs
+from study.results import entry as own
 from study.results.attempts import Attempt
 from study.results.lease import Lease
-from study.results.logs import log
 from study.results.store import FOLDER, Store
 
 CAMPAIGN: Final = """\
@@ -101,5 +102,5 @@ def _files(out: Path, results: dict[str, TaskResult]) -> Iterator[tuple[str, Pat
     # Of a compliance nothing is wanted any more when its records are there.
     shared = [path for path in (out / FOLDER).glob(f"*{own.ENDING}") if results[path.stem].kind == "record"]
     yield "a result of its own", min(shared).relative_to(out)
-    for name in (attempts.FILE, runs.FILE, lease.FILE, f"{FOLDER}/{NOTE}", file.FILE):
+    for name in (attempts.FILE, runs.RUNS_FILE, lease.FILE, f"{FOLDER}/{NOTE}", file.FILE):
         yield f"`{name}`", Path(name)

@@ -14,12 +14,12 @@ from unittest.mock import patch
 from study.commands.shared.datasets import write_dataset
 from study.dataset import file
 from study.execution.failures import left
-from study.results import attempts, lease, runs
+from study.results import attempts, lease, log
+from study.results import attempts as runs
 from study.results.attempts import Attempt
 from study.results.entry import packed
 from study.results.lease import Lease
-from study.results.logs import log
-from study.results.logs.log import Fault
+from study.results.log import Fault
 from study.results.store import Store, StoreError
 from tests.study.results.fuzz.finished import Finished, seals
 

@@ -6,8 +6,7 @@ from pathlib import Path
 import pytest
 
 from study.results.entry import CorruptResultError, OtherFormatError, packed
-from study.results.logs.all_logs import Logs
-from study.results.logs.log import ENDING, LogWriter
+from study.results.log import ENDING, Logs, LogWriter
 from tests.study.results.results import ALL, NO_FILES, OTHER, RECORD, flip, same
 
 

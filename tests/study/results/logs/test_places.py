@@ -5,8 +5,7 @@ from pathlib import Path
 
 from solver.outcome import COMPLETED, Ending, Outcome
 from study.results.entry import Head, Meta
-from study.results.logs.log import Place
-from study.results.logs.places import Places
+from study.results.log import Place, Places
 
 LARGEST = 2**32 - 1
 """Of a checksum, or a table's length."""

@@ -1,0 +1,395 @@
+"""A log of results: one behind the other, added at the end by one process, read by any.
+
+A killed writer loses nothing that it has added; when a machine loses power, that of the last seconds may be lost (the system
+writes it to disk every second while tasks end, and within half a minute else). The end of a log may be torn, which costs the
+last result.
+"""
+
+import errno
+import os
+import re
+import secrets
+import sys
+import time
+import weakref
+from array import array
+from collections.abc import Callable, Iterable, Iterator, Mapping
+from contextlib import suppress
+from functools import lru_cache
+from pathlib import Path
+from typing import BinaryIO, Final, NamedTuple, TypeVar
+
+from study.plan.task import TaskResult
+from study.results.entry import (
+    ALIGNED,
+    MARK,
+    CorruptResultError,
+    Head,
+    Meta,
+    OtherFormatError,
+    TornError,
+    check,
+    read_head,
+    result_of,
+)
+from study.results.file import NO_FILE, free_name, is_no_file, written_whole
+
+ENDING: Final = ".log"
+SYNC: Final = 1.0
+"""Seconds after which what was added is made to last, too."""
+_PIECE: Final = 1 << 20
+"""Bytes that are read at once."""
+_RANDOM: Final = 8
+"""Bytes of a log's name that nobody else draws."""
+_NAME: Final = re.compile(rf"[0-9]{{6,12}}-[0-9a-f]{{{2 * _RANDOM}}}{re.escape(ENDING)}")
+"""As `later` makes it: other files that end so are somebody else's."""
+
+
+class Opened:
+    """An open file, closed when nobody has it any more."""
+
+    def __init__(self, path: Path, flags: int = os.O_RDONLY) -> None:
+        """Raises OSError."""
+        self.number: Final = os.open(path, flags | os.O_CLOEXEC, 0o666)
+        weakref.finalize(self, os.close, self.number)
+
+
+class LogWriter:
+    """The one writer of a log, which begins with the first thing that is added."""
+
+    def __init__(self, folder: Path) -> None:
+        self._folder = folder
+        self._file: Opened | None = None
+        self._process = 0
+        self._synced = 0.0
+
+    def add(self, entry: bytes) -> None:
+        """Add an entry, whole or not at all. Raises OSError."""
+        file = self._opened().number
+        state = os.fstat(file)
+        if state.st_nlink == 0:
+            raise FileNotFoundError(errno.ENOENT, "the log was removed")
+        try:
+            rest = memoryview(entry)
+            while rest:
+                rest = rest[os.write(file, rest) :]
+        except OSError:
+            os.ftruncate(file, state.st_size)
+            raise
+        if time.monotonic() - self._synced > SYNC:
+            os.fsync(file)
+            self._synced = time.monotonic()
+
+    def close(self) -> None:
+        """Have what was added reach the disk, where other machines see it; a new log takes what comes later. Raises OSError."""
+        file, self._file = self._file, None
+        if file and self._process == os.getpid():
+            os.fsync(file.number)
+
+    def _opened(self) -> Opened:
+        if self._file is None or self._process != os.getpid():  # a log has one writer, whoever forks
+            path = later(self._folder, f"{secrets.token_hex(_RANDOM)}{ENDING}")
+            self._file = Opened(path, os.O_WRONLY | os.O_APPEND | os.O_CREAT | os.O_EXCL)
+            self._process, self._synced = os.getpid(), time.monotonic()
+        return self._file
+
+
+def later(folder: Path, name: str) -> Path:
+    """The path of a log of this name, so that it sorts behind all that are there: of two results the later one counts.
+
+    The number that the name may begin with was its place in another folder.
+    """
+    number = 1 + max((int(path.name.partition("-")[0]) for path in logs_in(folder)), default=0)
+    return folder / f"{number:06d}-{name.rpartition('-')[2]}"
+
+
+def is_name(name: str) -> bool:
+    """Whether a log is called so."""
+    return _NAME.fullmatch(name) is not None
+
+
+def logs_in(folder: Path) -> list[Path]:
+    """What has the name of a log, in the order in which they were begun."""
+    return sorted(path for path in folder.glob(f"*{ENDING}") if is_name(path.name))
+
+
+class Place(NamedTuple):
+    """An entry, and where its bytes are."""
+
+    head: Head
+    path: Path
+    begin: int
+    """Of the entry, in bytes from the beginning of the file."""
+
+
+class Fault(NamedTuple):
+    """What is found where an entry should be."""
+
+    begin: int
+    end: int
+    error: CorruptResultError
+
+
+def scan(path: Path, begin: int = 0, whole: bool = True) -> Iterator[Place | Fault]:
+    """The entries of a log from here on, and what lies between them that is none. Raises OSError, OtherFormatError.
+
+    A torn end comes last, as a Fault with a TornError: the writer may be at it. whole: numbers are checked, too, not only passed.
+    """
+    with path.open("rb", buffering=_PIECE) as file:
+        file.seek(begin)
+        length = os.fstat(file.fileno()).st_size
+        while begin < length:
+            try:
+                head = read_head(file)
+                if begin + head.length > length:
+                    raise TornError("it ends too early")
+                if whole:
+                    check(head, file.read(head.numbers))
+                else:
+                    file.seek(head.numbers, os.SEEK_CUR)
+                yield Place(head, path, begin)
+                begin += head.length
+            except CorruptResultError as error:
+                if isinstance(error, OtherFormatError) and begin == 0:  # a log has one writer
+                    raise
+                end = _next(file, begin + ALIGNED)
+                yield Fault(begin, end or length, _told_apart(error, end))
+                if end is None:
+                    return
+                begin = end
+                file.seek(begin)
+
+
+def _told_apart(error: CorruptResultError, end: int | None) -> CorruptResultError:
+    """Something was added behind a torn end that is none."""
+    return CorruptResultError(*error.args) if isinstance(error, TornError) and end is not None else error
+
+
+def _next(file: BinaryIO, begin: int) -> int | None:
+    """Where the next entry begins, at or behind a place; None where there is none."""
+    file.seek(begin)
+    while piece := file.read(_PIECE):
+        at = piece.find(MARK)
+        while at >= 0 and at % ALIGNED:
+            at = piece.find(MARK, at + 1)
+        if at >= 0:
+            return begin + at
+        begin += _PIECE
+    return None
+
+
+# Where results are in logs, and what they say of themselves. Of millions of them little is kept: numbers, in columns.
+
+Value = TypeVar("Value", Meta, Path)
+Said = TypeVar("Said")
+
+
+class Places(Mapping[str, Place]):
+    """Key -> where its result is."""
+
+    def __init__(self) -> None:
+        self._rows: dict[str, int] = {}
+        self._metas: list[Meta] = []
+        self._paths: list[Path] = []
+        self._known: dict[int, int] = {}
+        self._meta, self._path, self._table, self._checksum, self._seal = (array("I") for _ in range(5))
+        self._numbers, self._length, self._begin = (array("Q") for _ in range(3))
+
+    def add(self, place: Place) -> None:
+        """Enter a result; of two with the same key the one that is entered later stays."""
+        head, path, begin = place
+        self._rows[head.key] = len(self._begin)
+        self._meta.append(self._number(head.meta, self._metas))
+        self._path.append(self._number(path, self._paths))
+        self._table.append(head.table)
+        self._numbers.append(head.numbers)
+        self._checksum.append(head.checksum)
+        self._seal.append(head.seal)
+        self._length.append(head.length)
+        self._begin.append(begin)
+
+    def forget(self, key: str) -> None:
+        """Leave out a result, where there is one."""
+        self._rows.pop(key, None)
+
+    def forget_all(self, path: Path) -> None:
+        """Leave out what is in this log."""
+        gone = {number for number, each in enumerate(self._paths) if each == path}
+        self._rows = {key: row for key, row in self._rows.items() if self._path[row] not in gone}
+
+    def path(self, key: str) -> Path:
+        """The log that a result is in."""
+        return self._paths[self._path[self._rows[key]]]
+
+    def meta(self, key: str) -> Meta:
+        """What a result says of itself."""
+        return self._metas[self._meta[self._rows[key]]]
+
+    def of_all(self, what: Callable[[Meta], Said]) -> dict[str, Said]:
+        """Something that every result says of itself."""
+        said = list(map(what, self._metas))
+        return {key: said[self._meta[row]] for key, row in self._rows.items()}
+
+    def seal(self, key: str) -> int:
+        """The seal of a result."""
+        return self._seal[self._rows[key]]
+
+    def __getitem__(self, key: str) -> Place:
+        row = self._rows[key]
+        head = Head(
+            key,
+            self._metas[self._meta[row]],
+            self._table[row],
+            self._numbers[row],
+            self._checksum[row],
+            self._seal[row],
+            self._length[row],
+        )
+        return Place(head, self._paths[self._path[row]], self._begin[row])
+
+    def __contains__(self, key: object) -> bool:
+        return key in self._rows
+
+    def __iter__(self) -> Iterator[str]:
+        return iter(self._rows)
+
+    def __len__(self) -> int:
+        return len(self._rows)
+
+    def _number(self, value: Value, values: list[Value]) -> int:
+        """The number of one of few objects, which are told apart by where they are: their hash takes longer."""
+        number = self._known.get(id(value))
+        if number is None:
+            self._known[id(value)] = number = len(values)
+            values.append(value)
+        return number
+
+
+# All logs of a folder, as one: where each result is, found once and then only in what has been added since.
+
+_OPEN: Final = 64
+"""Logs that are held open to be read."""
+
+
+class _Seen(NamedTuple):
+    """How far a log was looked through, and what it was then."""
+
+    end: int
+    inode: int
+    changed: int
+
+
+class Logs:
+    """The results in logs of this folder."""
+
+    def __init__(self, folder: Path, whole: bool) -> None:
+        """whole: numbers are checked when results are looked for, else only when they are read."""
+        self._folder, self._whole = folder, whole
+        self._seen: dict[Path, _Seen] = {}
+        self._opened = lru_cache(_OPEN)(Opened)
+        self._no_files: set[Path] = set()
+        """What stands in the place of a log and was named."""
+        self.places = Places()
+        """As far as was looked."""
+
+    def look(self) -> None:
+        """Look for what has been added; what is no result is named on stderr, a torn end is not: its writer may be at it."""
+        for path in self._paths():
+            with suppress(FileNotFoundError):  # a run that goes on meanwhile has mended it
+                self._look_into(path)
+
+    def find(self, key: str) -> Place | None:
+        """Where the result of a task is; None where it is in no log."""
+        if key not in self.places:
+            self.look()
+        return self.places.get(key)
+
+    def mend(self) -> None:
+        """Look, and set aside what is no result; nobody may be writing. Raises OSError, OtherFormatError."""
+        for path, faults in [(path, self._look_into(path)) for path in self._paths()]:  # refused before any is changed
+            if not faults:
+                continue
+            aside = free_name(path)
+            _copy(path, aside, [(fault.begin, fault.end) for fault in faults])
+            if isinstance(faults[0].error, TornError):
+                sys.stderr.write(f"{path}: its end was torn; what was there will be computed again\n")
+                os.truncate(path, faults[0].begin)
+            else:
+                ends = [0, *(fault.end for fault in faults)]
+                _copy(path, path, zip(ends, [*(fault.begin for fault in faults), path.stat().st_size], strict=True))
+            sys.stderr.write(f"{aside}: what was cut out\n")
+
+    def settle(self) -> None:
+        """Have what was added outlast a loss of power. Raises OSError."""
+        for path in self._paths():
+            with path.open("rb") as file:
+                os.fsync(file.fileno())
+
+    def read(self, place: Place) -> TaskResult:
+        """The result there. Raises CorruptResultError, FileNotFoundError."""
+        head, path, begin = place
+        numbers = os.pread(self._opened(path).number, head.numbers, begin + head.length - head.numbers)
+        try:
+            check(head, numbers)
+            return result_of(head, numbers)
+        except CorruptResultError as error:
+            raise CorruptResultError(_named(path, Fault(begin, begin + head.length, error))) from error
+
+    def _paths(self) -> list[Path]:
+        """The logs that are there; what has their name and is no file is named once."""
+        found = logs_in(self._folder)
+        for path in found:
+            if is_no_file(path) and path not in self._no_files:
+                self._no_files.add(path)
+                sys.stderr.write(f"{path}: {NO_FILE}, so no log of results; what was there will be computed again\n")
+        return [path for path in found if path.is_file()]
+
+    def _look_into(self, path: Path) -> list[Fault]:
+        """Find what a log has that was not seen yet (all, where it is another one than it was); returns what is no result."""
+        with path.open("rb") as file:  # of what is opened a network file system asks anew how long it is
+            state = os.fstat(file.fileno())
+        seen = self._seen.get(path, _Seen(0, state.st_ino, 0))
+        if (state.st_size, state.st_ino, state.st_mtime_ns) == seen:
+            return []
+        end, faults = seen.end, []
+        if state.st_ino != seen.inode or state.st_size <= seen.end:
+            end = 0
+            self.places.forget_all(path)
+            self._opened.cache_clear()
+        for found in _scanned(path, end, self._whole):
+            if isinstance(found, Place):
+                self._enter(found)
+                end = found.begin + found.head.length
+                continue
+            faults.append(found)
+            if not isinstance(found.error, TornError):
+                sys.stderr.write(f"{_named(path, found)}; what was there will be computed again\n")
+                end = found.end
+        self._seen[path] = _Seen(end, state.st_ino, state.st_mtime_ns)
+        return faults
+
+    def _enter(self, place: Place) -> None:
+        """Of two results of one task that of the later log counts: somebody had it computed again."""
+        key = place.head.key
+        if key not in self.places or self.places.path(key) <= place.path:
+            self.places.add(place)
+
+
+def _scanned(path: Path, begin: int, whole: bool) -> Iterator[Place | Fault]:
+    """As `scan`, with the name of a log that is refused."""
+    try:
+        yield from scan(path, begin, whole)
+    except OtherFormatError as error:
+        raise OtherFormatError(f"{path}: {error}") from None
+
+
+def _copy(path: Path, to: Path, parts: Iterable[tuple[int, int]]) -> None:
+    """Write a file, whole, of parts of another one or of itself. parts: where each begins and ends, in bytes."""
+    with path.open("rb") as file, written_whole(to) as scratch, scratch.open("wb") as written:
+        for begin, end in parts:
+            file.seek(begin)
+            written.write(file.read(end - begin))
+
+
+def _named(path: Path, fault: Fault) -> str:
+    return f"{path}: bytes {fault.begin} to {fault.end} are no whole result ({fault.error})"
