@@ -88,7 +88,7 @@ if TYPE_CHECKING:
     from study.dataset.description import Described
     from study.dataset.description import described as describe
     from study.figures.frames.film import frames
-    from study.manifest.problems import ManifestError
+    from study.manifest.columns import ManifestError
     from study.results.store import StoreError
 
     __version__: str
@@ -162,7 +162,7 @@ _NAMES = {
     "study.dataset.description": "Described described:describe",
     "study.results.store": "StoreError",
     "study.figures.frames.film": "frames",
-    "study.manifest.problems": "ManifestError",
+    "study.manifest.columns": "ManifestError",
 }
 """Module -> its names that are public here; `theirs:ours` where the name differs. All others are the solver's."""
 

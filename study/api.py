@@ -27,9 +27,8 @@ from study.execution.ledger import Tally
 from study.execution.program import computing
 from study.execution.progress import open_progress
 from study.exit_codes import FAILURES, WRONG_INPUT
-from study.manifest.columns import read_text
+from study.manifest.columns import ManifestError, read_text
 from study.manifest.manifest import Manifest
-from study.manifest.problems import ManifestError
 from study.manifest.reader import load_manifest, parse_manifest
 from study.plan.memory import shortages
 from study.plan.plan import Plan, make_plan

@@ -22,7 +22,7 @@ from solver.parameter import check, parameter
 from solver.slab import SCHEMES, Scheme, Slab
 from study.dataset.collection.collect import collect
 from study.dataset.description import described, page
-from study.manifest.problems import ManifestError
+from study.manifest.columns import ManifestError
 from study.manifest.reader import load_manifest
 from study.plan.plan import Plan, make_plan
 from study.report.summary import scalar_table

@@ -64,8 +64,7 @@ ORDER = {
     "study.figures.shared": "canvas closed_form files independence paper claims figure power_law tiles",
     "study.figures.sweep": "label points names roles scale lines tiles",
     "study.figures.views": "alike choice view answer runs contacts drives interiors records sizes catalogue",
-    "study.manifest": "parameters problems columns checker drives manifest drive_tables effects cases "
-    "named_files reader one_case",
+    "study.manifest": "parameters columns checker drives manifest effects reader cases",
     "study.plan": "case_tasks cost keys task kinds tasks order plan memory outlook flags progress size spans",
     "study.plan.cost": "counts arrays rates seconds",
     "study.plan.kinds": "kind compliance contact record drive states statistics",

@@ -22,9 +22,9 @@ from solver.sliding.plateau import plateau_of
 from study.accuracy.diagram import Diagram, Row
 from study.accuracy.setup import Effort, Setup
 from study.accuracy.timing import timed
+from study.manifest.columns import ManifestError
 from study.manifest.manifest import MEMBERS
 from study.manifest.parameters import LIMITS, Value
-from study.manifest.problems import ManifestError
 
 Vector = NDArray[np.float64]
 WithError = tuple[float, float]

@@ -19,9 +19,9 @@ from solver.ensemble import Ensemble, mean_of
 from solver.outcome import InvalidInput
 from study.accuracy.timing import timed
 from study.manifest.cases import CampaignCase
+from study.manifest.columns import ManifestError
 from study.manifest.effects import refusal
 from study.manifest.manifest import MEMBERS, OF_CONTACTS, Manifest, TargetTable
-from study.manifest.problems import ManifestError
 from study.plan.kinds.kind import declared, names_of
 from study.plan.tasks import KINDS, Task, TaskResult, compliance_task, contact_task, drive_task, record_task, run_task
 

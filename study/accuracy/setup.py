@@ -10,9 +10,9 @@ from solver.drive import Scales
 from solver.slab import Slab
 from study.discretization.front import discretized
 from study.manifest.cases import expand
+from study.manifest.columns import ManifestError, shown
 from study.manifest.drives import NamedDrive
 from study.manifest.manifest import Manifest
-from study.manifest.problems import ManifestError, shown
 
 
 @dataclass(frozen=True, slots=True)

@@ -27,7 +27,7 @@ from solver.outcome import InvalidInput, SolverError, quoted
 from solver.parameter import as_float
 from solver.slab import PHYSICS, Slab
 from study.manifest import parameters
-from study.manifest.problems import ManifestError, path_shown
+from study.manifest.columns import ManifestError, path_shown
 
 ALIKE = math.log(1.25)
 SHIPPED = "front.json"

@@ -11,9 +11,9 @@ from solver.slab import Slab
 from study.discretization.front import Front, discretized, load_front, settings
 from study.manifest import parameters
 from study.manifest.cases import expanding
+from study.manifest.columns import ManifestError
 from study.manifest.manifest import Manifest
 from study.manifest.parameters import Value
-from study.manifest.problems import ManifestError
 
 SCHEME: Final = "galerkin"
 """The only scheme chosen from, as its errors converge to zero."""

@@ -7,8 +7,8 @@ from typing import Any, Self
 from solver.drive import PERIODS, TRAVEL, Drive, Scales, in_seconds, lasting, parameters_of_a_drive, si_defaults
 from solver.outcome import InvalidInput, Outcome, quoted
 from solver.parameter import Parameter, check, declared, parameter
+from study.manifest.columns import ONE_LINE, one_line
 from study.manifest.parameters import Value
-from study.manifest.problems import ONE_LINE, one_line
 
 
 @dataclass(frozen=True, slots=True)

@@ -11,9 +11,9 @@ from solver.case import MOST_EVENTS
 from solver.drive import Scales
 from solver.ensemble import ALONE, FEWEST, Ensemble, Places
 from solver.outcome import InvalidInput, quoted
+from study.manifest.columns import shown
 from study.manifest.drives import CampaignDrive
 from study.manifest.parameters import Value
-from study.manifest.problems import shown
 
 Stage = Literal["contact", "slip", "dynamics"]
 Design = Literal["product", "zip", "table"]

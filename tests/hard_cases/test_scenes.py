@@ -18,7 +18,7 @@ from solver.elasticity.compliance import SurfaceCompliance, uncoupled
 from solver.outcome import Ending
 from solver.slab import SCHEMES
 from solver.sliding.events import slide_to_state
-from study.manifest.problems import ManifestError
+from study.manifest.columns import ManifestError
 from study.manifest.reader import load_manifest
 from study.plan.kinds.kind import column
 from study.plan.plan import make_plan

@@ -14,7 +14,7 @@ import xarray as xr
 from study import api
 from study.api import open_dataset, run
 from study.execution import executor
-from study.manifest.problems import ManifestError
+from study.manifest.columns import ManifestError
 from study.plan.tasks import run_task
 from study.results import entry as own
 from study.results.store import FOLDER, StoreError

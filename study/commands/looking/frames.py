@@ -8,7 +8,7 @@ from study.commands.shared.plans import counted, planned
 from study.commands.shared.refusals import refusals
 from study.figures.frames.film import frames
 from study.figures.frames.moments import events_of
-from study.manifest.problems import ManifestError
+from study.manifest.columns import ManifestError
 from study.report.console import say, whole
 
 

@@ -13,10 +13,9 @@ from study.commands.shared.choice import assignments
 from study.commands.shared.one_case import show_case
 from study.commands.shared.refusals import refusals
 from study.figures.shared.canvas import format_of
-from study.manifest.columns import number_or_text
-from study.manifest.one_case import campaign_of
+from study.manifest.cases import campaign_of
+from study.manifest.columns import ManifestError, number_or_text
 from study.manifest.parameters import make_case, words
-from study.manifest.problems import ManifestError
 from study.plan.keys import idle
 from study.report.console import print_sentences
 

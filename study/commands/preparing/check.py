@@ -4,7 +4,7 @@ from pathlib import Path
 
 from study.commands.shared.exits import Refusal
 from study.commands.shared.plans import counted, idle_lines, planned
-from study.manifest.problems import ManifestError
+from study.manifest.columns import ManifestError
 from study.plan.plan import Plan
 from study.report.console import print_sentences, say, whole
 

@@ -6,9 +6,9 @@ from typing import Final
 from solver.case import parameters_of_a_case
 from study.commands.shared.exits import Refusal
 from study.manifest.cases import CampaignCase
+from study.manifest.columns import ManifestError
 from study.manifest.drives import drive_parameters
 from study.manifest.parameters import Value, in_words, of_symbol, words
-from study.manifest.problems import ManifestError
 
 FEW: Final = 4
 """Values of a parameter that a refusal names."""

@@ -4,7 +4,7 @@ from collections.abc import Iterator
 from contextlib import contextmanager
 
 from study.commands.shared.exits import Refusal
-from study.manifest.problems import ManifestError
+from study.manifest.columns import ManifestError
 from study.results.store import StoreError
 
 

@@ -12,8 +12,8 @@ from study.dataset.agreement.matching import Pair, values
 from study.dataset.file import FORMAT, is_older
 from study.dataset.members import MODEL
 from study.dataset.variables import DRIVE_NAME, parameters
+from study.manifest.columns import shown
 from study.manifest.parameters import TABLES, Value, words_of
-from study.manifest.problems import shown
 from study.origin import Origin
 from study.toml_text import from_toml
 

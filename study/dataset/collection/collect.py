@@ -30,8 +30,8 @@ from study.dataset.variables import SOFTWARE, Group, all_groups
 from study.discretization.front import Front, load_front
 from study.discretization.targets import chosen
 from study.manifest.cases import Heard, same
+from study.manifest.columns import ManifestError
 from study.manifest.manifest import Manifest
-from study.manifest.problems import ManifestError
 from study.origin import Origin
 from study.plan.tasks import needed_kinds
 from study.results.store import Store

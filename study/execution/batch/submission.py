@@ -12,8 +12,7 @@ from jinja2.sandbox import SandboxedEnvironment
 from study import shipped
 from study.execution.launch import WARNING
 from study.exit_codes import INTERRUPTED
-from study.manifest.columns import read_text
-from study.manifest.problems import ONE_LINE, ManifestError, one_line, path_shown, shown
+from study.manifest.columns import ONE_LINE, ManifestError, one_line, path_shown, read_text, shown
 from study.toml_text import from_toml
 
 TEMPLATE = "job.sh.j2"

@@ -15,8 +15,8 @@ from study.accuracy.elastic_operator import OBSERVABLES, lateral_stiffness, noda
 from study.accuracy.measurement import Measurement, as_dataset, measure
 from study.accuracy.setup import FULL, QUICK, default_setup, setup_of
 from study.discretization.front import alike, load_front
+from study.manifest.columns import ManifestError
 from study.manifest.drives import NamedDrive
-from study.manifest.problems import ManifestError
 from study.manifest.reader import load_manifest
 from study.plan.plan import make_plan
 from tests.conftest import Main

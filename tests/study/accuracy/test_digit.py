@@ -27,8 +27,8 @@ from study.accuracy.digit import (
 from study.accuracy.measurement import measure_another_digit
 from study.accuracy.setup import FULL, QUICK, default_setup, digit_setups, first_of
 from study.accuracy.table import as_table
+from study.manifest.columns import ManifestError
 from study.manifest.drives import NamedDrive
-from study.manifest.problems import ManifestError
 from study.manifest.reader import load_manifest
 from tests.conftest import Main
 

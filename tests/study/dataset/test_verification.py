@@ -12,7 +12,7 @@ from solver.slab import Slab
 from study.dataset import file, verification
 from study.dataset.comparison import Verdict
 from study.discretization.front import Measured, as_text
-from study.manifest.problems import ManifestError
+from study.manifest.columns import ManifestError
 from study.origin import computing
 from study.plan.tasks import Task, run_task
 from study.results.store import Store, StoreError

@@ -19,7 +19,7 @@ from study.discretization.front import (
     load_front,
     pareto_front,
 )
-from study.manifest.problems import ManifestError
+from study.manifest.columns import ManifestError
 
 
 def contact(half_width: float, slab: Slab | None = None, **others: object) -> Case:

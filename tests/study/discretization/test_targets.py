@@ -9,7 +9,7 @@ from solver.slab import Slab
 from study.discretization.front import Front, Measured, as_text
 from study.discretization.targets import UnreachableError, cheapest
 from study.manifest import parameters
-from study.manifest.problems import ManifestError
+from study.manifest.columns import ManifestError
 from study.manifest.reader import load_manifest
 from study.plan.plan import make_plan
 from tests.conftest import Main

@@ -14,9 +14,9 @@ from solver.outcome import Ending, InvalidInput
 from solver.slab import Slab
 from study.canonical import content_hash
 from study.manifest.cases import expand
+from study.manifest.columns import ManifestError
 from study.manifest.manifest import Manifest
 from study.manifest.parameters import LIMITS, TABLES, make_case, words, words_of
-from study.manifest.problems import ManifestError
 from study.manifest.reader import load_manifest
 
 RECORDED = [

@@ -8,9 +8,9 @@ import pytest
 
 from solver.drive import Drive, Scales
 from solver.outcome import Ending, InvalidInput
+from study.manifest.columns import ManifestError
 from study.manifest.drives import NamedDrive, drive_parameters
 from study.manifest.manifest import Manifest
-from study.manifest.problems import ManifestError
 from study.manifest.reader import load_manifest
 
 TABLE = '[[drives]]\nname = "a"\n'

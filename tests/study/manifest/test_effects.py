@@ -18,9 +18,9 @@ from solver.slab import Slab
 from solver.sliding.events import slide_to_state
 from study.dataset.collection.collect import collect
 from study.dataset.groups import groups_of
+from study.manifest.columns import ManifestError
 from study.manifest.drives import NamedDrive
 from study.manifest.effects import effects
-from study.manifest.problems import ManifestError
 from study.manifest.reader import load_manifest
 from study.plan.kinds import compliance as compliance_kind
 from study.plan.kinds import drive as drive_kind

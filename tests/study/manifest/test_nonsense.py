@@ -16,10 +16,10 @@ from study.dataset import file
 from study.dataset.collection.collect import collect
 from study.dataset.variables import factors
 from study.discretization.front import SHIPPED, load_front
+from study.manifest.columns import ManifestError
 from study.manifest.drives import drive_parameters
 from study.manifest.manifest import EnsembleTable, Outputs
 from study.manifest.parameters import TABLES, words_of
-from study.manifest.problems import ManifestError
 from study.manifest.reader import load_manifest
 from study.plan.plan import make_plan
 from study.results.store import Store

@@ -9,10 +9,10 @@ import pytest
 from solver.drive import Scales
 from solver.ensemble import ALONE, Ensemble
 from study.manifest.cases import expand
+from study.manifest.columns import MOST_LINES, ManifestError
 from study.manifest.drives import NamedDrive, drive_parameters
 from study.manifest.manifest import Manifest, Outputs, field_names
 from study.manifest.parameters import TABLES, words_of
-from study.manifest.problems import MOST_LINES, ManifestError
 from study.manifest.reader import SECONDS, load_manifest, parse_manifest
 from study.plan.plan import make_plan
 

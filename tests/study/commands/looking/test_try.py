@@ -5,7 +5,7 @@ import tempfile
 import pytest
 
 from study import api
-from study.manifest.one_case import campaign_of, tables
+from study.manifest.cases import campaign_of, tables
 
 QUICK = ("n_x=17", "presliding=3", "radius=50")
 

@@ -5,7 +5,7 @@ import pytest
 from study.commands.shared.choice import assignments, chosen
 from study.commands.shared.exits import Refusal
 from study.manifest.cases import expand
-from study.manifest.problems import ManifestError
+from study.manifest.columns import ManifestError
 from study.manifest.reader import parse_manifest
 from tests.conftest import ROOT
 

@@ -10,8 +10,8 @@ from study.dataset.collection import pieces as pieces_module
 from study.dataset.collection.collect import collect
 from study.dataset.collection.pieces import InPieces, pieces
 from study.manifest.cases import CampaignCase, cases_of, expand
+from study.manifest.columns import ManifestError
 from study.manifest.manifest import Manifest
-from study.manifest.problems import ManifestError
 from study.manifest.reader import load_manifest, parse_manifest
 from study.plan.case_tasks import CaseTasks
 from study.plan.plan import make_plan

@@ -10,7 +10,7 @@ import pytest
 from solver.ensemble import Ensemble
 from solver.outcome import Ending
 from solver.sliding.distributions.record import event_distributions
-from study.manifest.problems import ManifestError
+from study.manifest.columns import ManifestError
 from study.manifest.reader import load_manifest
 from study.plan.kinds.record import records_in
 from study.plan.plan import Plan, make_plan
