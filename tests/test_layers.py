@@ -68,8 +68,7 @@ ORDER = {
     "study.plan": "case_tasks cost keys task kinds tasks order plan memory outlook flags progress size spans",
     "study.plan.cost": "counts arrays rates seconds",
     "study.plan.kinds": "kind compliance contact record drive states statistics",
-    "study.report": "columns common console case_table curves interchange journal picture summary "
-    "overview page text_plot",
+    "study.report": "console curves summary page",
     "study.results": "file attempts entry log shard store lease merging",
 }
 """Folder -> what is in it, from the first to the last; `__init__` of a folder may import all of it."""

@@ -1,16 +1,18 @@
 """Print tables and sentences on a terminal, a pipe or a file."""
 
 import os
+import re
 import sys
+import textwrap
 import time
 from collections.abc import Callable, Iterable, Iterator, Mapping
 from contextlib import ExitStack, contextmanager
-from typing import TYPE_CHECKING, Final
+from dataclasses import dataclass, replace
+from typing import TYPE_CHECKING, Final, NamedTuple
 
 import rich.console
 import rich.text
-
-from study.report.columns import Line, Table, table_lines, whole, wrapped
+from rich.cells import cell_len
 
 if TYPE_CHECKING:
     from rich.status import Status
@@ -28,6 +30,212 @@ __all__ = [
     "table_text",
     "whole",
 ]
+
+
+# A table as lines of a given width: whole columns are left out where it is too wide, no cell is ever cut or folded.
+#
+# What was asked for is left out last: before that rows are numbered, and a table above says which row is which.
+
+GAP: Final = "  "
+INDENT: Final = "    "
+"""In front of what stands below its row."""
+LONGEST_WORD: Final = 30
+"""Characters of an outcome: what is longer is a sentence, which may stand below its row as a whole."""
+LEAST_ROOM: Final = 24
+"""Characters that a sentence needs to stand in its column; where it has fewer it stands below its row."""
+_NO_BREAK: Final = "\N{NO-BREAK SPACE}"
+_TOGETHER: Final = re.compile(" [=±<≤>≥] |nanoslip (?=[a-z])")
+"""Words that belong together: what a sign joins, and the name of a command."""
+_NUMBER: Final = re.compile(r"(?!.*[^\W\d_]{4})[-+]?[\d.]|[–…-]?$|(nan|inf)\b")
+"""The start of a number with its error and unit; four letters in a row are a word, as in `3 completed`, which counts members."""
+_SENTENCE: Final = re.compile(r": |; | (?=\[)")
+"""Where an outcome ends and its flags, its message or the next outcome of an ensemble begin."""
+
+
+@dataclass(frozen=True, slots=True)
+class Table:
+    """A header and rows of text, columns in the order of their importance; the last one holds an outcome or a sentence."""
+
+    header: tuple[str, ...]
+    rows: tuple[tuple[str, ...], ...]
+    labels: int = 1
+    """The first so many columns say which row it is: they are never left out, nor is the last one."""
+    failed: frozenset[int] = frozenset()
+    """Numbers of the rows that a terminal shows in colour."""
+    asked: int = 0
+    """So many columns behind the labels are what was asked for."""
+    prose: bool = False
+    """Whether the last column holds sentences, not outcomes: they may be folded as any sentence."""
+
+
+class Line(NamedTuple):
+    """One line of a table as it is printed."""
+
+    text: str
+    sort: str = ""
+    """`header`, `failed`, or empty for an ordinary one."""
+
+
+def table_lines(table: Table, width: int) -> list[Line]:
+    """A table in so many characters: columns before the last are left out from the right until it fits, and are named below.
+
+    A sentence in the last column is wrapped there; the message of an outcome that does not fit stands below its row. Where the
+    labels alone are too wide, every cell has a line.
+    """
+    found = _fitting(table, width)
+    if found is None:
+        return list(_cards(table, width))
+    layout, kept = found
+    if kept < table.labels + table.asked < len(table.header):
+        names, numbered = _numbered(table)
+        above, below = _fitting(names, width), _fitting(numbered, width)
+        if above and below and below[1] - numbered.labels > kept - table.labels:
+            return [*above[0].lines(), Line(""), *_shown(numbered, *below, width)]
+    return list(_shown(table, layout, kept, width))
+
+
+def _shown(table: Table, layout: "_Layout", kept: int, width: int) -> Iterator[Line]:
+    yield from layout.lines()
+    yield from _left_out(table.header[kept:-1], width)
+
+
+def _fitting(table: Table, width: int) -> "tuple[_Layout, int] | None":
+    """The layout with the most columns that fits, and how many these are without the last; None where the labels are too wide."""
+    last = len(table.header) - 1
+    for folded in (False, True):
+        for kept in range(last, min(table.labels, last) - 1, -1):
+            if not folded and kept < last:
+                break  # a header on several lines is better than a column less
+            layout = _Layout(table, (*range(kept), last), width, folded)
+            if layout.fits:
+                return layout, kept
+    return None
+
+
+def _numbered(table: Table) -> tuple[Table, Table]:
+    """A table as two: the labels of its rows, and what is known of them, both behind the number of the row."""
+    known = table.labels
+    header, rows = ("case", *table.header), [(str(n), *row) for n, row in enumerate(table.rows, start=1)]
+    names = Table(header[: known + 1], tuple(row[: known + 1] for row in rows), known)
+    told = tuple((row[0], *row[known + 1 :]) for row in rows)
+    return names, replace(table, header=("case", *header[known + 1 :]), rows=told, labels=1)
+
+
+def wrapped(text: str, width: int, first: str = INDENT, later: str = INDENT) -> list[str]:
+    """A sentence in lines of at most this width where its words allow it; what belongs together is one word.
+
+    first, later: what the first line and the others begin with.
+    """
+    joined = _TOGETHER.sub(lambda found: whole(found.group()), text)
+    lines = textwrap.wrap(
+        joined, width, initial_indent=first, subsequent_indent=later, break_long_words=False, break_on_hyphens=False
+    )
+    return [line.replace(_NO_BREAK, " ") for line in lines]
+
+
+def whole(text: object) -> str:
+    """A path, or words to be typed, as one word of a sentence, which `wrapped` never breaks."""
+    return str(text).replace(" ", _NO_BREAK)
+
+
+class _Layout:
+    """Some columns of a table, side by side."""
+
+    def __init__(self, table: Table, columns: tuple[int, ...], width: int, folded: bool) -> None:
+        self._table, self._columns, self._width = table, columns, width
+        *others, last = columns
+        self._titles = {each: _title(table, each, folded) for each in columns}
+        self._widths = {each: self._widest(each, [row[each] for row in table.rows]) for each in others}
+        self._room = width - sum(each + len(GAP) for each in self._widths.values())
+        self._left = {each for each in columns if not all(map(_NUMBER.match, (row[each] for row in table.rows)))}
+        if last not in self._left:
+            self._widths[last] = self._widest(last, [row[last] for row in table.rows])
+        self.fits = self._room >= self._widest(last, [_least(table, row) for row in table.rows])
+
+    def lines(self) -> Iterator[Line]:
+        """Header, rule and rows."""
+        height = max(map(len, self._titles.values()))
+        for number in range(height):
+            titles = {each: ([""] * (height - len(text)) + text)[number] for each, text in self._titles.items()}
+            yield Line(self._line(titles), "header")
+        bodies = [(self._body(row), "failed" * (i in self._table.failed)) for i, row in enumerate(self._table.rows)]
+        widest = max((cell_len(line) for texts, _ in bodies for line in texts[:1]), default=0)
+        titled = self._width - self._room + max(map(cell_len, self._titles[self._columns[-1]]))
+        yield Line("─" * max(widest, titled), "header")
+        for texts, sort in bodies:
+            yield from (Line(text, sort) for text in texts)
+
+    def _widest(self, column: int, cells: list[str]) -> int:
+        return max(map(cell_len, (*self._titles[column], *cells)))
+
+    def _body(self, row: tuple[str, ...]) -> list[str]:
+        """A row on its line, and below it what of its last cell does not fit there."""
+        *others, last = self._columns
+        indent = " " * (self._width - self._room)
+        beside = wrapped(row[last], self._width, indent, indent) or [""]
+        if self._table.prose and self._room >= LEAST_ROOM and max(map(cell_len, beside)) <= self._width:
+            here, *more = beside[0].strip(), *beside[1:]
+        else:
+            here, below = _split(row[last], self._room)
+            more = wrapped(below, self._width)
+        return [self._line({each: row[each] for each in others} | {last: here}), *more]
+
+    def _line(self, cells: dict[int, str]) -> str:
+        parts = []
+        for each, text in cells.items():
+            space = " " * (self._widths.get(each, 0) - cell_len(text))
+            parts.append(text + space if each in self._left else space + text)
+        return GAP.join(parts).rstrip()
+
+
+def _title(table: Table, column: int, folded: bool) -> list[str]:
+    """The title of a column; folded, in lines as wide as its numbers where its words allow it."""
+    text = table.header[column]
+    if not (folded and text):
+        return [text]
+    cells = (_least(table, row) if column == len(row) - 1 else row[column] for row in table.rows)
+    width = max(cell_len(each) for each in (*cells, *text.split()))
+    return textwrap.wrap(text, width, break_long_words=False, break_on_hyphens=False)
+
+
+def _heads(cell: str) -> Iterator[str]:
+    """What of a cell may stay in its row, the longest first: all of it, its outcome with flags, its outcome."""
+    yield cell
+    for found in reversed(list(_SENTENCE.finditer(cell))):
+        if found.start() <= LONGEST_WORD or cell[: found.start()].endswith("]"):
+            yield cell[: found.start()]
+
+
+def _least(table: Table, row: tuple[str, ...]) -> str:
+    """What of a row's last cell has to stay there: an outcome, nothing of a sentence."""
+    if table.prose:
+        return ""
+    *_, shortest = _heads(row[-1])
+    return shortest if cell_len(shortest) <= LONGEST_WORD else ""
+
+
+def _split(cell: str, room: int) -> tuple[str, str]:
+    """What of a cell stays in its row, and what stands below."""
+    head = next((each for each in _heads(cell) if cell_len(each) <= room), "")
+    return head, cell[len(head) :].lstrip(":;").strip()
+
+
+def _cards(table: Table, width: int) -> Iterator[Line]:
+    """Every cell on a line of its own, behind its title."""
+    for number, row in enumerate(table.rows):
+        sort = "failed" * (number in table.failed)
+        yield Line("")
+        for place, (title, cell) in enumerate(zip(table.header, row, strict=True)):
+            text = f"{title}: {cell}" if title else cell
+            indent = INDENT * bool(place)
+            for part in wrapped(text, width, indent, indent + INDENT) if cell else ():
+                yield Line(part, sort)
+
+
+def _left_out(names: tuple[str, ...], width: int) -> Iterator[Line]:
+    if names:
+        yield from map(Line, wrapped(f"not shown, for lack of width: {', '.join(names)}", width, first=""))
+
 
 WIDE: Final = 200
 """Width in characters of output that goes to a pipe or a file, where COLUMNS does not say another one."""

@@ -2,11 +2,12 @@
 
 from collections.abc import Iterator
 from dataclasses import dataclass
-from typing import Any
+from itertools import pairwise
+from typing import Any, Final
 
 import numpy as np
 import xarray as xr
-from numpy.typing import NDArray
+from numpy.typing import ArrayLike, NDArray
 
 from study.dataset.access.accessor import Accessor
 from study.dataset.groups import groups_of
@@ -53,3 +54,59 @@ def _label(attributes: dict[Any, Any]) -> str:
     unit = attributes.get("units", "1")
     parts = [attributes["long_name"], attributes.get("symbol", ""), "" if unit == "1" else f"in {unit}"]
     return ", ".join(part for part in parts if part)
+
+
+# A line drawn in text: dots of braille letters, two across and four down in each, with the ends of both axes.
+
+WIDTH, HEIGHT = 60, 12
+"""Letters across and down that the line may take."""
+MARGIN: Final = 13
+"""Letters that the ends of the upward axis take at most."""
+NOTHING: Final = 1e-12
+"""Share of the largest number below which an end of an axis is written as 0: it is rounding."""
+_BLANK: Final = 0x2800
+_DOTS: Final = np.array([[0x01, 0x08], [0x02, 0x10], [0x04, 0x20], [0x40, 0x80]])
+"""Bit of each dot of a braille letter: rows from the top, columns from the left."""
+
+
+def text_plot(x: ArrayLike, y: ArrayLike, labels: tuple[str, str], width: int = WIDTH, height: int = HEIGHT) -> str:
+    """A line through points as lines of text; empty where fewer than two points are finite.
+
+    x: (points,), not decreasing. y: (points,). labels: what x and y are, with units. width, height: in letters, without axes.
+    """
+    points = np.stack((np.asarray(x, float), np.asarray(y, float)))
+    across, up = points[:, np.isfinite(points).all(axis=0)]
+    if len(across) < 2 or across[0] == across[-1]:
+        return ""
+    none = NOTHING * float(np.abs(up).max())
+    ends = [f"{value if abs(value) > none else 0.0:.4g}" for value in (up.max(), up.min())]
+    margin = max(map(len, ends))
+    rows = _letters(_dots(across, up, 2 * width, 4 * height))
+    left = [ends[0], *[""] * (height - 2), ends[1]]
+    framed = [f"{end:>{margin}} ┤{row}" for end, row in zip(left, rows, strict=True)]
+    first, last = f"{across[0]:.4g}", f"{across[-1]:.4g}"
+    between = labels[0].center(max(width - len(first) - len(last), 0))
+    return "\n".join([f"{'':{margin}}  {labels[1]}", *framed, f"{'':{margin}}  {first}{between}{last}"])
+
+
+def _dots(x: NDArray[np.float64], y: NDArray[np.float64], across: int, down: int) -> NDArray[np.bool_]:
+    """Which dots the line passes, (down, across) from the top left: all between the least and the largest y of a column."""
+    edges = np.linspace(x[0], x[-1], across + 1)
+    at_edges = np.interp(edges, x, y)
+    first = np.searchsorted(x, edges)
+    low, high = y.min(), y.max()
+    dots = np.zeros((down, across), np.bool_)
+    for column, (start, stop) in enumerate(pairwise([*first[:-1], len(x)])):
+        passed = np.concatenate((y[start:stop], at_edges[column : column + 2]))
+        share = (passed - low) / (high - low) if high > low else np.full(len(passed), 0.5)
+        levels = np.rint((1.0 - share) * (down - 1)).astype(int)
+        dots[levels.min() : levels.max() + 1, column] = True
+    return dots
+
+
+def _letters(dots: NDArray[np.bool_]) -> list[str]:
+    """Lines of braille letters that show dots, (4 · lines, 2 · letters)."""
+    down, across = dots.shape
+    cells = dots.reshape(down // 4, 4, across // 2, 2)
+    codes = _BLANK + np.einsum("iajb,ab->ij", cells, _DOTS)
+    return ["".join(map(chr, line)) for line in codes.tolist()]

@@ -3,28 +3,374 @@
 Everything is inside: figures as SVG with their numbers as CSV, style and script. It works without the script.
 """
 
+import base64
+import csv
+import io
+import json
+import math
+import re
+from collections import Counter
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Final
+from typing import Any, Final
 
 import jinja2
+import numpy as np
 import xarray as xr
 from markupsafe import Markup, escape
+from matplotlib.ticker import EngFormatter
 
-from study.dataset.members import means_of, modelled
+from study.dataset.access.tidy import Column
+from study.dataset.collection.counted import without_numbers
+from study.dataset.members import ends_of, means_of, members_of, modelled
+from study.dataset.variables import DISCRETIZATION_ERROR, OUTCOMES
+from study.exit_codes import CRASHED, FAILURES, INTERRUPTED, WRONG_INPUT
+from study.figures.shared.canvas import COLORS, image
+from study.figures.shared.closed_form import scales_of
 from study.figures.shared.files import write_files
-from study.figures.sweep.label import SYMBOL
+from study.figures.sweep.label import SYMBOL, label
 from study.figures.views.catalogue import SORTS
 from study.figures.views.choice import spread
-from study.figures.views.view import Sort
-from study.report import overview
-from study.report.common import said_once
-from study.report.journal import cost, run_table
-from study.report.picture import Picture, picture
-from study.report.summary import MOST_ROWS, flag_summary, left_out_summary, scalar_table, short_summary
+from study.figures.views.view import Sort, View, csv_of
+from study.garbage import all_kept
+from study.report.console import Table
+from study.report.summary import (
+    MOST_ROWS,
+    NOTHING,
+    counted_as,
+    flag_summary,
+    left_out_summary,
+    said_once,
+    scalar_table,
+    short_summary,
+)
 from study.results import attempts as runs
+from study.results.attempts import RUNS_FILE as JOURNAL_FILE
 from study.results.attempts import Run
+
+# Flat tables as text for other programs: CSV and JSON.
+
+
+def as_csv(columns: Sequence[Column]) -> str:
+    """A header of names, a line of units whose first cell begins with `# `, then the rows; unknown numbers are empty.
+
+    Numbers have all their digits; `true`, `false` and `inf` are words, as in a table of cases.
+    """
+    text = io.StringIO()
+    writer = csv.writer(text, lineterminator="\n")
+    writer.writerow([each.name for each in columns])
+    first, *others = (each.units for each in columns)
+    writer.writerow([f"# {first}", *others])
+    writer.writerows(zip(*([_cell(value) for value in each.values] for each in columns), strict=True))
+    return text.getvalue()
+
+
+def as_json(columns: Sequence[Column], title: str) -> str:
+    """An object with `title`, `variables` (name -> `units` and `long_name`) and `rows` (objects); unknown numbers are null.
+
+    Infinite numbers are texts, `inf` and `-inf`, as JSON has none.
+    """
+    variables = {each.name: {"units": each.units, "long_name": each.meaning} for each in columns}
+    names = [each.name for each in columns]
+    values = zip(*([_json(value) for value in each.values] for each in columns), strict=True)
+    rows = ",\n".join(json.dumps(dict(zip(names, row, strict=True)), ensure_ascii=False) for row in values)
+    head = (
+        f'"title": {json.dumps(title, ensure_ascii=False)},\n"variables": {json.dumps(variables, ensure_ascii=False)}'
+    )
+    return f'{{{head},\n"rows": [\n{rows}\n]}}\n'
+
+
+def _cell(value: Any) -> Any:
+    if isinstance(value, bool):
+        return "true" if value else "false"
+    return "" if isinstance(value, float) and math.isnan(value) else value
+
+
+def _json(value: Any) -> Any:
+    if not isinstance(value, float) or math.isfinite(value):
+        return value
+    return None if math.isnan(value) else str(value)
+
+
+# The runs that computed a dataset, for its page: their time in a sentence, and a table.
+
+MOST_RUNS: Final = 20
+"""Runs that a table shows: the last ones."""
+_WORDS: Final = {
+    0: "complete",
+    CRASHED: "crashed",
+    WRONG_INPUT: "refused: the disk, or the input",
+    FAILURES: "complete but for failed tasks",
+    INTERRUPTED: "interrupted",
+}
+
+
+def cost(runs: Sequence[Run]) -> str:
+    """Time and processes of all runs of a campaign, in a sentence."""
+    ended = [run for run in runs if run.ended]
+    if not ended:
+        return "Not known: nothing beside the dataset says what its runs took."
+    wall, core = sum(run.wall_seconds for run in ended), sum(run.core_seconds for run in ended)
+    most = max(run.processes for run in ended)
+    processes = "one process" if most == 1 else f"up to {most} processes"
+    times = f"{len(ended)} runs" if len(ended) > 1 else "one run"
+    tasks = sum(run.done + run.failed for run in ended)
+    missing = len(runs) - len(ended)
+    further = f" {missing} more did not come to their end." if missing else ""
+    return f"{_time(wall)} in {times} with {processes}; {tasks} tasks took {_time(core)} of one core.{further}"
+
+
+def run_table(runs: Sequence[Run]) -> tuple[Table, list[str]]:
+    """One row for each of the last runs; and sentences with common values, and the number of runs not shown."""
+    shown = runs[-MOST_RUNS:]
+    facts = [_facts(run) for run in shown]
+    values = {name: [each.get(name) or NOTHING for each in facts] for each in facts for name in each}
+    alike = {name: found[0] for name, found in values.items() if len(set(found)) == 1}
+    told = {name: found for name, found in values.items() if name not in alike}
+    rows = tuple((*_times(run), *(found[row] for found in told.values()), run.command) for row, run in enumerate(shown))
+    common = "; ".join(f"{name} {value}" for name, value in alike.items() if value != NOTHING)
+    sentences = [f"{'All' if len(shown) > 1 else 'By'}: {common}."] if common else []
+    if left := len(runs) - len(shown):
+        sentences.append(f"{left} earlier ones are in {JOURNAL_FILE} beside the dataset.")
+    failed = frozenset(number for number, run in enumerate(shown) if not run.ended or run.exit_code)
+    return Table((*_TIMES, *told, "command"), rows, 1, failed), sentences
+
+
+_TIMES: Final = ("began (UTC)", "end", "took", "core time", "tasks", "failed", "processes")
+
+
+def _times(run: Run) -> tuple[str, ...]:
+    began, processes = run.begun[:19].replace("T", " "), f"{run.processes} {run.unit}"
+    if not run.ended:
+        return began, _end(run), *(NOTHING,) * 4, processes
+    return began, _end(run), _time(run.wall_seconds), _time(run.core_seconds), str(run.done), str(run.failed), processes
+
+
+def _facts(run: Run) -> dict[str, str]:
+    """What runs mostly have in common."""
+    return {
+        "user": run.user,
+        "hosts": ", ".join(f"{host}: {count}" for host, count in run.hosts.items()) or run.host,
+        "Slurm job": run.slurm_job,
+        "launcher": run.launcher,
+        "MPI": run.mpi,
+        "nanoslip": run.nanoslip,
+        "solver": run.solver,
+        "processor": run.processor,
+        "BLAS": run.blas,
+        "Python": run.python,
+        **run.libraries,
+    }
+
+
+def _end(run: Run) -> str:
+    if not run.ended:
+        return "none: at work, or killed"
+    return _WORDS.get(run.exit_code, f"exit code {run.exit_code}")
+
+
+def _time(seconds: float) -> str:
+    for unit, size in (("h", 3600.0), ("min", 60.0)):
+        if seconds >= 2 * size:
+            return f"{seconds / size:.3g} {unit}"
+    return f"{seconds:.3g} s"
+
+
+# The text of a page before its figures: outcomes of cases, accuracy, and units.
+
+UNHURT: Final = ("completed",)
+"""Endings that ask for nothing."""
+UNCERTAIN: Final = ("plateau_mean", "static_friction", "kinetic_friction", "mean_step")
+"""Variables whose uncertainties a page sums up."""
+MOST_ADVICE: Final = 5
+"""Different messages of one outcome that a page shows."""
+
+
+@dataclass(frozen=True, slots=True)
+class Advice:
+    """A message, and how many more there are that differ from it in numbers alone."""
+
+    text: str
+    alike: int
+
+
+@dataclass(frozen=True, slots=True)
+class Ending:
+    """Cases or drives that ended alike: their number, in words, and what their messages say."""
+
+    words: str
+    failed: bool
+    """Whether something asks for a change."""
+    advice: tuple[Advice, ...]
+    more: int
+    """Messages that are not shown."""
+
+
+def endings(dataset: xr.Dataset) -> list[Ending]:
+    """How cases, then drives ended: failures first, the most frequent first.
+
+    What a drive inherits from its case is said once, of the case.
+    """
+    found: list[Ending] = []
+    said: set[str] = set()
+    for outcome, message in OUTCOMES.values():
+        if outcome.name not in dataset:
+            continue
+        words, messages = (dataset[each.name].values.ravel().tolist() for each in (outcome, message))
+        of_word = {word: [text for each, text in zip(words, messages, strict=True) if each == word] for word in words}
+        for word, texts in sorted(of_word.items(), key=lambda item: -len(item[1])):
+            if word:
+                own = [text for text in texts if not any(known in text for known in said)]
+                found.append(_ending(counted_as(dataset[outcome.name]), word, len(texts), own))
+        said = {text for text in messages if text}
+    return sorted(found, key=lambda ending: not ending.failed)
+
+
+def _ending(what: str, word: str, count: int, messages: list[str]) -> Ending:
+    kinds: dict[str, list[str]] = {}
+    for text in filter(None, messages):
+        kinds.setdefault(without_numbers(text), []).append(text)
+    advice = [Advice(texts[0], len(texts) - 1) for texts in sorted(kinds.values(), key=len, reverse=True)]
+    words = f"{count} {what}{'s' if count > 1 else ''}: {word.replace('_', ' ')}"
+    return Ending(words, word not in UNHURT, tuple(advice[:MOST_ADVICE]), max(len(advice) - MOST_ADVICE, 0))
+
+
+def regimes(dataset: xr.Dataset) -> str:
+    """Number of drives in each regime; empty where all have the same regime."""
+    if "regime" not in dataset:
+        return ""
+    counts = Counter(word for word in dataset["regime"].values.ravel().tolist() if word)
+    if len(counts) < 2:
+        return ""
+    return ", ".join(f"{count} {word.replace('_', '-')}" for word, count in counts.most_common())
+
+
+def accuracy(dataset: xr.Dataset) -> Iterator[str]:
+    """What the slab's grid costs, and how uncertain the numbers are, a line each."""
+    if DISCRETIZATION_ERROR.name in dataset:
+        errors = dataset[DISCRETIZATION_ERROR.name].values.ravel()
+        yield f"Grid (discretization_error of stiffness, approach, half-width, pressure): {_shares(errors, 'measured')}"
+    for name in UNCERTAIN:
+        uncertainty = f"{name}_uncertainty"
+        if {name, uncertainty} <= set(dataset.data_vars) and np.isfinite(dataset[name].values).any():
+            share = np.abs(dataset[uncertainty].values.ravel() / dataset[name].values.ravel())
+            yield f"{_sentence(label(name))}: ± {_shares(share, 'known')[:-1]}{_of_mean(dataset, name)}."
+
+
+def _of_mean(dataset: xr.Dataset, name: str) -> str:
+    """Of how many members a number's means are, where they are of several."""
+    counts = members_of(dataset, name)
+    if counts is None or not bool((counts[0] > 1.0).any()):
+        return ""
+    having, used = (each.where(counts[0] > 0.0) for each in counts)
+    of = "" if having.equals(used) else f" of {ends_of(used)}"
+    return f", over {ends_of(having)}{of} members"
+
+
+def _sentence(text: str) -> str:
+    return text[0].upper() + text[1:]
+
+
+def _shares(values: Any, word: str) -> str:
+    known = values[np.isfinite(values)]
+    if not len(known):
+        return f"not {word}."
+    ends = " to ".join(dict.fromkeys(f"{100 * end:.2g} %" for end in (known.min(), known.max())))
+    missing = len(values) - len(known)
+    return f"{ends}{f'; not {word} of {missing} of {len(values)} cases' if missing else ''}."
+
+
+def scales(dataset: xr.Dataset) -> Iterator[str]:
+    """The scales of the dimensionless numbers, a line each; none where a dataset does not state them."""
+    found = scales_of(dataset.attrs)
+    if found is None:
+        return
+    width, depth, modulus = found.slab_width, found.slab_depth, found.shear_modulus
+    yield f"Slab width L_x = {_si(width, 'm')}, depth L_y = {_si(depth, 'm')}, shear modulus G = {_si(modulus, 'Pa')}"
+    for name, meaning, unit, scale in (
+        ("normal_load", "normal load W", "N", found.force),
+        ("radius", "radius R", "m", width),
+        ("final_displacement", "pin displacement", "m", width),
+        ("mean_step", "mean step per event", "m", width),
+        ("surface_stiffness", "lateral stiffness K", "N/m", found.stiffness),
+    ):
+        idle = name == "radius" and np.all(dataset.get("pin", "") == "flat_punch")
+        values = np.empty(0) if idle or name not in dataset.variables else dataset[name].values.ravel() * scale
+        values = values[np.isfinite(values)]
+        if len(values):
+            low, high = _si(values.min(), unit), _si(values.max(), unit)
+            yield f"{_sentence(meaning)}: {low if low == high else f'{low} to {high}'}"
+
+
+def _si(value: float, unit: str) -> str:
+    return str(EngFormatter(unit=unit)(float(f"{value:.3g}")))
+
+
+def left_out(dataset: xr.Dataset) -> Iterator[str]:
+    """Groups of runs and fits that the dataset does not have, a line each."""
+    groups = {"record_id": "Friction records", "trajectory_id": "Motions of pins"}
+    asked = {"record_id": "plateau_mean", "trajectory_id": "drive_outcome"}
+    for name, words in groups.items():
+        if asked[name] in dataset and name not in dataset:
+            yield f"{words} are not kept ([outputs] of the campaign): there are no figures of single cases."
+    if "record_id" in dataset and "slips_exponent" not in dataset:
+        yield "Distributions of event sizes are not computed: [outputs] statistics of the campaign."
+
+
+# A figure as part of a page: an SVG that follows the page's light or dark colours, and its numbers as a link to a
+# file.
+
+DARK: Final = ("#7db8f0", "#f08c74", "#7cc46c", "#e3b341", "#b39ddb", "#b0b0b0")
+"""The colours of lines on a dark page, in the order of COLORS."""
+_INK: Final = (("#000000", "ink", "#e6e6e6"), ("#ffffff", "paper", "#16181c"), ("#c00000", "bad", "#ff6b6b"))
+"""Colour on a light page, its name, colour on a dark page."""
+
+
+@dataclass(frozen=True, slots=True)
+class Picture:
+    """One figure of a page. source and data: the drawing and its numbers, as addresses that hold them. width, height: pixels."""
+
+    name: str
+    caption: str
+    source: str
+    width: int
+    height: int
+    data: str
+    label: str
+    """Short, for a thumbnail."""
+
+
+def picture(view: View) -> Picture:
+    """Draw a view for a page."""
+    with all_kept():  # a figure is many thousand objects, which all go when it is drawn
+        figure = view.draw()
+        drawn = themed(image(figure, "svg").decode())
+    width, height = (round(96 * inches) for inches in figure.get_size_inches())
+    data = address(csv_of(view.columns()), "text/csv")
+    return Picture(view.name, view.caption, address(drawn, "image/svg+xml"), width, height, data, view.label)
+
+
+def themed(svg: str) -> str:
+    """An SVG whose lines, text and background follow `prefers-color-scheme`."""
+    names = [
+        *_INK,
+        *((light, f"c{number}", dark) for number, (light, dark) in enumerate(zip(COLORS, DARK, strict=True))),
+    ]
+    for light, name, _ in names:
+        svg = re.sub(rf"((?:fill|stroke): ?){light}", rf"\1var(--{name})", svg)
+    lights = "".join(f"--{name}:{light};" for light, name, _ in names)
+    darks = "".join(f"--{name}:{dark};" for _, name, dark in names)
+    style = f"svg{{{lights}fill:var(--ink)}}@media(prefers-color-scheme:dark){{svg{{{darks}}}}}"
+    style += "#patch_1 path{fill:none!important}"  # the page's own background
+    head, _, rest = svg[svg.index("<svg") :].partition(">")
+    return f"{head}><style>{style}</style>{rest}"
+
+
+def address(text: str, kind: str) -> str:
+    """Text as an address that holds it, of this media type."""
+    return f"data:{kind};base64,{base64.b64encode(text.encode()).decode()}"
+
 
 FILE: Final = "report.html"
 MOST_SINGLE: Final = 24
@@ -94,13 +440,13 @@ def page(dataset: xr.Dataset, journal: Sequence[Run]) -> str:
         title=dataset.attrs["title"],
         manifest=dataset.attrs.get("manifest", ""),
         attributes={name: value for name, value in dataset.attrs.items() if name not in _ELSEWHERE},
-        endings=overview.endings(dataset),
-        regimes=overview.regimes(dataset),
+        endings=endings(dataset),
+        regimes=regimes(dataset),
         flags=[*left_out_summary(dataset), *short_summary(dataset), *flag_summary(dataset)],
         facts={
             "Cost": [cost(journal)],
-            "Accuracy": list(overview.accuracy(dataset)),
-            "Scales": list(overview.scales(dataset)),
+            "Accuracy": list(accuracy(dataset)),
+            "Scales": list(scales(dataset)),
             "Not shown": list(_not_shown(dataset, sections, len(table.rows))),
         },
         sections=placed(sections),
@@ -131,7 +477,7 @@ def section(dataset: xr.Dataset, sort: Sort) -> Section | None:
 
 
 def _not_shown(dataset: xr.Dataset, sections: Sequence[Section], rows: int) -> Iterator[str]:
-    yield from overview.left_out(dataset)
+    yield from left_out(dataset)
     if rows > MOST_ROWS:
         yield f"Table: the first {MOST_ROWS} cases; the dataset has all."
     if any(picture.name.startswith(_THINNED) for section in sections for picture in section.large):

@@ -3,7 +3,7 @@
 import math
 from collections import Counter
 from collections.abc import Iterator
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any, Final
 
 import numpy as np
@@ -15,8 +15,8 @@ from solver.outcome import Ending
 from solver.quantity import quantities
 from solver.sliding.validity import flags_in
 from solver.view import with_error
-from study.dataset.collection.counted import in_short, without_numbers
-from study.dataset.members import fewer
+from study.dataset.collection.counted import in_short, joined, without_numbers
+from study.dataset.members import fewer, means_of, modelled
 from study.dataset.texts import are_texts
 from study.dataset.variables import (
     DRIVE,
@@ -24,18 +24,127 @@ from study.dataset.variables import (
     MEMBERS,
     OUTCOMES,
     VALIDITY,
+    all_groups,
     all_scalars,
     parameters,
 )
-from study.figures.sweep.label import in_unit, said, symbol, unit_of
+from study.figures.sweep.label import in_unit, readable, said, symbol, unit_of
 from study.figures.sweep.points import listed
 from study.manifest.manifest import Stage, TargetTable
 from study.manifest.parameters import Value
 from study.plan.flags import flag_lines
 from study.plan.progress import PENDING
-from study.report.columns import Table
-from study.report.common import plain
+from study.report.console import Table
 from study.toml_text import from_toml
+
+# Values that are the same in all rows of a table: printed once above it, not in every row.
+
+MOST: float = 1e12
+"""Whole numbers below it are written as such."""
+NOTHING = "–"
+"""The cell of a number that is not known."""
+
+
+def plain(value: float, digits: int) -> str:
+    """A number in so many digits; a whole one that has more in all of them, in groups of three."""
+    if 10**digits <= abs(value) < MOST and value == round(value):
+        return f"{value:,.0f}".replace(",", "\N{NO-BREAK SPACE}")
+    return f"{value:.{digits}g}"
+
+
+def said_once(table: Table) -> tuple[Table, list[str]]:
+    """A table without the columns whose cells are all the same, and sentences with their values.
+
+    Labels and the last column stay, and a table of one row stays as it is.
+    """
+    if len(table.rows) < 2:
+        return table, []
+    last = len(table.header) - 1
+    columns = list(zip(*table.rows, strict=True))
+    alike = [place for place in range(table.labels, last) if len(set(columns[place])) == 1]
+    known = [f"{table.header[place]} = {columns[place][0]}" for place in alike if columns[place][0] != NOTHING]
+    unknown = [table.header[place] for place in alike if columns[place][0] == NOTHING]
+    kept = [place for place in range(last + 1) if place not in alike]
+    asked = sum(table.labels <= place < table.labels + table.asked for place in kept)
+    rows = tuple(tuple(row[place] for place in kept) for row in table.rows)
+    sentences = [f"In all rows: {', '.join(known)}."] if known else []
+    if unknown:
+        sentences.append(f"Not known in any row: {', '.join(unknown)}.")
+    return replace(table, header=tuple(table.header[place] for place in kept), rows=rows, asked=asked), sentences
+
+
+# Every number that is known of one case, with its uncertainty, unit and meaning; and the names of those that are not.
+
+_UNCERTAINTY: Final = "_uncertainty"
+_SAID_APART: Final = {
+    *(each.name for both in OUTCOMES.values() for each in both),
+    *(group.id.name for group in all_groups().values()),
+    VALIDITY.name,
+    "advice",
+    "computed_by",
+    "drive_computed_by",
+}
+"""What is no number of the case, or is said in its line."""
+
+
+def case_table(case: xr.Dataset) -> tuple[Table, list[str]]:
+    """Name, value with its unit, and meaning of each scalar that one case has, and the names of those that it lacks (NaN, empty).
+
+    case: of study.dataset.access.single; what lies along a dimension is left out.
+    """
+    rows, missing = [], []
+    case = in_short(case)
+    for name, each in _scalars(case):
+        value = each.item()
+        if value == "" or (isinstance(value, float) and math.isnan(value)):
+            missing.append(name)
+        else:
+            meaning, unit = _meaning_and_unit(each)
+            rows.append(
+                (name, f"{_shown(value, _uncertainty(case, each))} {unit}".rstrip() + fewer(case, name), meaning)
+            )
+    return Table(("quantity", "value", "meaning"), tuple(rows), labels=2, prose=True), missing
+
+
+def ending_lines(case: xr.Dataset) -> Iterator[str]:
+    """Outcomes of a case and its drive with their messages, advice for validity flags, and what its means and ± are."""
+    for label, (ending, message) in zip(("outcome", "drive"), (OUTCOMES[""], OUTCOMES["drive"]), strict=True):
+        if ending.name in case and not case[ending.name].dims:
+            why = joined(str(case[message.name].item()))
+            yield f"{label}: {case[ending.name].item()}" + (f": {why}" if why else "")
+    if "advice" in case and (advice := joined(str(case["advice"].item()))):
+        yield f"advice: {advice}"
+    yield from filter(None, [means_of(case), modelled(case)])
+
+
+def _scalars(case: xr.Dataset) -> Iterator[tuple[str, xr.DataArray]]:
+    """What is shown of a case: ± and count of members are shown with their variable."""
+    for name in map(str, case.data_vars):
+        if not case[name].dims and name not in _SAID_APART and not name.endswith((_UNCERTAINTY, "members")):
+            yield name, case[name]
+
+
+def _uncertainty(case: xr.Dataset, each: xr.DataArray) -> float | None:
+    """The ± of a number, NaN where it is not known; None of a number that has none."""
+    name = f"{each.name}{_UNCERTAINTY}"
+    return float(case[name]) if name in case else None
+
+
+def _shown(value: Any, uncertainty: float | None) -> str:
+    """A number, rounded beside an uncertainty as in the table of cases."""
+    if uncertainty is not None:
+        return with_error(value, uncertainty)
+    return plain(value, 6) if isinstance(value, float) else str(value)
+
+
+def _meaning_and_unit(each: xr.DataArray) -> tuple[str, str]:
+    """What a number is, and its unit: one of SI, or what its meaning says that it is measured in."""
+    meaning, unit = str(each.attrs["long_name"]), readable(str(each.attrs.get("units", "1")))
+    if unit:
+        return meaning, unit
+    head, _, own = meaning.partition(", in ")
+    return head, own
+
 
 MOST_ROWS: Final = 500
 """The most rows of a table on the page."""
@@ -95,7 +204,7 @@ def scalar_table(dataset: xr.Dataset, why: bool = True, most: int = MOST_ROWS) -
     columns = {name: _COLUMNS.get(name, symbol(name)) for name in (*asked, *_DRIVEN, *_COLUMNS) if name in dataset}
     numbers = {
         *columns,
-        *map(_UNCERTAINTY.get, columns),
+        *map(_SUMMARY_UNCERTAINTY.get, columns),
         *(f"{name}_members" for name in columns),
         MEMBERS.name,
         DRIVE_MEMBERS.name,
@@ -286,7 +395,7 @@ _DRIVEN: Final = ("static_friction", "kinetic_friction", "regime")
 _UNHURT: Final = (COMPLETED, PENDING)
 """Endings that are no failure."""
 _LEFT_OUT, _LEFT_OUT_ERROR = quantities(LeftOut).values()
-_UNCERTAINTY: Final = {name: each.uncertainty for name, each in all_scalars().items()}
+_SUMMARY_UNCERTAINTY: Final = {name: each.uncertainty for name, each in all_scalars().items()}
 """Variable -> the one that says how uncertain it is."""
 
 
@@ -301,7 +410,7 @@ def _varying(dataset: xr.Dataset, dims: tuple[Any, ...]) -> list[Any]:
 def _cell(values: xr.Dataset, name: str) -> str:
     if values[name].dtype.kind in "OUT":
         return str(values[name].item()) or "–"
-    value, error = float(values[name]), _UNCERTAINTY.get(name, "")
+    value, error = float(values[name]), _SUMMARY_UNCERTAINTY.get(name, "")
     if math.isnan(value):
         return "–"
     known = error in values

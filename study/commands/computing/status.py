@@ -14,8 +14,7 @@ from study.commands.shared.plans import Standing, advised, counted, kinds_as_dat
 from study.commands.shared.refusals import refusals
 from study.execution.forecast import duration
 from study.plan.progress import PENDING, ended
-from study.report.columns import Table
-from study.report.console import console, print_table, say, table_text
+from study.report.console import Table, console, print_table, say, table_text
 
 _GIVEN_UP: Final = "are not tried any more: failed, or need one that has"
 _UNMERGED: Final = "counted with the results of {shards} not merged yet; {merge} brings them together"

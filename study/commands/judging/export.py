@@ -11,7 +11,7 @@ from study.commands.shared.sources import dataset_of
 from study.dataset.access.tidy import Column, case_columns, event_columns, sample_columns
 from study.figures.shared.files import write_files
 from study.report.console import say, whole
-from study.report.interchange import as_csv, as_json
+from study.report.page import as_csv, as_json
 
 _TABLES: Final[dict[str | None, Callable[..., list[Column]]]] = {
     None: case_columns,

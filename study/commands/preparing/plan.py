@@ -22,8 +22,7 @@ from study.plan.outlook import outlook_of
 from study.plan.plan import Plan
 from study.plan.size import disk_of_plan
 from study.plan.spans import span_line
-from study.report.columns import Table
-from study.report.console import print_sentences, print_table, say
+from study.report.console import Table, print_sentences, print_table, say
 
 
 def work(campaign: Path, out: Path | None, ranks: int | None, measure: bool, show_effects: bool, as_json: bool) -> None:

@@ -18,7 +18,6 @@ from study.dataset.variables import OUTCOMES
 from study.garbage import all_kept
 from study.manifest.manifest import Manifest
 from study.plan.progress import PENDING
-from study.report.common import said_once
 from study.report.console import counting, print_sentences, print_table, say, whole
 from study.report.summary import (
     MOST_LINES,
@@ -26,6 +25,7 @@ from study.report.summary import (
     failure_summary,
     flag_summary,
     left_out_summary,
+    said_once,
     scalar_table,
     short_summary,
 )

@@ -14,11 +14,9 @@ from study.dataset.variables import MEMBERS
 from study.figures.shared.canvas import column, format_of, image
 from study.figures.shared.files import write_files
 from study.manifest.parameters import STANDARD
-from study.report.case_table import case_table, ending_lines
 from study.report.console import console, print_sentences, print_table, say, whole
-from study.report.curves import Curve, curves
-from study.report.summary import failure_summary, scalar_table, words
-from study.report.text_plot import MARGIN, WIDTH, text_plot
+from study.report.curves import MARGIN, WIDTH, Curve, curves, text_plot
+from study.report.summary import case_table, ending_lines, failure_summary, scalar_table, words
 
 _NAMES: Final = ("case_id", "case")
 """Coordinates that are no parameters."""

@@ -3,7 +3,7 @@
 import xarray as xr
 
 from study.dataset.access.single import one_case
-from study.report.case_table import case_table, ending_lines
+from study.report.summary import case_table, ending_lines
 from tests.study.report.test_page import made_up
 
 

@@ -6,8 +6,17 @@ import numpy as np
 import pytest
 from rich.cells import cell_len
 
-from study.report.columns import LEAST_ROOM, LONGEST_WORD, Table, table_lines, wrapped
-from study.report.console import WIDE, console, print_sentences, print_table
+from study.report.console import (
+    LEAST_ROOM,
+    LONGEST_WORD,
+    WIDE,
+    Table,
+    console,
+    print_sentences,
+    print_table,
+    table_lines,
+    wrapped,
+)
 
 WIDTHS = (40, 60, 80, 120)
 ADVICE = "the pin is pulled with F/W = 0.201 in the end, it slips at 0.298 to 0.331: raise the drive's duration or stage_velocity"

@@ -9,7 +9,7 @@ import pandas as pd
 import pytest
 
 from study.dataset.access.tidy import Column
-from study.report.interchange import as_csv, as_json
+from study.report.page import as_csv, as_json
 
 NAN, INF = float("nan"), float("inf")
 COLUMNS = [

@@ -2,7 +2,7 @@
 
 from dataclasses import replace
 
-from study.report.journal import MOST_RUNS, cost, run_table
+from study.report.page import MOST_RUNS, cost, run_table
 from study.results.attempts import RUNS_FILE as FILE
 from study.results.attempts import Run
 

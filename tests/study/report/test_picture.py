@@ -6,7 +6,7 @@ from xml.etree import ElementTree
 
 from study.figures.shared.canvas import COLORS, column, image
 from study.figures.views.view import View
-from study.report.picture import DARK, picture, themed
+from study.report.page import DARK, picture, themed
 
 
 def drawn() -> object:

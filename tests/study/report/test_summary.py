@@ -6,7 +6,7 @@ import numpy as np
 import xarray as xr
 
 from study import api
-from study.report.columns import table_lines
+from study.report.console import table_lines
 from study.report.summary import (
     FEW,
     drive_summary,
