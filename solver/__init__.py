@@ -40,9 +40,8 @@ if TYPE_CHECKING:
     from solver.drive import Drive, Scales
     from solver.dynamics.coefficients import FrictionCoefficients
     from solver.dynamics.integrate import RK4, DynamicsResult, Exact
-    from solver.elasticity.boundary_value import NodalFields, blank, solve_mixed
     from solver.elasticity.compliance import SurfaceCompliance, surface_compliance
-    from solver.elasticity.grid_scheme import stiffness
+    from solver.elasticity.grid_scheme import NodalFields, blank, solve_mixed, stiffness
     from solver.elasticity.schemes import Biquadratic, Chain, Galerkin, HalfPlane
     from solver.elasticity.stiffness import Stiffness
     from solver.outcome import Ending, InvalidInput, Outcome, SingularOperator, SolverError

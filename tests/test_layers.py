@@ -24,10 +24,8 @@ ORDER = {
     " integrate coefficients stick_slip",
     "solver.dynamics.kernels": "state slips friction_law oscillator roots recording segment_end teeth cruise "
     "event_driven rigid runge_kutta",
-    "solver.elasticity": "grid lagrange stiffness boundary_value condensation grid_scheme support schemes "
-    "compliance conditioning interior",
-    "solver.elasticity.condensation": "elimination dissection parity translations condensed",
-    "solver.elasticity.schemes": "biquadratic chain column convolution endless grading galerkin half_plane",
+    "solver.elasticity": "grid stiffness condensation grid_scheme schemes compliance interior",
+    "solver.elasticity.schemes": "biquadratic chain column galerkin half_plane",
     "solver.sliding": "kernels record columns coulomb full_contact plateau distributions statistics "
     "tangential validity events",
     "solver.sliding.distributions": "events power_law rivals record",

@@ -30,10 +30,10 @@ from solver.elasticity.compliance import (
     Compliance,
     NormalCompliance,
     SurfaceCompliance,
+    explained,
     normal_compliance,
     surface_compliance,
 )
-from solver.elasticity.conditioning import explained
 from solver.outcome import COMPLETED, Ending, Outcome, SingularOperator, TooFarApart
 
 NO_STUCK_TOUCH = Outcome(

@@ -1,15 +1,17 @@
 """Schemes with a grid: their stiffness is condensed to the surface compliance."""
 
 from abc import abstractmethod
+from dataclasses import dataclass
 from typing import ClassVar
 
 import numpy as np
+import scipy
 from numpy.typing import NDArray
 
-from solver.elasticity.condensation.condensed import condensed
+from solver.elasticity.condensation import condensed
 from solver.elasticity.grid import Grid
 from solver.elasticity.stiffness import Stiffness, confined_modulus
-from solver.outcome import InvalidInput
+from solver.outcome import InvalidInput, SingularOperator
 from solver.slab import SCHEMES, Scheme, Slab
 
 
@@ -48,3 +50,80 @@ def grid_scheme(slab: Slab) -> GridScheme:
 def stiffness(slab: Slab) -> Stiffness:
     """The matrices of Eq. 11 for a slab, by its scheme. Raises InvalidInput where its scheme has no grid."""
     return grid_scheme(slab).stiffness(slab)
+
+
+# Mixed boundary value problem of §2.1.4. At each node f_x or u is given, and f_z or w; Eq. 11 is solved for the
+# others.
+
+Vector = NDArray[np.float64]
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class NodalFields:
+    """Displacements and external forces of every node, each of shape (nodes,). NaN marks an unknown of the problem.
+
+    u, w in L_x; f_x, f_z in G·L_x per unit depth.
+    """
+
+    u: Vector
+    w: Vector
+    f_x: Vector
+    f_z: Vector
+
+
+def blank(stiffness: Stiffness) -> NodalFields:
+    """The problem without load: displacements of the support are zero, forces of all other nodes are zero."""
+
+    def pair(fixed: NDArray[np.bool_]) -> tuple[Vector, Vector]:
+        return np.where(fixed, 0.0, np.nan), np.where(fixed, np.nan, 0.0)
+
+    u, f_x = pair(stiffness.fixed_u)
+    w, f_z = pair(stiffness.fixed_w)
+    return NodalFields(u, w, f_x, f_z)
+
+
+def solve_mixed(stiffness: Stiffness, given: NodalFields) -> NodalFields:
+    """Solve Eq. 11 for the unknown displacements and forces, which are NaN in `given`; returns all of them.
+
+    The support is not added here: start from `blank` to keep it. Raises InvalidInput where both or neither of a pair is given at
+    a node (naming node and pair), SingularOperator where the body can move as a rigid one.
+    """
+    nodes = stiffness.grid.nodes
+    for name, displacement, force in (("u and f_x", given.u, given.f_x), ("w and f_z", given.w, given.f_z)):
+        _check_pair(name, displacement, force, nodes)
+    displacements = np.concatenate((given.u, given.w))
+    forces = np.concatenate((given.f_x, given.f_z))
+    unknown = np.isnan(displacements)
+    k = stiffness.matrix
+    if unknown.any():
+        right = forces[unknown] - k[unknown][:, ~unknown] @ displacements[~unknown]
+        displacements[unknown] = solve_sparse(k[unknown][:, unknown], right)
+    forces[~unknown] = (k @ displacements)[~unknown]
+    return NodalFields(displacements[:nodes], displacements[nodes:], forces[:nodes], forces[nodes:])
+
+
+def _check_pair(name: str, displacement: Vector, force: Vector, nodes: int) -> None:
+    for array in (displacement, force):
+        if array.shape != (nodes,):
+            raise InvalidInput(f"{name}: shape {array.shape}: needs one value per node, ({nodes},)")
+    both = np.flatnonzero(~np.isnan(displacement) & ~np.isnan(force))
+    if len(both):
+        raise InvalidInput(f"over-determined: node {both[0]} has both {name}: give one and NaN for the other")
+    neither = np.flatnonzero(np.isnan(displacement) & np.isnan(force))
+    if len(neither):
+        raise InvalidInput(f"under-determined: node {neither[0]} has neither of {name}: give one of them")
+
+
+def solve_sparse(matrix: object, right: Vector) -> Vector:
+    """matrix⁻¹ right, (size,), of a sparse matrix. Raises SingularOperator where a rigid motion is free."""
+    advice = "prescribe enough displacements to exclude rigid motion (two translations and a rotation)"
+    try:
+        factors = scipy.sparse.linalg.splu(matrix.tocsc())  # type: ignore[attr-defined]
+    except RuntimeError as error:
+        raise SingularOperator(f"under-determined: the mixed problem is singular: {advice}") from error
+    solution = factors.solve(right)
+    # A free rigid motion survives rounding as a huge answer, or as a pivot at rounding level.
+    pivots = np.abs(factors.U.diagonal())
+    if not np.all(np.isfinite(solution)) or pivots.min() < 1e-13 * pivots.max():
+        raise SingularOperator(f"under-determined: the mixed problem is singular to rounding: {advice}")
+    return np.asarray(solution)

@@ -15,12 +15,9 @@ import numpy as np
 import scipy
 from numpy.typing import NDArray
 
-from solver.elasticity.boundary_value import solve_sparse
-from solver.elasticity.condensation.parity import families
-from solver.elasticity.condensation.translations import displace, forces_on, with_translations
-from solver.elasticity.grid import Grid
-from solver.elasticity.grid_scheme import stiffness
-from solver.elasticity.lagrange import lagrange, slope
+from solver.elasticity.condensation import displace, families, forces_on, with_translations
+from solver.elasticity.grid import Grid, lagrange, slope
+from solver.elasticity.grid_scheme import solve_sparse, stiffness
 from solver.elasticity.schemes.column import bar_forces, lengthening, passed_down, resultants, trunk
 from solver.elasticity.stiffness import Stiffness, lame
 from solver.quantity import quantity

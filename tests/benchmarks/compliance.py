@@ -12,8 +12,8 @@ import scipy.sparse.linalg as sla
 from numpy.typing import NDArray
 
 from solver import Slab, surface_compliance
-from solver.elasticity.condensation import dissection
-from solver.elasticity.condensation.elimination import Eliminated, definitely_eliminated
+from solver.elasticity import condensation as dissection
+from solver.elasticity.condensation import Eliminated, definitely_eliminated
 from solver.elasticity.grid_scheme import GridScheme, stiffness
 from solver.slab import SCHEMES
 from tests.benchmarks.table import Row, best, seconds, verdict

@@ -13,8 +13,7 @@ import pytest
 from solver.case import Case, SlipRule
 from solver.contact.initial import initial_contact
 from solver.drive import Scales
-from solver.elasticity.compliance import SurfaceCompliance
-from solver.elasticity.conditioning import ILL_CONDITIONED, Conditioning, conditioning
+from solver.elasticity.compliance import ILL_CONDITIONED, Conditioning, SurfaceCompliance, conditioning
 from solver.elasticity.schemes import Biquadratic
 from solver.outcome import Ending, InvalidInput, SingularOperator
 from solver.slab import SCHEMES, Slab, Support

@@ -7,8 +7,7 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 
-from solver.elasticity.boundary_value import NodalFields, blank, solve_mixed
-from solver.elasticity.grid_scheme import stiffness
+from solver.elasticity.grid_scheme import NodalFields, blank, solve_mixed, stiffness
 from solver.elasticity.schemes import Galerkin
 from solver.slab import Slab, Support
 from tests.verification.layer import wave_compliance

@@ -13,7 +13,7 @@ from solver.contact.convolved.conjugate_gradients import pressed
 from solver.contact.normal.contact import RESTING, NormalContact, expected_half_width
 from solver.contact.normal.exchange import Exchange
 from solver.contact.pin import Pin, pin_of, surface_from_pin
-from solver.elasticity.schemes.convolution import Convolution
+from solver.elasticity.schemes.half_plane import Convolution
 
 Vector = NDArray[np.float64]
 Nodes = NDArray[np.bool_]

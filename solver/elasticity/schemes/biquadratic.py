@@ -13,11 +13,9 @@ import numpy as np
 import scipy
 from numpy.typing import NDArray
 
-from solver.elasticity.grid import FirstSpacing, Grid, binary_hierarchy
+from solver.elasticity.grid import Basis, FirstSpacing, Grid, binary_hierarchy, integral, lagrange, slope, value
 from solver.elasticity.grid_scheme import GridScheme
-from solver.elasticity.lagrange import Basis, integral, lagrange, slope, value
-from solver.elasticity.stiffness import Stiffness, confined_modulus, in_blocks, lame
-from solver.elasticity.support import restrained
+from solver.elasticity.stiffness import Stiffness, confined_modulus, in_blocks, lame, restrained
 from solver.parameter import check, parameter, require
 from solver.slab import SCHEMES, Slab, Support, levels_of
 

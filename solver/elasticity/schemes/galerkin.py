@@ -28,14 +28,11 @@ import numpy as np
 import scipy
 from numpy.typing import NDArray
 
-from solver.elasticity.condensation.condensed import condensed
-from solver.elasticity.grid import Grid
+from solver.elasticity.condensation import condensed
+from solver.elasticity.grid import Grid, gram, lagrange, slopes, value
 from solver.elasticity.grid_scheme import GridScheme
-from solver.elasticity.lagrange import gram, lagrange, slopes, value
-from solver.elasticity.schemes.column import lengthening, resultants, trunk
-from solver.elasticity.schemes.grading import graded_hierarchy
-from solver.elasticity.stiffness import Sparse, Stiffness, confined_modulus, in_blocks, lame
-from solver.elasticity.support import restrained
+from solver.elasticity.schemes.column import graded_hierarchy, lengthening, resultants, trunk
+from solver.elasticity.stiffness import Sparse, Stiffness, confined_modulus, in_blocks, lame, restrained
 from solver.parameter import check, parameter, require
 from solver.slab import SCHEMES, Slab, Support, levels_of
 

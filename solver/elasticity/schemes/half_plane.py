@@ -16,17 +16,89 @@ taken at the nodes. All of it depends on distance alone: Toeplitz blocks, those 
 """
 
 import math
-from dataclasses import dataclass
+from abc import abstractmethod
+from dataclasses import dataclass, field
 
 import numpy as np
 import scipy
 from numpy.typing import NDArray
 
-from solver.elasticity.schemes.convolution import Convolution
-from solver.elasticity.schemes.endless import EndlessScheme
 from solver.outcome import InvalidInput
 from solver.parameter import require
-from solver.slab import SCHEMES, Slab
+from solver.slab import FEWEST_NODES, MOST_NODES, SCHEMES, Scheme, Slab
+
+# The compliance of a surface that is the same everywhere: displacements under pressure are a convolution, by FFT.
+#
+# Displacements depend on the distance from a force alone, so n numbers hold what a matrix of (2n)² entries would.
+
+Vector = NDArray[np.float64]
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Convolution:
+    """Displacements of n evenly spaced nodes under normal forces on them, f_z; in 1/G per unit depth.
+
+    along: w at 0, 1 … n-1 nodes from a unit force, either way, (n,). across: u of every node to its right; to its left -across.
+    """
+
+    along: Vector
+    across: float
+    _symbol: Vector = field(init=False)
+    _inverse: Vector = field(init=False)
+
+    def __post_init__(self) -> None:
+        # On a circle of 2(n-1) nodes the way round the back is never shorter, and the even w meets itself at n-1.
+        symbol = scipy.fft.rfft(np.concatenate((self.along, self.along[-2:0:-1]))).real
+        inverse = 1.0 / symbol
+        inverse[0] = inverse[1]  # a datum, which may have any sign
+        object.__setattr__(self, "_symbol", symbol)
+        object.__setattr__(self, "_inverse", inverse)
+
+    def w(self, forces: Vector) -> Vector:
+        """w of all nodes, (n,), under normal forces f_z (n,)."""
+        return self._on_the_circle(self._symbol, forces)
+
+    def u(self, forces: Vector) -> Vector:
+        """u of all nodes, (n,), under normal forces f_z (n,): the forces to the left less those to the right."""
+        up_to = np.cumsum(forces)
+        return np.asarray(self.across * (2.0 * up_to - forces - up_to[-1]))
+
+    def forces_about(self, w: Vector) -> Vector:
+        """Forces, (n,), that would cause these w on the circle: near those that cause them, and found without a solve."""
+        return self._on_the_circle(self._inverse, w)
+
+    def _on_the_circle(self, symbol: Vector, values: Vector) -> Vector:
+        around = 2 * (len(self.along) - 1)
+        return np.asarray(scipy.fft.irfft(symbol * scipy.fft.rfft(values, around), around)[: len(values)])
+
+
+# Schemes of a surface that continues beyond its end nodes and is the same everywhere: their compliance is a
+# convolution.
+
+
+class EndlessScheme(Scheme):
+    """A scheme without sides and bottom, hence without rows of nodes to be halved: its surface takes any odd n_x."""
+
+    endless = True
+    equal_widths = True
+    sizes = f"an odd number from {FEWEST_NODES} to {MOST_NODES}"
+
+    @classmethod
+    def takes(cls, n_x: int) -> bool:
+        return FEWEST_NODES <= n_x <= MOST_NODES and n_x % 2 == 1
+
+    @abstractmethod
+    def convolution(self, slab: Slab) -> Convolution:
+        """Displacements under normal forces, those of `matrix`. Raises InvalidInput."""
+
+
+def convolution_of(slab: Slab) -> Convolution:
+    """The slab's compliance under normal forces. Raises InvalidInput where its surface has ends."""
+    if isinstance(slab.scheme, EndlessScheme):
+        return slab.scheme.convolution(slab)
+    having = ", ".join(name for name, kind in SCHEMES.items() if issubclass(kind, EndlessScheme))
+    raise InvalidInput(f"scheme = {slab.scheme.name!r}: needs one whose surface has no ends: {having}")
+
 
 Dense = NDArray[np.float64]
 

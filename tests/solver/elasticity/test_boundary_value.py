@@ -6,9 +6,8 @@ from typing import Any
 import numpy as np
 import pytest
 
-from solver.elasticity.boundary_value import blank, solve_mixed
 from solver.elasticity.compliance import surface_compliance
-from solver.elasticity.grid_scheme import stiffness
+from solver.elasticity.grid_scheme import blank, solve_mixed, stiffness
 from solver.outcome import InvalidInput, SingularOperator
 from solver.slab import Slab, Support
 

@@ -4,8 +4,7 @@ import numpy as np
 import pytest
 
 from solver.case import Case, Effects
-from solver.elasticity.compliance import SurfaceCompliance, surface_compliance
-from solver.elasticity.conditioning import conditioning, explained
+from solver.elasticity.compliance import SurfaceCompliance, conditioning, explained, surface_compliance
 from solver.outcome import COMPLETED, Ending, Outcome
 from solver.slab import Slab
 from solver.sliding.events import slide

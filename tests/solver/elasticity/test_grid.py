@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 from solver.elasticity.grid import FirstSpacing
-from solver.elasticity.support import restrained
+from solver.elasticity.stiffness import restrained
 from solver.slab import Slab
 from tests.synthetic import grid_of
 

@@ -8,7 +8,7 @@ from numpy.typing import NDArray
 
 from solver.contact.convolved import conjugate_gradients
 from solver.contact.convolved.conjugate_gradients import Pressed, pressed
-from solver.elasticity.schemes.endless import convolution_of
+from solver.elasticity.schemes.half_plane import convolution_of
 from solver.slab import Slab
 
 Nodes = NDArray[np.bool_]

@@ -16,7 +16,7 @@ from solver.contact.normal import exchange
 from solver.contact.pin import pin_of, surface_from_pin
 from solver.contact.state import ContactState
 from solver.elasticity.compliance import NormalCompliance, normal_compliance, surface_compliance
-from solver.elasticity.schemes.endless import convolution_of
+from solver.elasticity.schemes.half_plane import convolution_of
 from solver.outcome import Ending, InvalidInput
 from solver.parameter import Roughness
 from solver.slab import Slab

@@ -11,7 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from solver.elasticity.grid_scheme import grid_scheme
-from solver.elasticity.support import restrained
+from solver.elasticity.stiffness import restrained
 from solver.slab import Slab
 
 Number = Fraction

@@ -7,7 +7,7 @@ import pytest
 
 from solver.case import Case
 from solver.elasticity.compliance import surface_compliance
-from solver.elasticity.condensation.condensed import condensed
+from solver.elasticity.condensation import condensed
 from solver.elasticity.grid_scheme import stiffness
 from solver.elasticity.schemes.biquadratic import Biquadratic
 from solver.elasticity.schemes.galerkin import Galerkin

@@ -4,9 +4,9 @@ import numpy as np
 import pytest
 import scipy.sparse as sp
 
+from solver.elasticity import condensation as dissection
 from solver.elasticity.compliance import surface_compliance
-from solver.elasticity.condensation import dissection
-from solver.elasticity.condensation.dissection import surface_inverse
+from solver.elasticity.condensation import surface_inverse
 from solver.elasticity.schemes.biquadratic import Biquadratic
 from solver.elasticity.schemes.galerkin import Galerkin
 from solver.slab import Slab

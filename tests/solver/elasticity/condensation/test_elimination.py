@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from solver.elasticity.condensation.elimination import Eliminated, definitely_eliminated, eliminated
+from solver.elasticity.condensation import Eliminated, definitely_eliminated, eliminated
 from solver.outcome import SingularOperator
 
 COUNT, FRONT, SURFACE = 5, 9, 4

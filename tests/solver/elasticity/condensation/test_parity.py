@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 import scipy.sparse as sp
 
-from solver.elasticity.condensation.parity import Fields, families, projected
+from solver.elasticity.condensation import Fields, families, projected
 from solver.elasticity.grid_scheme import stiffness
 from solver.slab import Slab, Support
 

@@ -3,8 +3,7 @@
 import numpy as np
 import pytest
 
-from solver.elasticity.condensation.parity import families, projected
-from solver.elasticity.condensation.translations import displace, with_translations
+from solver.elasticity.condensation import displace, families, projected, with_translations
 from solver.elasticity.grid_scheme import stiffness
 from solver.slab import Slab, Support
 

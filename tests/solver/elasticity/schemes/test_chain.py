@@ -11,8 +11,7 @@ from solver.contact.closed_forms import winkler_half_width
 from solver.contact.initial import initial_contact
 from solver.contact.node_friction import node_friction
 from solver.contact.normal.contact import expected_half_width
-from solver.elasticity.compliance import surface_compliance
-from solver.elasticity.conditioning import conditioning
+from solver.elasticity.compliance import conditioning, surface_compliance
 from solver.elasticity.grid_scheme import stiffness
 from solver.elasticity.schemes.chain import Chain, spring_stiffness
 from solver.outcome import InvalidInput

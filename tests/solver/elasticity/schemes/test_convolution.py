@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from solver.elasticity.schemes.endless import convolution_of
+from solver.elasticity.schemes.half_plane import convolution_of
 from solver.slab import Slab
 
 

@@ -4,7 +4,7 @@ import pytest
 
 from solver.case import Case
 from solver.elasticity.compliance import surface_compliance
-from solver.elasticity.schemes.endless import EndlessScheme, convolution_of
+from solver.elasticity.schemes.half_plane import EndlessScheme, convolution_of
 from solver.outcome import InvalidInput
 from solver.slab import FEWEST_NODES, MOST_NODES, SCHEMES, Slab
 from solver.sliding.events import slide_to_state

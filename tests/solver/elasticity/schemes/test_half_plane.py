@@ -9,7 +9,7 @@ from solver.contact.closed_forms import hertz
 from solver.contact.initial import initial_contact
 from solver.elasticity.compliance import surface_compliance
 from solver.elasticity.grid_scheme import stiffness
-from solver.elasticity.schemes.endless import convolution_of
+from solver.elasticity.schemes.half_plane import convolution_of
 from solver.outcome import InvalidInput
 from solver.slab import Slab
 

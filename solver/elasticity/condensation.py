@@ -1,0 +1,529 @@
+"""From the stiffness of a whole slab to the compliance of its surface."""
+
+from dataclasses import dataclass
+from typing import NamedTuple
+
+import numpy as np
+import scipy
+from numpy.typing import NDArray
+
+from solver.elasticity.grid import Grid
+from solver.elasticity.stiffness import Sparse, Stiffness
+from solver.outcome import SingularOperator
+
+# Even and odd displacement fields. A slab that is symmetric about its middle does not couple them: each is solved
+# alone.
+#
+# Reflection x → -x leaves w of an even field as it is and changes the sign of u; for an odd field it is the other way
+# round.
+# Two problems of half the size cost half of one.
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Fields:
+    """Orthonormal displacement fields: every entry of [u; w] belongs to one of them, or to none. Arrays (2·nodes,).
+
+    number: of the entry's field, -1 for none. weight: its displacement in that field.
+    """
+
+    number: NDArray[np.int64]
+    weight: NDArray[np.float64]
+
+    @property
+    def count(self) -> int:
+        """Number of fields."""
+        return int(self.number.max()) + 1
+
+    @property
+    def first_entries(self) -> NDArray[np.int64]:
+        """The first entry of [u; w] that belongs to each field, (count,): the left one of a pair."""
+        return np.unique(self.number, return_index=True)[1][-self.count :]
+
+
+def families(k: Stiffness) -> list[Fields]:
+    """Families of displacement fields that the stiffness does not couple, without restrained displacements.
+
+    There are two, even and odd, where the support is symmetric; otherwise one of all displacements.
+    """
+    if not _mirrored(k):
+        return [_numbered(np.arange(2 * k.grid.nodes), np.where(k.fixed, 0.0, 1.0))]
+    return [_of_parity(k, sign) for sign in (1.0, -1.0)]
+
+
+def projected(matrix: Sparse, fields: Fields) -> Sparse:
+    """The stiffness between fields, (count, count), of one between displacements, (2·nodes, 2·nodes)."""
+    entries = scipy.sparse.coo_array(matrix)
+    rows, columns = entries.coords
+    values = fields.weight[rows] * entries.data * fields.weight[columns]
+    kept = values != 0.0
+    places = (fields.number[rows[kept]], fields.number[columns[kept]])
+    return scipy.sparse.csr_array((values[kept], places), shape=(fields.count, fields.count))
+
+
+def _mirrored(k: Stiffness) -> bool:
+    mirror = _mirror(k.grid)
+    return bool(np.array_equal(k.fixed_u, k.fixed_u[mirror]) and np.array_equal(k.fixed_w, k.fixed_w[mirror]))
+
+
+def _mirror(grid: Grid) -> NDArray[np.int64]:
+    """Number of the node that is each node's mirror image about the slab's middle, shape (nodes,)."""
+    return np.concatenate([grid.row_nodes(row)[::-1] for row in range(grid.rows)])
+
+
+def _of_parity(k: Stiffness, sign: float) -> Fields:
+    """Fields of which reflection multiplies w by `sign` and u by -`sign`."""
+    nodes, mirror = np.arange(k.grid.nodes), _mirror(k.grid)
+    left = np.minimum(nodes, mirror)
+    weights = [
+        np.where(nodes == mirror, max(parity, 0.0), np.sqrt(0.5) * np.where(nodes > mirror, parity, 1.0))
+        for parity in (-sign, sign)
+    ]
+    return _numbered(np.concatenate((left, left + k.grid.nodes)), np.where(k.fixed, 0.0, np.concatenate(weights)))
+
+
+def _numbered(group: NDArray[np.int64], weight: NDArray[np.float64]) -> Fields:
+    """Fields of the entries of each group that have a weight, in the order of the groups."""
+    number, free = np.full(len(group), -1), weight != 0.0
+    number[free] = np.unique(group[free], return_inverse=True)[1]
+    return Fields(number, weight)
+
+
+# Translations of whole rows of nodes, as unknowns in place of one displacement of each row.
+#
+# Cells much higher than wide resist stretching along x by λ·dz/dx, and shear by dx/dz. The force that moves a row as
+# a whole is a
+# sum of entries that are larger than the sum by λ(dz/dx)². Rounding loses as many digits of it: all of them in a slab
+# stretched
+# 10 000 times at ν = 0.4999. Where a scheme knows that sum exactly, one node of the row, its anchor, stands for the
+# row's
+# translation. Displacements of the row's other nodes are counted relative to it.
+
+Dense = NDArray[np.float64]
+Indices = NDArray[np.int64]
+
+
+class Translation(NamedTuple):
+    """A row of nodes that moves along x or z as a whole."""
+
+    anchor: int
+    """Field in whose place it stands."""
+    members: Indices
+    """Fields of the row, the anchor among them."""
+    motion: Dense
+    """Displacements of these per unknown."""
+
+
+def with_translations(k: Stiffness, fields: Fields) -> tuple[Sparse, list[Translation]]:
+    """The stiffness between fields, (count, count), and the translations whose forces stand in its anchors' columns."""
+    matrix = projected(k.matrix, fields)
+    if k.per_row is None:
+        return matrix, []
+    stiffest = np.abs(matrix.diagonal())
+    moving, columns = [], []
+    for row, members in _free_rows(k, fields):
+        anchor = int(members[len(members) // 2])
+        forces = forces_on(fields, k.per_row[:, row])
+        # A power of two rounds nothing, and makes the column as large as the one that it replaces.
+        unit = 2.0 ** np.round(np.log2(stiffest[anchor] / np.abs(forces).max()))
+        moving.append(Translation(anchor, members, unit / fields.weight[fields.first_entries[members]]))
+        columns.append(unit * forces)
+    return _replaced(matrix, [one.anchor for one in moving], columns), moving
+
+
+def displace(compliance: Dense, place: Indices, moving: list[Translation]) -> None:
+    """Turn a compliance that answers in these unknowns into one of displacements, in place.
+
+    place: row of the compliance of every field, -1 for none.
+    """
+    for translation in moving:
+        at = place[translation.anchor]
+        if at >= 0:
+            common = compliance[at].copy()
+            compliance[at] = 0.0
+            compliance[place[translation.members]] += np.outer(translation.motion, common)
+
+
+def _free_rows(k: Stiffness, fields: Fields) -> list[tuple[int, Indices]]:
+    """Rows that these fields can move as a whole, along x or z: their column of `per_row`; their fields from left to right."""
+    of_node = np.repeat(np.arange(k.grid.rows), k.grid.counts)
+    row_of = np.concatenate((of_node, of_node + k.grid.rows))
+    held = np.bincount(row_of, weights=fields.weight <= 0.0) > 0
+    return [(int(row), np.unique(fields.number[row_of == row])) for row in np.flatnonzero(~held)]
+
+
+def forces_on(fields: Fields, forces: Dense) -> Dense:
+    """Forces on the fields, (count,), of forces on displacements, (2·nodes,)."""
+    kept = fields.number >= 0
+    found = np.bincount(fields.number[kept], weights=(fields.weight * forces)[kept], minlength=fields.count)
+    return np.asarray(found, np.float64)
+
+
+def _replaced(matrix: Sparse, places: list[int], columns: list[Dense]) -> Sparse:
+    """The matrix with other columns in these places."""
+    entries = scipy.sparse.coo_array(matrix)
+    rows, others = entries.coords
+    kept = ~np.isin(others, places)
+    filled = [np.flatnonzero(column) for column in columns]
+    values = [entries.data[kept], *(column[at] for column, at in zip(columns, filled, strict=True))]
+    new = [np.full(len(at), place) for place, at in zip(places, filled, strict=True)]
+    coordinates = (np.concatenate((rows[kept], *filled)), np.concatenate((others[kept], *new)))
+    return scipy.sparse.csr_array((np.concatenate(values), coordinates), shape=matrix.shape)
+
+
+# Eliminate some fields of a stiffness: the stiffness left for the others, and what is added to the surface's
+# compliance.
+#
+# With K of these fields (c), X of these and the others, F of the surface per displacement of either: of the others'
+# stiffness S
+# remains S - Xᵀ K⁻¹ X, of what the surface follows F_b - F_c K⁻¹ X, and F_c K⁻¹ F_cᵀ is added to its compliance.
+
+
+class Eliminated(NamedTuple):
+    """What is left of a front when its first fields are eliminated."""
+
+    stiffness: Dense
+    """Of the other fields."""
+    follows: Dense
+    """Displacements of the surface per displacement of these."""
+    bears: Dense
+    """Forces on these per force on the surface."""
+    grown: tuple[Dense, Dense]
+    """Two factors, whose product is added to the surface's compliance."""
+    reciprocal_condition: float
+    """Of the stiffness of what was eliminated."""
+
+
+def eliminated(stiffness: Dense, count: int, follows: Dense, bears: Dense) -> Eliminated:
+    """Eliminate the first `count` fields of a front. Raises SingularOperator."""
+    norm = _norm(stiffness[:count, :count])
+    factors, pivots, info = scipy.linalg.lapack.dgetrf(stiffness[:count, :count])
+    reciprocal_condition = _checked(0.0 if info else scipy.linalg.lapack.dgecon(factors, norm)[0])
+    right = np.concatenate((bears[:count], stiffness[:count, count:]), axis=1)
+    solved = scipy.linalg.lapack.dgetrs(factors, pivots, right)[0]
+    of_surface, of_others = solved[:, : bears.shape[1]], solved[:, bears.shape[1] :]
+    return Eliminated(
+        stiffness[count:, count:] - stiffness[count:, :count] @ of_others,
+        follows[:, count:] - follows[:, :count] @ of_others,
+        bears[count:] - stiffness[count:, :count] @ of_surface,
+        (follows[:, :count], of_surface),
+        reciprocal_condition,
+    )
+
+
+def definitely_eliminated(stiffness: Dense, count: int, follows: Dense) -> Eliminated:
+    """The same of a front that is symmetric and positive definite, with half the arithmetic: K = L Lᵀ, and L⁻¹ is enough."""
+    norm = _norm(stiffness[:count, :count])
+    root, info = scipy.linalg.lapack.dpotrf(stiffness[:count, :count], lower=1)
+    reciprocal_condition = _checked(0.0 if info else scipy.linalg.lapack.dpocon(root, norm, uplo="L")[0])
+    # By columns, as BLAS has it: the result takes its place.
+    right = np.concatenate((follows[:, :count], stiffness[count:, :count])).T
+    solved = scipy.linalg.blas.dtrsm(1.0, root, right, lower=1, overwrite_b=1)
+    of_surface, of_others = solved[:, : len(follows)], solved[:, len(follows) :]
+    left = follows[:, count:] - of_surface.T @ of_others
+    return Eliminated(
+        stiffness[count:, count:] - of_others.T @ of_others,
+        left,
+        left.T,
+        (of_surface.T, of_surface),
+        reciprocal_condition,
+    )
+
+
+def _norm(square: Dense) -> float:
+    return float(np.abs(square).sum(axis=0).max(initial=0.0))
+
+
+def _checked(reciprocal_condition: float) -> float:
+    """The reciprocal condition. Raises SingularOperator where it is below machine precision."""
+    if reciprocal_condition < np.finfo(float).eps:
+        raise SingularOperator(
+            f"the slab's stiffness is singular (reciprocal condition {reciprocal_condition:.1e}): "
+            "check that the support restrains it, and that poisson is not too close to 0.5"
+        )
+    return reciprocal_condition
+
+
+# Invert a sparse stiffness at the surface alone, by nested dissection (George 1973).
+#
+# The slab is cut in two, each half in two again. A piece shares with the rest of the slab only the fields along its
+# cuts. They
+# are few, as the grid has few rows, which are coarser the deeper they lie. Eliminating a piece leaves two matrices:
+# the stiffness
+# of the fields along its border, and the displacements of its surface per displacement of these. The compliance of
+# its surface
+# grows by a product of low rank for every cut, from the smallest pieces up to the slab.
+
+SMALLEST = 160
+"""A piece of at most so many fields is eliminated at once: below, more time goes into calls than into arithmetic."""
+NONE: Indices = np.empty(0, np.int64)
+ROWS_AT_ONCE = 64
+"""Rows of a product that are added at once: they stay in the cache."""
+
+
+class _Piece(NamedTuple):
+    """What the rest of the slab sees of a piece that is eliminated."""
+
+    border: Indices
+    """Fields outside that it acts on."""
+    surface: slice
+    """Numbers of surface fields, those inside the piece among them."""
+    left: Eliminated
+    """Of its border: the stiffness is added to that among these fields; fields outside the piece follow nothing."""
+    reciprocal_condition: float
+    """The least of all cuts so far."""
+
+
+class _Front(NamedTuple):
+    """Fields of a cut, and behind them those beyond the piece that it meets."""
+
+    cut: Indices
+    border: Indices
+    place: Indices
+    """Of every field of the slab; `size` of those that are not among them."""
+
+    @property
+    def size(self) -> int:
+        """Number of its fields."""
+        return len(self.cut) + len(self.border)
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class _Slab:
+    """Stiffness by rows and by columns; and the surface's compliance as it grows."""
+
+    rows: Sparse
+    columns: Sparse
+    """The rows themselves of a stiffness that is symmetric and positive definite."""
+    places: Dense
+    """x and z of each field, (fields, 2)."""
+    number: Indices
+    """Of surface fields from left to right, -1 elsewhere; (fields,)."""
+    compliance: Dense
+    """Of a symmetric stiffness on and above the diagonal."""
+
+    @property
+    def symmetric(self) -> bool:
+        """Whether the stiffness is symmetric and positive definite."""
+        return self.columns is self.rows
+
+    def eliminated(self, inside: Indices, last: Indices = NONE) -> _Piece:
+        """Eliminate the fields `inside`, sorted: first each side of a cut, then the cut, and with it those that come last.
+
+        Raises SingularOperator.
+        """
+        cut, *sides = self._cut(inside, last)
+        pieces = [self.eliminated(side) for side in sides if len(side)]
+        acting = [_entries(each, cut) for each in ((self.rows,) if self.symmetric else (self.rows, self.columns))]
+        front = self._front(cut, inside, [*(each.columns for each in acting), *(piece.border for piece in pieces)])
+        stiffness = _stiffness(acting, front)
+        for piece in pieces:
+            at = front.place[piece.border]
+            stiffness[np.ix_(at, at)] += piece.left.stiffness
+        surface = _range(self.number[inside])
+        follows = self._of_surface(surface, front, [(piece, piece.left.follows) for piece in pieces])
+        if self.symmetric:
+            left = definitely_eliminated(stiffness, len(cut), follows)
+        else:
+            bears = self._of_surface(surface, front, [(piece, piece.left.bears.T) for piece in pieces])
+            left = eliminated(stiffness, len(cut), follows, bears.T)
+        self._grow(surface, *left.grown)
+        worst = min([left.reciprocal_condition, *(piece.reciprocal_condition for piece in pieces)])
+        return _Piece(front.border, surface, left, worst)
+
+    def _front(self, cut: Indices, inside: Indices, met: list[Indices]) -> _Front:
+        """The front of a cut through `inside`, whose piece meets these fields, those that lie inside it among them."""
+        beyond = np.zeros(len(self.number), np.bool_)
+        for fields in met:
+            beyond[fields] = True
+        beyond[inside] = False
+        border = np.flatnonzero(beyond)
+        size = len(cut) + len(border)
+        place = np.full(len(self.number), size)
+        place[cut], place[border] = np.arange(len(cut)), np.arange(len(cut), size)
+        return _Front(cut, border, place)
+
+    def _of_surface(self, surface: slice, front: _Front, pieces: list[tuple[_Piece, Dense]]) -> Dense:
+        """What a piece's surface follows of a front, (surface, size): of the pieces on either side what theirs does."""
+        follows = np.zeros((surface.stop - surface.start, front.size))
+        for piece, of_border in pieces:
+            within = slice(piece.surface.start - surface.start, piece.surface.stop - surface.start)
+            follows[within, front.place[piece.border]] += of_border
+        top = np.flatnonzero(self.number[front.cut] >= 0)
+        follows[self.number[front.cut[top]] - surface.start, top] = 1.0
+        return follows
+
+    def _grow(self, surface: slice, one: Dense, other: Dense) -> None:
+        """Add a product to the compliance of part of the surface."""
+        for first in range(surface.start, surface.stop, ROWS_AT_ONCE):
+            last = min(first + ROWS_AT_ONCE, surface.stop)
+            begin = first if self.symmetric else surface.start
+            rows = one[first - surface.start : last - surface.start]
+            self.compliance[first:last, begin : surface.stop] += rows @ other[:, begin - surface.start :]
+
+    def _cut(self, inside: Indices, last: Indices) -> tuple[Indices, Indices, Indices]:
+        """Fields of the shorter cut, upright or level, through the middle, and with it the last; and those on either side."""
+        if len(last):
+            cut, left, right = self._cut(np.setdiff1d(inside, last, assume_unique=True), NONE)
+            return np.sort(np.concatenate((cut, last))), left, right
+        if len(inside) <= SMALLEST:
+            return inside, inside[:0], inside[:0]
+        ways = [self._cut_along(inside, self.places[inside, axis]) for axis in (0, 1)]
+        return min(ways, key=lambda way: len(way[0]))
+
+    def _cut_along(self, inside: Indices, places: Dense) -> tuple[Indices, Indices, Indices]:
+        """All fields of one side that act on the other are cut: the side further left, or deeper, without surface."""
+        beyond = places >= np.partition(places, len(places) // 2)[len(places) // 2]
+        below = inside[~beyond]
+        if not len(below):
+            return inside, below, below
+        far = np.zeros(len(self.number), dtype=np.bool_)
+        far[inside[beyond]] = True
+        acting = _any(self.rows, below, far)
+        if not self.symmetric:
+            acting |= _any(self.columns, below, far)
+        return below[acting], below[~acting], inside[beyond]
+
+
+def surface_inverse(
+    matrix: Sparse, places: Dense, surface: Indices, last: Indices = NONE, symmetric: bool = False
+) -> tuple[Dense, float]:
+    """matrix⁻¹ at the fields `surface` alone, (len(surface), len(surface)); and the least reciprocal condition of the cuts.
+
+    places: x and z of every field, (fields, 2). The surface, given from left to right, has the largest z. last: fields that act
+    far and wide, eliminated after all others. symmetric: whether the matrix is symmetric and positive definite, as what is
+    found then is exactly. Raises SingularOperator where a cut's fields cannot be solved for.
+    """
+    number = np.full(len(places), -1)
+    number[surface] = np.arange(len(surface))
+    found = np.zeros((len(surface), len(surface)))
+    columns = matrix if symmetric else scipy.sparse.csr_array(matrix.T)
+    whole = _Slab(matrix, columns, places, number, found).eliminated(np.arange(len(places)), last)
+    if symmetric:
+        _dissection_mirror(found)
+    return found, whole.reciprocal_condition
+
+
+class _Entries(NamedTuple):
+    """Entries of some rows of a sparse matrix."""
+
+    rows: Indices
+    """Number of each one's row among these."""
+    columns: Indices
+    values: Dense
+
+
+def _entries(matrix: Sparse, rows: Indices) -> _Entries:
+    """Faster than scipy's for few rows, of which there are many lots."""
+    begin = matrix.indptr[rows]
+    counts = matrix.indptr[rows + 1] - begin
+    of_row = np.repeat(np.arange(len(rows)), counts)
+    at = np.arange(len(of_row)) + (begin - np.cumsum(counts) + counts)[of_row]
+    return _Entries(of_row, matrix.indices[at], matrix.data[at])
+
+
+def _stiffness(acting: list[_Entries], front: _Front) -> Dense:
+    """Stiffness of a front without that of its border's fields among each other, (size, size).
+
+    acting: entries of the cut's rows, and of its columns where these differ.
+    """
+    size, cut = front.size, len(front.cut)
+    found = np.zeros((size + 1, size + 1))
+    for entries, way in zip(acting, (found, found.T), strict=False):
+        way[entries.rows, front.place[entries.columns]] = entries.values
+    if len(acting) == 1:
+        found[cut:, :cut] = found[:cut, cut:].T
+    return found[:size, :size]
+
+
+def _any(matrix: Sparse, rows: Indices, marked: NDArray[np.bool_]) -> NDArray[np.bool_]:
+    """Which of these rows of a sparse matrix have an entry in a marked column, (rows,)."""
+    entries = _entries(matrix, rows)
+    found = np.zeros(len(rows), np.bool_)
+    found[entries.rows[marked[entries.columns]]] = True
+    return found
+
+
+def _dissection_mirror(square: Dense) -> None:
+    """Fill what lies below the diagonal with what lies above it, in place."""
+    for first in range(0, len(square), ROWS_AT_ONCE):
+        some, rest = slice(first, first + ROWS_AT_ONCE), slice(first + ROWS_AT_ONCE, None)
+        block = np.triu(square[some, some])
+        square[some, some] = block + np.triu(block, 1).T
+        square[rest, some] = square[some, rest].T
+
+
+def _range(numbers: Indices) -> slice:
+    """From the least to the largest number that is not negative."""
+    found = numbers[numbers >= 0]
+    return slice(int(found.min()), int(found.max()) + 1) if len(found) else slice(0, 0)
+
+
+# Condense a stiffness to the surface (§2.1.4, Eq. 11): [u; w] = C [f_x; f_z] for nodal forces on the top row.
+#
+# Even and odd fields are condensed separately (parity.py), each by nested dissection (dissection.py).
+
+DOUBTFUL = 1e-10
+"""Reciprocal condition of a cut below which a compliance is found twice. Of 1078 slabs of all shapes, none without such a cut was
+off by more than 2e-6 of its largest entry. Ordinary ones, ν up to 0.49, have 1e-9 and more."""
+OTHERWISE = 1.1
+"""Factor that rounds every stiffness otherwise."""
+COARSEST = 1e-5
+"""Largest change of a compliance, over its largest entry, that rounding may cause. None of
+those slabs that pass was off by more than 1e-4."""
+CONDENSED_ROWS_AT_ONCE = 32
+"""Rows of the compliance that are added to at once: they stay in the cache."""
+
+
+def condensed(k: Stiffness) -> Dense:
+    """The compliance of the surface row, shape (2n, 2n), in 1/G: the sum over even and odd fields. Raises SingularOperator.
+
+    Exactly symmetric where the stiffness is.
+    """
+    top = k.grid.row_nodes(0)
+    surface = np.concatenate((top, k.grid.nodes + top))
+    places = np.tile(k.grid.coordinates(), (2, 1))
+    total = np.zeros((len(surface), len(surface)))
+    for fields in families(k):
+        number, weight = fields.number[surface], fields.weight[surface]
+        where = places[fields.first_entries]
+        on_top = np.unique(number[number >= 0])
+        on_top = on_top[np.argsort(where[on_top, 0], kind="stable")]
+        matrix, moving = with_translations(k, fields)
+        anchors = np.array([translation.anchor for translation in moving], np.int64)
+        compliance = _inverse(matrix, where, on_top, anchors, k.symmetric and not moving)
+        place = np.full(fields.count, -1)
+        place[on_top] = np.arange(len(on_top))
+        displace(compliance, place, moving)
+        # A displacement without a field has no weight either: any place will do.
+        _add(total, compliance, place[number], weight)
+    return total
+
+
+def _inverse(matrix: Sparse, places: Dense, surface: Indices, last: Indices, symmetric: bool) -> Dense:
+    """As `surface_inverse`; where that may have lost digits, it is found a second time. Raises SingularOperator.
+
+    Multiplied by a number that is no power of two, each stiffness is rounded otherwise, those that are alike alike: what changes
+    in the compliance is not known.
+    """
+    found, reciprocal_condition = surface_inverse(matrix, places, surface, last, symmetric)
+    if reciprocal_condition < DOUBTFUL:
+        change = surface_inverse(OTHERWISE * matrix, places, surface, last, symmetric)[0]
+        change *= OTHERWISE
+        change -= found
+        share = float(np.abs(change, out=change).max() / np.abs(found).max())
+        if not share <= COARSEST:
+            raise SingularOperator(
+                f"the slab's stiffness leaves its compliance uncertain by {share:.0e} of the largest, {COARSEST:g} is needed: "
+                "use a poisson further from 0.5, or an aspect_ratio nearer 1"
+            )
+    return found
+
+
+def _add(total: Dense, compliance: Dense, place: NDArray[np.int64], weight: Dense) -> None:
+    """Add what a family contributes, a few rows at a time: weight and place among its fields of every displacement."""
+    for first in range(0, len(total), CONDENSED_ROWS_AT_ONCE):
+        some = slice(first, first + CONDENSED_ROWS_AT_ONCE)
+        rows = compliance.take(place[some], 0).take(place, 1)
+        rows *= weight[some, None]
+        rows *= weight
+        total[some] += rows

@@ -1,1 +1,0 @@
-"""From the stiffness of a whole slab to the compliance of its surface."""
