@@ -15,7 +15,7 @@ from solver.contact.state import ContactState
 from solver.drive import Drive, Scales
 from solver.dynamics.coefficients import FrictionCoefficients, measured
 from solver.dynamics.integrate import DynamicsResult
-from solver.dynamics.proportion import disproportion
+from solver.dynamics.integrators import disproportion
 from solver.elasticity.compliance import Compliance, surface_compliance
 from solver.outcome import Outcome
 from solver.sliding.events import slide

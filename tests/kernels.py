@@ -2,7 +2,7 @@
 
 from solver.case import Case, Effects, Heterogeneity, SlipRule
 from solver.drive import Drive
-from solver.dynamics.rk4 import RK4
+from solver.dynamics.integrators import RK4
 from study.execution.compiling.warm_up import warm_up, warm_ups
 from study.plan.tasks import Task, contact_task, drive_task, record_task
 

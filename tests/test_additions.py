@@ -14,9 +14,8 @@ import xarray as xr
 
 from solver.case import PARTS, SlipRule
 from solver.drive import INTEGRATORS, Drive
+from solver.dynamics.integrators import Method, integrate_rk4
 from solver.dynamics.kernels.state import Motion, Run, Teeth
-from solver.dynamics.method import Method
-from solver.dynamics.rk4 import integrate_rk4
 from solver.outcome import InvalidInput, Outcome
 from solver.parameter import check, parameter
 from solver.slab import SCHEMES, Scheme, Slab

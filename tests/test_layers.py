@@ -20,8 +20,7 @@ ORDER = {
     "solver.contact.kernels": "enumerations state pin_height slip_distance vectors equilibrium contact_change "
     "violations cascade next_event loading",
     "solver.contact.normal": "exchange system contact",
-    "solver.dynamics": "friction_limit kernels method proportion result precision regime rigid exact rk4"
-    " integrate coefficients stick_slip",
+    "solver.dynamics": "friction_limit kernels result integrators integrate coefficients regime stick_slip",
     "solver.dynamics.kernels": "state slips friction_law oscillator roots recording segment_end teeth cruise "
     "event_driven rigid runge_kutta",
     "solver.elasticity": "grid stiffness condensation grid_scheme schemes compliance interior",

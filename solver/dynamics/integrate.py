@@ -9,13 +9,10 @@ import math
 import numpy as np
 
 from solver.drive import Drive
-from solver.dynamics.exact import Exact
 from solver.dynamics.friction_limit import FrictionLimit
+from solver.dynamics.integrators import RK4, Exact, Method, nothing, resolved
 from solver.dynamics.kernels.state import Motion, Run, Teeth
-from solver.dynamics.method import Method
-from solver.dynamics.precision import nothing, resolved
 from solver.dynamics.result import BINS, DynamicsResult
-from solver.dynamics.rk4 import RK4
 from solver.outcome import InvalidInput, Outcome
 from solver.parameter import MOST_WHOLE
 

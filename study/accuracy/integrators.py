@@ -15,10 +15,9 @@ from numpy.typing import NDArray
 from scipy.integrate import solve_ivp
 
 from solver.drive import Drive
-from solver.dynamics.exact import Exact
 from solver.dynamics.friction_limit import FrictionLimit, friction_limit_of
 from solver.dynamics.integrate import DynamicsResult, integrate
-from solver.dynamics.rk4 import RK4
+from solver.dynamics.integrators import RK4, Exact
 from solver.elasticity.compliance import surface_compliance
 from solver.sliding.events import slide
 from solver.sliding.plateau import plateau_of

@@ -11,7 +11,7 @@ from scipy.integrate import solve_ivp
 from solver import Case, Drive, DynamicsResult, FrictionRecord, Scales, Slab, friction_record, plateau_of
 from solver.dynamics.friction_limit import FrictionLimit, friction_limit_of
 from solver.dynamics.integrate import integrate
-from solver.dynamics.rk4 import RK4
+from solver.dynamics.integrators import RK4
 from tests.benchmarks.table import Row, best, seconds, verdict
 from tests.solver.dynamics.drives import PROBLEMS, K, reference
 

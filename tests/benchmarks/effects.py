@@ -17,7 +17,7 @@ from solver.case import Effects, Heterogeneity
 from solver.contact.initial import initial_contact
 from solver.dynamics.friction_limit import friction_limit_of
 from solver.dynamics.integrate import integrate
-from solver.dynamics.rk4 import RK4
+from solver.dynamics.integrators import RK4
 from solver.elasticity.compliance import surface_compliance
 from solver.elasticity.interior import interior_fields
 from solver.slab import Slab

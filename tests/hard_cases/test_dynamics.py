@@ -16,8 +16,7 @@ import pytest
 from solver.drive import Drive, Scales
 from solver.dynamics.friction_limit import FrictionLimit, friction_limit_of
 from solver.dynamics.integrate import DynamicsResult, integrate
-from solver.dynamics.precision import LARGEST
-from solver.dynamics.rk4 import RK4
+from solver.dynamics.integrators import LARGEST, RK4
 from solver.dynamics.stick_slip import Oscillator
 from solver.outcome import Ending, InvalidInput
 from solver.sliding.plateau import plateau_of

@@ -7,10 +7,9 @@ import pytest
 from solver.case import Case
 from solver.drive import Drive, Scales
 from solver.dynamics.coefficients import friction_coefficients
-from solver.dynamics.exact import Exact
 from solver.dynamics.friction_limit import sawtooth
 from solver.dynamics.integrate import integrate
-from solver.dynamics.rk4 import RK4
+from solver.dynamics.integrators import RK4, Exact
 from solver.outcome import Ending
 from solver.simulate import drive_result
 from solver.slab import Slab

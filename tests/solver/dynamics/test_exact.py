@@ -7,9 +7,9 @@ import pytest
 
 from solver.drive import Drive
 from solver.dynamics.integrate import integrate
+from solver.dynamics.integrators import RK4
 from solver.dynamics.kernels.state import Teeth
 from solver.dynamics.kernels.teeth import tooth_at
-from solver.dynamics.rk4 import RK4
 from solver.dynamics.stick_slip import Oscillator
 from solver.outcome import Ending, InvalidInput
 from tests.solver.dynamics.drives import PROBLEMS, K, Problem, reference

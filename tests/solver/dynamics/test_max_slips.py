@@ -7,8 +7,8 @@ import pytest
 
 from solver.drive import Drive
 from solver.dynamics.integrate import DynamicsResult, integrate
+from solver.dynamics.integrators import RK4
 from solver.dynamics.regime import count_sticks
-from solver.dynamics.rk4 import RK4
 from tests.solver.dynamics.drives import K
 from tests.synthetic import constant_profile, profile_through
 

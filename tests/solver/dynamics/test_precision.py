@@ -7,9 +7,9 @@ import numpy as np
 import pytest
 
 from solver.drive import Drive
-from solver.dynamics import precision
+from solver.dynamics import integrators as precision
 from solver.dynamics.integrate import DynamicsResult, integrate
-from solver.dynamics.rk4 import RK4
+from solver.dynamics.integrators import RK4
 from solver.outcome import Ending
 from tests.synthetic import constant_profile, profile_through
 

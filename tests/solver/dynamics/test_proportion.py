@@ -7,7 +7,7 @@ import pytest
 
 import nanoslip
 from solver.drive import Drive, Scales
-from solver.dynamics.proportion import LEAST_TRAVEL, STIFFEST, disproportion
+from solver.dynamics.integrators import LEAST_TRAVEL, STIFFEST, disproportion
 from study.manifest.reader import load_manifest
 from study.shipped import campaigns
 

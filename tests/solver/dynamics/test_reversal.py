@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from solver.dynamics.integrate import integrate
-from solver.dynamics.rk4 import RK4
+from solver.dynamics.integrators import RK4
 from solver.outcome import Ending
 from tests.solver.dynamics.drives import PROBLEMS, SMALL_TEETH, K
 

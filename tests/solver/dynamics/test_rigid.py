@@ -8,7 +8,7 @@ import pytest
 
 from solver.drive import Drive
 from solver.dynamics.integrate import integrate
-from solver.dynamics.rk4 import RK4
+from solver.dynamics.integrators import RK4
 from solver.dynamics.stick_slip import Oscillator
 from solver.outcome import Ending, InvalidInput
 from tests.solver.dynamics.drives import PROBLEMS, SMALL_TEETH, K, Problem

@@ -12,7 +12,7 @@ from solver.drive import Drive
 from solver.dynamics.coefficients import friction_coefficients
 from solver.dynamics.friction_limit import sawtooth
 from solver.dynamics.integrate import DynamicsResult, integrate
-from solver.dynamics.rk4 import RK4
+from solver.dynamics.integrators import RK4
 from solver.outcome import Ending
 from solver.sliding.plateau import Plateau, plateau_of
 from solver.sliding.record import FrictionRecord

@@ -12,7 +12,7 @@ from solver import drive as drive_module
 from solver import slab as slab_module
 from solver.case import Case, Effects, Heterogeneity, SlipRule
 from solver.drive import INTEGRATORS, Drive, Integrator, Scales
-from solver.dynamics.rk4 import RK4
+from solver.dynamics.integrators import RK4
 from solver.elasticity import grid as grid_module
 from solver.elasticity.schemes import Galerkin
 from solver.outcome import InvalidInput

@@ -6,7 +6,7 @@ from fractions import Fraction
 import numpy as np
 import pytest
 
-from solver.dynamics import exact
+from solver.dynamics import integrators as exact
 from solver.dynamics.integrate import integrate
 from solver.dynamics.kernels.cruise import cruise as cruise_over_teeth
 from solver.dynamics.kernels.event_driven import integrate_exactly

@@ -1,0 +1,253 @@
+"""Whether double precision can tell what a drive asks for: far out, the spring's stretch is lost in the position.
+
+A pin that slides is F/k behind the stage, at x close to V·t. Both are known to the 16th digit of V·t, and the spring
+force k(Vt - x) to k times that. Beside the friction force this is noise: on settled drives up to three times the share
+that `resolved` computes (tests.hard_cases.test_dynamics). Teeth narrower than that digit of x cannot be met one by one.
+"""
+
+import math
+from abc import abstractmethod
+from dataclasses import dataclass
+from typing import Final
+
+import numpy as np
+
+from solver.drive import INTEGRATORS, Drive, Integrator
+from solver.dynamics.friction_limit import FrictionLimit
+from solver.dynamics.kernels.event_driven import integrate_exactly
+from solver.dynamics.kernels.rigid import integrate_rigidly
+from solver.dynamics.kernels.runge_kutta import integrate_by_steps
+from solver.dynamics.kernels.state import Motion, Run, Teeth
+from solver.dynamics.result import BINS
+from solver.outcome import COMPLETED, Ending, Outcome
+from solver.parameter import check, parameter, require
+
+LARGEST: Final = 1e-4
+"""Rounding allowed, over the steady friction force and over the mean width of a tooth: what a plateau knows of itself."""
+_DIGIT: Final = float(np.finfo(float).eps)
+
+
+def resolved(friction_limit: FrictionLimit, motion: Motion) -> Outcome:
+    """`COMPLETED`, or `ROUNDING` where spring force or teeth will drown in the rounding of the pin's position."""
+    friction_force, way = friction_limit.steady_force, motion.stage * motion.duration
+    force_noise = _DIGIT * motion.spring * way
+    if friction_force == 0.0 or motion.spring * way <= friction_force:  # nothing to be lost in, or it never gets away
+        return COMPLETED
+    if force_noise > LARGEST * friction_force:
+        return _refused(
+            f"spring_stiffness × stage_velocity × duration rounds the spring force by {force_noise / friction_force:.1e} of the "
+            "friction force: soften the spring, slow the stage or shorten the drive",
+            force_noise / friction_force,
+        )
+    uneven = np.ptp(friction_limit.force) > 0.0 or bool(friction_limit.slope.any())
+    teeth = len(friction_limit.force) - friction_limit.periodic_from
+    position_noise = _DIGIT * way * teeth / friction_limit.period
+    if uneven and position_noise > LARGEST:
+        return _refused(
+            f"stage_velocity × duration rounds the position by {position_noise:.1e} of the friction profile's mean tooth: "
+            'slow the stage, shorten the drive or take profile = "mean"',
+            position_noise,
+        )
+    return COMPLETED
+
+
+def nothing(samples: int) -> Run:
+    """What a drive that is refused delivers: NaN at all times."""
+    nan = math.nan
+    return Run(0.0, 0, np.full((samples + 1, 3), nan), np.full(BINS + 1, nan), np.empty((0, 5)), 0, nan, nan, nan, nan)
+
+
+def _refused(message: str, noise: float) -> Outcome:
+    return Outcome(Ending.ROUNDING, f"{message} (by a factor of {noise / LARGEST:.2g} or more)")
+
+
+# Whether a dimensionless drive is in proportion to the contact that it pulls: one in N/m, m/s and s hardly ever is.
+#
+# In units of G·L_y the springs of machines are softer than the contact, 1e-4 to 1; in N/m they are 1e3 and more. In
+# units of L_x a
+# stage moves as far as contact and spring stretch before the pin slides, and beyond; in m it moves a millionth of
+# that.
+
+STIFFEST: Final = 1e3
+"""Stiffness of the spring over that of the contact. Beyond it the spring gives way by a thousandth of what the contact does."""
+LEAST_TRAVEL: Final = 1e-2
+"""Travel of the stage over what stretches contact and spring until the pin slides. Below it the pin feels 1 % of friction."""
+
+
+def disproportion(drive: Drive, surface_stiffness: float, friction_force: float) -> str:
+    """What of a drive is out of all proportion, and how a drive is given in SI; empty where nothing is.
+
+    surface_stiffness: K in G·L_y; friction_force: of the plateau, in G·L_x·L_y. A stage at rest is in proportion.
+    """
+    spring, travel = drive.spring_stiffness, drive.stage_velocity * drive.duration
+    needed = friction_force * (1.0 / spring + 1.0 / surface_stiffness) if surface_stiffness > 0.0 else math.nan
+    if spring > STIFFEST * surface_stiffness:
+        wrong = f"spring_stiffness = {spring:g} is {spring / surface_stiffness:.2g} times the contact's stiffness"
+    elif 0.0 < travel < LEAST_TRAVEL * needed:
+        wrong = f"stage_velocity × duration = {travel:g} is {travel / needed:.2g} of what makes the pin slide"
+    else:
+        return ""
+    return (
+        f"{wrong}: a Drive is dimensionless, in units of G·L_y, L_x and √(m/(G·L_y)). For N/m, m/s, s and kg: Drive.from_si("
+        f"Scales(slab_width, slab_depth, shear_modulus), pin_mass, spring_stiffness={spring:g}, "
+        f"stage_velocity={drive.stage_velocity:g}, duration={drive.duration:g})"
+    )
+
+
+# What every integrator does: from a friction limit and an equation of motion to a run and how it ended.
+
+
+class Method(Integrator):
+    """An integrator of this package."""
+
+    @abstractmethod
+    def run(self, teeth: Teeth, motion: Motion, drive: Drive) -> tuple[Run, Outcome]:
+        """Integrate to the drive's end or its last slip, to its `step_limit`, or to where F would follow -F̃ unless it may."""
+
+
+def outcome_of(run: Run, motion: Motion, step_limit: int) -> Outcome:
+    """How a run of segments ended: `COMPLETED`, `STEP_LIMIT` or `REVERSED`."""
+    if run.reached >= motion.duration or slipped_enough(run, motion):
+        return COMPLETED
+    if run.steps < step_limit:
+        return reversed_at(run, motion)
+    message = (
+        f"{step_limit} segments reached {part_reached(run, motion)}: "
+        "raise step_limit, shorten the drive, slow the stage or soften the spring"
+    )
+    return Outcome(Ending.STEP_LIMIT, message)
+
+
+def part_reached(run: Run, motion: Motion) -> str:
+    """How far a run got, in words without a unit: who reads them gave the drive's duration in seconds."""
+    return f"{100.0 * run.reached / motion.duration:.4g} % of the duration"
+
+
+def slipped_enough(run: Run, motion: Motion) -> bool:
+    """Whether as many macroscopic slips have ended as the drive was to last."""
+    return int(np.count_nonzero(np.isfinite(run.slips[:, 3]))) >= motion.most_slips
+
+
+def reversed_at(run: Run, motion: Motion) -> Outcome:
+    """The end of a run whose pin was not to move back."""
+    message = f"the pin slips back after {part_reached(run, motion)}: needs reverse_motion = true"
+    return Outcome(Ending.REVERSED, message)
+
+
+# The event-driven method without surface compliance: Eq. 12 in closed form between crossings, as
+# solver.dynamics.exact.
+#
+# In the limit K → ∞ Eq. 13-14 lose their relaxation point, x_R = x, and with it their hysteresis: F is F̃(x) against
+# the
+# motion, and the pin is at rest while |spring + damper| ≤ F̃(x). With a constant F̃ this is the motion of Eq. 16-19.
+
+
+def integrate_rigid(
+    teeth: Teeth, motion: Motion, samples: int, step_limit: int, reverse_motion: bool
+) -> tuple[Run, Outcome]:
+    """Integrate to the drive's end, to `step_limit` segments, or to where the pin would move back unless it may."""
+    run = integrate_rigidly(teeth, motion, samples, BINS, step_limit, None if reverse_motion else True)
+    return run, outcome_of(run, motion, step_limit)
+
+
+# The event-driven method: Eq. 12 in closed form between crossings (model of Eq. 13-14 as a ratchet on straight
+# teeth).
+#
+# No step size and no tolerance: a segment ends where closed forms say that the friction law, the tooth or the
+# direction
+# changes. Segments are short enough for velocity and position to be monotone, so the first crossing is the only one.
+
+
+@INTEGRATORS.register()
+@dataclass(frozen=True, slots=True)
+class Exact(Method):
+    """From crossing to crossing in closed form; nothing to set."""
+
+    name = "exact"
+
+    def fit(self, drive: Drive) -> None:
+        """Every drive fits."""
+
+    def run(self, teeth: Teeth, motion: Motion, drive: Drive) -> tuple[Run, Outcome]:
+        method = integrate_exact if drive.surface_compliance else integrate_rigid
+        return method(teeth, motion, drive.samples, drive.step_limit, drive.reverse_motion)
+
+
+def integrate_exact(
+    teeth: Teeth, motion: Motion, samples: int, step_limit: int, reverse_motion: bool
+) -> tuple[Run, Outcome]:
+    """Integrate to the drive's end, to `step_limit` segments, or to where F would follow -F̃ unless it may."""
+    run = integrate_exactly(teeth, motion, samples, BINS, step_limit, None if reverse_motion else True, True)
+    return run, outcome_of(run, motion, step_limit)
+
+
+# The paper's method (§2.2.3): classical fourth-order Runge-Kutta steps of a given length.
+#
+# The relaxation point of Eq. 14 is updated after each step, as the paper words it. Where a step meets a kink or a
+# jump of
+# the friction force the order falls to one; velocities during stick suffer first.
+
+
+@INTEGRATORS.register()
+@dataclass(frozen=True, slots=True)
+class RK4(Method):
+    """Runge-Kutta steps of a given length."""
+
+    name = "rk4"
+    rests = False
+    time_step: float | None = parameter(None, meaning="step of the integrator", unit="s", scale="time")
+
+    def __post_init__(self) -> None:
+        check(self)
+
+    def fit(self, drive: Drive) -> None:
+        step = self.time_step
+        allowed = step is not None and 0.0 < step <= drive.duration
+        require("time_step", step, allowed, "0 < time_step ≤ duration with rk4")
+
+    def run(self, teeth: Teeth, motion: Motion, drive: Drive) -> tuple[Run, Outcome]:
+        assert self.time_step is not None  # a drive with rk4 has one
+        return integrate_rk4(teeth, motion, drive.samples, self.time_step, drive.step_limit, drive.reverse_motion)
+
+
+def integrate_rk4(
+    teeth: Teeth, motion: Motion, samples: int, time_step: float, step_limit: int, reverse_motion: bool
+) -> tuple[Run, Outcome]:
+    """Integrate in steps of at most `time_step`, as many as fill the duration evenly; refused if more than `step_limit`.
+
+    A step that makes free vibrations of the stuck pin grow is refused with the outcome `UNSTABLE_STEP`. Unless the pin
+    may move back, the run ends where F would be -F̃.
+    """
+    if not is_stable(time_step, motion):
+        shorter = time_step / longest(motion)
+        message = (
+            f"the stuck pin's vibrations would grow: needs a time_step shorter by a factor of {shorter:.4g} or more"
+        )
+        return nothing(samples), Outcome(Ending.UNSTABLE_STEP, message)
+    steps_needed = motion.duration / time_step * (1.0 - 1e-12)
+    if steps_needed > step_limit:
+        message = f"{steps_needed:.6g} steps of time_step, step_limit = {step_limit}: raise one of the two"
+        return nothing(samples), Outcome(Ending.STEP_LIMIT, message)
+    steps = max(1, math.ceil(steps_needed))
+    run = integrate_by_steps(teeth, motion, steps, samples, BINS, None if reverse_motion else True)
+    if math.isnan(run.friction_work):
+        message = f"the motion ran away after {part_reached(run, motion)}: needs a shorter time_step"
+        return run, Outcome(Ending.UNSTABLE_STEP, message)
+    return run, COMPLETED if run.steps == steps or slipped_enough(run, motion) else reversed_at(run, motion)
+
+
+def is_stable(time_step: float, motion: Motion) -> bool:
+    """True if a step damps, or at least does not amplify, free motion with the stuck contact's stiffness k + K."""
+    rates = np.roots([1.0, motion.damping, motion.spring + motion.surface_stiffness]).astype(complex)
+    z = rates * time_step
+    growth = np.abs(1.0 + z * (1.0 + z / 2.0 * (1.0 + z / 3.0 * (1.0 + z / 4.0))))
+    return bool(np.all(growth <= 1.0 + 1e-14))  # rounding of tiny steps without damping
+
+
+def longest(motion: Motion) -> float:
+    """The longest stable step, a little below."""
+    low, high = 0.0, 4.0 / math.sqrt(motion.spring + motion.surface_stiffness)
+    for _ in range(40):
+        middle = 0.5 * (low + high)
+        low, high = (middle, high) if is_stable(middle, motion) else (low, middle)
+    return low
