@@ -11,62 +11,59 @@ from pathlib import Path
 ROOT = Path(__file__).parents[1]
 
 ORDER = {
-    "solver": "compiled compiling last outcome parameter family drive quantity slab case "
-    "effects ensemble view elasticity contact sliding dynamics simulate",
-    "solver.contact": "closed_forms kernels node_friction outcomes pin coulomb normal convolved "
-    "soundness tableau window compiled_contact state initial",
+    "solver": "compiled compiling last outcome quantity view parameter family slab case ensemble drive effects elasticity "
+    "contact sliding dynamics simulate",
+    "solver.elasticity": "grid stiffness condensation grid_scheme schemes interior compliance",
+    "solver.elasticity.schemes": "column biquadratic galerkin half_plane chain",
+    "solver.contact": "kernels outcomes closed_forms pin node_friction soundness normal convolved "
+    "window tableau compiled_contact coulomb state initial",
+    "solver.contact.normal": "system exchange contact",
+    "solver.contact.kernels": "enumerations state vectors pin_height slip_distance equilibrium contact_change violations cascade "
+    "next_event loading",
     "solver.contact.convolved": "conjugate_gradients contact",
     "solver.contact.coulomb": "contact roles motion",
-    "solver.contact.kernels": "enumerations state pin_height slip_distance vectors equilibrium contact_change "
-    "violations cascade next_event loading",
-    "solver.contact.normal": "exchange system contact",
-    "solver.dynamics": "friction_limit kernels result integrators integrate coefficients regime stick_slip",
-    "solver.dynamics.kernels": "state slips friction_law oscillator roots recording segment_end teeth cruise "
-    "event_driven rigid runge_kutta",
-    "solver.elasticity": "grid stiffness condensation grid_scheme schemes compliance interior",
-    "solver.elasticity.schemes": "biquadratic chain column galerkin half_plane",
-    "solver.sliding": "kernels record columns coulomb full_contact plateau distributions statistics "
-    "tangential validity events",
-    "solver.sliding.distributions": "events power_law rivals record",
+    "solver.sliding": "kernels record columns plateau full_contact tangential coulomb validity "
+    "events statistics distributions",
+    "solver.sliding.distributions": "power_law rivals events record",
     "solver.sliding.kernels": "events step full_contact tangential",
-    "study": "__main__ canonical exit_codes garbage shipped provenance machine origin "
-    "toml_text manifest discretization plan results dataset execution figures report "
-    "accuracy api commands xarray_accessor",
-    "study.accuracy": "diagram setup table timing digit effects elastic_operator integrators picture "
-    "slip_numerics measurement",
-    "study.commands": "shared judging looking preparing running computing cli",
-    "study.commands.computing": "collect declared merge run status submit",
-    "study.commands.judging": "accuracy compare declared describe export verify",
-    "study.commands.looking": "declared figure frames report show try",
-    "study.commands.preparing": "campaigns check declared effects explain new plan",
-    "study.commands.running": "broken_off killed order remaining conduct",
-    "study.commands.shared": "exits arguments choice group lazy machine measuring plans datasets refusals "
-    "one_case sources",
-    "study.dataset": "comparison seal made_of texts groups netcdf file variables collection access "
-    "description members agreement pair verification",
-    "study.dataset.access": "placement concatenation selection accessor single tidy",
-    "study.dataset.agreement": "matching facts verdicts",
-    "study.dataset.collection": "column counted pieces ragged layout coordinates makers table entering collect",
+    "solver.dynamics": "friction_limit kernels result integrators integrate coefficients stick_slip regime",
+    "solver.dynamics.kernels": "state teeth slips oscillator roots segment_end friction_law recording cruise event_driven rigid "
+    "runge_kutta",
+    "study": "shipped toml_text exit_codes xarray_accessor garbage canonical provenance machine origin manifest "
+    "discretization plan results dataset execution figures report accuracy api commands __main__",
+    "study.manifest": "parameters columns drives manifest checker reader effects cases",
     "study.discretization": "front targets",
-    "study.execution": "compiling interruption launch batch program queue forecast ledger dispatch "
-    "executor failures farms journal progress",
-    "study.execution.batch": "cutting submission",
+    "study.plan": "task keys cost kinds tasks case_tasks order plan progress size outlook flags spans memory",
+    "study.plan.cost": "rates counts seconds arrays",
+    "study.plan.kinds": "kind compliance contact record statistics states drive",
+    "study.results": "file entry log attempts store lease shard merging",
+    "study.dataset": "seal texts groups netcdf file made_of variables members collection description access comparison "
+    "pair verification agreement",
+    "study.dataset.collection": "counted ragged pieces layout column coordinates table makers entering collect",
+    "study.dataset.agreement": "matching verdicts facts",
+    "study.dataset.access": "selection single accessor tidy placement concatenation",
+    "study.execution": "launch interruption program queue forecast progress ledger dispatch farms compiling executor failures "
+    "journal batch",
     "study.execution.compiling": "sawtooth miniatures warm_up",
-    "study.execution.farms": "begun farm outbox coordinator pickling child mail process agent processes ranks opening",
-    "study.figures": "shared gallery recipes reproduction sweep frames further catalogue views",
-    "study.figures.frames": "moments drawing film",
-    "study.figures.further": "chains continuum correlations findings friction_map modulation nodes schemes "
-    "sizes stick_slip_map",
-    "study.figures.reproduction": "punch records drive resolution scores choices stick motion",
-    "study.figures.shared": "canvas closed_form files independence paper claims figure power_law tiles",
+    "study.execution.batch": "cutting submission",
+    "study.execution.farms": "begun pickling outbox mail child process agent coordinator farm processes ranks opening",
+    "study.report": "console summary curves page",
+    "study.figures": "shared sweep frames recipes views reproduction further catalogue gallery",
+    "study.figures.shared": "paper claims canvas files figure power_law closed_form independence tiles",
     "study.figures.sweep": "label points names roles scale lines tiles",
-    "study.figures.views": "alike choice view answer runs contacts drives interiors records sizes catalogue",
-    "study.manifest": "parameters columns checker drives manifest effects reader cases",
-    "study.plan": "case_tasks cost keys task kinds tasks order plan memory outlook flags progress size spans",
-    "study.plan.cost": "counts arrays rates seconds",
-    "study.plan.kinds": "kind compliance contact record drive states statistics",
-    "study.report": "console curves summary page",
-    "study.results": "file attempts entry log shard store lease merging",
+    "study.figures.views": "view choice alike answer runs contacts drives sizes interiors records catalogue",
+    "study.figures.frames": "moments drawing film",
+    "study.figures.reproduction": "punch records resolution drive stick motion scores choices",
+    "study.figures.further": "findings modulation continuum chains sizes correlations nodes stick_slip_map friction_map schemes",
+    "study.accuracy": "timing setup diagram elastic_operator slip_numerics integrators digit effects picture table measurement",
+    "study.commands": "shared preparing running computing looking judging cli",
+    "study.commands.running": "order killed broken_off remaining conduct",
+    "study.commands.preparing": "declared campaigns new check plan effects explain",
+    "study.commands.computing": "declared run status collect merge submit",
+    "study.commands.looking": "declared report figure show try frames",
+    "study.commands.judging": "declared export compare verify describe accuracy",
+    "study.commands.shared": "exits refusals lazy arguments group machine measuring plans datasets sources choice "
+    "one_case",
 }
 """Folder -> what is in it, from the first to the last; `__init__` of a folder may import all of it."""
 

@@ -1,4 +1,6 @@
-"""Whether double precision can tell what a drive asks for: far out, the spring's stretch is lost in the position.
+"""Methods that integrate Eq. 12, and whether they can tell what a drive asks for.
+
+Double precision: far out, the spring's stretch is lost in the position.
 
 A pin that slides is F/k behind the stage, at x close to V·t. Both are known to the 16th digit of V·t, and the spring
 force k(Vt - x) to k times that. Beside the friction force this is noise: on settled drives up to three times the share

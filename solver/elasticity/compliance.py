@@ -1,4 +1,4 @@
-"""The surface compliance of a slab (Eq. 11): displacements of the surface nodes per nodal force, by the slab's scheme."""
+"""The surface compliance of a slab (Eq. 11), displacements of its nodes per nodal force, and how sound it is."""
 
 from abc import ABC, abstractmethod
 from collections.abc import Iterator

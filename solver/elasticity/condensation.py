@@ -1,4 +1,4 @@
-"""From the stiffness of a whole slab to the compliance of its surface."""
+"""From the stiffness of a whole slab to the compliance of its surface: parity, translations, elimination, dissection."""
 
 from dataclasses import dataclass
 from typing import NamedTuple

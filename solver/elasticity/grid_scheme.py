@@ -1,4 +1,4 @@
-"""Schemes with a grid: their stiffness is condensed to the surface compliance."""
+"""Schemes with a grid: their surface compliance, and mixed boundary value problems on it (§2.1.4)."""
 
 from abc import abstractmethod
 from dataclasses import dataclass

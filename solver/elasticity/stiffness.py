@@ -1,4 +1,4 @@
-"""The stiffness of a discretized slab (Eq. 11), and the restrained displacements."""
+"""The stiffness of a discretized slab (Eq. 11), and its supports: which displacements are zero (Figure 1)."""
 
 from collections.abc import Callable
 from dataclasses import dataclass

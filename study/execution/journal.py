@@ -99,7 +99,7 @@ class Journal:
             self._add(self._run)
 
     def _add(self, run: Run) -> None:
-        if (problem := runs.runs_add(self._out, run)) and problem != self._said:
+        if (problem := runs.add_run(self._out, run)) and problem != self._said:
             self._said = problem
             sys.stderr.write(f"{problem}\n")
 

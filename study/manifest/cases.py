@@ -1,4 +1,6 @@
-"""Expand a campaign into cases: one for each combination of its axes (product), each position (zip) or each line of its table."""
+"""Expand a campaign into cases: one for each combination of its axes (product), each position (zip) or each line of its table.
+
+Or a case into the campaign of it alone."""
 
 import itertools
 from collections.abc import Callable, Iterator, Mapping, Sequence

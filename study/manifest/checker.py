@@ -1,4 +1,4 @@
-"""Check the tables of a campaign file: known words only, values in range and converted to their declared type."""
+"""Check the tables of a campaign file and the files that it names: known words, values in range, declared types."""
 
 from collections.abc import Callable, Collection, Iterator, Mapping
 from functools import partial

@@ -1,4 +1,4 @@
-"""Read the CSV files of a campaign: the table of cases, whose values are not yet checked, and the pin's roughness."""
+"""Problems of a campaign, one line each, and its CSV files: the table of cases and the pin's roughness."""
 
 import csv
 import difflib

@@ -1,4 +1,4 @@
-"""Print tables and sentences on a terminal, a pipe or a file."""
+"""Tables and sentences as text, on a terminal, a pipe or a file."""
 
 import os
 import re

@@ -1,4 +1,4 @@
-"""Lines that can be drawn of one case: its friction record, the spring force of its drive, its contact pressure."""
+"""Lines that can be drawn of one case (friction record, spring force, contact pressure), and drawn in text."""
 
 from collections.abc import Iterator
 from dataclasses import dataclass

@@ -1,4 +1,4 @@
-"""The cases of a dataset as a table: one row each, labelled by the parameters in which they differ."""
+"""What a dataset says, as tables: a row for each case, every number of one case, and sentences on what to do."""
 
 import math
 from collections import Counter

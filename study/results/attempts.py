@@ -1,7 +1,7 @@
-"""What became of tasks that failed: a line for each attempt, beside the results. Only this file says where, when and how often.
+"""What a folder says of its runs, a line for each, and of tasks that failed, a line for each attempt.
 
-The last line of a task decides; one that ends well after it has failed gets a line, too. A failure holds for the solver that it
-happened to: another one tries again.
+Only this file says where, when and how often tasks failed. The last line of a task decides; one that ends well after it has
+failed gets a line, too. A failure holds for the solver that it happened to: another one tries again.
 """
 
 import json
@@ -167,7 +167,7 @@ class Run:
     exit_code: int = 0
 
 
-def runs_add(out: Path, *runs: Run) -> str:
+def add_run(out: Path, *runs: Run) -> str:
     """Write lines behind the others; returns why that could not be, empty where it was: no result depends on it."""
     try:
         lines.add(out / RUNS_FILE, b"".join(json.dumps(asdict(run)).encode() + b"\n" for run in runs))

@@ -1,4 +1,4 @@
-"""Files of lines that several processes add to, one line of JSON for each thing that is known."""
+"""Files of results: those of lines that several processes add to, and those that appear whole or not at all."""
 
 import errno
 import itertools

@@ -1,4 +1,6 @@
-"""A log of results: one behind the other, added at the end by one process, read by any.
+"""Logs of results, and where each result is in them.
+
+In a log they lie one behind the other, added at the end by one process, read by any.
 
 A killed writer loses nothing that it has added; when a machine loses power, that of the last seconds may be lost (the system
 writes it to disk every second while tasks end, and within half a minute else). The end of a log may be torn, which costs the

@@ -71,7 +71,7 @@ def test_it_notes_what_tasks_with_a_result_took_and_says_so_at_ever_longer_inter
 
 def test_what_other_software_took_is_not_compared_with_the_predictions_of_this(tmp_path: Path) -> None:
     mine = Run("a", "b", 1, solver=here().solver, nanoslip=here().nanoslip_version, kinds={"record": [1, 1.0, 2.0]})
-    runs.runs_add(tmp_path, mine, replace(mine, run="c", nanoslip="0.1", kinds={"record": [1, 1.0, 100.0]}))
+    runs.add_run(tmp_path, mine, replace(mine, run="c", nanoslip="0.1", kinds={"record": [1, 1.0, 100.0]}))
     assert measured_in(tmp_path, tmp_path).as_data() == {"record": [1, 1.0, 2.0]}
 
 

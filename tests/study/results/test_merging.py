@@ -27,7 +27,7 @@ def filled(out: Path, number: int, key: str, shared: bool = False) -> Path:
     store.prepare()
     store.write(TaskResult(key, "contact", COMPLETED, {"approach": float(number)}), shared)
     assert not attempts.add(folder, replace(FAILED, task=key[::-1]))
-    assert not runs.runs_add(folder, replace(RUN, run=key))
+    assert not runs.add_run(folder, replace(RUN, run=key))
     return folder
 
 

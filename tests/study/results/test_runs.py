@@ -18,9 +18,9 @@ def test_runs_are_read_back_as_they_were_written_the_last_line_of_each_and_the_f
     assert runs.read(tmp_path) == []
     other = replace(ONE, run="b2", begun="2025-12-31T00:00:00+00:00")
     ended = replace(ONE, ended="2026-01-01T00:01:00+00:00", done=3, wall_seconds=60.0)
-    runs.runs_add(tmp_path, ONE)
+    runs.add_run(tmp_path, ONE)
     assert runs.read(tmp_path) == [ONE]  # at work, or killed
-    runs.runs_add(tmp_path, other, ended)
+    runs.add_run(tmp_path, other, ended)
     assert runs.read(tmp_path) == [other, ended]
 
 
@@ -56,7 +56,7 @@ def line(**changes: object) -> str:
 def test_lines_that_no_run_wrote_are_passed_over_and_the_next_run_begins_its_own(tmp_path: Path, text: str) -> None:
     (tmp_path / runs.RUNS_FILE).write_text(text)
     assert runs.read(tmp_path) == []
-    assert runs.runs_add(tmp_path, ONE) == ""
+    assert runs.add_run(tmp_path, ONE) == ""
     assert runs.read(tmp_path) == [ONE]
 
 
@@ -67,5 +67,5 @@ def test_a_line_of_another_version_says_what_it_has_in_common(tmp_path: Path) ->
 
 def test_what_cannot_be_written_is_said_and_nothing_else(tmp_path: Path) -> None:
     (tmp_path / runs.RUNS_FILE).mkdir()
-    assert "runs.jsonl: cannot be written" in runs.runs_add(tmp_path, ONE)
+    assert "runs.jsonl: cannot be written" in runs.add_run(tmp_path, ONE)
     assert runs.read(tmp_path) == []

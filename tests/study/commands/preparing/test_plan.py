@@ -116,7 +116,7 @@ def test_the_time_left_is_what_finished_tasks_lead_to_expect(main, campaign):
     here = origin.here()
     took = Run("a", "b", 1, nanoslip=here.nanoslip_version, solver=here.solver)
     out.mkdir()
-    runs.runs_add(
+    runs.add_run(
         out, replace(took, kinds={"compliance": [1, 1.0, 2.0], "record": [3, 3.0, 6.0], "drive": [2, 0.1, 0.2]})
     )
     learned = json.loads(main("plan", campaign, "--out", out, "--json")[1])
