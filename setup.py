@@ -10,12 +10,12 @@ from setuptools.command.build_py import build_py
 ROOT = Path(__file__).resolve().parent
 sys.path.insert(0, str(ROOT))
 
-from study.provenance import BUILT_FROM, source_commit  # noqa: E402  the standard library alone
-from study.shipped import COPIES, DATA  # noqa: E402
+from nanoslip.study.provenance import BUILT_FROM, source_commit  # noqa: E402  the standard library alone
+from nanoslip.study.shipped import COPIES, DATA  # noqa: E402
 
 
 class BuildWithData(build_py):
-    """Packages, and beside them copies of the campaigns and cluster settings (see study.shipped)."""
+    """Packages, and beside them copies of the campaigns and cluster settings (see nanoslip.study.shipped)."""
 
     def run(self) -> None:
         """Build into an empty folder: modules that an earlier build left there would be part of the wheel."""
@@ -23,13 +23,7 @@ class BuildWithData(build_py):
             shutil.rmtree(self.build_lib, ignore_errors=True)
         super().run()
         if not self.editable_mode:
-            self._copy_data(Path(self.build_lib) / "study" / COPIES)
-            self._copy_stub(Path(self.build_lib) / "nanoslip-stubs")
-
-    def _copy_stub(self, target: Path) -> None:
-        """Type checkers read a single module that is installed only by way of a folder of stubs (PEP 561)."""
-        target.mkdir()
-        shutil.copyfile(ROOT / "nanoslip.py", target / "__init__.pyi")
+            self._copy_data(Path(self.build_lib) / "nanoslip" / "study" / COPIES)
 
     def _copy_data(self, target: Path) -> None:
         for folder, patterns in DATA.items():

@@ -8,7 +8,7 @@ steady part, extended periodically, is the friction limit of a pin that a moving
 the spring force shows static friction, kinetic friction and stick-slip. All is dimensionless: lengths in L_x, stresses
 in G, forces in G·L_x·L_y; `Scales` leads back to SI.
 
-    from solver import Case, Slab, friction_record, plateau_of
+    from nanoslip.solver import Case, Slab, friction_record, plateau_of
     record = friction_record(Case(intrinsic_friction=0.5, radius=200.0, slab=Slab(n_x=129, scheme="biquadratic")))
     print(plateau_of(record).mean)
 
@@ -35,21 +35,21 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
-    from solver.case import Case, Effects, Heterogeneity, SlipRule
-    from solver.contact.state import ContactState, mirrored
-    from solver.drive import Drive, Scales
-    from solver.dynamics.coefficients import FrictionCoefficients
-    from solver.dynamics.integrate import RK4, DynamicsResult, Exact
-    from solver.elasticity.compliance import SurfaceCompliance, surface_compliance
-    from solver.elasticity.grid_scheme import NodalFields, blank, solve_mixed, stiffness
-    from solver.elasticity.schemes import Biquadratic, Chain, Galerkin, HalfPlane
-    from solver.elasticity.stiffness import Stiffness
-    from solver.outcome import Ending, InvalidInput, Outcome, SingularOperator, SolverError
-    from solver.simulate import DriveResult, contact_state, drive_result, friction_record
-    from solver.slab import Slab
-    from solver.sliding.plateau import Plateau, plateau_of
-    from solver.sliding.record import FrictionRecord
-    from solver.sliding.statistics import event_statistics
+    from nanoslip.solver.case import Case, Effects, Heterogeneity, SlipRule
+    from nanoslip.solver.contact.state import ContactState, mirrored
+    from nanoslip.solver.drive import Drive, Scales
+    from nanoslip.solver.dynamics.coefficients import FrictionCoefficients
+    from nanoslip.solver.dynamics.integrate import RK4, DynamicsResult, Exact
+    from nanoslip.solver.elasticity.compliance import SurfaceCompliance, surface_compliance
+    from nanoslip.solver.elasticity.grid_scheme import NodalFields, blank, solve_mixed, stiffness
+    from nanoslip.solver.elasticity.schemes import Biquadratic, Chain, Galerkin, HalfPlane
+    from nanoslip.solver.elasticity.stiffness import Stiffness
+    from nanoslip.solver.outcome import Ending, InvalidInput, Outcome, SingularOperator, SolverError
+    from nanoslip.solver.simulate import DriveResult, contact_state, drive_result, friction_record
+    from nanoslip.solver.slab import Slab
+    from nanoslip.solver.sliding.plateau import Plateau, plateau_of
+    from nanoslip.solver.sliding.record import FrictionRecord
+    from nanoslip.solver.sliding.statistics import event_statistics
 
 __all__ = [
     "RK4",
@@ -95,7 +95,7 @@ __all__ = [
 def __getattr__(name: str) -> Any:
     """A public name, imported when it is first used."""
     if name not in __all__:
-        raise AttributeError(f"module 'solver' has no attribute {name!r}")
+        raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
     found = getattr(import_module(_places()[name]), name)
     globals()[name] = found
     return found
@@ -114,5 +114,5 @@ def _places() -> dict[str, str]:
     return {alias.name: str(node.module) for node in imports for alias in node.names}
 
 
-for _family in ("solver.elasticity.schemes", "solver.dynamics.integrate"):
+for _family in ("nanoslip.solver.elasticity.schemes", "nanoslip.solver.dynamics.integrate"):
     import_module(_family)  # whose members register themselves: a scheme or an integrator is chosen by its name

@@ -11,9 +11,9 @@ from dataclasses import dataclass, field
 from functools import lru_cache
 from typing import Any, Final, Literal, Self
 
-from solver.outcome import InvalidInput
-from solver.parameter import MOST_WHOLE, Parameter, Roughness, check, declared, parameter, require
-from solver.slab import SCHEMES, Slab
+from nanoslip.solver.outcome import InvalidInput
+from nanoslip.solver.parameter import MOST_WHOLE, Parameter, Roughness, check, declared, parameter, require
+from nanoslip.solver.slab import SCHEMES, Slab
 
 PinShape = Literal["parabola", "flat_punch"]
 InitialContact = Literal["stick", "frictionless", "gradual"]

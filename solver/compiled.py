@@ -1,7 +1,7 @@
 """Numerical kernels: declared as plain functions, compiled by numba when they are first called.
 
 Loading numba takes longer than planning a campaign, so it is imported when the first kernel runs.
-How a kernel is compiled, and kept on disk, is in solver.compiling.
+How a kernel is compiled, and kept on disk, is in nanoslip.solver.compiling.
 """
 
 from collections.abc import Callable
@@ -95,4 +95,4 @@ def _register() -> None:
 
 
 def _compiling() -> Any:
-    return import_module("solver.compiling")
+    return import_module("nanoslip.solver.compiling")

@@ -87,7 +87,10 @@ class _KernelCache(FunctionCache):
     def load_overload(self, sig: object, target_context: object) -> object:
         """The compiled function for these argument types, None where there is none."""
         with suppress(OSError):
-            return super().load_overload(sig, target_context)
+            try:
+                return super().load_overload(sig, target_context)
+            except (ImportError, AttributeError):  # kept by older sources, whose types had other names
+                self.flush()
         return None
 
     def save_overload(self, sig: object, data: object) -> None:

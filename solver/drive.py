@@ -1,6 +1,6 @@
 """How the pin is pulled (Eq. 12), and the scales that lead from dimensionless numbers back to SI.
 
-An integrator is one file of `solver.dynamics`: a frozen type with its settings as fields, registered by its name.
+An integrator is one file of `nanoslip.solver.dynamics`: a frozen type with its settings as fields, registered by its name.
 """
 
 import dataclasses
@@ -10,9 +10,9 @@ from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from typing import Any, ClassVar, Final, Literal, Self
 
-from solver.family import Family
-from solver.outcome import InvalidInput, quoted
-from solver.parameter import MOST_WHOLE, Parameter, as_float, check, declared, parameter, require
+from nanoslip.solver.family import Family
+from nanoslip.solver.outcome import InvalidInput, quoted
+from nanoslip.solver.parameter import MOST_WHOLE, Parameter, as_float, check, declared, parameter, require
 
 ProfileShape = Literal["sawtooth", "coarse", "linear", "mean"]
 

@@ -4,10 +4,10 @@ from collections.abc import Callable
 from dataclasses import dataclass, field, replace
 from typing import Final, Generic, TypeVar
 
-from solver.case import Case
-from solver.drive import Drive
-from solver.quantity import quantity
-from solver.slab import Slab
+from nanoslip.solver.case import Case
+from nanoslip.solver.drive import Drive
+from nanoslip.solver.quantity import quantity
+from nanoslip.solver.slab import Slab
 
 Scene = TypeVar("Scene", Case, Drive)
 

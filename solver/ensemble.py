@@ -17,8 +17,8 @@ import numpy as np
 import scipy
 from numpy.typing import NDArray
 
-from solver.case import LEAST_APART, Case
-from solver.parameter import Roughness
+from nanoslip.solver.case import LEAST_APART, Case
+from nanoslip.solver.parameter import Roughness
 
 Places = Literal["drawn", "given"]
 LEVEL: Final = math.erf(math.sqrt(0.5))

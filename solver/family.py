@@ -3,8 +3,8 @@
 from collections.abc import Callable, Mapping
 from typing import Any, TypeVar
 
-from solver.outcome import InvalidInput, quoted
-from solver.parameter import declared, require, settings_of
+from nanoslip.solver.outcome import InvalidInput, quoted
+from nanoslip.solver.parameter import declared, require, settings_of
 
 T = TypeVar("T")
 _Kind = TypeVar("_Kind", bound=type)

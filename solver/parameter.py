@@ -14,7 +14,7 @@ from operator import attrgetter
 from types import MappingProxyType
 from typing import Any, Literal, NamedTuple, Self, get_args, get_origin
 
-from solver.outcome import InvalidInput, quoted
+from nanoslip.solver.outcome import InvalidInput, quoted
 
 Roughness = tuple[tuple[float, float], ...]
 

@@ -9,19 +9,19 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from solver.case import Case
-from solver.contact.initial import compliance_for_contact, initial_contact
-from solver.contact.state import ContactState
-from solver.drive import Drive, Scales
-from solver.dynamics.coefficients import FrictionCoefficients, measured
-from solver.dynamics.integrate import DynamicsResult
-from solver.dynamics.integrators import disproportion
-from solver.elasticity.compliance import Compliance, surface_compliance
-from solver.outcome import Outcome
-from solver.sliding.events import slide
-from solver.sliding.plateau import Plateau, plateau_of
-from solver.sliding.record import FrictionRecord
-from solver.view import Curve, Labelled, Picture, Viewed, as_dataset, in_words, labelled
+from nanoslip.solver.case import Case
+from nanoslip.solver.contact.initial import compliance_for_contact, initial_contact
+from nanoslip.solver.contact.state import ContactState
+from nanoslip.solver.drive import Drive, Scales
+from nanoslip.solver.dynamics.coefficients import FrictionCoefficients, measured
+from nanoslip.solver.dynamics.integrate import DynamicsResult
+from nanoslip.solver.dynamics.integrators import disproportion
+from nanoslip.solver.elasticity.compliance import Compliance, surface_compliance
+from nanoslip.solver.outcome import Outcome
+from nanoslip.solver.sliding.events import slide
+from nanoslip.solver.sliding.plateau import Plateau, plateau_of
+from nanoslip.solver.sliding.record import FrictionRecord
+from nanoslip.solver.view import Curve, Labelled, Picture, Viewed, as_dataset, in_words, labelled
 
 if TYPE_CHECKING:
     import xarray as xr

@@ -1,7 +1,7 @@
 """The elastic slab and its discretization: all that a surface compliance depends on.
 
-A scheme is one file of `solver.elasticity.schemes`: a frozen type with its settings as fields, registered by its name. What is
-not registered is refused by name.
+A scheme is one file of `nanoslip.solver.elasticity.schemes`: a frozen type with its settings as fields, registered by its name.
+What is not registered is refused by name.
 """
 
 from abc import ABC, abstractmethod
@@ -13,8 +13,8 @@ from typing import Any, ClassVar, Literal, Self
 import numpy as np
 from numpy.typing import NDArray
 
-from solver.family import Family
-from solver.parameter import check, declared, parameter, require
+from nanoslip.solver.family import Family
+from nanoslip.solver.parameter import check, declared, parameter, require
 
 Support = Literal["bonded", "frictionless", "right_side"]
 

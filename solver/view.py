@@ -9,8 +9,8 @@ from typing import TYPE_CHECKING, Any, Final, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from solver.outcome import Outcome
-from solver.quantity import Quantity, attributes, quantities
+from nanoslip.solver.outcome import Outcome
+from nanoslip.solver.quantity import Quantity, attributes, quantities
 
 if TYPE_CHECKING:
     import xarray as xr

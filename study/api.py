@@ -12,32 +12,32 @@ import scipy
 import threadpoolctl
 import xarray as xr
 
-from solver.outcome import Outcome
-from study import shipped
-from study.dataset import file
-from study.dataset.access import accessor
-from study.dataset.access.concatenation import joined
-from study.dataset.collection.collect import collect
-from study.dataset.groups import loaded
-from study.execution.executor import drop_intermediates
-from study.execution.failures import Diary, left, unseen
-from study.execution.farms.farm import SerialFarm
-from study.execution.journal import Journal, measured_in
-from study.execution.ledger import Tally
-from study.execution.program import computing
-from study.execution.progress import open_progress
-from study.exit_codes import FAILURES, WRONG_INPUT
-from study.manifest.columns import ManifestError, read_text
-from study.manifest.manifest import Manifest
-from study.manifest.reader import load_manifest, parse_manifest
-from study.plan.memory import shortages
-from study.plan.plan import Plan, make_plan
-from study.plan.tasks import Task
-from study.report.console import console
-from study.results.lease import Lease
-from study.results.merging import merge_shards
-from study.results.store import Store, StoreError
-from study.toml_text import as_toml
+from nanoslip.solver.outcome import Outcome
+from nanoslip.study import shipped
+from nanoslip.study.dataset import file
+from nanoslip.study.dataset.access import accessor
+from nanoslip.study.dataset.access.concatenation import joined
+from nanoslip.study.dataset.collection.collect import collect
+from nanoslip.study.dataset.groups import loaded
+from nanoslip.study.execution.executor import drop_intermediates
+from nanoslip.study.execution.failures import Diary, left, unseen
+from nanoslip.study.execution.farms.farm import SerialFarm
+from nanoslip.study.execution.journal import Journal, measured_in
+from nanoslip.study.execution.ledger import Tally
+from nanoslip.study.execution.program import computing
+from nanoslip.study.execution.progress import open_progress
+from nanoslip.study.exit_codes import FAILURES, WRONG_INPUT
+from nanoslip.study.manifest.columns import ManifestError, read_text
+from nanoslip.study.manifest.manifest import Manifest
+from nanoslip.study.manifest.reader import load_manifest, parse_manifest
+from nanoslip.study.plan.memory import shortages
+from nanoslip.study.plan.plan import Plan, make_plan
+from nanoslip.study.plan.tasks import Task
+from nanoslip.study.report.console import console
+from nanoslip.study.results.lease import Lease
+from nanoslip.study.results.merging import merge_shards
+from nanoslip.study.results.store import Store, StoreError
+from nanoslip.study.toml_text import as_toml
 
 Place = str | os.PathLike[str]
 Campaign = Place | Mapping[str, Any]
@@ -109,7 +109,7 @@ def open_dataset(path: Place) -> xr.Dataset:
     """Open a dataset: results.nc, or the folder it is in. Values are read when they are used. Raises StoreError.
 
     What is returned has the scalars of the cases. Records, trajectories and contacts are asked for by its accessor `.nanoslip`
-    (`study.dataset.access.accessor`); `xr.open_datatree` of the file has everything.
+    (`nanoslip.study.dataset.access.accessor`); `xr.open_datatree` of the file has everything.
 
     Axes of one value stay dimensions: `.sel(radius=200.0)` means the same in every campaign, and `concat` finds where cases
     belong. `.squeeze()` leaves such dimensions out; the accessor does so by itself.

@@ -8,7 +8,7 @@ from json.encoder import encode_basestring_ascii
 from operator import attrgetter
 from typing import Any, Final, NamedTuple
 
-from solver.parameter import declared
+from nanoslip.solver.parameter import declared
 
 
 class CanonicalText(str):

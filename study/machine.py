@@ -10,7 +10,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any, Final
 
-from study import provenance
+from nanoslip.study import provenance
 
 LIBRARIES: Final = (*provenance.LIBRARIES, "mpi4py")
 _DECIDING: Final = ("sse", "ssse", "avx", "fma", "amx", "asimd", "sve", "vsx")

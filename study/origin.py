@@ -10,6 +10,7 @@ whoever continues a campaign on a newer machine computes nothing again.
 
 import hashlib
 import importlib.util
+import os
 import platform
 from collections import Counter
 from collections.abc import Iterable, Mapping
@@ -19,12 +20,12 @@ from importlib import import_module
 from pathlib import Path
 from typing import Final
 
-from study import machine, provenance
-from study.canonical import content_hash
-from study.provenance import UNKNOWN
+from nanoslip.study import machine, provenance
+from nanoslip.study.canonical import content_hash
+from nanoslip.study.provenance import UNKNOWN
 
-PACKAGE: Final = "solver"
-BRIDGE: Final = "study.plan.kinds"
+PACKAGE: Final = "nanoslip.solver"
+BRIDGE: Final = "nanoslip.study.plan.kinds"
 """The folder beside the solver that makes numbers."""
 
 
@@ -146,7 +147,7 @@ def all_sources_hash() -> str:
 def _folders(package: str) -> list[str]:
     found = importlib.util.find_spec(package)
     assert found is not None  # without it this would not run
-    return list(found.submodule_search_locations or ())
+    return [os.path.realpath(folder) for folder in found.submodule_search_locations or ()]  # git follows no links
 
 
 def source_hash(files: Iterable[Path]) -> str:

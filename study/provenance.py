@@ -9,13 +9,13 @@ from collections.abc import Iterable
 from importlib import metadata
 from pathlib import Path
 
-from study.shipped import COPIES
+from nanoslip.study.shipped import COPIES
 
 DISTRIBUTION = "nanoslip"
 LIBRARIES = ("numpy", "scipy", "numba", "xarray", "netCDF4")
 UNKNOWN = "unknown"
 BUILT_FROM = "source_commit"
-"""File beside the copies of `study.shipped` that names the commit a wheel was built from."""
+"""File beside the copies of `nanoslip.study.shipped` that names the commit a wheel was built from."""
 
 
 def attributes() -> dict[str, str]:

@@ -2,7 +2,7 @@
 
 from pathlib import Path
 
-_PACKAGE = Path(__file__).parent
+_PACKAGE = Path(__file__).resolve().parent
 COPIES = "shipped"
 """Folder of this package that holds the copies. Only an installed package has it; setup.py makes it."""
 DATA = {"campaigns": ("*.toml", "*.csv"), "slurm": ("*.toml", "*.j2")}

@@ -23,8 +23,8 @@ def register() -> None:
 
 
 def accessor(dataset: Any) -> Any:
-    """Records, trajectories, contacts and events of a dataset: `study.dataset.access.accessor.Accessor`."""
-    return import_module("study.dataset.access.accessor").Accessor(dataset)
+    """Records, trajectories, contacts and events of a dataset: `nanoslip.study.dataset.access.accessor.Accessor`."""
+    return import_module("nanoslip.study.dataset.access.accessor").Accessor(dataset)
 
 
 def _add_to(xarray: ModuleType) -> None:

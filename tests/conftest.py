@@ -10,9 +10,9 @@ from pathlib import Path
 
 import pytest
 
-from study import xarray_accessor
-from study.commands import cli
-from study.execution.launch import pin_threads
+from nanoslip.study import xarray_accessor
+from nanoslip.study.commands import cli
+from nanoslip.study.execution.launch import pin_threads
 
 # Before numpy is loaded: on small matrices a second thread costs more than it gains, most of all beside other work.
 UNPINNED = dict(os.environ)
@@ -128,7 +128,7 @@ def nanoslip(environment: dict[str, str]) -> Command:
     """Run the command line in a process of its own: `nanoslip("run", campaign, ..., ranks=2)`; no ranks: no launcher."""
 
     def command(*arguments: object, ranks: int = 0, **changes: str) -> "subprocess.CompletedProcess[str]":
-        words = [*launcher(ranks), sys.executable, "-m", "study", *map(str, arguments)]
+        words = [*launcher(ranks), sys.executable, "-m", "nanoslip", *map(str, arguments)]
         return subprocess.run(
             words,
             env=environment | changes,

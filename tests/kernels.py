@@ -1,10 +1,10 @@
 """Compile the kernels that most tests run, while something else is checked: `make kernels`."""
 
-from solver.case import Case, Effects, Heterogeneity, SlipRule
-from solver.drive import Drive
-from solver.dynamics.integrators import RK4
-from study.execution.compiling.warm_up import warm_up, warm_ups
-from study.plan.tasks import Task, contact_task, drive_task, record_task
+from nanoslip.solver.case import Case, Effects, Heterogeneity, SlipRule
+from nanoslip.solver.drive import Drive
+from nanoslip.solver.dynamics.integrators import RK4
+from nanoslip.study.execution.compiling.warm_up import warm_up, warm_ups
+from nanoslip.study.plan.tasks import Task, contact_task, drive_task, record_task
 
 PINS = (Heterogeneity(), Heterogeneity(roughness=((-0.1, 0.0), (0.1, 0.0))))
 

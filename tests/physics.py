@@ -6,13 +6,13 @@ import numpy as np
 import scipy.linalg as la
 from numpy.typing import NDArray
 
-from solver.case import Case
-from solver.contact.node_friction import node_friction
-from solver.contact.pin import pin_of, surface_from_pin
-from solver.contact.state import ContactState
-from solver.elasticity.compliance import SurfaceCompliance
-from solver.slab import Slab
-from solver.sliding.record import FrictionRecord
+from nanoslip.solver.case import Case
+from nanoslip.solver.contact.node_friction import node_friction
+from nanoslip.solver.contact.pin import pin_of, surface_from_pin
+from nanoslip.solver.contact.state import ContactState
+from nanoslip.solver.elasticity.compliance import SurfaceCompliance
+from nanoslip.solver.slab import Slab
+from nanoslip.solver.sliding.record import FrictionRecord
 
 LIMITS = {
     "equilibrium": 1e-10,

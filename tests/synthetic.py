@@ -3,12 +3,12 @@
 import numpy as np
 from numpy.typing import ArrayLike
 
-from solver.dynamics.friction_limit import FrictionLimit
-from solver.elasticity.grid import Grid
-from solver.elasticity.grid_scheme import grid_scheme
-from solver.outcome import COMPLETED
-from solver.slab import Slab
-from solver.sliding.record import FrictionRecord
+from nanoslip.solver.dynamics.friction_limit import FrictionLimit
+from nanoslip.solver.elasticity.grid import Grid
+from nanoslip.solver.elasticity.grid_scheme import grid_scheme
+from nanoslip.solver.outcome import COMPLETED
+from nanoslip.solver.slab import Slab
+from nanoslip.solver.sliding.record import FrictionRecord
 
 LOAD = 1e-3
 STIFFNESS = 0.45

@@ -12,20 +12,20 @@ import numpy as np
 import pytest
 import xarray as xr
 
-from solver.case import PARTS, SlipRule
-from solver.drive import INTEGRATORS, Drive
-from solver.dynamics.integrators import Method, integrate_rk4
-from solver.dynamics.kernels.state import Motion, Run, Teeth
-from solver.outcome import InvalidInput, Outcome
-from solver.parameter import check, parameter
-from solver.slab import SCHEMES, Scheme, Slab
-from study.dataset.collection.collect import collect
-from study.dataset.description import described, page
-from study.manifest.columns import ManifestError
-from study.manifest.reader import load_manifest
-from study.plan.plan import Plan, make_plan
-from study.report.summary import scalar_table
-from study.results.store import Store
+from nanoslip.solver.case import PARTS, SlipRule
+from nanoslip.solver.drive import INTEGRATORS, Drive
+from nanoslip.solver.dynamics.integrators import Method, integrate_rk4
+from nanoslip.solver.dynamics.kernels.state import Motion, Run, Teeth
+from nanoslip.solver.outcome import InvalidInput, Outcome
+from nanoslip.solver.parameter import check, parameter
+from nanoslip.solver.slab import SCHEMES, Scheme, Slab
+from nanoslip.study.dataset.collection.collect import collect
+from nanoslip.study.dataset.description import described, page
+from nanoslip.study.manifest.columns import ManifestError
+from nanoslip.study.manifest.reader import load_manifest
+from nanoslip.study.plan.plan import Plan, make_plan
+from nanoslip.study.report.summary import scalar_table
+from nanoslip.study.results.store import Store
 from tests.conftest import Main
 from tests.study.dataset.campaigns import compute
 

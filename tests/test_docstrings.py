@@ -11,8 +11,8 @@ from typing import Any
 from tests.conftest import ROOT
 
 FILES = [
-    ROOT / "nanoslip.py",
-    *sorted(path for package in ("solver", "study") for path in (ROOT / package).rglob("*.py")),
+    ROOT / "nanoslip" / "__init__.py",
+    *sorted(path for package in ("solver", "study") for path in (ROOT / "nanoslip" / package).rglob("*.py")),
 ]
 NO_MEANING = {"a", "an", "the", "of", "this", "its", "it", "is"}
 

@@ -4,6 +4,7 @@ The lists are also the reading order. A folder holds some rooms, a file one noti
 """
 
 import ast
+import re
 import sys
 from collections.abc import Iterable, Iterator
 from pathlib import Path
@@ -11,58 +12,62 @@ from pathlib import Path
 ROOT = Path(__file__).parents[1]
 
 ORDER = {
-    "solver": "compiled compiling last outcome quantity view parameter family slab case ensemble drive effects elasticity "
-    "contact sliding dynamics simulate",
-    "solver.elasticity": "grid stiffness condensation grid_scheme schemes interior compliance",
-    "solver.elasticity.schemes": "column biquadratic galerkin half_plane chain",
-    "solver.contact": "kernels outcomes closed_forms pin node_friction soundness normal convolved "
-    "window tableau compiled_contact coulomb state initial",
-    "solver.contact.normal": "system exchange contact",
-    "solver.contact.kernels": "enumerations state vectors pin_height slip_distance equilibrium contact_change violations cascade "
-    "next_event loading",
-    "solver.contact.convolved": "conjugate_gradients contact",
-    "solver.contact.coulomb": "contact roles motion",
-    "solver.sliding": "kernels record columns plateau full_contact tangential coulomb validity "
-    "events statistics distributions",
-    "solver.sliding.distributions": "power_law rivals events record",
-    "solver.sliding.kernels": "events step full_contact tangential",
-    "solver.dynamics": "friction_limit kernels result integrators integrate coefficients stick_slip regime",
-    "solver.dynamics.kernels": "state teeth slips oscillator roots segment_end friction_law recording cruise event_driven rigid "
-    "runge_kutta",
-    "study": "shipped toml_text exit_codes xarray_accessor garbage canonical provenance machine origin manifest "
-    "discretization plan results dataset execution figures report accuracy api commands __main__",
-    "study.manifest": "parameters columns drives manifest checker reader effects cases",
-    "study.discretization": "front targets",
-    "study.plan": "task keys cost kinds tasks case_tasks order plan progress size outlook flags spans memory",
-    "study.plan.cost": "rates counts seconds arrays",
-    "study.plan.kinds": "kind compliance contact record statistics states drive",
-    "study.results": "file entry log attempts store lease shard merging",
-    "study.dataset": "seal texts groups netcdf file made_of variables members collection description access comparison "
-    "pair verification agreement",
-    "study.dataset.collection": "counted ragged pieces layout column coordinates table makers entering collect",
-    "study.dataset.agreement": "matching verdicts facts",
-    "study.dataset.access": "selection single accessor tidy placement concatenation",
-    "study.execution": "launch interruption program queue forecast progress ledger dispatch farms compiling executor failures "
-    "journal batch",
-    "study.execution.compiling": "sawtooth miniatures warm_up",
-    "study.execution.batch": "cutting submission",
-    "study.execution.farms": "begun pickling outbox mail child process agent coordinator farm processes ranks opening",
-    "study.report": "console summary curves page",
-    "study.figures": "shared sweep frames recipes views reproduction further catalogue gallery",
-    "study.figures.shared": "paper claims canvas files figure power_law closed_form independence tiles",
-    "study.figures.sweep": "label points names roles scale lines tiles",
-    "study.figures.views": "view choice alike answer runs contacts drives sizes interiors records catalogue",
-    "study.figures.frames": "moments drawing film",
-    "study.figures.reproduction": "punch records resolution drive stick motion scores choices",
-    "study.figures.further": "findings modulation continuum chains sizes correlations nodes stick_slip_map friction_map schemes",
-    "study.accuracy": "timing setup diagram elastic_operator slip_numerics integrators digit effects picture table measurement",
-    "study.commands": "shared preparing running computing looking judging cli",
-    "study.commands.running": "order killed broken_off remaining conduct",
-    "study.commands.preparing": "declared campaigns new check plan effects explain",
-    "study.commands.computing": "declared run status collect merge submit",
-    "study.commands.looking": "declared report figure show try frames",
-    "study.commands.judging": "declared export compare verify describe accuracy",
-    "study.commands.shared": "exits refusals lazy arguments group machine measuring plans datasets sources choice "
+    "nanoslip": "solver study",
+    "nanoslip.solver": "compiled compiling last outcome quantity view parameter family slab case ensemble drive effects "
+    "elasticity contact sliding dynamics simulate",
+    "nanoslip.solver.elasticity": "grid stiffness condensation grid_scheme schemes interior compliance",
+    "nanoslip.solver.elasticity.schemes": "column biquadratic galerkin half_plane chain",
+    "nanoslip.solver.contact": "kernels outcomes closed_forms pin node_friction soundness normal convolved window tableau "
+    "compiled_contact coulomb state initial",
+    "nanoslip.solver.contact.normal": "system exchange contact",
+    "nanoslip.solver.contact.kernels": "enumerations state vectors pin_height slip_distance equilibrium contact_change "
+    "violations cascade next_event loading",
+    "nanoslip.solver.contact.convolved": "conjugate_gradients contact",
+    "nanoslip.solver.contact.coulomb": "contact roles motion",
+    "nanoslip.solver.sliding": "kernels record columns plateau full_contact tangential coulomb validity events statistics "
+    "distributions",
+    "nanoslip.solver.sliding.distributions": "power_law rivals events record",
+    "nanoslip.solver.sliding.kernels": "events step full_contact tangential",
+    "nanoslip.solver.dynamics": "friction_limit kernels result integrators integrate coefficients stick_slip regime",
+    "nanoslip.solver.dynamics.kernels": "state teeth slips oscillator roots segment_end friction_law recording cruise "
+    "event_driven rigid runge_kutta",
+    "nanoslip.study": "shipped toml_text exit_codes xarray_accessor garbage canonical provenance machine origin manifest "
+    "discretization plan results dataset execution figures report accuracy api commands",
+    "nanoslip.study.manifest": "parameters columns drives manifest checker reader effects cases",
+    "nanoslip.study.discretization": "front targets",
+    "nanoslip.study.plan": "task keys cost kinds tasks case_tasks order plan progress size outlook flags spans memory",
+    "nanoslip.study.plan.cost": "rates counts seconds arrays",
+    "nanoslip.study.plan.kinds": "kind compliance contact record statistics states drive",
+    "nanoslip.study.results": "file entry log attempts store lease shard merging",
+    "nanoslip.study.dataset": "seal texts groups netcdf file made_of variables members collection description access "
+    "comparison pair verification agreement",
+    "nanoslip.study.dataset.collection": "counted ragged pieces layout column coordinates table makers entering collect",
+    "nanoslip.study.dataset.agreement": "matching verdicts facts",
+    "nanoslip.study.dataset.access": "selection single accessor tidy placement concatenation",
+    "nanoslip.study.execution": "launch interruption program queue forecast progress ledger dispatch farms compiling "
+    "executor failures journal batch",
+    "nanoslip.study.execution.compiling": "sawtooth miniatures warm_up",
+    "nanoslip.study.execution.batch": "cutting submission",
+    "nanoslip.study.execution.farms": "begun pickling outbox mail child process agent coordinator farm processes ranks "
+    "opening",
+    "nanoslip.study.report": "console summary curves page",
+    "nanoslip.study.figures": "shared sweep frames recipes views reproduction further catalogue gallery",
+    "nanoslip.study.figures.shared": "paper claims canvas files figure power_law closed_form independence tiles",
+    "nanoslip.study.figures.sweep": "label points names roles scale lines tiles",
+    "nanoslip.study.figures.views": "view choice alike answer runs contacts drives sizes interiors records catalogue",
+    "nanoslip.study.figures.frames": "moments drawing film",
+    "nanoslip.study.figures.reproduction": "punch records resolution drive stick motion scores choices",
+    "nanoslip.study.figures.further": "findings modulation continuum chains sizes correlations nodes stick_slip_map "
+    "friction_map schemes",
+    "nanoslip.study.accuracy": "timing setup diagram elastic_operator slip_numerics integrators digit effects picture table "
+    "measurement",
+    "nanoslip.study.commands": "shared preparing running computing looking judging cli",
+    "nanoslip.study.commands.running": "order killed broken_off remaining conduct",
+    "nanoslip.study.commands.preparing": "declared campaigns new check plan effects explain",
+    "nanoslip.study.commands.computing": "declared run status collect merge submit",
+    "nanoslip.study.commands.looking": "declared report figure show try frames",
+    "nanoslip.study.commands.judging": "declared export compare verify describe accuracy",
+    "nanoslip.study.commands.shared": "exits refusals lazy arguments group machine measuring plans datasets sources choice "
     "one_case",
 }
 """Folder -> what is in it, from the first to the last; `__init__` of a folder may import all of it."""
@@ -71,27 +76,36 @@ SIDE_BY_SIDE = {"execution": {"report"}, "report": {"execution"}}
 """Folders that do not know each other, though one has to be named first."""
 
 HOMES = {
-    "mpi4py": {"study.execution.farms.opening"},
-    "netCDF4": {"study.dataset", "study.accuracy", "study.report"},
+    "mpi4py": {"nanoslip.study.execution.farms.opening"},
+    "netCDF4": {"nanoslip.study.dataset", "nanoslip.study.accuracy", "nanoslip.study.report"},
     "xarray": {
-        "solver.view",
-        "solver.simulate",
-        "study.dataset",
-        "study.accuracy",
-        "study.report",
-        "study.figures",
-        "study.api",
-        "study.commands.shared.datasets",
-        "study.commands.shared.one_case",
-        "study.commands.shared.sources",
+        "nanoslip.solver.view",
+        "nanoslip.solver.simulate",
+        "nanoslip.study.dataset",
+        "nanoslip.study.accuracy",
+        "nanoslip.study.report",
+        "nanoslip.study.figures",
+        "nanoslip.study.api",
+        "nanoslip.study.commands.shared.datasets",
+        "nanoslip.study.commands.shared.one_case",
+        "nanoslip.study.commands.shared.sources",
     },
-    "matplotlib": {"solver.view", "study.accuracy", "study.report", "study.figures"},
-    "numba": {"solver.compiling"},
+    "matplotlib": {
+        "nanoslip.solver.view",
+        "nanoslip.study.accuracy",
+        "nanoslip.study.report",
+        "nanoslip.study.figures",
+    },
+    "numba": {"nanoslip.solver.compiling"},
 }
 """Library -> the modules and folders that may use it; others may be used everywhere."""
 
 MOST_FILES, MOST_LINES, MOST_LINES_OF_CLASS = 25, 700, 150
-FILES = {path: path.read_text("utf-8") for package in ("solver", "study") for path in (ROOT / package).rglob("*.py")}
+FILES = {
+    path: path.read_text("utf-8")
+    for package in ("solver", "study")
+    for path in (ROOT / "nanoslip" / package).rglob("*.py")
+}
 TREES = {path: ast.parse(text) for path, text in FILES.items()}
 
 
@@ -161,9 +175,9 @@ def strangers(path: Path) -> Iterator[str]:
     for library in libraries & set(HOMES):
         if not any(f"{module}.".startswith(f"{home}.") for home in HOMES[library]):
             yield f"{path} imports {library}"
-    if module.startswith("solver"):
+    if module.startswith("nanoslip.solver"):
         shown = {library for library, homes in HOMES.items() if module in homes}  # imported where a user asks to see
-        for library in libraries - {"solver", "numpy", "scipy", "numba"} - shown:
+        for library in libraries - {"nanoslip", "numpy", "scipy", "numba"} - shown:
             yield f"{path} imports {library}"
         for part in (name for name in names if name.startswith("scipy.")):
             yield f"{path} imports {part}: `import scipy` loads a part when it is first used"
@@ -171,6 +185,15 @@ def strangers(path: Path) -> Iterator[str]:
 
 def test_libraries_stay_at_home() -> None:
     none(stranger for path in FILES for stranger in strangers(path))
+
+
+BARE = re.compile(r"""(?<!nanoslip )\b(from|import) (solver|study)\b|["'](solver|study)\.(?!py\b)\w""")
+
+
+def test_packages_have_one_name() -> None:
+    """Where the source tree is on Python's path, `solver` is found too: each of its modules would be there a second time."""
+    files = [*FILES, ROOT / "setup.py", *(ROOT / "nanoslip").glob("*.py"), *(ROOT / "tests").rglob("*.py")]
+    none(f"{path}: {found[0]}" for path in files for found in BARE.finditer(path.read_text("utf-8")))
 
 
 def too_large() -> Iterator[str]:

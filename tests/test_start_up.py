@@ -10,15 +10,29 @@ from pathlib import Path
 
 import pytest
 
-from solver.case import Case
-from solver.drive import Drive
-from study.plan.tasks import Task, compliance_task, contact_task, drive_task, record_task, states_task, statistics_task
+from nanoslip.solver.case import Case
+from nanoslip.solver.drive import Drive
+from nanoslip.study.plan.tasks import (
+    Task,
+    compliance_task,
+    contact_task,
+    drive_task,
+    record_task,
+    states_task,
+    statistics_task,
+)
 from tests.conftest import SMALL
 
 HEAVY = ("numba", "scipy.linalg", "scipy.optimize", "scipy.sparse", "scipy.special", "xarray", "pandas", "matplotlib")
 LIVE = ("rich.live", "rich.progress")
 """Parts of rich that only what moves on a terminal needs."""
-DECLARED = ("solver", "solver.simulate", "study.plan.tasks", "study.execution.executor", "study.execution.farms.agent")
+DECLARED = (
+    "nanoslip.solver",
+    "nanoslip.solver.simulate",
+    "nanoslip.study.plan.tasks",
+    "nanoslip.study.execution.executor",
+    "nanoslip.study.execution.farms.agent",
+)
 
 
 def loaded(program: str, names: tuple[str, ...], environment: dict[str, str]) -> list[str]:
@@ -38,7 +52,9 @@ def test_to_declare_what_can_be_computed_loads_nothing_to_compute_with(environme
 def test_a_command_that_only_looks_ahead_loads_nothing_to_compute_or_draw_with(environment, tmp_path, command):
     path = tmp_path / "campaign.toml"
     path.write_text(SMALL)
-    program = f"from study.commands.cli import cli; cli.main([{command!r}, {str(path)!r}], standalone_mode=False)"
+    program = (
+        f"from nanoslip.study.commands.cli import cli; cli.main([{command!r}, {str(path)!r}], standalone_mode=False)"
+    )
     assert loaded(program, (*HEAVY, *LIVE), environment) == []
 
 
@@ -53,13 +69,14 @@ def tasks() -> list[Task]:
 def test_who_hands_tasks_on_loads_nothing_to_compute_with(environment, tmp_path: Path):
     path = tmp_path / "tasks"
     path.write_bytes(pickle.dumps(tasks()))
-    program = f"import pickle, study.execution.farms.agent; pickle.load(open({str(path)!r}, 'rb'))"
+    program = f"import pickle, nanoslip.study.execution.farms.agent; pickle.load(open({str(path)!r}, 'rb'))"
     assert loaded(program, (*HEAVY, "rich"), environment) == []
 
 
 def test_who_computes_has_all_of_it_loaded_before_its_first_task(environment):
     program = (
-        "from pathlib import Path; from study.execution.program import computing; computing(Path('nowhere')).load()"
+        "from pathlib import Path; from nanoslip.study.execution.program import computing; "
+        "computing(Path('nowhere')).load()"
     )
     numerics = ("numba", "scipy.linalg", "scipy.optimize", "scipy.sparse.linalg", "scipy.special")
     assert loaded(program, numerics, environment) == list(numerics)

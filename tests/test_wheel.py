@@ -11,8 +11,8 @@ from pathlib import Path
 import pytest
 import xarray as xr
 
-from study.provenance import source_commit, version
-from study.shipped import campaigns
+from nanoslip.study.provenance import source_commit, version
+from nanoslip.study.shipped import campaigns
 from tests.conftest import ROOT
 
 pytestmark = pytest.mark.slow
@@ -85,17 +85,30 @@ def test_the_wheel_holds_every_file_of_the_packages_and_no_test(wheel):
         ["git", "-C", ROOT, "ls-files", "solver", "study"], capture_output=True, text=True, check=True
     )
     there = {
-        name for name in tracked.stdout.split() if (ROOT / name).exists() and Path(name).suffix not in DOCUMENTATION
+        f"nanoslip/{name}"
+        for name in tracked.stdout.split()
+        if (ROOT / name).exists() and Path(name).suffix not in DOCUMENTATION
     }
     assert there <= names
-    copies = {f"study/shipped/campaigns/{name}.toml" for name in campaigns()}
-    copies |= {f"study/shipped/{path.relative_to(ROOT)}" for path in (ROOT / "campaigns").rglob("*.csv")}
-    copies |= {f"study/shipped/slurm/{name}" for name in ("job.sh.j2", "site.toml")}
-    assert {name for name in names - there if not name.startswith(("solver/", "study/"))} == {
-        "nanoslip.py",
-        "nanoslip-stubs/__init__.pyi",
+    copies = {f"nanoslip/study/shipped/campaigns/{name}.toml" for name in campaigns()}
+    copies |= {f"nanoslip/study/shipped/{path.relative_to(ROOT)}" for path in (ROOT / "campaigns").rglob("*.csv")}
+    copies |= {f"nanoslip/study/shipped/slurm/{name}" for name in ("job.sh.j2", "site.toml")}
+    assert {name for name in names - there if not name.startswith(("nanoslip/solver/", "nanoslip/study/"))} == {
+        "nanoslip/__init__.py",
+        "nanoslip/__main__.py",
+        "nanoslip/py.typed",
     }
-    assert {name for name in names if name.startswith("study/shipped/")} - {"study/shipped/source_commit"} == copies
+    assert {name for name in names if name.startswith("nanoslip/study/shipped/")} - {
+        "nanoslip/study/shipped/source_commit"
+    } == copies
+
+
+def test_it_installs_one_name(call):
+    """Modules of the user's own may be called `solver` and `study`."""
+    program = (
+        "from importlib.util import find_spec; print([n for n in ('nanoslip', 'solver', 'study') if find_spec(n)])"
+    )
+    assert call("python", "-c", program) == "['nanoslip']\n"
 
 
 def test_it_computes_from_an_empty_folder(call, tmp_path):
@@ -132,6 +145,6 @@ def test_type_checkers_see_its_names(call, tmp_path):
         "reveal_type(nanoslip.surface_compliance(nanoslip.Slab()).matrix.ndim)\nreveal_type(nanoslip.open)\n"
     )
     said = call("python", "-m", "mypy", "--strict", "--cache-dir", tmp_path / "cache", "mine.py")
-    assert "solver.sliding.record.FrictionRecord" in said
+    assert "nanoslip.solver.sliding.record.FrictionRecord" in said
     assert '"int"' in said
     assert "-> xarray" in said

@@ -8,18 +8,18 @@ from functools import lru_cache
 import numpy as np
 from numpy.typing import NDArray
 
-from solver.case import Case
-from solver.contact.kernels.cascade import answer_violations
-from solver.contact.kernels.contact_change import look_for_rounding
-from solver.contact.kernels.enumerations import Stop
-from solver.contact.kernels.equilibrium import RESIDUAL_LIMIT, equilibrium_residual, respond
-from solver.contact.kernels.state import KernelConstants, KernelState, RoughPin, SlipConstants, new_scalars
-from solver.contact.node_friction import node_friction
-from solver.contact.normal.system import FEW, KEPT
-from solver.contact.pin import Pin, pin_of, surface_from_pin
-from solver.contact.tableau import in_lines, tableau
-from solver.contact.window import around, good_until, inner_nodes
-from solver.elasticity.compliance import SurfaceCompliance
+from nanoslip.solver.case import Case
+from nanoslip.solver.contact.kernels.cascade import answer_violations
+from nanoslip.solver.contact.kernels.contact_change import look_for_rounding
+from nanoslip.solver.contact.kernels.enumerations import Stop
+from nanoslip.solver.contact.kernels.equilibrium import RESIDUAL_LIMIT, equilibrium_residual, respond
+from nanoslip.solver.contact.kernels.state import KernelConstants, KernelState, RoughPin, SlipConstants, new_scalars
+from nanoslip.solver.contact.node_friction import node_friction
+from nanoslip.solver.contact.normal.system import FEW, KEPT
+from nanoslip.solver.contact.pin import Pin, pin_of, surface_from_pin
+from nanoslip.solver.contact.tableau import in_lines, tableau
+from nanoslip.solver.contact.window import around, good_until, inner_nodes
+from nanoslip.solver.elasticity.compliance import SurfaceCompliance
 
 Vector = NDArray[np.float64]
 

@@ -10,23 +10,23 @@ from dataclasses import replace
 
 import numpy as np
 
-from solver.case import Case, InitialContact
-from solver.contact.compiled_contact import compiled_contact, corrected_for_rounding
-from solver.contact.convolved.contact import convolved_contact, needs_no_matrix
-from solver.contact.coulomb.contact import CoulombContact, CoulombError
-from solver.contact.coulomb.motion import raise_load_of_sliding
-from solver.contact.coulomb.roles import resolve_violations, stick_and_slide_at_rest
-from solver.contact.kernels.cascade import answer_violations
-from solver.contact.kernels.enumerations import Stop
-from solver.contact.kernels.equilibrium import refresh, set_rate_to_load
-from solver.contact.kernels.loading import raise_load
-from solver.contact.normal.contact import INSIDE, NormalContact, expected_half_width, normal_contact
-from solver.contact.outcomes import OUTCOME_OF_ENDING, OUTCOME_OF_STOP, advised, advised_of_pillars
-from solver.contact.pin import pin_of, surface_from_pin
-from solver.contact.soundness import soundness
-from solver.contact.state import ContactState, beyond_window, contact_state, coulomb_state, state_from_forces
-from solver.contact.window import within_reach
-from solver.elasticity.compliance import (
+from nanoslip.solver.case import Case, InitialContact
+from nanoslip.solver.contact.compiled_contact import compiled_contact, corrected_for_rounding
+from nanoslip.solver.contact.convolved.contact import convolved_contact, needs_no_matrix
+from nanoslip.solver.contact.coulomb.contact import CoulombContact, CoulombError
+from nanoslip.solver.contact.coulomb.motion import raise_load_of_sliding
+from nanoslip.solver.contact.coulomb.roles import resolve_violations, stick_and_slide_at_rest
+from nanoslip.solver.contact.kernels.cascade import answer_violations
+from nanoslip.solver.contact.kernels.enumerations import Stop
+from nanoslip.solver.contact.kernels.equilibrium import refresh, set_rate_to_load
+from nanoslip.solver.contact.kernels.loading import raise_load
+from nanoslip.solver.contact.normal.contact import INSIDE, NormalContact, expected_half_width, normal_contact
+from nanoslip.solver.contact.outcomes import OUTCOME_OF_ENDING, OUTCOME_OF_STOP, advised, advised_of_pillars
+from nanoslip.solver.contact.pin import pin_of, surface_from_pin
+from nanoslip.solver.contact.soundness import soundness
+from nanoslip.solver.contact.state import ContactState, beyond_window, contact_state, coulomb_state, state_from_forces
+from nanoslip.solver.contact.window import within_reach
+from nanoslip.solver.elasticity.compliance import (
     Compliance,
     NormalCompliance,
     SurfaceCompliance,
@@ -34,7 +34,7 @@ from solver.elasticity.compliance import (
     normal_compliance,
     surface_compliance,
 )
-from solver.outcome import COMPLETED, Ending, Outcome, SingularOperator, TooFarApart
+from nanoslip.solver.outcome import COMPLETED, Ending, Outcome, SingularOperator, TooFarApart
 
 NO_STUCK_TOUCH = Outcome(
     Ending.CONTACT_NOT_CONVERGED,

@@ -7,7 +7,7 @@ import numpy as np
 import scipy
 from numpy.typing import NDArray
 
-from solver.case import Case, Distribution, Heterogeneity
+from nanoslip.solver.case import Case, Distribution, Heterogeneity
 
 Vector = NDArray[np.float64]
 

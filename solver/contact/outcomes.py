@@ -2,9 +2,9 @@
 
 from dataclasses import replace
 
-from solver.case import Case
-from solver.contact.kernels.enumerations import Stop
-from solver.outcome import COMPLETED, Ending, Outcome
+from nanoslip.solver.case import Case
+from nanoslip.solver.contact.kernels.enumerations import Stop
+from nanoslip.solver.outcome import COMPLETED, Ending, Outcome
 
 STEEP_PIN = Outcome(
     Ending.STEEP_PIN,

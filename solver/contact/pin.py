@@ -7,9 +7,9 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from solver.case import Case, PinShape
-from solver.last import of_the_last
-from solver.slab import surface_x
+from nanoslip.solver.case import Case, PinShape
+from nanoslip.solver.last import of_the_last
+from nanoslip.solver.slab import surface_x
 
 Vector = NDArray[np.float64]
 

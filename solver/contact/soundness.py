@@ -9,12 +9,12 @@ import sys
 import numpy as np
 from numpy.typing import NDArray
 
-from solver.case import Case
-from solver.contact.kernels.violations import STEEPEST
-from solver.contact.outcomes import NOT_FINITE, STEEP_PIN
-from solver.contact.pin import pin_of, surface_from_pin
-from solver.elasticity.compliance import Compliance
-from solver.outcome import COMPLETED, Ending, Outcome
+from nanoslip.solver.case import Case
+from nanoslip.solver.contact.kernels.violations import STEEPEST
+from nanoslip.solver.contact.outcomes import NOT_FINITE, STEEP_PIN
+from nanoslip.solver.contact.pin import pin_of, surface_from_pin
+from nanoslip.solver.elasticity.compliance import Compliance
+from nanoslip.solver.outcome import COMPLETED, Ending, Outcome
 
 Vector = NDArray[np.float64]
 

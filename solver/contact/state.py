@@ -7,15 +7,15 @@ from typing import Any, Final
 import numpy as np
 from numpy.typing import NDArray
 
-from solver.case import Case
-from solver.contact.compiled_contact import CompiledContact
-from solver.contact.coulomb.contact import CoulombContact
-from solver.contact.pin import pin_of, surface_from_pin
-from solver.elasticity.compliance import Compliance
-from solver.outcome import InvalidInput, Outcome
-from solver.quantity import quantity
-from solver.slab import surface_x
-from solver.view import Curve, Labelled, Picture, Viewed, in_words, labelled
+from nanoslip.solver.case import Case
+from nanoslip.solver.contact.compiled_contact import CompiledContact
+from nanoslip.solver.contact.coulomb.contact import CoulombContact
+from nanoslip.solver.contact.pin import pin_of, surface_from_pin
+from nanoslip.solver.elasticity.compliance import Compliance
+from nanoslip.solver.outcome import InvalidInput, Outcome
+from nanoslip.solver.quantity import quantity
+from nanoslip.solver.slab import surface_x
+from nanoslip.solver.view import Curve, Labelled, Picture, Viewed, in_words, labelled
 
 Vector = NDArray[np.float64]
 

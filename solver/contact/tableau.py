@@ -11,7 +11,7 @@ import numpy as np
 import scipy
 from numpy.typing import NDArray
 
-from solver.outcome import SingularOperator
+from nanoslip.solver.outcome import SingularOperator
 
 LINE = 8
 """Floats in a cache line of 64 bytes."""

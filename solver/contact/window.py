@@ -11,9 +11,9 @@ import math
 import numpy as np
 from numpy.typing import NDArray
 
-from solver.case import Case
-from solver.contact.kernels.state import KernelState
-from solver.contact.pin import pin_of, surface_from_pin
+from nanoslip.solver.case import Case
+from nanoslip.solver.contact.kernels.state import KernelState
+from nanoslip.solver.contact.pin import pin_of, surface_from_pin
 
 Vector = NDArray[np.float64]
 Nodes = NDArray[np.bool_]

@@ -8,14 +8,14 @@ from typing import Final
 import numpy as np
 from numpy.typing import NDArray
 
-from solver.drive import Drive
-from solver.dynamics.friction_limit import friction_limit_of
-from solver.dynamics.integrate import DynamicsResult, integrate
-from solver.outcome import COMPLETED, Ending, Outcome
-from solver.quantity import quantity
-from solver.sliding.plateau import Plateau
-from solver.sliding.record import FrictionRecord
-from solver.view import Labels, in_words
+from nanoslip.solver.drive import Drive
+from nanoslip.solver.dynamics.friction_limit import friction_limit_of
+from nanoslip.solver.dynamics.integrate import DynamicsResult, integrate
+from nanoslip.solver.outcome import COMPLETED, Ending, Outcome
+from nanoslip.solver.quantity import quantity
+from nanoslip.solver.sliding.plateau import Plateau
+from nanoslip.solver.sliding.record import FrictionRecord
+from nanoslip.solver.view import Labels, in_words
 
 PERIODS: Final = 2.0
 """Of its own motion that a pin has to slide before a mean driving force is friction, not inertia."""

@@ -14,10 +14,10 @@ from typing import Final
 import numpy as np
 from numpy.typing import NDArray
 
-from solver.drive import ProfileShape
-from solver.outcome import Ending, InvalidInput, SolverError
-from solver.sliding.plateau import Plateau, Teeth, teeth
-from solver.sliding.record import FrictionRecord
+from nanoslip.solver.drive import ProfileShape
+from nanoslip.solver.outcome import Ending, InvalidInput, SolverError
+from nanoslip.solver.sliding.plateau import Plateau, Teeth, teeth
+from nanoslip.solver.sliding.record import FrictionRecord
 
 COARSE: Final = 64
 """Coarse teeth in a node spacing, at the most; a record of it has hundreds to thousands."""
@@ -98,8 +98,8 @@ def linear(record: FrictionRecord, plateau: Plateau) -> FrictionLimit:
 
 
 def coarse(record: FrictionRecord, plateau: Plateau) -> FrictionLimit:
-    """F̃ of the sawtooth with its teeth taken together, to at most 64 in a node spacing: fewer and longer, as high in the mean and
-    at the most.
+    """F̃ of the sawtooth with its teeth taken together, to at most 64 in a node spacing: fewer and longer, as high in the mean
+    and at the most.
 
     A pin stops where the limit is highest, and its work is that of the mean. Teeth much shorter than what the spring gives way
     by, a drop of force over k, matter through these two alone.

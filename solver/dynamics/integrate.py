@@ -8,13 +8,13 @@ import math
 
 import numpy as np
 
-from solver.drive import Drive
-from solver.dynamics.friction_limit import FrictionLimit
-from solver.dynamics.integrators import RK4, Exact, Method, nothing, resolved
-from solver.dynamics.kernels.state import Motion, Run, Teeth
-from solver.dynamics.result import BINS, DynamicsResult
-from solver.outcome import InvalidInput, Outcome
-from solver.parameter import MOST_WHOLE
+from nanoslip.solver.drive import Drive
+from nanoslip.solver.dynamics.friction_limit import FrictionLimit
+from nanoslip.solver.dynamics.integrators import RK4, Exact, Method, nothing, resolved
+from nanoslip.solver.dynamics.kernels.state import Motion, Run, Teeth
+from nanoslip.solver.dynamics.result import BINS, DynamicsResult
+from nanoslip.solver.outcome import InvalidInput, Outcome
+from nanoslip.solver.parameter import MOST_WHOLE
 
 __all__ = ["RK4", "DynamicsResult", "Exact", "integrate"]
 

@@ -14,15 +14,15 @@ from typing import Final
 
 import numpy as np
 
-from solver.drive import INTEGRATORS, Drive, Integrator
-from solver.dynamics.friction_limit import FrictionLimit
-from solver.dynamics.kernels.event_driven import integrate_exactly
-from solver.dynamics.kernels.rigid import integrate_rigidly
-from solver.dynamics.kernels.runge_kutta import integrate_by_steps
-from solver.dynamics.kernels.state import Motion, Run, Teeth
-from solver.dynamics.result import BINS
-from solver.outcome import COMPLETED, Ending, Outcome
-from solver.parameter import check, parameter, require
+from nanoslip.solver.drive import INTEGRATORS, Drive, Integrator
+from nanoslip.solver.dynamics.friction_limit import FrictionLimit
+from nanoslip.solver.dynamics.kernels.event_driven import integrate_exactly
+from nanoslip.solver.dynamics.kernels.rigid import integrate_rigidly
+from nanoslip.solver.dynamics.kernels.runge_kutta import integrate_by_steps
+from nanoslip.solver.dynamics.kernels.state import Motion, Run, Teeth
+from nanoslip.solver.dynamics.result import BINS
+from nanoslip.solver.outcome import COMPLETED, Ending, Outcome
+from nanoslip.solver.parameter import check, parameter, require
 
 LARGEST: Final = 1e-4
 """Rounding allowed, over the steady friction force and over the mean width of a tooth: what a plateau knows of itself."""
@@ -137,7 +137,7 @@ def reversed_at(run: Run, motion: Motion) -> Outcome:
 
 
 # The event-driven method without surface compliance: Eq. 12 in closed form between crossings, as
-# solver.dynamics.exact.
+# nanoslip.solver.dynamics.exact.
 #
 # In the limit K → ∞ Eq. 13-14 lose their relaxation point, x_R = x, and with it their hysteresis: F is F̃(x) against
 # the

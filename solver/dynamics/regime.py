@@ -18,9 +18,9 @@ from typing import Final, Literal, get_args
 import numpy as np
 from numpy.typing import NDArray
 
-from solver.drive import Drive
-from solver.dynamics.result import BINS, DynamicsResult
-from solver.quantity import quantity
+from nanoslip.solver.drive import Drive
+from nanoslip.solver.dynamics.result import BINS, DynamicsResult
+from nanoslip.solver.quantity import quantity
 
 Regime = Literal["sticks", "stick_slip", "slides", "micro_slip"]
 """No macroscopic slip; slips that end in stick; a last slip that goes on, longer than any cycle before it; no macroscopic

@@ -7,9 +7,9 @@ from typing import Any, Final
 import numpy as np
 from numpy.typing import NDArray
 
-from solver.outcome import Outcome
-from solver.quantity import quantity
-from solver.view import Curve, OneLine, Picture, in_words
+from nanoslip.solver.outcome import Outcome
+from nanoslip.solver.quantity import quantity
+from nanoslip.solver.view import Curve, OneLine, Picture, in_words
 
 BINS: Final = 256
 """Stretches of time over which the driving force is averaged."""
@@ -126,7 +126,7 @@ class DynamicsResult(OneLine):
         yield in_words(self.outcome)
 
     def picture(self, normal_load: float) -> Picture:
-        """Spring force and friction force over time, as shares of the load, for `solver.view.drawn`."""
+        """Spring force and friction force over time, as shares of the load, for `nanoslip.solver.view.drawn`."""
         forces = {"friction": self.friction_force, "spring": self.spring_force}
         curves = (Curve(self.time, force / normal_load, name) for name, force in forces.items())
         return Picture("time t, in √(m/(G·L_y))", "force over load", tuple(curves))

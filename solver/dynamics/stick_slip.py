@@ -13,9 +13,9 @@ import numpy as np
 import scipy
 from numpy.typing import NDArray
 
-from solver.drive import Drive
-from solver.dynamics.integrate import DynamicsResult
-from solver.quantity import quantity
+from nanoslip.solver.drive import Drive
+from nanoslip.solver.dynamics.integrate import DynamicsResult
+from nanoslip.solver.quantity import quantity
 
 Floats = NDArray[np.float64]
 _ROUNDING = 1e-12
@@ -27,7 +27,7 @@ _MOST_STEPS: Final = 100
 class Oscillator:
     """Eq. 12 with a constant friction force, from a given state on: x'' = k(Vt - x) + c(V - x') - friction_force.
 
-    Units of solver.case.Drive. Any damping ratio ζ ≥ 0; Eq. 17 is the case of ζ < 1 and velocity = 0.
+    Units of nanoslip.solver.case.Drive. Any damping ratio ζ ≥ 0; Eq. 17 is the case of ζ < 1 and velocity = 0.
     """
 
     spring_stiffness: float

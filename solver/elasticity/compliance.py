@@ -9,10 +9,10 @@ import numpy as np
 import scipy
 from numpy.typing import NDArray
 
-from solver.elasticity.schemes.half_plane import Convolution, convolution_of
-from solver.outcome import Ending, Outcome
-from solver.slab import Slab, surface_x
-from solver.view import OneLine
+from nanoslip.solver.elasticity.schemes.half_plane import Convolution, convolution_of
+from nanoslip.solver.outcome import Ending, Outcome
+from nanoslip.solver.slab import Slab, surface_x
+from nanoslip.solver.view import OneLine
 
 Dense = NDArray[np.float64]
 

@@ -7,9 +7,9 @@ import numpy as np
 import scipy
 from numpy.typing import NDArray
 
-from solver.elasticity.grid import Grid
-from solver.elasticity.stiffness import Sparse, Stiffness
-from solver.outcome import SingularOperator
+from nanoslip.solver.elasticity.grid import Grid
+from nanoslip.solver.elasticity.stiffness import Sparse, Stiffness
+from nanoslip.solver.outcome import SingularOperator
 
 # Even and odd displacement fields. A slab that is symmetric about its middle does not couple them: each is solved
 # alone.

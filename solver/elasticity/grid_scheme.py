@@ -8,11 +8,11 @@ import numpy as np
 import scipy
 from numpy.typing import NDArray
 
-from solver.elasticity.condensation import condensed
-from solver.elasticity.grid import Grid
-from solver.elasticity.stiffness import Stiffness, confined_modulus
-from solver.outcome import InvalidInput, SingularOperator
-from solver.slab import SCHEMES, Scheme, Slab
+from nanoslip.solver.elasticity.condensation import condensed
+from nanoslip.solver.elasticity.grid import Grid
+from nanoslip.solver.elasticity.stiffness import Stiffness, confined_modulus
+from nanoslip.solver.outcome import InvalidInput, SingularOperator
+from nanoslip.solver.slab import SCHEMES, Scheme, Slab
 
 
 class GridScheme(Scheme):

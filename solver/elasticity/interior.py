@@ -15,13 +15,13 @@ import numpy as np
 import scipy
 from numpy.typing import NDArray
 
-from solver.elasticity.condensation import displace, families, forces_on, with_translations
-from solver.elasticity.grid import Grid, lagrange, slope
-from solver.elasticity.grid_scheme import solve_sparse, stiffness
-from solver.elasticity.schemes.column import bar_forces, lengthening, passed_down, resultants, trunk
-from solver.elasticity.stiffness import Stiffness, lame
-from solver.quantity import quantity
-from solver.slab import Slab
+from nanoslip.solver.elasticity.condensation import displace, families, forces_on, with_translations
+from nanoslip.solver.elasticity.grid import Grid, lagrange, slope
+from nanoslip.solver.elasticity.grid_scheme import solve_sparse, stiffness
+from nanoslip.solver.elasticity.schemes.column import bar_forces, lengthening, passed_down, resultants, trunk
+from nanoslip.solver.elasticity.stiffness import Stiffness, lame
+from nanoslip.solver.quantity import quantity
+from nanoslip.solver.slab import Slab
 
 Vector = NDArray[np.float64]
 

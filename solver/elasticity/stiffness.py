@@ -8,8 +8,8 @@ import numpy as np
 import scipy
 from numpy.typing import NDArray
 
-from solver.elasticity.grid import Grid
-from solver.slab import Support
+from nanoslip.solver.elasticity.grid import Grid
+from nanoslip.solver.slab import Support
 
 # Supports of the slab (Figure 1): the nodal displacements that are zero under each.
 #

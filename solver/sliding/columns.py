@@ -5,11 +5,11 @@ import math
 import numpy as np
 from numpy.typing import NDArray
 
-from solver.case import Case
-from solver.contact.state import ContactState
-from solver.slab import surface_x
-from solver.sliding.kernels.events import Events
-from solver.sliding.record import EVENT_TYPES, FrictionRecord
+from nanoslip.solver.case import Case
+from nanoslip.solver.contact.state import ContactState
+from nanoslip.solver.slab import surface_x
+from nanoslip.solver.sliding.kernels.events import Events
+from nanoslip.solver.sliding.record import EVENT_TYPES, FrictionRecord
 
 FIRST_CAPACITY = 4096
 """Events for which room is made first; it doubles as they come."""

@@ -6,20 +6,20 @@ from dataclasses import dataclass, field
 import numpy as np
 from numpy.typing import NDArray
 
-from solver.case import Case
-from solver.contact.coulomb.contact import CoulombContact, CoulombError
-from solver.contact.coulomb.motion import LONGEST_STEP, advance, change, next_change
-from solver.contact.coulomb.roles import stick_and_slide_in_motion
-from solver.contact.kernels.enumerations import EventKind
-from solver.contact.kernels.violations import STEEPEST
-from solver.contact.node_friction import node_friction
-from solver.contact.outcomes import OUTCOME_OF_ENDING
-from solver.contact.state import ContactState, coulomb_state
-from solver.elasticity.compliance import SurfaceCompliance, uncoupled
-from solver.outcome import COMPLETED, Ending
-from solver.sliding.columns import empty_events, farthest, friction_record
-from solver.sliding.kernels.events import Events
-from solver.sliding.record import FrictionRecord
+from nanoslip.solver.case import Case
+from nanoslip.solver.contact.coulomb.contact import CoulombContact, CoulombError
+from nanoslip.solver.contact.coulomb.motion import LONGEST_STEP, advance, change, next_change
+from nanoslip.solver.contact.coulomb.roles import stick_and_slide_in_motion
+from nanoslip.solver.contact.kernels.enumerations import EventKind
+from nanoslip.solver.contact.kernels.violations import STEEPEST
+from nanoslip.solver.contact.node_friction import node_friction
+from nanoslip.solver.contact.outcomes import OUTCOME_OF_ENDING
+from nanoslip.solver.contact.state import ContactState, coulomb_state
+from nanoslip.solver.elasticity.compliance import SurfaceCompliance, uncoupled
+from nanoslip.solver.outcome import COMPLETED, Ending
+from nanoslip.solver.sliding.columns import empty_events, farthest, friction_record
+from nanoslip.solver.sliding.kernels.events import Events
+from nanoslip.solver.sliding.record import FrictionRecord
 
 OFF_THE_SLAB = 2.0
 """δ_p in L_x at which a pin that slides on and on has certainly left the slab."""

@@ -6,17 +6,17 @@ from dataclasses import replace
 
 import numpy as np
 
-from solver.case import Case
-from solver.contact.initial import checked, initial_contact
-from solver.contact.state import ContactState
-from solver.elasticity.compliance import Compliance, SurfaceCompliance
-from solver.outcome import InvalidInput, Outcome, SingularOperator, TooFarApart
-from solver.sliding.columns import empty_events, friction_record
-from solver.sliding.coulomb import slide_with_coulomb_friction
-from solver.sliding.full_contact import slide_full_contact
-from solver.sliding.record import FrictionRecord
-from solver.sliding.tangential import slide_with_constant_pressures
-from solver.sliding.validity import lawfulness
+from nanoslip.solver.case import Case
+from nanoslip.solver.contact.initial import checked, initial_contact
+from nanoslip.solver.contact.state import ContactState
+from nanoslip.solver.elasticity.compliance import Compliance, SurfaceCompliance
+from nanoslip.solver.outcome import InvalidInput, Outcome, SingularOperator, TooFarApart
+from nanoslip.solver.sliding.columns import empty_events, friction_record
+from nanoslip.solver.sliding.coulomb import slide_with_coulomb_friction
+from nanoslip.solver.sliding.full_contact import slide_full_contact
+from nanoslip.solver.sliding.record import FrictionRecord
+from nanoslip.solver.sliding.tangential import slide_with_constant_pressures
+from nanoslip.solver.sliding.validity import lawfulness
 
 WayToSlide = Callable[[Case, ContactState, SurfaceCompliance], tuple[FrictionRecord, ContactState]]
 """From a case, a contact to start from and the slab's compliance to a record and the contact where it ends."""

@@ -2,20 +2,20 @@
 
 import numpy as np
 
-from solver.case import MOST_EVENTS, Case
-from solver.contact.compiled_contact import CompiledContact, compiled_contact, corrected_for_rounding
-from solver.contact.kernels.cascade import answer_violations
-from solver.contact.kernels.enumerations import Stop
-from solver.contact.kernels.equilibrium import total_shear
-from solver.contact.outcomes import OUTCOME_OF_STOP
-from solver.contact.pin import pin_of, surface_from_pin
-from solver.contact.state import ContactState, beyond_window, contact_state
-from solver.contact.window import within_reach
-from solver.elasticity.compliance import SurfaceCompliance, uncoupled
-from solver.outcome import COMPLETED
-from solver.sliding.columns import farthest, first_of, first_room, friction_record, grown
-from solver.sliding.kernels.full_contact import slide_events
-from solver.sliding.record import FrictionRecord
+from nanoslip.solver.case import MOST_EVENTS, Case
+from nanoslip.solver.contact.compiled_contact import CompiledContact, compiled_contact, corrected_for_rounding
+from nanoslip.solver.contact.kernels.cascade import answer_violations
+from nanoslip.solver.contact.kernels.enumerations import Stop
+from nanoslip.solver.contact.kernels.equilibrium import total_shear
+from nanoslip.solver.contact.outcomes import OUTCOME_OF_STOP
+from nanoslip.solver.contact.pin import pin_of, surface_from_pin
+from nanoslip.solver.contact.state import ContactState, beyond_window, contact_state
+from nanoslip.solver.contact.window import within_reach
+from nanoslip.solver.elasticity.compliance import SurfaceCompliance, uncoupled
+from nanoslip.solver.outcome import COMPLETED
+from nanoslip.solver.sliding.columns import farthest, first_of, first_room, friction_record, grown
+from nanoslip.solver.sliding.kernels.full_contact import slide_events
+from nanoslip.solver.sliding.record import FrictionRecord
 
 RESUMABLE = 10_000
 """Events after which a run starts afresh from its own state: a run in pieces of so many events has the bits of one in one."""

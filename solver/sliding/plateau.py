@@ -13,10 +13,10 @@ from typing import ClassVar, Final
 import numpy as np
 from numpy.typing import NDArray
 
-from solver.outcome import COMPLETED, Ending, Outcome
-from solver.quantity import companion, quantity
-from solver.sliding.record import FrictionRecord
-from solver.view import Curve, Labelled, Picture, Viewed, in_words, labelled
+from nanoslip.solver.outcome import COMPLETED, Ending, Outcome
+from nanoslip.solver.quantity import companion, quantity
+from nanoslip.solver.sliding.record import FrictionRecord
+from nanoslip.solver.view import Curve, Labelled, Picture, Viewed, in_words, labelled
 
 RUN_IN: Final = 1.5
 """Presliding lengths after which initial contact is forgotten: measured by tests.verification.run_in."""

@@ -7,10 +7,10 @@ from typing import Any, Final
 import numpy as np
 from numpy.typing import NDArray
 
-from solver.contact.kernels.enumerations import EventKind
-from solver.outcome import Outcome
-from solver.quantity import companion, quantities, quantity
-from solver.view import Curve, Picture, Viewed, in_words
+from nanoslip.solver.contact.kernels.enumerations import EventKind
+from nanoslip.solver.outcome import Outcome
+from nanoslip.solver.quantity import companion, quantities, quantity
+from nanoslip.solver.view import Curve, Picture, Viewed, in_words
 
 EVENT_KINDS = tuple(kind.name.lower() for kind in EventKind if kind is not EventKind.NOTHING)
 """What can trigger an event: ("slip", "release", "touch"); `FrictionRecord.kind` holds the position in this tuple."""

@@ -1,6 +1,6 @@
 """What is read off the events of a friction record (§3.2): counts, means, the cycle it ends in.
 
-The plateau of a friction record is found in solver.sliding.plateau.
+The plateau of a friction record is found in nanoslip.solver.sliding.plateau.
 """
 
 import math
@@ -10,10 +10,10 @@ from typing import Final
 
 import numpy as np
 
-from solver.quantity import companion, quantity
-from solver.sliding.kernels.events import cycle
-from solver.sliding.record import EVENT_KINDS, FrictionRecord, drops
-from solver.view import Labels
+from nanoslip.solver.quantity import companion, quantity
+from nanoslip.solver.sliding.kernels.events import cycle
+from nanoslip.solver.sliding.record import EVENT_KINDS, FrictionRecord, drops
+from nanoslip.solver.view import Labels
 
 LONGEST_CYCLE: Final = 6000
 """Events at the end of a record that are searched for a cycle."""

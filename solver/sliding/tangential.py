@@ -10,20 +10,20 @@ from dataclasses import replace
 import numpy as np
 from numpy.typing import NDArray
 
-from solver.case import MOST_EVENTS, Case
-from solver.contact.compiled_contact import slip_constants
-from solver.contact.kernels.enumerations import Stop
-from solver.contact.kernels.state import new_scalars
-from solver.contact.node_friction import node_friction
-from solver.contact.outcomes import NOT_FINITE, OUTCOME_OF_STOP
-from solver.contact.state import ContactState
-from solver.contact.tableau import in_lines, inverse
-from solver.elasticity.compliance import SurfaceCompliance
-from solver.outcome import COMPLETED, Outcome
-from solver.sliding.columns import farthest, first_of, first_room, friction_record, grown
-from solver.sliding.kernels.events import Events
-from solver.sliding.kernels.tangential import TangentialState, refresh, slide_tangentially
-from solver.sliding.record import FrictionRecord
+from nanoslip.solver.case import MOST_EVENTS, Case
+from nanoslip.solver.contact.compiled_contact import slip_constants
+from nanoslip.solver.contact.kernels.enumerations import Stop
+from nanoslip.solver.contact.kernels.state import new_scalars
+from nanoslip.solver.contact.node_friction import node_friction
+from nanoslip.solver.contact.outcomes import NOT_FINITE, OUTCOME_OF_STOP
+from nanoslip.solver.contact.state import ContactState
+from nanoslip.solver.contact.tableau import in_lines, inverse
+from nanoslip.solver.elasticity.compliance import SurfaceCompliance
+from nanoslip.solver.outcome import COMPLETED, Outcome
+from nanoslip.solver.sliding.columns import farthest, first_of, first_room, friction_record, grown
+from nanoslip.solver.sliding.kernels.events import Events
+from nanoslip.solver.sliding.kernels.tangential import TangentialState, refresh, slide_tangentially
+from nanoslip.solver.sliding.record import FrictionRecord
 
 
 def slide_with_constant_pressures(

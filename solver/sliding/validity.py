@@ -20,16 +20,16 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from solver.case import Case
-from solver.contact.closed_forms import film_half_width
-from solver.contact.node_friction import node_friction
-from solver.contact.normal.contact import expected_half_width
-from solver.contact.outcomes import STEEP_PIN, energy_created
-from solver.contact.pin import pin_of, surface_from_pin
-from solver.contact.state import ContactState, contact_width
-from solver.outcome import COMPLETED, Ending, Outcome
-from solver.quantity import quantity
-from solver.sliding.record import FrictionRecord
+from nanoslip.solver.case import Case
+from nanoslip.solver.contact.closed_forms import film_half_width
+from nanoslip.solver.contact.node_friction import node_friction
+from nanoslip.solver.contact.normal.contact import expected_half_width
+from nanoslip.solver.contact.outcomes import STEEP_PIN, energy_created
+from nanoslip.solver.contact.pin import pin_of, surface_from_pin
+from nanoslip.solver.contact.state import ContactState, contact_width
+from nanoslip.solver.outcome import COMPLETED, Ending, Outcome
+from nanoslip.solver.quantity import quantity
+from nanoslip.solver.sliding.record import FrictionRecord
 
 CREATED = 1e-6
 """Energy that events may create, as a share of the pin's work and of what others lose: a touch pays back what a coarse event

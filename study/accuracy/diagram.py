@@ -7,8 +7,8 @@ import numpy as np
 import xarray as xr
 from numpy.typing import NDArray
 
-from study.discretization.front import pareto_front
-from study.manifest.parameters import Value
+from nanoslip.study.discretization.front import pareto_front
+from nanoslip.study.manifest.parameters import Value
 
 Row = Mapping[str, Value]
 

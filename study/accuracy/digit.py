@@ -13,18 +13,18 @@ from typing import Final
 import numpy as np
 from numpy.typing import NDArray
 
-from solver.dynamics.coefficients import measured
-from solver.elasticity.compliance import SurfaceCompliance, surface_compliance
-from solver.ensemble import FEWEST, Ensemble, mean_of
-from solver.outcome import SolverError
-from solver.sliding.events import slide
-from solver.sliding.plateau import plateau_of
-from study.accuracy.diagram import Diagram, Row
-from study.accuracy.setup import Effort, Setup
-from study.accuracy.timing import timed
-from study.manifest.columns import ManifestError
-from study.manifest.manifest import MEMBERS
-from study.manifest.parameters import LIMITS, Value
+from nanoslip.solver.dynamics.coefficients import measured
+from nanoslip.solver.elasticity.compliance import SurfaceCompliance, surface_compliance
+from nanoslip.solver.ensemble import FEWEST, Ensemble, mean_of
+from nanoslip.solver.outcome import SolverError
+from nanoslip.solver.sliding.events import slide
+from nanoslip.solver.sliding.plateau import plateau_of
+from nanoslip.study.accuracy.diagram import Diagram, Row
+from nanoslip.study.accuracy.setup import Effort, Setup
+from nanoslip.study.accuracy.timing import timed
+from nanoslip.study.manifest.columns import ManifestError
+from nanoslip.study.manifest.manifest import MEMBERS
+from nanoslip.study.manifest.parameters import LIMITS, Value
 
 Vector = NDArray[np.float64]
 WithError = tuple[float, float]

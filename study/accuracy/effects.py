@@ -12,18 +12,27 @@ from typing import Final, NamedTuple, TypeVar
 
 import numpy as np
 
-from solver.case import Case
-from solver.drive import Drive
-from solver.effects import OF_CASES, OF_DRIVES, Effect
-from solver.ensemble import Ensemble, mean_of
-from solver.outcome import InvalidInput
-from study.accuracy.timing import timed
-from study.manifest.cases import CampaignCase
-from study.manifest.columns import ManifestError
-from study.manifest.effects import refusal
-from study.manifest.manifest import MEMBERS, OF_CONTACTS, Manifest, TargetTable
-from study.plan.kinds.kind import declared, names_of
-from study.plan.tasks import KINDS, Task, TaskResult, compliance_task, contact_task, drive_task, record_task, run_task
+from nanoslip.solver.case import Case
+from nanoslip.solver.drive import Drive
+from nanoslip.solver.effects import OF_CASES, OF_DRIVES, Effect
+from nanoslip.solver.ensemble import Ensemble, mean_of
+from nanoslip.solver.outcome import InvalidInput
+from nanoslip.study.accuracy.timing import timed
+from nanoslip.study.manifest.cases import CampaignCase
+from nanoslip.study.manifest.columns import ManifestError
+from nanoslip.study.manifest.effects import refusal
+from nanoslip.study.manifest.manifest import MEMBERS, OF_CONTACTS, Manifest, TargetTable
+from nanoslip.study.plan.kinds.kind import declared, names_of
+from nanoslip.study.plan.tasks import (
+    KINDS,
+    Task,
+    TaskResult,
+    compliance_task,
+    contact_task,
+    drive_task,
+    record_task,
+    run_task,
+)
 
 T = TypeVar("T")
 Drives = Mapping[str, Drive]

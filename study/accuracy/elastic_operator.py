@@ -13,19 +13,19 @@ from typing import Any, Final
 import numpy as np
 from numpy.typing import NDArray
 
-from solver.case import Case
-from solver.contact.initial import initial_contact
-from solver.elasticity.compliance import SurfaceCompliance, surface_compliance
-from solver.outcome import InvalidInput, SolverError
-from solver.parameter import choices_of
-from solver.slab import SCHEMES, Slab
-from solver.sliding.events import slide
-from study.accuracy.diagram import Diagram, Row
-from study.accuracy.setup import Effort, Setup, contacts
-from study.accuracy.timing import timed
-from study.discretization.front import Measured, alike, discretized, hertz_half_width, settings
-from study.manifest import parameters
-from study.manifest.parameters import Value
+from nanoslip.solver.case import Case
+from nanoslip.solver.contact.initial import initial_contact
+from nanoslip.solver.elasticity.compliance import SurfaceCompliance, surface_compliance
+from nanoslip.solver.outcome import InvalidInput, SolverError
+from nanoslip.solver.parameter import choices_of
+from nanoslip.solver.slab import SCHEMES, Slab
+from nanoslip.solver.sliding.events import slide
+from nanoslip.study.accuracy.diagram import Diagram, Row
+from nanoslip.study.accuracy.setup import Effort, Setup, contacts
+from nanoslip.study.accuracy.timing import timed
+from nanoslip.study.discretization.front import Measured, alike, discretized, hertz_half_width, settings
+from nanoslip.study.manifest import parameters
+from nanoslip.study.manifest.parameters import Value
 
 Vector = NDArray[np.float64]
 

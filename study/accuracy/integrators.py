@@ -14,16 +14,16 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.integrate import solve_ivp
 
-from solver.drive import Drive
-from solver.dynamics.friction_limit import FrictionLimit, friction_limit_of
-from solver.dynamics.integrate import DynamicsResult, integrate
-from solver.dynamics.integrators import RK4, Exact
-from solver.elasticity.compliance import surface_compliance
-from solver.sliding.events import slide
-from solver.sliding.plateau import plateau_of
-from study.accuracy.diagram import Diagram, Row
-from study.accuracy.setup import Effort, Setup
-from study.accuracy.timing import timed
+from nanoslip.solver.drive import Drive
+from nanoslip.solver.dynamics.friction_limit import FrictionLimit, friction_limit_of
+from nanoslip.solver.dynamics.integrate import DynamicsResult, integrate
+from nanoslip.solver.dynamics.integrators import RK4, Exact
+from nanoslip.solver.elasticity.compliance import surface_compliance
+from nanoslip.solver.sliding.events import slide
+from nanoslip.solver.sliding.plateau import plateau_of
+from nanoslip.study.accuracy.diagram import Diagram, Row
+from nanoslip.study.accuracy.setup import Effort, Setup
+from nanoslip.study.accuracy.timing import timed
 
 SAMPLES: Final = 2000
 Method = Literal["RK45", "DOP853"]

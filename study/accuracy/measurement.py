@@ -10,21 +10,21 @@ from typing import Final
 
 import xarray as xr
 
-from solver.outcome import SolverError
-from study.accuracy.diagram import Diagram
-from study.accuracy.digit import measure_digit
-from study.accuracy.elastic_operator import measure_elastic_operator
-from study.accuracy.integrators import measure_integrators
-from study.accuracy.picture import draw, draw_digit
-from study.accuracy.setup import QUICK, Effort, Setup, contacts
-from study.accuracy.slip_numerics import measure_slip_numerics
-from study.accuracy.table import as_markdown
-from study.accuracy.timing import machine
-from study.dataset.file import write as write_dataset
-from study.dataset.groups import carrying
-from study.discretization.front import Measured, as_text
-from study.results.file import written_whole
-from study.results.store import StoreError
+from nanoslip.solver.outcome import SolverError
+from nanoslip.study.accuracy.diagram import Diagram
+from nanoslip.study.accuracy.digit import measure_digit
+from nanoslip.study.accuracy.elastic_operator import measure_elastic_operator
+from nanoslip.study.accuracy.integrators import measure_integrators
+from nanoslip.study.accuracy.picture import draw, draw_digit
+from nanoslip.study.accuracy.setup import QUICK, Effort, Setup, contacts
+from nanoslip.study.accuracy.slip_numerics import measure_slip_numerics
+from nanoslip.study.accuracy.table import as_markdown
+from nanoslip.study.accuracy.timing import machine
+from nanoslip.study.dataset.file import write as write_dataset
+from nanoslip.study.dataset.groups import carrying
+from nanoslip.study.discretization.front import Measured, as_text
+from nanoslip.study.results.file import written_whole
+from nanoslip.study.results.store import StoreError
 
 TITLE: Final = "What accuracy costs in time"
 

@@ -9,10 +9,10 @@ import numpy as np
 from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.figure import Figure
 
-from study.accuracy.diagram import Diagram
-from study.accuracy.digit import BY_LENGTH, BY_MEMBERS, DIGIT, OBSERVABLES
-from study.figures.shared.canvas import COLORS, PAGE, column, image
-from study.manifest.manifest import MEMBERS
+from nanoslip.study.accuracy.diagram import Diagram
+from nanoslip.study.accuracy.digit import BY_LENGTH, BY_MEMBERS, DIGIT, OBSERVABLES
+from nanoslip.study.figures.shared.canvas import COLORS, PAGE, column, image
+from nanoslip.study.manifest.manifest import MEMBERS
 
 MARKERS: Final = "osD^vP"
 

@@ -5,14 +5,14 @@ from typing import Final
 
 import numpy as np
 
-from solver.case import Case, Heterogeneity
-from solver.drive import Scales
-from solver.slab import Slab
-from study.discretization.front import discretized
-from study.manifest.cases import expand
-from study.manifest.columns import ManifestError, shown
-from study.manifest.drives import NamedDrive
-from study.manifest.manifest import Manifest
+from nanoslip.solver.case import Case, Heterogeneity
+from nanoslip.solver.drive import Scales
+from nanoslip.solver.slab import Slab
+from nanoslip.study.discretization.front import discretized
+from nanoslip.study.manifest.cases import expand
+from nanoslip.study.manifest.columns import ManifestError, shown
+from nanoslip.study.manifest.drives import NamedDrive
+from nanoslip.study.manifest.manifest import Manifest
 
 
 @dataclass(frozen=True, slots=True)

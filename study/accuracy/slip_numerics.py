@@ -11,18 +11,18 @@ from typing import Final
 
 import numpy as np
 
-from solver.case import Case
-from solver.dynamics.coefficients import measured
-from solver.elasticity.compliance import surface_compliance
-from solver.ensemble import Ensemble, mean_of
-from solver.sliding.events import slide
-from solver.sliding.plateau import plateau_of
-from solver.sliding.record import FrictionRecord
-from solver.sliding.statistics import event_statistics
-from study.accuracy.diagram import Diagram, Row
-from study.accuracy.setup import Effort, Setup, on
-from study.accuracy.timing import timed
-from study.manifest.parameters import Value
+from nanoslip.solver.case import Case
+from nanoslip.solver.dynamics.coefficients import measured
+from nanoslip.solver.elasticity.compliance import surface_compliance
+from nanoslip.solver.ensemble import Ensemble, mean_of
+from nanoslip.solver.sliding.events import slide
+from nanoslip.solver.sliding.plateau import plateau_of
+from nanoslip.solver.sliding.record import FrictionRecord
+from nanoslip.solver.sliding.statistics import event_statistics
+from nanoslip.study.accuracy.diagram import Diagram, Row
+from nanoslip.study.accuracy.setup import Effort, Setup, on
+from nanoslip.study.accuracy.timing import timed
+from nanoslip.study.manifest.parameters import Value
 
 OBSERVABLES: Final = {
     "plateau": "mean of F/W on the plateau",

@@ -3,10 +3,10 @@
 import math
 from collections.abc import Iterable
 
-from solver.view import with_error
-from study.accuracy.diagram import Diagram
-from study.manifest.parameters import Value, words_of
-from study.report.console import Table
+from nanoslip.solver.view import with_error
+from nanoslip.study.accuracy.diagram import Diagram
+from nanoslip.study.manifest.parameters import Value, words_of
+from nanoslip.study.report.console import Table
 
 MARK = "*"
 

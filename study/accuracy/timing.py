@@ -5,8 +5,8 @@ import time
 from collections.abc import Callable
 from typing import TypeVar
 
-from study import provenance
-from study.machine import model
+from nanoslip.study import provenance
+from nanoslip.study.machine import model
 
 T = TypeVar("T")
 

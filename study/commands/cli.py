@@ -8,13 +8,13 @@ import sys
 
 import click
 
-from study.commands.preparing import declared as preparing
-from study.commands.computing import declared as computing
-from study.commands.looking import declared as looking
-from study.commands.judging import declared as judging
-from study.commands.shared.exits import Refusal, aborted, show
-from study.exit_codes import WRONG_INPUT
-from study.commands.shared.group import cli
+from nanoslip.study.commands.preparing import declared as preparing
+from nanoslip.study.commands.computing import declared as computing
+from nanoslip.study.commands.looking import declared as looking
+from nanoslip.study.commands.judging import declared as judging
+from nanoslip.study.commands.shared.exits import Refusal, aborted, show
+from nanoslip.study.exit_codes import WRONG_INPUT
+from nanoslip.study.commands.shared.group import cli
 
 __all__ = ["cli", "computing", "judging", "looking", "main", "preparing"]
 

@@ -1,6 +1,6 @@
 """Every variable that a dataset can have, from the declarations: rows, one variable in full, and a page of all of them.
 
-`python -m study.dataset.description > campaigns/variables.md` writes the page.
+`python -m nanoslip.study.dataset.description > campaigns/variables.md` writes the page.
 """
 
 import difflib
@@ -9,9 +9,9 @@ import textwrap
 from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import dataclass, replace
 
-from solver.quantity import Quantity
-from solver.sliding.distributions.record import SIZES
-from study.dataset.variables import (
+from nanoslip.solver.quantity import Quantity
+from nanoslip.solver.sliding.distributions.record import SIZES
+from nanoslip.study.dataset.variables import (
     ADVICE,
     CASE_ID,
     COMPUTED_BY,
@@ -28,7 +28,7 @@ from study.dataset.variables import (
     parameters,
     scalars,
 )
-from study.plan.tasks import KINDS
+from nanoslip.study.plan.tasks import KINDS
 
 CASES = "cases"
 """What stands for the dimensions that the cases lie along."""
@@ -168,7 +168,7 @@ forces over the load W, stiffness in G·L_y, where no SI unit is given. `cases` 
 several drives. Numbers are means over the members of each case's ensemble; beside many stand `NAME_uncertainty`, their
 [±](../README.md#uncertainty), and `NAME_members`, how many members have a value. The root of the file has scalars and
 parameters; records, trajectories, contacts, the inside of slabs and the software are groups of their own.
-`nanoslip describe NAME` says the same of one variable. This page is written by `python -m study.dataset.description`."""
+`nanoslip describe NAME` says the same of one variable. This page is written by `python -m nanoslip.study.dataset.description`."""
 
 
 _COLUMNS = ("| variable | along | unit | meaning | symbol | uncertainty | remark |", "|---|---|---|---|---|---|---|")

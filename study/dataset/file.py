@@ -9,11 +9,11 @@ from typing import Any, Final
 import numpy as np
 import xarray as xr
 
-from study.dataset.groups import carrying, opened, tree_of
-from study.dataset.netcdf import write_tree
-from study.dataset.seal import broken, seal
-from study.results.file import NO_FILE, is_no_file, written_whole
-from study.results.store import StoreError
+from nanoslip.study.dataset.groups import carrying, opened, tree_of
+from nanoslip.study.dataset.netcdf import write_tree
+from nanoslip.study.dataset.seal import broken, seal
+from nanoslip.study.results.file import NO_FILE, is_no_file, written_whole
+from nanoslip.study.results.store import StoreError
 
 FILE: Final = "results.nc"
 FORMAT: Final = "nanoslip_format"

@@ -10,7 +10,7 @@ from typing import Any, Final
 
 import xarray as xr
 
-from study.dataset.texts import are_texts, read_texts
+from nanoslip.study.dataset.texts import are_texts, read_texts
 
 _KEY: Final = "nanoslip_groups"
 _LABEL: Final = "case_id"

@@ -6,13 +6,13 @@ from contextlib import suppress
 from pathlib import Path
 from typing import Final
 
-from study.canonical import content_hash
-from study.dataset.seal import seal_of
-from study.discretization.front import load_front
-from study.manifest.manifest import Manifest
-from study.origin import all_sources_hash
-from study.results.file import written_whole
-from study.results.store import Store
+from nanoslip.study.canonical import content_hash
+from nanoslip.study.dataset.seal import seal_of
+from nanoslip.study.discretization.front import load_front
+from nanoslip.study.manifest.manifest import Manifest
+from nanoslip.study.origin import all_sources_hash
+from nanoslip.study.results.file import written_whole
+from nanoslip.study.results.store import Store
 
 NOTE: Final = "dataset.json"
 """File among the results that says what the dataset beside them was made of."""

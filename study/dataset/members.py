@@ -5,8 +5,8 @@ from typing import Final
 
 import xarray as xr
 
-from study.dataset.file import FORMAT, is_older
-from study.dataset.variables import DRIVE, DRIVE_MEMBERS, MEMBERS, companions, scalars
+from nanoslip.study.dataset.file import FORMAT, is_older
+from nanoslip.study.dataset.variables import DRIVE, DRIVE_MEMBERS, MEMBERS, companions, scalars
 
 EXPLAINED: Final = "behind a mean: as many members have this number, the others have none"
 

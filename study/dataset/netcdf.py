@@ -12,7 +12,7 @@ import numpy as np
 import xarray as xr
 from numpy.typing import NDArray
 
-from study.dataset.texts import are_texts, blocks, characters, longest
+from nanoslip.study.dataset.texts import are_texts, blocks, characters, longest
 
 SMALLEST_COMPRESSED: Final = 512
 """Values from which a variable is compressed: below, the chunks that it then has take more than they save."""

@@ -8,10 +8,10 @@ import numpy as np
 import xarray as xr
 from numpy.typing import NDArray
 
-from solver.quantity import Quantity
-from study.dataset import file
-from study.dataset.collection.ragged import windows
-from study.dataset.comparison import (
+from nanoslip.solver.quantity import Quantity
+from nanoslip.study.dataset import file
+from nanoslip.study.dataset.collection.ragged import windows
+from nanoslip.study.dataset.comparison import (
     ROUNDING,
     STANDARD_ERRORS,
     Difference,
@@ -23,8 +23,8 @@ from study.dataset.comparison import (
     within_uncertainty,
     worst,
 )
-from study.dataset.groups import flattened, groups_of
-from study.dataset.variables import (
+from nanoslip.study.dataset.groups import flattened, groups_of
+from nanoslip.study.dataset.variables import (
     COMPUTED_BY,
     DISCRETIZATION_ERROR,
     OUTCOMES,
@@ -33,8 +33,8 @@ from study.dataset.variables import (
     companions,
     scalars,
 )
-from study.manifest.cases import CampaignCase
-from study.origin import Origin
+from nanoslip.study.manifest.cases import CampaignCase
+from nanoslip.study.origin import Origin
 
 LITTLE: Final = 1e-2
 """Share of its scale by which a number may differ that took another path and does not know its uncertainty."""

@@ -1,8 +1,8 @@
 """Name, meaning and unit of every variable of a dataset.
 
-Those of results are declared where the solver makes them (solver.quantity) and follow from the parts of the kinds of task; here
-are the few that belong to the dataset itself. Lengths are in L_x, stiffness in G·L_y, forces over the load W; what a drive
-yields over time is in SI, as the drive is.
+Those of results are declared where the solver makes them (nanoslip.solver.quantity) and follow from the parts of the kinds of
+task; here are the few that belong to the dataset itself. Lengths are in L_x, stiffness in G·L_y, forces over the load W; what a
+drive yields over time is in SI, as the drive is.
 """
 
 from collections.abc import Mapping
@@ -12,15 +12,15 @@ from typing import Final
 
 import numpy as np
 
-from solver.case import Case, parameters_of_a_case
-from solver.drive import Scales
-from solver.quantity import GRID_ERROR, Quantity, quantities
-from solver.sliding.distributions.events import EventSizes
-from solver.sliding.validity import Validity
-from study.manifest.drives import NamedDrive, drive_parameters
-from study.origin import Origin
-from study.plan.kinds.kind import Ragged, declared
-from study.plan.tasks import KINDS
+from nanoslip.solver.case import Case, parameters_of_a_case
+from nanoslip.solver.drive import Scales
+from nanoslip.solver.quantity import GRID_ERROR, Quantity, quantities
+from nanoslip.solver.sliding.distributions.events import EventSizes
+from nanoslip.solver.sliding.validity import Validity
+from nanoslip.study.manifest.drives import NamedDrive, drive_parameters
+from nanoslip.study.origin import Origin
+from nanoslip.study.plan.kinds.kind import Ragged, declared
+from nanoslip.study.plan.tasks import KINDS
 
 
 def scalars(kind: str) -> Mapping[str, Quantity]:

@@ -24,21 +24,21 @@ from typing import Any, Final
 import numpy as np
 import xarray as xr
 
-from study.dataset import file
-from study.dataset.collection.collect import collect
-from study.dataset.collection.layout import Layout, layout_of
-from study.dataset.groups import loaded
-from study.dataset.pair import Finding, Pair, Shared, finding_of, place_of
-from study.dataset.variables import OUTCOMES
-from study.manifest.cases import CampaignCase
-from study.manifest.manifest import Manifest
-from study.manifest.reader import parse_manifest
-from study.origin import Origin, computing
-from study.plan.plan import Plan, make_plan, plan_of
-from study.plan.progress import NOTHING_KNOWN, PENDING
-from study.plan.task import Task
-from study.provenance import UNKNOWN
-from study.results.store import Store, StoreError
+from nanoslip.study.dataset import file
+from nanoslip.study.dataset.collection.collect import collect
+from nanoslip.study.dataset.collection.layout import Layout, layout_of
+from nanoslip.study.dataset.groups import loaded
+from nanoslip.study.dataset.pair import Finding, Pair, Shared, finding_of, place_of
+from nanoslip.study.dataset.variables import OUTCOMES
+from nanoslip.study.manifest.cases import CampaignCase
+from nanoslip.study.manifest.manifest import Manifest
+from nanoslip.study.manifest.reader import parse_manifest
+from nanoslip.study.origin import Origin, computing
+from nanoslip.study.plan.plan import Plan, make_plan, plan_of
+from nanoslip.study.plan.progress import NOTHING_KNOWN, PENDING
+from nanoslip.study.plan.task import Task
+from nanoslip.study.provenance import UNKNOWN
+from nanoslip.study.results.store import Store, StoreError
 
 _BESIDE: Final = ("table", "roughness", "front")
 """Keys of a manifest that name a file, whose text is the attribute manifest_<key>."""

@@ -21,13 +21,13 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from solver.case import Case
-from solver.contact import closed_forms
-from solver.outcome import InvalidInput, SolverError, quoted
-from solver.parameter import as_float
-from solver.slab import PHYSICS, Slab
-from study.manifest import parameters
-from study.manifest.columns import ManifestError, path_shown
+from nanoslip.solver.case import Case
+from nanoslip.solver.contact import closed_forms
+from nanoslip.solver.outcome import InvalidInput, SolverError, quoted
+from nanoslip.solver.parameter import as_float
+from nanoslip.solver.slab import PHYSICS, Slab
+from nanoslip.study.manifest import parameters
+from nanoslip.study.manifest.columns import ManifestError, path_shown
 
 ALIKE = math.log(1.25)
 SHIPPED = "front.json"
@@ -158,7 +158,7 @@ def load_front(path: Path | None = None, given: str | None = None) -> Front:
     """
     where = Path(SHIPPED) if path is None else path
     try:
-        file = resources.files("study.discretization") / SHIPPED if path is None else path
+        file = resources.files("nanoslip.study.discretization") / SHIPPED if path is None else path
         if path is not None and given is None and path.exists() and not path.is_file():
             raise OSError("not a regular file")  # a device may never end
         text = file.read_text("utf-8") if given is None else given

@@ -6,14 +6,14 @@ from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import replace
 from typing import Final
 
-from solver.case import Case
-from solver.slab import Slab
-from study.discretization.front import Front, discretized, load_front, settings
-from study.manifest import parameters
-from study.manifest.cases import expanding
-from study.manifest.columns import ManifestError
-from study.manifest.manifest import Manifest
-from study.manifest.parameters import Value
+from nanoslip.solver.case import Case
+from nanoslip.solver.slab import Slab
+from nanoslip.study.discretization.front import Front, discretized, load_front, settings
+from nanoslip.study.manifest import parameters
+from nanoslip.study.manifest.cases import expanding
+from nanoslip.study.manifest.columns import ManifestError
+from nanoslip.study.manifest.manifest import Manifest
+from nanoslip.study.manifest.parameters import Value
 
 SCHEME: Final = "galerkin"
 """The only scheme chosen from, as its errors converge to zero."""

@@ -7,7 +7,7 @@ from collections import defaultdict
 from collections.abc import Callable, Collection, Sequence
 from typing import Any, Final
 
-from study.execution.ledger import Begin, Ledger
+from nanoslip.study.execution.ledger import Begin, Ledger
 
 LOOKAHEAD: Final = 0.2
 """Seconds of work that may wait at a rank beyond the task it computes, of few ranks: hides the latency of messages."""

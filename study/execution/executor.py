@@ -6,18 +6,24 @@ from importlib import import_module
 from pathlib import Path
 from typing import Final
 
-from solver.outcome import COMPLETED, Ending, Outcome
-from study.execution.compiling.warm_up import WarmUp
-from study.execution.ledger import CannotGoOnError
-from study.execution.program import Settle
-from study.origin import arithmetic
-from study.plan.plan import Plan
-from study.plan.task import TaskResult
-from study.plan.tasks import Task, run_task
-from study.results.entry import CorruptResultError
-from study.results.store import Store, StoreError
+from nanoslip.solver.outcome import COMPLETED, Ending, Outcome
+from nanoslip.study.execution.compiling.warm_up import WarmUp
+from nanoslip.study.execution.ledger import CannotGoOnError
+from nanoslip.study.execution.program import Settle
+from nanoslip.study.origin import arithmetic
+from nanoslip.study.plan.plan import Plan
+from nanoslip.study.plan.task import TaskResult
+from nanoslip.study.plan.tasks import Task, run_task
+from nanoslip.study.results.entry import CorruptResultError
+from nanoslip.study.results.store import Store, StoreError
 
-_NUMERICS: Final = ("solver.compiling", "scipy.linalg", "scipy.optimize", "scipy.sparse.linalg", "scipy.special")
+_NUMERICS: Final = (
+    "nanoslip.solver.compiling",
+    "scipy.linalg",
+    "scipy.optimize",
+    "scipy.sparse.linalg",
+    "scipy.special",
+)
 """What the solver computes with and loads when it does. On a crowded file system that takes longer than many a task."""
 
 INPUTS: Final = 4

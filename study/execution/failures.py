@@ -8,14 +8,14 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Final
 
-from solver.outcome import UNDONE, Ending, Outcome
-from study.execution.ledger import Done, Report
-from study.origin import here
-from study.plan.plan import Plan
-from study.plan.tasks import Task
-from study.results import attempts
-from study.results.attempts import Attempt
-from study.results.store import Store
+from nanoslip.solver.outcome import UNDONE, Ending, Outcome
+from nanoslip.study.execution.ledger import Done, Report
+from nanoslip.study.origin import here
+from nanoslip.study.plan.plan import Plan
+from nanoslip.study.plan.tasks import Task
+from nanoslip.study.results import attempts
+from nanoslip.study.results.attempts import Attempt
+from nanoslip.study.results.store import Store
 
 VISIBLE: Final = 90.0
 """Seconds after which a network file system shows what another machine has written: clients remember folders for 60 at most."""

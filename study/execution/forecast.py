@@ -7,7 +7,7 @@ from collections.abc import Callable, Collection, Mapping, Sequence
 from operator import attrgetter
 from typing import Any, Final
 
-from study.execution.queue import TaskQueue, Work
+from nanoslip.study.execution.queue import TaskQueue, Work
 
 LEAST: Final = 1e-3
 """Lower bound of a task's expected seconds: its files and messages, however little it computes."""

@@ -10,7 +10,7 @@ import types
 from collections.abc import Callable
 from typing import Self
 
-from study.exit_codes import INTERRUPTED
+from nanoslip.study.exit_codes import INTERRUPTED
 
 SIGNALS = (signal.SIGTERM, signal.SIGINT, signal.SIGUSR1)
 GRACE = 20.0

@@ -9,9 +9,9 @@ from dataclasses import dataclass, field
 from time import perf_counter, time
 from typing import Final, Generic, TypeVar
 
-from solver.outcome import UNDONE, Ending, Outcome, printable, quoted
-from study.execution.forecast import Expectation
-from study.execution.queue import TaskQueue, Work
+from nanoslip.solver.outcome import UNDONE, Ending, Outcome, printable, quoted
+from nanoslip.study.execution.forecast import Expectation
+from nanoslip.study.execution.queue import TaskQueue, Work
 
 W = TypeVar("W", bound=Work)
 Execute = Callable[[W], Outcome]

@@ -35,4 +35,4 @@ class Program:
 
 def computing(out: Path) -> Program:
     """What computes the tasks of a campaign, with the results in this folder, wherever a task leads its process."""
-    return Program("study.execution.executor", "executor", out.absolute())
+    return Program("nanoslip.study.execution.executor", "executor", out.absolute())

@@ -6,9 +6,9 @@ from collections.abc import Collection, Sequence
 from types import TracebackType
 from typing import Any, Protocol, Self, TextIO
 
-from solver.outcome import Outcome
-from study.execution.forecast import Forecast, Measured, duration
-from study.execution.queue import Work
+from nanoslip.solver.outcome import Outcome
+from nanoslip.study.execution.forecast import Forecast, Measured, duration
+from nanoslip.study.execution.queue import Work
 
 SILENCE = 10.0
 """Seconds between plain lines."""

@@ -5,10 +5,10 @@ from pathlib import Path
 
 import xarray as xr
 
-from study.figures.shared.canvas import image
-from study.figures.shared.claims import table
-from study.figures.shared.figure import FIGURES, CampaignFigure
-from study.figures.shared.files import write_files
+from nanoslip.study.figures.shared.canvas import image
+from nanoslip.study.figures.shared.claims import table
+from nanoslip.study.figures.shared.figure import FIGURES, CampaignFigure
+from nanoslip.study.figures.shared.files import write_files
 
 INDEX = "README.md"
 """The gallery of a folder."""
@@ -22,7 +22,7 @@ def place(figure: CampaignFigure, root: Path) -> Path:
 def write(figure: CampaignFigure, dataset: xr.Dataset, root: Path, formats: Sequence[str]) -> list[Path]:
     """Draw a figure of its campaign's dataset into its place below a root; returns the files, the page last.
 
-    formats: of study.figures.shared.canvas.FORMATS. Raises StoreError.
+    formats: of nanoslip.study.figures.shared.canvas.FORMATS. Raises StoreError.
     """
     folder, drawn = place(figure, root), figure.draw(dataset)
     files = {folder / f"{figure.name}.{form}": image(drawn, form) for form in formats}

@@ -10,16 +10,16 @@ from typing import Any, Final, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from solver.case import Case
-from solver.drive import Scales
-from solver.outcome import COMPLETED, InvalidInput, Outcome
-from study.canonical import Texts, content_hash
-from study.manifest.columns import ManifestError, key_shown, number_or_text, shown, unknown
-from study.manifest.drives import drive_parameters
-from study.manifest.effects import refusal
-from study.manifest.manifest import STAGES, EnsembleTable, Manifest, Outputs, TargetTable, field_names
-from study.manifest.parameters import STANDARD, TABLES, Alike, Value, in_words, words, words_of
-from study.manifest.reader import KEYS_OF_FILES
+from nanoslip.solver.case import Case
+from nanoslip.solver.drive import Scales
+from nanoslip.solver.outcome import COMPLETED, InvalidInput, Outcome
+from nanoslip.study.canonical import Texts, content_hash
+from nanoslip.study.manifest.columns import ManifestError, key_shown, number_or_text, shown, unknown
+from nanoslip.study.manifest.drives import drive_parameters
+from nanoslip.study.manifest.effects import refusal
+from nanoslip.study.manifest.manifest import STAGES, EnsembleTable, Manifest, Outputs, TargetTable, field_names
+from nanoslip.study.manifest.parameters import STANDARD, TABLES, Alike, Value, in_words, words, words_of
+from nanoslip.study.manifest.reader import KEYS_OF_FILES
 
 Point = tuple[Value | None, ...]
 """Values of the axes. None: a setting that this case does not have."""

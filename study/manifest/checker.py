@@ -5,11 +5,11 @@ from functools import partial
 from pathlib import Path
 from typing import Any, TypeVar
 
-from solver.case import Case
-from solver.outcome import InvalidInput
-from solver.parameter import declared
-from solver.slab import SCHEMES
-from study.manifest.columns import (
+from nanoslip.solver.case import Case
+from nanoslip.solver.outcome import InvalidInput
+from nanoslip.solver.parameter import declared
+from nanoslip.solver.slab import SCHEMES
+from nanoslip.study.manifest.columns import (
     Columns,
     Given,
     ManifestError,
@@ -23,7 +23,7 @@ from study.manifest.columns import (
     shown,
     unknown,
 )
-from study.manifest.parameters import Alike, Value, make_case, words, words_of
+from nanoslip.study.manifest.parameters import Alike, Value, make_case, words, words_of
 
 
 class Checker:

@@ -13,11 +13,11 @@ from functools import partial
 from pathlib import Path
 from typing import Any, NamedTuple
 
-from solver.case import FARTHEST_POINT, LEAST_APART, Heterogeneity, parameters_of_a_case
-from solver.drive import parameters_of_a_drive
-from solver.outcome import SHOWN, InvalidInput, quoted
-from solver.slab import SCHEMES
-from study.manifest.parameters import Value, axes, of_symbol, table_of
+from nanoslip.solver.case import FARTHEST_POINT, LEAST_APART, Heterogeneity, parameters_of_a_case
+from nanoslip.solver.drive import parameters_of_a_drive
+from nanoslip.solver.outcome import SHOWN, InvalidInput, quoted
+from nanoslip.solver.slab import SCHEMES
+from nanoslip.study.manifest.parameters import Value, axes, of_symbol, table_of
 
 # Messages about a wrong campaign: one line per problem, with its place, the value and what is allowed.
 

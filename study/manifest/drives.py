@@ -4,11 +4,20 @@ from collections.abc import Mapping
 from dataclasses import dataclass, field
 from typing import Any, Self
 
-from solver.drive import PERIODS, TRAVEL, Drive, Scales, in_seconds, lasting, parameters_of_a_drive, si_defaults
-from solver.outcome import InvalidInput, Outcome, quoted
-from solver.parameter import Parameter, check, declared, parameter
-from study.manifest.columns import ONE_LINE, one_line
-from study.manifest.parameters import Value
+from nanoslip.solver.drive import (
+    PERIODS,
+    TRAVEL,
+    Drive,
+    Scales,
+    in_seconds,
+    lasting,
+    parameters_of_a_drive,
+    si_defaults,
+)
+from nanoslip.solver.outcome import InvalidInput, Outcome, quoted
+from nanoslip.solver.parameter import Parameter, check, declared, parameter
+from nanoslip.study.manifest.columns import ONE_LINE, one_line
+from nanoslip.study.manifest.parameters import Value
 
 
 @dataclass(frozen=True, slots=True)

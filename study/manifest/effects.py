@@ -3,11 +3,11 @@
 from collections.abc import Sequence
 from typing import Final, NamedTuple
 
-from solver.case import Case, Effects
-from solver.elasticity.grid_scheme import GridScheme
-from solver.slab import SCHEMES, Slab
-from study.manifest.drives import NamedDrive
-from study.manifest.manifest import Manifest
+from nanoslip.solver.case import Case, Effects
+from nanoslip.solver.elasticity.grid_scheme import GridScheme
+from nanoslip.solver.slab import SCHEMES, Slab
+from nanoslip.study.manifest.drives import NamedDrive
+from nanoslip.study.manifest.manifest import Manifest
 
 
 def refusal(manifest: Manifest, case: Case) -> str:

@@ -7,13 +7,13 @@ from dataclasses import dataclass, field, fields
 from pathlib import Path
 from typing import Any, Final, Literal, get_args
 
-from solver.case import MOST_EVENTS
-from solver.drive import Scales
-from solver.ensemble import ALONE, FEWEST, Ensemble, Places
-from solver.outcome import InvalidInput, quoted
-from study.manifest.columns import shown
-from study.manifest.drives import CampaignDrive
-from study.manifest.parameters import Value
+from nanoslip.solver.case import MOST_EVENTS
+from nanoslip.solver.drive import Scales
+from nanoslip.solver.ensemble import ALONE, FEWEST, Ensemble, Places
+from nanoslip.solver.outcome import InvalidInput, quoted
+from nanoslip.study.manifest.columns import shown
+from nanoslip.study.manifest.drives import CampaignDrive
+from nanoslip.study.manifest.parameters import Value
 
 Stage = Literal["contact", "slip", "dynamics"]
 Design = Literal["product", "zip", "table"]
@@ -171,7 +171,7 @@ class Manifest:
     ensemble: Ensemble = ALONE
     """How many starts of every case are computed."""
     accuracy: float | None = None
-    """Relative error asked for instead of a discretization (see study.discretization.front)."""
+    """Relative error asked for instead of a discretization (see nanoslip.study.discretization.front)."""
     front: Path | None = None
     """File of the measured front to choose the discretization from; None for the one that comes with this package."""
     front_text: str | None = None

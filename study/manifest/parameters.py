@@ -6,10 +6,10 @@ from collections.abc import Mapping, Sequence
 from dataclasses import fields
 from typing import Any, Final
 
-from solver.case import Case, parameters_of_a_case
-from solver.outcome import InvalidInput
-from solver.parameter import Parameter, declared
-from solver.slab import PHYSICS, SCHEMES, Slab
+from nanoslip.solver.case import Case, parameters_of_a_case
+from nanoslip.solver.outcome import InvalidInput
+from nanoslip.solver.parameter import Parameter, declared
+from nanoslip.solver.slab import PHYSICS, SCHEMES, Slab
 
 Value = float | int | str
 

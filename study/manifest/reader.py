@@ -11,11 +11,11 @@ from collections.abc import Iterator, Mapping, Sequence
 from pathlib import Path
 from typing import Any, Final, NamedTuple
 
-from solver.drive import DURATIONS, INTEGRATORS, PERIODS, TRAVEL, Scales, only_length
-from solver.ensemble import Ensemble
-from solver.outcome import COMPLETED, InvalidInput, quoted
-from study.manifest.checker import Checker, NamedFiles
-from study.manifest.columns import (
+from nanoslip.solver.drive import DURATIONS, INTEGRATORS, PERIODS, TRAVEL, Scales, only_length
+from nanoslip.solver.ensemble import Ensemble
+from nanoslip.solver.outcome import COMPLETED, InvalidInput, quoted
+from nanoslip.study.manifest.checker import Checker, NamedFiles
+from nanoslip.study.manifest.columns import (
     ONE_LINE,
     Columns,
     Given,
@@ -28,8 +28,8 @@ from study.manifest.columns import (
     shown,
     unknown,
 )
-from study.manifest.drives import CampaignDrive, NamedDrive, drive_parameters
-from study.manifest.manifest import (
+from nanoslip.study.manifest.drives import CampaignDrive, NamedDrive, drive_parameters
+from nanoslip.study.manifest.manifest import (
     KNOWABLE,
     MOST_CASES,
     MOST_DRIVEN,
@@ -44,8 +44,8 @@ from study.manifest.manifest import (
     field_names,
     is_share,
 )
-from study.manifest.parameters import TABLES, Value, axes, make_case, settings, words
-from study.toml_text import from_toml
+from nanoslip.study.manifest.parameters import TABLES, Value, axes, make_case, settings, words
+from nanoslip.study.toml_text import from_toml
 
 # The drives of a campaign file: its tables [[drives]], each at every point of [drive_axes].
 

@@ -6,7 +6,7 @@ from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, field
 from functools import cached_property
 
-from study.manifest.cases import CampaignCase
+from nanoslip.study.manifest.cases import CampaignCase
 
 TaskNames = tuple[tuple[str, str], ...]
 """Kinds of tasks, each with the label of its drive ("" without one)."""

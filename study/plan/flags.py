@@ -5,12 +5,12 @@ import math
 import operator
 from collections.abc import Callable, Sequence
 
-from solver.case import Case
-from solver.sliding.validity import FLAGS, expected_flags, mask_of
-from study.manifest.parameters import Value, in_words
-from study.plan.outlook import Outlook
-from study.plan.plan import Plan
-from study.plan.task import TaskResult
+from nanoslip.solver.case import Case
+from nanoslip.solver.sliding.validity import FLAGS, expected_flags, mask_of
+from nanoslip.study.manifest.parameters import Value, in_words
+from nanoslip.study.plan.outlook import Outlook
+from nanoslip.study.plan.plan import Plan
+from nanoslip.study.plan.task import TaskResult
 
 _OF_CONTACTS = ("contact", "record")
 """Kinds of task whose results have flags."""

@@ -9,12 +9,12 @@ from dataclasses import fields, is_dataclass
 from functools import lru_cache
 from typing import Any, NamedTuple
 
-from solver.case import PARTS, Case
-from solver.drive import Integrator
-from solver.parameter import declared
-from solver.slab import Scheme
-from study.canonical import Texts, content_hash
-from study.manifest.parameters import words
+from nanoslip.solver.case import PARTS, Case
+from nanoslip.solver.drive import Integrator
+from nanoslip.solver.parameter import declared
+from nanoslip.solver.slab import Scheme
+from nanoslip.study.canonical import Texts, content_hash
+from nanoslip.study.manifest.parameters import words
 
 SOLVER_VERSION = "27"
 """Part of every key: raise it whenever a change of the solver changes a result, or what numbers it has."""

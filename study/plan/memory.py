@@ -6,9 +6,9 @@ import os
 from collections.abc import Sequence
 from operator import attrgetter
 
-from study.plan.cost.arrays import record_bytes
-from study.plan.plan import Plan
-from study.plan.tasks import Task, compliance_needs
+from nanoslip.study.plan.cost.arrays import record_bytes
+from nanoslip.study.plan.plan import Plan
+from nanoslip.study.plan.tasks import Task, compliance_needs
 
 PROGRAM = 2e8
 """Bytes of a process that has computed nothing yet."""

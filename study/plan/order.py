@@ -2,8 +2,8 @@
 
 from collections.abc import Iterable
 
-from study.plan.task import Task
-from study.plan.tasks import in_stages
+from nanoslip.study.plan.task import Task
+from nanoslip.study.plan.tasks import in_stages
 
 
 def longest_chain_first(tasks: Iterable[Task]) -> tuple[Task, ...]:

@@ -3,9 +3,9 @@
 import math
 from typing import NamedTuple
 
-from solver.sliding.validity import expected_flags, mask_of
-from study.plan.cost.counts import expected_displacement
-from study.plan.plan import Plan
+from nanoslip.solver.sliding.validity import expected_flags, mask_of
+from nanoslip.study.plan.cost.counts import expected_displacement
+from nanoslip.study.plan.plan import Plan
 
 
 class Outlook(NamedTuple):

@@ -5,17 +5,17 @@ from collections.abc import Collection, Mapping, Sequence
 from dataclasses import dataclass, replace
 from typing import Final
 
-from solver.outcome import UNDONE, Ending, Outcome
-from study.discretization.targets import settled
-from study.garbage import all_kept
-from study.manifest.cases import CampaignCase, Heard, cases_of, expanding
-from study.manifest.manifest import Manifest
-from study.origin import Origins, foreign_among
-from study.plan.case_tasks import TasksOfCases
-from study.plan.kinds.kind import Wanted
-from study.plan.order import longest_chain_first
-from study.plan.task import Label, Task
-from study.plan.tasks import KINDS, estimate, in_stages
+from nanoslip.solver.outcome import UNDONE, Ending, Outcome
+from nanoslip.study.discretization.targets import settled
+from nanoslip.study.garbage import all_kept
+from nanoslip.study.manifest.cases import CampaignCase, Heard, cases_of, expanding
+from nanoslip.study.manifest.manifest import Manifest
+from nanoslip.study.origin import Origins, foreign_among
+from nanoslip.study.plan.case_tasks import TasksOfCases
+from nanoslip.study.plan.kinds.kind import Wanted
+from nanoslip.study.plan.order import longest_chain_first
+from nanoslip.study.plan.task import Label, Task
+from nanoslip.study.plan.tasks import KINDS, estimate, in_stages
 
 DOUBT: Final = 100.0
 """A task that takes so many times longer than estimated is taken to hang; the worst estimates known are 30 times off."""
@@ -104,7 +104,8 @@ class Plan:
 def make_plan(manifest: Manifest, heard: Heard = lambda _: None) -> Plan:
     """Everything a campaign has to compute. Raises ManifestError where two cases are the same.
 
-    Of an error asked for, the plan's manifest has the numerics that were chosen for it (see study.discretization.targets).
+    Of an error asked for, the plan's manifest has the numerics that were chosen for it (see
+    nanoslip.study.discretization.targets).
     heard: callback, called repeatedly with the number of cases so far.
     """
     with all_kept():

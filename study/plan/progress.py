@@ -5,11 +5,11 @@ from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
 from typing import Final
 
-from solver.outcome import UNDONE, Ending, Outcome
-from study.manifest.cases import CampaignCase
-from study.manifest.drives import CampaignDrive
-from study.plan.plan import Plan
-from study.plan.task import Task
+from nanoslip.solver.outcome import UNDONE, Ending, Outcome
+from nanoslip.study.manifest.cases import CampaignCase
+from nanoslip.study.manifest.drives import CampaignDrive
+from nanoslip.study.plan.plan import Plan
+from nanoslip.study.plan.task import Task
 
 PENDING: Final = "pending"
 """What stands for the outcome of what is not computed yet."""

@@ -1,6 +1,6 @@
 """How much disk space a campaign takes: files of results, and the dataset made of those that it keeps."""
 
-from study.plan.plan import Plan
+from nanoslip.study.plan.plan import Plan
 
 DATASET = 1.5e5
 """Bytes of a dataset without arrays: its variables, and all that they say of themselves."""

@@ -2,7 +2,7 @@
 
 import math
 
-from study.plan.outlook import Outlook
+from nanoslip.study.plan.outlook import Outlook
 
 
 def span_line(outlook: Outlook) -> str:

@@ -9,13 +9,13 @@ from typing import Any
 
 from numpy.typing import NDArray
 
-from solver.case import Case
-from solver.drive import Drive
-from solver.ensemble import ALONE, Ensemble
-from solver.outcome import Outcome
-from solver.slab import Slab
-from study.manifest.parameters import Value, in_words
-from study.origin import Origins
+from nanoslip.solver.case import Case
+from nanoslip.solver.drive import Drive
+from nanoslip.solver.ensemble import ALONE, Ensemble
+from nanoslip.solver.outcome import Outcome
+from nanoslip.solver.slab import Slab
+from nanoslip.study.manifest.parameters import Value, in_words
+from nanoslip.study.origin import Origins
 
 Label = tuple[tuple[str, ...], tuple[Value | None, ...]]
 """What a task is labelled by, names and values: parameters, the ensemble's member, the drive. What is None is left out."""
@@ -28,7 +28,7 @@ class Task:
     key: str
     """Hash of the kind and of all that decides the result, in the solver's units (20 hexadecimal digits)."""
     kind: str
-    """One of study.plan.tasks.KINDS."""
+    """One of nanoslip.study.plan.tasks.KINDS."""
     slab: Slab
     case: Case | None = None
     """The physics point; None for a compliance."""
@@ -92,7 +92,7 @@ class TaskResult:
     kind: str
     outcome: Outcome
     scalars: Mapping[str, Sequence[float | int]] = field(default_factory=dict)
-    """Of each member one, by the name that its kind's parts give them (see study.plan.kinds.kind)."""
+    """Of each member one, by the name that its kind's parts give them (see nanoslip.study.plan.kinds.kind)."""
     arrays: Mapping[str, NDArray[Any]] = field(default_factory=dict)
     """By name likewise: of the first member, or of all of them one behind the other (`Kind.all_members`)."""
     members: tuple[Outcome, ...] = ()

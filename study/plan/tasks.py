@@ -5,18 +5,18 @@ from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import replace
 from typing import Final
 
-from solver.outcome import Ending, Outcome, SolverError
-from study.manifest.manifest import Manifest
-from study.origin import computing, stemming
-from study.plan.cost.rates import TASK
-from study.plan.kinds.compliance import COMPLIANCE, compliance_needs, compliance_task
-from study.plan.kinds.contact import CONTACT, contact_task
-from study.plan.kinds.drive import DRIVE, drive_task
-from study.plan.kinds.kind import Estimate, Kind, joint_outcome, numbers
-from study.plan.kinds.record import RECORD, record_scalars_task, record_task
-from study.plan.kinds.states import STATES, states_task
-from study.plan.kinds.statistics import STATISTICS, statistics_task
-from study.plan.task import Task, TaskResult
+from nanoslip.solver.outcome import Ending, Outcome, SolverError
+from nanoslip.study.manifest.manifest import Manifest
+from nanoslip.study.origin import computing, stemming
+from nanoslip.study.plan.cost.rates import TASK
+from nanoslip.study.plan.kinds.compliance import COMPLIANCE, compliance_needs, compliance_task
+from nanoslip.study.plan.kinds.contact import CONTACT, contact_task
+from nanoslip.study.plan.kinds.drive import DRIVE, drive_task
+from nanoslip.study.plan.kinds.kind import Estimate, Kind, joint_outcome, numbers
+from nanoslip.study.plan.kinds.record import RECORD, record_scalars_task, record_task
+from nanoslip.study.plan.kinds.states import STATES, states_task
+from nanoslip.study.plan.kinds.statistics import STATISTICS, statistics_task
+from nanoslip.study.plan.task import Task, TaskResult
 
 __all__ = [
     "KINDS",

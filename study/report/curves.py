@@ -9,8 +9,8 @@ import numpy as np
 import xarray as xr
 from numpy.typing import ArrayLike, NDArray
 
-from study.dataset.access.accessor import Accessor
-from study.dataset.groups import groups_of
+from nanoslip.study.dataset.access.accessor import Accessor
+from nanoslip.study.dataset.groups import groups_of
 
 
 @dataclass(frozen=True, slots=True)
@@ -26,7 +26,7 @@ class Curve:
 def curves(case: xr.Dataset) -> Iterator[Curve]:
     """The lines that a case has: F/W over δ_p; of a single drive the spring force over time; p over x without a record.
 
-    case: of study.dataset.access.single, one member of an ensemble.
+    case: of nanoslip.study.dataset.access.single, one member of an ensemble.
     """
     see = Accessor(case)
     if _has(case, "record", "event"):

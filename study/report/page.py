@@ -21,21 +21,21 @@ import xarray as xr
 from markupsafe import Markup, escape
 from matplotlib.ticker import EngFormatter
 
-from study.dataset.access.tidy import Column
-from study.dataset.collection.counted import without_numbers
-from study.dataset.members import ends_of, means_of, members_of, modelled
-from study.dataset.variables import DISCRETIZATION_ERROR, OUTCOMES
-from study.exit_codes import CRASHED, FAILURES, INTERRUPTED, WRONG_INPUT
-from study.figures.shared.canvas import COLORS, image
-from study.figures.shared.closed_form import scales_of
-from study.figures.shared.files import write_files
-from study.figures.sweep.label import SYMBOL, label
-from study.figures.views.catalogue import SORTS
-from study.figures.views.choice import spread
-from study.figures.views.view import Sort, View, csv_of
-from study.garbage import all_kept
-from study.report.console import Table
-from study.report.summary import (
+from nanoslip.study.dataset.access.tidy import Column
+from nanoslip.study.dataset.collection.counted import without_numbers
+from nanoslip.study.dataset.members import ends_of, means_of, members_of, modelled
+from nanoslip.study.dataset.variables import DISCRETIZATION_ERROR, OUTCOMES
+from nanoslip.study.exit_codes import CRASHED, FAILURES, INTERRUPTED, WRONG_INPUT
+from nanoslip.study.figures.shared.canvas import COLORS, image
+from nanoslip.study.figures.shared.closed_form import scales_of
+from nanoslip.study.figures.shared.files import write_files
+from nanoslip.study.figures.sweep.label import SYMBOL, label
+from nanoslip.study.figures.views.catalogue import SORTS
+from nanoslip.study.figures.views.choice import spread
+from nanoslip.study.figures.views.view import Sort, View, csv_of
+from nanoslip.study.garbage import all_kept
+from nanoslip.study.report.console import Table
+from nanoslip.study.report.summary import (
     MOST_ROWS,
     NOTHING,
     counted_as,
@@ -45,9 +45,9 @@ from study.report.summary import (
     scalar_table,
     short_summary,
 )
-from study.results import attempts as runs
-from study.results.attempts import RUNS_FILE as JOURNAL_FILE
-from study.results.attempts import Run
+from nanoslip.study.results import attempts as runs
+from nanoslip.study.results.attempts import RUNS_FILE as JOURNAL_FILE
+from nanoslip.study.results.attempts import Run
 
 # Flat tables as text for other programs: CSV and JSON.
 
@@ -427,7 +427,7 @@ def write(dataset: xr.Dataset, out: Path) -> Path:
 def page(dataset: xr.Dataset, journal: Sequence[Run]) -> str:
     """The page as HTML. journal: the runs that computed its results, as far as they are known."""
     environment = jinja2.Environment(
-        loader=jinja2.PackageLoader("study.report"),
+        loader=jinja2.PackageLoader("nanoslip.study.report"),
         autoescape=True,
         undefined=jinja2.StrictUndefined,
         trim_blocks=True,

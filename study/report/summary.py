@@ -10,15 +10,15 @@ import numpy as np
 import xarray as xr
 from numpy.typing import NDArray
 
-from solver.effects import LeftOut
-from solver.outcome import Ending
-from solver.quantity import quantities
-from solver.sliding.validity import flags_in
-from solver.view import with_error
-from study.dataset.collection.counted import in_short, joined, without_numbers
-from study.dataset.members import fewer, means_of, modelled
-from study.dataset.texts import are_texts
-from study.dataset.variables import (
+from nanoslip.solver.effects import LeftOut
+from nanoslip.solver.outcome import Ending
+from nanoslip.solver.quantity import quantities
+from nanoslip.solver.sliding.validity import flags_in
+from nanoslip.solver.view import with_error
+from nanoslip.study.dataset.collection.counted import in_short, joined, without_numbers
+from nanoslip.study.dataset.members import fewer, means_of, modelled
+from nanoslip.study.dataset.texts import are_texts
+from nanoslip.study.dataset.variables import (
     DRIVE,
     DRIVE_MEMBERS,
     MEMBERS,
@@ -28,14 +28,14 @@ from study.dataset.variables import (
     all_scalars,
     parameters,
 )
-from study.figures.sweep.label import in_unit, readable, said, symbol, unit_of
-from study.figures.sweep.points import listed
-from study.manifest.manifest import Stage, TargetTable
-from study.manifest.parameters import Value
-from study.plan.flags import flag_lines
-from study.plan.progress import PENDING
-from study.report.console import Table
-from study.toml_text import from_toml
+from nanoslip.study.figures.sweep.label import in_unit, readable, said, symbol, unit_of
+from nanoslip.study.figures.sweep.points import listed
+from nanoslip.study.manifest.manifest import Stage, TargetTable
+from nanoslip.study.manifest.parameters import Value
+from nanoslip.study.plan.flags import flag_lines
+from nanoslip.study.plan.progress import PENDING
+from nanoslip.study.report.console import Table
+from nanoslip.study.toml_text import from_toml
 
 # Values that are the same in all rows of a table: printed once above it, not in every row.
 
@@ -90,7 +90,7 @@ _SAID_APART: Final = {
 def case_table(case: xr.Dataset) -> tuple[Table, list[str]]:
     """Name, value with its unit, and meaning of each scalar that one case has, and the names of those that it lacks (NaN, empty).
 
-    case: of study.dataset.access.single; what lies along a dimension is left out.
+    case: of nanoslip.study.dataset.access.single; what lies along a dimension is left out.
     """
     rows, missing = [], []
     case = in_short(case)
@@ -166,7 +166,7 @@ class Point:
     values: xr.Dataset
     """The scalars of this case."""
     selection: dict[str, Value]
-    """What singles it out for the accessor of study.dataset.access."""
+    """What singles it out for the accessor of nanoslip.study.dataset.access."""
 
 
 def points(dataset: xr.Dataset, variable: str, most: int = MOST_ROWS) -> Iterator[Point]:

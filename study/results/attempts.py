@@ -11,8 +11,8 @@ from dataclasses import asdict, dataclass, field, fields
 from pathlib import Path
 from typing import Any, Final
 
-from solver.outcome import Ending, Outcome
-from study.results import file as lines
+from nanoslip.solver.outcome import Ending, Outcome
+from nanoslip.study.results import file as lines
 
 FILE: Final = "attempts.jsonl"
 ADVICE: Final = "; `nanoslip run --retry` tries again"
@@ -32,7 +32,7 @@ class Attempt:
     passing: bool
     """Whether the machine was at fault, not the task: the next run tries again."""
     solver: str
-    """Name of what failed (study.origin.Origin.solver)."""
+    """Name of what failed (nanoslip.study.origin.Origin.solver)."""
     where: str
     """Rank and host."""
     ended: str
@@ -132,7 +132,7 @@ class Run:
     nanoslip: str = ""
     """Version as its users see it."""
     solver: str = ""
-    """Name of what decides results (study.origin.Origin.solver)."""
+    """Name of what decides results (nanoslip.study.origin.Origin.solver)."""
     source_commit: str = ""
     host: str = ""
     """Where the first process was."""

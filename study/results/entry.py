@@ -19,10 +19,10 @@ from typing import Any, BinaryIO, Final, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from solver.outcome import Ending, Outcome
-from study.origin import Origins, as_data, from_data
-from study.plan.task import TaskResult
-from study.results.file import written_whole
+from nanoslip.solver.outcome import Ending, Outcome
+from nanoslip.study.origin import Origins, as_data, from_data
+from nanoslip.study.plan.task import TaskResult
+from nanoslip.study.results.file import written_whole
 
 
 class CorruptResultError(Exception):

@@ -23,8 +23,8 @@ from contextlib import suppress
 from pathlib import Path
 from typing import Any, Final, NamedTuple, Self
 
-from study.results.file import lives, scratch_beside
-from study.results.store import StoreError
+from nanoslip.study.results.file import lives, scratch_beside
+from nanoslip.study.results.store import StoreError
 
 FILE: Final = "running.json"
 FRESH: Final = 60.0

@@ -21,8 +21,8 @@ from functools import lru_cache
 from pathlib import Path
 from typing import BinaryIO, Final, NamedTuple, TypeVar
 
-from study.plan.task import TaskResult
-from study.results.entry import (
+from nanoslip.study.plan.task import TaskResult
+from nanoslip.study.results.entry import (
     ALIGNED,
     MARK,
     CorruptResultError,
@@ -34,7 +34,7 @@ from study.results.entry import (
     read_head,
     result_of,
 )
-from study.results.file import NO_FILE, free_name, is_no_file, written_whole
+from nanoslip.study.results.file import NO_FILE, free_name, is_no_file, written_whole
 
 ENDING: Final = ".log"
 SYNC: Final = 1.0

@@ -4,16 +4,16 @@ import os
 from contextlib import suppress
 from pathlib import Path
 
-from study.results import attempts
-from study.results import attempts as runs
-from study.results import entry as own
-from study.results import file as lines
-from study.results.file import free_name
-from study.results.lease import Lease
-from study.results.log import is_name, later
-from study.results.shard import FOLDER, folders
-from study.results.store import FOLDER as RESULTS
-from study.results.store import Store, StoreError
+from nanoslip.study.results import attempts
+from nanoslip.study.results import attempts as runs
+from nanoslip.study.results import entry as own
+from nanoslip.study.results import file as lines
+from nanoslip.study.results.file import free_name
+from nanoslip.study.results.lease import Lease
+from nanoslip.study.results.log import is_name, later
+from nanoslip.study.results.shard import FOLDER, folders
+from nanoslip.study.results.store import FOLDER as RESULTS
+from nanoslip.study.results.store import Store, StoreError
 
 
 def merge_shards(out: Path) -> list[str]:

@@ -2,8 +2,8 @@
 
 What other tasks read (a compliance, a record that is driven) is a file of its own, `results/<key>.result`. Everything else stands
 in logs, `results/*.log`, one of each process that computed: files grow with ranks and runs, not with tasks. Both hold entries
-(study.results.entry), which say their key and are sealed: no bit of them can change, and no two files can change places, without
-being found.
+(nanoslip.study.results.entry), which say their key and are sealed: no bit of them can change, and no two files can change places,
+without being found.
 """
 
 import itertools
@@ -16,15 +16,15 @@ from operator import attrgetter
 from pathlib import Path
 from typing import Final, TypeVar
 
-from solver.outcome import Outcome
-from study.origin import Origins, here
-from study.plan.task import TaskResult
-from study.results import attempts
-from study.results import entry as own
-from study.results.attempts import Attempt
-from study.results.entry import CorruptResultError, Head, Meta, OtherFormatError, packed
-from study.results.file import clear_away, scratch_beside
-from study.results.log import Logs, LogWriter, Places
+from nanoslip.solver.outcome import Outcome
+from nanoslip.study.origin import Origins, here
+from nanoslip.study.plan.task import TaskResult
+from nanoslip.study.results import attempts
+from nanoslip.study.results import entry as own
+from nanoslip.study.results.attempts import Attempt
+from nanoslip.study.results.entry import CorruptResultError, Head, Meta, OtherFormatError, packed
+from nanoslip.study.results.file import clear_away, scratch_beside
+from nanoslip.study.results.log import Logs, LogWriter, Places
 
 FOLDER: Final = "results"
 Said = TypeVar("Said")

@@ -15,19 +15,19 @@ from typing import Any, TypeVar
 
 import numpy as np
 
-from solver.outcome import COMPLETED, Outcome
-from study.execution.compiling.miniatures import miniatures
-from study.execution.compiling.warm_up import warm_up
-from study.execution.dispatch import lookahead
-from study.execution.farms.farm import Farm
-from study.execution.farms.opening import open_farm
-from study.execution.farms.processes import ProcessFarm
-from study.execution.farms.ranks import MPIFarm
-from study.execution.program import Program
-from study.manifest.reader import load_manifest
-from study.plan.plan import Plan, make_plan
-from study.plan.tasks import Task, TaskResult, run_task
-from study.results.store import Store
+from nanoslip.solver.outcome import COMPLETED, Outcome
+from nanoslip.study.execution.compiling.miniatures import miniatures
+from nanoslip.study.execution.compiling.warm_up import warm_up
+from nanoslip.study.execution.dispatch import lookahead
+from nanoslip.study.execution.farms.farm import Farm
+from nanoslip.study.execution.farms.opening import open_farm
+from nanoslip.study.execution.farms.processes import ProcessFarm
+from nanoslip.study.execution.farms.ranks import MPIFarm
+from nanoslip.study.execution.program import Program
+from nanoslip.study.manifest.reader import load_manifest
+from nanoslip.study.plan.plan import Plan, make_plan
+from nanoslip.study.plan.tasks import Task, TaskResult, run_task
+from nanoslip.study.results.store import Store
 from tests.benchmarks import campaign
 from tests.benchmarks.ranks import found
 from tests.benchmarks.replay import Cost, Timed, replay
@@ -289,8 +289,8 @@ def _campaign(farm: Farm, mode: str, folder: Path, out: Path) -> Any:
 
 def _alone(folder: Path, out: Path) -> dict[str, float]:
     """Seconds per task of what the root does by itself before and after a finished campaign's run, its libraries loaded."""
-    from study.dataset import file
-    from study.dataset.collection.collect import collect
+    from nanoslip.study.dataset import file
+    from nanoslip.study.dataset.collection.collect import collect
 
     store = Store(out)
 

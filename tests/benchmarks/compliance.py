@@ -11,11 +11,11 @@ import numpy as np
 import scipy.sparse.linalg as sla
 from numpy.typing import NDArray
 
-from solver import Slab, surface_compliance
-from solver.elasticity import condensation as dissection
-from solver.elasticity.condensation import Eliminated, definitely_eliminated
-from solver.elasticity.grid_scheme import GridScheme, stiffness
-from solver.slab import SCHEMES
+from nanoslip.solver import Slab, surface_compliance
+from nanoslip.solver.elasticity import condensation as dissection
+from nanoslip.solver.elasticity.condensation import Eliminated, definitely_eliminated
+from nanoslip.solver.elasticity.grid_scheme import GridScheme, stiffness
+from nanoslip.solver.slab import SCHEMES
 from tests.benchmarks.table import Row, best, seconds, verdict
 
 Dense = NDArray[np.float64]

@@ -9,8 +9,8 @@ from scipy.sparse.linalg import splu
 from skfem import Basis, BilinearForm, ElementQuad1, ElementVector, MeshQuad, asm
 from skfem.helpers import ddot, eye, sym_grad, trace
 
-from solver import Case, Slab, SlipRule, contact_state, friction_record, surface_compliance
-from solver.sliding.events import slide
+from nanoslip.solver import Case, Slab, SlipRule, contact_state, friction_record, surface_compliance
+from nanoslip.solver.sliding.events import slide
 from tests.benchmarks.table import Row, best, seconds, verdict
 
 Vector = NDArray[np.float64]

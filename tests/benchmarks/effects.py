@@ -12,19 +12,19 @@ from tempfile import TemporaryDirectory
 
 import numpy as np
 
-from solver import Case, Drive, FrictionRecord, SurfaceCompliance, friction_record, plateau_of
-from solver.case import Effects, Heterogeneity
-from solver.contact.initial import initial_contact
-from solver.dynamics.friction_limit import friction_limit_of
-from solver.dynamics.integrate import integrate
-from solver.dynamics.integrators import RK4
-from solver.elasticity.compliance import surface_compliance
-from solver.elasticity.interior import interior_fields
-from solver.slab import Slab
-from solver.sliding.events import slide, states_at
-from study.plan.tasks import compliance_task, contact_task, record_task, run_task
-from study.results.entry import packed
-from study.results.store import Store
+from nanoslip.solver import Case, Drive, FrictionRecord, SurfaceCompliance, friction_record, plateau_of
+from nanoslip.solver.case import Effects, Heterogeneity
+from nanoslip.solver.contact.initial import initial_contact
+from nanoslip.solver.dynamics.friction_limit import friction_limit_of
+from nanoslip.solver.dynamics.integrate import integrate
+from nanoslip.solver.dynamics.integrators import RK4
+from nanoslip.solver.elasticity.compliance import surface_compliance
+from nanoslip.solver.elasticity.interior import interior_fields
+from nanoslip.solver.slab import Slab
+from nanoslip.solver.sliding.events import slide, states_at
+from nanoslip.study.plan.tasks import compliance_task, contact_task, record_task, run_task
+from nanoslip.study.results.entry import packed
+from nanoslip.study.results.store import Store
 from tests.benchmarks.dynamics import PAPER, STEP, UNIT
 from tests.benchmarks.table import Row, best, seconds, verdict
 

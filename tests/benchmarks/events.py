@@ -9,15 +9,15 @@ from unittest.mock import patch
 
 import numpy as np
 
-from solver import Case, Slab, surface_compliance
-from solver.elasticity.schemes.chain import Chain
-from solver.ensemble import Ensemble
-from solver.sliding import full_contact
-from solver.sliding.events import slide, slide_to_state
-from study.commands.shared.plans import planned
-from study.plan.kinds.kind import computed_members, numbers
-from study.plan.kinds.record import RECORD, computed_record, record_task
-from study.plan.tasks import run_task
+from nanoslip.solver import Case, Slab, surface_compliance
+from nanoslip.solver.elasticity.schemes.chain import Chain
+from nanoslip.solver.ensemble import Ensemble
+from nanoslip.solver.sliding import full_contact
+from nanoslip.solver.sliding.events import slide, slide_to_state
+from nanoslip.study.commands.shared.plans import planned
+from nanoslip.study.plan.kinds.kind import computed_members, numbers
+from nanoslip.study.plan.kinds.record import RECORD, computed_record, record_task
+from nanoslip.study.plan.tasks import run_task
 from tests.benchmarks.scale import campaign_of
 from tests.benchmarks.table import Row, best, seconds, verdict
 

@@ -9,17 +9,17 @@ import numpy as np
 from numba import njit
 from numpy.typing import NDArray
 
-from solver import Case, ContactState, SurfaceCompliance
-from solver.contact.kernels.cascade import resolve
-from solver.contact.kernels.contact_change import displace
-from solver.contact.kernels.enumerations import EventKind
-from solver.contact.kernels.next_event import next_event
-from solver.contact.kernels.slip_distance import slip_move
-from solver.contact.kernels.state import Floats, KernelConstants, KernelState, start_event
-from solver.contact.kernels.violations import worst_violation
-from solver.sliding.full_contact import compiled_at
-from solver.sliding.kernels.full_contact import advance, stretching
-from solver.sliding.kernels.step import smallest_step
+from nanoslip.solver import Case, ContactState, SurfaceCompliance
+from nanoslip.solver.contact.kernels.cascade import resolve
+from nanoslip.solver.contact.kernels.contact_change import displace
+from nanoslip.solver.contact.kernels.enumerations import EventKind
+from nanoslip.solver.contact.kernels.next_event import next_event
+from nanoslip.solver.contact.kernels.slip_distance import slip_move
+from nanoslip.solver.contact.kernels.state import Floats, KernelConstants, KernelState, start_event
+from nanoslip.solver.contact.kernels.violations import worst_violation
+from nanoslip.solver.sliding.full_contact import compiled_at
+from nanoslip.solver.sliding.kernels.full_contact import advance, stretching
+from nanoslip.solver.sliding.kernels.step import smallest_step
 from tests.benchmarks.table import Row, verdict
 
 EVENTS = 15

@@ -16,10 +16,10 @@ from typing import Any, Final, NamedTuple, TypeVar
 
 import numpy as np
 
-from solver import Case, Slab, contact_state, friction_record, surface_compliance
-from solver.contact.window import margin
-from solver.sliding.events import slide_to_state
-from study.plan.memory import machine_memory
+from nanoslip.solver import Case, Slab, contact_state, friction_record, surface_compliance
+from nanoslip.solver.contact.window import margin
+from nanoslip.solver.sliding.events import slide_to_state
+from nanoslip.study.plan.memory import machine_memory
 from tests.benchmarks.far_field import far_field_row
 from tests.benchmarks.table import Row, seconds
 

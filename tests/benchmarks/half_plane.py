@@ -6,13 +6,13 @@ from dataclasses import replace
 
 import numpy as np
 
-from solver.case import Case, Effects, Heterogeneity
-from solver.contact.closed_forms import hertz
-from solver.contact.initial import initial_contact
-from solver.contact.state import ContactState
-from solver.elasticity.compliance import normal_compliance, surface_compliance
-from solver.simulate import contact_state
-from solver.slab import Slab
+from nanoslip.solver.case import Case, Effects, Heterogeneity
+from nanoslip.solver.contact.closed_forms import hertz
+from nanoslip.solver.contact.initial import initial_contact
+from nanoslip.solver.contact.state import ContactState
+from nanoslip.solver.elasticity.compliance import normal_compliance, surface_compliance
+from nanoslip.solver.simulate import contact_state
+from nanoslip.solver.slab import Slab
 from tests.benchmarks.table import Row, best, seconds, verdict
 from tests.benchmarks.tamaas_peer import tamaas_solve
 

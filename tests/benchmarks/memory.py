@@ -11,13 +11,13 @@ from pathlib import Path
 from subprocess import PIPE
 from tempfile import TemporaryDirectory
 
-from solver.case import Case
-from solver.slab import Slab
-from study.manifest.reader import load_manifest
-from study.plan.plan import make_plan
-from study.plan.tasks import compliance_task, record_task, run_task
-from study.results import entry as own
-from study.results.store import Store
+from nanoslip.solver.case import Case
+from nanoslip.solver.slab import Slab
+from nanoslip.study.manifest.reader import load_manifest
+from nanoslip.study.plan.plan import make_plan
+from nanoslip.study.plan.tasks import compliance_task, record_task, run_task
+from nanoslip.study.results import entry as own
+from nanoslip.study.results.store import Store
 from tests.benchmarks.table import Row, verdict
 
 SLAB = Slab(n_x=1025)

@@ -8,12 +8,12 @@ from heapq import heappop, heappush
 from io import StringIO
 from typing import Any, TypeVar
 
-from solver.outcome import COMPLETED
-from study.execution.dispatch import Dispatcher, lookahead
-from study.execution.farms.coordinator import take_in
-from study.execution.farms.outbox import News, Outbox
-from study.execution.ledger import Done, Ledger
-from study.execution.progress import PlainProgress
+from nanoslip.solver.outcome import COMPLETED
+from nanoslip.study.execution.dispatch import Dispatcher, lookahead
+from nanoslip.study.execution.farms.coordinator import take_in
+from nanoslip.study.execution.farms.outbox import News, Outbox
+from nanoslip.study.execution.ledger import Done, Ledger
+from nanoslip.study.execution.progress import PlainProgress
 from tests.study.execution.made_up import Work
 
 T = TypeVar("T")

@@ -15,9 +15,9 @@ from tempfile import TemporaryDirectory
 
 import numpy as np
 
-from study.commands.shared.plans import planned
-from study.plan.tasks import TaskResult, run_task
-from study.results.store import Store
+from nanoslip.study.commands.shared.plans import planned
+from nanoslip.study.plan.tasks import TaskResult, run_task
+from nanoslip.study.results.store import Store
 from tests.benchmarks.table import Row, as_markdown, seconds, verdict
 
 SIZES = (10_000, 100_000)
@@ -146,7 +146,7 @@ def campaign_of(count: int, folder: Path) -> Path:
 
 def _taken(*words: object) -> Taken:
     """What `nanoslip WORDS` takes. Raises RuntimeError where it fails."""
-    command = [sys.executable, "-m", "study", *map(str, words)]
+    command = [sys.executable, "-m", "nanoslip", *map(str, words)]
     started = subprocess.Popen(command, stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL)
     _, status, used = os.wait4(started.pid, 0)
     started.returncode = os.waitstatus_to_exitcode(status)

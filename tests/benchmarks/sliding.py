@@ -7,11 +7,19 @@ import numpy as np
 from numba import njit
 from numpy.typing import NDArray
 
-from solver import Case, ContactState, Slab, SurfaceCompliance, contact_state, friction_record, surface_compliance
-from solver.contact.kernels.contact_change import pivot
-from solver.contact.kernels.state import KernelState
-from solver.sliding.events import slide, slide_to_state
-from solver.sliding.full_contact import compiled_at
+from nanoslip.solver import (
+    Case,
+    ContactState,
+    Slab,
+    SurfaceCompliance,
+    contact_state,
+    friction_record,
+    surface_compliance,
+)
+from nanoslip.solver.contact.kernels.contact_change import pivot
+from nanoslip.solver.contact.kernels.state import KernelState
+from nanoslip.solver.sliding.events import slide, slide_to_state
+from nanoslip.solver.sliding.full_contact import compiled_at
 from tests.benchmarks.table import Row, best, seconds, verdict
 from tests.benchmarks.tamaas_peer import tamaas_solve
 

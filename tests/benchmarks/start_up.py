@@ -18,7 +18,7 @@ HEAVY = ("xarray", "pandas", "matplotlib", "pydantic", "rich")
 RANK = f"""
 import sys
 from pathlib import Path
-from study.execution.program import computing
+from nanoslip.study.execution.program import computing
 computing(Path("nowhere")).load()
 print(*(name for name in {HEAVY} if name in sys.modules))
 """
@@ -48,7 +48,7 @@ def _looks(folder: Path) -> list[Row]:
     bytecode = dict(os.environ, PYTHONPYCACHEPREFIX=str(folder / "bytecode"))
     bytecode.pop("PYTHONDONTWRITEBYTECODE", None)
     finished = (str(CAMPAIGN), "--out", str(folder / "out"))
-    started(0, "study", "run", *finished)
+    started(0, "nanoslip", "run", *finished)
     limits = {"--help": 0.4, "status": 0.3, "plan": 0.5, "report": 1.2}
     return [
         _command(name, *(finished if name != "--help" else ()), limit=limit, environment=bytecode)
@@ -58,7 +58,7 @@ def _looks(folder: Path) -> list[Row]:
 
 def _command(*arguments: str, limit: float, environment: dict[str, str]) -> Row:
     script = Path(sys.executable).with_name("nanoslip")
-    words = [str(script)] if script.exists() else [sys.executable, "-m", "study"]
+    words = [str(script)] if script.exists() else [sys.executable, "-m", "nanoslip"]
     took = best(_quiet([*words, *arguments], environment), clock=_children)
     python = best(_quiet([sys.executable, "-c", "pass"], environment), clock=_children)
     against = f"{seconds(python)}: Python alone"
@@ -120,7 +120,7 @@ def _compiled(before: Run, after: Run) -> int:
 def _run(ranks: int, cache: str, out: str) -> Run:
     begun, used = time.perf_counter(), _children()
     folder = Path(cache) / out
-    started(ranks, "study", "run", CAMPAIGN, "--out", folder, NUMBA_CACHE_DIR=str(Path(cache) / "kernels"))
+    started(ranks, "nanoslip", "run", CAMPAIGN, "--out", folder, NUMBA_CACHE_DIR=str(Path(cache) / "kernels"))
     wall, processor = time.perf_counter() - begun, _children() - used
     kernels = {str(path): path.stat().st_mtime_ns for path in Path(cache).rglob("*.nbc")}
     return Run(wall, processor, kernels)

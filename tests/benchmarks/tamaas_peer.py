@@ -4,7 +4,7 @@ from collections.abc import Callable
 
 import numpy as np
 
-from solver.case import Case
+from nanoslip.solver.case import Case
 
 
 def tamaas_solve(case: Case) -> Callable[[], object] | None:

@@ -19,20 +19,20 @@ from typing import NamedTuple
 
 import numpy as np
 
-from solver.case import Case
-from solver.drive import Drive
-from solver.dynamics.coefficients import measured
-from solver.elasticity.compliance import SurfaceCompliance, surface_compliance
-from solver.ensemble import FEWEST, Ensemble, Mean, mean_of
-from solver.outcome import SolverError
-from solver.sliding.events import slide
-from solver.sliding.plateau import plateau_of
-from study.accuracy.timing import timed
-from study.manifest.cases import expand
-from study.manifest.manifest import Manifest
-from study.manifest.reader import load_manifest
-from study.plan.kinds.kind import declared
-from study.plan.tasks import KINDS, Task, TaskResult, compliance_task, drive_task, record_task, run_task
+from nanoslip.solver.case import Case
+from nanoslip.solver.drive import Drive
+from nanoslip.solver.dynamics.coefficients import measured
+from nanoslip.solver.elasticity.compliance import SurfaceCompliance, surface_compliance
+from nanoslip.solver.ensemble import FEWEST, Ensemble, Mean, mean_of
+from nanoslip.solver.outcome import SolverError
+from nanoslip.solver.sliding.events import slide
+from nanoslip.solver.sliding.plateau import plateau_of
+from nanoslip.study.accuracy.timing import timed
+from nanoslip.study.manifest.cases import expand
+from nanoslip.study.manifest.manifest import Manifest
+from nanoslip.study.manifest.reader import load_manifest
+from nanoslip.study.plan.kinds.kind import declared
+from nanoslip.study.plan.tasks import KINDS, Task, TaskResult, compliance_task, drive_task, record_task, run_task
 
 CAMPAIGNS, CASES = 20, 6
 DRIVES = 8

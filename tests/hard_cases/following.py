@@ -5,13 +5,13 @@ from collections import Counter
 from collections.abc import Iterable
 from dataclasses import dataclass, field, replace
 
-from solver.case import Case
-from solver.contact.initial import initial_contact
-from solver.contact.state import ContactState
-from solver.elasticity.compliance import SurfaceCompliance, surface_compliance
-from solver.outcome import Ending
-from solver.sliding.events import slide_to_state
-from solver.sliding.record import FrictionRecord
+from nanoslip.solver.case import Case
+from nanoslip.solver.contact.initial import initial_contact
+from nanoslip.solver.contact.state import ContactState
+from nanoslip.solver.elasticity.compliance import SurfaceCompliance, surface_compliance
+from nanoslip.solver.outcome import Ending
+from nanoslip.solver.sliding.events import slide_to_state
+from nanoslip.solver.sliding.record import FrictionRecord
 from tests.physics import LIMITS, law_errors
 
 

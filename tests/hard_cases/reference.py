@@ -13,8 +13,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from solver.case import Case
-from solver.elasticity.compliance import SurfaceCompliance
+from nanoslip.solver.case import Case
+from nanoslip.solver.elasticity.compliance import SurfaceCompliance
 
 SLIP, RELEASE, TOUCH = 0, 1, 2
 NEAR = 1e-10

@@ -8,14 +8,14 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 
-from solver.case import Case, Effects, Heterogeneity, InitialContact, SlipRule
-from solver.contact.initial import initial_contact
-from solver.contact.soundness import COARSEST, rounding_share
-from solver.contact.state import ContactState
-from solver.elasticity.compliance import SurfaceCompliance
-from solver.outcome import Ending
-from solver.slab import SCHEMES, Slab
-from solver.sliding.events import slide
+from nanoslip.solver.case import Case, Effects, Heterogeneity, InitialContact, SlipRule
+from nanoslip.solver.contact.initial import initial_contact
+from nanoslip.solver.contact.soundness import COARSEST, rounding_share
+from nanoslip.solver.contact.state import ContactState
+from nanoslip.solver.elasticity.compliance import SurfaceCompliance
+from nanoslip.solver.outcome import Ending
+from nanoslip.solver.slab import SCHEMES, Slab
+from nanoslip.solver.sliding.events import slide
 from tests.hard_cases.following import Followed, compliance_of, endings_of, follow, shown, worst_of
 from tests.hard_cases.table import Row
 

@@ -13,14 +13,14 @@ from typing import NamedTuple
 import numpy as np
 import pytest
 
-from solver.drive import Drive, Scales
-from solver.dynamics.friction_limit import FrictionLimit, friction_limit_of
-from solver.dynamics.integrate import DynamicsResult, integrate
-from solver.dynamics.integrators import LARGEST, RK4
-from solver.dynamics.stick_slip import Oscillator
-from solver.outcome import Ending, InvalidInput
-from solver.sliding.plateau import plateau_of
-from study.manifest.drives import NamedDrive
+from nanoslip.solver.drive import Drive, Scales
+from nanoslip.solver.dynamics.friction_limit import FrictionLimit, friction_limit_of
+from nanoslip.solver.dynamics.integrate import DynamicsResult, integrate
+from nanoslip.solver.dynamics.integrators import LARGEST, RK4
+from nanoslip.solver.dynamics.stick_slip import Oscillator
+from nanoslip.solver.outcome import Ending, InvalidInput
+from nanoslip.solver.sliding.plateau import plateau_of
+from nanoslip.study.manifest.drives import NamedDrive
 from tests.synthetic import STIFFNESS, constant_profile, noisy_record, profile_through
 
 RECORD = noisy_record()

@@ -16,7 +16,7 @@ import pytest
 from hypothesis import HealthCheck, Phase, given, seed, settings
 from hypothesis import strategies as st
 
-from solver.outcome import Ending
+from nanoslip.solver.outcome import Ending
 from tests.conftest import Command
 from tests.hard_cases.scenery import campaigns, driven_scenes, scenes_with_every_key
 from tests.hard_cases.test_scenes import LONGEST, check, scenes
@@ -111,7 +111,7 @@ def test_fresh_scenes_on_large_grids(number: int, tmp_path: Path) -> None:
 
 IN_TURN = """
 import sys
-from study.commands import cli
+from nanoslip.study.commands import cli
 for folder in sys.argv[1:]:
     sys.argv = ["nanoslip", "run", f"{folder}/scene.toml", "--out", f"{folder}/out"]
     try:

@@ -5,13 +5,13 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from solver.case import Case, SlipRule
-from solver.contact.initial import initial_contact
-from solver.contact.state import ContactState
-from solver.slab import SCHEMES, Slab
-from solver.sliding import full_contact
-from solver.sliding.events import slide_to_state
-from solver.sliding.record import FrictionRecord
+from nanoslip.solver.case import Case, SlipRule
+from nanoslip.solver.contact.initial import initial_contact
+from nanoslip.solver.contact.state import ContactState
+from nanoslip.solver.slab import SCHEMES, Slab
+from nanoslip.solver.sliding import full_contact
+from nanoslip.solver.sliding.events import slide_to_state
+from nanoslip.solver.sliding.record import FrictionRecord
 from tests.hard_cases.following import compliance_of
 from tests.hard_cases.table import Row
 from tests.physics import half_plane, law_errors, stored_energy

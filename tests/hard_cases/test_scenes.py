@@ -14,15 +14,15 @@ import pytest
 from hypothesis import HealthCheck, Phase, given, seed, settings
 from hypothesis import strategies as st
 
-from solver.elasticity.compliance import SurfaceCompliance, uncoupled
-from solver.outcome import Ending
-from solver.slab import SCHEMES
-from solver.sliding.events import slide_to_state
-from study.manifest.columns import ManifestError
-from study.manifest.reader import load_manifest
-from study.plan.kinds.kind import column
-from study.plan.plan import make_plan
-from study.plan.tasks import TaskResult, run_task
+from nanoslip.solver.elasticity.compliance import SurfaceCompliance, uncoupled
+from nanoslip.solver.outcome import Ending
+from nanoslip.solver.slab import SCHEMES
+from nanoslip.solver.sliding.events import slide_to_state
+from nanoslip.study.manifest.columns import ManifestError
+from nanoslip.study.manifest.reader import load_manifest
+from nanoslip.study.plan.kinds.kind import column
+from nanoslip.study.plan.plan import make_plan
+from nanoslip.study.plan.tasks import TaskResult, run_task
 from tests.physics import assert_contact_laws, assert_friction_law
 
 LONGEST = 60.0

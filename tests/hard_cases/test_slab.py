@@ -10,14 +10,14 @@ from typing import get_args
 import numpy as np
 import pytest
 
-from solver.case import Case, SlipRule
-from solver.contact.initial import initial_contact
-from solver.drive import Scales
-from solver.elasticity.compliance import ILL_CONDITIONED, Conditioning, SurfaceCompliance, conditioning
-from solver.elasticity.schemes import Biquadratic
-from solver.outcome import Ending, InvalidInput, SingularOperator
-from solver.slab import SCHEMES, Slab, Support
-from solver.sliding.events import slide, slide_to_state
+from nanoslip.solver.case import Case, SlipRule
+from nanoslip.solver.contact.initial import initial_contact
+from nanoslip.solver.drive import Scales
+from nanoslip.solver.elasticity.compliance import ILL_CONDITIONED, Conditioning, SurfaceCompliance, conditioning
+from nanoslip.solver.elasticity.schemes import Biquadratic
+from nanoslip.solver.outcome import Ending, InvalidInput, SingularOperator
+from nanoslip.solver.slab import SCHEMES, Slab, Support
+from nanoslip.solver.sliding.events import slide, slide_to_state
 from tests.hard_cases.following import Followed, compliance_of, endings_of, follow, shown, worst_of
 from tests.hard_cases.table import Row
 from tests.physics import assert_contact_laws, half_plane

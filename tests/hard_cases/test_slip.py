@@ -9,15 +9,15 @@ from typing import Any
 import numpy as np
 import pytest
 
-from solver.case import Case, Effects, Heterogeneity, InitialContact, SlipRule
-from solver.contact.initial import initial_contact
-from solver.contact.state import mirrored
-from solver.elasticity.compliance import SurfaceCompliance
-from solver.outcome import Ending, InvalidInput
-from solver.slab import SCHEMES, Slab, Support
-from solver.sliding.events import slide, slide_to_state
-from solver.sliding.plateau import plateau_of
-from solver.sliding.record import FrictionRecord
+from nanoslip.solver.case import Case, Effects, Heterogeneity, InitialContact, SlipRule
+from nanoslip.solver.contact.initial import initial_contact
+from nanoslip.solver.contact.state import mirrored
+from nanoslip.solver.elasticity.compliance import SurfaceCompliance
+from nanoslip.solver.outcome import Ending, InvalidInput
+from nanoslip.solver.slab import SCHEMES, Slab, Support
+from nanoslip.solver.sliding.events import slide, slide_to_state
+from nanoslip.solver.sliding.plateau import plateau_of
+from nanoslip.solver.sliding.record import FrictionRecord
 from tests.hard_cases.following import Followed, compliance_of, endings_of, follow, shown, worst_of
 from tests.hard_cases.table import Row
 from tests.physics import coupled_half_plane, half_plane, smallest_step, stored_energy
@@ -115,7 +115,7 @@ def test_energy_is_balanced_and_never_created(
 @pytest.mark.parametrize("seed", range(3))
 def test_rounding_does_not_decide_ties_of_mirror_nodes(seed: int, scheme: str) -> None:
     """A symmetric initial contact is all ties: the node further right goes first, so that a compliance wrong by a few
-    roundings leads through the same slips (PLACE in solver.contact.kernels.violations)."""
+    roundings leads through the same slips (PLACE in nanoslip.solver.contact.kernels.violations)."""
     slab = Slab(65, scheme=scheme)
     case = Case(slab=slab, intrinsic_friction=0.1)
     exact = compliance_of(slab)

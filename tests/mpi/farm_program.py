@@ -7,10 +7,10 @@ import time
 from collections.abc import Collection, Sequence
 from typing import Final
 
-from solver.outcome import COMPLETED, Outcome
-from study.execution.farms.opening import open_farm
-from study.execution.ledger import Execute
-from study.execution.program import Program
+from nanoslip.solver.outcome import COMPLETED, Outcome
+from nanoslip.study.execution.farms.opening import open_farm
+from nanoslip.study.execution.ledger import Execute
+from nanoslip.study.execution.program import Program
 from tests.study.execution.made_up import Work
 
 UNHEARD: Final = 1000

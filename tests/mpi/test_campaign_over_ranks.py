@@ -8,7 +8,7 @@ from pathlib import Path
 
 import pytest
 
-from study.results.store import FOLDER
+from nanoslip.study.results.store import FOLDER
 from tests.conftest import SMALL, launcher, longer, polite_signal
 from tests.study.results.results import as_clients, until_written, written
 
@@ -85,7 +85,7 @@ def whole(nanoslip, tmp_path_factory) -> Path:
 @pytest.mark.parametrize("kill", [True, False], ids=["killed", "told to stop"])
 def test_a_run_cut_short_goes_on_to_the_same_dataset(nanoslip, environment, whole, tmp_path, kill):
     campaign, cut = whole / "long.toml", tmp_path / "cut"
-    words = [*launcher(2), sys.executable, "-m", "study", "run", str(campaign), "--out", str(cut)]
+    words = [*launcher(2), sys.executable, "-m", "nanoslip", "run", str(campaign), "--out", str(cut)]
     running = subprocess.Popen(words, env=environment, stderr=subprocess.PIPE, text=True, start_new_session=True)
     until_written(cut, 5, running)
     if kill:

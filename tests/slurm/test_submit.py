@@ -11,9 +11,9 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from study.results import attempts as runs
-from study.results.shard import Shard
-from study.results.store import Store
+from nanoslip.study.results import attempts as runs
+from nanoslip.study.results.shard import Shard
+from nanoslip.study.results.store import Store
 from tests.conftest import ROOT, SMALL, launcher, longer
 from tests.study.results.results import written
 
@@ -31,7 +31,7 @@ def site(tmp_path: Path) -> Path:
         nodes = 2
         tasks = 2
         time = "5"
-        command = "{sys.executable} -m study"
+        command = "{sys.executable} -m nanoslip"
         setup = ["export PYTHONPATH={ROOT} PATH={Path(sys.executable).parent}:$PATH"]
         """
     )
@@ -46,7 +46,7 @@ def submitted(slurm, campaign: Path, site: Path, *options: object) -> tuple[str,
         f"PYTHONPATH={ROOT}",
         sys.executable,
         "-m",
-        "study",
+        "nanoslip",
         "submit",
         campaign,
         "--out",

@@ -5,11 +5,11 @@ import re
 
 import pytest
 
-from solver.case import Case, Heterogeneity, SlipRule
-from solver.drive import Drive, Scales
-from solver.elasticity.schemes import Biquadratic, Galerkin
-from solver.outcome import InvalidInput
-from solver.slab import Slab
+from nanoslip.solver.case import Case, Heterogeneity, SlipRule
+from nanoslip.solver.drive import Drive, Scales
+from nanoslip.solver.elasticity.schemes import Biquadratic, Galerkin
+from nanoslip.solver.outcome import InvalidInput
+from nanoslip.solver.slab import Slab
 
 
 def test_whole_numbers_and_reals_make_the_same_case() -> None:

@@ -17,9 +17,9 @@ import numba
 import numpy as np
 import pytest
 
-import solver
-from solver.compiled import Kernel, compiled, told_of_compiling
-from solver.compiling import KERNEL_FILES
+from nanoslip import solver
+from nanoslip.solver.compiled import Kernel, compiled, told_of_compiling
+from nanoslip.solver.compiling import KERNEL_FILES
 
 PACKAGE = Path(solver.__file__).parent
 WATCHED = sorted(path for files in KERNEL_FILES for path in PACKAGE.glob(files))
@@ -37,8 +37,8 @@ class Change(NamedTuple):
 CHANGES = {
     "callee in another file": Change(
         """
-from solver.dynamics.kernels.oscillator import segment_from as kernel
-from solver.dynamics.kernels.state import Motion, Pin
+from nanoslip.solver.dynamics.kernels.oscillator import segment_from as kernel
+from nanoslip.solver.dynamics.kernels.state import Motion, Pin
 value = kernel(Motion(1.0, 0.5, 2.0, 3.0, 0.1, 0.1, 9.0, 1e-8, 1, 9.0), Pin(1.0, 0.5, 0.1, 0.2), 0.3).q
 """,
         "dynamics/kernels/slips.py",
@@ -49,7 +49,7 @@ value = kernel(Motion(1.0, 0.5, 2.0, 3.0, 0.1, 0.1, 9.0, 1e-8, 1, 9.0), Pin(1.0,
     "constant in another file": Change(
         """
 import numpy as np
-from solver.sliding.kernels.tangential import _worst_violation as kernel
+from nanoslip.solver.sliding.kernels.tangential import _worst_violation as kernel
 value = kernel(np.array([1.0 + 1e-9, 1.0]), np.full(2, 0.5), np.ones(2), 1e-12, -1.0)
 """,
         "contact/kernels/violations.py",
@@ -61,17 +61,23 @@ value = kernel(np.array([1.0 + 1e-9, 1.0]), np.full(2, 0.5), np.ones(2), 1e-12, 
 
 @pytest.fixture
 def copy(tmp_path: Path) -> Path:
-    target = tmp_path / "copy" / "solver"
+    target = tmp_path / "copy" / "nanoslip" / "solver"
     shutil.copytree(PACKAGE, target, ignore=shutil.ignore_patterns("__pycache__"))
+    (target.parent / "__init__.py").touch()  # without the study, which the door imports
     return target
 
 
 def called(change: Change, copy: Path, **environment: str) -> tuple[str, int]:
     """What the kernel returns in a fresh process, and how many functions that process compiled for the call."""
     program = change.program + "print(repr(value), sum(kernel.dispatcher.stats.cache_misses.values()))"
-    known = {**os.environ, "PYTHONPATH": str(copy.parent), "NUMBA_CACHE_DIR": str(copy.parent / "cache"), **environment}
+    known = {
+        **os.environ,
+        "PYTHONPATH": str(copy.parents[1]),
+        "NUMBA_CACHE_DIR": str(copy.parents[1] / "cache"),
+        **environment,
+    }
     done = subprocess.run(
-        [sys.executable, "-c", program], env=known, cwd=copy.parent, capture_output=True, text=True, check=True
+        [sys.executable, "-c", program], env=known, cwd=copy.parents[1], capture_output=True, text=True, check=True
     )
     value, compiled = done.stdout.split()
     return value, int(compiled)
@@ -92,6 +98,20 @@ def test_a_change_of_another_file_is_seen_and_nothing_is_compiled_twice(change: 
 
 
 @pytest.mark.slow
+def test_what_was_kept_of_types_that_have_moved_is_compiled_anew(copy: Path) -> None:
+    """As after an update in place of sources whose modules have other names now."""
+    change = CHANGES["callee in another file"]
+    value, _ = called(change, copy)
+    old, new = b"nanoslip.solver.dynamics.kernels.state", b"nanoslip.solver.dynamics.kernels.moved"
+    kept = [path for path in (copy.parents[1] / "cache").rglob("*.nbi") if old in path.read_bytes()]
+    assert kept
+    for path in kept:
+        path.write_bytes(path.read_bytes().replace(old, new))
+    assert called(change, copy) == (value, 1)
+    assert called(change, copy) == (value, 0)
+
+
+@pytest.mark.slow
 def test_where_nothing_can_be_written_a_kernel_is_compiled_and_right(copy: Path, tmp_path: Path) -> None:
     change = CHANGES["callee in another file"]
     value, _ = called(change, copy)
@@ -107,18 +127,20 @@ def test_where_nothing_can_be_written_a_kernel_is_compiled_and_right(copy: Path,
 @pytest.mark.parametrize("file", WATCHED, ids=lambda file: str(file.relative_to(PACKAGE)))
 def test_all_that_a_kernel_reads_is_in_files_that_are_watched(file: Path) -> None:
     """Functions and constants that kernels import from this package are kernel files' own."""
-    watched = {path.relative_to(PACKAGE.parent).with_suffix("") for path in WATCHED}
+    watched = {path.relative_to(PACKAGE.parents[1]).with_suffix("") for path in WATCHED}
     names = {".".join(path.parts) for path in watched}
     for node in ast.walk(ast.parse(file.read_text("utf-8"))):
-        if isinstance(node, ast.ImportFrom) and str(node.module).startswith("solver"):
+        if isinstance(node, ast.ImportFrom) and str(node.module).startswith("nanoslip"):
             assert node.module in names, f"{file} imports {node.module}"
         elif isinstance(node, ast.Import):
-            assert not any(alias.name.startswith("solver") for alias in node.names)
+            assert not any(alias.name.startswith("nanoslip") for alias in node.names)
 
 
 def test_every_compiled_function_is_watched() -> None:
     """The one decorator is used in kernel files only: elsewhere a change would go unnoticed."""
-    users = {path for path in PACKAGE.rglob("*.py") if "from solver.compiled import" in path.read_text("utf-8")}
+    users = {
+        path for path in PACKAGE.rglob("*.py") if "from nanoslip.solver.compiled import" in path.read_text("utf-8")
+    }
     assert users
     assert users <= set(WATCHED)
 
@@ -137,8 +159,8 @@ def test_compiling_is_told_as_it_begins_and_only_then() -> None:
 THREADS = """
 import sys
 from concurrent.futures import ThreadPoolExecutor
-from solver.contact.kernels.pin_height import first_root, knot_ahead
-from solver.contact.kernels.state import RoughPin
+from nanoslip.solver.contact.kernels.pin_height import first_root, knot_ahead
+from nanoslip.solver.contact.kernels.state import RoughPin
 import numpy as np
 before = "numba" in sys.modules
 pin = RoughPin(1.0, np.array([-0.1, 0.1]), np.zeros(2))
@@ -155,7 +177,7 @@ def test_numba_is_loaded_by_the_first_call_of_any_thread(environment: dict[str, 
 
 def kernels() -> dict[str, Kernel]:
     """Every kernel of the package, by its name."""
-    files = (path.relative_to(PACKAGE.parent).with_suffix("") for path in WATCHED if path.parent.name == "kernels")
+    files = (path.relative_to(PACKAGE.parents[1]).with_suffix("") for path in WATCHED if path.parent.name == "kernels")
     modules = [import_module(".".join(file.parts)) for file in files]
     return {name: each for module in modules for name, each in vars(module).items() if isinstance(each, Kernel)}
 

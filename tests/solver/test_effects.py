@@ -3,11 +3,11 @@
 import numpy as np
 import pytest
 
-from solver.case import Case, Heterogeneity
-from solver.drive import Drive
-from solver.effects import OF_CASES, OF_DRIVES, SPARED, Effect
-from solver.ensemble import change_by, mean_of
-from solver.slab import Slab
+from nanoslip.solver.case import Case, Heterogeneity
+from nanoslip.solver.drive import Drive
+from nanoslip.solver.effects import OF_CASES, OF_DRIVES, SPARED, Effect
+from nanoslip.solver.ensemble import change_by, mean_of
+from nanoslip.solver.slab import Slab
 
 WHOLE = Case(slab=Slab(33), heterogeneity=Heterogeneity(spread=0.1, roughness=((-0.5, 0.0), (0.0, 1e-5), (0.5, 0.0))))
 PULLED = Drive(2e-3, 0.1, 1e-5, 100.0)

@@ -8,8 +8,8 @@ import numpy as np
 import pytest
 import scipy
 
-from solver.case import LEAST_APART, Case, Heterogeneity
-from solver.ensemble import FEWEST, LEVEL, Ensemble, chance_of, elsewhere, jackknife, mean_of
+from nanoslip.solver.case import LEAST_APART, Case, Heterogeneity
+from nanoslip.solver.ensemble import FEWEST, LEVEL, Ensemble, chance_of, elsewhere, jackknife, mean_of
 
 CASE = Case(start=0.25)
 

@@ -4,9 +4,9 @@ from dataclasses import dataclass
 
 import pytest
 
-from solver.family import Family
-from solver.outcome import InvalidInput
-from solver.parameter import check, parameter
+from nanoslip.solver.family import Family
+from nanoslip.solver.outcome import InvalidInput
+from nanoslip.solver.parameter import check, parameter
 
 
 class Sweet:

@@ -1,6 +1,6 @@
 """A function that remembers its last answer gives the one that it would give."""
 
-from solver.last import of_the_last
+from nanoslip.solver.last import of_the_last
 
 
 def test_the_very_same_value_is_answered_once_and_an_equal_one_again() -> None:

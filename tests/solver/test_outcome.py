@@ -2,7 +2,7 @@
 
 import pytest
 
-from solver.outcome import LONGEST_MESSAGE, Ending, Outcome, printable
+from nanoslip.solver.outcome import LONGEST_MESSAGE, Ending, Outcome, printable
 
 
 @pytest.mark.parametrize(

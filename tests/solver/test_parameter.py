@@ -6,8 +6,8 @@ from typing import Any, Literal
 
 import pytest
 
-from solver.outcome import InvalidInput
-from solver.parameter import Roughness, check, choices_of, declared, parameter, settings_of
+from nanoslip.solver.outcome import InvalidInput
+from nanoslip.solver.parameter import Roughness, check, choices_of, declared, parameter, settings_of
 
 
 @dataclass(frozen=True, slots=True)

@@ -8,7 +8,7 @@ from pathlib import Path
 
 import pytest
 
-import solver
+from nanoslip import solver
 
 
 def test_the_names_that_type_checkers_see_are_those_that_are_there():
@@ -31,8 +31,8 @@ def test_a_name_that_is_not_there_is_an_attribute_error():
 @pytest.mark.parametrize(
     "program",
     [
-        "from solver.slab import SCHEMES; print(*sorted(SCHEMES))",
-        "from solver import Slab; from solver.slab import SCHEMES; print(*sorted(SCHEMES))",
+        "from nanoslip.solver.slab import SCHEMES; print(*sorted(SCHEMES))",
+        "from nanoslip.solver import Slab; from nanoslip.solver.slab import SCHEMES; print(*sorted(SCHEMES))",
     ],
 )
 def test_every_scheme_can_be_chosen_by_its_name_whatever_is_imported(environment, program):
@@ -41,6 +41,6 @@ def test_every_scheme_can_be_chosen_by_its_name_whatever_is_imported(environment
 
 
 def test_every_integrator_can_be_chosen_by_its_name_whatever_is_imported(environment):
-    program = "from solver.drive import INTEGRATORS; print(*sorted(INTEGRATORS))"
+    program = "from nanoslip.solver.drive import INTEGRATORS; print(*sorted(INTEGRATORS))"
     done = subprocess.run([sys.executable, "-c", program], env=environment, capture_output=True, text=True, check=True)
     assert done.stdout.split() == ["exact", "rk4"]

@@ -11,12 +11,12 @@ import xarray as xr
 from matplotlib.figure import Figure
 
 import nanoslip
-from solver.contact.state import ContactState
-from solver.outcome import Ending
-from solver.simulate import DriveResult
-from solver.sliding.plateau import Plateau
-from solver.sliding.record import FrictionRecord
-from solver.view import with_error
+from nanoslip.solver.contact.state import ContactState
+from nanoslip.solver.outcome import Ending
+from nanoslip.solver.simulate import DriveResult
+from nanoslip.solver.sliding.plateau import Plateau
+from nanoslip.solver.sliding.record import FrictionRecord
+from nanoslip.solver.view import with_error
 
 CASE = nanoslip.Case(intrinsic_friction=0.5, radius=50.0, slab=nanoslip.Slab(n_x=17), max_events=200)
 CAMPAIGN = {
@@ -184,7 +184,7 @@ def test_the_picture_of_what_failed_says_so(driven: DriveResult) -> None:
 
 
 def test_computing_needs_neither_xarray_nor_matplotlib(environment: dict[str, str], tmp_path: Path) -> None:
-    program = "import sys, solver; print([name for name in ('xarray', 'matplotlib') if name in sys.modules])"
+    program = "import sys, nanoslip.solver; print([name for name in ('xarray', 'matplotlib') if name in sys.modules])"
     words = [sys.executable, "-c", program]
     done = subprocess.run(words, cwd=tmp_path, env=environment, capture_output=True, text=True, check=True)
     assert done.stdout == "[]\n"

@@ -11,13 +11,13 @@ import pytest
 import rich.console
 import xarray as xr
 
-from study import api
-from study.api import open_dataset, run
-from study.execution import executor
-from study.manifest.columns import ManifestError
-from study.plan.tasks import run_task
-from study.results import entry as own
-from study.results.store import FOLDER, StoreError
+from nanoslip.study import api
+from nanoslip.study.api import open_dataset, run
+from nanoslip.study.execution import executor
+from nanoslip.study.manifest.columns import ManifestError
+from nanoslip.study.plan.tasks import run_task
+from nanoslip.study.results import entry as own
+from nanoslip.study.results.store import FOLDER, StoreError
 from tests.conftest import SMALL, THREADS
 from tests.study.execution.defects import crashing
 

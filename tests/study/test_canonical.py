@@ -11,11 +11,11 @@ from typing import Any
 
 import pytest
 
-from solver.case import Case, Heterogeneity
-from solver.slab import Slab
-from study import canonical
-from study.canonical import CanonicalText, Texts, canonical_text, content_hash
-from study.plan.keys import OF_CONTACT, OF_RECORD, deciding, deciding_texts, flattened
+from nanoslip.solver.case import Case, Heterogeneity
+from nanoslip.solver.slab import Slab
+from nanoslip.study import canonical
+from nanoslip.study.canonical import CanonicalText, Texts, canonical_text, content_hash
+from nanoslip.study.plan.keys import OF_CONTACT, OF_RECORD, deciding, deciding_texts, flattened
 from tests.study.plan.test_keys import BASES, Greased, changed
 
 
@@ -116,7 +116,7 @@ def test_different_contents_have_different_hashes() -> None:
 
 
 def test_a_hash_is_the_same_in_every_process() -> None:
-    command = "from study.canonical import content_hash; print(content_hash({'b': 1.5, 'a': 'µ'}))"
+    command = "from nanoslip.study.canonical import content_hash; print(content_hash({'b': 1.5, 'a': 'µ'}))"
     other = subprocess.run([sys.executable, "-c", command], capture_output=True, text=True, check=True, cwd=Path.cwd())
     assert other.stdout.strip() == content_hash({"b": 1.5, "a": "µ"})
 

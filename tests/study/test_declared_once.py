@@ -9,20 +9,20 @@ import pytest
 import xarray as xr
 from numpy.typing import NDArray
 
-from solver.quantity import companion, quantity
-from solver.sliding.events import slide_to_state
-from solver.sliding.record import FrictionRecord, event
-from solver.sliding.statistics import EventStatistics, event_statistics
-from study.dataset import file
-from study.dataset.access.accessor import Accessor
-from study.dataset.collection.collect import collect
-from study.dataset.description import described, page
-from study.dataset.groups import loaded
-from study.manifest.reader import load_manifest
-from study.plan.kinds import record as record_kind
-from study.plan.plan import Plan, make_plan
-from study.plan.tasks import KINDS
-from study.results.store import Store
+from nanoslip.solver.quantity import companion, quantity
+from nanoslip.solver.sliding.events import slide_to_state
+from nanoslip.solver.sliding.record import FrictionRecord, event
+from nanoslip.solver.sliding.statistics import EventStatistics, event_statistics
+from nanoslip.study.dataset import file
+from nanoslip.study.dataset.access.accessor import Accessor
+from nanoslip.study.dataset.collection.collect import collect
+from nanoslip.study.dataset.description import described, page
+from nanoslip.study.dataset.groups import loaded
+from nanoslip.study.manifest.reader import load_manifest
+from nanoslip.study.plan.kinds import record as record_kind
+from nanoslip.study.plan.plan import Plan, make_plan
+from nanoslip.study.plan.tasks import KINDS
+from nanoslip.study.results.store import Store
 from tests.conftest import SMALL
 from tests.study.dataset.campaigns import compute
 

@@ -4,7 +4,7 @@ import gc
 
 import pytest
 
-from study.garbage import all_kept
+from nanoslip.study.garbage import all_kept
 
 
 def test_the_search_is_over_only_for_a_while() -> None:

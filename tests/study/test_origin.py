@@ -9,9 +9,9 @@ from pathlib import Path
 
 import pytest
 
-from solver.case import Case
-from solver.slab import Slab
-from study.origin import (
+from nanoslip.solver.case import Case
+from nanoslip.solver.slab import Slab
+from nanoslip.study.origin import (
     NOBODY,
     Origin,
     as_data,
@@ -25,8 +25,8 @@ from study.origin import (
     source_hash,
     stemming,
 )
-from study.plan.tasks import compliance_task, contact_task, run_task
-from study.results.store import Store
+from nanoslip.study.plan.tasks import compliance_task, contact_task, run_task
+from nanoslip.study.results.store import Store
 from tests.conftest import ROOT
 
 HOME = Origin("1.0", "aa", "c0ffee", "3.12.0", "2.1", "1.14", "0.61", "openblas Haswell", "avx2 fma")
@@ -52,7 +52,8 @@ def test_the_hash_is_of_contents_not_of_names_or_order(tmp_path):
 
 def test_every_process_says_the_same_of_itself_from_wherever_it_is_started(environment, tmp_path):
     program = (
-        "from study.origin import computing as here; print(here().source_hash, here().source_commit, here().arithmetic)"
+        "from nanoslip.study.origin import computing as here; "
+        "print(here().source_hash, here().source_commit, here().arithmetic)"
     )
     said = {
         subprocess.run(
@@ -107,7 +108,7 @@ def test_another_processor_or_blas_is_no_other_software_yet_other_bits():
 def test_what_computes_says_which_blas_and_instructions_it_uses_and_what_looks_does_not_load_them():
     assert computing().blas
     assert computing().processor_features
-    program = "import sys; from study.origin import here; here(); print('scipy.linalg' in sys.modules)"
+    program = "import sys; from nanoslip.study.origin import here; here(); print('scipy.linalg' in sys.modules)"
     said = subprocess.run([sys.executable, "-c", program], capture_output=True, check=True, cwd=ROOT, text=True)
     assert said.stdout == "False\n"
 

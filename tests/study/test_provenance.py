@@ -7,15 +7,15 @@ from pathlib import Path
 
 import pytest
 
-from study import provenance
-from study.provenance import BUILT_FROM, UNKNOWN, attributes, source_commit, version
-from study.shipped import COPIES
+from nanoslip.study import provenance
+from nanoslip.study.provenance import BUILT_FROM, UNKNOWN, attributes, source_commit, version
+from nanoslip.study.shipped import COPIES
 from tests.conftest import ROOT
 
 
 def test_a_build_needs_the_standard_library_alone() -> None:
     """pip builds where nothing else is installed."""
-    command = "import sys; sys.path.insert(0, '.'); import study.provenance, study.shipped"
+    command = "import sys; sys.path.insert(0, '.'); import nanoslip.study.provenance, nanoslip.study.shipped"
     subprocess.run([sys.executable, "-S", "-c", command], check=True, cwd=ROOT)
 
 

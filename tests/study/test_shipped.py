@@ -5,7 +5,7 @@ from pathlib import Path
 import pytest
 
 import nanoslip
-from study import shipped
+from nanoslip.study import shipped
 from tests.conftest import ROOT
 
 

@@ -10,7 +10,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from study.toml_text import DEEPEST, as_toml, from_toml
+from nanoslip.study.toml_text import DEEPEST, as_toml, from_toml
 
 KEYS = st.text(st.characters(exclude_categories=["Cs"]), min_size=1, max_size=8)
 VALUES = st.recursive(

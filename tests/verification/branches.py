@@ -17,18 +17,18 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 
-from solver.case import Case, Heterogeneity, SlipRule
-from solver.contact import initial
-from solver.contact.initial import initial_contact
-from solver.contact.normal import contact as normal
-from solver.contact.normal.contact import NormalContact, expected_half_width
-from solver.contact.pin import pin_of, surface_from_pin
-from solver.contact.state import ContactState
-from solver.elasticity.compliance import SurfaceCompliance, surface_compliance
-from solver.slab import Slab
-from solver.sliding.events import slide
-from solver.sliding.plateau import plateau_of
-from solver.sliding.record import FrictionRecord
+from nanoslip.solver.case import Case, Heterogeneity, SlipRule
+from nanoslip.solver.contact import initial
+from nanoslip.solver.contact.initial import initial_contact
+from nanoslip.solver.contact.normal import contact as normal
+from nanoslip.solver.contact.normal.contact import NormalContact, expected_half_width
+from nanoslip.solver.contact.pin import pin_of, surface_from_pin
+from nanoslip.solver.contact.state import ContactState
+from nanoslip.solver.elasticity.compliance import SurfaceCompliance, surface_compliance
+from nanoslip.solver.slab import Slab
+from nanoslip.solver.sliding.events import slide
+from nanoslip.solver.sliding.plateau import plateau_of
+from nanoslip.solver.sliding.record import FrictionRecord
 from tests.written_tables import put
 
 SETS = {"one node": 0.0, "half of Hertz": 0.5, "Hertz": 1.0, "1.5 Hertz": 1.5, "all nodes": math.inf}

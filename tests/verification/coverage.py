@@ -9,20 +9,20 @@ from pathlib import Path
 
 import numpy as np
 
-from solver.case import Case, Heterogeneity, SlipRule
-from solver.contact.initial import initial_contact
-from solver.drive import Drive
-from solver.dynamics.coefficients import measured
-from solver.elasticity.compliance import SurfaceCompliance, surface_compliance
-from solver.ensemble import Ensemble, mean_of
-from solver.outcome import SolverError
-from solver.slab import Slab
-from solver.sliding.events import slide_to_state
-from solver.sliding.plateau import plateau_of
-from solver.sliding.record import FrictionRecord
-from solver.sliding.statistics import event_statistics
-from solver.sliding.validity import record_validity
-from study.manifest.parameters import LIMITS
+from nanoslip.solver.case import Case, Heterogeneity, SlipRule
+from nanoslip.solver.contact.initial import initial_contact
+from nanoslip.solver.drive import Drive
+from nanoslip.solver.dynamics.coefficients import measured
+from nanoslip.solver.elasticity.compliance import SurfaceCompliance, surface_compliance
+from nanoslip.solver.ensemble import Ensemble, mean_of
+from nanoslip.solver.outcome import SolverError
+from nanoslip.solver.slab import Slab
+from nanoslip.solver.sliding.events import slide_to_state
+from nanoslip.solver.sliding.plateau import plateau_of
+from nanoslip.solver.sliding.record import FrictionRecord
+from nanoslip.solver.sliding.statistics import event_statistics
+from nanoslip.solver.sliding.validity import record_validity
+from nanoslip.study.manifest.parameters import LIMITS
 from tests.verification.random_cases import Verdict, measure, verdict
 
 MEMBERS, OTHERS = 8, 24

@@ -19,7 +19,7 @@ from skfem import (
 )
 from skfem.helpers import ddot, eye, sym_grad, trace
 
-from solver.slab import Support
+from nanoslip.solver.slab import Support
 
 MOMENTS = 2  # the next, 3e-4 or less, are the mesh's own
 

@@ -11,7 +11,7 @@ In a vertical plane where sin kx = 0 neither u nor the shear stress is there: th
 import numpy as np
 from numpy.typing import NDArray
 
-from solver.slab import Support
+from nanoslip.solver.slab import Support
 
 
 def wave_compliance(k: float, depth: float, poisson: float, support: Support) -> NDArray[np.float64]:

@@ -10,10 +10,10 @@ import numpy as np
 import pytest
 from scipy.integrate import quad
 
-from solver.case import Case
-from solver.contact.initial import initial_contact
-from solver.elasticity.compliance import surface_compliance
-from solver.slab import Slab
+from nanoslip.solver.case import Case
+from nanoslip.solver.contact.initial import initial_contact
+from nanoslip.solver.elasticity.compliance import surface_compliance
+from nanoslip.solver.slab import Slab
 from tests.verification.seen import listed, observed_order, seen
 
 HALF_WIDTH, LOAD = 0.25, 1e-3

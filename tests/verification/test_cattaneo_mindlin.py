@@ -3,10 +3,10 @@
 import numpy as np
 import pytest
 
-from solver.case import Case, SlipRule
-from solver.contact.closed_forms import cattaneo_mindlin, hertz
-from solver.slab import Slab
-from solver.sliding.events import slide_to_state
+from nanoslip.solver.case import Case, SlipRule
+from nanoslip.solver.contact.closed_forms import cattaneo_mindlin, hertz
+from nanoslip.solver.slab import Slab
+from nanoslip.solver.sliding.events import slide_to_state
 from tests.physics import half_plane
 from tests.verification.seen import seen
 

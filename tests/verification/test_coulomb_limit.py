@@ -3,10 +3,10 @@
 import numpy as np
 import pytest
 
-from solver.case import Case, SlipRule
-from solver.elasticity.compliance import surface_compliance
-from solver.slab import Slab
-from solver.sliding.events import slide
+from nanoslip.solver.case import Case, SlipRule
+from nanoslip.solver.elasticity.compliance import surface_compliance
+from nanoslip.solver.slab import Slab
+from nanoslip.solver.sliding.events import slide
 from tests.verification.seen import seen
 
 SLAB = Slab(n_x=33)

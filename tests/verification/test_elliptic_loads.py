@@ -9,10 +9,10 @@ import pytest
 from numpy.typing import NDArray
 from scipy.optimize import brentq
 
-from solver.elasticity.compliance import surface_compliance
-from solver.elasticity.schemes import Galerkin
-from solver.slab import Slab, Support
-from study.accuracy.elastic_operator import nodal_forces
+from nanoslip.solver.elasticity.compliance import surface_compliance
+from nanoslip.solver.elasticity.schemes import Galerkin
+from nanoslip.solver.slab import Slab, Support
+from nanoslip.study.accuracy.elastic_operator import nodal_forces
 from tests.synthetic import grid_of
 from tests.verification.finite_slab import elliptic_energies
 from tests.verification.seen import listed, observed_order, seen

@@ -3,12 +3,12 @@
 import numpy as np
 import pytest
 
-from solver.case import Case, SlipRule
-from solver.contact.initial import initial_contact
-from solver.contact.state import ContactState
-from solver.elasticity.compliance import surface_compliance
-from solver.slab import Slab, Support
-from solver.sliding.events import slide_to_state
+from nanoslip.solver.case import Case, SlipRule
+from nanoslip.solver.contact.initial import initial_contact
+from nanoslip.solver.contact.state import ContactState
+from nanoslip.solver.elasticity.compliance import surface_compliance
+from nanoslip.solver.slab import Slab, Support
+from nanoslip.solver.sliding.events import slide_to_state
 from tests.physics import stored_energy
 from tests.verification.seen import seen
 

@@ -13,12 +13,12 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 
-from solver.case import Case, Effects
-from solver.contact.closed_forms import film_half_width, hertz_half_width
-from solver.contact.initial import initial_contact
-from solver.elasticity.compliance import surface_compliance
-from solver.slab import Slab
-from solver.sliding.validity import FEW_NODES, UNRESOLVED_SLAB, contact_flags, expected_flags
+from nanoslip.solver.case import Case, Effects
+from nanoslip.solver.contact.closed_forms import film_half_width, hertz_half_width
+from nanoslip.solver.contact.initial import initial_contact
+from nanoslip.solver.elasticity.compliance import surface_compliance
+from nanoslip.solver.slab import Slab
+from nanoslip.solver.sliding.validity import FEW_NODES, UNRESOLVED_SLAB, contact_flags, expected_flags
 from tests.verification.layer import wave_compliance
 
 Floats = NDArray[np.float64]

@@ -3,8 +3,8 @@
 import numpy as np
 import pytest
 
-from solver.elasticity.compliance import surface_compliance
-from solver.slab import Slab
+from nanoslip.solver.elasticity.compliance import surface_compliance
+from nanoslip.solver.slab import Slab
 from tests.verification.seen import listed, seen
 
 SOURCE = "Flamant 1892; Johnson, Contact Mechanics, §2.2 and 2.3"

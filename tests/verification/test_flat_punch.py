@@ -3,9 +3,9 @@
 import numpy as np
 import pytest
 
-from solver.contact.closed_forms import flat_punch_pressure
-from solver.elasticity.compliance import surface_compliance
-from solver.slab import Slab
+from nanoslip.solver.contact.closed_forms import flat_punch_pressure
+from nanoslip.solver.elasticity.compliance import surface_compliance
+from nanoslip.solver.slab import Slab
 from tests.verification.finite_slab import PunchReference, flat_punch
 from tests.verification.seen import listed, observed_order, seen
 

@@ -7,9 +7,9 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 
-from solver.elasticity.grid_scheme import NodalFields, blank, solve_mixed, stiffness
-from solver.elasticity.schemes import Galerkin
-from solver.slab import Slab, Support
+from nanoslip.solver.elasticity.grid_scheme import NodalFields, blank, solve_mixed, stiffness
+from nanoslip.solver.elasticity.schemes import Galerkin
+from nanoslip.solver.slab import Slab, Support
 from tests.verification.layer import wave_compliance
 from tests.verification.seen import listed, observed_order, seen
 

@@ -7,11 +7,11 @@ is of order 1, the second moment's, a²/4, of order 2.
 import numpy as np
 import pytest
 
-from solver.case import Case
-from solver.contact.closed_forms import hertz
-from solver.contact.initial import initial_contact
-from solver.elasticity.compliance import surface_compliance
-from solver.slab import Slab
+from nanoslip.solver.case import Case
+from nanoslip.solver.contact.closed_forms import hertz
+from nanoslip.solver.contact.initial import initial_contact
+from nanoslip.solver.elasticity.compliance import surface_compliance
+from nanoslip.solver.slab import Slab
 from tests.verification.seen import listed, observed_order, seen
 
 RADIUS, POISSON = 1e5, 1 / 3

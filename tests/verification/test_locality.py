@@ -12,11 +12,11 @@ from types import ModuleType
 import numpy as np
 import pytest
 
-from solver import Case, Slab, SurfaceCompliance, friction_record, plateau_of, surface_compliance
-from solver.contact.initial import initial_contact
+from nanoslip.solver import Case, Slab, SurfaceCompliance, friction_record, plateau_of, surface_compliance
+from nanoslip.solver.contact.initial import initial_contact
 
 CASE = Case(max_events=None, max_displacement=2.5e-3)
-GALERKIN: ModuleType = importlib.import_module("solver.elasticity.schemes.galerkin")
+GALERKIN: ModuleType = importlib.import_module("nanoslip.solver.elasticity.schemes.galerkin")
 
 
 def transfer(compliance: SurfaceCompliance) -> tuple[list[float], list[float]]:

@@ -7,15 +7,15 @@ from typing import get_args
 import numpy as np
 import pytest
 
-from solver.case import Case, Heterogeneity, InitialContact, SlipRule
-from solver.contact.initial import initial_contact
-from solver.elasticity.compliance import surface_compliance
-from solver.ensemble import Ensemble, mean_of
-from solver.slab import SCHEMES, Slab
-from solver.sliding.events import slide, slide_to_state
-from solver.sliding.full_contact import RESUMABLE
-from solver.sliding.plateau import plateau_of
-from solver.sliding.record import EVENT_TYPES
+from nanoslip.solver.case import Case, Heterogeneity, InitialContact, SlipRule
+from nanoslip.solver.contact.initial import initial_contact
+from nanoslip.solver.elasticity.compliance import surface_compliance
+from nanoslip.solver.ensemble import Ensemble, mean_of
+from nanoslip.solver.slab import SCHEMES, Slab
+from nanoslip.solver.sliding.events import slide, slide_to_state
+from nanoslip.solver.sliding.full_contact import RESUMABLE
+from nanoslip.solver.sliding.plateau import plateau_of
+from nanoslip.solver.sliding.record import EVENT_TYPES
 from tests.verification.seen import seen
 from tests.verification.test_energy import total_energy
 

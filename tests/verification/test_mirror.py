@@ -5,14 +5,14 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from solver.case import Case, Heterogeneity
-from solver.contact import compiled_contact
-from solver.contact.initial import initial_contact
-from solver.contact.node_friction import node_friction
-from solver.contact.state import ContactState, mirrored
-from solver.elasticity.compliance import SurfaceCompliance, surface_compliance
-from solver.slab import SCHEMES, Slab
-from solver.sliding.events import slide
+from nanoslip.solver.case import Case, Heterogeneity
+from nanoslip.solver.contact import compiled_contact
+from nanoslip.solver.contact.initial import initial_contact
+from nanoslip.solver.contact.node_friction import node_friction
+from nanoslip.solver.contact.state import ContactState, mirrored
+from nanoslip.solver.elasticity.compliance import SurfaceCompliance, surface_compliance
+from nanoslip.solver.slab import SCHEMES, Slab
+from nanoslip.solver.sliding.events import slide
 from tests.verification.seen import seen
 
 EVENTS = 1000

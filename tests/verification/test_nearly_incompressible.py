@@ -5,13 +5,13 @@ from functools import lru_cache
 import numpy as np
 import pytest
 
-from solver.case import Case
-from solver.contact.initial import initial_contact
-from solver.elasticity.compliance import SurfaceCompliance, surface_compliance
-from solver.slab import Slab
-from solver.sliding.events import slide_to_state
-from solver.sliding.plateau import plateau_of
-from solver.sliding.validity import TOGETHER, contact_flags, expected_flags, record_flags
+from nanoslip.solver.case import Case
+from nanoslip.solver.contact.initial import initial_contact
+from nanoslip.solver.elasticity.compliance import SurfaceCompliance, surface_compliance
+from nanoslip.solver.slab import Slab
+from nanoslip.solver.sliding.events import slide_to_state
+from nanoslip.solver.sliding.plateau import plateau_of
+from nanoslip.solver.sliding.validity import TOGETHER, contact_flags, expected_flags, record_flags
 from tests.verification.seen import seen
 
 

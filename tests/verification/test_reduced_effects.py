@@ -5,11 +5,11 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from solver.case import Case, Effects
-from solver.contact.initial import initial_contact
-from solver.elasticity.compliance import surface_compliance
-from solver.slab import Slab
-from solver.sliding.events import slide
+from nanoslip.solver.case import Case, Effects
+from nanoslip.solver.contact.initial import initial_contact
+from nanoslip.solver.elasticity.compliance import surface_compliance
+from nanoslip.solver.slab import Slab
+from nanoslip.solver.sliding.events import slide
 from tests.physics import coupled_half_plane
 
 GOODMAN = Effects(pin_translation=False, coupling=False)

@@ -5,11 +5,11 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from solver.case import Case, Effects, SlipRule
-from solver.elasticity.compliance import surface_compliance
-from solver.slab import Slab
-from solver.sliding.events import slide
-from solver.sliding.record import FrictionRecord
+from nanoslip.solver.case import Case, Effects, SlipRule
+from nanoslip.solver.elasticity.compliance import surface_compliance
+from nanoslip.solver.slab import Slab
+from nanoslip.solver.sliding.events import slide
+from nanoslip.solver.sliding.record import FrictionRecord
 from tests.verification.seen import listed, seen
 
 SIMILAR = {"displacement": 1, "force_before": 1, "force_after": 1, "stiffness": 0, "dissipated": 2}

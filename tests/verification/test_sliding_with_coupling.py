@@ -10,11 +10,11 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from solver.case import Case, PinShape, SlipRule
-from solver.contact.closed_forms import SlidingContact, hertz, sliding_parabola, sliding_punch
-from solver.elasticity.compliance import surface_compliance
-from solver.slab import Slab
-from solver.sliding.events import slide_to_state
+from nanoslip.solver.case import Case, PinShape, SlipRule
+from nanoslip.solver.contact.closed_forms import SlidingContact, hertz, sliding_parabola, sliding_punch
+from nanoslip.solver.elasticity.compliance import surface_compliance
+from nanoslip.solver.slab import Slab
+from nanoslip.solver.sliding.events import slide_to_state
 from tests.verification.seen import listed, observed_order, seen
 
 LOAD = 1e-6  # so small that the parabola's contact moves by nothing while sliding sets in

@@ -10,11 +10,11 @@ import math
 import numpy as np
 import pytest
 
-from solver.case import Case, SlipRule
-from solver.elasticity.compliance import SurfaceCompliance
-from solver.slab import Slab
-from solver.sliding.events import slide_to_state
-from solver.sliding.record import EVENT_KINDS, FrictionRecord
+from nanoslip.solver.case import Case, SlipRule
+from nanoslip.solver.elasticity.compliance import SurfaceCompliance
+from nanoslip.solver.slab import Slab
+from nanoslip.solver.sliding.events import slide_to_state
+from nanoslip.solver.sliding.record import EVENT_KINDS, FrictionRecord
 from tests.verification.seen import seen
 
 SLAB = Slab(n_x=5)

@@ -3,10 +3,10 @@
 import numpy as np
 import pytest
 
-from solver.case import Case, SlipRule
-from solver.contact.initial import initial_contact
-from solver.elasticity.compliance import SurfaceCompliance, surface_compliance
-from solver.slab import Slab
+from nanoslip.solver.case import Case, SlipRule
+from nanoslip.solver.contact.initial import initial_contact
+from nanoslip.solver.elasticity.compliance import SurfaceCompliance, surface_compliance
+from nanoslip.solver.slab import Slab
 from tests.verification.seen import listed, observed_order, seen
 from tests.verification.stick_zone import stick_zone, uncoupled_ratio
 

@@ -12,7 +12,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from solver.elasticity.schemes.half_plane import Convolution
+from nanoslip.solver.elasticity.schemes.half_plane import Convolution
 
 Vector = NDArray[np.float64]
 

@@ -8,12 +8,12 @@ in contact.
 import numpy as np
 from numpy.typing import NDArray
 
-from solver.case import Case
-from solver.contact.convolved.conjugate_gradients import pressed
-from solver.contact.normal.contact import RESTING, NormalContact, expected_half_width
-from solver.contact.normal.exchange import Exchange
-from solver.contact.pin import Pin, pin_of, surface_from_pin
-from solver.elasticity.schemes.half_plane import Convolution
+from nanoslip.solver.case import Case
+from nanoslip.solver.contact.convolved.conjugate_gradients import pressed
+from nanoslip.solver.contact.normal.contact import RESTING, NormalContact, expected_half_width
+from nanoslip.solver.contact.normal.exchange import Exchange
+from nanoslip.solver.contact.pin import Pin, pin_of, surface_from_pin
+from nanoslip.solver.elasticity.schemes.half_plane import Convolution
 
 Vector = NDArray[np.float64]
 Nodes = NDArray[np.bool_]

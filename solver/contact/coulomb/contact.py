@@ -10,11 +10,11 @@ from dataclasses import dataclass, field
 import numpy as np
 from numpy.typing import NDArray
 
-from solver.case import Case
-from solver.contact.node_friction import node_friction
-from solver.contact.pin import Pin, pin_of, surface_from_pin
-from solver.elasticity.compliance import SurfaceCompliance
-from solver.outcome import Ending, SingularOperator, SolverError, TooFarApart
+from nanoslip.solver.case import Case
+from nanoslip.solver.contact.node_friction import node_friction
+from nanoslip.solver.contact.pin import Pin, pin_of, surface_from_pin
+from nanoslip.solver.elasticity.compliance import SurfaceCompliance
+from nanoslip.solver.outcome import Ending, SingularOperator, SolverError, TooFarApart
 
 Vector = NDArray[np.float64]
 Rates = tuple[NDArray[np.float64], float, Vector, Vector]

@@ -3,11 +3,11 @@
 import numpy as np
 from numpy.typing import NDArray
 
-from solver.contact.coulomb.contact import CoulombContact, CoulombError, Rates, Vector
-from solver.contact.coulomb.roles import resolve_violations, stick_and_slide_in_motion
-from solver.contact.kernels.enumerations import EventKind
-from solver.contact.kernels.violations import TIE
-from solver.outcome import Ending
+from nanoslip.solver.contact.coulomb.contact import CoulombContact, CoulombError, Rates, Vector
+from nanoslip.solver.contact.coulomb.roles import resolve_violations, stick_and_slide_in_motion
+from nanoslip.solver.contact.kernels.enumerations import EventKind
+from nanoslip.solver.contact.kernels.violations import TIE
+from nanoslip.solver.outcome import Ending
 
 LONGEST_STEP = 0.05
 """Longest step in node spacings: the pin's slope under a sliding node changes by as much of a node's."""

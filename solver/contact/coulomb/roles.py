@@ -6,8 +6,8 @@ own shear. Where an earlier assignment of roles comes back, none (or no unique o
 
 import numpy as np
 
-from solver.contact.coulomb.contact import TOLERANCE, CoulombContact, CoulombError, Rates, Vector
-from solver.outcome import Ending
+from nanoslip.solver.contact.coulomb.contact import TOLERANCE, CoulombContact, CoulombError, Rates, Vector
+from nanoslip.solver.outcome import Ending
 
 
 def resolve_violations(solved: CoulombContact) -> None:

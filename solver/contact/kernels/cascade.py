@@ -2,13 +2,13 @@
 
 import numpy as np
 
-from solver.compiled import compiled
-from solver.contact.kernels.contact_change import displace, release_node, touch_node
-from solver.contact.kernels.enumerations import EventKind, Stop
-from solver.contact.kernels.equilibrium import refresh
-from solver.contact.kernels.slip_distance import slip_move
-from solver.contact.kernels.state import KernelConstants, KernelState
-from solver.contact.kernels.violations import (
+from nanoslip.solver.compiled import compiled
+from nanoslip.solver.contact.kernels.contact_change import displace, release_node, touch_node
+from nanoslip.solver.contact.kernels.enumerations import EventKind, Stop
+from nanoslip.solver.contact.kernels.equilibrium import refresh
+from nanoslip.solver.contact.kernels.slip_distance import slip_move
+from nanoslip.solver.contact.kernels.state import KernelConstants, KernelState
+from nanoslip.solver.contact.kernels.violations import (
     deepest_penetration,
     largest_tension,
     limited,

@@ -2,11 +2,16 @@
 
 import numpy as np
 
-from solver.compiled import compiled
-from solver.contact.kernels.equilibrium import equilibrium_residual, refresh, set_rate_to_displacement, set_rate_to_load
-from solver.contact.kernels.pin_height import BLUR, pin_height
-from solver.contact.kernels.state import Floats, KernelConstants, KernelState
-from solver.contact.kernels.vectors import add_two, add_two_rows
+from nanoslip.solver.compiled import compiled
+from nanoslip.solver.contact.kernels.equilibrium import (
+    equilibrium_residual,
+    refresh,
+    set_rate_to_displacement,
+    set_rate_to_load,
+)
+from nanoslip.solver.contact.kernels.pin_height import BLUR, pin_height
+from nanoslip.solver.contact.kernels.state import Floats, KernelConstants, KernelState
+from nanoslip.solver.contact.kernels.vectors import add_two, add_two_rows
 
 REFRESH_CHANGES = 64
 """Touches and releases after which response and rate are summed afresh."""

@@ -3,10 +3,10 @@
 import numpy as np
 from numpy.typing import NDArray
 
-from solver.compiled import compiled
-from solver.contact.kernels.pin_height import BLUR
-from solver.contact.kernels.state import Floats, KernelState
-from solver.contact.kernels.vectors import add, add_two_rows
+from nanoslip.solver.compiled import compiled
+from nanoslip.solver.contact.kernels.pin_height import BLUR
+from nanoslip.solver.contact.kernels.state import Floats, KernelState
+from nanoslip.solver.contact.kernels.vectors import add, add_two_rows
 
 RESIDUAL_LIMIT = 1e-11
 """Relative residual of the prescribed displacements or of the load at which the tableau is rebuilt."""

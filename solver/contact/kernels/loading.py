@@ -1,11 +1,11 @@
 """Raise the load event by event, the pin held."""
 
-from solver.compiled import compiled
-from solver.contact.kernels.cascade import resolve
-from solver.contact.kernels.enumerations import EventKind, Stop
-from solver.contact.kernels.next_event import next_event
-from solver.contact.kernels.state import KernelConstants, KernelState
-from solver.contact.kernels.vectors import move_along
+from nanoslip.solver.compiled import compiled
+from nanoslip.solver.contact.kernels.cascade import resolve
+from nanoslip.solver.contact.kernels.enumerations import EventKind, Stop
+from nanoslip.solver.contact.kernels.next_event import next_event
+from nanoslip.solver.contact.kernels.state import KernelConstants, KernelState
+from nanoslip.solver.contact.kernels.vectors import move_along
 
 
 @compiled()

@@ -2,11 +2,11 @@
 
 import numpy as np
 
-from solver.compiled import chosen_by_type, compiled, is_named_tuple
-from solver.contact.kernels.enumerations import EventKind
-from solver.contact.kernels.pin_height import first_root, knot_ahead, piece_entered, rise_slope, rough_height
-from solver.contact.kernels.state import KernelConstants, KernelState, RoughPin
-from solver.contact.kernels.violations import TIE
+from nanoslip.solver.compiled import chosen_by_type, compiled, is_named_tuple
+from nanoslip.solver.contact.kernels.enumerations import EventKind
+from nanoslip.solver.contact.kernels.pin_height import first_root, knot_ahead, piece_entered, rise_slope, rough_height
+from nanoslip.solver.contact.kernels.state import KernelConstants, KernelState, RoughPin
+from nanoslip.solver.contact.kernels.violations import TIE
 
 EDGE = 1e-9
 """Relative distance inside a punch's edge at which a node counts as under it."""

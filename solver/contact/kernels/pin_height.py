@@ -2,8 +2,8 @@
 
 import numpy as np
 
-from solver.compiled import chosen_by_type, compiled, inlined, is_named_tuple
-from solver.contact.kernels.state import KernelConstants, RoughPin
+from nanoslip.solver.compiled import chosen_by_type, compiled, inlined, is_named_tuple
+from nanoslip.solver.contact.kernels.state import KernelConstants, RoughPin
 
 BLUR = 1e-15
 """Rounding of the pin's height, as a share of it."""

@@ -2,9 +2,9 @@
 
 import numpy as np
 
-from solver.compiled import chosen_by_type, is_named_tuple
-from solver.contact.kernels.pin_height import first_root, knot_ahead, piece_entered, rise_slope, rough_height
-from solver.contact.kernels.state import Floats, RoughPin
+from nanoslip.solver.compiled import chosen_by_type, is_named_tuple
+from nanoslip.solver.contact.kernels.pin_height import first_root, knot_ahead, piece_entered, rise_slope, rough_height
+from nanoslip.solver.contact.kernels.state import Floats, RoughPin
 
 
 def slip_move(

@@ -18,7 +18,7 @@ from typing import Any, NamedTuple, Protocol
 import numpy as np
 from numpy.typing import NDArray
 
-from solver.compiled import compiled
+from nanoslip.solver.compiled import compiled
 
 Floats = NDArray[np.float64]
 

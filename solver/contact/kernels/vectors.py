@@ -1,7 +1,7 @@
 """Multiples of a tableau's rows added to a vector: where nearly all the time of sliding goes."""
 
-from solver.compiled import compiled
-from solver.contact.kernels.state import Floats
+from nanoslip.solver.compiled import compiled
+from nanoslip.solver.contact.kernels.state import Floats
 
 
 @compiled(fastmath={"contract"})

@@ -3,9 +3,9 @@
 import numpy as np
 from numpy.typing import NDArray
 
-from solver.compiled import compiled
-from solver.contact.kernels.pin_height import pin_height, pin_slope
-from solver.contact.kernels.state import Floats, KernelConstants, KernelState
+from nanoslip.solver.compiled import compiled
+from nanoslip.solver.contact.kernels.pin_height import pin_height, pin_slope
+from nanoslip.solver.contact.kernels.state import Floats, KernelConstants, KernelState
 
 STEEPEST = 1.0
 """Slope of the pin under a node in contact beyond which along and across say nothing of shear and pressure."""

@@ -14,13 +14,13 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from solver.case import Case
-from solver.contact.closed_forms import hertz_half_width, winkler_half_width
-from solver.contact.normal.exchange import Exchange
-from solver.contact.normal.system import FEW, KEPT, ContactSystem
-from solver.contact.pin import pin_of, surface_from_pin
-from solver.elasticity.compliance import SurfaceCompliance
-from solver.last import of_the_last
+from nanoslip.solver.case import Case
+from nanoslip.solver.contact.closed_forms import hertz_half_width, winkler_half_width
+from nanoslip.solver.contact.normal.exchange import Exchange
+from nanoslip.solver.contact.normal.system import FEW, KEPT, ContactSystem
+from nanoslip.solver.contact.pin import pin_of, surface_from_pin
+from nanoslip.solver.elasticity.compliance import SurfaceCompliance
+from nanoslip.solver.last import of_the_last
 
 Vector = NDArray[np.float64]
 

@@ -11,8 +11,8 @@ import numpy as np
 import scipy
 from numpy.typing import NDArray
 
-from solver.elasticity.compliance import SurfaceCompliance
-from solver.outcome import SingularOperator, TooFarApart
+from nanoslip.solver.elasticity.compliance import SurfaceCompliance
+from nanoslip.solver.outcome import SingularOperator, TooFarApart
 
 Vector = NDArray[np.float64]
 Dense = NDArray[np.float64]

@@ -2,11 +2,11 @@
 
 from typing import NamedTuple
 
-from solver.compiled import compiled
-from solver.dynamics.kernels.oscillator import Segment, brief_responses, segment_from
-from solver.dynamics.kernels.recording import next_due, note_brief, write_samples
-from solver.dynamics.kernels.state import Motion, Pin, Record, Slip, Tally, Teeth
-from solver.dynamics.kernels.teeth import repeated_tooth
+from nanoslip.solver.compiled import compiled
+from nanoslip.solver.dynamics.kernels.oscillator import Segment, brief_responses, segment_from
+from nanoslip.solver.dynamics.kernels.recording import next_due, note_brief, write_samples
+from nanoslip.solver.dynamics.kernels.state import Motion, Pin, Record, Slip, Tally, Teeth
+from nanoslip.solver.dynamics.kernels.teeth import repeated_tooth
 
 
 @compiled(error_model="numpy")

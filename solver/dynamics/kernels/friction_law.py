@@ -2,9 +2,9 @@
 
 import math
 
-from solver.compiled import compiled
-from solver.dynamics.kernels.slips import acceleration_rounding, driving_force
-from solver.dynamics.kernels.state import Motion, Pin
+from nanoslip.solver.compiled import compiled
+from nanoslip.solver.dynamics.kernels.slips import acceleration_rounding, driving_force
+from nanoslip.solver.dynamics.kernels.state import Motion, Pin
 
 
 @compiled(error_model="numpy")

@@ -3,9 +3,9 @@
 import math
 from typing import NamedTuple
 
-from solver.compiled import compiled
-from solver.dynamics.kernels.slips import driving_force
-from solver.dynamics.kernels.state import Motion, Pin
+from nanoslip.solver.compiled import compiled
+from nanoslip.solver.dynamics.kernels.slips import driving_force
+from nanoslip.solver.dynamics.kernels.state import Motion, Pin
 
 
 class Segment(NamedTuple):

@@ -4,11 +4,11 @@ import math
 
 import numpy as np
 
-from solver.compiled import compiled
-from solver.dynamics.kernels.oscillator import Segment, state_at
-from solver.dynamics.kernels.roots import VELOCITY, root
-from solver.dynamics.kernels.slips import driving_force
-from solver.dynamics.kernels.state import Floats, Motion, Pin, Record, Run, Slip, Tally
+from nanoslip.solver.compiled import compiled
+from nanoslip.solver.dynamics.kernels.oscillator import Segment, state_at
+from nanoslip.solver.dynamics.kernels.roots import VELOCITY, root
+from nanoslip.solver.dynamics.kernels.slips import driving_force
+from nanoslip.solver.dynamics.kernels.state import Floats, Motion, Pin, Record, Run, Slip, Tally
 
 
 @compiled(allocates=True, error_model="numpy")

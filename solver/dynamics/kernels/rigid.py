@@ -2,14 +2,14 @@
 
 import numpy as np
 
-from solver.compiled import compiled
-from solver.dynamics.kernels.cruise import cruise
-from solver.dynamics.kernels.oscillator import Segment, segment_from
-from solver.dynamics.kernels.recording import empty_record, finished_run, pass_rest, pass_segment
-from solver.dynamics.kernels.segment_end import highest_driving_force, segment_end
-from solver.dynamics.kernels.slips import driving_force, follow_slip, no_slips, slip_table
-from solver.dynamics.kernels.state import Motion, Pin, Run, Slip, Tally, Teeth
-from solver.dynamics.kernels.teeth import tooth_at
+from nanoslip.solver.compiled import compiled
+from nanoslip.solver.dynamics.kernels.cruise import cruise
+from nanoslip.solver.dynamics.kernels.oscillator import Segment, segment_from
+from nanoslip.solver.dynamics.kernels.recording import empty_record, finished_run, pass_rest, pass_segment
+from nanoslip.solver.dynamics.kernels.segment_end import highest_driving_force, segment_end
+from nanoslip.solver.dynamics.kernels.slips import driving_force, follow_slip, no_slips, slip_table
+from nanoslip.solver.dynamics.kernels.state import Motion, Pin, Run, Slip, Tally, Teeth
+from nanoslip.solver.dynamics.kernels.teeth import tooth_at
 
 
 @compiled(error_model="numpy")

@@ -2,9 +2,9 @@
 
 import math
 
-from solver.compiled import compiled
-from solver.dynamics.kernels.oscillator import Segment, state_at
-from solver.dynamics.kernels.state import Motion
+from nanoslip.solver.compiled import compiled
+from nanoslip.solver.dynamics.kernels.oscillator import Segment, state_at
+from nanoslip.solver.dynamics.kernels.state import Motion
 
 POSITION, VELOCITY, DRIVING_RATE = 0, 1, 2
 """Quantities of a segment; the last is the rate of the driving force."""

@@ -4,12 +4,12 @@ import math
 
 import numpy as np
 
-from solver.compiled import compiled
-from solver.dynamics.kernels.friction_law import limited_friction
-from solver.dynamics.kernels.recording import empty_record, finished_run, note_brief, note_spring_force
-from solver.dynamics.kernels.slips import driving_force, follow_slip, no_slips, slip_table
-from solver.dynamics.kernels.state import Motion, Pin, Record, Run, Slip, Tally, Teeth
-from solver.dynamics.kernels.teeth import tooth_at, tooth_holding
+from nanoslip.solver.compiled import compiled
+from nanoslip.solver.dynamics.kernels.friction_law import limited_friction
+from nanoslip.solver.dynamics.kernels.recording import empty_record, finished_run, note_brief, note_spring_force
+from nanoslip.solver.dynamics.kernels.slips import driving_force, follow_slip, no_slips, slip_table
+from nanoslip.solver.dynamics.kernels.state import Motion, Pin, Record, Run, Slip, Tally, Teeth
+from nanoslip.solver.dynamics.kernels.teeth import tooth_at, tooth_holding
 
 
 @compiled(error_model="numpy")

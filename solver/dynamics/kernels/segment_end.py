@@ -2,11 +2,11 @@
 
 import math
 
-from solver.compiled import compiled
-from solver.dynamics.kernels.oscillator import Segment, state_at
-from solver.dynamics.kernels.roots import DRIVING_RATE, POSITION, VELOCITY, next_zero, offset_from_level, root
-from solver.dynamics.kernels.slips import acceleration_rounding, driving_force
-from solver.dynamics.kernels.state import Motion, Pin
+from nanoslip.solver.compiled import compiled
+from nanoslip.solver.dynamics.kernels.oscillator import Segment, state_at
+from nanoslip.solver.dynamics.kernels.roots import DRIVING_RATE, POSITION, VELOCITY, next_zero, offset_from_level, root
+from nanoslip.solver.dynamics.kernels.slips import acceleration_rounding, driving_force
+from nanoslip.solver.dynamics.kernels.state import Motion, Pin
 
 
 @compiled(error_model="numpy")

@@ -4,8 +4,8 @@ import math
 
 import numpy as np
 
-from solver.compiled import compiled
-from solver.dynamics.kernels.state import Floats, Motion, Pin, Slip, SlipRow
+from nanoslip.solver.compiled import compiled
+from nanoslip.solver.dynamics.kernels.state import Floats, Motion, Pin, Slip, SlipRow
 
 
 @compiled(error_model="numpy")

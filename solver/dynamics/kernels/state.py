@@ -39,7 +39,7 @@ class Motion(NamedTuple):
 
 
 class Teeth(NamedTuple):
-    """The limit F̃: see solver.dynamics.friction_limit.FrictionLimit."""
+    """The limit F̃: see nanoslip.solver.dynamics.friction_limit.FrictionLimit."""
 
     edges: Floats
     force: Floats

@@ -3,9 +3,9 @@
 A file that defines a scheme registers it; importing this folder makes all of them known.
 """
 
-from solver.elasticity.schemes.biquadratic import Biquadratic
-from solver.elasticity.schemes.chain import Chain
-from solver.elasticity.schemes.galerkin import Galerkin
-from solver.elasticity.schemes.half_plane import HalfPlane
+from nanoslip.solver.elasticity.schemes.biquadratic import Biquadratic
+from nanoslip.solver.elasticity.schemes.chain import Chain
+from nanoslip.solver.elasticity.schemes.galerkin import Galerkin
+from nanoslip.solver.elasticity.schemes.half_plane import HalfPlane
 
 __all__ = ["Biquadratic", "Chain", "Galerkin", "HalfPlane"]

@@ -13,11 +13,20 @@ import numpy as np
 import scipy
 from numpy.typing import NDArray
 
-from solver.elasticity.grid import Basis, FirstSpacing, Grid, binary_hierarchy, integral, lagrange, slope, value
-from solver.elasticity.grid_scheme import GridScheme
-from solver.elasticity.stiffness import Stiffness, confined_modulus, in_blocks, lame, restrained
-from solver.parameter import check, parameter, require
-from solver.slab import SCHEMES, Slab, Support, levels_of
+from nanoslip.solver.elasticity.grid import (
+    Basis,
+    FirstSpacing,
+    Grid,
+    binary_hierarchy,
+    integral,
+    lagrange,
+    slope,
+    value,
+)
+from nanoslip.solver.elasticity.grid_scheme import GridScheme
+from nanoslip.solver.elasticity.stiffness import Stiffness, confined_modulus, in_blocks, lame, restrained
+from nanoslip.solver.parameter import check, parameter, require
+from nanoslip.solver.slab import SCHEMES, Slab, Support, levels_of
 
 MOST_CONFINED = 10.0
 """Largest (λ+2G)/G, ν = 0.444: above, approach or largest pressure are 7 % wrong and more, on nearly all grids."""

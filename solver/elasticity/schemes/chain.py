@@ -27,8 +27,8 @@ import numpy as np
 import scipy
 from numpy.typing import NDArray
 
-from solver.parameter import check, parameter, require
-from solver.slab import SCHEMES, Scheme, Slab
+from nanoslip.solver.parameter import check, parameter, require
+from nanoslip.solver.slab import SCHEMES, Scheme, Slab
 
 Dense = NDArray[np.float64]
 

@@ -17,9 +17,9 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
-from solver.elasticity.grid import Grid
-from solver.elasticity.grid_scheme import GridScheme, blank, solve_mixed, stiffness
-from solver.slab import Slab
+from nanoslip.solver.elasticity.grid import Grid
+from nanoslip.solver.elasticity.grid_scheme import GridScheme, blank, solve_mixed, stiffness
+from nanoslip.solver.slab import Slab
 
 # The graded hierarchy of node rows: from the surface down each level has half the intervals of the one above.
 #

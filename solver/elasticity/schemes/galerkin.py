@@ -28,13 +28,13 @@ import numpy as np
 import scipy
 from numpy.typing import NDArray
 
-from solver.elasticity.condensation import condensed
-from solver.elasticity.grid import Grid, gram, lagrange, slopes, value
-from solver.elasticity.grid_scheme import GridScheme
-from solver.elasticity.schemes.column import graded_hierarchy, lengthening, resultants, trunk
-from solver.elasticity.stiffness import Sparse, Stiffness, confined_modulus, in_blocks, lame, restrained
-from solver.parameter import check, parameter, require
-from solver.slab import SCHEMES, Slab, Support, levels_of
+from nanoslip.solver.elasticity.condensation import condensed
+from nanoslip.solver.elasticity.grid import Grid, gram, lagrange, slopes, value
+from nanoslip.solver.elasticity.grid_scheme import GridScheme
+from nanoslip.solver.elasticity.schemes.column import graded_hierarchy, lengthening, resultants, trunk
+from nanoslip.solver.elasticity.stiffness import Sparse, Stiffness, confined_modulus, in_blocks, lame, restrained
+from nanoslip.solver.parameter import check, parameter, require
+from nanoslip.solver.slab import SCHEMES, Slab, Support, levels_of
 
 Dense = NDArray[np.float64]
 MOST_ROWS_PER_LEVEL = 1024

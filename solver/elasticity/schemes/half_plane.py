@@ -23,9 +23,9 @@ import numpy as np
 import scipy
 from numpy.typing import NDArray
 
-from solver.outcome import InvalidInput
-from solver.parameter import require
-from solver.slab import FEWEST_NODES, MOST_NODES, SCHEMES, Scheme, Slab
+from nanoslip.solver.outcome import InvalidInput
+from nanoslip.solver.parameter import require
+from nanoslip.solver.slab import FEWEST_NODES, MOST_NODES, SCHEMES, Scheme, Slab
 
 # The compliance of a surface that is the same everywhere: displacements under pressure are a convolution, by FFT.
 #

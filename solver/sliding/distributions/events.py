@@ -7,9 +7,9 @@ from dataclasses import dataclass, field, replace
 import numpy as np
 from numpy.typing import NDArray
 
-from solver.quantity import as_metadata, quantities
-from solver.sliding.record import FrictionRecord, event
-from solver.view import Curve, Picture, Viewed
+from nanoslip.solver.quantity import as_metadata, quantities
+from nanoslip.solver.sliding.record import FrictionRecord, event
+from nanoslip.solver.view import Curve, Picture, Viewed
 
 Vector = NDArray[np.float64]
 

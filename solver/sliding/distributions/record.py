@@ -8,10 +8,10 @@ from typing import Any, Final
 import numpy as np
 from numpy.typing import NDArray
 
-from solver.ensemble import jackknife, mean_of, needed
-from solver.quantity import quantity
-from solver.sliding.distributions.events import DISCRETE, EventSizes, event_sizes, rank_correlation
-from solver.sliding.distributions.power_law import (
+from nanoslip.solver.ensemble import jackknife, mean_of, needed
+from nanoslip.solver.quantity import quantity
+from nanoslip.solver.sliding.distributions.events import DISCRETE, EventSizes, event_sizes, rank_correlation
+from nanoslip.solver.sliding.distributions.power_law import (
     DRAWS,
     EXPONENTS,
     SIGNIFICANT,
@@ -22,10 +22,10 @@ from solver.sliding.distributions.power_law import (
     logarithmic_histogram,
     sorted_sizes,
 )
-from solver.sliding.distributions.rivals import LAWS, Comparison, comparisons, preferred
-from solver.sliding.plateau import Plateau
-from solver.sliding.record import FrictionRecord
-from solver.view import OneLine, with_error
+from nanoslip.solver.sliding.distributions.rivals import LAWS, Comparison, comparisons, preferred
+from nanoslip.solver.sliding.plateau import Plateau
+from nanoslip.solver.sliding.record import FrictionRecord
+from nanoslip.solver.view import OneLine, with_error
 
 Values = NDArray[np.float64] | NDArray[np.int64]
 

@@ -13,7 +13,7 @@ import numpy as np
 import scipy
 from numpy.typing import NDArray
 
-from solver.sliding.distributions.power_law import SIGNIFICANT, PowerLaw, Sizes
+from nanoslip.solver.sliding.distributions.power_law import SIGNIFICANT, PowerLaw, Sizes
 
 Vector = NDArray[np.float64]
 Likelihood = Callable[[Vector], Vector]

@@ -5,8 +5,8 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from solver.compiled import compiled
-from solver.contact.kernels.state import Floats
+from nanoslip.solver.compiled import compiled
+from nanoslip.solver.contact.kernels.state import Floats
 
 
 class Events(NamedTuple):

@@ -3,17 +3,17 @@
 import numpy as np
 from numpy.typing import NDArray
 
-from solver.compiled import compiled
-from solver.contact.kernels.cascade import resolve
-from solver.contact.kernels.contact_change import project_onto_pin
-from solver.contact.kernels.enumerations import EventKind, Stop
-from solver.contact.kernels.equilibrium import RESIDUAL_LIMIT, equilibrium_residual, total_shear
-from solver.contact.kernels.next_event import next_event
-from solver.contact.kernels.state import KernelConstants, KernelState, start_event
-from solver.contact.kernels.vectors import move_along
-from solver.contact.kernels.violations import limited, on_steep_flank
-from solver.sliding.kernels.events import Events, add_slips
-from solver.sliding.kernels.step import overshot, smallest_step
+from nanoslip.solver.compiled import compiled
+from nanoslip.solver.contact.kernels.cascade import resolve
+from nanoslip.solver.contact.kernels.contact_change import project_onto_pin
+from nanoslip.solver.contact.kernels.enumerations import EventKind, Stop
+from nanoslip.solver.contact.kernels.equilibrium import RESIDUAL_LIMIT, equilibrium_residual, total_shear
+from nanoslip.solver.contact.kernels.next_event import next_event
+from nanoslip.solver.contact.kernels.state import KernelConstants, KernelState, start_event
+from nanoslip.solver.contact.kernels.vectors import move_along
+from nanoslip.solver.contact.kernels.violations import limited, on_steep_flank
+from nanoslip.solver.sliding.kernels.events import Events, add_slips
+from nanoslip.solver.sliding.kernels.step import overshot, smallest_step
 
 CHECK_EVENTS = 64
 """Events after which the equilibrium residual is computed, changes of the contact or not."""

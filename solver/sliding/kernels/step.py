@@ -1,7 +1,7 @@
 """The smallest step of the pin, and by how much it may push shear beyond its limits."""
 
-from solver.compiled import compiled
-from solver.contact.kernels.state import SlipConstants
+from nanoslip.solver.compiled import compiled
+from nanoslip.solver.contact.kernels.state import SlipConstants
 
 STRETCHES = 24.0
 """The event floor counts in node spacings, or in this many stretches of the contact where those are shorter.

@@ -12,14 +12,14 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from solver.compiled import compiled
-from solver.contact.kernels.cascade import REFRESH_SLIPS
-from solver.contact.kernels.enumerations import EventKind, Stop
-from solver.contact.kernels.state import Floats, Scalars, SlipConstants, start_event
-from solver.contact.kernels.vectors import add, move_along
-from solver.contact.kernels.violations import HALF_PLACE, TIE, bits, highest_ranked, limited, ranked
-from solver.sliding.kernels.events import Events, add_slips
-from solver.sliding.kernels.step import overshot, smallest_step
+from nanoslip.solver.compiled import compiled
+from nanoslip.solver.contact.kernels.cascade import REFRESH_SLIPS
+from nanoslip.solver.contact.kernels.enumerations import EventKind, Stop
+from nanoslip.solver.contact.kernels.state import Floats, Scalars, SlipConstants, start_event
+from nanoslip.solver.contact.kernels.vectors import add, move_along
+from nanoslip.solver.contact.kernels.violations import HALF_PLACE, TIE, bits, highest_ranked, limited, ranked
+from nanoslip.solver.sliding.kernels.events import Events, add_slips
+from nanoslip.solver.sliding.kernels.step import overshot, smallest_step
 
 
 class TangentialState(NamedTuple):
@@ -59,7 +59,7 @@ def refresh(state: TangentialState) -> None:
 @compiled(fastmath={"contract"}, error_model="numpy")
 def _worst_violation(shear: Floats, shear_limit: Floats, weights: Floats, tolerance: float, opposite: float) -> int:
     """The offender with the largest limited shear over μ_i·N, of ties the one further right, or -1; without a branch, as in
-    `solver.contact.kernels.violations.worst_violation`."""
+    `nanoslip.solver.contact.kernels.violations.worst_violation`."""
     cut, shifted = 0, 0
     for i in range(len(shear)):
         size = limited(shear[i], opposite)

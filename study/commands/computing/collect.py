@@ -2,15 +2,15 @@
 
 from pathlib import Path
 
-from study.commands.shared.arguments import folder
-from study.commands.shared.datasets import write_dataset
-from study.commands.shared.plans import advised, counted
-from study.commands.shared.refusals import refusals
-from study.dataset.collection.pieces import InPieces
-from study.manifest.reader import load_manifest
-from study.report.console import say
-from study.results.shard import folders
-from study.results.store import Store
+from nanoslip.study.commands.shared.arguments import folder
+from nanoslip.study.commands.shared.datasets import write_dataset
+from nanoslip.study.commands.shared.plans import advised, counted
+from nanoslip.study.commands.shared.refusals import refusals
+from nanoslip.study.dataset.collection.pieces import InPieces
+from nanoslip.study.manifest.reader import load_manifest
+from nanoslip.study.report.console import say
+from nanoslip.study.results.shard import folders
+from nanoslip.study.results.store import Store
 
 
 def work(campaign: Path, out: Path | None, jobs: int, replace: bool) -> None:

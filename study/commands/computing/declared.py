@@ -5,11 +5,11 @@ from typing import Any
 
 import click
 
-from study.commands.shared.arguments import CAMPAIGN, JSON, OUT
-from study.commands.shared.group import cli
-from study.commands.shared.lazy import work
-from study.execution.interruption import GRACE
-from study.results.shard import MOST, Shard
+from nanoslip.study.commands.shared.arguments import CAMPAIGN, JSON, OUT
+from nanoslip.study.commands.shared.group import cli
+from nanoslip.study.commands.shared.lazy import work
+from nanoslip.study.execution.interruption import GRACE
+from nanoslip.study.results.shard import MOST, Shard
 
 
 class ShardText(click.ParamType[Shard]):

@@ -4,18 +4,18 @@ import sys
 from contextlib import ExitStack
 from pathlib import Path
 
-from study.commands.shared.arguments import folder
-from study.commands.shared.datasets import write_dataset
-from study.commands.shared.plans import advised, counted, planned
-from study.commands.shared.refusals import refusals
-from study.execution.executor import drop_intermediates
-from study.execution.failures import left
-from study.exit_codes import FAILURES, INTERRUPTED
-from study.report.console import say
-from study.results.lease import Lease
-from study.results.merging import merge_shards
-from study.results.shard import folders
-from study.results.store import Store, StoreError
+from nanoslip.study.commands.shared.arguments import folder
+from nanoslip.study.commands.shared.datasets import write_dataset
+from nanoslip.study.commands.shared.plans import advised, counted, planned
+from nanoslip.study.commands.shared.refusals import refusals
+from nanoslip.study.execution.executor import drop_intermediates
+from nanoslip.study.execution.failures import left
+from nanoslip.study.exit_codes import FAILURES, INTERRUPTED
+from nanoslip.study.report.console import say
+from nanoslip.study.results.lease import Lease
+from nanoslip.study.results.merging import merge_shards
+from nanoslip.study.results.shard import folders
+from nanoslip.study.results.store import Store, StoreError
 
 
 def work(campaign: Path, out: Path | None) -> None:

@@ -4,15 +4,15 @@ from collections.abc import Callable
 from importlib import import_module
 from pathlib import Path
 
-from study.commands.running.order import Order
-from study.commands.shared.arguments import folder
-from study.commands.shared.refusals import refusals
-from study.execution.farms.farm import FarmError
-from study.execution.farms.opening import open_farm
-from study.execution.program import computing
-from study.results.shard import Shard
+from nanoslip.study.commands.running.order import Order
+from nanoslip.study.commands.shared.arguments import folder
+from nanoslip.study.commands.shared.refusals import refusals
+from nanoslip.study.execution.farms.farm import FarmError
+from nanoslip.study.execution.farms.opening import open_farm
+from nanoslip.study.execution.program import computing
+from nanoslip.study.results.shard import Shard
 
-_CONDUCT = "study.commands.running.conduct"
+_CONDUCT = "nanoslip.study.commands.running.conduct"
 """Imported by the root alone: the other ranks need neither datasets nor a terminal."""
 
 

@@ -5,14 +5,14 @@ import subprocess
 import sys
 from pathlib import Path
 
-from study import shipped
-from study.commands.shared.arguments import folder
-from study.commands.shared.exits import Refusal
-from study.commands.shared.plans import planned
-from study.commands.shared.refusals import refusals
-from study.execution.batch.submission import Job, SiteError, array_script, load_site, merge_script, script
-from study.figures.shared.files import write_files
-from study.report.console import say, whole
+from nanoslip.study import shipped
+from nanoslip.study.commands.shared.arguments import folder
+from nanoslip.study.commands.shared.exits import Refusal
+from nanoslip.study.commands.shared.plans import planned
+from nanoslip.study.commands.shared.refusals import refusals
+from nanoslip.study.execution.batch.submission import Job, SiteError, array_script, load_site, merge_script, script
+from nanoslip.study.figures.shared.files import write_files
+from nanoslip.study.report.console import say, whole
 
 
 def work(campaign: Path, out: Path | None, site: Path | None, shards: int | None, submit: bool) -> None:

@@ -2,15 +2,15 @@
 
 from pathlib import Path
 
-from study.accuracy.measurement import measure, measure_another_digit, write
-from study.accuracy.setup import FULL, QUICK, default_setup, digit_setups, first_of, setup_of
-from study.accuracy.table import as_table
-from study.commands.shared.arguments import folder
-from study.commands.shared.exits import Refusal
-from study.commands.shared.plans import counted
-from study.commands.shared.refusals import refusals
-from study.manifest.reader import load_manifest
-from study.report.console import print_table, say, whole
+from nanoslip.study.accuracy.measurement import measure, measure_another_digit, write
+from nanoslip.study.accuracy.setup import FULL, QUICK, default_setup, digit_setups, first_of, setup_of
+from nanoslip.study.accuracy.table import as_table
+from nanoslip.study.commands.shared.arguments import folder
+from nanoslip.study.commands.shared.exits import Refusal
+from nanoslip.study.commands.shared.plans import counted
+from nanoslip.study.commands.shared.refusals import refusals
+from nanoslip.study.manifest.reader import load_manifest
+from nanoslip.study.report.console import print_table, say, whole
 
 
 def work(campaign: Path | None, out: Path | None, quick: bool, digit: bool, save: Path | None) -> None:

@@ -7,17 +7,17 @@ from collections.abc import Sequence
 from pathlib import Path
 from typing import Final
 
-from study.commands.shared.refusals import refusals
-from study.commands.shared.sources import dataset_of
-from study.dataset.agreement.facts import differing, meaning
-from study.dataset.agreement.matching import KINDS, Matched, NotComparableError, Pair, matched, over_members
-from study.dataset.agreement.verdicts import STANDARD_DEVIATIONS, Observed, observed, unjudged
-from study.dataset.collection.counted import shortened
-from study.dataset.comparison import Verdict
-from study.dataset.variables import OUTCOMES
-from study.exit_codes import CRASHED
-from study.report.console import Table, print_sentences, print_table, say
-from study.report.summary import words
+from nanoslip.study.commands.shared.refusals import refusals
+from nanoslip.study.commands.shared.sources import dataset_of
+from nanoslip.study.dataset.agreement.facts import differing, meaning
+from nanoslip.study.dataset.agreement.matching import KINDS, Matched, NotComparableError, Pair, matched, over_members
+from nanoslip.study.dataset.agreement.verdicts import STANDARD_DEVIATIONS, Observed, observed, unjudged
+from nanoslip.study.dataset.collection.counted import shortened
+from nanoslip.study.dataset.comparison import Verdict
+from nanoslip.study.dataset.variables import OUTCOMES
+from nanoslip.study.exit_codes import CRASHED
+from nanoslip.study.report.console import Table, print_sentences, print_table, say
+from nanoslip.study.report.summary import words
 
 WORST: Final = 12
 """The most differences that are shown."""

@@ -4,9 +4,9 @@ from pathlib import Path
 
 import click
 
-from study.commands.shared.arguments import CAMPAIGN, JSON, OUT, CampaignPath, NewFile
-from study.commands.shared.group import cli
-from study.commands.shared.lazy import work
+from nanoslip.study.commands.shared.arguments import CAMPAIGN, JSON, OUT, CampaignPath, NewFile
+from nanoslip.study.commands.shared.group import cli
+from nanoslip.study.commands.shared.lazy import work
 
 
 @cli.command()

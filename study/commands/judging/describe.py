@@ -2,10 +2,10 @@
 
 from dataclasses import asdict
 
-from study.commands.shared.exits import Refusal
-from study.commands.shared.machine import print_json
-from study.dataset.description import Described, described, rows, text_of
-from study.report.console import Table, print_sentences, print_table
+from nanoslip.study.commands.shared.exits import Refusal
+from nanoslip.study.commands.shared.machine import print_json
+from nanoslip.study.dataset.description import Described, described, rows, text_of
+from nanoslip.study.report.console import Table, print_sentences, print_table
 
 
 def work(name: str | None, as_json: bool) -> None:

@@ -6,12 +6,12 @@ from typing import Final
 
 import click
 
-from study.commands.shared.refusals import refusals
-from study.commands.shared.sources import dataset_of
-from study.dataset.access.tidy import Column, case_columns, event_columns, sample_columns
-from study.figures.shared.files import write_files
-from study.report.console import say, whole
-from study.report.page import as_csv, as_json
+from nanoslip.study.commands.shared.refusals import refusals
+from nanoslip.study.commands.shared.sources import dataset_of
+from nanoslip.study.dataset.access.tidy import Column, case_columns, event_columns, sample_columns
+from nanoslip.study.figures.shared.files import write_files
+from nanoslip.study.report.console import say, whole
+from nanoslip.study.report.page import as_csv, as_json
 
 _TABLES: Final[dict[str | None, Callable[..., list[Column]]]] = {
     None: case_columns,

@@ -6,21 +6,21 @@ from pathlib import Path
 from tempfile import TemporaryDirectory
 from typing import Any, NamedTuple
 
-from study.commands.shared.exits import Refusal
-from study.commands.shared.machine import print_json
-from study.commands.shared.plans import counted
-from study.commands.shared.refusals import refusals
-from study.dataset import file, verification
-from study.dataset.comparison import Verdict
-from study.dataset.pair import Finding
-from study.execution.farms.opening import open_farm
-from study.execution.program import computing
-from study.execution.progress import open_progress
-from study.exit_codes import CRASHED, FAILURES, INTERRUPTED
-from study.plan.tasks import Task
-from study.report.console import console, print_sentences, say
-from study.report.summary import MOST_ROWS
-from study.results.store import Store
+from nanoslip.study.commands.shared.exits import Refusal
+from nanoslip.study.commands.shared.machine import print_json
+from nanoslip.study.commands.shared.plans import counted
+from nanoslip.study.commands.shared.refusals import refusals
+from nanoslip.study.dataset import file, verification
+from nanoslip.study.dataset.comparison import Verdict
+from nanoslip.study.dataset.pair import Finding
+from nanoslip.study.execution.farms.opening import open_farm
+from nanoslip.study.execution.program import computing
+from nanoslip.study.execution.progress import open_progress
+from nanoslip.study.exit_codes import CRASHED, FAILURES, INTERRUPTED
+from nanoslip.study.plan.tasks import Task
+from nanoslip.study.report.console import console, print_sentences, say
+from nanoslip.study.report.summary import MOST_ROWS
+from nanoslip.study.results.store import Store
 
 
 def work(dataset: Path, sample: int | None, as_json: bool) -> None:

@@ -5,12 +5,12 @@ from typing import Final
 
 import click
 
-from study.commands.shared.arguments import CAMPAIGN, OUT, NewFile
-from study.commands.shared.group import cli
-from study.commands.shared.lazy import work
+from nanoslip.study.commands.shared.arguments import CAMPAIGN, OUT, NewFile
+from nanoslip.study.commands.shared.group import cli
+from nanoslip.study.commands.shared.lazy import work
 
 FORMATS: Final = ("pdf", "svg", "png")
-"""Of pictures; study.figures.shared.canvas knows how to write them."""
+"""Of pictures; nanoslip.study.figures.shared.canvas knows how to write them."""
 RESULTS: Final = Path("results")
 PARAMETERS = click.argument("parameters", nargs=-1, metavar="[KEY=VALUE]...")
 PICTURE = click.option(

@@ -4,19 +4,19 @@ from collections.abc import Iterable, Iterator
 from contextlib import contextmanager
 from pathlib import Path
 
-from study import api, shipped
-from study.commands.shared.exits import Refusal
-from study.commands.shared.refusals import refusals
-from study.commands.shared.sources import dataset_of
-from study.figures.catalogue import FIGURES
-from study.figures.gallery import campaigns_of, write, write_indexes
-from study.figures.shared.canvas import FORMATS, format_of, image
-from study.figures.shared.claims import as_row
-from study.figures.shared.files import write_files
-from study.figures.sweep.names import axis_named, points_named
-from study.figures.views.answer import view_of
-from study.figures.views.view import csv_of
-from study.report.console import Table, print_entries, print_table, say, whole
+from nanoslip.study import api, shipped
+from nanoslip.study.commands.shared.exits import Refusal
+from nanoslip.study.commands.shared.refusals import refusals
+from nanoslip.study.commands.shared.sources import dataset_of
+from nanoslip.study.figures.catalogue import FIGURES
+from nanoslip.study.figures.gallery import campaigns_of, write, write_indexes
+from nanoslip.study.figures.shared.canvas import FORMATS, format_of, image
+from nanoslip.study.figures.shared.claims import as_row
+from nanoslip.study.figures.shared.files import write_files
+from nanoslip.study.figures.sweep.names import axis_named, points_named
+from nanoslip.study.figures.views.answer import view_of
+from nanoslip.study.figures.views.view import csv_of
+from nanoslip.study.report.console import Table, print_entries, print_table, say, whole
 
 RESULTS = Path("results")
 """Where the results of shipped figures are, each campaign's in a folder."""

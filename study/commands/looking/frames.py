@@ -2,14 +2,14 @@
 
 from pathlib import Path
 
-from solver.outcome import SolverError
-from study.commands.shared.choice import assignments, chosen
-from study.commands.shared.plans import counted, planned
-from study.commands.shared.refusals import refusals
-from study.figures.frames.film import frames
-from study.figures.frames.moments import events_of
-from study.manifest.columns import ManifestError
-from study.report.console import say, whole
+from nanoslip.solver.outcome import SolverError
+from nanoslip.study.commands.shared.choice import assignments, chosen
+from nanoslip.study.commands.shared.plans import counted, planned
+from nanoslip.study.commands.shared.refusals import refusals
+from nanoslip.study.figures.frames.film import frames
+from nanoslip.study.figures.frames.moments import events_of
+from nanoslip.study.manifest.columns import ManifestError
+from nanoslip.study.report.console import say, whole
 
 
 def work(campaign: Path, selection: tuple[str, ...], events: str, output: Path) -> None:

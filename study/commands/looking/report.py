@@ -2,15 +2,15 @@
 
 from pathlib import Path
 
-from study.commands.shared.arguments import folder
-from study.commands.shared.plans import advised
-from study.commands.shared.refusals import refusals
-from study.commands.shared.sources import is_of
-from study.dataset import file
-from study.manifest.reader import load_manifest
-from study.report import page
-from study.report.console import say, whole
-from study.results.store import StoreError
+from nanoslip.study.commands.shared.arguments import folder
+from nanoslip.study.commands.shared.plans import advised
+from nanoslip.study.commands.shared.refusals import refusals
+from nanoslip.study.commands.shared.sources import is_of
+from nanoslip.study.dataset import file
+from nanoslip.study.manifest.reader import load_manifest
+from nanoslip.study.report import page
+from nanoslip.study.report.console import say, whole
+from nanoslip.study.results.store import StoreError
 
 
 def work(campaign: Path, out: Path | None) -> None:

@@ -2,12 +2,12 @@
 
 from pathlib import Path
 
-from study.commands.shared.choice import assignments
-from study.commands.shared.one_case import show_case
-from study.commands.shared.refusals import refusals
-from study.commands.shared.sources import dataset_of
-from study.figures.shared.canvas import format_of
-from study.report.console import say
+from nanoslip.study.commands.shared.choice import assignments
+from nanoslip.study.commands.shared.one_case import show_case
+from nanoslip.study.commands.shared.refusals import refusals
+from nanoslip.study.commands.shared.sources import dataset_of
+from nanoslip.study.figures.shared.canvas import format_of
+from nanoslip.study.report.console import say
 
 
 def work(campaign: Path, parameters: tuple[str, ...], out: Path | None, picture: Path | None) -> None:

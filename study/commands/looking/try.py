@@ -7,17 +7,17 @@ from pathlib import Path
 
 import click
 
-from solver.outcome import InvalidInput
-from study import api
-from study.commands.shared.choice import assignments
-from study.commands.shared.one_case import show_case
-from study.commands.shared.refusals import refusals
-from study.figures.shared.canvas import format_of
-from study.manifest.cases import campaign_of
-from study.manifest.columns import ManifestError, number_or_text
-from study.manifest.parameters import make_case, words
-from study.plan.keys import idle
-from study.report.console import print_sentences
+from nanoslip.solver.outcome import InvalidInput
+from nanoslip.study import api
+from nanoslip.study.commands.shared.choice import assignments
+from nanoslip.study.commands.shared.one_case import show_case
+from nanoslip.study.commands.shared.refusals import refusals
+from nanoslip.study.figures.shared.canvas import format_of
+from nanoslip.study.manifest.cases import campaign_of
+from nanoslip.study.manifest.columns import ManifestError, number_or_text
+from nanoslip.study.manifest.parameters import make_case, words
+from nanoslip.study.plan.keys import idle
+from nanoslip.study.report.console import print_sentences
 
 
 def work(parameters: tuple[str, ...], contact: bool, drive: bool, picture: Path | None) -> None:

@@ -4,9 +4,9 @@ import tomllib
 from collections.abc import Mapping
 from pathlib import Path
 
-from study import shipped
-from study.commands.shared.machine import print_json
-from study.report.console import print_entries, say, whole
+from nanoslip.study import shipped
+from nanoslip.study.commands.shared.machine import print_json
+from nanoslip.study.report.console import print_entries, say, whole
 
 
 def work(as_json: bool) -> None:

@@ -2,11 +2,11 @@
 
 from pathlib import Path
 
-from study.commands.shared.exits import Refusal
-from study.commands.shared.plans import counted, idle_lines, planned
-from study.manifest.columns import ManifestError
-from study.plan.plan import Plan
-from study.report.console import print_sentences, say, whole
+from nanoslip.study.commands.shared.exits import Refusal
+from nanoslip.study.commands.shared.plans import counted, idle_lines, planned
+from nanoslip.study.manifest.columns import ManifestError
+from nanoslip.study.plan.plan import Plan
+from nanoslip.study.report.console import print_sentences, say, whole
 
 
 def work(campaigns: tuple[Path, ...]) -> None:

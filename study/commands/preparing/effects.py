@@ -3,13 +3,13 @@
 import math
 from pathlib import Path
 
-from study.accuracy.effects import Influence, Scenes, influences, scenes_of
-from study.commands.shared.plans import counted
-from study.commands.shared.refusals import refusals
-from study.discretization.targets import settled
-from study.manifest.cases import expand
-from study.manifest.reader import load_manifest
-from study.report.console import Table, print_sentences, print_table, say
+from nanoslip.study.accuracy.effects import Influence, Scenes, influences, scenes_of
+from nanoslip.study.commands.shared.plans import counted
+from nanoslip.study.commands.shared.refusals import refusals
+from nanoslip.study.discretization.targets import settled
+from nanoslip.study.manifest.cases import expand
+from nanoslip.study.manifest.reader import load_manifest
+from nanoslip.study.report.console import Table, print_sentences, print_table, say
 
 _HEADER = ("effect", "number", "change ±", "seconds ×", "setting")
 

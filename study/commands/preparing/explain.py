@@ -5,20 +5,20 @@ from dataclasses import replace
 from pathlib import Path
 from typing import Final
 
-from solver.case import Case
-from study.accuracy.effects import scenes_of
-from study.commands.preparing.effects import print_changes
-from study.commands.shared.choice import assignments, chosen
-from study.commands.shared.exits import Refusal
-from study.commands.shared.refusals import refusals
-from study.discretization.front import Front, load_front
-from study.discretization.targets import settled
-from study.execution.forecast import roughly
-from study.manifest.cases import expand
-from study.manifest.reader import load_manifest
-from study.plan.cost.seconds import compliance_seconds, record_seconds, touch_seconds
-from study.plan.plan import Planning
-from study.report.console import print_sentences, say
+from nanoslip.solver.case import Case
+from nanoslip.study.accuracy.effects import scenes_of
+from nanoslip.study.commands.preparing.effects import print_changes
+from nanoslip.study.commands.shared.choice import assignments, chosen
+from nanoslip.study.commands.shared.exits import Refusal
+from nanoslip.study.commands.shared.refusals import refusals
+from nanoslip.study.discretization.front import Front, load_front
+from nanoslip.study.discretization.targets import settled
+from nanoslip.study.execution.forecast import roughly
+from nanoslip.study.manifest.cases import expand
+from nanoslip.study.manifest.reader import load_manifest
+from nanoslip.study.plan.cost.seconds import compliance_seconds, record_seconds, touch_seconds
+from nanoslip.study.plan.plan import Planning
+from nanoslip.study.report.console import print_sentences, say
 
 
 def work(campaign: Path, parameters: tuple[str, ...], show_effects: bool) -> None:

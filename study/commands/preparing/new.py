@@ -3,12 +3,12 @@
 from collections.abc import Mapping
 from pathlib import Path
 
-from study import shipped
-from study.commands.preparing.campaigns import print_titles
-from study.commands.shared.exits import Refusal
-from study.commands.shared.refusals import refusals
-from study.figures.shared.files import write_files
-from study.report.console import say, whole
+from nanoslip.study import shipped
+from nanoslip.study.commands.preparing.campaigns import print_titles
+from nanoslip.study.commands.shared.exits import Refusal
+from nanoslip.study.commands.shared.refusals import refusals
+from nanoslip.study.figures.shared.files import write_files
+from nanoslip.study.report.console import say, whole
 
 
 def work(starter: str | None, file: Path | None) -> None:

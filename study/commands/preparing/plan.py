@@ -6,23 +6,23 @@ from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
 
-from study.commands.shared.machine import print_json
-from study.commands.shared.measuring import measured_here
-from study.commands.shared.plans import Standing, counted, idle_lines, kinds_as_data, print_foreign, standing
-from study.commands.shared.refusals import refusals
-from study.discretization.targets import choice
-from study.execution.forecast import duration, makespan, roughly
-from study.execution.launch import cores
-from study.manifest.cases import CampaignCase
-from study.manifest.drives import CampaignDrive
-from study.manifest.effects import effects
-from study.plan.flags import expected_lines
-from study.plan.memory import shortages
-from study.plan.outlook import outlook_of
-from study.plan.plan import Plan
-from study.plan.size import disk_of_plan
-from study.plan.spans import span_line
-from study.report.console import Table, print_sentences, print_table, say
+from nanoslip.study.commands.shared.machine import print_json
+from nanoslip.study.commands.shared.measuring import measured_here
+from nanoslip.study.commands.shared.plans import Standing, counted, idle_lines, kinds_as_data, print_foreign, standing
+from nanoslip.study.commands.shared.refusals import refusals
+from nanoslip.study.discretization.targets import choice
+from nanoslip.study.execution.forecast import duration, makespan, roughly
+from nanoslip.study.execution.launch import cores
+from nanoslip.study.manifest.cases import CampaignCase
+from nanoslip.study.manifest.drives import CampaignDrive
+from nanoslip.study.manifest.effects import effects
+from nanoslip.study.plan.flags import expected_lines
+from nanoslip.study.plan.memory import shortages
+from nanoslip.study.plan.outlook import outlook_of
+from nanoslip.study.plan.plan import Plan
+from nanoslip.study.plan.size import disk_of_plan
+from nanoslip.study.plan.spans import span_line
+from nanoslip.study.report.console import Table, print_sentences, print_table, say
 
 
 def work(campaign: Path, out: Path | None, ranks: int | None, measure: bool, show_effects: bool, as_json: bool) -> None:

@@ -1,11 +1,11 @@
 """Whether a run ends before all is computed, and what it says then."""
 
-from study.commands.shared.exits import Refusal
-from study.commands.shared.plans import counted
-from study.execution.journal import Journal
-from study.execution.ledger import Tally
-from study.report.console import say
-from study.results.lease import Lease
+from nanoslip.study.commands.shared.exits import Refusal
+from nanoslip.study.commands.shared.plans import counted
+from nanoslip.study.execution.journal import Journal
+from nanoslip.study.execution.ledger import Tally
+from nanoslip.study.report.console import say
+from nanoslip.study.results.lease import Lease
 
 
 def broken_off(journal: Journal, tally: Tally, lease: Lease) -> bool:

@@ -4,31 +4,31 @@ from contextlib import closing
 
 import click
 
-from study.commands.running.broken_off import broken_off
-from study.commands.running.killed import blame
-from study.commands.running.order import Order
-from study.commands.running.remaining import print_outdated, remaining
-from study.commands.shared.datasets import write_dataset
-from study.commands.shared.exits import Refusal, show
-from study.commands.shared.plans import advised, counted, idle_lines, planned
-from study.commands.shared.refusals import refusals
-from study.execution.batch.cutting import part
-from study.execution.compiling.warm_up import warm_ups
-from study.execution.executor import drop_intermediates
-from study.execution.failures import Diary, unseen
-from study.execution.farms.begun import Begun
-from study.execution.farms.farm import Farm
-from study.execution.journal import Journal, measured_in
-from study.execution.ledger import Tally
-from study.execution.progress import open_progress
-from study.exit_codes import FAILURES, INTERRUPTED
-from study.plan.memory import shortages
-from study.plan.plan import Plan
-from study.plan.tasks import Task
-from study.report.console import console, say
-from study.results import attempts
-from study.results.lease import Lease
-from study.results.store import Store
+from nanoslip.study.commands.running.broken_off import broken_off
+from nanoslip.study.commands.running.killed import blame
+from nanoslip.study.commands.running.order import Order
+from nanoslip.study.commands.running.remaining import print_outdated, remaining
+from nanoslip.study.commands.shared.datasets import write_dataset
+from nanoslip.study.commands.shared.exits import Refusal, show
+from nanoslip.study.commands.shared.plans import advised, counted, idle_lines, planned
+from nanoslip.study.commands.shared.refusals import refusals
+from nanoslip.study.execution.batch.cutting import part
+from nanoslip.study.execution.compiling.warm_up import warm_ups
+from nanoslip.study.execution.executor import drop_intermediates
+from nanoslip.study.execution.failures import Diary, unseen
+from nanoslip.study.execution.farms.begun import Begun
+from nanoslip.study.execution.farms.farm import Farm
+from nanoslip.study.execution.journal import Journal, measured_in
+from nanoslip.study.execution.ledger import Tally
+from nanoslip.study.execution.progress import open_progress
+from nanoslip.study.exit_codes import FAILURES, INTERRUPTED
+from nanoslip.study.plan.memory import shortages
+from nanoslip.study.plan.plan import Plan
+from nanoslip.study.plan.tasks import Task
+from nanoslip.study.report.console import console, say
+from nanoslip.study.results import attempts
+from nanoslip.study.results.lease import Lease
+from nanoslip.study.results.store import Store
 
 
 def conduct(farm: Farm, order: Order) -> int:

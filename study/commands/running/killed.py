@@ -3,12 +3,12 @@
 from pathlib import Path
 from typing import Final
 
-from solver.outcome import Ending, Outcome
-from study.execution.failures import Diary
-from study.execution.farms.begun import Begun
-from study.execution.ledger import Done
-from study.plan.plan import Plan
-from study.results.store import Store
+from nanoslip.solver.outcome import Ending, Outcome
+from nanoslip.study.execution.failures import Diary
+from nanoslip.study.execution.farms.begun import Begun
+from nanoslip.study.execution.ledger import Done
+from nanoslip.study.plan.plan import Plan
+from nanoslip.study.results.store import Store
 
 KILLED: Final = (
     "all processes of its run ended while it was computed: a defect or too little memory, its own or another task's"

@@ -3,7 +3,7 @@
 from dataclasses import dataclass
 from pathlib import Path
 
-from study.results.shard import Shard
+from nanoslip.study.results.shard import Shard
 
 
 @dataclass(frozen=True, slots=True)

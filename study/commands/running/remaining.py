@@ -2,16 +2,16 @@
 
 from collections.abc import Mapping
 
-from study.commands.running.order import Order
-from study.commands.shared.plans import counted, print_foreign
-from study.execution.batch.cutting import finished_with
-from study.execution.failures import Left, given_up, left
-from study.origin import Origins
-from study.plan.plan import Plan
-from study.report.console import say
-from study.results.attempts import Attempt
-from study.results.merging import merge_shards
-from study.results.store import Store
+from nanoslip.study.commands.running.order import Order
+from nanoslip.study.commands.shared.plans import counted, print_foreign
+from nanoslip.study.execution.batch.cutting import finished_with
+from nanoslip.study.execution.failures import Left, given_up, left
+from nanoslip.study.origin import Origins
+from nanoslip.study.plan.plan import Plan
+from nanoslip.study.report.console import say
+from nanoslip.study.results.attempts import Attempt
+from nanoslip.study.results.merging import merge_shards
+from nanoslip.study.results.store import Store
 
 
 def print_outdated(store: Store) -> None:

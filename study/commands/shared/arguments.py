@@ -7,8 +7,8 @@ from typing import Any
 import click
 from click.shell_completion import CompletionItem
 
-from study import shipped
-from study.commands.shared.exits import Refusal
+from nanoslip.study import shipped
+from nanoslip.study.commands.shared.exits import Refusal
 
 
 class CampaignPath(click.Path):

@@ -3,12 +3,12 @@
 from collections.abc import Mapping, Sequence
 from typing import Final
 
-from solver.case import parameters_of_a_case
-from study.commands.shared.exits import Refusal
-from study.manifest.cases import CampaignCase
-from study.manifest.columns import ManifestError
-from study.manifest.drives import drive_parameters
-from study.manifest.parameters import Value, in_words, of_symbol, words
+from nanoslip.solver.case import parameters_of_a_case
+from nanoslip.study.commands.shared.exits import Refusal
+from nanoslip.study.manifest.cases import CampaignCase
+from nanoslip.study.manifest.columns import ManifestError
+from nanoslip.study.manifest.drives import drive_parameters
+from nanoslip.study.manifest.parameters import Value, in_words, of_symbol, words
 
 FEW: Final = 4
 """Values of a parameter that a refusal names."""

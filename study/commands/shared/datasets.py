@@ -8,18 +8,18 @@ from typing import Final
 
 import xarray as xr
 
-from study.commands.shared.plans import advised, counted
-from study.dataset import file
-from study.dataset.collection.collect import collect
-from study.dataset.collection.pieces import Planned
-from study.dataset.made_of import is_made_of, made_of, note
-from study.dataset.members import means_of
-from study.dataset.variables import OUTCOMES
-from study.garbage import all_kept
-from study.manifest.manifest import Manifest
-from study.plan.progress import PENDING
-from study.report.console import counting, print_sentences, print_table, say, whole
-from study.report.summary import (
+from nanoslip.study.commands.shared.plans import advised, counted
+from nanoslip.study.dataset import file
+from nanoslip.study.dataset.collection.collect import collect
+from nanoslip.study.dataset.collection.pieces import Planned
+from nanoslip.study.dataset.made_of import is_made_of, made_of, note
+from nanoslip.study.dataset.members import means_of
+from nanoslip.study.dataset.variables import OUTCOMES
+from nanoslip.study.garbage import all_kept
+from nanoslip.study.manifest.manifest import Manifest
+from nanoslip.study.plan.progress import PENDING
+from nanoslip.study.report.console import counting, print_sentences, print_table, say, whole
+from nanoslip.study.report.summary import (
     MOST_LINES,
     drive_summary,
     failure_summary,
@@ -29,7 +29,7 @@ from study.report.summary import (
     scalar_table,
     short_summary,
 )
-from study.results.store import Store, StoreError
+from nanoslip.study.results.store import Store, StoreError
 
 COLLECTED: Final = "{} cases collected"
 """What is shown while a dataset is made."""

@@ -8,11 +8,11 @@ from typing import Final
 
 import click
 
-from study.execution.interruption import LAST_WORDS
-from study.execution.launch import launcher_rank, processes_started
-from study.exit_codes import ABORTED, WRONG_INPUT
+from nanoslip.study.execution.interruption import LAST_WORDS
+from nanoslip.study.execution.launch import launcher_rank, processes_started
+from nanoslip.study.exit_codes import ABORTED, WRONG_INPUT
 
-_CONSOLE: Final = "study.report.console"
+_CONSOLE: Final = "nanoslip.study.report.console"
 """Imported where there is something to say: help needs no terminal's width."""
 
 

@@ -14,7 +14,7 @@ class Group(click.Group):
 def _say_version(context: click.Context, _option: click.Parameter, asked: bool) -> None:
     """The version of what computes, as datasets name it: of a source tree its own, whatever was installed from it once."""
     if asked and not context.resilient_parsing:
-        from study.provenance import version  # noqa: PLC0415  no command waits for it
+        from nanoslip.study.provenance import version  # noqa: PLC0415  no command waits for it
 
         click.echo(f"nanoslip, version {version()}")
         context.exit()

@@ -2,14 +2,14 @@
 
 from importlib import import_module
 
-from study.execution.launch import pin_threads
-from study.garbage import all_kept, keep_for_good
+from nanoslip.study.execution.launch import pin_threads
+from nanoslip.study.garbage import all_kept, keep_for_good
 
 
 def work(command: str, /, **given: object) -> None:
-    """Call `work` of `study.commands.<command>` with the arguments of the command line."""
+    """Call `work` of `nanoslip.study.commands.<command>` with the arguments of the command line."""
     pin_threads()  # what is imported now imports numpy, whose libraries read the number of threads once
     with all_kept():
-        doing = import_module(f"study.commands.{command}").work
+        doing = import_module(f"nanoslip.study.commands.{command}").work
         keep_for_good()  # modules stay to the end
     doing(**given)

@@ -7,16 +7,16 @@ from typing import Final
 import click
 import xarray as xr
 
-from study.commands.shared.exits import Refusal
-from study.commands.shared.refusals import refusals
-from study.dataset.access.single import one_case
-from study.dataset.variables import MEMBERS
-from study.figures.shared.canvas import column, format_of, image
-from study.figures.shared.files import write_files
-from study.manifest.parameters import STANDARD
-from study.report.console import console, print_sentences, print_table, say, whole
-from study.report.curves import MARGIN, WIDTH, Curve, curves, text_plot
-from study.report.summary import case_table, ending_lines, failure_summary, scalar_table, words
+from nanoslip.study.commands.shared.exits import Refusal
+from nanoslip.study.commands.shared.refusals import refusals
+from nanoslip.study.dataset.access.single import one_case
+from nanoslip.study.dataset.variables import MEMBERS
+from nanoslip.study.figures.shared.canvas import column, format_of, image
+from nanoslip.study.figures.shared.files import write_files
+from nanoslip.study.manifest.parameters import STANDARD
+from nanoslip.study.report.console import console, print_sentences, print_table, say, whole
+from nanoslip.study.report.curves import MARGIN, WIDTH, Curve, curves, text_plot
+from nanoslip.study.report.summary import case_table, ending_lines, failure_summary, scalar_table, words
 
 _NAMES: Final = ("case_id", "case")
 """Coordinates that are no parameters."""

@@ -6,22 +6,22 @@ from dataclasses import asdict, dataclass, replace
 from pathlib import Path
 from typing import Any, Final
 
-from solver.outcome import Outcome
-from study.commands.shared.arguments import folder
-from study.execution.failures import left
-from study.execution.forecast import Measured
-from study.execution.journal import measured_in
-from study.garbage import all_kept, keep_for_good
-from study.manifest.manifest import Manifest
-from study.manifest.reader import load_manifest
-from study.origin import Origins, census, here
-from study.plan.keys import idle
-from study.plan.plan import Plan, make_plan
-from study.plan.progress import KindCount, kind_counts
-from study.plan.tasks import Task
-from study.report.console import counting, say, whole
-from study.results.shard import folders
-from study.results.store import Store
+from nanoslip.solver.outcome import Outcome
+from nanoslip.study.commands.shared.arguments import folder
+from nanoslip.study.execution.failures import left
+from nanoslip.study.execution.forecast import Measured
+from nanoslip.study.execution.journal import measured_in
+from nanoslip.study.garbage import all_kept, keep_for_good
+from nanoslip.study.manifest.manifest import Manifest
+from nanoslip.study.manifest.reader import load_manifest
+from nanoslip.study.origin import Origins, census, here
+from nanoslip.study.plan.keys import idle
+from nanoslip.study.plan.plan import Plan, make_plan
+from nanoslip.study.plan.progress import KindCount, kind_counts
+from nanoslip.study.plan.tasks import Task
+from nanoslip.study.report.console import counting, say, whole
+from nanoslip.study.results.shard import folders
+from nanoslip.study.results.store import Store
 
 PLANNED: Final = "{} cases planned"
 """What is shown while a plan is made."""

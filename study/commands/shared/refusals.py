@@ -3,9 +3,9 @@
 from collections.abc import Iterator
 from contextlib import contextmanager
 
-from study.commands.shared.exits import Refusal
-from study.manifest.columns import ManifestError
-from study.results.store import StoreError
+from nanoslip.study.commands.shared.exits import Refusal
+from nanoslip.study.manifest.columns import ManifestError
+from nanoslip.study.results.store import StoreError
 
 
 @contextmanager

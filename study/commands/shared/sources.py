@@ -6,13 +6,13 @@ from pathlib import Path
 
 import xarray as xr
 
-from study.commands.shared.arguments import folder
-from study.commands.shared.plans import advised, planned
-from study.dataset import file
-from study.dataset.collection.collect import collect
-from study.manifest.manifest import Manifest
-from study.report.console import say
-from study.results.store import Store, StoreError
+from nanoslip.study.commands.shared.arguments import folder
+from nanoslip.study.commands.shared.plans import advised, planned
+from nanoslip.study.dataset import file
+from nanoslip.study.dataset.collection.collect import collect
+from nanoslip.study.manifest.manifest import Manifest
+from nanoslip.study.report.console import say
+from nanoslip.study.results.store import Store, StoreError
 
 
 @contextmanager

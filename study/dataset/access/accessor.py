@@ -6,12 +6,12 @@ import numpy as np
 import xarray as xr
 from numpy.typing import NDArray
 
-from solver.quantity import attributes
-from solver.sliding.distributions.record import SIZES
-from solver.sliding.record import drops
-from study.dataset.access.selection import Selection, cut, id_of, places, run_of
-from study.dataset.groups import groups_of, tree_of
-from study.dataset.variables import DRIVE_NAME, EVENT_DROP, all_groups, parameters
+from nanoslip.solver.quantity import attributes
+from nanoslip.solver.sliding.distributions.record import SIZES
+from nanoslip.solver.sliding.record import drops
+from nanoslip.study.dataset.access.selection import Selection, cut, id_of, places, run_of
+from nanoslip.study.dataset.groups import groups_of, tree_of
+from nanoslip.study.dataset.variables import DRIVE_NAME, EVENT_DROP, all_groups, parameters
 
 FRICTION = ("event_friction_before", "event_friction_after")
 """Either side of the drop of an event."""

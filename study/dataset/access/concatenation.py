@@ -7,11 +7,11 @@ import numpy as np
 import xarray as xr
 from numpy.typing import NDArray
 
-from study.dataset.access.placement import NotJoinableError, axes_of, placed
-from study.dataset.collection.ragged import windows
-from study.dataset.file import FORMAT
-from study.dataset.groups import carrying, groups_of
-from study.dataset.variables import SOFTWARE, Group, all_groups
+from nanoslip.study.dataset.access.placement import NotJoinableError, axes_of, placed
+from nanoslip.study.dataset.collection.ragged import windows
+from nanoslip.study.dataset.file import FORMAT
+from nanoslip.study.dataset.groups import carrying, groups_of
+from nanoslip.study.dataset.variables import SOFTWARE, Group, all_groups
 
 _TITLE: Final = "title"
 _CASE: Final = "case"

@@ -8,7 +8,7 @@ import numpy as np
 import xarray as xr
 from numpy.typing import NDArray
 
-from study.dataset.variables import parameters
+from nanoslip.study.dataset.variables import parameters
 
 Variables = dict[str, tuple[tuple[str, ...], NDArray[Any], dict[Any, Any]]]
 """Name -> dimensions, values and attributes."""

@@ -9,9 +9,9 @@ import numpy as np
 import xarray as xr
 from numpy.typing import NDArray
 
-from study.dataset.collection.ragged import windows
-from study.dataset.groups import groups_of
-from study.dataset.variables import all_groups
+from nanoslip.study.dataset.collection.ragged import windows
+from nanoslip.study.dataset.groups import groups_of
+from nanoslip.study.dataset.variables import all_groups
 
 Selection = Mapping[str, Any]
 """Name of a coordinate -> its value, or a list of values."""
@@ -103,7 +103,8 @@ def cut(root: xr.Dataset, name: str, ids: list[Any]) -> dict[str, list[slice]] |
         return None
     if strangers := [each for each in ids if each not in numbers]:
         raise ValueError(
-            f"{name} {strangers[0]}: not in the group of this dataset: join datasets with nanoslip.concat, not xarray's functions"
+            f"{name} {strangers[0]}: not in the group of this dataset: join datasets with nanoslip.concat, "
+            f"not xarray's functions"
         )
     return {
         sample: [slice(int(first[numbers[each]]), int(first[numbers[each] + 1])) for each in ids]

@@ -6,10 +6,10 @@ from typing import Any
 import numpy as np
 import xarray as xr
 
-from study.dataset.access.selection import places
-from study.dataset.variables import OUTCOMES
-from study.manifest.columns import number_or_text
-from study.manifest.parameters import words
+from nanoslip.study.dataset.access.selection import places
+from nanoslip.study.dataset.variables import OUTCOMES
+from nanoslip.study.manifest.columns import number_or_text
+from nanoslip.study.manifest.parameters import words
 
 
 def one_case(root: xr.Dataset, given: Mapping[str, str]) -> xr.Dataset:

@@ -5,8 +5,8 @@ from typing import Any
 
 import xarray as xr
 
-from study.dataset.access.accessor import Accessor
-from study.dataset.variables import OUTCOMES, all_groups
+from nanoslip.study.dataset.access.accessor import Accessor
+from nanoslip.study.dataset.variables import OUTCOMES, all_groups
 
 
 @dataclass(frozen=True, slots=True)

@@ -6,16 +6,16 @@ from typing import Any, Final
 
 import xarray as xr
 
-from solver.drive import Scales
-from study.canonical import content_hash
-from study.dataset.agreement.matching import Pair, values
-from study.dataset.file import FORMAT, is_older
-from study.dataset.members import MODEL
-from study.dataset.variables import DRIVE_NAME, parameters
-from study.manifest.columns import shown
-from study.manifest.parameters import TABLES, Value, words_of
-from study.origin import Origin
-from study.toml_text import from_toml
+from nanoslip.solver.drive import Scales
+from nanoslip.study.canonical import content_hash
+from nanoslip.study.dataset.agreement.matching import Pair, values
+from nanoslip.study.dataset.file import FORMAT, is_older
+from nanoslip.study.dataset.members import MODEL
+from nanoslip.study.dataset.variables import DRIVE_NAME, parameters
+from nanoslip.study.manifest.columns import shown
+from nanoslip.study.manifest.parameters import TABLES, Value, words_of
+from nanoslip.study.origin import Origin
+from nanoslip.study.toml_text import from_toml
 
 _TEXTS: Final = ("manifest_table", "manifest_roughness")
 """Attributes with the text of a file that a campaign names."""

@@ -6,11 +6,11 @@ from typing import Any, Final
 
 import xarray as xr
 
-from study.dataset.access.tidy import values_over
-from study.dataset.collection.counted import counted
-from study.dataset.variables import DRIVE_NAME, MEMBERS, OUTCOMES, parameters
-from study.manifest.parameters import Value
-from study.plan.progress import NOTHING_KNOWN
+from nanoslip.study.dataset.access.tidy import values_over
+from nanoslip.study.dataset.collection.counted import counted
+from nanoslip.study.dataset.variables import DRIVE_NAME, MEMBERS, OUTCOMES, parameters
+from nanoslip.study.manifest.parameters import Value
+from nanoslip.study.plan.progress import NOTHING_KNOWN
 
 KINDS: Final = ("", "drive")
 """What rows are of: cases, or cases with a drive."""

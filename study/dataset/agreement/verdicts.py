@@ -9,11 +9,11 @@ from typing import Any, Final
 import numpy as np
 import xarray as xr
 
-from solver.quantity import GRID_ERROR
-from study.dataset.access.tidy import values_over
-from study.dataset.agreement.matching import Matched, Pair, ending_of
-from study.dataset.comparison import ROUNDING, Verdict, identical, magnitude
-from study.dataset.variables import (
+from nanoslip.solver.quantity import GRID_ERROR
+from nanoslip.study.dataset.access.tidy import values_over
+from nanoslip.study.dataset.agreement.matching import Matched, Pair, ending_of
+from nanoslip.study.dataset.comparison import ROUNDING, Verdict, identical, magnitude
+from nanoslip.study.dataset.variables import (
     COMPUTED_BY,
     DRIVE,
     MEMBERS,
@@ -22,7 +22,7 @@ from study.dataset.variables import (
     companions,
     scalars,
 )
-from study.manifest.parameters import Value
+from nanoslip.study.manifest.parameters import Value
 
 STANDARD_DEVIATIONS: Final = 2.0
 """Combined ones by which two numbers may differ and still agree."""

@@ -3,8 +3,8 @@
 The root has scalars over the cases: over `intrinsic_friction`, `radius`, `aspect_ratio`, `n_x` and every further axis of
 several values where the design is a full product, over `case` otherwise. Those of drives lie over `drive` too where there are
 several tables of them, and over every drive axis of several values. Records, trajectories, contacts and the inside of slabs
-differ in length: each sort is a group of contiguous ragged arrays, which `study.dataset.access` cuts apart. Who computed them
-is in the group `software`.
+differ in length: each sort is a group of contiguous ragged arrays, which `nanoslip.study.dataset.access` cuts apart. Who computed
+them is in the group `software`.
 """
 
 import json
@@ -16,25 +16,25 @@ from typing import Any
 
 import xarray as xr
 
-from solver.drive import Scales
-from study.dataset.collection.coordinates import Coordinates
-from study.dataset.collection.entering import Entering, Finished, one_by_one, side_by_side
-from study.dataset.collection.layout import layout_of
-from study.dataset.collection.makers import Makers, software, software_attributes
-from study.dataset.collection.pieces import Planned, pieces
-from study.dataset.collection.ragged import Runs
-from study.dataset.collection.table import Declared, Whole
-from study.dataset.file import CHOSEN, FORMAT, VERSION
-from study.dataset.groups import carrying
-from study.dataset.variables import SOFTWARE, Group, all_groups
-from study.discretization.front import Front, load_front
-from study.discretization.targets import chosen
-from study.manifest.cases import Heard, same
-from study.manifest.columns import ManifestError
-from study.manifest.manifest import Manifest
-from study.origin import Origin
-from study.plan.tasks import needed_kinds
-from study.results.store import Store
+from nanoslip.solver.drive import Scales
+from nanoslip.study.dataset.collection.coordinates import Coordinates
+from nanoslip.study.dataset.collection.entering import Entering, Finished, one_by_one, side_by_side
+from nanoslip.study.dataset.collection.layout import layout_of
+from nanoslip.study.dataset.collection.makers import Makers, software, software_attributes
+from nanoslip.study.dataset.collection.pieces import Planned, pieces
+from nanoslip.study.dataset.collection.ragged import Runs
+from nanoslip.study.dataset.collection.table import Declared, Whole
+from nanoslip.study.dataset.file import CHOSEN, FORMAT, VERSION
+from nanoslip.study.dataset.groups import carrying
+from nanoslip.study.dataset.variables import SOFTWARE, Group, all_groups
+from nanoslip.study.discretization.front import Front, load_front
+from nanoslip.study.discretization.targets import chosen
+from nanoslip.study.manifest.cases import Heard, same
+from nanoslip.study.manifest.columns import ManifestError
+from nanoslip.study.manifest.manifest import Manifest
+from nanoslip.study.origin import Origin
+from nanoslip.study.plan.tasks import needed_kinds
+from nanoslip.study.results.store import Store
 
 
 def collect(plan: Planned, store: Store, heard: Heard = lambda _: None, processes: int = 1) -> xr.Dataset:

@@ -8,18 +8,18 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from solver.case import PARTS, Case
-from solver.parameter import declared
-from solver.quantity import Quantity, attributes
-from study.dataset.collection.column import Column, Values, values_of
-from study.dataset.collection.layout import Layout, array_of, drive_coordinates
-from study.dataset.variables import CASE_ID, parameters
-from study.manifest.cases import CampaignCase
-from study.manifest.manifest import Manifest
-from study.manifest.parameters import STANDARD
-from study.plan.keys import OF_ALL, OF_CONTACT, without_effect
-from study.plan.plan import Plan
-from study.plan.tasks import needed_kinds
+from nanoslip.solver.case import PARTS, Case
+from nanoslip.solver.parameter import declared
+from nanoslip.solver.quantity import Quantity, attributes
+from nanoslip.study.dataset.collection.column import Column, Values, values_of
+from nanoslip.study.dataset.collection.layout import Layout, array_of, drive_coordinates
+from nanoslip.study.dataset.variables import CASE_ID, parameters
+from nanoslip.study.manifest.cases import CampaignCase
+from nanoslip.study.manifest.manifest import Manifest
+from nanoslip.study.manifest.parameters import STANDARD
+from nanoslip.study.plan.keys import OF_ALL, OF_CONTACT, without_effect
+from nanoslip.study.plan.plan import Plan
+from nanoslip.study.plan.tasks import needed_kinds
 
 
 class Coordinates:

@@ -8,20 +8,20 @@ from typing import Any, NamedTuple
 
 from numpy.typing import NDArray
 
-from solver.outcome import Outcome
-from study.dataset.collection.column import Values
-from study.dataset.collection.coordinates import values_in, varied
-from study.dataset.collection.pieces import Planned, pieces
-from study.dataset.collection.ragged import Runs
-from study.dataset.collection.table import Declared, Results, Table
-from study.dataset.variables import DISCRETIZATION_ERROR, factors
-from study.discretization.front import Front
-from study.manifest.cases import CampaignCase
-from study.manifest.manifest import Manifest
-from study.origin import Origins
-from study.plan.plan import Plan
-from study.plan.progress import case_outcome, drive_outcome
-from study.results.store import Store, StoreError
+from nanoslip.solver.outcome import Outcome
+from nanoslip.study.dataset.collection.column import Values
+from nanoslip.study.dataset.collection.coordinates import values_in, varied
+from nanoslip.study.dataset.collection.pieces import Planned, pieces
+from nanoslip.study.dataset.collection.ragged import Runs
+from nanoslip.study.dataset.collection.table import Declared, Results, Table
+from nanoslip.study.dataset.variables import DISCRETIZATION_ERROR, factors
+from nanoslip.study.discretization.front import Front
+from nanoslip.study.manifest.cases import CampaignCase
+from nanoslip.study.manifest.manifest import Manifest
+from nanoslip.study.origin import Origins
+from nanoslip.study.plan.plan import Plan
+from nanoslip.study.plan.progress import case_outcome, drive_outcome
+from nanoslip.study.results.store import Store, StoreError
 
 Keys = Mapping[tuple[str, str], str]
 """Kind of task and label of its drive ("" without one) -> key."""

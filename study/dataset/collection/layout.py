@@ -8,12 +8,12 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from solver.quantity import attributes
-from study.dataset.collection.ragged import texts
-from study.dataset.variables import DRIVE_NAME, parameters
-from study.manifest.cases import cases_of
-from study.manifest.manifest import Manifest
-from study.manifest.parameters import STANDARD, Value
+from nanoslip.solver.quantity import attributes
+from nanoslip.study.dataset.collection.ragged import texts
+from nanoslip.study.dataset.variables import DRIVE_NAME, parameters
+from nanoslip.study.manifest.cases import cases_of
+from nanoslip.study.manifest.manifest import Manifest
+from nanoslip.study.manifest.parameters import STANDARD, Value
 
 
 @dataclass(frozen=True, slots=True)

@@ -9,11 +9,11 @@ import numpy as np
 import xarray as xr
 from numpy.typing import NDArray
 
-from solver.quantity import attributes
-from study.dataset.collection.ragged import texts
-from study.dataset.file import MIXED
-from study.dataset.variables import SOFTWARE
-from study.origin import Origin, Origins, census, mixture
+from nanoslip.solver.quantity import attributes
+from nanoslip.study.dataset.collection.ragged import texts
+from nanoslip.study.dataset.file import MIXED
+from nanoslip.study.dataset.variables import SOFTWARE
+from nanoslip.study.origin import Origin, Origins, census, mixture
 
 
 class Makers:

@@ -3,10 +3,10 @@
 from collections.abc import Iterator, Mapping
 from typing import Final, Protocol
 
-from solver.outcome import Outcome
-from study.discretization.targets import settled
-from study.manifest.manifest import Manifest
-from study.plan.plan import Plan, Planning, plan_of
+from nanoslip.solver.outcome import Outcome
+from nanoslip.study.discretization.targets import settled
+from nanoslip.study.manifest.manifest import Manifest
+from nanoslip.study.plan.plan import Plan, Planning, plan_of
 
 CASES: Final = 4096
 """Of a piece, about."""

@@ -9,11 +9,11 @@ import numpy as np
 import xarray as xr
 from numpy.typing import DTypeLike, NDArray
 
-from solver.quantity import attributes
-from study.canonical import content_hash
-from study.dataset.variables import Group, Series
-from study.plan.kinds.kind import MEMBER, column
-from study.plan.task import TaskResult
+from nanoslip.solver.quantity import attributes
+from nanoslip.study.canonical import content_hash
+from nanoslip.study.dataset.variables import Group, Series
+from nanoslip.study.plan.kinds.kind import MEMBER, column
+from nanoslip.study.plan.task import TaskResult
 
 NAME_LENGTH: Final = 12
 """Hexadecimal digits of a run's name."""

@@ -10,14 +10,14 @@ import numpy as np
 import xarray as xr
 from numpy.typing import NDArray
 
-from solver.case import Case
-from solver.ensemble import mean_of, needed
-from solver.outcome import Outcome
-from solver.quantity import Quantity, attributes
-from solver.sliding.validity import advice_on, flags_in
-from study.dataset.collection.counted import counted
-from study.dataset.collection.layout import Layout
-from study.dataset.variables import (
+from nanoslip.solver.case import Case
+from nanoslip.solver.ensemble import mean_of, needed
+from nanoslip.solver.outcome import Outcome
+from nanoslip.solver.quantity import Quantity, attributes
+from nanoslip.solver.sliding.validity import advice_on, flags_in
+from nanoslip.study.dataset.collection.counted import counted
+from nanoslip.study.dataset.collection.layout import Layout
+from nanoslip.study.dataset.variables import (
     ADVICE,
     COMPUTED_BY,
     DISCRETIZATION_ERROR,
@@ -30,13 +30,13 @@ from study.dataset.variables import (
     companions,
     scalars,
 )
-from study.manifest.manifest import Manifest
-from study.origin import NOBODY, Origins, stemming
-from study.plan.flags import flags_of
-from study.plan.kinds.kind import left_out
-from study.plan.progress import PENDING
-from study.plan.task import TaskResult
-from study.plan.tasks import KINDS, needed_kinds
+from nanoslip.study.manifest.manifest import Manifest
+from nanoslip.study.origin import NOBODY, Origins, stemming
+from nanoslip.study.plan.flags import flags_of
+from nanoslip.study.plan.kinds.kind import left_out
+from nanoslip.study.plan.progress import PENDING
+from nanoslip.study.plan.task import TaskResult
+from nanoslip.study.plan.tasks import KINDS, needed_kinds
 
 _COUNTED: Final = {"contact": MEMBERS, "record": MEMBERS, DRIVE: DRIVE_MEMBERS}
 """Kind of task -> the variable that counts its members."""

@@ -9,9 +9,9 @@ from dataclasses import replace
 from itertools import accumulate
 from typing import Final, TypeVar
 
-from study.plan.case_tasks import TasksOfCases
-from study.plan.plan import Plan
-from study.results.shard import Shard
+from nanoslip.study.plan.case_tasks import TasksOfCases
+from nanoslip.study.plan.plan import Plan
+from nanoslip.study.results.shard import Shard
 
 LEAST: Final = 1e-3
 """Seconds that any case counts: those that are refused are spread, too."""

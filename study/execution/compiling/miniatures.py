@@ -6,15 +6,15 @@ from dataclasses import fields, replace
 from functools import lru_cache
 from operator import attrgetter
 
-from solver.case import PARTS, Case, Effects, Heterogeneity, SlipRule
-from solver.drive import Drive
-from solver.outcome import COMPLETED, InvalidInput
-from solver.parameter import choices_of, declared
-from solver.sliding.plateau import plateau_of
-from study.execution.compiling.sawtooth import sawtooth
-from study.plan.kinds.kind import Member, numbers
-from study.plan.task import Task, TaskResult
-from study.plan.tasks import KINDS, compliance_task, contact_task, drive_task, record_task
+from nanoslip.solver.case import PARTS, Case, Effects, Heterogeneity, SlipRule
+from nanoslip.solver.drive import Drive
+from nanoslip.solver.outcome import COMPLETED, InvalidInput
+from nanoslip.solver.parameter import choices_of, declared
+from nanoslip.solver.sliding.plateau import plateau_of
+from nanoslip.study.execution.compiling.sawtooth import sawtooth
+from nanoslip.study.plan.kinds.kind import Member, numbers
+from nanoslip.study.plan.task import Task, TaskResult
+from nanoslip.study.plan.tasks import KINDS, compliance_task, contact_task, drive_task, record_task
 
 
 def miniatures(tasks: Sequence[Task]) -> list[Task]:

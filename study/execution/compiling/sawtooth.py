@@ -4,9 +4,9 @@ from typing import Final
 
 import numpy as np
 
-from solver.case import Case
-from solver.outcome import COMPLETED
-from solver.sliding.record import EVENT_TYPES, FrictionRecord
+from nanoslip.solver.case import Case
+from nanoslip.solver.outcome import COMPLETED
+from nanoslip.solver.sliding.record import EVENT_TYPES, FrictionRecord
 
 TEETH: Final = 64
 HEIGHT: Final = 0.01

@@ -11,11 +11,11 @@ from functools import cache
 from pathlib import Path
 from tempfile import TemporaryDirectory
 
-from solver.compiled import told_of_compiling
-from solver.outcome import COMPLETED, Outcome
-from study.execution.compiling.miniatures import made_up_record, miniatures
-from study.plan.tasks import Task, run_task
-from study.results.store import Store
+from nanoslip.solver.compiled import told_of_compiling
+from nanoslip.solver.outcome import COMPLETED, Outcome
+from nanoslip.study.execution.compiling.miniatures import made_up_record, miniatures
+from nanoslip.study.plan.tasks import Task, run_task
+from nanoslip.study.results.store import Store
 
 
 @dataclass(frozen=True, slots=True)

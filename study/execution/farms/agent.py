@@ -11,14 +11,14 @@ from collections.abc import Sequence
 from multiprocessing.connection import Connection
 from typing import Any, Final
 
-from solver.outcome import Ending, Outcome
-from study.execution.farms.child import NO_TASK
-from study.execution.farms.process import ChildProcess
-from study.execution.forecast import Expectation
-from study.execution.ledger import Done, tell
-from study.execution.program import Program
-from study.execution.queue import Work
-from study.origin import Origin
+from nanoslip.solver.outcome import Ending, Outcome
+from nanoslip.study.execution.farms.child import NO_TASK
+from nanoslip.study.execution.farms.process import ChildProcess
+from nanoslip.study.execution.forecast import Expectation
+from nanoslip.study.execution.ledger import Done, tell
+from nanoslip.study.execution.program import Program
+from nanoslip.study.execution.queue import Work
+from nanoslip.study.origin import Origin
 
 START: Final = 300.0
 """Seconds that a child has to start in; a crowded file system may need a while."""

@@ -7,8 +7,8 @@ from pathlib import Path
 from threading import Lock
 from typing import Final
 
-from study.execution.queue import Work
-from study.results import file as lines
+from nanoslip.study.execution.queue import Work
+from nanoslip.study.results import file as lines
 
 FILE: Final = "begun.txt"
 LONG: Final = 1.0

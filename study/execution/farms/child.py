@@ -15,11 +15,11 @@ from multiprocessing.connection import Connection
 from pathlib import Path
 from typing import Any, Final
 
-from study.execution.farms.pickling import dumps, loads
-from study.execution.interruption import SIGNALS
-from study.execution.ledger import attempt
-from study.execution.program import Program
-from study.origin import Origin, adopt
+from nanoslip.study.execution.farms.pickling import dumps, loads
+from nanoslip.study.execution.interruption import SIGNALS
+from nanoslip.study.execution.ledger import attempt
+from nanoslip.study.execution.program import Program
+from nanoslip.study.origin import Origin, adopt
 
 READY: Final = "ready"
 NO_TASK: Final = 70

@@ -6,14 +6,14 @@ from collections.abc import Sequence
 from functools import cached_property, partial
 from typing import Any, TypeVar
 
-from solver.outcome import Outcome
-from study.execution.dispatch import Dispatcher
-from study.execution.farms.outbox import News
-from study.execution.interruption import Interruption
-from study.execution.launch import end_of_time
-from study.execution.ledger import Begin, Fail, Ledger, Report, Tally
-from study.execution.program import Settle
-from study.execution.queue import Work
+from nanoslip.solver.outcome import Outcome
+from nanoslip.study.execution.dispatch import Dispatcher
+from nanoslip.study.execution.farms.outbox import News
+from nanoslip.study.execution.interruption import Interruption
+from nanoslip.study.execution.launch import end_of_time
+from nanoslip.study.execution.ledger import Begin, Fail, Ledger, Report, Tally
+from nanoslip.study.execution.program import Settle
+from nanoslip.study.execution.queue import Work
 
 W = TypeVar("W", bound=Work)
 

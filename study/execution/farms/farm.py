@@ -6,9 +6,9 @@ from collections.abc import Callable, Sequence
 from types import TracebackType
 from typing import Any, NoReturn, Protocol, Self, TypeVar
 
-from study.execution.interruption import GRACE, Interruption
-from study.execution.ledger import Begin, Execute, Fail, Ledger, Report, Tally, attempt, tell
-from study.execution.queue import Work
+from nanoslip.study.execution.interruption import GRACE, Interruption
+from nanoslip.study.execution.ledger import Begin, Execute, Fail, Ledger, Report, Tally, attempt, tell
+from nanoslip.study.execution.queue import Work
 
 W = TypeVar("W", bound=Work)
 

@@ -4,7 +4,7 @@ import time
 from collections import deque
 from typing import Any, Final
 
-from study.execution.farms.pickling import dumps, loads
+from nanoslip.study.execution.farms.pickling import dumps, loads
 
 FLUSH: Final = 60.0
 """Seconds that the messages of a rank may take to leave it: a rank that does not listen any more takes none."""

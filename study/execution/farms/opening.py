@@ -8,16 +8,16 @@ import time
 from contextlib import ExitStack
 from typing import Any, Final
 
-from study.execution.farms.agent import Agent
-from study.execution.farms.farm import Farm, FarmError, SerialFarm
-from study.execution.farms.processes import ProcessFarm
-from study.execution.farms.ranks import MPIFarm
-from study.execution.interruption import GRACE, LAST_WORDS, Interruption
-from study.execution.launch import launcher_rank, processes_started
-from study.execution.ledger import say
-from study.execution.program import Program
-from study.exit_codes import INTERRUPTED
-from study.origin import here
+from nanoslip.study.execution.farms.agent import Agent
+from nanoslip.study.execution.farms.farm import Farm, FarmError, SerialFarm
+from nanoslip.study.execution.farms.processes import ProcessFarm
+from nanoslip.study.execution.farms.ranks import MPIFarm
+from nanoslip.study.execution.interruption import GRACE, LAST_WORDS, Interruption
+from nanoslip.study.execution.launch import launcher_rank, processes_started
+from nanoslip.study.execution.ledger import say
+from nanoslip.study.execution.program import Program
+from nanoslip.study.exit_codes import INTERRUPTED
+from nanoslip.study.origin import here
 
 LONGEST_START: Final = 300.0
 """Seconds after which a start of MPI is taken to hang: thousands of ranks need a minute."""

@@ -5,8 +5,8 @@ from collections import defaultdict
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
 
-from solver.outcome import UNDONE, Ending
-from study.execution.ledger import Done
+from nanoslip.solver.outcome import UNDONE, Ending
+from nanoslip.study.execution.ledger import Done
 
 
 @dataclass(frozen=True, slots=True)

@@ -13,13 +13,13 @@ from multiprocessing.connection import Connection
 from pathlib import Path
 from typing import Any, Final
 
-from study.execution.farms.child import READY
-from study.execution.farms.pickling import dumps, loads
-from study.execution.interruption import SIGNALS
-from study.execution.ledger import Done
-from study.execution.program import Program
-from study.execution.queue import Work
-from study.origin import Origin
+from nanoslip.study.execution.farms.child import READY
+from nanoslip.study.execution.farms.pickling import dumps, loads
+from nanoslip.study.execution.interruption import SIGNALS
+from nanoslip.study.execution.ledger import Done
+from nanoslip.study.execution.program import Program
+from nanoslip.study.execution.queue import Work
+from nanoslip.study.origin import Origin
 
 LONGEST_LOOK: Final = 1.0
 """Seconds between two looks at a child; more of them were not lived through."""
@@ -31,7 +31,7 @@ _MOST_WORDS: Final = 10_000
 """Bytes of its last words that are kept."""
 _START: Final = (
     "import sys; sys.path[:] = sys.argv[3:]; "
-    "from study.execution.farms.child import main; main(int(sys.argv[1]), int(sys.argv[2]))"
+    "from nanoslip.study.execution.farms.child import main; main(int(sys.argv[1]), int(sys.argv[2]))"
 )
 
 

@@ -4,11 +4,11 @@ from collections.abc import Sequence
 from multiprocessing import connection
 from typing import Any, Final
 
-from study.execution.farms.agent import Agent
-from study.execution.farms.coordinator import Coordinator
-from study.execution.farms.farm import LocalFarm
-from study.execution.farms.outbox import News, news_of
-from study.execution.interruption import GRACE
+from nanoslip.study.execution.farms.agent import Agent
+from nanoslip.study.execution.farms.coordinator import Coordinator
+from nanoslip.study.execution.farms.farm import LocalFarm
+from nanoslip.study.execution.farms.outbox import News, news_of
+from nanoslip.study.execution.interruption import GRACE
 
 PATIENCE: Final = 0.1
 """Seconds between looks whether a signal or a time limit has come, while no task ends."""

@@ -12,15 +12,15 @@ from multiprocessing import connection
 from types import TracebackType
 from typing import Any, Final, NoReturn, Self
 
-from study.execution.dispatch import lookahead
-from study.execution.farms.agent import Agent
-from study.execution.farms.coordinator import Coordinator
-from study.execution.farms.mail import Mail
-from study.execution.farms.outbox import News, Outbox, news_of
-from study.execution.interruption import LAST_WORDS, Interruption
-from study.execution.launch import processes_here
-from study.execution.ledger import say
-from study.origin import Origin, here
+from nanoslip.study.execution.dispatch import lookahead
+from nanoslip.study.execution.farms.agent import Agent
+from nanoslip.study.execution.farms.coordinator import Coordinator
+from nanoslip.study.execution.farms.mail import Mail
+from nanoslip.study.execution.farms.outbox import News, Outbox, news_of
+from nanoslip.study.execution.interruption import LAST_WORDS, Interruption
+from nanoslip.study.execution.launch import processes_here
+from nanoslip.study.execution.ledger import say
+from nanoslip.study.origin import Origin, here
 
 SHORTEST_PAUSE: Final = 1e-4
 LONGEST_PAUSE: Final = 2e-3

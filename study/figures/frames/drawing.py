@@ -5,9 +5,9 @@ from typing import Any, Final
 import numpy as np
 from matplotlib.figure import Figure
 
-from study.figures.frames.moments import Moment, Moments
-from study.figures.shared.canvas import COLORS, column
-from study.figures.sweep.label import typeset
+from nanoslip.study.figures.frames.moments import Moment, Moments
+from nanoslip.study.figures.shared.canvas import COLORS, column
+from nanoslip.study.figures.sweep.label import typeset
 
 MOST_IN_STRIP: Final = 10
 """Moments side by side, so that each is wide enough to be read."""

@@ -9,12 +9,12 @@ from typing import Any, Final
 from matplotlib.animation import FFMpegWriter, PillowWriter
 from matplotlib.backends.backend_agg import FigureCanvasAgg
 
-from solver.case import Case
-from solver.outcome import InvalidInput
-from study.figures.frames.drawing import MOST_IN_STRIP, draw_frame, strip
-from study.figures.frames.moments import Moments, events_of, moments_of
-from study.figures.shared.canvas import FORMATS, column, format_of, image
-from study.figures.shared.files import write_files
+from nanoslip.solver.case import Case
+from nanoslip.solver.outcome import InvalidInput
+from nanoslip.study.figures.frames.drawing import MOST_IN_STRIP, draw_frame, strip
+from nanoslip.study.figures.frames.moments import Moments, events_of, moments_of
+from nanoslip.study.figures.shared.canvas import FORMATS, column, format_of, image
+from nanoslip.study.figures.shared.files import write_files
 
 FILMS: Final[dict[str, Any]] = {"gif": PillowWriter, "mp4": FFMpegWriter}
 """Suffix of a film -> what writes it."""

@@ -8,13 +8,13 @@ from typing import Final
 import numpy as np
 from numpy.typing import NDArray
 
-from solver.case import Case
-from solver.contact.node_friction import node_friction
-from solver.contact.state import ContactState
-from solver.elasticity.compliance import surface_compliance
-from solver.outcome import InvalidInput, Outcome
-from solver.sliding.events import slide, states_at
-from solver.sliding.record import FrictionRecord
+from nanoslip.solver.case import Case
+from nanoslip.solver.contact.node_friction import node_friction
+from nanoslip.solver.contact.state import ContactState
+from nanoslip.solver.elasticity.compliance import surface_compliance
+from nanoslip.solver.outcome import InvalidInput, Outcome
+from nanoslip.solver.sliding.events import slide, states_at
+from nanoslip.solver.sliding.record import FrictionRecord
 
 MOST: Final = 1000
 """Frames that one film may have."""

@@ -6,8 +6,8 @@ import numpy as np
 import xarray as xr
 from numpy.typing import NDArray
 
-from solver.sliding.distributions.events import EventSizes, sizes_of_columns
-from study.dataset.access.accessor import Accessor
+from nanoslip.solver.sliding.distributions.events import EventSizes, sizes_of_columns
+from nanoslip.study.dataset.access.accessor import Accessor
 
 CAMPAIGN: Final = "figures/chain"
 

@@ -7,12 +7,12 @@ import numpy as np
 import xarray as xr
 from matplotlib.figure import Figure
 
-from solver.view import with_error
-from study.figures.shared.canvas import COLORS, column
-from study.figures.shared.claims import WITHOUT_PAPER, Claim
-from study.figures.shared.figure import CampaignFigure, register
-from study.figures.shared.power_law import PowerLaw, fit_power_law
-from study.figures.sweep.label import typeset
+from nanoslip.solver.view import with_error
+from nanoslip.study.figures.shared.canvas import COLORS, column
+from nanoslip.study.figures.shared.claims import WITHOUT_PAPER, Claim
+from nanoslip.study.figures.shared.figure import CampaignFigure, register
+from nanoslip.study.figures.shared.power_law import PowerLaw, fit_power_law
+from nanoslip.study.figures.sweep.label import typeset
 
 STEP, SCATTER, EXCESS = "mean step (L_x)", "standard deviation over mean of F", "peak over plateau, less 1"
 QUANTITIES: Final[dict[str, Callable[[xr.Dataset], xr.DataArray]]] = {

@@ -8,12 +8,12 @@ import xarray as xr
 from matplotlib.figure import Figure
 from numpy.typing import NDArray
 
-from solver.sliding.distributions.events import EventSizes, rank_correlation
-from solver.view import with_error
-from study.figures.further.chains import CAMPAIGN, names, numbers_of, plain, steady, steady_sizes
-from study.figures.shared.canvas import COLORS, column
-from study.figures.shared.claims import WITHOUT_PAPER, Claim
-from study.figures.shared.figure import CampaignFigure, register
+from nanoslip.solver.sliding.distributions.events import EventSizes, rank_correlation
+from nanoslip.solver.view import with_error
+from nanoslip.study.figures.further.chains import CAMPAIGN, names, numbers_of, plain, steady, steady_sizes
+from nanoslip.study.figures.shared.canvas import COLORS, column
+from nanoslip.study.figures.shared.claims import WITHOUT_PAPER, Claim
+from nanoslip.study.figures.shared.figure import CampaignFigure, register
 
 Floats = NDArray[np.float64]
 LAGS: Final = np.array([1, 2, 3, 5, 7, 10, 20, 30, 50, 100, 200, 300])

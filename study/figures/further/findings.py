@@ -9,12 +9,12 @@ from matplotlib.figure import Figure
 from numpy.typing import NDArray
 from scipy import stats
 
-from solver.view import with_error
-from study.dataset.access.accessor import Accessor
-from study.figures.reproduction.drive import damper_force
-from study.figures.shared.canvas import COLORS, column
-from study.figures.shared.claims import Claim, over_starts
-from study.figures.shared.figure import CampaignFigure, register
+from nanoslip.solver.view import with_error
+from nanoslip.study.dataset.access.accessor import Accessor
+from nanoslip.study.figures.reproduction.drive import damper_force
+from nanoslip.study.figures.shared.canvas import COLORS, column
+from nanoslip.study.figures.shared.claims import Claim, over_starts
+from nanoslip.study.figures.shared.figure import CampaignFigure, register
 
 Floats = NDArray[np.float64]
 

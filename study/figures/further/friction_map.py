@@ -9,10 +9,10 @@ from matplotlib.cm import ScalarMappable
 from matplotlib.colors import Normalize
 from matplotlib.figure import Figure
 
-from study.figures.shared.canvas import PAGE, column
-from study.figures.shared.claims import WITHOUT_PAPER, Claim, over_starts
-from study.figures.shared.figure import CampaignFigure, register
-from study.figures.shared.tiles import counted, panels, regime_legend, regime_tiles
+from nanoslip.study.figures.shared.canvas import PAGE, column
+from nanoslip.study.figures.shared.claims import WITHOUT_PAPER, Claim, over_starts
+from nanoslip.study.figures.shared.figure import CampaignFigure, register
+from nanoslip.study.figures.shared.tiles import counted, panels, regime_legend, regime_tiles
 
 SHARES: Final = {"plateau_mean": "plateau", "static_friction": "μ_s", "kinetic_friction": "μ_k"}
 """Variable -> its symbol; it is looked at as a share of μ_i."""

@@ -8,11 +8,11 @@ import xarray as xr
 from matplotlib.figure import Figure
 from numpy.typing import NDArray
 
-from solver.sliding.plateau import Teeth
-from study.dataset.access.accessor import Accessor
-from study.figures.shared.canvas import column
-from study.figures.shared.claims import Claim
-from study.figures.shared.figure import CampaignFigure, register
+from nanoslip.solver.sliding.plateau import Teeth
+from nanoslip.study.dataset.access.accessor import Accessor
+from nanoslip.study.figures.shared.canvas import column
+from nanoslip.study.figures.shared.claims import Claim
+from nanoslip.study.figures.shared.figure import CampaignFigure, register
 
 Floats = NDArray[np.float64]
 BINS = 32

@@ -5,11 +5,11 @@ from collections.abc import Iterator
 import xarray as xr
 from matplotlib.figure import Figure
 
-from study.dataset.access.accessor import Accessor
-from study.figures.further.chains import CAMPAIGN, names, plain
-from study.figures.shared.canvas import COLORS, column
-from study.figures.shared.claims import WITHOUT_PAPER, Claim
-from study.figures.shared.figure import CampaignFigure, register
+from nanoslip.study.dataset.access.accessor import Accessor
+from nanoslip.study.figures.further.chains import CAMPAIGN, names, plain
+from nanoslip.study.figures.shared.canvas import COLORS, column
+from nanoslip.study.figures.shared.claims import WITHOUT_PAPER, Claim
+from nanoslip.study.figures.shared.figure import CampaignFigure, register
 
 
 def draw(dataset: xr.Dataset) -> Figure:

@@ -7,10 +7,10 @@ import numpy as np
 import xarray as xr
 from matplotlib.figure import Figure
 
-from solver.view import with_error
-from study.figures.shared.canvas import COLORS, column
-from study.figures.shared.claims import Claim
-from study.figures.shared.figure import CampaignFigure, register
+from nanoslip.solver.view import with_error
+from nanoslip.study.figures.shared.canvas import COLORS, column
+from nanoslip.study.figures.shared.claims import Claim
+from nanoslip.study.figures.shared.figure import CampaignFigure, register
 
 DEFAULTS: Final = {"support": "bonded", "slip_order": "worst_first"}
 MARKERS: Final = {"bonded": "o", "frictionless": "s", "right_side": "^"}

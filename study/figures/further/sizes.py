@@ -9,15 +9,15 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from numpy.typing import NDArray
 
-from solver.sliding.distributions.events import DISCRETE
-from solver.sliding.distributions.power_law import SIGNIFICANT, density
-from solver.sliding.distributions.record import GUTENBERG_RICHTER, MEAN_FIELD
-from solver.view import with_error
-from study.dataset.access.accessor import Accessor
-from study.figures.further.chains import CAMPAIGN, names, plain, steady
-from study.figures.shared.canvas import COLORS, column
-from study.figures.shared.claims import Claim
-from study.figures.shared.figure import CampaignFigure, register
+from nanoslip.solver.sliding.distributions.events import DISCRETE
+from nanoslip.solver.sliding.distributions.power_law import SIGNIFICANT, density
+from nanoslip.solver.sliding.distributions.record import GUTENBERG_RICHTER, MEAN_FIELD
+from nanoslip.solver.view import with_error
+from nanoslip.study.dataset.access.accessor import Accessor
+from nanoslip.study.figures.further.chains import CAMPAIGN, names, plain, steady
+from nanoslip.study.figures.shared.canvas import COLORS, column
+from nanoslip.study.figures.shared.claims import Claim
+from nanoslip.study.figures.shared.figure import CampaignFigure, register
 
 
 class Panel(NamedTuple):

@@ -7,11 +7,11 @@ import numpy as np
 import xarray as xr
 from matplotlib.figure import Figure
 
-from study.figures.reproduction.scores import NUMBERS, Scored, axes_of, independent_numbers, ranking
-from study.figures.shared import paper
-from study.figures.shared.canvas import COLORS, column
-from study.figures.shared.claims import Claim
-from study.figures.shared.figure import CampaignFigure, register
+from nanoslip.study.figures.reproduction.scores import NUMBERS, Scored, axes_of, independent_numbers, ranking
+from nanoslip.study.figures.shared import paper
+from nanoslip.study.figures.shared.canvas import COLORS, column
+from nanoslip.study.figures.shared.claims import Claim
+from nanoslip.study.figures.shared.figure import CampaignFigure, register
 
 MOST: Final = 12
 """Rows of the ranking."""

@@ -7,13 +7,13 @@ import numpy as np
 import xarray as xr
 from matplotlib.figure import Figure
 
-from study.figures.reproduction.drive import fitted, run_of, slip_times
-from study.figures.reproduction.records import every_start
-from study.figures.reproduction.stick import LEAST_DROP, Stick, stick_of
-from study.figures.shared import paper
-from study.figures.shared.canvas import COLORS, column
-from study.figures.shared.claims import Claim, compared, over_starts
-from study.figures.shared.figure import CampaignFigure, register
+from nanoslip.study.figures.reproduction.drive import fitted, run_of, slip_times
+from nanoslip.study.figures.reproduction.records import every_start
+from nanoslip.study.figures.reproduction.stick import LEAST_DROP, Stick, stick_of
+from nanoslip.study.figures.shared import paper
+from nanoslip.study.figures.shared.canvas import COLORS, column
+from nanoslip.study.figures.shared.claims import Claim, compared, over_starts
+from nanoslip.study.figures.shared.figure import CampaignFigure, register
 
 
 def draw_motion(dataset: xr.Dataset) -> Figure:

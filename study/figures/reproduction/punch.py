@@ -8,11 +8,11 @@ import xarray as xr
 from matplotlib.figure import Figure
 from numpy.typing import NDArray
 
-from solver.contact.closed_forms import flat_punch_pressure
-from study.dataset.access.accessor import Accessor
-from study.figures.shared.canvas import COLORS, column
-from study.figures.shared.claims import Claim
-from study.figures.shared.figure import CampaignFigure, register
+from nanoslip.solver.contact.closed_forms import flat_punch_pressure
+from nanoslip.study.dataset.access.accessor import Accessor
+from nanoslip.study.figures.shared.canvas import COLORS, column
+from nanoslip.study.figures.shared.claims import Claim
+from nanoslip.study.figures.shared.figure import CampaignFigure, register
 
 Floats = NDArray[np.float64]
 INNER: Final = 0.8

@@ -7,11 +7,11 @@ import xarray as xr
 from matplotlib.figure import Figure
 from numpy.typing import NDArray
 
-from study.dataset.access.accessor import Accessor
-from study.figures.shared import paper
-from study.figures.shared.canvas import COLORS, column
-from study.figures.shared.claims import Claim, compared, over_starts
-from study.figures.shared.figure import CampaignFigure, register
+from nanoslip.study.dataset.access.accessor import Accessor
+from nanoslip.study.figures.shared import paper
+from nanoslip.study.figures.shared.canvas import COLORS, column
+from nanoslip.study.figures.shared.claims import Claim, compared, over_starts
+from nanoslip.study.figures.shared.figure import CampaignFigure, register
 
 Floats = NDArray[np.float64]
 _FRICTIONS = (0.25, 0.5)

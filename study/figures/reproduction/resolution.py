@@ -6,10 +6,10 @@ import numpy as np
 import xarray as xr
 from matplotlib.figure import Figure
 
-from study.figures.shared.canvas import column
-from study.figures.shared.claims import Claim
-from study.figures.shared.figure import CampaignFigure, register
-from study.figures.shared.power_law import PowerLaw, fit_power_law
+from nanoslip.study.figures.shared.canvas import column
+from nanoslip.study.figures.shared.claims import Claim
+from nanoslip.study.figures.shared.figure import CampaignFigure, register
+from nanoslip.study.figures.shared.power_law import PowerLaw, fit_power_law
 
 
 def step_law(dataset: xr.Dataset, radius: float) -> PowerLaw:

@@ -8,9 +8,9 @@ import numpy as np
 import xarray as xr
 from numpy.typing import NDArray
 
-from study.figures.shared import paper
-from study.figures.shared.independence import effective_number
-from study.figures.shared.paper import Stated
+from nanoslip.study.figures.shared import paper
+from nanoslip.study.figures.shared.independence import effective_number
+from nanoslip.study.figures.shared.paper import Stated
 
 Floats = NDArray[np.float64]
 NEAR: Final = 2.0

@@ -10,7 +10,7 @@ import numpy as np
 import xarray as xr
 from numpy.typing import NDArray
 
-from study.figures.reproduction.drive import load_of, run_of
+from nanoslip.study.figures.reproduction.drive import load_of, run_of
 
 Floats = NDArray[np.float64]
 LEAST_DROP = 1e-4

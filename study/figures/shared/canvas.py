@@ -12,7 +12,7 @@ from cycler import cycler
 from matplotlib.backend_bases import FigureCanvasBase, RendererBase
 from matplotlib.figure import Figure
 
-from solver.outcome import InvalidInput
+from nanoslip.solver.outcome import InvalidInput
 
 COLUMN: Final = 3.35
 """Width of one column of a journal, in inches (85 mm)."""

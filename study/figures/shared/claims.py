@@ -7,8 +7,8 @@ from typing import Final
 import numpy as np
 from numpy.typing import NDArray
 
-from solver.view import with_error
-from study.figures.shared.paper import Stated
+from nanoslip.solver.view import with_error
+from nanoslip.study.figures.shared.paper import Stated
 
 
 @dataclass(frozen=True, slots=True)

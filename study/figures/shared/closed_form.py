@@ -8,8 +8,8 @@ import numpy as np
 import xarray as xr
 from numpy.typing import NDArray
 
-from solver.drive import Drive, Scales
-from solver.dynamics.stick_slip import stick_slip
+from nanoslip.solver.drive import Drive, Scales
+from nanoslip.solver.dynamics.stick_slip import stick_slip
 
 Floats = NDArray[np.float64]
 COEFFICIENTS = ("fitted_kinetic_friction", "fitted_static_friction", "fitted_later_static_friction")

@@ -7,7 +7,7 @@ from typing import Final
 import xarray as xr
 from matplotlib.figure import Figure
 
-from study.figures.shared.claims import HEADER, Claim
+from nanoslip.study.figures.shared.claims import HEADER, Claim
 
 
 @dataclass(frozen=True, slots=True)
@@ -26,7 +26,7 @@ class CampaignFigure:
 
 
 FIGURES: Final[dict[str, CampaignFigure]] = {}
-"""Every figure by name, in the order of their chapters (see study.figures.catalogue)."""
+"""Every figure by name, in the order of their chapters (see nanoslip.study.figures.catalogue)."""
 
 
 def register(figure: CampaignFigure) -> CampaignFigure:

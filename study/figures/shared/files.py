@@ -3,8 +3,8 @@
 from collections.abc import Mapping
 from pathlib import Path
 
-from study.results.file import written_whole
-from study.results.store import StoreError
+from nanoslip.study.results.file import written_whole
+from nanoslip.study.results.store import StoreError
 
 
 def write_files(files: Mapping[Path, bytes]) -> None:

@@ -7,7 +7,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy import optimize, stats
 
-from solver.view import with_error
+from nanoslip.solver.view import with_error
 
 Floats = NDArray[np.float64]
 _ROUNDING: Final = float(np.finfo(float).eps) ** 2

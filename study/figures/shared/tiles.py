@@ -9,8 +9,8 @@ from matplotlib.colors import ListedColormap
 from matplotlib.figure import Figure
 from numpy.typing import NDArray
 
-from solver.dynamics.regime import REGIMES
-from study.figures.shared.canvas import COLORS
+from nanoslip.solver.dynamics.regime import REGIMES
+from nanoslip.study.figures.shared.canvas import COLORS
 
 Floats = NDArray[np.float64]
 _SHADES: Final = ListedColormap([COLORS[5], COLORS[1], COLORS[0], COLORS[3]])

@@ -10,12 +10,12 @@ from matplotlib.figure import Figure
 from matplotlib.transforms import offset_copy
 from numpy.typing import NDArray
 
-from study.dataset.collection.counted import commonest
-from study.figures.shared.canvas import COLORS, column
-from study.figures.sweep.label import label, said, short, typeset, words
-from study.figures.sweep.points import Points
-from study.figures.sweep.roles import Roles, counts_of, held_at, values_of
-from study.figures.sweep.scale import is_logarithmic, places_of, set_axis
+from nanoslip.study.dataset.collection.counted import commonest
+from nanoslip.study.figures.shared.canvas import COLORS, column
+from nanoslip.study.figures.sweep.label import label, said, short, typeset, words
+from nanoslip.study.figures.sweep.points import Points
+from nanoslip.study.figures.sweep.roles import Roles, counts_of, held_at, values_of
+from nanoslip.study.figures.sweep.scale import is_logarithmic, places_of, set_axis
 
 WIDTH: Final = 4.0
 """Of a figure on a page, in inches."""

@@ -5,9 +5,9 @@ from collections.abc import Iterable, Sequence
 
 import xarray as xr
 
-from study.figures.sweep.label import known
-from study.figures.sweep.points import Points, points_of
-from study.manifest.parameters import typed
+from nanoslip.study.figures.sweep.label import known
+from nanoslip.study.figures.sweep.points import Points, points_of
+from nanoslip.study.manifest.parameters import typed
 
 
 class UnknownNameError(ValueError):

@@ -8,11 +8,11 @@ import numpy as np
 import xarray as xr
 from numpy.typing import NDArray
 
-from study.dataset.access.selection import Places, places
-from study.dataset.members import members_of
-from study.dataset.variables import OUTCOMES, VALIDITY, parameters
-from study.figures.sweep.label import known, label, ratio, said
-from study.toml_text import from_toml
+from nanoslip.study.dataset.access.selection import Places, places
+from nanoslip.study.dataset.members import members_of
+from nanoslip.study.dataset.variables import OUTCOMES, VALIDITY, parameters
+from nanoslip.study.figures.sweep.label import known, label, ratio, said
+from nanoslip.study.toml_text import from_toml
 
 Floats = NDArray[np.float64]
 Columns = Mapping[str, NDArray[Any]]

@@ -8,7 +8,7 @@ from typing import Any, Final
 import numpy as np
 from numpy.typing import NDArray
 
-from study.figures.sweep.points import LACKING, Points
+from nanoslip.study.figures.sweep.points import LACKING, Points
 
 MOST_HUES: Final = 6
 """Lines in one panel that are told apart by colour; more values make a map."""

@@ -9,9 +9,9 @@ from typing import Any, Final
 import numpy as np
 from numpy.typing import NDArray
 
-from study.figures.sweep.label import said
-from study.figures.sweep.points import Points
-from study.figures.sweep.roles import values_of
+from nanoslip.study.figures.sweep.label import said
+from nanoslip.study.figures.sweep.points import Points
+from nanoslip.study.figures.sweep.roles import values_of
 
 SPAN: Final = 8.0
 """Ratio of the largest to the smallest number from which a scale is logarithmic."""

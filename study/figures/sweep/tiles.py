@@ -9,13 +9,13 @@ from matplotlib.colors import ListedColormap
 from matplotlib.figure import Figure
 from numpy.typing import NDArray
 
-from study.dataset.collection.counted import commonest
-from study.figures.shared.canvas import COLORS, column
-from study.figures.sweep.label import label, typeset
-from study.figures.sweep.lines import FAILED, WIDTH, grid_of, names_of, panels_of, title_of
-from study.figures.sweep.points import Points
-from study.figures.sweep.roles import Roles, counts_of, held_at
-from study.figures.sweep.scale import is_logarithmic, places_of, set_axis
+from nanoslip.study.dataset.collection.counted import commonest
+from nanoslip.study.figures.shared.canvas import COLORS, column
+from nanoslip.study.figures.sweep.label import label, typeset
+from nanoslip.study.figures.sweep.lines import FAILED, WIDTH, grid_of, names_of, panels_of, title_of
+from nanoslip.study.figures.sweep.points import Points
+from nanoslip.study.figures.sweep.roles import Roles, counts_of, held_at
+from nanoslip.study.figures.sweep.scale import is_logarithmic, places_of, set_axis
 
 Floats = NDArray[np.float64]
 LETTERS: Final = 56

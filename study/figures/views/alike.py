@@ -5,9 +5,9 @@ from typing import Final
 
 import numpy as np
 
-from solver.view import with_error
-from study.figures.sweep.label import words
-from study.figures.sweep.points import Points
+from nanoslip.solver.view import with_error
+from nanoslip.study.figures.sweep.label import words
+from nanoslip.study.figures.sweep.points import Points
 
 ROUNDING: Final = 1e-9
 """Share of a number by which others may differ from it and be the same."""

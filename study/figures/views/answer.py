@@ -7,14 +7,14 @@ import numpy as np
 import xarray as xr
 from matplotlib.figure import Figure
 
-from study.dataset.collection.counted import commonest
-from study.figures.sweep.label import symbol, words
-from study.figures.sweep.lines import SHORTEST, draw_lines, draw_scattered, far_below
-from study.figures.sweep.points import Points, points_of
-from study.figures.sweep.roles import MOST_HUES, Roles, counts_of, held_at, roles_of, scattered, together
-from study.figures.sweep.tiles import draw_tiles, is_crowded
-from study.figures.views.alike import differs, in_words, sentence
-from study.figures.views.view import Sort, View, register
+from nanoslip.study.dataset.collection.counted import commonest
+from nanoslip.study.figures.sweep.label import symbol, words
+from nanoslip.study.figures.sweep.lines import SHORTEST, draw_lines, draw_scattered, far_below
+from nanoslip.study.figures.sweep.points import Points, points_of
+from nanoslip.study.figures.sweep.roles import MOST_HUES, Roles, counts_of, held_at, roles_of, scattered, together
+from nanoslip.study.figures.sweep.tiles import draw_tiles, is_crowded
+from nanoslip.study.figures.views.alike import differs, in_words, sentence
+from nanoslip.study.figures.views.view import Sort, View, register
 
 OBSERVED: Final = (
     ("regime", ""),

@@ -6,13 +6,13 @@ import numpy as np
 import xarray as xr
 from numpy.typing import NDArray
 
-from solver.contact.closed_forms import flat_punch_pressure, hertz
-from study.dataset.access.accessor import Accessor
-from study.figures.shared.canvas import COLORS
-from study.figures.sweep.label import label, typeset
-from study.figures.sweep.points import Columns
-from study.figures.views.runs import Family, Run, thinned, views_of
-from study.figures.views.view import Sort, register
+from nanoslip.solver.contact.closed_forms import flat_punch_pressure, hertz
+from nanoslip.study.dataset.access.accessor import Accessor
+from nanoslip.study.figures.shared.canvas import COLORS
+from nanoslip.study.figures.sweep.label import label, typeset
+from nanoslip.study.figures.sweep.points import Columns
+from nanoslip.study.figures.views.runs import Family, Run, thinned, views_of
+from nanoslip.study.figures.views.view import Sort, register
 
 _BESIDE: Final = 0.25
 """How far beside the contact a figure reaches, as a share of its width."""

@@ -5,11 +5,11 @@ from typing import Any, Final
 import numpy as np
 import xarray as xr
 
-from study.dataset.access.accessor import Accessor
-from study.figures.shared.closed_form import fitted, scales_of
-from study.figures.sweep.points import Columns
-from study.figures.views.runs import Family, Run, thinned, views_of
-from study.figures.views.view import Sort, register
+from nanoslip.study.dataset.access.accessor import Accessor
+from nanoslip.study.figures.shared.closed_form import fitted, scales_of
+from nanoslip.study.figures.sweep.points import Columns
+from nanoslip.study.figures.views.runs import Family, Run, thinned, views_of
+from nanoslip.study.figures.views.view import Sort, register
 
 
 def columns(dataset: xr.Dataset, run: Run) -> Columns:

@@ -7,13 +7,13 @@ import numpy as np
 import xarray as xr
 from matplotlib.figure import Figure
 
-from study.dataset.access.accessor import Accessor
-from study.figures.shared.canvas import column
-from study.figures.sweep.label import label, typeset, words
-from study.figures.sweep.lines import WIDTH
-from study.figures.sweep.points import Columns
-from study.figures.views.runs import Run, runs_of
-from study.figures.views.view import Sort, View, register
+from nanoslip.study.dataset.access.accessor import Accessor
+from nanoslip.study.figures.shared.canvas import column
+from nanoslip.study.figures.sweep.label import label, typeset, words
+from nanoslip.study.figures.sweep.lines import WIDTH
+from nanoslip.study.figures.sweep.points import Columns
+from nanoslip.study.figures.views.runs import Run, runs_of
+from nanoslip.study.figures.views.view import Sort, View, register
 
 LARGEST: Final = 99.5
 """Percentile of the stress at which the colours end: at an edge of a punch it is infinite."""

@@ -4,11 +4,11 @@ from typing import Any, Final
 
 import xarray as xr
 
-from study.dataset.access.accessor import Accessor
-from study.figures.sweep.label import label, typeset
-from study.figures.sweep.points import Columns
-from study.figures.views.runs import Family, Need, Run, notes_of, thinned, views_of
-from study.figures.views.view import Sort, register
+from nanoslip.study.dataset.access.accessor import Accessor
+from nanoslip.study.figures.sweep.label import label, typeset
+from nanoslip.study.figures.sweep.points import Columns
+from nanoslip.study.figures.views.runs import Family, Need, Run, notes_of, thinned, views_of
+from nanoslip.study.figures.views.view import Sort, register
 
 
 def columns(dataset: xr.Dataset, run: Run) -> Columns:

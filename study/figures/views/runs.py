@@ -11,15 +11,15 @@ import xarray as xr
 from matplotlib.figure import Figure
 from numpy.typing import NDArray
 
-from study.dataset.access.selection import id_of, places
-from study.dataset.groups import groups_of
-from study.dataset.members import means_of
-from study.figures.shared.canvas import COLORS, column
-from study.figures.sweep.label import typeset, words
-from study.figures.sweep.lines import WIDTH
-from study.figures.sweep.points import Columns, varying
-from study.figures.views.choice import spread
-from study.figures.views.view import View
+from nanoslip.study.dataset.access.selection import id_of, places
+from nanoslip.study.dataset.groups import groups_of
+from nanoslip.study.dataset.members import means_of
+from nanoslip.study.figures.shared.canvas import COLORS, column
+from nanoslip.study.figures.sweep.label import typeset, words
+from nanoslip.study.figures.sweep.lines import WIDTH
+from nanoslip.study.figures.sweep.points import Columns, varying
+from nanoslip.study.figures.views.choice import spread
+from nanoslip.study.figures.views.view import View
 
 HEIGHT: Final = 2.3
 """Of a figure without its legend, in inches."""

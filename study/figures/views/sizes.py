@@ -6,13 +6,13 @@ from typing import Any, Final
 import numpy as np
 import xarray as xr
 
-from solver.sliding.distributions.power_law import LEAST_TAIL, SIGNIFICANT, density
-from solver.view import with_error
-from study.dataset.access.accessor import Accessor
-from study.figures.sweep.label import label, typeset
-from study.figures.sweep.points import Columns
-from study.figures.views.runs import Family, Need, Run, notes_of, views_of
-from study.figures.views.view import Sort, View, register
+from nanoslip.solver.sliding.distributions.power_law import LEAST_TAIL, SIGNIFICANT, density
+from nanoslip.solver.view import with_error
+from nanoslip.study.dataset.access.accessor import Accessor
+from nanoslip.study.figures.sweep.label import label, typeset
+from nanoslip.study.figures.sweep.points import Columns
+from nanoslip.study.figures.views.runs import Family, Need, Run, notes_of, views_of
+from nanoslip.study.figures.views.view import Sort, View, register
 
 FITTED: Final = ("exponent", "exponent_uncertainty", "cutoff", "tail", "goodness")
 """Of the power law of slips."""

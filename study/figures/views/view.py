@@ -10,8 +10,8 @@ from typing import Any, Final
 import xarray as xr
 from matplotlib.figure import Figure
 
-from study.figures.sweep.label import words
-from study.figures.sweep.points import Columns
+from nanoslip.study.figures.sweep.label import words
+from nanoslip.study.figures.sweep.points import Columns
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -52,7 +52,7 @@ class Sort:
 
 
 SORTS: Final[dict[str, Sort]] = {}
-"""Every sort by name, in the order of a page (see study.figures.views.catalogue)."""
+"""Every sort by name, in the order of a page (see nanoslip.study.figures.views.catalogue)."""
 
 
 def register(sort: Sort) -> Sort:

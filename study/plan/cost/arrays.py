@@ -1,10 +1,17 @@
 """Bytes of the arrays of contacts and friction records while they are computed, to a factor of three."""
 
-from solver.case import Case
-from solver.contact.convolved.contact import needs_no_matrix
-from solver.slab import Slab
-from solver.sliding.columns import FIRST_CAPACITY
-from study.plan.cost.counts import contact_nodes, events_of, grid_nodes, hertz_nodes, tableau_entries, without_shear
+from nanoslip.solver.case import Case
+from nanoslip.solver.contact.convolved.contact import needs_no_matrix
+from nanoslip.solver.slab import Slab
+from nanoslip.solver.sliding.columns import FIRST_CAPACITY
+from nanoslip.study.plan.cost.counts import (
+    contact_nodes,
+    events_of,
+    grid_nodes,
+    hertz_nodes,
+    tableau_entries,
+    without_shear,
+)
 
 _FLOAT = 8.0
 _SYSTEMS = 5.0  # copies of its matrix that a contact holds at once

@@ -9,22 +9,22 @@ import itertools
 import math
 from functools import lru_cache
 
-from solver.case import MOST_EVENTS, Case
-from solver.contact.closed_forms import winkler_half_width
-from solver.contact.coulomb.motion import LONGEST_STEP
-from solver.contact.normal.contact import expected_half_width
-from solver.contact.window import margin
-from solver.drive import Drive
-from solver.dynamics.friction_limit import COARSE
-from solver.elasticity.grid_scheme import GridScheme, grid_scheme
-from solver.elasticity.schemes.chain import Chain, spring_stiffness
-from solver.elasticity.schemes.column import trunk
-from solver.elasticity.stiffness import confined_modulus
-from solver.last import of_the_last
-from solver.slab import Slab
-from solver.sliding.columns import farthest
-from solver.sliding.coulomb import OFF_THE_SLAB
-from solver.sliding.kernels.step import STRETCHES
+from nanoslip.solver.case import MOST_EVENTS, Case
+from nanoslip.solver.contact.closed_forms import winkler_half_width
+from nanoslip.solver.contact.coulomb.motion import LONGEST_STEP
+from nanoslip.solver.contact.normal.contact import expected_half_width
+from nanoslip.solver.contact.window import margin
+from nanoslip.solver.drive import Drive
+from nanoslip.solver.dynamics.friction_limit import COARSE
+from nanoslip.solver.elasticity.grid_scheme import GridScheme, grid_scheme
+from nanoslip.solver.elasticity.schemes.chain import Chain, spring_stiffness
+from nanoslip.solver.elasticity.schemes.column import trunk
+from nanoslip.solver.elasticity.stiffness import confined_modulus
+from nanoslip.solver.last import of_the_last
+from nanoslip.solver.slab import Slab
+from nanoslip.solver.sliding.columns import farthest
+from nanoslip.solver.sliding.coulomb import OFF_THE_SLAB
+from nanoslip.solver.sliding.kernels.step import STRETCHES
 
 EVENTS = 6.0
 """Events in a presliding length for each node in contact, at residual_shear 0."""

@@ -1,7 +1,8 @@
 """What one step of each computation takes: seconds on one core of an ordinary machine.
 
 A prediction is a number of steps (`counts`) times their rate, to a factor of three. What a machine and a campaign really take is
-measured: the first finished tasks of a campaign scale the predictions for the others, kind by kind (study.execution.forecast).
+measured: the first finished tasks of a campaign scale the predictions for the others, kind by kind
+(nanoslip.study.execution.forecast).
 """
 
 from typing import Final

@@ -3,13 +3,13 @@
 import math
 from collections.abc import Sequence
 
-from solver.case import Case
-from solver.contact.convolved.contact import needs_no_matrix
-from solver.drive import Drive
-from solver.dynamics.stick_slip import MOST_SAMPLES, MOST_SLIPS
-from solver.slab import Slab
-from study.plan.cost import rates
-from study.plan.cost.counts import (
+from nanoslip.solver.case import Case
+from nanoslip.solver.contact.convolved.contact import needs_no_matrix
+from nanoslip.solver.drive import Drive
+from nanoslip.solver.dynamics.stick_slip import MOST_SAMPLES, MOST_SLIPS
+from nanoslip.solver.slab import Slab
+from nanoslip.study.plan.cost import rates
+from nanoslip.study.plan.cost.counts import (
     contact_nodes,
     coulomb_steps,
     events_of,

@@ -2,16 +2,16 @@
 
 from functools import lru_cache
 
-from solver.case import Case
-from solver.contact.convolved.contact import needs_no_matrix
-from solver.elasticity.compliance import surface_compliance
-from solver.slab import Slab
-from study.manifest.manifest import Manifest
-from study.plan.cost.arrays import condensation_bytes
-from study.plan.cost.seconds import condensation_seconds
-from study.plan.keys import task_key
-from study.plan.kinds.kind import Computed, Estimate, Kind, Wanted, disk_of
-from study.plan.task import Inputs, Task
+from nanoslip.solver.case import Case
+from nanoslip.solver.contact.convolved.contact import needs_no_matrix
+from nanoslip.solver.elasticity.compliance import surface_compliance
+from nanoslip.solver.slab import Slab
+from nanoslip.study.manifest.manifest import Manifest
+from nanoslip.study.plan.cost.arrays import condensation_bytes
+from nanoslip.study.plan.cost.seconds import condensation_seconds
+from nanoslip.study.plan.keys import task_key
+from nanoslip.study.plan.kinds.kind import Computed, Estimate, Kind, Wanted, disk_of
+from nanoslip.study.plan.task import Inputs, Task
 
 NAME = "compliance"
 

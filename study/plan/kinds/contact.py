@@ -11,19 +11,19 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from solver.case import Case
-from solver.contact.initial import initial_contact
-from solver.contact.state import NODE_X, ContactState, ContactSummary, contact_summary
-from solver.ensemble import ALONE, Ensemble
-from solver.quantity import quantity
-from solver.sliding.validity import Validity, contact_validity
-from study.canonical import CanonicalText
-from study.manifest.manifest import Manifest
-from study.plan.cost.arrays import contact_bytes
-from study.plan.cost.seconds import touch_seconds
-from study.plan.keys import of_contact, task_key
-from study.plan.kinds.compliance import contact_needs
-from study.plan.kinds.kind import (
+from nanoslip.solver.case import Case
+from nanoslip.solver.contact.initial import initial_contact
+from nanoslip.solver.contact.state import NODE_X, ContactState, ContactSummary, contact_summary
+from nanoslip.solver.ensemble import ALONE, Ensemble
+from nanoslip.solver.quantity import quantity
+from nanoslip.solver.sliding.validity import Validity, contact_validity
+from nanoslip.study.canonical import CanonicalText
+from nanoslip.study.manifest.manifest import Manifest
+from nanoslip.study.plan.cost.arrays import contact_bytes
+from nanoslip.study.plan.cost.seconds import touch_seconds
+from nanoslip.study.plan.keys import of_contact, task_key
+from nanoslip.study.plan.kinds.compliance import contact_needs
+from nanoslip.study.plan.kinds.kind import (
     MEMBER,
     Computed,
     Estimate,
@@ -40,7 +40,7 @@ from study.plan.kinds.kind import (
     scalars_only_mark,
     several,
 )
-from study.plan.task import Inputs, Task
+from nanoslip.study.plan.task import Inputs, Task
 
 NAME = "contact"
 

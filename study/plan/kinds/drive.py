@@ -4,26 +4,26 @@ from dataclasses import dataclass, field, fields, replace
 from functools import lru_cache
 from typing import Final
 
-from solver.case import Case
-from solver.drive import Drive
-from solver.dynamics.coefficients import FrictionCoefficients, measured
-from solver.dynamics.integrate import DynamicsResult
-from solver.dynamics.regime import StickSlipCount, count_sticks
-from solver.dynamics.stick_slip import StickSlipFit, fit_stick_slip
-from solver.effects import SPARED, LeftOut
-from solver.ensemble import ALONE, Ensemble
-from solver.last import of_the_last
-from solver.outcome import SolverError
-from solver.quantity import quantities
-from solver.sliding.plateau import Plateau
-from solver.sliding.record import FrictionRecord
-from study.canonical import CanonicalText, canonical_text
-from study.manifest.manifest import Manifest
-from study.plan.cost.counts import events_of
-from study.plan.cost.seconds import drive_seconds
-from study.plan.keys import task_key
-from study.plan.kinds.compliance import compliance_needs
-from study.plan.kinds.kind import (
+from nanoslip.solver.case import Case
+from nanoslip.solver.drive import Drive
+from nanoslip.solver.dynamics.coefficients import FrictionCoefficients, measured
+from nanoslip.solver.dynamics.integrate import DynamicsResult
+from nanoslip.solver.dynamics.regime import StickSlipCount, count_sticks
+from nanoslip.solver.dynamics.stick_slip import StickSlipFit, fit_stick_slip
+from nanoslip.solver.effects import SPARED, LeftOut
+from nanoslip.solver.ensemble import ALONE, Ensemble
+from nanoslip.solver.last import of_the_last
+from nanoslip.solver.outcome import SolverError
+from nanoslip.solver.quantity import quantities
+from nanoslip.solver.sliding.plateau import Plateau
+from nanoslip.solver.sliding.record import FrictionRecord
+from nanoslip.study.canonical import CanonicalText, canonical_text
+from nanoslip.study.manifest.manifest import Manifest
+from nanoslip.study.plan.cost.counts import events_of
+from nanoslip.study.plan.cost.seconds import drive_seconds
+from nanoslip.study.plan.keys import task_key
+from nanoslip.study.plan.kinds.compliance import compliance_needs
+from nanoslip.study.plan.kinds.kind import (
     MEMBER,
     Computed,
     Estimate,
@@ -42,8 +42,8 @@ from study.plan.kinds.kind import (
     scalars_only_mark,
     several,
 )
-from study.plan.kinds.record import Recorded, computed_record, record_task, records_in
-from study.plan.task import Inputs, Task
+from nanoslip.study.plan.kinds.record import Recorded, computed_record, record_task, records_in
+from nanoslip.study.plan.task import Inputs, Task
 
 NAME = "drive"
 

@@ -1,7 +1,7 @@
 """What a kind of task is, and how the solver's values become the scalars and arrays of a result, and back.
 
 A result holds the numbers of the kind's `parts`: dataclasses of the solver whose fields declare what they are
-(solver.quantity). What a part declares is in results, dataset and tables without another word.
+(nanoslip.solver.quantity). What a part declares is in results, dataset and tables without another word.
 """
 
 import math
@@ -15,16 +15,16 @@ from typing import Any, Final, NamedTuple, TypeVar
 import numpy as np
 from numpy.typing import NDArray
 
-from solver.case import Case
-from solver.drive import Drive
-from solver.elasticity.compliance import Compliance, SurfaceCompliance, normal_compliance
-from solver.ensemble import Ensemble, change_by, needed
-from solver.outcome import COMPLETED, Ending, Outcome, SolverError
-from solver.quantity import Quantity, quantities
-from solver.slab import Slab
-from study.canonical import CanonicalText, canonical_text
-from study.manifest.manifest import Manifest
-from study.plan.task import Inputs, Task, TaskResult
+from nanoslip.solver.case import Case
+from nanoslip.solver.drive import Drive
+from nanoslip.solver.elasticity.compliance import Compliance, SurfaceCompliance, normal_compliance
+from nanoslip.solver.ensemble import Ensemble, change_by, needed
+from nanoslip.solver.outcome import COMPLETED, Ending, Outcome, SolverError
+from nanoslip.solver.quantity import Quantity, quantities
+from nanoslip.solver.slab import Slab
+from nanoslip.study.canonical import CanonicalText, canonical_text
+from nanoslip.study.manifest.manifest import Manifest
+from nanoslip.study.plan.task import Inputs, Task, TaskResult
 
 Value = TypeVar("Value")
 
@@ -86,7 +86,7 @@ class Estimate(NamedTuple):
     """What a task costs, to a factor of three."""
 
     seconds: float
-    """On one core of an ordinary machine (study.plan.cost.rates)."""
+    """On one core of an ordinary machine (nanoslip.study.plan.cost.rates)."""
     memory: float
     """Bytes of arrays while it runs, beside the compliance that it maps and the program's own."""
     disk: float
@@ -105,7 +105,7 @@ _SCALAR = 30.0  # as text, with its name
 
 @dataclass(frozen=True, slots=True)
 class Kind:
-    """One kind of task. Its stage is its place in study.plan.tasks.KINDS."""
+    """One kind of task. Its stage is its place in nanoslip.study.plan.tasks.KINDS."""
 
     name: str
     needed: Callable[[Manifest], bool]

@@ -7,24 +7,24 @@ scalars.
 from dataclasses import replace
 from functools import lru_cache
 
-from solver.case import Case
-from solver.contact.initial import initial_contact
-from solver.elasticity.compliance import Compliance
-from solver.ensemble import ALONE, Ensemble
-from solver.last import of_the_last
-from solver.sliding.events import slide_to_state
-from solver.sliding.plateau import Plateau, plateau_of
-from solver.sliding.record import FrictionRecord
-from solver.sliding.statistics import EventStatistics, event_statistics
-from solver.sliding.validity import Validity, record_validity
-from study.canonical import CanonicalText
-from study.manifest.manifest import Manifest
-from study.plan.cost.arrays import record_bytes, sliding_bytes
-from study.plan.cost.counts import events_of
-from study.plan.cost.seconds import record_seconds
-from study.plan.keys import of_record, task_key
-from study.plan.kinds.compliance import compliance_needs
-from study.plan.kinds.kind import (
+from nanoslip.solver.case import Case
+from nanoslip.solver.contact.initial import initial_contact
+from nanoslip.solver.elasticity.compliance import Compliance
+from nanoslip.solver.ensemble import ALONE, Ensemble
+from nanoslip.solver.last import of_the_last
+from nanoslip.solver.sliding.events import slide_to_state
+from nanoslip.solver.sliding.plateau import Plateau, plateau_of
+from nanoslip.solver.sliding.record import FrictionRecord
+from nanoslip.solver.sliding.statistics import EventStatistics, event_statistics
+from nanoslip.solver.sliding.validity import Validity, record_validity
+from nanoslip.study.canonical import CanonicalText
+from nanoslip.study.manifest.manifest import Manifest
+from nanoslip.study.plan.cost.arrays import record_bytes, sliding_bytes
+from nanoslip.study.plan.cost.counts import events_of
+from nanoslip.study.plan.cost.seconds import record_seconds
+from nanoslip.study.plan.keys import of_record, task_key
+from nanoslip.study.plan.kinds.compliance import compliance_needs
+from nanoslip.study.plan.kinds.kind import (
     MEMBER,
     Computed,
     Estimate,
@@ -42,7 +42,7 @@ from study.plan.kinds.kind import (
     several,
     whole_again,
 )
-from study.plan.task import Inputs, Task, TaskResult
+from nanoslip.study.plan.task import Inputs, Task, TaskResult
 
 NAME = "record"
 Recorded = tuple[FrictionRecord, Plateau]

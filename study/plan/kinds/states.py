@@ -6,18 +6,18 @@ from dataclasses import dataclass, field, fields
 import numpy as np
 from numpy.typing import NDArray
 
-from solver.case import Case
-from solver.contact.state import ContactState
-from solver.elasticity.compliance import Compliance
-from solver.elasticity.interior import InteriorFields, interior_fields
-from solver.sliding.events import states_at
-from study.manifest.manifest import Manifest
-from study.plan.cost.arrays import contact_bytes, inside_bytes, sliding_bytes
-from study.plan.cost.seconds import states_seconds
-from study.plan.keys import of_contact, of_record, task_key
-from study.plan.kinds.compliance import compliance_needs, contact_needs
-from study.plan.kinds.contact import SurfaceNodes, seen_after
-from study.plan.kinds.kind import (
+from nanoslip.solver.case import Case
+from nanoslip.solver.contact.state import ContactState
+from nanoslip.solver.elasticity.compliance import Compliance
+from nanoslip.solver.elasticity.interior import InteriorFields, interior_fields
+from nanoslip.solver.sliding.events import states_at
+from nanoslip.study.manifest.manifest import Manifest
+from nanoslip.study.plan.cost.arrays import contact_bytes, inside_bytes, sliding_bytes
+from nanoslip.study.plan.cost.seconds import states_seconds
+from nanoslip.study.plan.keys import of_contact, of_record, task_key
+from nanoslip.study.plan.kinds.compliance import compliance_needs, contact_needs
+from nanoslip.study.plan.kinds.contact import SurfaceNodes, seen_after
+from nanoslip.study.plan.kinds.kind import (
     Computed,
     Estimate,
     Kind,
@@ -29,7 +29,7 @@ from study.plan.kinds.kind import (
     compliance_of,
     disk_of,
 )
-from study.plan.task import Inputs, Task
+from nanoslip.study.plan.task import Inputs, Task
 
 NAME = "states"
 

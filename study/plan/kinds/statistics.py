@@ -3,16 +3,16 @@
 It takes longer than a small record itself, so no record has it by itself.
 """
 
-from solver.case import Case
-from solver.ensemble import ALONE, Ensemble
-from solver.sliding.distributions.record import EventDistributions, SizeBins, event_distributions
-from study.manifest.manifest import Manifest
-from study.plan.cost.arrays import statistics_bytes
-from study.plan.cost.seconds import statistics_seconds
-from study.plan.keys import task_key
-from study.plan.kinds.kind import Computed, Estimate, Kind, Member, Part, Ragged, Wanted, case_of, disk_of
-from study.plan.kinds.record import record_task, records_in
-from study.plan.task import Inputs, Task
+from nanoslip.solver.case import Case
+from nanoslip.solver.ensemble import ALONE, Ensemble
+from nanoslip.solver.sliding.distributions.record import EventDistributions, SizeBins, event_distributions
+from nanoslip.study.manifest.manifest import Manifest
+from nanoslip.study.plan.cost.arrays import statistics_bytes
+from nanoslip.study.plan.cost.seconds import statistics_seconds
+from nanoslip.study.plan.keys import task_key
+from nanoslip.study.plan.kinds.kind import Computed, Estimate, Kind, Member, Part, Ragged, Wanted, case_of, disk_of
+from nanoslip.study.plan.kinds.record import record_task, records_in
+from nanoslip.study.plan.task import Inputs, Task
 
 NAME = "statistics"
 

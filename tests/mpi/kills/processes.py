@@ -7,7 +7,7 @@ from contextlib import suppress
 from pathlib import Path
 from typing import Final
 
-from study.results.file import lives
+from nanoslip.study.results.file import lives
 
 MARK: Final = "NANOSLIP_TRIAL"
 """Variable of the environment that all processes of a run inherit."""
@@ -40,7 +40,7 @@ def found(target: str, mark: str, launcher: int) -> list[int]:
         number = next((int(each.partition(b"=")[2]) for each in environment if each.startswith(RANK)), None)
         if any(b"farms.child" in word for word in words):
             children.append(process)
-        elif number is not None and b"study" in words:
+        elif number is not None and b"nanoslip" in words:
             ranks[number] = process
     if target == "a child":
         return children

@@ -12,11 +12,11 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Final
 
-from study.dataset import file
-from study.execution.farms import begun
-from study.results import entry as own
-from study.results import lease
-from study.results.store import FOLDER
+from nanoslip.study.dataset import file
+from nanoslip.study.execution.farms import begun
+from nanoslip.study.results import entry as own
+from nanoslip.study.results import lease
+from nanoslip.study.results.store import FOLDER
 from tests.conftest import clean_environment, launcher
 from tests.mpi.kills.processes import MARK, remaining
 from tests.study.results.results import written
@@ -38,7 +38,7 @@ class Undisturbed:
 
 def start(campaign: Path, out: Path, ranks: int, said: Path, mark: str = "") -> "subprocess.Popen[bytes]":
     """Begin a run in a session of its own; what it says goes to a file, which outlives pipes. mark: where `out` is not enough."""
-    words = [*launcher(ranks), sys.executable, "-m", "study", "run", str(campaign), "--out", str(out)]
+    words = [*launcher(ranks), sys.executable, "-m", "nanoslip", "run", str(campaign), "--out", str(out)]
     with said.open("ab") as log:
         return subprocess.Popen(
             words,

@@ -13,8 +13,8 @@ from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Final
 
-from study.dataset import file
-from study.exit_codes import INTERRUPTED, WRONG_INPUT
+from nanoslip.study.dataset import file
+from nanoslip.study.exit_codes import INTERRUPTED, WRONG_INPUT
 from tests.mpi.kills import processes
 from tests.mpi.kills.running import PATIENCE, Rival, Undisturbed, logs, own_files, remains, start
 from tests.study.results.results import written
@@ -25,7 +25,7 @@ LATEST: Final = 0.95
 """Part of the time of an undisturbed run after which nothing is killed any more."""
 
 
-OURS: Final = re.compile(r'nanoslip\.py", line \d+, in main')
+OURS: Final = re.compile(r'nanoslip/__init__\.py", line \d+, in main')
 """Where nanoslip hears Ctrl-C. While Python itself starts, the last words are Python's."""
 
 

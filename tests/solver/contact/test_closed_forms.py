@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 from scipy.integrate import quad
 
-from solver.contact.closed_forms import (
+from nanoslip.solver.contact.closed_forms import (
     SlidingContact,
     cattaneo_mindlin,
     flat_punch_pressure,

@@ -5,15 +5,15 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from solver.case import Case
-from solver.contact.compiled_contact import CompiledContact, compiled_contact, corrected_for_rounding
-from solver.contact.kernels.cascade import answer_violations
-from solver.contact.kernels.enumerations import Stop
-from solver.contact.kernels.equilibrium import RESIDUAL_LIMIT, equilibrium_residual, refresh
-from solver.contact.outcomes import OUTCOME_OF_STOP
-from solver.elasticity.compliance import surface_compliance
-from solver.outcome import Ending
-from solver.slab import Slab
+from nanoslip.solver.case import Case
+from nanoslip.solver.contact.compiled_contact import CompiledContact, compiled_contact, corrected_for_rounding
+from nanoslip.solver.contact.kernels.cascade import answer_violations
+from nanoslip.solver.contact.kernels.enumerations import Stop
+from nanoslip.solver.contact.kernels.equilibrium import RESIDUAL_LIMIT, equilibrium_residual, refresh
+from nanoslip.solver.contact.outcomes import OUTCOME_OF_STOP
+from nanoslip.solver.elasticity.compliance import surface_compliance
+from nanoslip.solver.outcome import Ending
+from nanoslip.solver.slab import Slab
 
 
 def one_node() -> CompiledContact:

@@ -6,14 +6,14 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from solver.case import Case, InitialContact, SlipRule
-from solver.contact.initial import initial_contact
-from solver.elasticity.compliance import SurfaceCompliance, surface_compliance
-from solver.outcome import Ending, InvalidInput
-from solver.slab import Slab
-from solver.sliding import coulomb
-from solver.sliding.events import slide, slide_to_state
-from solver.sliding.plateau import plateau_of
+from nanoslip.solver.case import Case, InitialContact, SlipRule
+from nanoslip.solver.contact.initial import initial_contact
+from nanoslip.solver.elasticity.compliance import SurfaceCompliance, surface_compliance
+from nanoslip.solver.outcome import Ending, InvalidInput
+from nanoslip.solver.slab import Slab
+from nanoslip.solver.sliding import coulomb
+from nanoslip.solver.sliding.events import slide, slide_to_state
+from nanoslip.solver.sliding.plateau import plateau_of
 from tests.physics import assert_contact_laws, coupled_half_plane, half_plane, stored_energy
 
 SLAB = Slab(n_x=33)

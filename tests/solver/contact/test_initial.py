@@ -7,13 +7,13 @@ from typing import Any
 import numpy as np
 import pytest
 
-from solver.case import Case, InitialContact
-from solver.contact import initial
-from solver.contact.compiled_contact import CompiledContact, compiled_contact
-from solver.contact.initial import initial_contact
-from solver.elasticity.compliance import surface_compliance
-from solver.outcome import Ending
-from solver.slab import Slab
+from nanoslip.solver.case import Case, InitialContact
+from nanoslip.solver.contact import initial
+from nanoslip.solver.contact.compiled_contact import CompiledContact, compiled_contact
+from nanoslip.solver.contact.initial import initial_contact
+from nanoslip.solver.elasticity.compliance import surface_compliance
+from nanoslip.solver.outcome import Ending
+from nanoslip.solver.slab import Slab
 from tests.physics import assert_contact_laws
 
 SLAB = Slab(n_x=65)

@@ -5,12 +5,12 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from solver.case import Case, Distribution, Heterogeneity, SlipRule
-from solver.contact.node_friction import node_friction
-from solver.elasticity.compliance import surface_compliance
-from solver.outcome import InvalidInput
-from solver.slab import Slab
-from solver.sliding.events import slide, slide_to_state
+from nanoslip.solver.case import Case, Distribution, Heterogeneity, SlipRule
+from nanoslip.solver.contact.node_friction import node_friction
+from nanoslip.solver.elasticity.compliance import surface_compliance
+from nanoslip.solver.outcome import InvalidInput
+from nanoslip.solver.slab import Slab
+from nanoslip.solver.sliding.events import slide, slide_to_state
 from tests.physics import assert_contact_laws
 
 MANY = Case(intrinsic_friction=0.4, slab=Slab(n_x=16385))

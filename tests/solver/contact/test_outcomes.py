@@ -4,14 +4,14 @@ from dataclasses import replace
 
 import pytest
 
-from solver.case import Case, Heterogeneity, SlipOrder, SlipRule
-from solver.contact.initial import initial_contact
-from solver.contact.kernels.enumerations import Stop
-from solver.contact.outcomes import OUTCOME_OF_STOP, advised, energy_created
-from solver.elasticity.compliance import surface_compliance
-from solver.outcome import COMPLETED, Ending
-from solver.slab import Slab
-from solver.sliding.events import slide
+from nanoslip.solver.case import Case, Heterogeneity, SlipOrder, SlipRule
+from nanoslip.solver.contact.initial import initial_contact
+from nanoslip.solver.contact.kernels.enumerations import Stop
+from nanoslip.solver.contact.outcomes import OUTCOME_OF_STOP, advised, energy_created
+from nanoslip.solver.elasticity.compliance import surface_compliance
+from nanoslip.solver.outcome import COMPLETED, Ending
+from nanoslip.solver.slab import Slab
+from nanoslip.solver.sliding.events import slide
 
 
 @pytest.mark.parametrize("scheme", ["galerkin", "biquadratic", "half_plane", "chain"])

@@ -6,13 +6,13 @@ from typing import Any, get_args
 import numpy as np
 import pytest
 
-from solver.case import Case, Effects, Heterogeneity, InitialContact, PinShape, SlipRule
-from solver.contact.initial import initial_contact
-from solver.contact.pin import surface_from_pin
-from solver.elasticity.compliance import SurfaceCompliance, surface_compliance
-from solver.slab import SCHEMES, Slab
-from solver.sliding.events import slide, slide_to_state
-from solver.sliding.record import FrictionRecord
+from nanoslip.solver.case import Case, Effects, Heterogeneity, InitialContact, PinShape, SlipRule
+from nanoslip.solver.contact.initial import initial_contact
+from nanoslip.solver.contact.pin import surface_from_pin
+from nanoslip.solver.elasticity.compliance import SurfaceCompliance, surface_compliance
+from nanoslip.solver.slab import SCHEMES, Slab
+from nanoslip.solver.sliding.events import slide, slide_to_state
+from nanoslip.solver.sliding.record import FrictionRecord
 from tests.physics import assert_contact_laws
 
 WAYS: tuple[InitialContact, ...] = get_args(InitialContact)

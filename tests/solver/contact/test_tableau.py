@@ -3,9 +3,9 @@
 import numpy as np
 import pytest
 
-from solver.contact.tableau import tableau
-from solver.elasticity.compliance import surface_compliance
-from solver.slab import Slab
+from nanoslip.solver.contact.tableau import tableau
+from nanoslip.solver.elasticity.compliance import surface_compliance
+from nanoslip.solver.slab import Slab
 
 TOUCHING = {"middle": [3, 4, 5], "with a gap": [1, 2, 6], "at both ends": [0, 8], "all": list(range(9))}
 

@@ -6,8 +6,8 @@ from typing import NamedTuple
 import numpy as np
 from scipy.integrate import solve_ivp
 
-from solver.drive import Drive
-from solver.dynamics.friction_limit import FrictionLimit
+from nanoslip.solver.drive import Drive
+from nanoslip.solver.dynamics.friction_limit import FrictionLimit
 from tests.synthetic import constant_profile, profile_through
 
 K = 5.0

@@ -4,16 +4,16 @@ from dataclasses import replace
 
 import pytest
 
-from solver.case import Case
-from solver.drive import Drive, Scales
-from solver.dynamics.coefficients import friction_coefficients
-from solver.dynamics.friction_limit import sawtooth
-from solver.dynamics.integrate import integrate
-from solver.dynamics.integrators import RK4, Exact
-from solver.outcome import Ending
-from solver.simulate import drive_result
-from solver.slab import Slab
-from solver.sliding.plateau import plateau_of
+from nanoslip.solver.case import Case
+from nanoslip.solver.drive import Drive, Scales
+from nanoslip.solver.dynamics.coefficients import friction_coefficients
+from nanoslip.solver.dynamics.friction_limit import sawtooth
+from nanoslip.solver.dynamics.integrate import integrate
+from nanoslip.solver.dynamics.integrators import RK4, Exact
+from nanoslip.solver.outcome import Ending
+from nanoslip.solver.simulate import drive_result
+from nanoslip.solver.slab import Slab
+from nanoslip.solver.sliding.plateau import plateau_of
 from tests.synthetic import STIFFNESS, noisy_record
 
 PAPER = Drive.from_si(Scales(), samples=2)

@@ -5,13 +5,13 @@ import math
 import numpy as np
 import pytest
 
-from solver.drive import Drive
-from solver.dynamics.integrate import integrate
-from solver.dynamics.integrators import RK4
-from solver.dynamics.kernels.state import Teeth
-from solver.dynamics.kernels.teeth import tooth_at
-from solver.dynamics.stick_slip import Oscillator
-from solver.outcome import Ending, InvalidInput
+from nanoslip.solver.drive import Drive
+from nanoslip.solver.dynamics.integrate import integrate
+from nanoslip.solver.dynamics.integrators import RK4
+from nanoslip.solver.dynamics.kernels.state import Teeth
+from nanoslip.solver.dynamics.kernels.teeth import tooth_at
+from nanoslip.solver.dynamics.stick_slip import Oscillator
+from nanoslip.solver.outcome import Ending, InvalidInput
 from tests.solver.dynamics.drives import PROBLEMS, K, Problem, reference
 from tests.synthetic import constant_profile, profile_through
 

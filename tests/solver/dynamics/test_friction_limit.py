@@ -3,10 +3,10 @@
 import numpy as np
 import pytest
 
-from solver.case import Case
-from solver.drive import Drive
-from solver.dynamics.coefficients import measured
-from solver.dynamics.friction_limit import (
+from nanoslip.solver.case import Case
+from nanoslip.solver.drive import Drive
+from nanoslip.solver.dynamics.coefficients import measured
+from nanoslip.solver.dynamics.friction_limit import (
     COARSE,
     FrictionLimit,
     NoPlateauError,
@@ -16,12 +16,12 @@ from solver.dynamics.friction_limit import (
     sawtooth,
     taken_together,
 )
-from solver.dynamics.integrate import integrate
-from solver.elasticity.compliance import surface_compliance
-from solver.outcome import InvalidInput
-from solver.slab import Slab
-from solver.sliding.events import slide
-from solver.sliding.plateau import Teeth, plateau_of
+from nanoslip.solver.dynamics.integrate import integrate
+from nanoslip.solver.elasticity.compliance import surface_compliance
+from nanoslip.solver.outcome import InvalidInput
+from nanoslip.solver.slab import Slab
+from nanoslip.solver.sliding.events import slide
+from nanoslip.solver.sliding.plateau import Teeth, plateau_of
 from tests.synthetic import LOAD, noisy_record, profile_through, record_from
 
 RECORD = noisy_record()

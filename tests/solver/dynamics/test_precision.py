@@ -6,11 +6,11 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from solver.drive import Drive
-from solver.dynamics import integrators as precision
-from solver.dynamics.integrate import DynamicsResult, integrate
-from solver.dynamics.integrators import RK4
-from solver.outcome import Ending
+from nanoslip.solver.drive import Drive
+from nanoslip.solver.dynamics import integrators as precision
+from nanoslip.solver.dynamics.integrate import DynamicsResult, integrate
+from nanoslip.solver.dynamics.integrators import RK4
+from nanoslip.solver.outcome import Ending
 from tests.synthetic import constant_profile, profile_through
 
 FORCE, CONTACT = 3e-4, 1e3

@@ -6,10 +6,10 @@ from dataclasses import replace
 import pytest
 
 import nanoslip
-from solver.drive import Drive, Scales
-from solver.dynamics.integrators import LEAST_TRAVEL, STIFFEST, disproportion
-from study.manifest.reader import load_manifest
-from study.shipped import campaigns
+from nanoslip.solver.drive import Drive, Scales
+from nanoslip.solver.dynamics.integrators import LEAST_TRAVEL, STIFFEST, disproportion
+from nanoslip.study.manifest.reader import load_manifest
+from nanoslip.study.shipped import campaigns
 
 K, F = 0.4, 1.5e-4
 """Stiffness and friction force of the paper's contact."""

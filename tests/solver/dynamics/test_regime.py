@@ -7,11 +7,11 @@ from itertools import pairwise
 import numpy as np
 import pytest
 
-from solver.drive import Drive
-from solver.dynamics.integrate import DynamicsResult, integrate
-from solver.dynamics.regime import StickSlipCount, count_sticks
-from solver.dynamics.stick_slip import stick_slip
-from solver.outcome import Ending, Outcome
+from nanoslip.solver.drive import Drive
+from nanoslip.solver.dynamics.integrate import DynamicsResult, integrate
+from nanoslip.solver.dynamics.regime import StickSlipCount, count_sticks
+from nanoslip.solver.dynamics.stick_slip import stick_slip
+from nanoslip.solver.outcome import Ending, Outcome
 from tests.solver.dynamics.drives import PROBLEMS
 from tests.synthetic import constant_profile, profile_through
 

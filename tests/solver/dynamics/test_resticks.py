@@ -6,11 +6,11 @@ from typing import NamedTuple
 import numpy as np
 import pytest
 
-from solver.drive import Drive
-from solver.dynamics.friction_limit import sawtooth
-from solver.dynamics.integrate import DynamicsResult, integrate
-from solver.dynamics.regime import StickSlipCount, count_sticks
-from solver.sliding.plateau import plateau_of
+from nanoslip.solver.drive import Drive
+from nanoslip.solver.dynamics.friction_limit import sawtooth
+from nanoslip.solver.dynamics.integrate import DynamicsResult, integrate
+from nanoslip.solver.dynamics.regime import StickSlipCount, count_sticks
+from nanoslip.solver.sliding.plateau import plateau_of
 from tests.synthetic import STIFFNESS, noisy_record
 
 RECORD = noisy_record()

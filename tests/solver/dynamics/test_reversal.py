@@ -3,9 +3,9 @@
 import numpy as np
 import pytest
 
-from solver.dynamics.integrate import integrate
-from solver.dynamics.integrators import RK4
-from solver.outcome import Ending
+from nanoslip.solver.dynamics.integrate import integrate
+from nanoslip.solver.dynamics.integrators import RK4
+from nanoslip.solver.outcome import Ending
 from tests.solver.dynamics.drives import PROBLEMS, SMALL_TEETH, K
 
 METHODS = pytest.mark.parametrize(

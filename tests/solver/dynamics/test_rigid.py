@@ -6,11 +6,11 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from solver.drive import Drive
-from solver.dynamics.integrate import integrate
-from solver.dynamics.integrators import RK4
-from solver.dynamics.stick_slip import Oscillator
-from solver.outcome import Ending, InvalidInput
+from nanoslip.solver.drive import Drive
+from nanoslip.solver.dynamics.integrate import integrate
+from nanoslip.solver.dynamics.integrators import RK4
+from nanoslip.solver.dynamics.stick_slip import Oscillator
+from nanoslip.solver.outcome import Ending, InvalidInput
 from tests.solver.dynamics.drives import PROBLEMS, SMALL_TEETH, K, Problem
 from tests.synthetic import constant_profile, profile_through
 

@@ -7,10 +7,17 @@ import numpy as np
 import pytest
 from scipy.optimize import brentq
 
-from solver.drive import Drive
-from solver.dynamics import stick_slip as closed_form
-from solver.dynamics.integrate import integrate
-from solver.dynamics.stick_slip import MOST_SAMPLES, MOST_SLIPS, Oscillator, StickSlip, fit_stick_slip, stick_slip
+from nanoslip.solver.drive import Drive
+from nanoslip.solver.dynamics import stick_slip as closed_form
+from nanoslip.solver.dynamics.integrate import integrate
+from nanoslip.solver.dynamics.stick_slip import (
+    MOST_SAMPLES,
+    MOST_SLIPS,
+    Oscillator,
+    StickSlip,
+    fit_stick_slip,
+    stick_slip,
+)
 from tests.synthetic import constant_profile, profile_through
 
 DRIVE = Drive(1.0, 0.1, 0.2, duration=60.0)

@@ -6,10 +6,10 @@ from typing import Any
 import numpy as np
 import pytest
 
-from solver.elasticity.compliance import surface_compliance
-from solver.elasticity.grid_scheme import blank, solve_mixed, stiffness
-from solver.outcome import InvalidInput, SingularOperator
-from solver.slab import Slab, Support
+from nanoslip.solver.elasticity.compliance import surface_compliance
+from nanoslip.solver.elasticity.grid_scheme import blank, solve_mixed, stiffness
+from nanoslip.solver.outcome import InvalidInput, SingularOperator
+from nanoslip.solver.slab import Slab, Support
 
 SLAB = Slab(n_x=17, poisson=0.3)
 

@@ -5,9 +5,9 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from solver.elasticity.compliance import SurfaceCompliance, surface_compliance
-from solver.outcome import InvalidInput, SingularOperator
-from solver.slab import Slab, Support
+from nanoslip.solver.elasticity.compliance import SurfaceCompliance, surface_compliance
+from nanoslip.solver.outcome import InvalidInput, SingularOperator
+from nanoslip.solver.slab import Slab, Support
 
 N = 65
 

@@ -3,11 +3,11 @@
 import numpy as np
 import pytest
 
-from solver.case import Case, Effects
-from solver.elasticity.compliance import SurfaceCompliance, conditioning, explained, surface_compliance
-from solver.outcome import COMPLETED, Ending, Outcome
-from solver.slab import Slab
-from solver.sliding.events import slide
+from nanoslip.solver.case import Case, Effects
+from nanoslip.solver.elasticity.compliance import SurfaceCompliance, conditioning, explained, surface_compliance
+from nanoslip.solver.outcome import COMPLETED, Ending, Outcome
+from nanoslip.solver.slab import Slab
+from nanoslip.solver.sliding.events import slide
 from tests.physics import coupled_half_plane, half_plane
 
 SLAB = Slab(33, scheme="biquadratic")

@@ -6,9 +6,9 @@ from typing import Any
 import numpy as np
 import pytest
 
-from solver.elasticity.grid import FirstSpacing
-from solver.elasticity.stiffness import restrained
-from solver.slab import Slab
+from nanoslip.solver.elasticity.grid import FirstSpacing
+from nanoslip.solver.elasticity.stiffness import restrained
+from nanoslip.solver.slab import Slab
 from tests.synthetic import grid_of
 
 

@@ -5,11 +5,11 @@ from typing import get_args
 import numpy as np
 import pytest
 
-from solver.case import Case
-from solver.contact.initial import initial_contact
-from solver.elasticity.compliance import surface_compliance
-from solver.elasticity.interior import gradient, interior_fields
-from solver.slab import Slab, Support
+from nanoslip.solver.case import Case
+from nanoslip.solver.contact.initial import initial_contact
+from nanoslip.solver.elasticity.compliance import surface_compliance
+from nanoslip.solver.elasticity.interior import gradient, interior_fields
+from nanoslip.solver.slab import Slab, Support
 from tests.synthetic import grid_of
 
 CASE = Case(slab=Slab(n_x=65), radius=50.0)

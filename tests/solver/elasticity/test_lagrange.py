@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from solver.elasticity.grid import integral, lagrange, slope, value
+from nanoslip.solver.elasticity.grid import integral, lagrange, slope, value
 
 
 @pytest.mark.parametrize("points", [(0.0, 1.0, 3.0), (-1.0, 1.0, 3.0), (0.5, 1.0, 1.5), (0.0, 2.0)])

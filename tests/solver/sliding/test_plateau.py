@@ -5,9 +5,9 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from solver.dynamics.friction_limit import linear, sawtooth
-from solver.outcome import Ending
-from solver.sliding.plateau import FEWEST_EVENTS, RUN_IN, plateau_of, teeth
+from nanoslip.solver.dynamics.friction_limit import linear, sawtooth
+from nanoslip.solver.outcome import Ending
+from nanoslip.solver.sliding.plateau import FEWEST_EVENTS, RUN_IN, plateau_of, teeth
 from tests.synthetic import FRICTION, LOAD, SPACING, STIFFNESS, modulated_record, noisy_record, record_from
 
 PRESLIDING = FRICTION * LOAD / STIFFNESS

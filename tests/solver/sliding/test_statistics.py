@@ -8,15 +8,15 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from solver.drive import Drive
-from solver.dynamics.coefficients import friction_coefficients
-from solver.dynamics.friction_limit import sawtooth
-from solver.dynamics.integrate import DynamicsResult, integrate
-from solver.dynamics.integrators import RK4
-from solver.outcome import Ending
-from solver.sliding.plateau import Plateau, plateau_of
-from solver.sliding.record import FrictionRecord
-from solver.sliding.statistics import LONGEST_CYCLE, cycle_of, event_statistics
+from nanoslip.solver.drive import Drive
+from nanoslip.solver.dynamics.coefficients import friction_coefficients
+from nanoslip.solver.dynamics.friction_limit import sawtooth
+from nanoslip.solver.dynamics.integrate import DynamicsResult, integrate
+from nanoslip.solver.dynamics.integrators import RK4
+from nanoslip.solver.outcome import Ending
+from nanoslip.solver.sliding.plateau import Plateau, plateau_of
+from nanoslip.solver.sliding.record import FrictionRecord
+from nanoslip.solver.sliding.statistics import LONGEST_CYCLE, cycle_of, event_statistics
 from tests.synthetic import LOAD, SPACING, STIFFNESS, noisy_record, record_from
 
 TIME_UNIT = math.sqrt(0.5 / 1e8)  # s: the paper's pin of 0.5 kg, G = 10 GPa, L_y = 1 cm

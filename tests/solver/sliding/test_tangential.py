@@ -5,15 +5,15 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from solver.case import Case, Effects, Heterogeneity, SlipOrder, SlipRule
-from solver.contact.initial import initial_contact
-from solver.contact.node_friction import node_friction
-from solver.elasticity.compliance import SurfaceCompliance, surface_compliance
-from solver.outcome import Ending, InvalidInput
-from solver.slab import Slab
-from solver.sliding import columns, events, full_contact
-from solver.sliding.events import slide, slide_to_state
-from solver.sliding.kernels.events import Events
+from nanoslip.solver.case import Case, Effects, Heterogeneity, SlipOrder, SlipRule
+from nanoslip.solver.contact.initial import initial_contact
+from nanoslip.solver.contact.node_friction import node_friction
+from nanoslip.solver.elasticity.compliance import SurfaceCompliance, surface_compliance
+from nanoslip.solver.outcome import Ending, InvalidInput
+from nanoslip.solver.slab import Slab
+from nanoslip.solver.sliding import columns, events, full_contact
+from nanoslip.solver.sliding.events import slide, slide_to_state
+from nanoslip.solver.sliding.kernels.events import Events
 
 SLAB = Slab(n_x=65)
 N = SLAB.n_x

@@ -8,16 +8,16 @@ from itertools import product
 import numpy as np
 import pytest
 
-from solver.case import Case, Effects
-from solver.contact.initial import initial_contact
-from solver.contact.state import ContactState, contact_width
-from solver.elasticity.compliance import SurfaceCompliance, surface_compliance
-from solver.outcome import Ending, Outcome
-from solver.quantity import attributes, quantities
-from solver.slab import Slab
-from solver.sliding.events import slide_to_state
-from solver.sliding.record import FrictionRecord
-from solver.sliding.validity import (
+from nanoslip.solver.case import Case, Effects
+from nanoslip.solver.contact.initial import initial_contact
+from nanoslip.solver.contact.state import ContactState, contact_width
+from nanoslip.solver.elasticity.compliance import SurfaceCompliance, surface_compliance
+from nanoslip.solver.outcome import Ending, Outcome
+from nanoslip.solver.quantity import attributes, quantities
+from nanoslip.solver.slab import Slab
+from nanoslip.solver.sliding.events import slide_to_state
+from nanoslip.solver.sliding.record import FrictionRecord
+from nanoslip.solver.sliding.validity import (
     BEYOND_CONTACT,
     FEW_NODES,
     FLAGS,

@@ -8,17 +8,23 @@ import numpy as np
 import pytest
 import xarray as xr
 
-from solver import Case, Slab, friction_record, surface_compliance
-from solver.elasticity.schemes import Galerkin
-from study.accuracy.diagram import Diagram
-from study.accuracy.elastic_operator import OBSERVABLES, lateral_stiffness, nodal_forces, observables_on, reference_slab
-from study.accuracy.measurement import Measurement, as_dataset, measure
-from study.accuracy.setup import FULL, QUICK, default_setup, setup_of
-from study.discretization.front import alike, load_front
-from study.manifest.columns import ManifestError
-from study.manifest.drives import NamedDrive
-from study.manifest.reader import load_manifest
-from study.plan.plan import make_plan
+from nanoslip.solver import Case, Slab, friction_record, surface_compliance
+from nanoslip.solver.elasticity.schemes import Galerkin
+from nanoslip.study.accuracy.diagram import Diagram
+from nanoslip.study.accuracy.elastic_operator import (
+    OBSERVABLES,
+    lateral_stiffness,
+    nodal_forces,
+    observables_on,
+    reference_slab,
+)
+from nanoslip.study.accuracy.measurement import Measurement, as_dataset, measure
+from nanoslip.study.accuracy.setup import FULL, QUICK, default_setup, setup_of
+from nanoslip.study.discretization.front import alike, load_front
+from nanoslip.study.manifest.columns import ManifestError
+from nanoslip.study.manifest.drives import NamedDrive
+from nanoslip.study.manifest.reader import load_manifest
+from nanoslip.study.plan.plan import make_plan
 from tests.conftest import Main
 
 SMALL = replace(

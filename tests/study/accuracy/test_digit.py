@@ -8,9 +8,9 @@ import numpy as np
 import pytest
 import xarray as xr
 
-from solver import Case, Slab
-from study.accuracy.diagram import Diagram
-from study.accuracy.digit import (
+from nanoslip.solver import Case, Slab
+from nanoslip.study.accuracy.diagram import Diagram
+from nanoslip.study.accuracy.digit import (
     BY_LENGTH,
     BY_MEMBERS,
     LENGTH,
@@ -24,12 +24,12 @@ from study.accuracy.digit import (
     points_of,
     time_for_the_same_error,
 )
-from study.accuracy.measurement import measure_another_digit
-from study.accuracy.setup import FULL, QUICK, default_setup, digit_setups, first_of
-from study.accuracy.table import as_table
-from study.manifest.columns import ManifestError
-from study.manifest.drives import NamedDrive
-from study.manifest.reader import load_manifest
+from nanoslip.study.accuracy.measurement import measure_another_digit
+from nanoslip.study.accuracy.setup import FULL, QUICK, default_setup, digit_setups, first_of
+from nanoslip.study.accuracy.table import as_table
+from nanoslip.study.manifest.columns import ManifestError
+from nanoslip.study.manifest.drives import NamedDrive
+from nanoslip.study.manifest.reader import load_manifest
 from tests.conftest import Main
 
 ROOT = Path(__file__).parents[3]

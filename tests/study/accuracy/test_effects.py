@@ -5,12 +5,12 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from solver.effects import OF_CASES, OF_DRIVES
-from solver.ensemble import mean_of
-from study.accuracy.effects import Influence, influences, scenes_of
-from study.api import run
-from study.manifest.cases import expand
-from study.manifest.reader import load_manifest
+from nanoslip.solver.effects import OF_CASES, OF_DRIVES
+from nanoslip.solver.ensemble import mean_of
+from nanoslip.study.accuracy.effects import Influence, influences, scenes_of
+from nanoslip.study.api import run
+from nanoslip.study.manifest.cases import expand
+from nanoslip.study.manifest.reader import load_manifest
 from tests.conftest import Main
 
 SLIP = """\

@@ -11,13 +11,13 @@ from importlib import import_module
 import click
 import pytest
 
-from study import provenance
-from study.commands.cli import cli
+from nanoslip.study import provenance
+from nanoslip.study.commands.cli import cli
 from tests.conftest import ROOT
 
 COMMANDS = ROOT / "study" / "commands"
 WORKS = {
-    path.stem: f"study.commands.{path.parent.name}.{path.stem}"
+    path.stem: f"nanoslip.study.commands.{path.parent.name}.{path.stem}"
     for path in COMMANDS.glob("*/*.py")
     if path.with_name("declared.py").exists() and path.stem not in ("__init__", "declared")
 }
@@ -40,9 +40,10 @@ def test_the_version_is_that_of_the_code_that_computes(main, monkeypatch):
 @pytest.mark.parametrize("command", ["", *cli.commands])
 def test_help_is_instant_and_loads_nothing_heavy(environment, command):
     program = (
-        "import sys; from study.commands.cli import cli; "
+        "import sys; from nanoslip.study.commands.cli import cli; "
         f"cli.main([*{command.split()}, '--help'], standalone_mode=False); "
-        "heavy = ('numpy', 'xarray', 'numba', 'mpi4py', 'matplotlib', 'rich', 'solver', 'study.dataset'); "
+        "heavy = ('numpy', 'xarray', 'numba', 'mpi4py', 'matplotlib', 'rich', 'nanoslip.solver', "
+        "'nanoslip.study.dataset'); "
         f"print([name for name in (*heavy, *{list(WORKS.values())}) if name in sys.modules])"
     )
     start = time.perf_counter()
@@ -94,7 +95,7 @@ def test_campaigns_are_completed_by_file_or_name():
 def test_bash_completes_commands_and_options(environment, tmp_path):
     """As the README says, by what click writes for bash."""
     command = tmp_path / "nanoslip"
-    command.write_text(f'#!/bin/sh\nexec "{sys.executable}" -m study "$@"\n')
+    command.write_text(f'#!/bin/sh\nexec "{sys.executable}" -m nanoslip "$@"\n')
     command.chmod(0o755)
     script = (
         'eval "$(_NANOSLIP_COMPLETE=bash_source nanoslip)"\n'
@@ -110,7 +111,7 @@ def test_bash_completes_commands_and_options(environment, tmp_path):
 def test_threads_are_pinned_before_a_command_imports_numpy(environment):
     """The libraries of numpy read the number of threads once, when they are loaded."""
     program = (
-        "import os, sys; from study.commands.cli import cli; "
+        "import os, sys; from nanoslip.study.commands.cli import cli; "
         "sys.addaudithook(lambda event, words: event == 'import' and words[0] == 'numpy' "
         "and print(os.environ.get('OPENBLAS_NUM_THREADS'))); cli.main(['describe', 'poisson'], standalone_mode=False)"
     )
@@ -148,7 +149,7 @@ def test_a_campaign_whose_name_is_no_text_can_be_planned(nanoslip, campaign):
 
 INTERRUPTED = """
 import sys
-from study.commands import cli
+from nanoslip.study.commands import cli
 
 @cli.cli.command()
 def wait():

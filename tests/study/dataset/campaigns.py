@@ -2,9 +2,9 @@
 
 from collections.abc import Callable
 
-from study.plan.plan import Plan
-from study.plan.tasks import run_task
-from study.results.store import Store
+from nanoslip.study.plan.plan import Plan
+from nanoslip.study.plan.tasks import run_task
+from nanoslip.study.results.store import Store
 from tests.conftest import SMALL
 
 Build = Callable[[str], tuple[Plan, Store]]

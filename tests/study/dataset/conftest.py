@@ -8,11 +8,11 @@ import netCDF4
 import pytest
 import xarray as xr
 
-from study.dataset import file
-from study.dataset.collection.collect import collect
-from study.manifest.reader import load_manifest
-from study.plan.plan import Plan, make_plan
-from study.results.store import Store
+from nanoslip.study.dataset import file
+from nanoslip.study.dataset.collection.collect import collect
+from nanoslip.study.manifest.reader import load_manifest
+from nanoslip.study.plan.plan import Plan, make_plan
+from nanoslip.study.results.store import Store
 from tests.conftest import SMALL
 from tests.study.dataset.campaigns import TABLE, Build, compute
 from tests.study.dataset.verifying import Change, computed

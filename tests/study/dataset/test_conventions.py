@@ -8,9 +8,9 @@ import netCDF4
 import pytest
 import xarray as xr
 
-from study.api import run
-from study.dataset import file
-from study.dataset.groups import carrying, groups_of
+from nanoslip.study.api import run
+from nanoslip.study.dataset import file
+from nanoslip.study.dataset.groups import carrying, groups_of
 from tests.study.dataset.access.conftest import FULL
 
 

@@ -7,10 +7,10 @@ import numpy as np
 import pytest
 import xarray as xr
 
-from study.dataset import file
-from study.dataset.groups import carrying, groups_of
-from study.dataset.netcdf import SMALLEST_COMPRESSED
-from study.results.store import StoreError
+from nanoslip.study.dataset import file
+from nanoslip.study.dataset.groups import carrying, groups_of
+from nanoslip.study.dataset.netcdf import SMALLEST_COMPRESSED
+from nanoslip.study.results.store import StoreError
 from tests.study.results.results import NO_FILES
 
 

@@ -7,8 +7,8 @@ import numpy as np
 import pytest
 import xarray as xr
 
-from study.dataset import file
-from study.dataset.groups import LostGroupsError, carrying, flattened, groups_of, loaded, opened, tree_of
+from nanoslip.study.dataset import file
+from nanoslip.study.dataset.groups import LostGroupsError, carrying, flattened, groups_of, loaded, opened, tree_of
 
 
 def made() -> xr.Dataset:

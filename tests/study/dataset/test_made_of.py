@@ -5,14 +5,14 @@ from pathlib import Path
 
 import pytest
 
-from study.dataset import file
-from study.dataset.collection.collect import collect
-from study.dataset.made_of import NOTE, is_made_of, made_of, note
-from study.origin import here
-from study.plan.plan import Plan, make_plan
-from study.results import attempts
-from study.results.attempts import Attempt
-from study.results.store import FOLDER, Store
+from nanoslip.study.dataset import file
+from nanoslip.study.dataset.collection.collect import collect
+from nanoslip.study.dataset.made_of import NOTE, is_made_of, made_of, note
+from nanoslip.study.origin import here
+from nanoslip.study.plan.plan import Plan, make_plan
+from nanoslip.study.results import attempts
+from nanoslip.study.results.attempts import Attempt
+from nanoslip.study.results.store import FOLDER, Store
 from tests.study.results.results import NO_FILES
 
 

@@ -7,10 +7,10 @@ import numpy as np
 import pytest
 import xarray as xr
 
-from study import api
-from study.dataset import file
-from study.dataset.access.placement import NotJoinableError
-from study.dataset.groups import groups_of
+from nanoslip.study import api
+from nanoslip.study.dataset import file
+from nanoslip.study.dataset.access.placement import NotJoinableError
+from nanoslip.study.dataset.groups import groups_of
 from tests.conftest import Main, compute
 
 DATA = Path(__file__).parent / "data"

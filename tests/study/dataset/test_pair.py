@@ -8,8 +8,8 @@ import netCDF4
 import numpy as np
 import pytest
 
-from study.dataset.comparison import Verdict
-from study.plan.tasks import Task, TaskResult, run_task
+from nanoslip.study.dataset.comparison import Verdict
+from nanoslip.study.plan.tasks import Task, TaskResult, run_task
 from tests.study.dataset.verifying import DRIVEN, STEADY, Run, computed, once, verdicts, verified
 
 CHANGES: dict[str, tuple[str, Any, float, list[int]]] = {

@@ -2,8 +2,8 @@
 
 import numpy as np
 
-from study.dataset.groups import flattened
-from study.dataset.variables import all_groups, scalars
+from nanoslip.study.dataset.groups import flattened
+from nanoslip.study.dataset.variables import all_groups, scalars
 from tests.study.dataset.campaigns import CASE_DIMS
 
 

@@ -6,18 +6,18 @@ from pathlib import Path
 
 import netCDF4
 
-from solver.outcome import Ending
-from study.dataset import file, verification
-from study.dataset.collection.collect import collect
-from study.dataset.comparison import Verdict
-from study.dataset.pair import Finding
-from study.manifest.reader import load_manifest
-from study.origin import here
-from study.plan.plan import make_plan
-from study.plan.tasks import Task, TaskResult, in_stages, run_task
-from study.results import attempts
-from study.results.attempts import Attempt
-from study.results.store import Store
+from nanoslip.solver.outcome import Ending
+from nanoslip.study.dataset import file, verification
+from nanoslip.study.dataset.collection.collect import collect
+from nanoslip.study.dataset.comparison import Verdict
+from nanoslip.study.dataset.pair import Finding
+from nanoslip.study.manifest.reader import load_manifest
+from nanoslip.study.origin import here
+from nanoslip.study.plan.plan import make_plan
+from nanoslip.study.plan.tasks import Task, TaskResult, in_stages, run_task
+from nanoslip.study.results import attempts
+from nanoslip.study.results.attempts import Attempt
+from nanoslip.study.results.store import Store
 from tests.conftest import SMALL
 
 Change = Callable[[netCDF4.Dataset], None]

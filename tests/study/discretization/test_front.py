@@ -7,9 +7,9 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from solver.case import Case, Heterogeneity
-from solver.slab import Slab
-from study.discretization.front import (
+from nanoslip.solver.case import Case, Heterogeneity
+from nanoslip.solver.slab import Slab
+from nanoslip.study.discretization.front import (
     Front,
     Measured,
     alike,
@@ -19,7 +19,7 @@ from study.discretization.front import (
     load_front,
     pareto_front,
 )
-from study.manifest.columns import ManifestError
+from nanoslip.study.manifest.columns import ManifestError
 
 
 def contact(half_width: float, slab: Slab | None = None, **others: object) -> Case:

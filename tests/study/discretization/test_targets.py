@@ -4,14 +4,14 @@ from pathlib import Path
 
 import pytest
 
-from solver.case import Case
-from solver.slab import Slab
-from study.discretization.front import Front, Measured, as_text
-from study.discretization.targets import UnreachableError, cheapest
-from study.manifest import parameters
-from study.manifest.columns import ManifestError
-from study.manifest.reader import load_manifest
-from study.plan.plan import make_plan
+from nanoslip.solver.case import Case
+from nanoslip.solver.slab import Slab
+from nanoslip.study.discretization.front import Front, Measured, as_text
+from nanoslip.study.discretization.targets import UnreachableError, cheapest
+from nanoslip.study.manifest import parameters
+from nanoslip.study.manifest.columns import ManifestError
+from nanoslip.study.manifest.reader import load_manifest
+from nanoslip.study.plan.plan import make_plan
 from tests.conftest import Main
 
 WIDE, NARROW = Case(radius=200.0), Case(radius=20.0)  # half-widths 0.29 and 0.09

@@ -3,7 +3,7 @@
 from collections.abc import Collection, Sequence
 from dataclasses import dataclass
 
-from solver.outcome import COMPLETED, Outcome
+from nanoslip.solver.outcome import COMPLETED, Outcome
 
 LIMIT = 4.0
 """Seconds that a task may take that never ends."""

@@ -5,12 +5,12 @@ from pathlib import Path
 
 import pytest
 
-from study import machine, origin
-from study.execution import executor as executor_module
-from study.execution.executor import executor
-from study.plan.tasks import compliance_task, contact_task
-from study.results import entry as own
-from study.results.store import Store
+from nanoslip.study import machine, origin
+from nanoslip.study.execution import executor as executor_module
+from nanoslip.study.execution.executor import executor
+from nanoslip.study.plan.tasks import compliance_task, contact_task
+from nanoslip.study.results import entry as own
+from nanoslip.study.results.store import Store
 from tests.study.plan.running import CASE
 
 SLAB = compliance_task(CASE.slab)

@@ -10,14 +10,14 @@ import numpy as np
 import pytest
 
 import nanoslip
-from solver.outcome import COMPLETED, Ending, Outcome
-from study.execution import executor
-from study.execution import journal as journal_module
-from study.execution.journal import Journal, measured_in
-from study.execution.ledger import Tally
-from study.origin import here
-from study.results import attempts as runs
-from study.results.attempts import Run
+from nanoslip.solver.outcome import COMPLETED, Ending, Outcome
+from nanoslip.study.execution import executor
+from nanoslip.study.execution import journal as journal_module
+from nanoslip.study.execution.journal import Journal, measured_in
+from nanoslip.study.execution.ledger import Tally
+from nanoslip.study.origin import here
+from nanoslip.study.results import attempts as runs
+from nanoslip.study.results.attempts import Run
 from tests.conftest import Main
 from tests.study.execution.defects import crashing
 

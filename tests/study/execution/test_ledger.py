@@ -5,8 +5,8 @@ import time
 
 import pytest
 
-from solver.outcome import COMPLETED, LONGEST_MESSAGE, Ending, Outcome
-from study.execution.ledger import LONGEST_TRACE, CannotGoOnError, Done, Ledger, Tally, attempt
+from nanoslip.solver.outcome import COMPLETED, LONGEST_MESSAGE, Ending, Outcome
+from nanoslip.study.execution.ledger import LONGEST_TRACE, CannotGoOnError, Done, Ledger, Tally, attempt
 from tests.study.execution.made_up import DIAMOND, Diary, Work
 
 

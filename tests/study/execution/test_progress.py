@@ -6,9 +6,9 @@ from dataclasses import replace
 
 import rich.console
 
-from solver.outcome import COMPLETED
-from study.execution.progress import PlainProgress, TerminalProgress
-from study.plan.tasks import Task, compliance_task, record_task
+from nanoslip.solver.outcome import COMPLETED
+from nanoslip.study.execution.progress import PlainProgress, TerminalProgress
+from nanoslip.study.plan.tasks import Task, compliance_task, record_task
 from tests.study.plan.running import CASE
 
 TASKS = [

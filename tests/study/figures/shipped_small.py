@@ -8,7 +8,7 @@ from typing import Any
 import xarray as xr
 
 import nanoslip
-from study import shipped
+from nanoslip.study import shipped
 
 SMALLER: Mapping[str, Mapping[str, Mapping[str, Any]]] = {
     "figures/punch": {"axes": {"n_x": [129, 257]}},

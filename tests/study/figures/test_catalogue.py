@@ -3,9 +3,9 @@
 import numpy as np
 import pytest
 
-from study import shipped
-from study.figures.catalogue import FIGURES
-from study.figures.shared.canvas import COLUMN, PAGE
+from nanoslip.study import shipped
+from nanoslip.study.figures.catalogue import FIGURES
+from nanoslip.study.figures.shared.canvas import COLUMN, PAGE
 from tests.study.figures.shipped_small import SMALLER, small
 
 

@@ -4,10 +4,10 @@ from pathlib import Path
 
 import pytest
 
-from study import shipped
-from study.figures.catalogue import FIGURES
-from study.figures.gallery import INDEX, campaigns_of, place, write, write_indexes
-from study.results.store import StoreError
+from nanoslip.study import shipped
+from nanoslip.study.figures.catalogue import FIGURES
+from nanoslip.study.figures.gallery import INDEX, campaigns_of, place, write, write_indexes
+from nanoslip.study.results.store import StoreError
 from tests.study.figures.shipped_small import small
 
 

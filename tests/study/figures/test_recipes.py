@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from PIL import Image
 
-from study.figures.recipes import FOLDER, RECIPES, executed, gallery, page, recipe
+from nanoslip.study.figures.recipes import FOLDER, RECIPES, executed, gallery, page, recipe
 
 MOST_LINES = 15
 
@@ -39,7 +39,7 @@ def test_a_script_is_short_and_asks_a_question(name: str) -> None:
 
 def test_a_script_that_fails_says_why(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     (tmp_path / "wrong.py").write_text('import warnings\nwarnings.warn("this is old", stacklevel=1)\n')
-    monkeypatch.setattr("study.figures.recipes.FOLDER", tmp_path)
+    monkeypatch.setattr("nanoslip.study.figures.recipes.FOLDER", tmp_path)
     with pytest.raises(RuntimeError, match=r"recipe wrong: (.|\n)*this is old"):
         executed("wrong", tmp_path)
 

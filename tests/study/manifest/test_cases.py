@@ -8,16 +8,16 @@ from typing import Any
 
 import pytest
 
-from solver.case import Case, SlipRule
-from solver.elasticity.schemes import Galerkin
-from solver.outcome import Ending, InvalidInput
-from solver.slab import Slab
-from study.canonical import content_hash
-from study.manifest.cases import expand
-from study.manifest.columns import ManifestError
-from study.manifest.manifest import Manifest
-from study.manifest.parameters import LIMITS, TABLES, make_case, words, words_of
-from study.manifest.reader import load_manifest
+from nanoslip.solver.case import Case, SlipRule
+from nanoslip.solver.elasticity.schemes import Galerkin
+from nanoslip.solver.outcome import Ending, InvalidInput
+from nanoslip.solver.slab import Slab
+from nanoslip.study.canonical import content_hash
+from nanoslip.study.manifest.cases import expand
+from nanoslip.study.manifest.columns import ManifestError
+from nanoslip.study.manifest.manifest import Manifest
+from nanoslip.study.manifest.parameters import LIMITS, TABLES, make_case, words, words_of
+from nanoslip.study.manifest.reader import load_manifest
 
 RECORDED = [
     "0d87c6b70f5a",

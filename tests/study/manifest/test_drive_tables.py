@@ -6,12 +6,12 @@ from pathlib import Path
 
 import pytest
 
-from solver.drive import Drive, Scales
-from solver.outcome import Ending, InvalidInput
-from study.manifest.columns import ManifestError
-from study.manifest.drives import NamedDrive, drive_parameters
-from study.manifest.manifest import Manifest
-from study.manifest.reader import load_manifest
+from nanoslip.solver.drive import Drive, Scales
+from nanoslip.solver.outcome import Ending, InvalidInput
+from nanoslip.study.manifest.columns import ManifestError
+from nanoslip.study.manifest.drives import NamedDrive, drive_parameters
+from nanoslip.study.manifest.manifest import Manifest
+from nanoslip.study.manifest.reader import load_manifest
 
 TABLE = '[[drives]]\nname = "a"\n'
 AXES = "[drive_axes]\nspring_stiffness = [1e5, 200_000]\nstage_velocity = [1e-3, 2e-3, 3e-3]\n"

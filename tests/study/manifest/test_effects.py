@@ -6,27 +6,27 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from solver.case import Case, Effects, Heterogeneity, SlipRule
-from solver.contact import initial
-from solver.contact.initial import initial_contact
-from solver.drive import Drive, Scales
-from solver.elasticity import grid_scheme
-from solver.elasticity.compliance import surface_compliance
-from solver.elasticity.grid_scheme import stiffness
-from solver.outcome import Ending
-from solver.slab import Slab
-from solver.sliding.events import slide_to_state
-from study.dataset.collection.collect import collect
-from study.dataset.groups import groups_of
-from study.manifest.columns import ManifestError
-from study.manifest.drives import NamedDrive
-from study.manifest.effects import effects
-from study.manifest.reader import load_manifest
-from study.plan.kinds import compliance as compliance_kind
-from study.plan.kinds import drive as drive_kind
-from study.plan.kinds import record as record_kind
-from study.plan.plan import Plan, make_plan
-from study.plan.tasks import (
+from nanoslip.solver.case import Case, Effects, Heterogeneity, SlipRule
+from nanoslip.solver.contact import initial
+from nanoslip.solver.contact.initial import initial_contact
+from nanoslip.solver.drive import Drive, Scales
+from nanoslip.solver.elasticity import grid_scheme
+from nanoslip.solver.elasticity.compliance import surface_compliance
+from nanoslip.solver.elasticity.grid_scheme import stiffness
+from nanoslip.solver.outcome import Ending
+from nanoslip.solver.slab import Slab
+from nanoslip.solver.sliding.events import slide_to_state
+from nanoslip.study.dataset.collection.collect import collect
+from nanoslip.study.dataset.groups import groups_of
+from nanoslip.study.manifest.columns import ManifestError
+from nanoslip.study.manifest.drives import NamedDrive
+from nanoslip.study.manifest.effects import effects
+from nanoslip.study.manifest.reader import load_manifest
+from nanoslip.study.plan.kinds import compliance as compliance_kind
+from nanoslip.study.plan.kinds import drive as drive_kind
+from nanoslip.study.plan.kinds import record as record_kind
+from nanoslip.study.plan.plan import Plan, make_plan
+from nanoslip.study.plan.tasks import (
     TaskResult,
     compliance_task,
     contact_task,
@@ -37,7 +37,7 @@ from study.plan.tasks import (
     run_task,
     states_task,
 )
-from study.results.store import Store
+from nanoslip.study.results.store import Store
 from tests.study.dataset.campaigns import compute
 
 ALONE = "ensemble.members = 1\n"

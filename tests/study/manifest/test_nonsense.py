@@ -11,18 +11,18 @@ from typing import Any
 
 import pytest
 
-from solver.drive import Scales
-from study.dataset import file
-from study.dataset.collection.collect import collect
-from study.dataset.variables import factors
-from study.discretization.front import SHIPPED, load_front
-from study.manifest.columns import ManifestError
-from study.manifest.drives import drive_parameters
-from study.manifest.manifest import EnsembleTable, Outputs
-from study.manifest.parameters import TABLES, words_of
-from study.manifest.reader import load_manifest
-from study.plan.plan import make_plan
-from study.results.store import Store
+from nanoslip.solver.drive import Scales
+from nanoslip.study.dataset import file
+from nanoslip.study.dataset.collection.collect import collect
+from nanoslip.study.dataset.variables import factors
+from nanoslip.study.discretization.front import SHIPPED, load_front
+from nanoslip.study.manifest.columns import ManifestError
+from nanoslip.study.manifest.drives import drive_parameters
+from nanoslip.study.manifest.manifest import EnsembleTable, Outputs
+from nanoslip.study.manifest.parameters import TABLES, words_of
+from nanoslip.study.manifest.reader import load_manifest
+from nanoslip.study.plan.plan import make_plan
+from nanoslip.study.results.store import Store
 
 NONSENSE = {
     "2^53": str(2**53),
@@ -170,7 +170,7 @@ def test_a_value_that_is_just_small_enough_survives_to_the_dataset(tmp_path: Pat
 
 def fronts() -> Iterator[tuple[str, str | bytes]]:
     """A front with one thing wrong each."""
-    whole = json.loads((resources.files("study.discretization") / SHIPPED).read_text("utf-8"))
+    whole = json.loads((resources.files("nanoslip.study.discretization") / SHIPPED).read_text("utf-8"))
     whole["rows"] = whole["rows"][:2]
     nonsense: list[Any] = [
         None,

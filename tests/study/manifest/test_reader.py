@@ -6,15 +6,15 @@ from pathlib import Path
 
 import pytest
 
-from solver.drive import Scales
-from solver.ensemble import ALONE, Ensemble
-from study.manifest.cases import expand
-from study.manifest.columns import MOST_LINES, ManifestError
-from study.manifest.drives import NamedDrive, drive_parameters
-from study.manifest.manifest import Manifest, Outputs, field_names
-from study.manifest.parameters import TABLES, words_of
-from study.manifest.reader import SECONDS, load_manifest, parse_manifest
-from study.plan.plan import make_plan
+from nanoslip.solver.drive import Scales
+from nanoslip.solver.ensemble import ALONE, Ensemble
+from nanoslip.study.manifest.cases import expand
+from nanoslip.study.manifest.columns import MOST_LINES, ManifestError
+from nanoslip.study.manifest.drives import NamedDrive, drive_parameters
+from nanoslip.study.manifest.manifest import Manifest, Outputs, field_names
+from nanoslip.study.manifest.parameters import TABLES, words_of
+from nanoslip.study.manifest.reader import SECONDS, load_manifest, parse_manifest
+from nanoslip.study.plan.plan import make_plan
 
 CAMPAIGNS = Path(__file__).parents[3] / "campaigns"
 

@@ -1,10 +1,10 @@
 """A tiny case and its drive, and running their tasks."""
 
-from solver.case import Case
-from solver.drive import Drive, Scales
-from solver.slab import Slab
-from study.manifest.drives import NamedDrive
-from study.plan.tasks import (
+from nanoslip.solver.case import Case
+from nanoslip.solver.drive import Drive, Scales
+from nanoslip.solver.slab import Slab
+from nanoslip.study.manifest.drives import NamedDrive
+from nanoslip.study.plan.tasks import (
     Task,
     TaskResult,
     compliance_task,

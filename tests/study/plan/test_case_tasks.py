@@ -2,9 +2,9 @@
 
 from collections.abc import Iterator
 
-from solver.outcome import COMPLETED
-from study.manifest.cases import CampaignCase, Labels
-from study.plan.case_tasks import TasksOfCases
+from nanoslip.solver.outcome import COMPLETED
+from nanoslip.study.manifest.cases import CampaignCase, Labels
+from nanoslip.study.plan.case_tasks import TasksOfCases
 
 KEYS: list[dict[tuple[str, str], str]] = [
     {("compliance", ""): "c", ("record", ""): "r0"},

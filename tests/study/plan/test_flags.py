@@ -10,22 +10,22 @@ import numpy as np
 import pytest
 import xarray as xr
 
-from solver.case import Case, SlipRule
-from solver.elasticity.compliance import surface_compliance
-from solver.slab import Slab
-from solver.sliding.events import slide
-from solver.sliding.validity import FEW_NODES, FLAGS, NEAR_ENDS, WHOLE_SLAB, advice_on, flags_in
-from study.dataset import file
-from study.dataset.collection.collect import collect
-from study.manifest.reader import load_manifest
-from study.plan.cost.counts import expected_displacement
-from study.plan.flags import expected_lines, flag_lines
-from study.plan.outlook import outlook_of
-from study.plan.plan import Plan, make_plan
-from study.plan.tasks import run_task
-from study.report import page as report_page
-from study.report.summary import flag_summary, scalar_table
-from study.results.store import Store
+from nanoslip.solver.case import Case, SlipRule
+from nanoslip.solver.elasticity.compliance import surface_compliance
+from nanoslip.solver.slab import Slab
+from nanoslip.solver.sliding.events import slide
+from nanoslip.solver.sliding.validity import FEW_NODES, FLAGS, NEAR_ENDS, WHOLE_SLAB, advice_on, flags_in
+from nanoslip.study.dataset import file
+from nanoslip.study.dataset.collection.collect import collect
+from nanoslip.study.manifest.reader import load_manifest
+from nanoslip.study.plan.cost.counts import expected_displacement
+from nanoslip.study.plan.flags import expected_lines, flag_lines
+from nanoslip.study.plan.outlook import outlook_of
+from nanoslip.study.plan.plan import Plan, make_plan
+from nanoslip.study.plan.tasks import run_task
+from nanoslip.study.report import page as report_page
+from nanoslip.study.report.summary import flag_summary, scalar_table
+from nanoslip.study.results.store import Store
 from tests.conftest import ROOT
 
 MAP = """\

@@ -1,4 +1,4 @@
-"""A key hashes all of a case but what a line in study.plan.keys excludes: whatever is added to a case is told apart."""
+"""A key hashes all of a case but what a line in nanoslip.study.plan.keys excludes: whatever is added to a case is told apart."""
 
 import math
 from collections.abc import Iterator
@@ -7,19 +7,19 @@ from typing import Any, get_args
 
 import pytest
 
-from solver import case as case_module
-from solver import drive as drive_module
-from solver import slab as slab_module
-from solver.case import Case, Effects, Heterogeneity, SlipRule
-from solver.drive import INTEGRATORS, Drive, Integrator, Scales
-from solver.dynamics.integrators import RK4
-from solver.elasticity import grid as grid_module
-from solver.elasticity.schemes import Galerkin
-from solver.outcome import InvalidInput
-from solver.slab import SCHEMES, Scheme, Slab
-from study.manifest.drives import NamedDrive
-from study.plan.keys import OF_CONTACT, OF_RECORD, Exclusion, deciding, flattened, without_effect
-from study.plan.tasks import (
+from nanoslip.solver import case as case_module
+from nanoslip.solver import drive as drive_module
+from nanoslip.solver import slab as slab_module
+from nanoslip.solver.case import Case, Effects, Heterogeneity, SlipRule
+from nanoslip.solver.drive import INTEGRATORS, Drive, Integrator, Scales
+from nanoslip.solver.dynamics.integrators import RK4
+from nanoslip.solver.elasticity import grid as grid_module
+from nanoslip.solver.elasticity.schemes import Galerkin
+from nanoslip.solver.outcome import InvalidInput
+from nanoslip.solver.slab import SCHEMES, Scheme, Slab
+from nanoslip.study.manifest.drives import NamedDrive
+from nanoslip.study.plan.keys import OF_CONTACT, OF_RECORD, Exclusion, deciding, flattened, without_effect
+from nanoslip.study.plan.tasks import (
     compliance_task,
     contact_task,
     drive_task,

@@ -6,18 +6,18 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from solver.elasticity.compliance import surface_compliance
-from solver.outcome import Ending, Outcome
-from solver.slab import Slab
-from study.commands import cli
-from study.execution.launch import processes_here
-from study.execution.ledger import ATTEMPTS, Ledger, attempt
-from study.manifest.reader import load_manifest
-from study.plan import memory
-from study.plan.kinds import compliance as compliance_kind
-from study.plan.plan import Plan, make_plan
-from study.plan.tasks import compliance_task, run_task
-from study.results.store import Store
+from nanoslip.solver.elasticity.compliance import surface_compliance
+from nanoslip.solver.outcome import Ending, Outcome
+from nanoslip.solver.slab import Slab
+from nanoslip.study.commands import cli
+from nanoslip.study.execution.launch import processes_here
+from nanoslip.study.execution.ledger import ATTEMPTS, Ledger, attempt
+from nanoslip.study.manifest.reader import load_manifest
+from nanoslip.study.plan import memory
+from nanoslip.study.plan.kinds import compliance as compliance_kind
+from nanoslip.study.plan.plan import Plan, make_plan
+from nanoslip.study.plan.tasks import compliance_task, run_task
+from nanoslip.study.results.store import Store
 
 MB = 1e6
 

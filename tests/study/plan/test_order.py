@@ -3,10 +3,10 @@
 import random
 from dataclasses import replace
 
-from solver.slab import Slab
-from study.plan.order import longest_chain_first
-from study.plan.task import Task
-from study.plan.tasks import KINDS
+from nanoslip.solver.slab import Slab
+from nanoslip.study.plan.order import longest_chain_first
+from nanoslip.study.plan.task import Task
+from nanoslip.study.plan.tasks import KINDS
 
 STAGES = ("compliance", "record", "drive")
 

@@ -5,9 +5,9 @@ from pathlib import Path
 
 import pytest
 
-from study.manifest.reader import parse_manifest
-from study.plan.outlook import outlook_of
-from study.plan.plan import make_plan
+from nanoslip.study.manifest.reader import parse_manifest
+from nanoslip.study.plan.outlook import outlook_of
+from nanoslip.study.plan.plan import make_plan
 
 
 @pytest.mark.parametrize("scheme", ["galerkin", "biquadratic", "half_plane"])

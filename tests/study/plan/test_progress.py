@@ -2,10 +2,10 @@
 
 from pathlib import Path
 
-from solver.outcome import COMPLETED, Ending, Outcome
-from study.manifest.reader import parse_manifest
-from study.plan.plan import Plan, make_plan
-from study.plan.progress import PENDING, drive_outcome, ended
+from nanoslip.solver.outcome import COMPLETED, Ending, Outcome
+from nanoslip.study.manifest.reader import parse_manifest
+from nanoslip.study.plan.plan import Plan, make_plan
+from nanoslip.study.plan.progress import PENDING, drive_outcome, ended
 from tests.conftest import SMALL
 
 LIMIT = Outcome(Ending.CASCADE_LIMIT, "one event needed too many slips")

@@ -9,7 +9,7 @@ from pathlib import Path
 import pytest
 
 import nanoslip
-from study.report import page
+from nanoslip.study.report import page
 from tests.study.report.chromium import FOUND, Chromium
 
 pytestmark = [

@@ -2,8 +2,8 @@
 
 import xarray as xr
 
-from study.dataset.access.single import one_case
-from study.report.summary import case_table, ending_lines
+from nanoslip.study.dataset.access.single import one_case
+from nanoslip.study.report.summary import case_table, ending_lines
 from tests.study.report.test_page import made_up
 
 

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from rich.cells import cell_len
 
-from study.report.console import (
+from nanoslip.study.report.console import (
     LEAST_ROOM,
     LONGEST_WORD,
     WIDE,

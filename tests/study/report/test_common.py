@@ -1,7 +1,7 @@
 """What differs between rows stays in the table, what does not is said once; nothing is lost."""
 
-from study.report.console import Table
-from study.report.summary import plain, said_once
+from nanoslip.study.report.console import Table
+from nanoslip.study.report.summary import plain, said_once
 
 HEADER = ("k (N/m)", "regime", "plateau F/W", "μ_s", "μ_k", "outcome")
 

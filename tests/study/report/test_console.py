@@ -6,8 +6,8 @@ import pytest
 import rich.console
 from rich.cells import cell_len
 
-from study.report import console
-from study.report.console import print_entries, print_error, say, whole
+from nanoslip.study.report import console
+from nanoslip.study.report.console import print_entries, print_error, say, whole
 
 PROSE = "The drives of four cases did not slip, as the spring that pulls them is too soft for the time they have. " * 2
 TYPED = "nanoslip run campaigns/a question of mine.toml --recompute-foreign"

@@ -5,8 +5,8 @@ import pytest
 import xarray as xr
 
 import nanoslip
-from study.dataset.access.single import one_case
-from study.report.curves import curves
+from nanoslip.study.dataset.access.single import one_case
+from nanoslip.study.report.curves import curves
 from tests.study.report.test_page import made_up
 
 CONTACT = {"title": "One contact", "stages": ["contact"], "numerics": {"n_x": 17}}

@@ -8,8 +8,8 @@ import numpy as np
 import pandas as pd
 import pytest
 
-from study.dataset.access.tidy import Column
-from study.report.page import as_csv, as_json
+from nanoslip.study.dataset.access.tidy import Column
+from nanoslip.study.report.page import as_csv, as_json
 
 NAN, INF = float("nan"), float("inf")
 COLUMNS = [

@@ -2,9 +2,9 @@
 
 from dataclasses import replace
 
-from study.report.page import MOST_RUNS, cost, run_table
-from study.results.attempts import RUNS_FILE as FILE
-from study.results.attempts import Run
+from nanoslip.study.report.page import MOST_RUNS, cost, run_table
+from nanoslip.study.results.attempts import RUNS_FILE as FILE
+from nanoslip.study.results.attempts import Run
 
 ONE = Run(
     run="a",

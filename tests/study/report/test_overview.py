@@ -3,7 +3,7 @@
 import numpy as np
 import xarray as xr
 
-from study.report import page as overview
+from nanoslip.study.report import page as overview
 
 
 def ended(

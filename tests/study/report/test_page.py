@@ -8,15 +8,15 @@ import numpy as np
 import pytest
 import xarray as xr
 
-from study.dataset.groups import carrying, groups_of
-from study.figures.views.catalogue import SORTS
-from study.report import page as report_page
-from study.report import summary
-from study.results.store import StoreError
+from nanoslip.study.dataset.groups import carrying, groups_of
+from nanoslip.study.figures.views.catalogue import SORTS
+from nanoslip.study.report import page as report_page
+from nanoslip.study.report import summary
+from nanoslip.study.results.store import StoreError
 
 
 def made_up(design: str = "product", outcome: str = "completed", drives: int = 1) -> xr.Dataset:
-    """Two cases with two events each, as `study.dataset.collection.collect` lays them out."""
+    """Two cases with two events each, as `nanoslip.study.dataset.collection.collect` lays them out."""
     dims = ("case",) if design == "case" else ("intrinsic_friction", "n_x")
     shape = (2,) if design == "case" else (2, 1)
 

@@ -4,9 +4,9 @@ import base64
 import re
 from xml.etree import ElementTree
 
-from study.figures.shared.canvas import COLORS, column, image
-from study.figures.views.view import View
-from study.report.page import DARK, picture, themed
+from nanoslip.study.figures.shared.canvas import COLORS, column, image
+from nanoslip.study.figures.views.view import View
+from nanoslip.study.report.page import DARK, picture, themed
 
 
 def drawn() -> object:

@@ -5,9 +5,9 @@ from pathlib import Path
 import numpy as np
 import xarray as xr
 
-from study import api
-from study.report.console import table_lines
-from study.report.summary import (
+from nanoslip.study import api
+from nanoslip.study.report.console import table_lines
+from nanoslip.study.report.summary import (
     FEW,
     drive_summary,
     failure_summary,

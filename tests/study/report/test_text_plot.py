@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from study.report.curves import HEIGHT, WIDTH, text_plot
+from nanoslip.study.report.curves import HEIGHT, WIDTH, text_plot
 
 BLANK = "\u2800"
 LABELS = ("place", "height")

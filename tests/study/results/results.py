@@ -13,12 +13,12 @@ from typing import Final
 import numpy as np
 import pytest
 
-from solver.outcome import COMPLETED, Ending, Outcome
-from study.plan.tasks import TaskResult
-from study.results import entry as own
-from study.results import log
-from study.results.entry import ALIGNED, LEAST, MARK
-from study.results.store import FOLDER
+from nanoslip.solver.outcome import COMPLETED, Ending, Outcome
+from nanoslip.study.plan.tasks import TaskResult
+from nanoslip.study.results import entry as own
+from nanoslip.study.results import log
+from nanoslip.study.results.entry import ALIGNED, LEAST, MARK
+from nanoslip.study.results.store import FOLDER
 
 RECORD: Final = TaskResult(
     "0123456789abcdef0123",

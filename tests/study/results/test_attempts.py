@@ -4,9 +4,9 @@ from pathlib import Path
 
 import pytest
 
-from solver.outcome import Ending
-from study.results import attempts
-from study.results.attempts import ADVICE, FILE, Attempt
+from nanoslip.solver.outcome import Ending
+from nanoslip.study.results import attempts
+from nanoslip.study.results.attempts import ADVICE, FILE, Attempt
 from tests.study.results.results import NO_FILES, flip
 
 

@@ -6,9 +6,9 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from study.origin import here
-from study.plan.task import TaskResult
-from study.results.entry import ALIGNED, CorruptResultError, TornError, check, packed, read_head, result_of
+from nanoslip.study.origin import here
+from nanoslip.study.plan.task import TaskResult
+from nanoslip.study.results.entry import ALIGNED, CorruptResultError, TornError, check, packed, read_head, result_of
 from tests.study.results.results import ALL, RECORD, forged, same
 
 

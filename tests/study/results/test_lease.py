@@ -15,13 +15,13 @@ from pathlib import Path
 import pytest
 
 import nanoslip
-from study.execution import executor
-from study.plan.task import TaskResult
-from study.plan.tasks import Task
-from study.results import file as whole_file
-from study.results import lease
-from study.results.lease import FILE, Lease
-from study.results.store import StoreError
+from nanoslip.study.execution import executor
+from nanoslip.study.plan.task import TaskResult
+from nanoslip.study.plan.tasks import Task
+from nanoslip.study.results import file as whole_file
+from nanoslip.study.results import lease
+from nanoslip.study.results.lease import FILE, Lease
+from nanoslip.study.results.store import StoreError
 from tests.study.results.results import written
 
 SOON = 1.0
@@ -145,8 +145,8 @@ def test_a_run_that_has_lost_its_lease_does_not_keep_another_ones_fresh(tmp_path
 RACE = """
 import errno, fcntl, os, sys, time
 from pathlib import Path
-from study.results.lease import Lease
-from study.results.store import StoreError
+from nanoslip.study.results.lease import Lease
+from nanoslip.study.results.store import StoreError
 from tests.study.results.results import written
 
 folders, marks, runs, delay = sorted(Path(sys.argv[1]).iterdir()), Path(sys.argv[2]), int(sys.argv[3]), float(sys.argv[5])

@@ -4,7 +4,7 @@ from pathlib import Path
 
 import pytest
 
-from study.results import file as lines
+from nanoslip.study.results import file as lines
 from tests.study.results.results import NO_FILES
 
 

@@ -5,16 +5,16 @@ from pathlib import Path
 
 import pytest
 
-from solver.outcome import COMPLETED
-from study.origin import here
-from study.plan.task import TaskResult
-from study.results import attempts
-from study.results import attempts as runs
-from study.results.attempts import Attempt, Run
-from study.results.lease import Lease
-from study.results.merging import merge_shards
-from study.results.shard import Shard
-from study.results.store import Store
+from nanoslip.solver.outcome import COMPLETED
+from nanoslip.study.origin import here
+from nanoslip.study.plan.task import TaskResult
+from nanoslip.study.results import attempts
+from nanoslip.study.results import attempts as runs
+from nanoslip.study.results.attempts import Attempt, Run
+from nanoslip.study.results.lease import Lease
+from nanoslip.study.results.merging import merge_shards
+from nanoslip.study.results.shard import Shard
+from nanoslip.study.results.store import Store
 
 RUN = Run("a", "2026-01-01T00:00:00+00:00", 1)
 FAILED = Attempt("d" * 20, "record", "crashed", "why", True, False, here().solver, "rank 0 on here", "2026")

@@ -7,9 +7,9 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from study.plan.task import TaskResult
-from study.results import entry as own
-from study.results.entry import CorruptResultError, packed
+from nanoslip.study.plan.task import TaskResult
+from nanoslip.study.results import entry as own
+from nanoslip.study.results.entry import CorruptResultError, packed
 from tests.study.results.results import COMPLIANCE, OTHER, RECORD, REFUSED, flip, same
 
 KINDS = [RECORD, COMPLIANCE, REFUSED]

@@ -6,8 +6,8 @@ from pathlib import Path
 
 import pytest
 
-from study.results import attempts as runs
-from study.results.attempts import Run
+from nanoslip.study.results import attempts as runs
+from nanoslip.study.results.attempts import Run
 
 ONE = Run("a1", "2026-01-01T00:00:00+00:00", 4, hosts={"here": 4}, libraries={"numpy": "2"})
 

@@ -4,7 +4,7 @@ from pathlib import Path
 
 import pytest
 
-from study.results.shard import Shard, folders
+from nanoslip.study.results.shard import Shard, folders
 
 
 def test_a_shard_is_read_and_has_a_folder_of_its_own(tmp_path: Path) -> None:

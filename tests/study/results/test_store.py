@@ -12,12 +12,12 @@ from subprocess import PIPE
 import numpy as np
 import pytest
 
-from solver.slab import Slab
-from study.plan.tasks import compliance_task, run_task
-from study.results import attempts
-from study.results import entry as own
-from study.results.entry import CorruptResultError, Meta, packed
-from study.results.store import Store, StoreError
+from nanoslip.solver.slab import Slab
+from nanoslip.study.plan.tasks import compliance_task, run_task
+from nanoslip.study.results import attempts
+from nanoslip.study.results import entry as own
+from nanoslip.study.results.entry import CorruptResultError, Meta, packed
+from nanoslip.study.results.store import Store, StoreError
 from tests.study.results.results import ALL, COMPLIANCE, OTHER, RECORD, flip, same
 
 EACH_PLACE = pytest.mark.parametrize("shared", [True, False], ids=["file", "log"])
@@ -129,9 +129,10 @@ def test_two_writers_of_one_result_do_no_harm(store):
 
 def test_two_processes_that_compute_one_compliance_at_once_do_no_harm(store, environment):
     program = (
-        "import sys; from study.execution.launch import pin_threads; pin_threads()\n"
-        "from pathlib import Path; from solver.case import Slab\n"
-        "from study.results.store import Store; from study.plan.tasks import compliance_task, run_task\n"
+        "import sys; from nanoslip.study.execution.launch import pin_threads; pin_threads()\n"
+        "from pathlib import Path; from nanoslip.solver.case import Slab\n"
+        "from nanoslip.study.results.store import Store; "
+        "from nanoslip.study.plan.tasks import compliance_task, run_task\n"
         "task, store = compliance_task(Slab(n_x=33)), Store(Path(sys.argv[1]))\n"
         "print('ready', flush=True); sys.stdin.readline()\n"
         "for _ in range(10): store.write(run_task(task, {}), shared=True)\n"

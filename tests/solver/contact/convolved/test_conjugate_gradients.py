@@ -6,10 +6,10 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 
-from solver.contact.convolved import conjugate_gradients
-from solver.contact.convolved.conjugate_gradients import Pressed, pressed
-from solver.elasticity.schemes.half_plane import convolution_of
-from solver.slab import Slab
+from nanoslip.solver.contact.convolved import conjugate_gradients
+from nanoslip.solver.contact.convolved.conjugate_gradients import Pressed, pressed
+from nanoslip.solver.elasticity.schemes.half_plane import convolution_of
+from nanoslip.solver.slab import Slab
 
 Nodes = NDArray[np.bool_]
 

@@ -6,20 +6,20 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from solver.case import Case, Effects, Heterogeneity
-from solver.contact import initial
-from solver.contact.closed_forms import flat_punch_pressure, hertz
-from solver.contact.convolved import contact as convolved
-from solver.contact.convolved.contact import needs_no_matrix
-from solver.contact.initial import compliance_for_contact, initial_contact
-from solver.contact.normal import exchange
-from solver.contact.pin import pin_of, surface_from_pin
-from solver.contact.state import ContactState
-from solver.elasticity.compliance import NormalCompliance, normal_compliance, surface_compliance
-from solver.elasticity.schemes.half_plane import convolution_of
-from solver.outcome import Ending, InvalidInput
-from solver.parameter import Roughness
-from solver.slab import Slab
+from nanoslip.solver.case import Case, Effects, Heterogeneity
+from nanoslip.solver.contact import initial
+from nanoslip.solver.contact.closed_forms import flat_punch_pressure, hertz
+from nanoslip.solver.contact.convolved import contact as convolved
+from nanoslip.solver.contact.convolved.contact import needs_no_matrix
+from nanoslip.solver.contact.initial import compliance_for_contact, initial_contact
+from nanoslip.solver.contact.normal import exchange
+from nanoslip.solver.contact.pin import pin_of, surface_from_pin
+from nanoslip.solver.contact.state import ContactState
+from nanoslip.solver.elasticity.compliance import NormalCompliance, normal_compliance, surface_compliance
+from nanoslip.solver.elasticity.schemes.half_plane import convolution_of
+from nanoslip.solver.outcome import Ending, InvalidInput
+from nanoslip.solver.parameter import Roughness
+from nanoslip.solver.slab import Slab
 from tests.physics import assert_contact_laws
 
 UNCOUPLED, FRICTIONLESS = Effects(coupling=False), Effects(friction=False)

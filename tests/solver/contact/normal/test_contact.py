@@ -6,13 +6,13 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from solver.case import Case, Effects, InitialContact, SlipRule
-from solver.contact import initial
-from solver.contact.initial import initial_contact
-from solver.contact.normal import contact as normal
-from solver.contact.normal import system
-from solver.elasticity.compliance import SurfaceCompliance, surface_compliance, uncoupled
-from solver.slab import Slab
+from nanoslip.solver.case import Case, Effects, InitialContact, SlipRule
+from nanoslip.solver.contact import initial
+from nanoslip.solver.contact.initial import initial_contact
+from nanoslip.solver.contact.normal import contact as normal
+from nanoslip.solver.contact.normal import system
+from nanoslip.solver.elasticity.compliance import SurfaceCompliance, surface_compliance, uncoupled
+from nanoslip.solver.slab import Slab
 from tests.physics import assert_contact_laws
 
 SLAB = Slab(n_x=65)

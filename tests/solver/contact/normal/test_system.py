@@ -3,11 +3,11 @@
 import numpy as np
 import pytest
 
-from solver.contact.normal import system as of_sets
-from solver.contact.normal.system import ContactSystem
-from solver.elasticity.compliance import SurfaceCompliance, surface_compliance
-from solver.outcome import SingularOperator, TooFarApart
-from solver.slab import Slab
+from nanoslip.solver.contact.normal import system as of_sets
+from nanoslip.solver.contact.normal.system import ContactSystem
+from nanoslip.solver.elasticity.compliance import SurfaceCompliance, surface_compliance
+from nanoslip.solver.outcome import SingularOperator, TooFarApart
+from nanoslip.solver.slab import Slab
 
 N, LOAD = 33, 1e-3
 RANDOM = np.random.default_rng(3)

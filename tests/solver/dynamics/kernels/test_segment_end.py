@@ -5,9 +5,9 @@ import math
 import numpy as np
 import pytest
 
-from solver.drive import Drive
-from solver.dynamics.friction_limit import FrictionLimit
-from solver.dynamics.integrate import integrate
+from nanoslip.solver.drive import Drive
+from nanoslip.solver.dynamics.friction_limit import FrictionLimit
+from nanoslip.solver.dynamics.integrate import integrate
 
 
 @pytest.mark.parametrize("compliant", [False, True])

@@ -10,9 +10,9 @@ from itertools import accumulate
 import numpy as np
 from numpy.typing import NDArray
 
-from solver.elasticity.grid_scheme import grid_scheme
-from solver.elasticity.stiffness import restrained
-from solver.slab import Slab
+from nanoslip.solver.elasticity.grid_scheme import grid_scheme
+from nanoslip.solver.elasticity.stiffness import restrained
+from nanoslip.solver.slab import Slab
 
 Number = Fraction
 Row = dict[int, Number]

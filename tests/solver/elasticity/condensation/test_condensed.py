@@ -5,15 +5,15 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from solver.case import Case
-from solver.elasticity.compliance import surface_compliance
-from solver.elasticity.condensation import condensed
-from solver.elasticity.grid_scheme import stiffness
-from solver.elasticity.schemes.biquadratic import Biquadratic
-from solver.elasticity.schemes.galerkin import Galerkin
-from solver.outcome import Ending, SingularOperator
-from solver.simulate import contact_state
-from solver.slab import Slab
+from nanoslip.solver.case import Case
+from nanoslip.solver.elasticity.compliance import surface_compliance
+from nanoslip.solver.elasticity.condensation import condensed
+from nanoslip.solver.elasticity.grid_scheme import stiffness
+from nanoslip.solver.elasticity.schemes.biquadratic import Biquadratic
+from nanoslip.solver.elasticity.schemes.galerkin import Galerkin
+from nanoslip.solver.outcome import Ending, SingularOperator
+from nanoslip.solver.simulate import contact_state
+from nanoslip.solver.slab import Slab
 from tests.solver.elasticity.condensation.exact_stencil import exact_compliance
 
 HIGH, NARROW = 1e4, 0.4999

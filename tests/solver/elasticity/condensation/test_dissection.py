@@ -4,12 +4,12 @@ import numpy as np
 import pytest
 import scipy.sparse as sp
 
-from solver.elasticity import condensation as dissection
-from solver.elasticity.compliance import surface_compliance
-from solver.elasticity.condensation import surface_inverse
-from solver.elasticity.schemes.biquadratic import Biquadratic
-from solver.elasticity.schemes.galerkin import Galerkin
-from solver.slab import Slab
+from nanoslip.solver.elasticity import condensation as dissection
+from nanoslip.solver.elasticity.compliance import surface_compliance
+from nanoslip.solver.elasticity.condensation import surface_inverse
+from nanoslip.solver.elasticity.schemes.biquadratic import Biquadratic
+from nanoslip.solver.elasticity.schemes.galerkin import Galerkin
+from nanoslip.solver.slab import Slab
 from tests.benchmarks.compliance import sparse_compliance
 
 

@@ -3,8 +3,8 @@
 import numpy as np
 import pytest
 
-from solver.elasticity.condensation import Eliminated, definitely_eliminated, eliminated
-from solver.outcome import SingularOperator
+from nanoslip.solver.elasticity.condensation import Eliminated, definitely_eliminated, eliminated
+from nanoslip.solver.outcome import SingularOperator
 
 COUNT, FRONT, SURFACE = 5, 9, 4
 

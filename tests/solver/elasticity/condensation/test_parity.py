@@ -4,9 +4,9 @@ import numpy as np
 import pytest
 import scipy.sparse as sp
 
-from solver.elasticity.condensation import Fields, families, projected
-from solver.elasticity.grid_scheme import stiffness
-from solver.slab import Slab, Support
+from nanoslip.solver.elasticity.condensation import Fields, families, projected
+from nanoslip.solver.elasticity.grid_scheme import stiffness
+from nanoslip.solver.slab import Slab, Support
 
 
 def basis(fields: Fields) -> np.ndarray:

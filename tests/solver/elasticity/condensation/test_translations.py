@@ -3,9 +3,9 @@
 import numpy as np
 import pytest
 
-from solver.elasticity.condensation import displace, families, projected, with_translations
-from solver.elasticity.grid_scheme import stiffness
-from solver.slab import Slab, Support
+from nanoslip.solver.elasticity.condensation import displace, families, projected, with_translations
+from nanoslip.solver.elasticity.grid_scheme import stiffness
+from nanoslip.solver.slab import Slab, Support
 
 
 @pytest.mark.parametrize("support", ["bonded", "frictionless", "right_side"])

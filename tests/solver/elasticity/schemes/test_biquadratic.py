@@ -5,9 +5,9 @@ from typing import Any
 import numpy as np
 import pytest
 
-from solver.elasticity.grid import FirstSpacing
-from solver.elasticity.grid_scheme import stiffness
-from solver.slab import Slab
+from nanoslip.solver.elasticity.grid import FirstSpacing
+from nanoslip.solver.elasticity.grid_scheme import stiffness
+from nanoslip.solver.slab import Slab
 
 
 def paper(**parameters: Any) -> Slab:

@@ -6,19 +6,19 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 
-from solver.case import Case, Effects, Heterogeneity, SlipRule
-from solver.contact.closed_forms import winkler_half_width
-from solver.contact.initial import initial_contact
-from solver.contact.node_friction import node_friction
-from solver.contact.normal.contact import expected_half_width
-from solver.elasticity.compliance import conditioning, surface_compliance
-from solver.elasticity.grid_scheme import stiffness
-from solver.elasticity.schemes.chain import Chain, spring_stiffness
-from solver.outcome import InvalidInput
-from solver.slab import Slab
-from solver.sliding.events import slide_to_state
-from study.accuracy.elastic_operator import discretizations
-from study.discretization.front import load_front
+from nanoslip.solver.case import Case, Effects, Heterogeneity, SlipRule
+from nanoslip.solver.contact.closed_forms import winkler_half_width
+from nanoslip.solver.contact.initial import initial_contact
+from nanoslip.solver.contact.node_friction import node_friction
+from nanoslip.solver.contact.normal.contact import expected_half_width
+from nanoslip.solver.elasticity.compliance import conditioning, surface_compliance
+from nanoslip.solver.elasticity.grid_scheme import stiffness
+from nanoslip.solver.elasticity.schemes.chain import Chain, spring_stiffness
+from nanoslip.solver.outcome import InvalidInput
+from nanoslip.solver.slab import Slab
+from nanoslip.solver.sliding.events import slide_to_state
+from nanoslip.study.accuracy.elastic_operator import discretizations
+from nanoslip.study.discretization.front import load_front
 from tests.physics import stored_energy
 
 Vector = NDArray[np.float64]

@@ -9,11 +9,11 @@ import pytest
 import scipy.sparse.linalg as spla
 from numpy.typing import NDArray
 
-from solver.elasticity.compliance import surface_compliance
-from solver.elasticity.grid_scheme import stiffness
-from solver.elasticity.schemes import Galerkin
-from solver.elasticity.schemes.column import TALL, bar_forces, lengthening, resultants, trunk
-from solver.slab import Slab, Support
+from nanoslip.solver.elasticity.compliance import surface_compliance
+from nanoslip.solver.elasticity.grid_scheme import stiffness
+from nanoslip.solver.elasticity.schemes import Galerkin
+from nanoslip.solver.elasticity.schemes.column import TALL, bar_forces, lengthening, resultants, trunk
+from nanoslip.solver.slab import Slab, Support
 
 SUPPORTS: tuple[Support, ...] = get_args(Support)
 POISSON = (-0.9, 0.0, 1 / 3, 0.49, 0.4999)

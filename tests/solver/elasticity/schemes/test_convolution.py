@@ -3,8 +3,8 @@
 import numpy as np
 import pytest
 
-from solver.elasticity.schemes.half_plane import convolution_of
-from solver.slab import Slab
+from nanoslip.solver.elasticity.schemes.half_plane import convolution_of
+from nanoslip.solver.slab import Slab
 
 
 @pytest.fixture(params=[(5, 1 / 3), (33, 0.0), (101, 0.49), (64 + 1, -0.5)], ids=str)

@@ -2,12 +2,12 @@
 
 import pytest
 
-from solver.case import Case
-from solver.elasticity.compliance import surface_compliance
-from solver.elasticity.schemes.half_plane import EndlessScheme, convolution_of
-from solver.outcome import InvalidInput
-from solver.slab import FEWEST_NODES, MOST_NODES, SCHEMES, Slab
-from solver.sliding.events import slide_to_state
+from nanoslip.solver.case import Case
+from nanoslip.solver.elasticity.compliance import surface_compliance
+from nanoslip.solver.elasticity.schemes.half_plane import EndlessScheme, convolution_of
+from nanoslip.solver.outcome import InvalidInput
+from nanoslip.solver.slab import FEWEST_NODES, MOST_NODES, SCHEMES, Slab
+from nanoslip.solver.sliding.events import slide_to_state
 from tests.physics import assert_contact_laws
 
 

@@ -5,11 +5,11 @@ from typing import Any
 import numpy as np
 import pytest
 
-from solver.elasticity.compliance import surface_compliance
-from solver.elasticity.grid_scheme import stiffness
-from solver.elasticity.stiffness import Stiffness
-from solver.outcome import SingularOperator
-from solver.slab import Slab
+from nanoslip.solver.elasticity.compliance import surface_compliance
+from nanoslip.solver.elasticity.grid_scheme import stiffness
+from nanoslip.solver.elasticity.stiffness import Stiffness
+from nanoslip.solver.outcome import SingularOperator
+from nanoslip.solver.slab import Slab
 
 ROUNDING = 1e-13  # sums of some ten integrals, their weights and coordinates of order 1, times machine epsilon
 

@@ -5,8 +5,8 @@ import itertools
 import numpy as np
 import pytest
 
-from solver.elasticity.schemes import Galerkin
-from solver.slab import Slab
+from nanoslip.solver.elasticity.schemes import Galerkin
+from nanoslip.solver.slab import Slab
 from tests.synthetic import grid_of
 
 

@@ -4,14 +4,14 @@ import numpy as np
 import pytest
 from scipy.integrate import quad
 
-from solver.case import Case
-from solver.contact.closed_forms import hertz
-from solver.contact.initial import initial_contact
-from solver.elasticity.compliance import surface_compliance
-from solver.elasticity.grid_scheme import stiffness
-from solver.elasticity.schemes.half_plane import convolution_of
-from solver.outcome import InvalidInput
-from solver.slab import Slab
+from nanoslip.solver.case import Case
+from nanoslip.solver.contact.closed_forms import hertz
+from nanoslip.solver.contact.initial import initial_contact
+from nanoslip.solver.elasticity.compliance import surface_compliance
+from nanoslip.solver.elasticity.grid_scheme import stiffness
+from nanoslip.solver.elasticity.schemes.half_plane import convolution_of
+from nanoslip.solver.outcome import InvalidInput
+from nanoslip.solver.slab import Slab
 
 
 def flamant(x: float, z: float, poisson: float) -> np.ndarray:

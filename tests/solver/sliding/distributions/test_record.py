@@ -7,14 +7,14 @@ from dataclasses import fields, replace
 import numpy as np
 import pytest
 
-from solver.case import Case
-from solver.elasticity.compliance import surface_compliance
-from solver.ensemble import LEVEL
-from solver.quantity import quantities
-from solver.slab import Slab
-from solver.sliding.distributions.events import DISCRETE, event_sizes, pooled, rank_correlation
-from solver.sliding.distributions.power_law import fitted_power_law, power_law_sizes, sorted_sizes
-from solver.sliding.distributions.record import (
+from nanoslip.solver.case import Case
+from nanoslip.solver.elasticity.compliance import surface_compliance
+from nanoslip.solver.ensemble import LEVEL
+from nanoslip.solver.quantity import quantities
+from nanoslip.solver.slab import Slab
+from nanoslip.solver.sliding.distributions.events import DISCRETE, event_sizes, pooled, rank_correlation
+from nanoslip.solver.sliding.distributions.power_law import fitted_power_law, power_law_sizes, sorted_sizes
+from nanoslip.solver.sliding.distributions.record import (
     GUTENBERG_RICHTER,
     MEAN_FIELD,
     SIZES,
@@ -23,8 +23,8 @@ from solver.sliding.distributions.record import (
     exponent_over_members,
     size_distribution,
 )
-from solver.sliding.events import slide
-from solver.sliding.plateau import Plateau, plateau_of
+from nanoslip.solver.sliding.events import slide
+from nanoslip.solver.sliding.plateau import Plateau, plateau_of
 from tests.synthetic import noisy_record, record_from
 
 

@@ -6,8 +6,21 @@ import numpy as np
 import powerlaw
 import pytest
 
-from solver.sliding.distributions.power_law import PowerLaw, Sizes, fitted_power_law, power_law_sizes, sorted_sizes
-from solver.sliding.distributions.rivals import LAWS, Comparison, comparisons, log_likelihoods, preferred, vuong
+from nanoslip.solver.sliding.distributions.power_law import (
+    PowerLaw,
+    Sizes,
+    fitted_power_law,
+    power_law_sizes,
+    sorted_sizes,
+)
+from nanoslip.solver.sliding.distributions.rivals import (
+    LAWS,
+    Comparison,
+    comparisons,
+    log_likelihoods,
+    preferred,
+    vuong,
+)
 
 
 def drawn(name: str, discrete: bool, count: int = 4000, seed: int = 1) -> Sizes:

@@ -5,11 +5,11 @@ from pathlib import Path
 import pytest
 
 import nanoslip
-from study.execution import executor
-from study.plan.tasks import run_task
-from study.results import attempts as runs
-from study.results.lease import Lease
-from study.results.shard import Shard
+from nanoslip.study.execution import executor
+from nanoslip.study.plan.tasks import run_task
+from nanoslip.study.results import attempts as runs
+from nanoslip.study.results.lease import Lease
+from nanoslip.study.results.shard import Shard
 from tests.conftest import Main
 from tests.study.execution.defects import crashing, crashing_at
 

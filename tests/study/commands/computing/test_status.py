@@ -6,8 +6,8 @@ import time
 
 import pytest
 
-from study.commands.computing import status
-from study.results.store import Store
+from nanoslip.study.commands.computing import status
+from nanoslip.study.results.store import Store
 from tests.conftest import PARTLY_REFUSED
 
 

@@ -5,8 +5,8 @@ import shutil
 import netCDF4
 import pytest
 
-from study.dataset import file
-from study.dataset.groups import loaded
+from nanoslip.study.dataset import file
+from nanoslip.study.dataset.groups import loaded
 from tests.conftest import SMALL, compute
 
 

@@ -6,10 +6,10 @@ from pathlib import Path
 import pytest
 import xarray as xr
 
-from study.commands.looking import declared as looking
-from study.commands.looking import figure as command
-from study.figures.catalogue import FIGURES
-from study.figures.shared import canvas
+from nanoslip.study.commands.looking import declared as looking
+from nanoslip.study.commands.looking import figure as command
+from nanoslip.study.figures.catalogue import FIGURES
+from nanoslip.study.figures.shared import canvas
 from tests.conftest import Main
 from tests.study.figures.shipped_small import small
 from tests.study.figures.sweep.cases import product

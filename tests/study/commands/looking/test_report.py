@@ -1,7 +1,7 @@
 """The command `report` needs a dataset, whole, and says where its page is."""
 
-from study.dataset.file import FILE
-from study.report import page
+from nanoslip.study.dataset.file import FILE
+from nanoslip.study.report import page
 
 
 def test_a_report_without_a_dataset_says_what_makes_one(main, campaign):

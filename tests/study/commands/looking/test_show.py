@@ -2,7 +2,7 @@
 
 import pytest
 
-from study.results.store import Store
+from nanoslip.study.results.store import Store
 from tests.conftest import SMALL
 from tests.study.commands.judging.test_compare import write_regimes
 

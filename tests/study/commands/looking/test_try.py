@@ -4,8 +4,8 @@ import tempfile
 
 import pytest
 
-from study import api
-from study.manifest.cases import campaign_of, tables
+from nanoslip.study import api
+from nanoslip.study.manifest.cases import campaign_of, tables
 
 QUICK = ("n_x=17", "presliding=3", "radius=50")
 

@@ -1,6 +1,6 @@
 """Campaigns that come with nanoslip are listed, and run by name."""
 
-from study.shipped import campaigns
+from nanoslip.study.shipped import campaigns
 
 
 def test_the_campaigns_are_listed_by_name_and_title(main):

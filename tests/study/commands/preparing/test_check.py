@@ -2,7 +2,7 @@
 
 import pytest
 
-from study.shipped import campaigns
+from nanoslip.study.shipped import campaigns
 from tests.conftest import PARTLY_REFUSED, SMALL
 
 

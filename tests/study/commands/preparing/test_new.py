@@ -5,7 +5,7 @@ import tomllib
 import pytest
 
 import nanoslip
-from study.shipped import starters
+from nanoslip.study.shipped import starters
 
 SMALLER = {"numerics": {"n_x": 17}, "limits": {"events": 150}, "ensemble": {"members": 2}}
 """Values that make a starter quick: tables that it has are changed."""

@@ -7,11 +7,11 @@ from dataclasses import replace
 import pytest
 import xarray as xr
 
-from study import origin
-from study.manifest.reader import load_manifest
-from study.plan.plan import make_plan
-from study.results import attempts as runs
-from study.results.attempts import Run
+from nanoslip.study import origin
+from nanoslip.study.manifest.reader import load_manifest
+from nanoslip.study.plan.plan import make_plan
+from nanoslip.study.results import attempts as runs
+from nanoslip.study.results.attempts import Run
 from tests.conftest import PARTLY_REFUSED, SMALL
 
 

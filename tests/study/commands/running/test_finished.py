@@ -2,8 +2,8 @@
 
 import pytest
 
-from study.execution.farms import begun
-from study.results import entry as own
+from nanoslip.study.execution.farms import begun
+from nanoslip.study.results import entry as own
 from tests.study.commands.computing.test_run import disown
 
 

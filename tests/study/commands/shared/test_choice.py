@@ -2,11 +2,11 @@
 
 import pytest
 
-from study.commands.shared.choice import assignments, chosen
-from study.commands.shared.exits import Refusal
-from study.manifest.cases import expand
-from study.manifest.columns import ManifestError
-from study.manifest.reader import parse_manifest
+from nanoslip.study.commands.shared.choice import assignments, chosen
+from nanoslip.study.commands.shared.exits import Refusal
+from nanoslip.study.manifest.cases import expand
+from nanoslip.study.manifest.columns import ManifestError
+from nanoslip.study.manifest.reader import parse_manifest
 from tests.conftest import ROOT
 
 CASES = expand(

@@ -5,7 +5,7 @@ from pathlib import Path
 import pytest
 import xarray as xr
 
-from study.api import open_dataset, run
+from nanoslip.study.api import open_dataset, run
 
 FULL = {
     "title": "Everything",

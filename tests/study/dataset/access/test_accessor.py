@@ -8,8 +8,8 @@ import numpy as np
 import pytest
 import xarray as xr
 
-from study.api import open_dataset, run
-from study.dataset.groups import LostGroupsError, groups_of
+from nanoslip.study.api import open_dataset, run
+from nanoslip.study.dataset.groups import LostGroupsError, groups_of
 from tests.conftest import ROOT
 from tests.study.dataset.access.conftest import FULL
 

@@ -4,10 +4,10 @@ import numpy as np
 import pytest
 import xarray as xr
 
-from study.api import concat, open_dataset, run
-from study.dataset.access.placement import NotJoinableError
-from study.dataset.groups import groups_of
-from study.results.store import StoreError
+from nanoslip.study.api import concat, open_dataset, run
+from nanoslip.study.dataset.access.placement import NotJoinableError
+from nanoslip.study.dataset.groups import groups_of
+from nanoslip.study.results.store import StoreError
 from tests.study.dataset.access.conftest import FULL
 
 

@@ -3,8 +3,8 @@
 import numpy as np
 import pytest
 
-from study.dataset.access.accessor import Accessor
-from study.dataset.access.selection import places
+from nanoslip.study.dataset.access.accessor import Accessor
+from nanoslip.study.dataset.access.selection import places
 
 
 def test_values_and_lists_of_values_name_cases(full):

@@ -2,7 +2,7 @@
 
 import xarray as xr
 
-from study.dataset.agreement.facts import differing
+from nanoslip.study.dataset.agreement.facts import differing
 
 
 def made(radius: list[float], manifest: str, **attributes: object) -> xr.Dataset:

@@ -6,9 +6,9 @@ import numpy as np
 import pytest
 import xarray as xr
 
-from study.dataset.agreement.matching import matched
-from study.dataset.agreement.verdicts import observed, unjudged
-from study.dataset.comparison import Verdict
+from nanoslip.study.dataset.agreement.matching import matched
+from nanoslip.study.dataset.agreement.verdicts import observed, unjudged
+from nanoslip.study.dataset.comparison import Verdict
 
 NAN = float("nan")
 

@@ -8,16 +8,16 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from solver.outcome import Ending, Outcome
-from study.dataset import file
-from study.dataset.access.accessor import Accessor
-from study.dataset.collection.collect import collect
-from study.dataset.groups import groups_of
-from study.discretization.front import load_front
-from study.origin import Origin, computing
-from study.plan.plan import Plan
-from study.plan.tasks import TaskResult
-from study.results.store import Store, StoreError
+from nanoslip.solver.outcome import Ending, Outcome
+from nanoslip.study.dataset import file
+from nanoslip.study.dataset.access.accessor import Accessor
+from nanoslip.study.dataset.collection.collect import collect
+from nanoslip.study.dataset.groups import groups_of
+from nanoslip.study.discretization.front import load_front
+from nanoslip.study.origin import Origin, computing
+from nanoslip.study.plan.plan import Plan
+from nanoslip.study.plan.tasks import TaskResult
+from nanoslip.study.results.store import Store, StoreError
 from tests.conftest import SMALL
 from tests.study.dataset.campaigns import CASE_DIMS, changed
 

@@ -8,17 +8,17 @@ from typing import Any
 
 import pytest
 
-from study.dataset import file
-from study.dataset.collection import entering
-from study.dataset.collection.collect import collect
-from study.dataset.collection.pieces import InPieces
-from study.manifest.reader import load_manifest
-from study.results.store import Store, StoreError
+from nanoslip.study.dataset import file
+from nanoslip.study.dataset.collection import entering
+from nanoslip.study.dataset.collection.collect import collect
+from nanoslip.study.dataset.collection.pieces import InPieces
+from nanoslip.study.manifest.reader import load_manifest
+from nanoslip.study.results.store import Store, StoreError
 from tests.conftest import SMALL
 from tests.study.dataset.campaigns import Build
 
 SCALARS = f"{SMALL}\n[outputs]\nrecords = false\ntrajectory = false\nphases = false\n"
-IN_PIECES = "from study.dataset.collection import pieces; pieces.CASES = 1; import nanoslip; nanoslip.main()"
+IN_PIECES = "from nanoslip.study.dataset.collection import pieces; pieces.CASES = 1; import nanoslip; nanoslip.main()"
 """A process of its own: where threads run beside, later Pythons warn of forks."""
 
 

@@ -8,14 +8,14 @@ import numpy as np
 import pytest
 import xarray as xr
 
-from solver.ensemble import mean_of
-from solver.outcome import Ending, Outcome
-from study.dataset.collection.collect import collect
-from study.dataset.groups import groups_of
-from study.dataset.members import EXPLAINED, fewer, means_of, members_of
-from study.plan.kinds.kind import column
-from study.plan.plan import Plan
-from study.results.store import Store
+from nanoslip.solver.ensemble import mean_of
+from nanoslip.solver.outcome import Ending, Outcome
+from nanoslip.study.dataset.collection.collect import collect
+from nanoslip.study.dataset.groups import groups_of
+from nanoslip.study.dataset.members import EXPLAINED, fewer, means_of, members_of
+from nanoslip.study.plan.kinds.kind import column
+from nanoslip.study.plan.plan import Plan
+from nanoslip.study.results.store import Store
 from tests.conftest import SMALL
 from tests.study.dataset.campaigns import Build
 

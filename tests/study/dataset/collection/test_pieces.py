@@ -5,17 +5,17 @@ from pathlib import Path
 
 import pytest
 
-from study.dataset import file
-from study.dataset.collection import pieces as pieces_module
-from study.dataset.collection.collect import collect
-from study.dataset.collection.pieces import InPieces, pieces
-from study.manifest.cases import CampaignCase, cases_of, expand
-from study.manifest.columns import ManifestError
-from study.manifest.manifest import Manifest
-from study.manifest.reader import load_manifest, parse_manifest
-from study.plan.case_tasks import CaseTasks
-from study.plan.plan import make_plan
-from study.results.store import Store
+from nanoslip.study.dataset import file
+from nanoslip.study.dataset.collection import pieces as pieces_module
+from nanoslip.study.dataset.collection.collect import collect
+from nanoslip.study.dataset.collection.pieces import InPieces, pieces
+from nanoslip.study.manifest.cases import CampaignCase, cases_of, expand
+from nanoslip.study.manifest.columns import ManifestError
+from nanoslip.study.manifest.manifest import Manifest
+from nanoslip.study.manifest.reader import load_manifest, parse_manifest
+from nanoslip.study.plan.case_tasks import CaseTasks
+from nanoslip.study.plan.plan import make_plan
+from nanoslip.study.results.store import Store
 from tests.conftest import PARTLY_REFUSED, SMALL
 from tests.study.dataset.campaigns import Build
 

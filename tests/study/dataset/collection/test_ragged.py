@@ -3,13 +3,13 @@
 import numpy as np
 import pytest
 
-from study.dataset import file
-from study.dataset.access.accessor import Accessor
-from study.dataset.collection import ragged
-from study.dataset.collection.collect import collect
-from study.dataset.collection.ragged import Samples
-from study.dataset.groups import groups_of
-from study.dataset.variables import all_groups
+from nanoslip.study.dataset import file
+from nanoslip.study.dataset.access.accessor import Accessor
+from nanoslip.study.dataset.collection import ragged
+from nanoslip.study.dataset.collection.collect import collect
+from nanoslip.study.dataset.collection.ragged import Samples
+from nanoslip.study.dataset.groups import groups_of
+from nanoslip.study.dataset.variables import all_groups
 from tests.study.dataset.campaigns import CASE_DIMS, changed
 
 

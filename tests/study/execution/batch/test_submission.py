@@ -5,7 +5,15 @@ from pathlib import Path
 
 import pytest
 
-from study.execution.batch.submission import Job, Site, SiteError, array_script, load_site, merge_script, script
+from nanoslip.study.execution.batch.submission import (
+    Job,
+    Site,
+    SiteError,
+    array_script,
+    load_site,
+    merge_script,
+    script,
+)
 from tests.conftest import ROOT
 
 RECORDED = Path(__file__).with_name("job.sh")

@@ -5,16 +5,16 @@ from typing import Any, Literal
 
 import pytest
 
-from solver.case import PARTS, Case, SlipRule
-from solver.outcome import Ending
-from solver.parameter import check, choices_of, declared, parameter
-from solver.sliding.record import FrictionRecord
-from study.execution.compiling.miniatures import made_up_record, miniatures
-from study.execution.compiling.warm_up import warm_ups
-from study.manifest.reader import load_manifest
-from study.plan.kinds.kind import whole_again
-from study.plan.plan import make_plan
-from study.plan.tasks import compliance_task, record_task, run_task
+from nanoslip.solver.case import PARTS, Case, SlipRule
+from nanoslip.solver.outcome import Ending
+from nanoslip.solver.parameter import check, choices_of, declared, parameter
+from nanoslip.solver.sliding.record import FrictionRecord
+from nanoslip.study.execution.compiling.miniatures import made_up_record, miniatures
+from nanoslip.study.execution.compiling.warm_up import warm_ups
+from nanoslip.study.manifest.reader import load_manifest
+from nanoslip.study.plan.kinds.kind import whole_again
+from nanoslip.study.plan.plan import make_plan
+from nanoslip.study.plan.tasks import compliance_task, record_task, run_task
 from tests.conftest import ROOT, SMALL
 
 

@@ -8,13 +8,13 @@ import json
 import sys
 from pathlib import Path
 
-from solver.outcome import Outcome
-from study.commands import cli
-from study.commands.computing import run
-from study.execution.farms.opening import open_farm
-from study.execution.launch import processes_started
-from study.execution.ledger import Done
-from study.execution.program import Program
+from nanoslip.solver.outcome import Outcome
+from nanoslip.study.commands import cli
+from nanoslip.study.commands.computing import run
+from nanoslip.study.execution.farms.opening import open_farm
+from nanoslip.study.execution.launch import processes_started
+from nanoslip.study.execution.ledger import Done
+from nanoslip.study.execution.program import Program
 from tests.study.execution.farms import faults
 from tests.study.execution.farms.faults import BLOCKER, FAULTS
 from tests.study.execution.made_up import Work

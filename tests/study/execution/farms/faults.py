@@ -17,12 +17,12 @@ from typing import Any, Final, NamedTuple
 
 import numpy as np
 
-from solver.outcome import COMPLETED, LONGEST_MESSAGE, Ending, Outcome
-from study.execution import executor as real
-from study.execution.ledger import Execute
-from study.execution.program import Program
-from study.plan.task import Inputs, TaskResult
-from study.plan.tasks import Task, run_task
+from nanoslip.solver.outcome import COMPLETED, LONGEST_MESSAGE, Ending, Outcome
+from nanoslip.study.execution import executor as real
+from nanoslip.study.execution.ledger import Execute
+from nanoslip.study.execution.program import Program
+from nanoslip.study.plan.task import Inputs, TaskResult
+from nanoslip.study.plan.tasks import Task, run_task
 from tests.study.execution.made_up import Work
 
 

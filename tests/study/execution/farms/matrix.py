@@ -14,9 +14,9 @@ from pathlib import Path
 from tempfile import TemporaryDirectory
 from typing import Final, NamedTuple
 
-from solver.outcome import Ending
-from study.dataset import file
-from study.exit_codes import FAILURES, INTERRUPTED
+from nanoslip.solver.outcome import Ending
+from nanoslip.study.dataset import file
+from nanoslip.study.exit_codes import FAILURES, INTERRUPTED
 from tests.conftest import clean_environment, launcher
 from tests.study.execution.farms.fault_program import CAMPAIGN, LOADS
 from tests.study.execution.farms.faults import FAULTS

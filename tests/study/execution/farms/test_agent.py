@@ -7,12 +7,12 @@ from pathlib import Path
 
 import pytest
 
-from solver.outcome import COMPLETED, Ending, Outcome
-from study.execution.farms import agent
-from study.execution.farms.agent import Agent
-from study.execution.farms.processes import ProcessFarm
-from study.execution.ledger import Done, Execute, Tally
-from study.execution.program import Program
+from nanoslip.solver.outcome import COMPLETED, Ending, Outcome
+from nanoslip.study.execution.farms import agent
+from nanoslip.study.execution.farms.agent import Agent
+from nanoslip.study.execution.farms.processes import ProcessFarm
+from nanoslip.study.execution.ledger import Done, Execute, Tally
+from nanoslip.study.execution.program import Program
 from tests.study.execution.made_up import Work
 
 KNOWN = Work("known", cost=1e-4)

@@ -6,13 +6,13 @@ from pathlib import Path
 
 import pytest
 
-from study.commands.running.killed import KILLED, blame
-from study.execution.failures import left
-from study.execution.farms.begun import FILE, LONG, Begun
-from study.execution.farms.outbox import News
-from study.manifest.reader import load_manifest
-from study.plan.plan import Plan, make_plan
-from study.results.store import Store
+from nanoslip.study.commands.running.killed import KILLED, blame
+from nanoslip.study.execution.failures import left
+from nanoslip.study.execution.farms.begun import FILE, LONG, Begun
+from nanoslip.study.execution.farms.outbox import News
+from nanoslip.study.manifest.reader import load_manifest
+from nanoslip.study.plan.plan import Plan, make_plan
+from nanoslip.study.results.store import Store
 from tests.study.execution.farms.test_coordinator import MadeUpRanks
 from tests.study.execution.made_up import DIAMOND, Work
 from tests.study.results.results import NO_FILES

@@ -5,12 +5,12 @@ from collections.abc import Callable, Collection, Sequence
 
 import pytest
 
-from solver.outcome import COMPLETED, Outcome
-from study.execution.farms.coordinator import Coordinator
-from study.execution.farms.outbox import News, news_of
-from study.execution.interruption import Interruption
-from study.execution.launch import WARNING
-from study.execution.ledger import Done, Tally
+from nanoslip.solver.outcome import COMPLETED, Outcome
+from nanoslip.study.execution.farms.coordinator import Coordinator
+from nanoslip.study.execution.farms.outbox import News, news_of
+from nanoslip.study.execution.interruption import Interruption
+from nanoslip.study.execution.launch import WARNING
+from nanoslip.study.execution.ledger import Done, Tally
 from tests.study.execution.made_up import DIAMOND, Diary, Work
 
 

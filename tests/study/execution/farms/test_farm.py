@@ -6,9 +6,9 @@ import threading
 
 import pytest
 
-from solver.outcome import COMPLETED, Ending, Outcome
-from study.execution.farms.farm import SerialFarm
-from study.execution.ledger import Tally
+from nanoslip.solver.outcome import COMPLETED, Ending, Outcome
+from nanoslip.study.execution.farms.farm import SerialFarm
+from nanoslip.study.execution.ledger import Tally
 from tests.study.execution.made_up import DIAMOND, Diary, Work
 
 

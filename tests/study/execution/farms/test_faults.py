@@ -8,13 +8,13 @@ from pathlib import Path
 
 import pytest
 
-from solver.outcome import Ending, Outcome
-from study.execution.compiling.warm_up import WarmUp
-from study.execution.farms import agent, process
-from study.execution.farms.agent import Agent, BrokenProgramError
-from study.execution.farms.processes import ProcessFarm
-from study.execution.ledger import Done, Execute, Tally
-from study.execution.program import Program
+from nanoslip.solver.outcome import Ending, Outcome
+from nanoslip.study.execution.compiling.warm_up import WarmUp
+from nanoslip.study.execution.farms import agent, process
+from nanoslip.study.execution.farms.agent import Agent, BrokenProgramError
+from nanoslip.study.execution.farms.processes import ProcessFarm
+from nanoslip.study.execution.ledger import Done, Execute, Tally
+from nanoslip.study.execution.program import Program
 from tests.study.execution.farms import faults
 from tests.study.execution.farms.faults import FAULTS
 from tests.study.execution.farms.matrix import PLACES

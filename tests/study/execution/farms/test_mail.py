@@ -5,8 +5,8 @@ from typing import Any
 
 import pytest
 
-from study.execution.farms import mail
-from study.execution.farms.mail import Mail
+from nanoslip.study.execution.farms import mail
+from nanoslip.study.execution.farms.mail import Mail
 
 
 class Request:

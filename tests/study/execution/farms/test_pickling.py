@@ -6,14 +6,14 @@ from typing import Any
 
 import pytest
 
-from solver.case import Case
-from solver.drive import Drive
-from solver.outcome import COMPLETED, Ending, Outcome
-from solver.slab import Slab
-from study.execution.farms.outbox import news_of
-from study.execution.farms.pickling import dumps, loads
-from study.execution.ledger import Done
-from study.plan.task import Task
+from nanoslip.solver.case import Case
+from nanoslip.solver.drive import Drive
+from nanoslip.solver.outcome import COMPLETED, Ending, Outcome
+from nanoslip.solver.slab import Slab
+from nanoslip.study.execution.farms.outbox import news_of
+from nanoslip.study.execution.farms.pickling import dumps, loads
+from nanoslip.study.execution.ledger import Done
+from nanoslip.study.plan.task import Task
 from tests.study.execution.made_up import Work
 
 

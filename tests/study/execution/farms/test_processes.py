@@ -9,13 +9,13 @@ from pathlib import Path
 
 import pytest
 
-from solver.outcome import COMPLETED, Outcome
-from study.execution.farms.agent import Agent
-from study.execution.farms.farm import FarmError
-from study.execution.farms.opening import open_farm
-from study.execution.farms.processes import ProcessFarm
-from study.execution.ledger import Tally
-from study.execution.program import Program
+from nanoslip.solver.outcome import COMPLETED, Outcome
+from nanoslip.study.execution.farms.agent import Agent
+from nanoslip.study.execution.farms.farm import FarmError
+from nanoslip.study.execution.farms.opening import open_farm
+from nanoslip.study.execution.farms.processes import ProcessFarm
+from nanoslip.study.execution.ledger import Tally
+from nanoslip.study.execution.program import Program
 from tests.conftest import longer
 from tests.study.execution.farms.faults import program
 from tests.study.execution.made_up import Work
@@ -87,7 +87,7 @@ def test_a_signal_ends_all_processes_and_the_next_run_goes_on(environment, tmp_p
     """Ctrl-C reaches every process of the terminal; only the first decides. After its death none stays behind."""
     campaign, out = tmp_path / "long.toml", tmp_path / "out"
     campaign.write_text(longer(radii=40, events=6000))
-    words = [sys.executable, "-m", "study", "run", str(campaign), "--out", str(out), "-j", "2"]
+    words = [sys.executable, "-m", "nanoslip", "run", str(campaign), "--out", str(out), "-j", "2"]
     running = subprocess.Popen(words, env=environment, stderr=subprocess.PIPE, text=True, start_new_session=True)
     until_written(out, 4, running)
     if number == signal.SIGINT:

@@ -9,10 +9,10 @@ from matplotlib.figure import Figure
 from matplotlib.text import Text
 from PIL import Image
 
-from solver.outcome import InvalidInput
-from study.figures.frames import film
-from study.figures.frames.drawing import MOST_IN_STRIP, draw_frame, strip
-from study.figures.frames.moments import Moments, moments_of
+from nanoslip.solver.outcome import InvalidInput
+from nanoslip.study.figures.frames import film
+from nanoslip.study.figures.frames.drawing import MOST_IN_STRIP, draw_frame, strip
+from nanoslip.study.figures.frames.moments import Moments, moments_of
 from tests.study.figures.frames.test_moments import CASE
 
 

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 import xarray as xr
 
-from study.figures.further.continuum import EXCESS, STEP, followed, law, verdict
+from nanoslip.study.figures.further.continuum import EXCESS, STEP, followed, law, verdict
 from tests.study.figures.shipped_small import small
 
 

@@ -3,9 +3,9 @@
 import numpy as np
 import pytest
 
-from solver.sliding.distributions.events import EventSizes
-from study.figures.further.chains import names, numbers_of, steady_sizes
-from study.figures.further.correlations import LAGS, PAIRS, at_lags, claims, spacing_apart
+from nanoslip.solver.sliding.distributions.events import EventSizes
+from nanoslip.study.figures.further.chains import names, numbers_of, steady_sizes
+from nanoslip.study.figures.further.correlations import LAGS, PAIRS, at_lags, claims, spacing_apart
 from tests.study.figures.shipped_small import small
 
 

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from study.figures.further.findings import Starts, all_starts, slope_of_kinetic
+from nanoslip.study.figures.further.findings import Starts, all_starts, slope_of_kinetic
 from tests.study.figures.shipped_small import small
 
 

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from study.figures.further.modulation import BINS, modulation
+from nanoslip.study.figures.further.modulation import BINS, modulation
 from tests.study.figures.shipped_small import small
 
 

@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from study.figures.further.nodes import claims, draw
+from nanoslip.study.figures.further.nodes import claims, draw
 from tests.study.figures.shipped_small import small
 
 

@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from study.figures.further.schemes import DEFAULTS, claims
+from nanoslip.study.figures.further.schemes import DEFAULTS, claims
 from tests.study.figures.shipped_small import small
 
 

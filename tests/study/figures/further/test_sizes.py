@@ -3,10 +3,10 @@
 import numpy as np
 import pytest
 
-from solver.sliding.distributions.events import DISCRETE
-from solver.sliding.distributions.power_law import SIGNIFICANT
-from study.figures.further.chains import names, numbers_of, steady_sizes
-from study.figures.further.sizes import BROAD, PANELS, SHARES, claims, draw
+from nanoslip.solver.sliding.distributions.events import DISCRETE
+from nanoslip.solver.sliding.distributions.power_law import SIGNIFICANT
+from nanoslip.study.figures.further.chains import names, numbers_of, steady_sizes
+from nanoslip.study.figures.further.sizes import BROAD, PANELS, SHARES, claims, draw
 from tests.study.figures.shipped_small import small
 
 CAMPAIGN = "figures/chain"

@@ -5,7 +5,7 @@ import math
 import numpy as np
 import pytest
 
-from study.figures.further.stick_slip_map import claims, critical_velocity
+from nanoslip.study.figures.further.stick_slip_map import claims, critical_velocity
 from tests.study.figures.shipped_small import small
 
 

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 import nanoslip
-from study.figures.reproduction.drive import closed_form, damper_force, load_of
+from nanoslip.study.figures.reproduction.drive import closed_form, damper_force, load_of
 
 CONSTANT = {
     "title": "Constant friction",

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 import xarray as xr
 
-from study.figures.reproduction.scores import CAP, NEAR, NUMBERS, Scored, independent_numbers, ranking
+from nanoslip.study.figures.reproduction.scores import CAP, NEAR, NUMBERS, Scored, independent_numbers, ranking
 from tests.study.figures.shipped_small import small
 
 

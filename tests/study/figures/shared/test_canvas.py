@@ -10,9 +10,9 @@ import pytest
 from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 
-from solver.outcome import InvalidInput
-from study.figures.shared import canvas
-from study.figures.shared.canvas import FORMATS, column, format_of, image
+from nanoslip.solver.outcome import InvalidInput
+from nanoslip.study.figures.shared import canvas
+from nanoslip.study.figures.shared.canvas import FORMATS, column, format_of, image
 
 
 def drawn() -> Figure:

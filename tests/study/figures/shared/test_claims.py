@@ -2,8 +2,8 @@
 
 import numpy as np
 
-from study.figures.shared.claims import Claim, compared, over_starts, table
-from study.figures.shared.paper import Stated
+from nanoslip.study.figures.shared.claims import Claim, compared, over_starts, table
+from nanoslip.study.figures.shared.paper import Stated
 
 STATED = Stated("slips", 1952, "3.2.1", 0.5)
 

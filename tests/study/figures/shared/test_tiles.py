@@ -3,9 +3,9 @@
 import numpy as np
 import xarray as xr
 
-from solver.dynamics.regime import REGIMES
-from study.figures.shared.canvas import PAGE, column
-from study.figures.shared.tiles import codes, counted, panels, regime_legend, regime_tiles
+from nanoslip.solver.dynamics.regime import REGIMES
+from nanoslip.study.figures.shared.canvas import PAGE, column
+from nanoslip.study.figures.shared.tiles import codes, counted, panels, regime_legend, regime_tiles
 
 WORDS = xr.DataArray([[*REGIMES], [REGIMES[1], REGIMES[1], "", REGIMES[0]]], dims=("velocity", "stiffness"))
 

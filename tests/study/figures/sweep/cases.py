@@ -1,4 +1,4 @@
-"""Datasets of made-up numbers, laid out as `study.dataset.collection.collect` does: a product of axes, or a list of cases."""
+"""Made-up datasets, laid out as `nanoslip.study.dataset.collection.collect` does: a product of axes, or a list of cases."""
 
 from collections.abc import Mapping, Sequence
 from typing import Any

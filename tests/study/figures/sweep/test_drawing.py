@@ -4,12 +4,12 @@ import numpy as np
 import pytest
 from matplotlib.figure import Figure
 
-from study.figures.sweep.lines import FAILED, SHORTEST, UNSURE, draw_lines, draw_scattered, panels_of
-from study.figures.sweep.points import points_of
-from study.figures.sweep.roles import roles_of
-from study.figures.sweep.scale import begins_with_zero, is_logarithmic
-from study.figures.sweep.tiles import draw_tiles
-from study.figures.views.answer import view_of
+from nanoslip.study.figures.sweep.lines import FAILED, SHORTEST, UNSURE, draw_lines, draw_scattered, panels_of
+from nanoslip.study.figures.sweep.points import points_of
+from nanoslip.study.figures.sweep.roles import roles_of
+from nanoslip.study.figures.sweep.scale import begins_with_zero, is_logarithmic
+from nanoslip.study.figures.sweep.tiles import draw_tiles
+from nanoslip.study.figures.views.answer import view_of
 from tests.study.figures.sweep.cases import listed, product
 
 

@@ -6,8 +6,8 @@ import numpy as np
 import pytest
 
 import nanoslip
-from study.figures.sweep.label import ratio
-from study.figures.sweep.points import points_of
+from nanoslip.study.figures.sweep.label import ratio
+from nanoslip.study.figures.sweep.points import points_of
 from tests.study.figures.sweep.cases import listed, product
 
 LOADS = [1e-4, 1e-3]

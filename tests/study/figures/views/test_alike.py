@@ -2,8 +2,8 @@
 
 import numpy as np
 
-from study.figures.sweep.points import points_of
-from study.figures.views.alike import differs, in_words
+from nanoslip.study.figures.sweep.points import points_of
+from nanoslip.study.figures.views.alike import differs, in_words
 from tests.study.figures.sweep.cases import product
 
 NAN = np.nan

@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from study.figures.views.runs import thinned
+from nanoslip.study.figures.views.runs import thinned
 
 
 def test_a_thinned_line_keeps_ends_extremes_and_order() -> None:

@@ -8,13 +8,13 @@ import pytest
 import xarray as xr
 
 import nanoslip
-from solver.view import with_error
-from study.figures.shared.canvas import image
-from study.figures.sweep.points import points_of
-from study.figures.views.answer import view_of
-from study.figures.views.catalogue import SORTS
-from study.figures.views.view import View, csv_of
-from study.report.summary import scalar_table
+from nanoslip.solver.view import with_error
+from nanoslip.study.figures.shared.canvas import image
+from nanoslip.study.figures.sweep.points import points_of
+from nanoslip.study.figures.views.answer import view_of
+from nanoslip.study.figures.views.catalogue import SORTS
+from nanoslip.study.figures.views.view import View, csv_of
+from nanoslip.study.report.summary import scalar_table
 from tests.study.figures.sweep.cases import listed, product
 
 SVG_AT_MOST = 300_000

@@ -17,21 +17,21 @@ from typing import NamedTuple
 import numpy as np
 import pytest
 
-from solver import friction_record
-from solver.case import Case, Effects, Heterogeneity, SlipRule
-from solver.contact import compiled_contact
-from solver.drive import Scales
-from solver.elasticity.compliance import surface_compliance
-from solver.elasticity.schemes.chain import Chain
-from solver.slab import Slab, Support
-from study.manifest.drives import NamedDrive
-from study.manifest.reader import load_manifest
-from study.plan.cost import rates
-from study.plan.cost.counts import events_of, lateral_stiffness
-from study.plan.cost.rates import TASK
-from study.plan.cost.seconds import condensation_seconds, record_seconds
-from study.plan.plan import make_plan
-from study.plan.tasks import (
+from nanoslip.solver import friction_record
+from nanoslip.solver.case import Case, Effects, Heterogeneity, SlipRule
+from nanoslip.solver.contact import compiled_contact
+from nanoslip.solver.drive import Scales
+from nanoslip.solver.elasticity.compliance import surface_compliance
+from nanoslip.solver.elasticity.schemes.chain import Chain
+from nanoslip.solver.slab import Slab, Support
+from nanoslip.study.manifest.drives import NamedDrive
+from nanoslip.study.manifest.reader import load_manifest
+from nanoslip.study.plan.cost import rates
+from nanoslip.study.plan.cost.counts import events_of, lateral_stiffness
+from nanoslip.study.plan.cost.rates import TASK
+from nanoslip.study.plan.cost.seconds import condensation_seconds, record_seconds
+from nanoslip.study.plan.plan import make_plan
+from nanoslip.study.plan.tasks import (
     Task,
     TaskResult,
     compliance_task,

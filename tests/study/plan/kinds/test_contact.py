@@ -5,12 +5,12 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from solver.case import Effects
-from solver.contact.initial import initial_contact
-from solver.elasticity.compliance import normal_compliance, surface_compliance
-from solver.outcome import Ending
-from solver.slab import Slab
-from study.plan.tasks import (
+from nanoslip.solver.case import Effects
+from nanoslip.solver.contact.initial import initial_contact
+from nanoslip.solver.elasticity.compliance import normal_compliance, surface_compliance
+from nanoslip.solver.outcome import Ending
+from nanoslip.solver.slab import Slab
+from nanoslip.study.plan.tasks import (
     compliance_task,
     contact_task,
     states_task,

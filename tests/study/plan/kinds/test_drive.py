@@ -6,9 +6,9 @@ from typing import Any
 import numpy as np
 import pytest
 
-from solver.dynamics.regime import REGIMES
-from solver.outcome import Ending
-from study.plan.tasks import (
+from nanoslip.solver.dynamics.regime import REGIMES
+from nanoslip.solver.outcome import Ending
+from nanoslip.study.plan.tasks import (
     drive_task,
     run_task,
 )

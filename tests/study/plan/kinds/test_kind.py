@@ -5,14 +5,14 @@ from dataclasses import fields, replace
 import numpy as np
 import pytest
 
-from solver.case import Case
-from solver.elasticity.compliance import surface_compliance
-from solver.quantity import quantities
-from solver.slab import Slab
-from solver.sliding.events import slide
-from solver.sliding.record import FrictionRecord
-from study.plan.kinds.kind import MEMBER, Kind, compliance_of, declared, whole_again
-from study.plan.tasks import KINDS, compliance_task, record_task, run_task
+from nanoslip.solver.case import Case
+from nanoslip.solver.elasticity.compliance import surface_compliance
+from nanoslip.solver.quantity import quantities
+from nanoslip.solver.slab import Slab
+from nanoslip.solver.sliding.events import slide
+from nanoslip.solver.sliding.record import FrictionRecord
+from nanoslip.study.plan.kinds.kind import MEMBER, Kind, compliance_of, declared, whole_again
+from nanoslip.study.plan.tasks import KINDS, compliance_task, record_task, run_task
 
 
 @pytest.mark.parametrize("kind", KINDS.values(), ids=KINDS)

@@ -6,17 +6,17 @@ from typing import Any
 import numpy as np
 import pytest
 
-from solver.case import Case
-from solver.drive import Drive
-from solver.ensemble import Ensemble, change_by, mean_of
-from solver.outcome import InvalidInput
-from solver.slab import Slab
-from solver.sliding.plateau import Plateau
-from solver.sliding.record import FrictionRecord
-from study.plan.kinds import drive as drive_kind
-from study.plan.kinds.drive import PAIRS
-from study.plan.task import TaskResult
-from study.plan.tasks import compliance_task, drive_task, record_task
+from nanoslip.solver.case import Case
+from nanoslip.solver.drive import Drive
+from nanoslip.solver.ensemble import Ensemble, change_by, mean_of
+from nanoslip.solver.outcome import InvalidInput
+from nanoslip.solver.slab import Slab
+from nanoslip.solver.sliding.plateau import Plateau
+from nanoslip.solver.sliding.record import FrictionRecord
+from nanoslip.study.plan.kinds import drive as drive_kind
+from nanoslip.study.plan.kinds.drive import PAIRS
+from nanoslip.study.plan.task import TaskResult
+from nanoslip.study.plan.tasks import compliance_task, drive_task, record_task
 from tests.study.plan.running import run
 
 CASE = Case(slab=Slab(33), max_events=None, max_presliding=4.0)

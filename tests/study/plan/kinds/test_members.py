@@ -7,21 +7,21 @@ from typing import Any
 import numpy as np
 import pytest
 
-from solver.case import Case, Heterogeneity
-from solver.elasticity.compliance import SurfaceCompliance, surface_compliance
-from solver.ensemble import Ensemble, mean_of
-from solver.outcome import COMPLETED, Ending, InvalidInput, Outcome
-from solver.quantity import quantity
-from solver.slab import Slab
-from solver.sliding.events import slide
-from solver.sliding.record import FrictionRecord
-from study.manifest.manifest import KNOWABLE
-from study.plan.kinds import record as record_kind
-from study.plan.kinds.drive import DRIVE as DRIVES
-from study.plan.kinds.kind import Member, Part, joint_outcome, names_of, numbers, whole_again
-from study.plan.kinds.record import RECORD
-from study.plan.task import TaskResult
-from study.plan.tasks import (
+from nanoslip.solver.case import Case, Heterogeneity
+from nanoslip.solver.elasticity.compliance import SurfaceCompliance, surface_compliance
+from nanoslip.solver.ensemble import Ensemble, mean_of
+from nanoslip.solver.outcome import COMPLETED, Ending, InvalidInput, Outcome
+from nanoslip.solver.quantity import quantity
+from nanoslip.solver.slab import Slab
+from nanoslip.solver.sliding.events import slide
+from nanoslip.solver.sliding.record import FrictionRecord
+from nanoslip.study.manifest.manifest import KNOWABLE
+from nanoslip.study.plan.kinds import record as record_kind
+from nanoslip.study.plan.kinds.drive import DRIVE as DRIVES
+from nanoslip.study.plan.kinds.kind import Member, Part, joint_outcome, names_of, numbers, whole_again
+from nanoslip.study.plan.kinds.record import RECORD
+from nanoslip.study.plan.task import TaskResult
+from nanoslip.study.plan.tasks import (
     KINDS,
     compliance_task,
     drive_task,

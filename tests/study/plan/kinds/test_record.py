@@ -5,10 +5,10 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from solver.elasticity.compliance import surface_compliance
-from solver.outcome import Ending
-from solver.sliding.events import slide
-from study.plan.tasks import (
+from nanoslip.solver.elasticity.compliance import surface_compliance
+from nanoslip.solver.outcome import Ending
+from nanoslip.solver.sliding.events import slide
+from nanoslip.study.plan.tasks import (
     compliance_task,
     record_scalars_task,
     record_task,

@@ -7,14 +7,14 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from solver.ensemble import Ensemble
-from solver.outcome import Ending
-from solver.sliding.distributions.record import event_distributions
-from study.manifest.columns import ManifestError
-from study.manifest.reader import load_manifest
-from study.plan.kinds.record import records_in
-from study.plan.plan import Plan, make_plan
-from study.plan.tasks import compliance_task, record_task, run_task, statistics_task
+from nanoslip.solver.ensemble import Ensemble
+from nanoslip.solver.outcome import Ending
+from nanoslip.solver.sliding.distributions.record import event_distributions
+from nanoslip.study.manifest.columns import ManifestError
+from nanoslip.study.manifest.reader import load_manifest
+from nanoslip.study.plan.kinds.record import records_in
+from nanoslip.study.plan.plan import Plan, make_plan
+from nanoslip.study.plan.tasks import compliance_task, record_task, run_task, statistics_task
 from tests.study.plan.running import CASE, first, run, slid
 
 

@@ -5,22 +5,22 @@ from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Final
 
-from study.commands.shared.datasets import write_dataset
-from study.dataset import file
-from study.dataset.made_of import NOTE
-from study.execution.executor import executor
-from study.execution.journal import Journal
-from study.execution.ledger import Tally
-from study.manifest.reader import load_manifest
-from study.origin import here
-from study.plan.plan import Plan, make_plan
-from study.plan.task import TaskResult
-from study.results import attempts, lease, log
-from study.results import attempts as runs
-from study.results import entry as own
-from study.results.attempts import Attempt
-from study.results.lease import Lease
-from study.results.store import FOLDER, Store
+from nanoslip.study.commands.shared.datasets import write_dataset
+from nanoslip.study.dataset import file
+from nanoslip.study.dataset.made_of import NOTE
+from nanoslip.study.execution.executor import executor
+from nanoslip.study.execution.journal import Journal
+from nanoslip.study.execution.ledger import Tally
+from nanoslip.study.manifest.reader import load_manifest
+from nanoslip.study.origin import here
+from nanoslip.study.plan.plan import Plan, make_plan
+from nanoslip.study.plan.task import TaskResult
+from nanoslip.study.results import attempts, lease, log
+from nanoslip.study.results import attempts as runs
+from nanoslip.study.results import entry as own
+from nanoslip.study.results.attempts import Attempt
+from nanoslip.study.results.lease import Lease
+from nanoslip.study.results.store import FOLDER, Store
 
 CAMPAIGN: Final = """\
 title = "A campaign whose files are damaged"

@@ -11,16 +11,16 @@ from types import FrameType
 from typing import Final
 from unittest.mock import patch
 
-from study.commands.shared.datasets import write_dataset
-from study.dataset import file
-from study.execution.failures import left
-from study.results import attempts, lease, log
-from study.results import attempts as runs
-from study.results.attempts import Attempt
-from study.results.entry import packed
-from study.results.lease import Lease
-from study.results.log import Fault
-from study.results.store import Store, StoreError
+from nanoslip.study.commands.shared.datasets import write_dataset
+from nanoslip.study.dataset import file
+from nanoslip.study.execution.failures import left
+from nanoslip.study.results import attempts, lease, log
+from nanoslip.study.results import attempts as runs
+from nanoslip.study.results.attempts import Attempt
+from nanoslip.study.results.entry import packed
+from nanoslip.study.results.lease import Lease
+from nanoslip.study.results.log import Fault
+from nanoslip.study.results.store import Store, StoreError
 from tests.study.results.fuzz.finished import Finished, seals
 
 PATIENCE: Final = 5

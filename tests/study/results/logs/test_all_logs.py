@@ -5,8 +5,8 @@ from pathlib import Path
 
 import pytest
 
-from study.results.entry import CorruptResultError, OtherFormatError, packed
-from study.results.log import ENDING, Logs, LogWriter
+from nanoslip.study.results.entry import CorruptResultError, OtherFormatError, packed
+from nanoslip.study.results.log import ENDING, Logs, LogWriter
 from tests.study.results.results import ALL, NO_FILES, OTHER, RECORD, flip, same
 
 

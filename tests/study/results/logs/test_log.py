@@ -9,8 +9,8 @@ from pathlib import Path
 
 import pytest
 
-from study.results.entry import ALIGNED, CorruptResultError, TornError, packed
-from study.results.log import ENDING, Fault, LogWriter, Place, scan
+from nanoslip.study.results.entry import ALIGNED, CorruptResultError, TornError, packed
+from nanoslip.study.results.log import ENDING, Fault, LogWriter, Place, scan
 from tests.study.results.results import ALL, flip, forged
 
 META = b'{"kind": "record", "ending": "completed", "message": "", "origins": []}'
@@ -125,7 +125,7 @@ def test_each_writer_has_a_log_of_its_own_and_a_later_one_sorts_behind(tmp_path)
 def test_a_process_that_was_forked_has_another_log(tmp_path, environment):
     program = (
         "import os, sys; from pathlib import Path\n"
-        "from study.results.log import LogWriter; from study.results.entry import packed\n"
+        "from nanoslip.study.results.log import LogWriter; from nanoslip.study.results.entry import packed\n"
         "from tests.study.results.results import ALL\n"
         "writer = LogWriter(Path(sys.argv[1])); writer.add(packed(ALL[0])); child = os.fork()\n"
         "writer.add(packed(ALL[1]))\n"

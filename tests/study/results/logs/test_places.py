@@ -3,9 +3,9 @@
 import tracemalloc
 from pathlib import Path
 
-from solver.outcome import COMPLETED, Ending, Outcome
-from study.results.entry import Head, Meta
-from study.results.log import Place, Places
+from nanoslip.solver.outcome import COMPLETED, Ending, Outcome
+from nanoslip.study.results.entry import Head, Meta
+from nanoslip.study.results.log import Place, Places
 
 LARGEST = 2**32 - 1
 """Of a checksum, or a table's length."""

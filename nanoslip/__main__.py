@@ -1,4 +1,4 @@
-"""`python -m study`: the same as the command `nanoslip`."""
+"""`python -m nanoslip`: the same as the command `nanoslip`."""
 
 from nanoslip import main
 

@@ -30,14 +30,12 @@ the same from a shell.
 """
 
 import importlib
-import importlib.util
 import os
 import signal
-import sys
 from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
-    from solver import (
+    from nanoslip.solver import (
         RK4,
         Biquadratic,
         Case,
@@ -71,25 +69,25 @@ if TYPE_CHECKING:
         plateau_of,
         surface_compliance,
     )
-    from solver.contact.closed_forms import (
+    from nanoslip.solver.contact.closed_forms import (
         cattaneo_mindlin,
         flat_punch_pressure,
         hertz,
         sliding_parabola,
         sliding_punch,
     )
-    from solver.dynamics.friction_limit import NoPlateauError
-    from solver.dynamics.stick_slip import Oscillator, stick_slip
-    from solver.sliding.distributions.events import EventSizes, event_sizes, pooled
-    from solver.sliding.distributions.power_law import Histogram, logarithmic_histogram
-    from solver.sliding.distributions.record import SizeDistribution, size_distribution
-    from study.api import concat, run
-    from study.api import open_dataset as open
-    from study.dataset.description import Described
-    from study.dataset.description import described as describe
-    from study.figures.frames.film import frames
-    from study.manifest.columns import ManifestError
-    from study.results.store import StoreError
+    from nanoslip.solver.dynamics.friction_limit import NoPlateauError
+    from nanoslip.solver.dynamics.stick_slip import Oscillator, stick_slip
+    from nanoslip.solver.sliding.distributions.events import EventSizes, event_sizes, pooled
+    from nanoslip.solver.sliding.distributions.power_law import Histogram, logarithmic_histogram
+    from nanoslip.solver.sliding.distributions.record import SizeDistribution, size_distribution
+    from nanoslip.study.api import concat, run
+    from nanoslip.study.api import open_dataset as open
+    from nanoslip.study.dataset.description import Described
+    from nanoslip.study.dataset.description import described as describe
+    from nanoslip.study.figures.frames.film import frames
+    from nanoslip.study.manifest.columns import ManifestError
+    from nanoslip.study.results.store import StoreError
 
     __version__: str
 
@@ -152,17 +150,17 @@ __all__ = [
 ]
 
 _NAMES = {
-    "solver.contact.closed_forms": "cattaneo_mindlin flat_punch_pressure hertz sliding_parabola sliding_punch",
-    "solver.dynamics.friction_limit": "NoPlateauError",
-    "solver.dynamics.stick_slip": "Oscillator stick_slip",
-    "solver.sliding.distributions.events": "EventSizes event_sizes pooled",
-    "solver.sliding.distributions.power_law": "Histogram logarithmic_histogram",
-    "solver.sliding.distributions.record": "SizeDistribution size_distribution",
-    "study.api": "concat open_dataset:open run",
-    "study.dataset.description": "Described described:describe",
-    "study.results.store": "StoreError",
-    "study.figures.frames.film": "frames",
-    "study.manifest.columns": "ManifestError",
+    "nanoslip.solver.contact.closed_forms": "cattaneo_mindlin flat_punch_pressure hertz sliding_parabola sliding_punch",
+    "nanoslip.solver.dynamics.friction_limit": "NoPlateauError",
+    "nanoslip.solver.dynamics.stick_slip": "Oscillator stick_slip",
+    "nanoslip.solver.sliding.distributions.events": "EventSizes event_sizes pooled",
+    "nanoslip.solver.sliding.distributions.power_law": "Histogram logarithmic_histogram",
+    "nanoslip.solver.sliding.distributions.record": "SizeDistribution size_distribution",
+    "nanoslip.study.api": "concat open_dataset:open run",
+    "nanoslip.study.dataset.description": "Described described:describe",
+    "nanoslip.study.results.store": "StoreError",
+    "nanoslip.study.figures.frames.film": "frames",
+    "nanoslip.study.manifest.columns": "ManifestError",
 }
 """Module -> its names that are public here; `theirs:ours` where the name differs. All others are the solver's."""
 
@@ -175,10 +173,10 @@ _PLACES = {
 
 def __getattr__(name: str) -> Any:
     if name == "__version__":
-        return importlib.import_module("study.provenance").version()
+        return importlib.import_module("nanoslip.study.provenance").version()
     if name not in __all__:
         raise AttributeError(f"module 'nanoslip' has no attribute {name!r}")
-    module, theirs = _PLACES.get(name, ("solver", name))
+    module, theirs = _PLACES.get(name, ("nanoslip.solver", name))
     found = getattr(importlib.import_module(module), theirs)
     globals()[name] = found
     return found
@@ -191,7 +189,7 @@ def __dir__() -> list[str]:
 def main() -> None:
     """Run the command `nanoslip` with the words of the command line, and exit."""
     try:
-        commands = importlib.import_module("study.commands.cli")
+        commands = importlib.import_module("nanoslip.study.commands.cli")
     except KeyboardInterrupt:  # as the commands do: one rank that ends by the signal takes the others with it
         signal.signal(signal.SIGINT, signal.SIG_DFL)
         os.kill(os.getpid(), signal.SIGINT)
@@ -199,33 +197,4 @@ def main() -> None:
     commands.main()
 
 
-def _found(package: str) -> str:
-    """The file or folder that Python imports under this name."""
-    module = sys.modules.get(package)
-    if module is not None and module.__file__:
-        origin: str | None = module.__file__
-    else:
-        spec = importlib.util.find_spec(package)
-        if spec is None:
-            raise ImportError(f"nanoslip is not installed whole: its package {package!r} is missing", name=package)
-        origin = spec.origin or next(iter(spec.submodule_search_locations or ()), "")
-    path = os.path.realpath(origin or "")
-    return os.path.dirname(path) if os.path.basename(path) == "__init__.py" else path
-
-
-def _refuse_others() -> None:
-    """Raise ImportError where a file or folder of the user's has the name of a package that nanoslip consists of."""
-    home = os.path.dirname(os.path.realpath(__file__))
-    for package in ("solver", "study"):
-        found, ours = _found(package), os.path.join(home, package)
-        if found != ours:
-            raise ImportError(
-                f"{found} hides a package of nanoslip, {ours}: rename it, or keep its folder out of Python's search path "
-                "(start Python elsewhere, or as `python -P`)",
-                name=package,
-                path=found,
-            )
-
-
-_refuse_others()
-importlib.import_module("study.xarray_accessor").register()
+importlib.import_module("nanoslip.study.xarray_accessor").register()
