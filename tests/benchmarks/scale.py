@@ -118,7 +118,7 @@ def _finish(campaign: Path) -> None:
         if task.kind not in first:
             first[task.kind] = run_task(task, {key: store.read(key) for key in task.needs})
         result = replace(first[task.kind], key=task.key)
-        scalars = {**result.scalars, "plateau_mean": 0.1 + 1e-7 * number} if result.scalars else {}
+        scalars = {**result.scalars, "plateau_mean": [0.1 + 1e-7 * number]} if result.scalars else {}
         store.write(replace(result, scalars=scalars), task.shared)
 
 
