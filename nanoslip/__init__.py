@@ -78,9 +78,8 @@ if TYPE_CHECKING:
     )
     from nanoslip.solver.dynamics.friction_limit import NoPlateauError
     from nanoslip.solver.dynamics.stick_slip import Oscillator, stick_slip
-    from nanoslip.solver.sliding.distributions.events import EventSizes, event_sizes, pooled
-    from nanoslip.solver.sliding.distributions.power_law import Histogram, logarithmic_histogram
-    from nanoslip.solver.sliding.distributions.record import SizeDistribution, size_distribution
+    from nanoslip.solver.sliding.power_law import Histogram, logarithmic_histogram
+    from nanoslip.solver.sliding.sizes import EventSizes, SizeDistribution, event_sizes, pooled, size_distribution
     from nanoslip.study.api import concat, run
     from nanoslip.study.api import open_dataset as open
     from nanoslip.study.dataset.description import Described
@@ -153,9 +152,8 @@ _NAMES = {
     "nanoslip.solver.contact.closed_forms": "cattaneo_mindlin flat_punch_pressure hertz sliding_parabola sliding_punch",
     "nanoslip.solver.dynamics.friction_limit": "NoPlateauError",
     "nanoslip.solver.dynamics.stick_slip": "Oscillator stick_slip",
-    "nanoslip.solver.sliding.distributions.events": "EventSizes event_sizes pooled",
-    "nanoslip.solver.sliding.distributions.power_law": "Histogram logarithmic_histogram",
-    "nanoslip.solver.sliding.distributions.record": "SizeDistribution size_distribution",
+    "nanoslip.solver.sliding.power_law": "Histogram logarithmic_histogram",
+    "nanoslip.solver.sliding.sizes": "EventSizes event_sizes pooled SizeDistribution size_distribution",
     "nanoslip.study.api": "concat open_dataset:open run",
     "nanoslip.study.dataset.description": "Described described:describe",
     "nanoslip.study.results.store": "StoreError",

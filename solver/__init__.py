@@ -39,11 +39,11 @@ if TYPE_CHECKING:
     from nanoslip.solver.contact.state import ContactState, mirrored
     from nanoslip.solver.drive import Drive, Scales
     from nanoslip.solver.dynamics.coefficients import FrictionCoefficients
-    from nanoslip.solver.dynamics.integrate import RK4, DynamicsResult, Exact
+    from nanoslip.solver.dynamics.integrators import RK4, DynamicsResult, Exact
     from nanoslip.solver.elasticity.compliance import SurfaceCompliance, surface_compliance
+    from nanoslip.solver.elasticity.grid import Stiffness
     from nanoslip.solver.elasticity.grid_scheme import NodalFields, blank, solve_mixed, stiffness
     from nanoslip.solver.elasticity.schemes import Biquadratic, Chain, Galerkin, HalfPlane
-    from nanoslip.solver.elasticity.stiffness import Stiffness
     from nanoslip.solver.outcome import Ending, InvalidInput, Outcome, SingularOperator, SolverError
     from nanoslip.solver.simulate import DriveResult, contact_state, drive_result, friction_record
     from nanoslip.solver.slab import Slab
@@ -114,5 +114,5 @@ def _places() -> dict[str, str]:
     return {alias.name: str(node.module) for node in imports for alias in node.names}
 
 
-for _family in ("nanoslip.solver.elasticity.schemes", "nanoslip.solver.dynamics.integrate"):
+for _family in ("nanoslip.solver.elasticity.schemes", "nanoslip.solver.dynamics.integrators"):
     import_module(_family)  # whose members register themselves: a scheme or an integrator is chosen by its name

@@ -10,9 +10,8 @@ from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from typing import Any, ClassVar, Final, Literal, Self
 
-from nanoslip.solver.family import Family
 from nanoslip.solver.outcome import InvalidInput, quoted
-from nanoslip.solver.parameter import MOST_WHOLE, Parameter, as_float, check, declared, parameter, require
+from nanoslip.solver.parameter import MOST_WHOLE, Family, Parameter, as_float, check, declared, parameter, require
 
 ProfileShape = Literal["sawtooth", "coarse", "linear", "mean"]
 

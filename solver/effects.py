@@ -6,7 +6,7 @@ from typing import Final, Generic, TypeVar
 
 from nanoslip.solver.case import Case
 from nanoslip.solver.drive import Drive
-from nanoslip.solver.quantity import quantity
+from nanoslip.solver.parameter import quantity
 from nanoslip.solver.slab import Slab
 
 Scene = TypeVar("Scene", Case, Drive)

@@ -8,20 +8,152 @@ import itertools
 import math
 import sys
 from collections.abc import Callable, Mapping
-from dataclasses import MISSING, dataclass
+from dataclasses import MISSING, dataclass, fields, replace
 from functools import lru_cache
 from operator import attrgetter
 from types import MappingProxyType
-from typing import Any, Literal, NamedTuple, Self, get_args, get_origin
+from typing import Any, Final, Literal, NamedTuple, Self, TypeVar, get_args, get_origin
+
+import numpy as np
+from numpy.typing import DTypeLike
 
 from nanoslip.solver.outcome import InvalidInput, quoted
+
+# Declaration of a result's number, in the metadata of the dataclass field that holds it.
+#
+# A field states its name in a dataset, meaning, unit and uncertainty once. Variables, tables and pages follow from
+# it.
+
+GRID_ERROR: Final = "discretization_error"
+"""Name of the variable that holds the relative error of the slab's grid, which no ± contains."""
+SCALED: Final = ("", "normal_load", "intrinsic_friction", "length", "stiffness", "time", "velocity")
+"""What a number may be scaled with: nothing, the load W or μ_i (it becomes a share of it), or the case's unit (it becomes SI)."""
+PLUS_MINUS: Final = "at 68 %, see Uncertainty in the README of nanoslip; NaN of one member alone"
+_KEY: Final = "quantity"
+
+
+@dataclass(frozen=True, slots=True)
+class Quantity:
+    """A variable of a dataset: a result's number in the solver's units, scaled as `per` says."""
+
+    name: str
+    long_name: str
+    """What it is, short enough for the label of an axis, and its unit where that has no SI symbol."""
+    units: str = "1"
+    per: str = ""
+    """One of SCALED."""
+    ensemble: bool = False
+    """Whether its mean over the members of an ensemble has an uncertainty, and a count of the members that have a value."""
+    of_grid: bool = False
+    """Whether the error of the slab's grid is an error of it."""
+    comment: str = ""
+    """All there is to say of it, in sentences."""
+    symbol: str = ""
+    """What it is called in equations."""
+    flags: tuple[str, ...] = ()
+    """Names of its bits 1, 2, 4, …, empty of one that is not used: a whole number, 0 where there is none, not NaN."""
+    codes: tuple[str, ...] = ()
+    """Meanings of its values 0, 1, …, which stay numbers."""
+    words: tuple[str, ...] = ()
+    """Texts that the variable can hold: it is a text, empty where there is none; a result holds its position here, or NaN."""
+    along: str = ""
+    """Sample dimension of a column of values; empty for one number of a case."""
+    coordinate: bool = False
+    """Whether a column says where the others are: at which displacement, time or place."""
+    dtype: DTypeLike = np.float64
+    """Type of a column's values while they are gathered."""
+    si: "Quantity | None" = None
+    """A second variable that gives the number in SI, or as a share of μ_i."""
+
+    def __post_init__(self) -> None:
+        if self.per not in SCALED:
+            raise ValueError(f"per = {self.per!r} of {self.name or self.long_name}: needs one of {SCALED}")
+
+    @property
+    def uncertainty(self) -> str:
+        """The variable that holds its ±; empty if it has none."""
+        return f"{self.name}_uncertainty" if self.ensemble else ""
+
+    @property
+    def members(self) -> str:
+        """The variable that counts the members that have a value; empty if there is none."""
+        return f"{self.name}_members" if self.ensemble else ""
+
+    @property
+    def beside(self) -> "tuple[Quantity, ...]":
+        """The variables that stand beside it: its ± and that count."""
+        if not self.ensemble:
+            return ()
+        half = f"± of {self.long_name}"
+        return (
+            Quantity(self.uncertainty, half, self.units, self.per, comment=PLUS_MINUS),
+            Quantity(self.members, f"members that have {self.name}"),
+        )
+
+
+def quantity(meaning: str, name: str = "", units: str = "1", **more: Any) -> dict[str, Any]:
+    """Metadata of a field that is a quantity: `mean: float = field(metadata=quantity("mean F/W"))`.
+
+    name: of the variable; the field's own (behind the prefix of its part) where empty. more: further fields of `Quantity`.
+    """
+    return as_metadata(Quantity(name, meaning, units, **more))
+
+
+def as_metadata(declared: Quantity) -> dict[str, Any]:
+    """Metadata of a field that has the declaration of another one."""
+    return {_KEY: declared}
+
+
+def companion(meaning: str, units: str, per: str, name: str = "", **more: Any) -> Quantity:
+    """The twin of a quantity in other units; it is called after it, with `_si`, where it has no name of its own.
+
+    more: further fields of `Quantity`.
+    """
+    return Quantity(name, meaning, units, per, **more)
+
+
+@lru_cache(maxsize=64)
+def quantities(kind: type, prefix: str = "") -> Mapping[str, Quantity]:
+    """Name of each number (prefix and field) of a dataclass that is declared as a quantity -> its declaration."""
+    return {
+        f"{prefix}{item.name}": _named(item.metadata[_KEY], f"{prefix}{item.name}")
+        for item in fields(kind)
+        if _KEY in item.metadata
+    }
+
+
+def attributes(quantity: Quantity) -> dict[str, Any]:
+    """Attributes of the variable in the dataset; words have no unit."""
+    more: dict[str, Any] = {
+        "symbol": quantity.symbol,
+        "ancillary_variables": " ".join(
+            filter(None, (quantity.uncertainty, quantity.members, quantity.of_grid * GRID_ERROR))
+        ),
+        "comment": quantity.comment,
+    }
+    if quantity.flags:
+        more["flag_masks"] = [np.int32(1 << bit) for bit, name in enumerate(quantity.flags) if name]
+        more["flag_meanings"] = " ".join(filter(None, quantity.flags))
+    if quantity.codes:
+        more["flag_values"] = np.arange(len(quantity.codes), dtype=np.int8)
+        more["flag_meanings"] = " ".join(quantity.codes)
+    given = {name: value for name, value in more.items() if len(value)}
+    units = {} if quantity.words or not quantity.units else {"units": quantity.units}
+    return {"long_name": quantity.long_name} | units | given
+
+
+def _named(declared: Quantity, key: str) -> Quantity:
+    name = declared.name or key
+    twin = declared.si and replace(declared.si, name=declared.si.name or f"{name}_si", ensemble=declared.ensemble)
+    return replace(declared, name=name, si=twin)
+
 
 Roughness = tuple[tuple[float, float], ...]
 
 MOST_WHOLE = 2**63 - 1
 """The largest whole number that arrays and files hold."""
 
-_KEY = "parameter"
+_PARAMETER_KEY = "parameter"
 
 
 @dataclass(frozen=True, slots=True)
@@ -81,7 +213,7 @@ class Parameter:
 def parameter(default: Any = MISSING, *, meaning: str, **declared: Any) -> Any:
     """A dataclass field that is a parameter; for what is declared see `Parameter`."""
     found = Parameter(meaning, **declared)
-    return dataclasses.field(default=default, metadata={_KEY: found})
+    return dataclasses.field(default=default, metadata={_PARAMETER_KEY: found})
 
 
 _declared: dict[type, Mapping[str, Parameter]] = {}
@@ -91,7 +223,11 @@ _declared: dict[type, Mapping[str, Parameter]] = {}
 def declared(kind: type) -> Mapping[str, Parameter]:
     """The parameters among the fields of a dataclass, by name, in their order."""
     if kind not in _declared:
-        found = {item.name: item.metadata[_KEY] for item in dataclasses.fields(kind) if _KEY in item.metadata}
+        found = {
+            item.name: item.metadata[_PARAMETER_KEY]
+            for item in dataclasses.fields(kind)
+            if _PARAMETER_KEY in item.metadata
+        }
         _declared[kind] = MappingProxyType(found)
     return _declared[kind]
 
@@ -113,7 +249,7 @@ def check(value: Any) -> None:
     """Give every parameter of a frozen value its declared type (200 and 200.0 are one case); refuse what is out of range."""
     kind = type(value)
     if kind not in _checks:
-        checks = tuple(_Check.of(item) for item in dataclasses.fields(kind) if _KEY in item.metadata)
+        checks = tuple(_Check.of(item) for item in dataclasses.fields(kind) if _PARAMETER_KEY in item.metadata)
         _checks[kind] = checks, attrgetter(*(each.name for each in checks), "__class__"), [_NOTHING] * len(checks)
     checks, values_of, accepted = _checks[kind]
     for place, given in enumerate(values_of(value)[:-1]):
@@ -143,7 +279,7 @@ class _Check(NamedTuple):
     def of(cls, item: "dataclasses.Field[Any]") -> Self:
         kinds = (item.type, *get_args(item.type))
         plain = next((plain for plain in _CONVERSIONS if plain in kinds), None)
-        return cls(item.name, item.metadata[_KEY], type(None) in kinds, choices_of(item.type), plain)
+        return cls(item.name, item.metadata[_PARAMETER_KEY], type(None) in kinds, choices_of(item.type), plain)
 
     def taken(self, given: Any) -> Any:
         """The value in its declared type. Raises InvalidInput."""
@@ -229,3 +365,58 @@ def _short(number: float) -> str:
         mantissa, exponent = f"{number:e}".split("e")
         text = f"{float(mantissa):g}e{int(exponent)}"
     return text
+
+
+# A family of methods, such as the schemes: one settings type each, registered by its name. What is not registered is
+# refused.
+
+T = TypeVar("T")
+_Kind = TypeVar("_Kind", bound=type)
+
+
+class Family(dict[str, type[T]]):
+    """Name of a member -> its settings type, a frozen dataclass with that `name`. word: what parameters call the choice."""
+
+    def __init__(self, word: str) -> None:
+        super().__init__()
+        self.word = word
+
+    def register(self) -> Callable[[_Kind], _Kind]:
+        """A decorator that registers a settings type: from then on values, manifests and documentation know it."""
+
+        def registered(kind: _Kind) -> _Kind:
+            self[kind.name] = kind  # type: ignore[attr-defined]
+            return kind
+
+        return registered
+
+    def named(self, name: object) -> type[T]:
+        """The settings type of this name. Raises InvalidInput where nobody registered it."""
+        if isinstance(name, str) and name in self:
+            return self[name]
+        raise InvalidInput(f"{self.word} = {quoted(name)}: needs one of " + ", ".join(self))
+
+    def settings(self) -> Mapping[str, tuple[Any, ...]]:
+        """Setting of any member -> the members that have it."""
+        kinds: tuple[Any, ...] = tuple(self.values())
+        return settings_of(*kinds)
+
+    def member(self, parameters: Mapping[str, Any], default: str) -> T:
+        """The member that these parameters choose, with its settings among them. Raises InvalidInput for another's settings."""
+        chosen = parameters.get(self.word, default)
+        own: Mapping[str, Any] = {}
+        if not isinstance(chosen, str) and type(chosen) in self.values():
+            own = {name: getattr(chosen, name) for name in declared(type(chosen))}
+            chosen = chosen.name
+        kind = self.named(chosen)
+        given = {**parameters, **own}
+        given = {name: given[name] for name in self.settings() if given.get(name) is not None}
+        for name, value in given.items():
+            owners = self.settings()[name]
+            needed = " or ".join(f'"{owner.name}"' for owner in owners)
+            require(name, value, kind in owners, f"{self.word} = {needed}")
+        return kind(**given)
+
+    def flat(self, member: Any) -> dict[str, Any]:
+        """The choice and every setting of all members, by parameter; None for those of others."""
+        return {self.word: member.name} | {name: getattr(member, name, None) for name in self.settings()}

@@ -14,13 +14,12 @@ from nanoslip.solver.contact.initial import compliance_for_contact, initial_cont
 from nanoslip.solver.contact.state import ContactState
 from nanoslip.solver.drive import Drive, Scales
 from nanoslip.solver.dynamics.coefficients import FrictionCoefficients, measured
-from nanoslip.solver.dynamics.integrate import DynamicsResult
-from nanoslip.solver.dynamics.integrators import disproportion
+from nanoslip.solver.dynamics.integrators import DynamicsResult, disproportion
 from nanoslip.solver.elasticity.compliance import Compliance, surface_compliance
 from nanoslip.solver.outcome import Outcome
-from nanoslip.solver.sliding.events import slide
 from nanoslip.solver.sliding.plateau import Plateau, plateau_of
 from nanoslip.solver.sliding.record import FrictionRecord
+from nanoslip.solver.sliding.slide import slide
 from nanoslip.solver.view import Curve, Labelled, Picture, Viewed, as_dataset, in_words, labelled
 
 if TYPE_CHECKING:

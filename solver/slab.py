@@ -13,8 +13,7 @@ from typing import Any, ClassVar, Literal, Self
 import numpy as np
 from numpy.typing import NDArray
 
-from nanoslip.solver.family import Family
-from nanoslip.solver.parameter import check, declared, parameter, require
+from nanoslip.solver.parameter import Family, check, declared, parameter, require
 
 Support = Literal["bonded", "frictionless", "right_side"]
 

@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from nanoslip.solver.outcome import Outcome
-from nanoslip.solver.quantity import Quantity, attributes, quantities
+from nanoslip.solver.parameter import Quantity, attributes, quantities
 
 if TYPE_CHECKING:
     import xarray as xr

@@ -15,7 +15,7 @@ import xarray as xr
 from nanoslip.solver.case import PARTS, SlipRule
 from nanoslip.solver.drive import INTEGRATORS, Drive
 from nanoslip.solver.dynamics.integrators import Method, integrate_rk4
-from nanoslip.solver.dynamics.kernels.state import Motion, Run, Teeth
+from nanoslip.solver.dynamics.kernels.motion import Motion, Run, Teeth
 from nanoslip.solver.outcome import InvalidInput, Outcome
 from nanoslip.solver.parameter import check, parameter
 from nanoslip.solver.slab import SCHEMES, Scheme, Slab

@@ -26,7 +26,7 @@ ORDER = {
     "nanoslip.solver.contact.coulomb": "contact roles motion",
     "nanoslip.solver.sliding": "kernels record columns plateau full_contact tangential coulomb validity events statistics "
     "distributions",
-    "nanoslip.solver.sliding.distributions": "power_law rivals events record",
+    "nanoslip.solver.sliding.sizes": "power_law rivals events record",
     "nanoslip.solver.sliding.kernels": "events step full_contact tangential",
     "nanoslip.solver.dynamics": "friction_limit kernels result integrators integrate coefficients stick_slip regime",
     "nanoslip.solver.dynamics.kernels": "state teeth slips oscillator roots segment_end friction_law recording cruise "

@@ -2,26 +2,203 @@
 
 import math
 import sys
+import warnings
 from dataclasses import dataclass
 from functools import lru_cache
 
 import numpy as np
+import scipy
 from numpy.typing import NDArray
 
 from nanoslip.solver.case import Case
-from nanoslip.solver.contact.kernels.cascade import answer_violations
-from nanoslip.solver.contact.kernels.contact_change import look_for_rounding
-from nanoslip.solver.contact.kernels.enumerations import Stop
-from nanoslip.solver.contact.kernels.equilibrium import RESIDUAL_LIMIT, equilibrium_residual, respond
-from nanoslip.solver.contact.kernels.state import KernelConstants, KernelState, RoughPin, SlipConstants, new_scalars
-from nanoslip.solver.contact.node_friction import node_friction
-from nanoslip.solver.contact.normal.system import FEW, KEPT
-from nanoslip.solver.contact.pin import Pin, pin_of, surface_from_pin
-from nanoslip.solver.contact.tableau import in_lines, tableau
-from nanoslip.solver.contact.window import around, good_until, inner_nodes
+from nanoslip.solver.contact.kernels.events import answer_violations, look_for_rounding
+from nanoslip.solver.contact.kernels.state import (
+    RESIDUAL_LIMIT,
+    KernelConstants,
+    KernelState,
+    RoughPin,
+    SlipConstants,
+    Stop,
+    equilibrium_residual,
+    new_scalars,
+    respond,
+)
+from nanoslip.solver.contact.normal import FEW, KEPT
+from nanoslip.solver.contact.pin import Pin, node_friction, pin_of, surface_from_pin
 from nanoslip.solver.elasticity.compliance import SurfaceCompliance
+from nanoslip.solver.outcome import SingularOperator
+
+# The window of surface nodes that the kernels follow: the contact and a margin. Slips cost what the window is wide.
+#
+# Nodes far from the contact cannot touch a smooth pin before their nearer neighbours do: a touch near the window's
+# end asks for a
+# wider one. A rough pin skips nodes. Under it every node is followed that its profile could meet while it moves on by
+# some
+# spacings, or comes nearer by what it falls on that way; then the next window is set up. One that touches in spots
+# may tilt the
+# surface anywhere between them: all of the surface is followed.
 
 Vector = NDArray[np.float64]
+Nodes = NDArray[np.bool_]
+
+MARGIN = 8
+"""Free nodes followed on each side of the contact, at least."""
+GUARD = 3
+"""A touch this near to the window's end asks for a wider window."""
+ONE_SPOT = 0.75
+"""Share of the nodes from the first to the last one in contact that touch where a rough pin does so in one spot."""
+SINKING = 0.1
+"""Of W/G: how far a rough pin may sink, besides what its profile falls, before the next window is set up."""
+NOT_SEEN = 2.0
+"""How much nearer to the pin nodes beyond a window may come than those at its ends, which are watched."""
+
+
+def margin(n_x: int) -> int:
+    """Free nodes followed on each side: where a tableau is dear, the contact has room to grow before the next one."""
+    return max(MARGIN, n_x // 128)
+
+
+def around(followed: Nodes) -> slice:
+    """The window of nodes (n,) to follow, with its margin."""
+    nodes, more = np.flatnonzero(followed), margin(len(followed))
+    return slice(max(int(nodes[0]) - more, 0), min(int(nodes[-1]) + more + 1, len(followed)))
+
+
+def inner_nodes(window: slice, n_x: int) -> tuple[int, int]:
+    """First and last node of a window, numbered from its start, that can touch without a wider one being asked for."""
+    last = window.stop - window.start - 1
+    return GUARD if window.start > 0 else 0, last - GUARD if window.stop < n_x else last
+
+
+def within_reach(case: Case, contact: Nodes, u: Vector, v: Vector, displacement: float = 0.0) -> Nodes:
+    """Nodes to follow: those in contact, and those that a rough pin could meet before the next window is set up.
+
+    contact, u, v = w + approach: (n,), also of free nodes; displacement: δ_p. All in L_x.
+    """
+    if not case.heterogeneity.roughness:
+        return contact
+    if not _in_one_spot(contact):
+        return np.ones_like(contact)
+    farther, deeper = _reach(case)
+    lowest = pin_of(case).lowest_within(surface_from_pin(case) + u - displacement, farther)
+    return np.asarray(contact | (lowest - deeper <= v))
+
+
+def good_until(case: Case, state: KernelState) -> tuple[float, float, float]:
+    """Displacement, and heights of the window's two end nodes under the pin, up to which none beyond can meet a rough pin."""
+    nodes = len(state.x)
+    if not case.heterogeneity.roughness or nodes == case.slab.n_x:
+        return math.inf, math.inf, math.inf
+    farther, deeper = _reach(case)
+    left, right = (float(state.response[nodes + end]) + deeper / NOT_SEEN for end in (0, nodes - 1))
+    return float(state.scalars["displacement"]) + farther, left, right
+
+
+def _in_one_spot(contact: Nodes) -> bool:
+    nodes = np.flatnonzero(contact)
+    return bool(len(nodes) >= ONE_SPOT * (nodes[-1] - nodes[0] + 1))
+
+
+def _reach(case: Case) -> tuple[float, float]:
+    """How far a rough pin may move with one window, less than its margin, and how much nearer it may come."""
+    farther = (margin(case.slab.n_x) - GUARD) * case.slab.spacing
+    return farther, pin_of(case).fall_within(farther) + SINKING * case.normal_load
+
+
+# Principal pivot transform of the slab's compliance at the nodes in contact, with the load given and the approach
+# unknown.
+#
+# With v = w + approach and the load W, the slab obeys [u; v; -W] = B [f_x; f_z; approach], where B is the compliance
+# bordered
+# by ones (ΣN = W, constraint of the load). Exchanging the contact's displacements and -W for their forces and the
+# approach
+# gives the tableau that contact and sliding work with: prescribed values in, unknown values out.
+
+LINE = 8
+"""Floats in a cache line of 64 bytes."""
+
+
+def tableau(matrix: NDArray[np.float64], contact: NDArray[np.bool_]) -> NDArray[np.float64]:
+    """The bordered compliance pivoted on `contact` (shape (n,)) and on the load: transposed, (2n + 1, 2n + 1)."""
+    touching, free = np.flatnonzero(contact), np.flatnonzero(~contact)
+    n, load = len(contact), [2 * len(contact)]
+    pivoted, kept = np.concatenate((touching, touching + n, load)), np.concatenate((free, free + n))
+    sorted_entries = _pivoted_first(matrix, pivoted, kept)
+    places = np.concatenate((pivoted, kept)).argsort()
+    return sorted_entries.take(places, 0).take(places, 1)
+
+
+def _pivoted_first(
+    matrix: NDArray[np.float64], pivoted: NDArray[np.int64], kept: NDArray[np.int64]
+) -> NDArray[np.float64]:
+    """The tableau with its pivoted entries before those that are kept."""
+    first, then = _rows(matrix, pivoted, kept)
+    # `take` along one axis after the other: several times as fast as a gather by lists of rows and columns.
+    across = first.take(kept, 1)
+    stiffness = _bordered_inverse(first.take(pivoted, 1), f"compliance of {len(pivoted) // 2} nodes")
+    from_kept = then.take(pivoted, 1) @ stiffness
+    count, entries = len(pivoted), len(pivoted) + len(kept)
+    result = np.empty((entries, entries))
+    result[:count, :count] = stiffness.T
+    result[:count, count:] = from_kept.T
+    result[count:, :count] = -(stiffness @ across).T
+    result[count:, count:] = (then.take(kept, 1) - from_kept @ across).T
+    return result
+
+
+def _rows(
+    matrix: NDArray[np.float64], pivoted: NDArray[np.int64], kept: NDArray[np.int64]
+) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+    """The rows of the bordered compliance that are pivoted, and those that are kept."""
+    last = len(matrix)
+    bordered = np.zeros((last + 1, last + 1))
+    bordered[:last, :last] = matrix
+    bordered[last // 2 : last, last] = bordered[last, last // 2 : last] = 1.0
+    return bordered.take(pivoted, 0), bordered.take(kept, 0)
+
+
+def in_lines(square: NDArray[np.float64]) -> NDArray[np.float64]:
+    """The same with every row padded to begin at a cache line: a row that straddles them takes a third longer to add."""
+    entries = len(square)
+    stride = -(-entries // LINE) * LINE
+    room = np.zeros(entries * stride + LINE)
+    first = -room.ctypes.data // room.itemsize % LINE
+    padded = room[first : first + entries * stride].reshape(entries, stride)
+    padded[:, :entries] = square
+    return padded
+
+
+def _bordered_inverse(system: NDArray[np.float64], name: str) -> NDArray[np.float64]:
+    """The inverse of a `name` with the load's row and column, which are the last: by Cholesky's factor where it has one."""
+    block, border = system[:-1, :-1], system[:-1, -1]
+    if not np.array_equal(block, block.T):
+        return inverse(system, name)
+    factor, failed = scipy.linalg.lapack.dpotrf(block.T)
+    if failed or scipy.linalg.lapack.dpocon(factor, np.abs(block).sum(0).max())[0] < np.finfo(float).eps:
+        return inverse(system, name)
+    triangle = scipy.linalg.lapack.dpotri(factor, overwrite_c=1)[0]
+    result = np.empty_like(system)
+    whole = np.add(triangle, triangle.T, out=result[:-1, :-1])
+    whole[np.diag_indices(len(whole))] /= 2.0
+    alone = whole @ border
+    share = float(border @ alone)
+    whole -= np.outer(alone, alone / share)
+    result[:-1, -1] = result[-1, :-1] = alone / share
+    result[-1, -1] = -1.0 / share
+    return result
+
+
+def inverse(block: NDArray[np.float64], name: str) -> NDArray[np.float64]:
+    """block⁻¹ of a `name`; SingularOperator where not a digit of it is sure."""
+    try:
+        with warnings.catch_warnings():
+            # One whose reciprocal condition is below machine precision.
+            warnings.simplefilter("error", scipy.linalg.LinAlgWarning)
+            return np.asarray(scipy.linalg.inv(block))
+    except (scipy.linalg.LinAlgError, scipy.linalg.LinAlgWarning, ValueError) as error:
+        raise SingularOperator(
+            f"the {name} in contact is singular to rounding: use another scheme or n_x, or an aspect_ratio nearer 1"
+        ) from error
 
 
 @dataclass(frozen=True, slots=True, eq=False)

@@ -11,21 +11,21 @@ from dataclasses import replace
 import numpy as np
 
 from nanoslip.solver.case import Case, InitialContact
-from nanoslip.solver.contact.compiled_contact import compiled_contact, corrected_for_rounding
-from nanoslip.solver.contact.convolved.contact import convolved_contact, needs_no_matrix
-from nanoslip.solver.contact.coulomb.contact import CoulombContact, CoulombError
-from nanoslip.solver.contact.coulomb.motion import raise_load_of_sliding
-from nanoslip.solver.contact.coulomb.roles import resolve_violations, stick_and_slide_at_rest
-from nanoslip.solver.contact.kernels.cascade import answer_violations
-from nanoslip.solver.contact.kernels.enumerations import Stop
-from nanoslip.solver.contact.kernels.equilibrium import refresh, set_rate_to_load
-from nanoslip.solver.contact.kernels.loading import raise_load
-from nanoslip.solver.contact.normal.contact import INSIDE, NormalContact, expected_half_width, normal_contact
-from nanoslip.solver.contact.outcomes import OUTCOME_OF_ENDING, OUTCOME_OF_STOP, advised, advised_of_pillars
+from nanoslip.solver.contact.compiled_contact import compiled_contact, corrected_for_rounding, within_reach
+from nanoslip.solver.contact.convolved import convolved_contact, needs_no_matrix
+from nanoslip.solver.contact.coulomb import (
+    CoulombContact,
+    CoulombError,
+    raise_load_of_sliding,
+    resolve_violations,
+    stick_and_slide_at_rest,
+)
+from nanoslip.solver.contact.kernels.events import answer_violations, raise_load
+from nanoslip.solver.contact.kernels.state import Stop, refresh, set_rate_to_load
+from nanoslip.solver.contact.normal import INSIDE, NormalContact, expected_half_width, normal_contact
 from nanoslip.solver.contact.pin import pin_of, surface_from_pin
-from nanoslip.solver.contact.soundness import soundness
+from nanoslip.solver.contact.soundness import OUTCOME_OF_ENDING, OUTCOME_OF_STOP, advised, advised_of_pillars, soundness
 from nanoslip.solver.contact.state import ContactState, beyond_window, contact_state, coulomb_state, state_from_forces
-from nanoslip.solver.contact.window import within_reach
 from nanoslip.solver.elasticity.compliance import (
     Compliance,
     NormalCompliance,

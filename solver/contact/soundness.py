@@ -5,16 +5,136 @@ Only under a small slope is shear the force along the slab, and pressure the for
 
 import math
 import sys
+from dataclasses import replace
 
 import numpy as np
 from numpy.typing import NDArray
 
 from nanoslip.solver.case import Case
-from nanoslip.solver.contact.kernels.violations import STEEPEST
-from nanoslip.solver.contact.outcomes import NOT_FINITE, STEEP_PIN
+from nanoslip.solver.contact.kernels.events import STEEPEST
+from nanoslip.solver.contact.kernels.state import Stop
 from nanoslip.solver.contact.pin import pin_of, surface_from_pin
 from nanoslip.solver.elasticity.compliance import Compliance
 from nanoslip.solver.outcome import COMPLETED, Ending, Outcome
+
+# What the kernels' reasons to stop mean to a user: the one place where a `Stop` becomes an `Outcome`.
+
+STEEP_PIN = Outcome(
+    Ending.STEEP_PIN,
+    "the pin is too steep where it touches, either above 45° (between nodes too) or so steep against intrinsic_friction that an "
+    "event creates energy: raise radius or intrinsic_friction, lower normal_load, or use a smoother heterogeneity.roughness",
+)
+"""Down a flank of slope s the pressure does the work s·N per distance, which only a shear above s·N can make a loss."""
+NOT_FINITE = Outcome(
+    Ending.ROUNDING,
+    "a force or displacement is no longer a number: use a load, a radius and an event_floor nearer those of the paper",
+)
+
+PILLAR = 100.0
+"""Height over width above which a slab sways by so much under the pin that it bends away from under it: of 64 contacts of 300 to
+10000 widths half were steep or slipped without end, and all the same ones of 10 widths were computed."""
+_OF_PILLARS = (Ending.STEEP_PIN, Ending.SLIP_UNBOUNDED, Ending.CONTACT_NOT_CONVERGED, Ending.OVERSHOT)
+
+NEARLY_INCOMPRESSIBLE = 0.49
+"""ν above which a node that slips shears its neighbours about as much as it gives way: slips without friction grow in number,
+3e5 at 0.49, 8e6 at 0.499 and 8e7 at 0.4999 (n_x = 65, R/L_x = 200)."""
+
+OUTCOME_OF_STOP = {
+    Stop.DONE: COMPLETED,
+    Stop.FULL: COMPLETED,
+    Stop.SLIP_UNBOUNDED: Outcome(
+        Ending.SLIP_UNBOUNDED,
+        "no slip (at residual_shear 1: no motion) satisfies the friction law here: lower intrinsic_friction, or raise n_x",
+    ),
+    Stop.CASCADE_LIMIT: Outcome(
+        Ending.CASCADE_LIMIT,
+        "one event needed more slips than slip.cascade_limit: raise it",
+    ),
+    Stop.CONTACT_LOST: Outcome(
+        Ending.CONTACT_LOST,
+        "no node is left that can carry the load: the pin has left the slab; lower the record's limits",
+    ),
+    Stop.EDGE_REACHED: Outcome(
+        Ending.EDGE_REACHED,
+        "the punch's edge has come upon the next node, where a sharp edge has no answer: "
+        "lower the record's limits, or raise n_x",
+    ),
+    Stop.CONTACT_CYCLE: Outcome(
+        Ending.CONTACT_NOT_CONVERGED,
+        "nodes touch and are released in turn, no contact set satisfies the constraints: "
+        "use another initial_contact, or another n_x",
+    ),
+    Stop.INACCURATE: Outcome(
+        Ending.SINGULAR_OPERATOR,
+        "the compliance of the nodes in contact is so ill-conditioned that forces and displacements disagree by more than "
+        "1e-10: use an aspect_ratio nearer 1",
+    ),
+    Stop.OVERSHOT: Outcome(
+        Ending.OVERSHOT,
+        "the smallest step pushed nodes beyond μ_i·pressure by more than 1e-4 of μ_i·W: lower slip.event_floor, or, where it "
+        "is small, the radius or the record's limits",
+    ),
+    Stop.STEEP: STEEP_PIN,
+    Stop.NOT_FINITE: NOT_FINITE,
+    Stop.NO_EVENT: Outcome(
+        Ending.NO_EVENT,
+        "no displacement triggers an event: the contact sticks; set limits.displacement, or lower intrinsic_friction",
+    ),
+}
+"""Outcome of every stop at which a run ends."""
+OUTCOME_OF_ENDING = {outcome.ending: outcome for outcome in OUTCOME_OF_STOP.values()}
+"""The same by ending, for solvers that are not compiled."""
+
+
+def advised(case: Case, outcome: Outcome) -> Outcome:
+    """The outcome of a case's run, with what helps this case beside what its message advises to all."""
+    if outcome.message == OUTCOME_OF_STOP[Stop.CASCADE_LIMIT].message:
+        return replace(outcome, message=_of_cascades(case, outcome.message))
+    with_others = outcome in (OUTCOME_OF_STOP[Stop.CONTACT_CYCLE], OUTCOME_OF_STOP[Stop.INACCURATE])
+    if with_others and not case.slab.scheme.reciprocal:
+        return replace(outcome, message=f"{outcome.message}, or the scheme galerkin")
+    return outcome
+
+
+def energy_created(case: Case) -> Outcome:
+    """The outcome of a record whose events created energy, with the causes that the case may have and what to do about each."""
+    causes = []
+    if case.slip_rule.slip_order != "worst_first":
+        causes.append('slips of many nodes at once overshoot: use slip.slip_order = "worst_first"')
+    if not case.slab.scheme.reciprocal:
+        causes.append("the operator is not an elastic body's: use the scheme galerkin")
+    if case.heterogeneity.roughness:
+        causes.append("the pin is rougher than its nodes can follow: use a smoother heterogeneity.roughness")
+    if not causes:
+        causes.append(
+            "use a poisson further from 0.5, an aspect_ratio nearer 1, another n_x, or a lower slip.event_floor"
+        )
+    return Outcome(
+        Ending.ENERGY_CREATED, f"events created energy, more than a millionth of the work: {'; or '.join(causes)}"
+    )
+
+
+def advised_of_pillars(case: Case, outcome: Outcome) -> Outcome:
+    """The outcome, of a slab that may sway with the advice to lower it, unless its message does so already."""
+    if outcome.ending in _OF_PILLARS and case.slab.aspect_ratio > PILLAR and "aspect_ratio" not in outcome.message:
+        return replace(outcome, message=f"{outcome.message}, or use an aspect_ratio nearer 1")
+    return outcome
+
+
+def _of_cascades(case: Case, message: str) -> str:
+    """What helps against slips without end. Without friction they go on until no shear is left, which a higher limit only
+    shows to take for ever on a slab that is nearly incompressible."""
+    rule, others = case.slip_rule, []
+    if 0.0 < rule.residual_shear < 1.0:
+        others.append("lower slip.residual_shear")
+    if case.intrinsic_friction == 0.0 and case.initial_contact != "frictionless":
+        others.append('use initial_contact = "frictionless", the contact of a pin without friction')
+    if case.intrinsic_friction > 1.0:
+        others.append("lower intrinsic_friction")
+    if case.slab.poisson > NEARLY_INCOMPRESSIBLE:
+        others.append("lower poisson")
+    return ", or ".join((message, *others))
+
 
 Vector = NDArray[np.float64]
 

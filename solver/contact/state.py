@@ -9,11 +9,11 @@ from numpy.typing import NDArray
 
 from nanoslip.solver.case import Case
 from nanoslip.solver.contact.compiled_contact import CompiledContact
-from nanoslip.solver.contact.coulomb.contact import CoulombContact
+from nanoslip.solver.contact.coulomb import CoulombContact
 from nanoslip.solver.contact.pin import pin_of, surface_from_pin
 from nanoslip.solver.elasticity.compliance import Compliance
 from nanoslip.solver.outcome import InvalidInput, Outcome
-from nanoslip.solver.quantity import quantity
+from nanoslip.solver.parameter import quantity
 from nanoslip.solver.slab import surface_x
 from nanoslip.solver.view import Curve, Labelled, Picture, Viewed, in_words, labelled
 

@@ -10,9 +10,9 @@ from numpy.typing import NDArray
 
 from nanoslip.solver.drive import Drive
 from nanoslip.solver.dynamics.friction_limit import friction_limit_of
-from nanoslip.solver.dynamics.integrate import DynamicsResult, integrate
+from nanoslip.solver.dynamics.integrators import DynamicsResult, integrate
 from nanoslip.solver.outcome import COMPLETED, Ending, Outcome
-from nanoslip.solver.quantity import quantity
+from nanoslip.solver.parameter import quantity
 from nanoslip.solver.sliding.plateau import Plateau
 from nanoslip.solver.sliding.record import FrictionRecord
 from nanoslip.solver.view import Labels, in_words

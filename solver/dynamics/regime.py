@@ -20,7 +20,7 @@ from numpy.typing import NDArray
 
 from nanoslip.solver.drive import Drive
 from nanoslip.solver.dynamics.result import BINS, DynamicsResult
-from nanoslip.solver.quantity import quantity
+from nanoslip.solver.parameter import quantity
 
 Regime = Literal["sticks", "stick_slip", "slides", "micro_slip"]
 """No macroscopic slip; slips that end in stick; a last slip that goes on, longer than any cycle before it; no macroscopic

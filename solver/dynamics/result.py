@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from nanoslip.solver.outcome import Outcome
-from nanoslip.solver.quantity import quantity
+from nanoslip.solver.parameter import quantity
 from nanoslip.solver.view import Curve, OneLine, Picture, in_words
 
 BINS: Final = 256

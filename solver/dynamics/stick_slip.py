@@ -14,8 +14,8 @@ import scipy
 from numpy.typing import NDArray
 
 from nanoslip.solver.drive import Drive
-from nanoslip.solver.dynamics.integrate import DynamicsResult
-from nanoslip.solver.quantity import quantity
+from nanoslip.solver.dynamics.integrators import DynamicsResult
+from nanoslip.solver.parameter import quantity
 
 Floats = NDArray[np.float64]
 _ROUNDING = 1e-12

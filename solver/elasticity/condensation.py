@@ -7,8 +7,7 @@ import numpy as np
 import scipy
 from numpy.typing import NDArray
 
-from nanoslip.solver.elasticity.grid import Grid
-from nanoslip.solver.elasticity.stiffness import Sparse, Stiffness
+from nanoslip.solver.elasticity.grid import Grid, Sparse, Stiffness
 from nanoslip.solver.outcome import SingularOperator
 
 # Even and odd displacement fields. A slab that is symmetric about its middle does not couple them: each is solved

@@ -9,8 +9,7 @@ import scipy
 from numpy.typing import NDArray
 
 from nanoslip.solver.elasticity.condensation import condensed
-from nanoslip.solver.elasticity.grid import Grid
-from nanoslip.solver.elasticity.stiffness import Stiffness, confined_modulus
+from nanoslip.solver.elasticity.grid import Grid, Stiffness, confined_modulus
 from nanoslip.solver.outcome import InvalidInput, SingularOperator
 from nanoslip.solver.slab import SCHEMES, Scheme, Slab
 

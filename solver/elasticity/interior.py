@@ -16,11 +16,10 @@ import scipy
 from numpy.typing import NDArray
 
 from nanoslip.solver.elasticity.condensation import displace, families, forces_on, with_translations
-from nanoslip.solver.elasticity.grid import Grid, lagrange, slope
+from nanoslip.solver.elasticity.grid import Grid, Stiffness, lagrange, lame, slope
 from nanoslip.solver.elasticity.grid_scheme import solve_sparse, stiffness
 from nanoslip.solver.elasticity.schemes.column import bar_forces, lengthening, passed_down, resultants, trunk
-from nanoslip.solver.elasticity.stiffness import Stiffness, lame
-from nanoslip.solver.quantity import quantity
+from nanoslip.solver.parameter import quantity
 from nanoslip.solver.slab import Slab
 
 Vector = NDArray[np.float64]

@@ -14,7 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from nanoslip.solver.outcome import COMPLETED, Ending, Outcome
-from nanoslip.solver.quantity import companion, quantity
+from nanoslip.solver.parameter import companion, quantity
 from nanoslip.solver.sliding.record import FrictionRecord
 from nanoslip.solver.view import Curve, Labelled, Picture, Viewed, in_words, labelled
 

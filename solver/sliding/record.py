@@ -7,9 +7,9 @@ from typing import Any, Final
 import numpy as np
 from numpy.typing import NDArray
 
-from nanoslip.solver.contact.kernels.enumerations import EventKind
+from nanoslip.solver.contact.kernels.state import EventKind
 from nanoslip.solver.outcome import Outcome
-from nanoslip.solver.quantity import companion, quantities, quantity
+from nanoslip.solver.parameter import companion, quantities, quantity
 from nanoslip.solver.view import Curve, Picture, Viewed, in_words
 
 EVENT_KINDS = tuple(kind.name.lower() for kind in EventKind if kind is not EventKind.NOTHING)

@@ -10,8 +10,8 @@ from typing import Final
 
 import numpy as np
 
-from nanoslip.solver.quantity import companion, quantity
-from nanoslip.solver.sliding.kernels.events import cycle
+from nanoslip.solver.parameter import companion, quantity
+from nanoslip.solver.sliding.kernels.slide import cycle
 from nanoslip.solver.sliding.record import EVENT_KINDS, FrictionRecord, drops
 from nanoslip.solver.view import Labels
 

@@ -22,13 +22,12 @@ from numpy.typing import NDArray
 
 from nanoslip.solver.case import Case
 from nanoslip.solver.contact.closed_forms import film_half_width
-from nanoslip.solver.contact.node_friction import node_friction
-from nanoslip.solver.contact.normal.contact import expected_half_width
-from nanoslip.solver.contact.outcomes import STEEP_PIN, energy_created
-from nanoslip.solver.contact.pin import pin_of, surface_from_pin
+from nanoslip.solver.contact.normal import expected_half_width
+from nanoslip.solver.contact.pin import node_friction, pin_of, surface_from_pin
+from nanoslip.solver.contact.soundness import STEEP_PIN, energy_created
 from nanoslip.solver.contact.state import ContactState, contact_width
 from nanoslip.solver.outcome import COMPLETED, Ending, Outcome
-from nanoslip.solver.quantity import quantity
+from nanoslip.solver.parameter import quantity
 from nanoslip.solver.sliding.record import FrictionRecord
 
 CREATED = 1e-6

@@ -17,8 +17,8 @@ from nanoslip.solver.dynamics.coefficients import measured
 from nanoslip.solver.elasticity.compliance import SurfaceCompliance, surface_compliance
 from nanoslip.solver.ensemble import FEWEST, Ensemble, mean_of
 from nanoslip.solver.outcome import SolverError
-from nanoslip.solver.sliding.events import slide
 from nanoslip.solver.sliding.plateau import plateau_of
+from nanoslip.solver.sliding.slide import slide
 from nanoslip.study.accuracy.diagram import Diagram, Row
 from nanoslip.study.accuracy.setup import Effort, Setup
 from nanoslip.study.accuracy.timing import timed

@@ -19,7 +19,7 @@ from nanoslip.solver.elasticity.compliance import SurfaceCompliance, surface_com
 from nanoslip.solver.outcome import InvalidInput, SolverError
 from nanoslip.solver.parameter import choices_of
 from nanoslip.solver.slab import SCHEMES, Slab
-from nanoslip.solver.sliding.events import slide
+from nanoslip.solver.sliding.slide import slide
 from nanoslip.study.accuracy.diagram import Diagram, Row
 from nanoslip.study.accuracy.setup import Effort, Setup, contacts
 from nanoslip.study.accuracy.timing import timed

@@ -16,11 +16,10 @@ from scipy.integrate import solve_ivp
 
 from nanoslip.solver.drive import Drive
 from nanoslip.solver.dynamics.friction_limit import FrictionLimit, friction_limit_of
-from nanoslip.solver.dynamics.integrate import DynamicsResult, integrate
-from nanoslip.solver.dynamics.integrators import RK4, Exact
+from nanoslip.solver.dynamics.integrators import RK4, DynamicsResult, Exact, integrate
 from nanoslip.solver.elasticity.compliance import surface_compliance
-from nanoslip.solver.sliding.events import slide
 from nanoslip.solver.sliding.plateau import plateau_of
+from nanoslip.solver.sliding.slide import slide
 from nanoslip.study.accuracy.diagram import Diagram, Row
 from nanoslip.study.accuracy.setup import Effort, Setup
 from nanoslip.study.accuracy.timing import timed

@@ -9,8 +9,8 @@ import textwrap
 from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import dataclass, replace
 
-from nanoslip.solver.quantity import Quantity
-from nanoslip.solver.sliding.distributions.record import SIZES
+from nanoslip.solver.parameter import Quantity
+from nanoslip.solver.sliding.sizes import SIZES
 from nanoslip.study.dataset.variables import (
     ADVICE,
     CASE_ID,

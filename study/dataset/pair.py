@@ -8,7 +8,7 @@ import numpy as np
 import xarray as xr
 from numpy.typing import NDArray
 
-from nanoslip.solver.quantity import Quantity
+from nanoslip.solver.parameter import Quantity
 from nanoslip.study.dataset import file
 from nanoslip.study.dataset.collection.ragged import windows
 from nanoslip.study.dataset.comparison import (

@@ -1,6 +1,6 @@
 """Name, meaning and unit of every variable of a dataset.
 
-Those of results are declared where the solver makes them (nanoslip.solver.quantity) and follow from the parts of the kinds of
+Those of results are declared where the solver makes them (nanoslip.solver.parameter) and follow from the parts of the kinds of
 task; here are the few that belong to the dataset itself. Lengths are in L_x, stiffness in G·L_y, forces over the load W; what a
 drive yields over time is in SI, as the drive is.
 """
@@ -14,8 +14,8 @@ import numpy as np
 
 from nanoslip.solver.case import Case, parameters_of_a_case
 from nanoslip.solver.drive import Scales
-from nanoslip.solver.quantity import GRID_ERROR, Quantity, quantities
-from nanoslip.solver.sliding.distributions.events import EventSizes
+from nanoslip.solver.parameter import GRID_ERROR, Quantity, quantities
+from nanoslip.solver.sliding.sizes import EventSizes
 from nanoslip.solver.sliding.validity import Validity
 from nanoslip.study.manifest.drives import NamedDrive, drive_parameters
 from nanoslip.study.origin import Origin

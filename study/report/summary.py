@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 
 from nanoslip.solver.effects import LeftOut
 from nanoslip.solver.outcome import Ending
-from nanoslip.solver.quantity import quantities
+from nanoslip.solver.parameter import quantities
 from nanoslip.solver.sliding.validity import flags_in
 from nanoslip.solver.view import with_error
 from nanoslip.study.dataset.collection.counted import in_short, joined, without_numbers

@@ -10,7 +10,7 @@ from skfem import Basis, BilinearForm, ElementQuad1, ElementVector, MeshQuad, as
 from skfem.helpers import ddot, eye, sym_grad, trace
 
 from nanoslip.solver import Case, Slab, SlipRule, contact_state, friction_record, surface_compliance
-from nanoslip.solver.sliding.events import slide
+from nanoslip.solver.sliding.slide import slide
 from tests.benchmarks.table import Row, best, seconds, verdict
 
 Vector = NDArray[np.float64]

@@ -10,8 +10,7 @@ from scipy.integrate import solve_ivp
 
 from nanoslip.solver import Case, Drive, DynamicsResult, FrictionRecord, Scales, Slab, friction_record, plateau_of
 from nanoslip.solver.dynamics.friction_limit import FrictionLimit, friction_limit_of
-from nanoslip.solver.dynamics.integrate import integrate
-from nanoslip.solver.dynamics.integrators import RK4
+from nanoslip.solver.dynamics.integrators import RK4, integrate
 from tests.benchmarks.table import Row, best, seconds, verdict
 from tests.solver.dynamics.drives import PROBLEMS, K, reference
 

@@ -16,12 +16,11 @@ from nanoslip.solver import Case, Drive, FrictionRecord, SurfaceCompliance, fric
 from nanoslip.solver.case import Effects, Heterogeneity
 from nanoslip.solver.contact.initial import initial_contact
 from nanoslip.solver.dynamics.friction_limit import friction_limit_of
-from nanoslip.solver.dynamics.integrate import integrate
-from nanoslip.solver.dynamics.integrators import RK4
+from nanoslip.solver.dynamics.integrators import RK4, integrate
 from nanoslip.solver.elasticity.compliance import surface_compliance
 from nanoslip.solver.elasticity.interior import interior_fields
 from nanoslip.solver.slab import Slab
-from nanoslip.solver.sliding.events import slide, states_at
+from nanoslip.solver.sliding.slide import slide, states_at
 from nanoslip.study.plan.tasks import compliance_task, contact_task, record_task, run_task
 from nanoslip.study.results.entry import packed
 from nanoslip.study.results.store import Store

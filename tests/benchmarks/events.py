@@ -12,8 +12,8 @@ import numpy as np
 from nanoslip.solver import Case, Slab, surface_compliance
 from nanoslip.solver.elasticity.schemes.chain import Chain
 from nanoslip.solver.ensemble import Ensemble
-from nanoslip.solver.sliding import full_contact
-from nanoslip.solver.sliding.events import slide, slide_to_state
+from nanoslip.solver.sliding import slide as full_contact
+from nanoslip.solver.sliding.slide import slide, slide_to_state
 from nanoslip.study.commands.shared.plans import planned
 from nanoslip.study.plan.kinds.kind import computed_members, numbers
 from nanoslip.study.plan.kinds.record import RECORD, computed_record, record_task

@@ -10,16 +10,17 @@ from numba import njit
 from numpy.typing import NDArray
 
 from nanoslip.solver import Case, ContactState, SurfaceCompliance
-from nanoslip.solver.contact.kernels.cascade import resolve
-from nanoslip.solver.contact.kernels.contact_change import displace
-from nanoslip.solver.contact.kernels.enumerations import EventKind
-from nanoslip.solver.contact.kernels.next_event import next_event
-from nanoslip.solver.contact.kernels.slip_distance import slip_move
-from nanoslip.solver.contact.kernels.state import Floats, KernelConstants, KernelState, start_event
-from nanoslip.solver.contact.kernels.violations import worst_violation
-from nanoslip.solver.sliding.full_contact import compiled_at
-from nanoslip.solver.sliding.kernels.full_contact import advance, stretching
-from nanoslip.solver.sliding.kernels.step import smallest_step
+from nanoslip.solver.contact.kernels.events import displace, next_event, resolve, worst_violation
+from nanoslip.solver.contact.kernels.state import (
+    EventKind,
+    Floats,
+    KernelConstants,
+    KernelState,
+    slip_move,
+    start_event,
+)
+from nanoslip.solver.sliding.kernels.slide import advance, smallest_step, stretching
+from nanoslip.solver.sliding.slide import compiled_at
 from tests.benchmarks.table import Row, verdict
 
 EVENTS = 15

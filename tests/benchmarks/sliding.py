@@ -16,10 +16,9 @@ from nanoslip.solver import (
     friction_record,
     surface_compliance,
 )
-from nanoslip.solver.contact.kernels.contact_change import pivot
+from nanoslip.solver.contact.kernels.events import pivot
 from nanoslip.solver.contact.kernels.state import KernelState
-from nanoslip.solver.sliding.events import slide, slide_to_state
-from nanoslip.solver.sliding.full_contact import compiled_at
+from nanoslip.solver.sliding.slide import compiled_at, slide, slide_to_state
 from tests.benchmarks.table import Row, best, seconds, verdict
 from tests.benchmarks.tamaas_peer import tamaas_solve
 

@@ -10,8 +10,8 @@ from nanoslip.solver.contact.initial import initial_contact
 from nanoslip.solver.contact.state import ContactState
 from nanoslip.solver.elasticity.compliance import SurfaceCompliance, surface_compliance
 from nanoslip.solver.outcome import Ending
-from nanoslip.solver.sliding.events import slide_to_state
 from nanoslip.solver.sliding.record import FrictionRecord
+from nanoslip.solver.sliding.slide import slide_to_state
 from tests.physics import LIMITS, law_errors
 
 

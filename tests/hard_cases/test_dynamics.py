@@ -15,8 +15,7 @@ import pytest
 
 from nanoslip.solver.drive import Drive, Scales
 from nanoslip.solver.dynamics.friction_limit import FrictionLimit, friction_limit_of
-from nanoslip.solver.dynamics.integrate import DynamicsResult, integrate
-from nanoslip.solver.dynamics.integrators import LARGEST, RK4
+from nanoslip.solver.dynamics.integrators import LARGEST, RK4, DynamicsResult, integrate
 from nanoslip.solver.dynamics.stick_slip import Oscillator
 from nanoslip.solver.outcome import Ending, InvalidInput
 from nanoslip.solver.sliding.plateau import plateau_of

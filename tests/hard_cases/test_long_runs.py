@@ -9,9 +9,9 @@ from nanoslip.solver.case import Case, SlipRule
 from nanoslip.solver.contact.initial import initial_contact
 from nanoslip.solver.contact.state import ContactState
 from nanoslip.solver.slab import SCHEMES, Slab
-from nanoslip.solver.sliding import full_contact
-from nanoslip.solver.sliding.events import slide_to_state
+from nanoslip.solver.sliding import slide as full_contact
 from nanoslip.solver.sliding.record import FrictionRecord
+from nanoslip.solver.sliding.slide import slide_to_state
 from tests.hard_cases.following import compliance_of
 from tests.hard_cases.table import Row
 from tests.physics import half_plane, law_errors, stored_energy

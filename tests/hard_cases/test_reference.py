@@ -9,7 +9,7 @@ from nanoslip.solver.case import Case, SlipRule
 from nanoslip.solver.contact.initial import initial_contact
 from nanoslip.solver.elasticity.compliance import SurfaceCompliance
 from nanoslip.solver.slab import SCHEMES, Slab
-from nanoslip.solver.sliding.events import slide
+from nanoslip.solver.sliding.slide import slide
 from tests.hard_cases.following import compliance_of
 from tests.hard_cases.reference import Reference
 from tests.hard_cases.table import Row

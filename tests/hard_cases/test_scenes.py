@@ -17,7 +17,7 @@ from hypothesis import strategies as st
 from nanoslip.solver.elasticity.compliance import SurfaceCompliance, uncoupled
 from nanoslip.solver.outcome import Ending
 from nanoslip.solver.slab import SCHEMES
-from nanoslip.solver.sliding.events import slide_to_state
+from nanoslip.solver.sliding.slide import slide_to_state
 from nanoslip.study.manifest.columns import ManifestError
 from nanoslip.study.manifest.reader import load_manifest
 from nanoslip.study.plan.kinds.kind import column

@@ -17,7 +17,7 @@ from nanoslip.solver.elasticity.compliance import ILL_CONDITIONED, Conditioning,
 from nanoslip.solver.elasticity.schemes import Biquadratic
 from nanoslip.solver.outcome import Ending, InvalidInput, SingularOperator
 from nanoslip.solver.slab import SCHEMES, Slab, Support
-from nanoslip.solver.sliding.events import slide, slide_to_state
+from nanoslip.solver.sliding.slide import slide, slide_to_state
 from tests.hard_cases.following import Followed, compliance_of, endings_of, follow, shown, worst_of
 from tests.hard_cases.table import Row
 from tests.physics import assert_contact_laws, half_plane

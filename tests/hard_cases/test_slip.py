@@ -15,9 +15,9 @@ from nanoslip.solver.contact.state import mirrored
 from nanoslip.solver.elasticity.compliance import SurfaceCompliance
 from nanoslip.solver.outcome import Ending, InvalidInput
 from nanoslip.solver.slab import SCHEMES, Slab, Support
-from nanoslip.solver.sliding.events import slide, slide_to_state
 from nanoslip.solver.sliding.plateau import plateau_of
 from nanoslip.solver.sliding.record import FrictionRecord
+from nanoslip.solver.sliding.slide import slide, slide_to_state
 from tests.hard_cases.following import Followed, compliance_of, endings_of, follow, shown, worst_of
 from tests.hard_cases.table import Row
 from tests.physics import coupled_half_plane, half_plane, smallest_step, stored_energy

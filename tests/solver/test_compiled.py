@@ -37,11 +37,11 @@ class Change(NamedTuple):
 CHANGES = {
     "callee in another file": Change(
         """
-from nanoslip.solver.dynamics.kernels.oscillator import segment_from as kernel
-from nanoslip.solver.dynamics.kernels.state import Motion, Pin
+from nanoslip.solver.dynamics.kernels.motion import segment_from as kernel
+from nanoslip.solver.dynamics.kernels.motion import Motion, Pin
 value = kernel(Motion(1.0, 0.5, 2.0, 3.0, 0.1, 0.1, 9.0, 1e-8, 1, 9.0), Pin(1.0, 0.5, 0.1, 0.2), 0.3).q
 """,
-        "dynamics/kernels/slips.py",
+        "dynamics/kernels/motion.py",
         "motion.spring * stretch",
         "7.0 * motion.spring * stretch",
     ),
@@ -49,10 +49,10 @@ value = kernel(Motion(1.0, 0.5, 2.0, 3.0, 0.1, 0.1, 9.0, 1e-8, 1, 9.0), Pin(1.0,
     "constant in another file": Change(
         """
 import numpy as np
-from nanoslip.solver.sliding.kernels.tangential import _worst_violation as kernel
+from nanoslip.solver.sliding.kernels.slide import _worst_violation as kernel
 value = kernel(np.array([1.0 + 1e-9, 1.0]), np.full(2, 0.5), np.ones(2), 1e-12, -1.0)
 """,
-        "contact/kernels/violations.py",
+        "contact/kernels/events.py",
         "PLACE = 0xFFFF\n",
         "PLACE = 0xFFFFFFFF\n",
     ),
@@ -159,7 +159,7 @@ def test_compiling_is_told_as_it_begins_and_only_then() -> None:
 THREADS = """
 import sys
 from concurrent.futures import ThreadPoolExecutor
-from nanoslip.solver.contact.kernels.pin_height import first_root, knot_ahead
+from nanoslip.solver.contact.kernels.state import first_root, knot_ahead
 from nanoslip.solver.contact.kernels.state import RoughPin
 import numpy as np
 before = "numba" in sys.modules

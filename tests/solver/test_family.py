@@ -4,9 +4,8 @@ from dataclasses import dataclass
 
 import pytest
 
-from nanoslip.solver.family import Family
 from nanoslip.solver.outcome import InvalidInput
-from nanoslip.solver.parameter import check, parameter
+from nanoslip.solver.parameter import Family, check, parameter
 
 
 class Sweet:

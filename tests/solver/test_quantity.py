@@ -4,7 +4,7 @@ from dataclasses import dataclass, field
 
 import pytest
 
-from nanoslip.solver.quantity import SCALED, Quantity, companion, quantities, quantity
+from nanoslip.solver.parameter import SCALED, Quantity, companion, quantities, quantity
 
 
 @dataclass(frozen=True)

@@ -9,9 +9,9 @@ import pytest
 import xarray as xr
 from numpy.typing import NDArray
 
-from nanoslip.solver.quantity import companion, quantity
-from nanoslip.solver.sliding.events import slide_to_state
+from nanoslip.solver.parameter import companion, quantity
 from nanoslip.solver.sliding.record import FrictionRecord, event
+from nanoslip.solver.sliding.slide import slide_to_state
 from nanoslip.solver.sliding.statistics import EventStatistics, event_statistics
 from nanoslip.study.dataset import file
 from nanoslip.study.dataset.access.accessor import Accessor

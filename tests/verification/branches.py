@@ -18,17 +18,16 @@ import pytest
 from numpy.typing import NDArray
 
 from nanoslip.solver.case import Case, Heterogeneity, SlipRule
-from nanoslip.solver.contact import initial
+from nanoslip.solver.contact import initial, normal
 from nanoslip.solver.contact.initial import initial_contact
-from nanoslip.solver.contact.normal import contact as normal
-from nanoslip.solver.contact.normal.contact import NormalContact, expected_half_width
+from nanoslip.solver.contact.normal import NormalContact, expected_half_width
 from nanoslip.solver.contact.pin import pin_of, surface_from_pin
 from nanoslip.solver.contact.state import ContactState
 from nanoslip.solver.elasticity.compliance import SurfaceCompliance, surface_compliance
 from nanoslip.solver.slab import Slab
-from nanoslip.solver.sliding.events import slide
 from nanoslip.solver.sliding.plateau import plateau_of
 from nanoslip.solver.sliding.record import FrictionRecord
+from nanoslip.solver.sliding.slide import slide
 from tests.written_tables import put
 
 SETS = {"one node": 0.0, "half of Hertz": 0.5, "Hertz": 1.0, "1.5 Hertz": 1.5, "all nodes": math.inf}

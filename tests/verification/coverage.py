@@ -17,9 +17,9 @@ from nanoslip.solver.elasticity.compliance import SurfaceCompliance, surface_com
 from nanoslip.solver.ensemble import Ensemble, mean_of
 from nanoslip.solver.outcome import SolverError
 from nanoslip.solver.slab import Slab
-from nanoslip.solver.sliding.events import slide_to_state
 from nanoslip.solver.sliding.plateau import plateau_of
 from nanoslip.solver.sliding.record import FrictionRecord
+from nanoslip.solver.sliding.slide import slide_to_state
 from nanoslip.solver.sliding.statistics import event_statistics
 from nanoslip.solver.sliding.validity import record_validity
 from nanoslip.study.manifest.parameters import LIMITS

@@ -14,8 +14,8 @@ import numpy as np
 
 from nanoslip.solver.elasticity.compliance import surface_compliance
 from nanoslip.solver.ensemble import Ensemble, mean_of
-from nanoslip.solver.sliding.events import slide
 from nanoslip.solver.sliding.plateau import teeth
+from nanoslip.solver.sliding.slide import slide
 from tests.verification.coverage import MEMBERS, drawn
 
 BEGINS = (0.5, 1.0, 1.5, 2.0, 3.0)

@@ -12,7 +12,7 @@ from nanoslip.solver.case import Case, Effects, InitialContact, SlipRule
 from nanoslip.solver.contact.initial import initial_contact
 from nanoslip.solver.elasticity.compliance import SurfaceCompliance, surface_compliance
 from nanoslip.solver.slab import SCHEMES, Slab
-from nanoslip.solver.sliding.events import slide
+from nanoslip.solver.sliding.slide import slide
 from tests.physics import assert_contact_laws
 from tests.verification.branches import SAME, SETS, WAYS, apart, drawn, slipped_from
 from tests.verification.seen import seen

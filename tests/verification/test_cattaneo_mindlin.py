@@ -6,7 +6,7 @@ import pytest
 from nanoslip.solver.case import Case, SlipRule
 from nanoslip.solver.contact.closed_forms import cattaneo_mindlin, hertz
 from nanoslip.solver.slab import Slab
-from nanoslip.solver.sliding.events import slide_to_state
+from nanoslip.solver.sliding.slide import slide_to_state
 from tests.physics import half_plane
 from tests.verification.seen import seen
 

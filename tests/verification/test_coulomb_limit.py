@@ -6,7 +6,7 @@ import pytest
 from nanoslip.solver.case import Case, SlipRule
 from nanoslip.solver.elasticity.compliance import surface_compliance
 from nanoslip.solver.slab import Slab
-from nanoslip.solver.sliding.events import slide
+from nanoslip.solver.sliding.slide import slide
 from tests.verification.seen import seen
 
 SLAB = Slab(n_x=33)

@@ -8,7 +8,7 @@ from nanoslip.solver.contact.initial import initial_contact
 from nanoslip.solver.contact.state import ContactState
 from nanoslip.solver.elasticity.compliance import surface_compliance
 from nanoslip.solver.slab import Slab, Support
-from nanoslip.solver.sliding.events import slide_to_state
+from nanoslip.solver.sliding.slide import slide_to_state
 from tests.physics import stored_energy
 from tests.verification.seen import seen
 

@@ -12,10 +12,9 @@ from nanoslip.solver.contact.initial import initial_contact
 from nanoslip.solver.elasticity.compliance import surface_compliance
 from nanoslip.solver.ensemble import Ensemble, mean_of
 from nanoslip.solver.slab import SCHEMES, Slab
-from nanoslip.solver.sliding.events import slide, slide_to_state
-from nanoslip.solver.sliding.full_contact import RESUMABLE
 from nanoslip.solver.sliding.plateau import plateau_of
 from nanoslip.solver.sliding.record import EVENT_TYPES
+from nanoslip.solver.sliding.slide import RESUMABLE, slide, slide_to_state
 from tests.verification.seen import seen
 from tests.verification.test_energy import total_energy
 

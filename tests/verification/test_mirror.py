@@ -8,11 +8,11 @@ import pytest
 from nanoslip.solver.case import Case, Heterogeneity
 from nanoslip.solver.contact import compiled_contact
 from nanoslip.solver.contact.initial import initial_contact
-from nanoslip.solver.contact.node_friction import node_friction
+from nanoslip.solver.contact.pin import node_friction
 from nanoslip.solver.contact.state import ContactState, mirrored
 from nanoslip.solver.elasticity.compliance import SurfaceCompliance, surface_compliance
 from nanoslip.solver.slab import SCHEMES, Slab
-from nanoslip.solver.sliding.events import slide
+from nanoslip.solver.sliding.slide import slide
 from tests.verification.seen import seen
 
 EVENTS = 1000

@@ -9,8 +9,8 @@ from nanoslip.solver.case import Case
 from nanoslip.solver.contact.initial import initial_contact
 from nanoslip.solver.elasticity.compliance import SurfaceCompliance, surface_compliance
 from nanoslip.solver.slab import Slab
-from nanoslip.solver.sliding.events import slide_to_state
 from nanoslip.solver.sliding.plateau import plateau_of
+from nanoslip.solver.sliding.slide import slide_to_state
 from nanoslip.solver.sliding.validity import TOGETHER, contact_flags, expected_flags, record_flags
 from tests.verification.seen import seen
 

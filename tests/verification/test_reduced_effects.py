@@ -9,7 +9,7 @@ from nanoslip.solver.case import Case, Effects
 from nanoslip.solver.contact.initial import initial_contact
 from nanoslip.solver.elasticity.compliance import surface_compliance
 from nanoslip.solver.slab import Slab
-from nanoslip.solver.sliding.events import slide
+from nanoslip.solver.sliding.slide import slide
 from tests.physics import coupled_half_plane
 
 GOODMAN = Effects(pin_translation=False, coupling=False)

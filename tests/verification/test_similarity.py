@@ -8,8 +8,8 @@ import pytest
 from nanoslip.solver.case import Case, Effects, SlipRule
 from nanoslip.solver.elasticity.compliance import surface_compliance
 from nanoslip.solver.slab import Slab
-from nanoslip.solver.sliding.events import slide
 from nanoslip.solver.sliding.record import FrictionRecord
+from nanoslip.solver.sliding.slide import slide
 from tests.verification.seen import listed, seen
 
 SIMILAR = {"displacement": 1, "force_before": 1, "force_after": 1, "stiffness": 0, "dissipated": 2}

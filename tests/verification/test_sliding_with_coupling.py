@@ -14,7 +14,7 @@ from nanoslip.solver.case import Case, PinShape, SlipRule
 from nanoslip.solver.contact.closed_forms import SlidingContact, hertz, sliding_parabola, sliding_punch
 from nanoslip.solver.elasticity.compliance import surface_compliance
 from nanoslip.solver.slab import Slab
-from nanoslip.solver.sliding.events import slide_to_state
+from nanoslip.solver.sliding.slide import slide_to_state
 from tests.verification.seen import listed, observed_order, seen
 
 LOAD = 1e-6  # so small that the parabola's contact moves by nothing while sliding sets in

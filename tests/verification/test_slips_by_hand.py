@@ -13,8 +13,8 @@ import pytest
 from nanoslip.solver.case import Case, SlipRule
 from nanoslip.solver.elasticity.compliance import SurfaceCompliance
 from nanoslip.solver.slab import Slab
-from nanoslip.solver.sliding.events import slide_to_state
 from nanoslip.solver.sliding.record import EVENT_KINDS, FrictionRecord
+from nanoslip.solver.sliding.slide import slide_to_state
 from tests.verification.seen import seen
 
 SLAB = Slab(n_x=5)

@@ -13,12 +13,57 @@ every column already holds the load:
 A slip is two rows of the tableau added to the response; touch and release exchange one node's two entries (a pivot).
 """
 
+from enum import IntEnum
 from typing import Any, NamedTuple, Protocol
 
 import numpy as np
 from numpy.typing import NDArray
 
-from nanoslip.solver.compiled import compiled
+from nanoslip.solver.compiled import chosen_by_type, compiled, inlined, is_named_tuple
+
+# Kinds of events, and why a kernel stops: each named in this one place.
+
+
+class EventKind(IntEnum):
+    """What happens to a node; the first three can trigger an event."""
+
+    SLIP = 0
+    RELEASE = 1
+    TOUCH = 2
+    NOTHING = 3
+    """No event, or a cascade that no event triggers."""
+
+
+class Stop(IntEnum):
+    """Why a kernel returns. What it means to a user: `nanoslip.solver.contact.outcomes`."""
+
+    DONE = 0
+    """All that was asked for."""
+    FULL = 1
+    """No room for a further event."""
+    INACCURATE = 2
+    """The equilibrium residual is above its limit: the tableau is to be rebuilt."""
+    SLIP_UNBOUNDED = 3
+    """No distance lowers a node's shear to what a slip leaves, or a pivot is singular."""
+    CASCADE_LIMIT = 4
+    """More slips in one event than allowed."""
+    CONTACT_LOST = 5
+    """The last node in contact would have to be released."""
+    NO_EVENT = 6
+    """No step along the rate reaches a constraint."""
+    EDGE_REACHED = 7
+    """The edge of a punch has come upon a node."""
+    WINDOW_TOO_NARROW = 8
+    """A node near the end of the window has touched, or a rough pin could soon meet one beyond it: another is to be set up."""
+    CONTACT_CYCLE = 9
+    """Nodes touch and are released in turn."""
+    OVERSHOT = 10
+    """The smallest step exceeds the limits of friction by too much."""
+    NOT_FINITE = 11
+    """A force or displacement is not a number."""
+    STEEP = 12
+    """A node in contact is on too steep a flank of the pin."""
+
 
 Floats = NDArray[np.float64]
 
@@ -139,3 +184,306 @@ def start_event(scalars: Scalars, node_slips: NDArray[np.int64]) -> None:
     scalars.releases = 0
     scalars.touches = 0
     scalars.dissipated = 0.0
+
+
+# Multiples of a tableau's rows added to a vector: where nearly all the time of sliding goes.
+
+
+@compiled(fastmath={"contract"})
+def add(total: Floats, factor: float, row: Floats) -> None:
+    """total += factor·row, in place; both of one length."""
+    for k in range(len(total)):
+        total[k] += factor * row[k]
+
+
+@compiled()
+def move_along(total: Floats, step: float, rate: Floats) -> None:
+    """total += step·rate, in place, the product rounded: what is linear in the step, on its way to the next event."""
+    for k in range(len(total)):
+        total[k] += step * rate[k]
+
+
+@compiled(fastmath={"contract"})
+def add_two(total: Floats, first: float, row_1: Floats, second: float, row_2: Floats) -> None:
+    """total += first·row_1 + second·row_2, in place and in one pass; all of one length."""
+    for k in range(len(total)):
+        total[k] += first * row_1[k] + second * row_2[k]
+
+
+@compiled(fastmath={"contract"})
+def add_two_rows(total: Floats, rows: Floats, i: int, first: float, j: int, second: float) -> None:
+    """total += first·rows[i] + second·rows[j], in place. rows: a matrix with as many columns as total has elements."""
+    for k in range(len(total)):
+        total[k] += first * rows[i, k] + second * rows[j, k]
+
+
+# Height and slope of the pin: a smooth parabola or flat punch, or a rough parabola from knot to knot.
+
+BLUR = 1e-15
+"""Rounding of the pin's height, as a share of it."""
+
+
+@compiled()
+def pin_height(constants: KernelConstants, xi: float) -> float:
+    """Height of the pin above its lowest point; infinite beyond its edges."""
+    if abs(xi) > constants.half_width:
+        return np.inf
+    return float(face_height(constants.pin, xi))
+
+
+def face_height(pin: float | RoughPin, xi: float) -> float:
+    """Height of a pin without edges above its lowest point (of a rough one: of its parabola). Compiled for either kind."""
+    raise NotImplementedError
+
+
+def _smooth_height(curvature: float, xi: float) -> float:
+    return 0.5 * curvature * xi * xi
+
+
+@inlined
+def rough_height(pin: RoughPin, xi: float) -> float:
+    """The same of a rough pin, above the lowest point of its parabola."""
+    last = len(pin.knots) - 1
+    k = min(max(int(np.searchsorted(pin.knots, xi, side="right")), 1), last)
+    along = min(max(xi, pin.knots[0]), pin.knots[last]) - pin.knots[k - 1]
+    rise = pin.rises[k - 1] + along * rise_slope(pin, k)
+    return float(0.5 * pin.curvature * xi * xi + rise)
+
+
+@compiled()
+def rise_slope(pin: RoughPin, k: int) -> float:
+    """Slope of the rise between knots k - 1 and k; level before the first and behind the last."""
+    if not 0 < k < len(pin.knots):
+        return 0.0
+    return float((pin.rises[k] - pin.rises[k - 1]) / (pin.knots[k] - pin.knots[k - 1]))
+
+
+def pin_slope(pin: float | RoughPin, xi: float) -> float:
+    """Slope of a pin without edges at ξ; at a knot, of what lies to its right. Compiled for either kind."""
+    raise NotImplementedError
+
+
+def _smooth_slope(curvature: float, xi: float) -> float:
+    return curvature * xi
+
+
+def _rough_slope(pin: RoughPin, xi: float) -> float:
+    return pin.curvature * xi + rise_slope(pin, int(np.searchsorted(pin.knots, xi, side="right")))
+
+
+@chosen_by_type(pin_slope)
+def _choose_slope(pin, xi):  # type: ignore[no-untyped-def]
+    return _rough_slope if is_named_tuple(pin) else _smooth_slope
+
+
+@chosen_by_type(face_height)
+def _choose_height(pin, xi):  # type: ignore[no-untyped-def]
+    return rough_height if is_named_tuple(pin) else _smooth_height
+
+
+@compiled()
+def piece_entered(pin: RoughPin, xi: float, sense: int) -> int:
+    """Number k of the piece between knots k - 1 and k that a node at ξ enters."""
+    if sense > 0:
+        return int(np.searchsorted(pin.knots, xi, side="right"))
+    return int(np.searchsorted(pin.knots, xi, side="left"))
+
+
+@compiled()
+def knot_ahead(pin: RoughPin, k: int, sense: int) -> float:
+    """End of the piece between knots k - 1 and k in the direction of `sense`."""
+    if sense > 0:
+        return float(pin.knots[k]) if k < len(pin.knots) else np.inf
+    return float(pin.knots[k - 1]) if k > 0 else -np.inf
+
+
+@compiled()
+def first_root(constant: float, linear: float, quadratic: float) -> float:
+    """Smallest t ≥ 0 at which constant + linear·t + quadratic·t², with constant ≥ 0, falls through 0; infinite if none."""
+    discriminant = linear * linear - 4.0 * quadratic * constant
+    if discriminant < 0.0:
+        return np.inf
+    bottom = -linear + np.sqrt(discriminant)
+    return float(2.0 * constant / bottom) if bottom > 0.0 else np.inf
+
+
+# How far one node slips along the pin until its shear has fallen to what a slip leaves.
+
+
+def slip_move(
+    y: Floats, tableau: Floats, node_friction: Floats, i: int, xi: float, pin: float | RoughPin, residual_shear: float
+) -> tuple[float, float]:
+    """How far node i slips along and down the pin, the others held; infinite where no distance lowers its shear enough.
+
+    Compiled for a smooth pin or a rough one.
+    """
+    raise NotImplementedError
+
+
+def _slip_on_smooth(
+    y: Floats, tableau: Floats, node_friction: Floats, i: int, xi: float, curvature: float, residual_shear: float
+) -> tuple[float, float]:
+    """The shear that exceeds residual_shear·μ_i·pressure is quadratic in the distance, as the pin's height under the node is."""
+    n = len(node_friction)
+    share = residual_shear * node_friction[i] * (1.0 if y[i] > 0.0 else -1.0)
+    excess = y[i] + share * y[n + i]
+    down = curvature * (tableau[n + i, i] + share * tableau[n + i, n + i])
+    linear = tableau[i, i] + share * tableau[i, n + i] + down * xi
+    discriminant = linear * linear - 2.0 * down * excess
+    if not (linear > 0.0 and discriminant >= 0.0):
+        return np.inf, 0.0
+    distance = -2.0 * excess / (linear + np.sqrt(discriminant))
+    return distance, curvature * distance * (xi + 0.5 * distance)
+
+
+def slip_on_rough(
+    y: Floats, tableau: Floats, node_friction: Floats, i: int, xi: float, pin: RoughPin, residual_shear: float
+) -> tuple[float, float]:
+    """The same from knot to knot, the way the shear pushes: the node rests where the excess is first gone."""
+    n = len(node_friction)
+    share = residual_shear * node_friction[i] * (1.0 if y[i] > 0.0 else -1.0)
+    excess = y[i] + share * y[n + i]
+    along = tableau[i, i] + share * tableau[i, n + i]
+    down = tableau[n + i, i] + share * tableau[n + i, n + i]
+    sense = -1 if excess > 0.0 else 1
+    k = piece_entered(pin, xi, sense)
+    here = xi
+    while True:
+        linear = along + down * (pin.curvature * here + rise_slope(pin, k))
+        quadratic = -sense * 0.5 * down * pin.curvature
+        far = knot_ahead(pin, k, sense)
+        step = first_root(abs(excess), -linear, quadratic)
+        if step <= abs(far - here):
+            distance = here - xi + sense * step
+            return distance, rough_height(pin, xi + distance) - rough_height(pin, xi)
+        if abs(far) == np.inf:
+            return np.inf, 0.0
+        # Rounding must not turn a knot's little rest into an excess of the other sign.
+        excess = -sense * max(abs(excess) - linear * abs(far - here) + quadratic * (far - here) ** 2, 0.0)
+        here = far
+        k += sense
+
+
+@chosen_by_type(slip_move)
+def _choose_slip(y, tableau, node_friction, i, xi, pin, residual_shear):  # type: ignore[no-untyped-def]
+    return slip_on_rough if is_named_tuple(pin) else _slip_on_smooth
+
+
+# Response of the slab to its inputs, its rate as pin or load move, and how far both are from equilibrium.
+
+RESIDUAL_LIMIT = 1e-11
+"""Relative residual of the prescribed displacements or of the load at which the tableau is rebuilt."""
+
+
+@compiled()
+def refresh(state: KernelState) -> None:
+    """Sum the response afresh from the inputs."""
+    state.response[:] = 0.0
+    for j in range(len(state.inputs)):
+        if state.inputs[j] != 0.0:
+            add(state.response, state.inputs[j], state.tableau[j])
+    state.scalars.slips_since_refresh = 0
+
+
+@compiled()
+def set_rate_to_displacement(state: KernelState) -> None:
+    """Set the rate to the response per unit of pin displacement: all contact nodes move along."""
+    state.rate[:] = 0.0
+    for i in range(len(state.x)):
+        if state.contact[i]:
+            add(state.rate, 1.0, state.tableau[i])
+
+
+@compiled()
+def set_rate_to_load(state: KernelState) -> None:
+    """Set the rate to the response per unit of load, the pin held."""
+    last = 2 * len(state.x)
+    for k in range(len(state.rate)):
+        state.rate[k] = -state.tableau[last, k]
+
+
+@compiled()
+def total_shear(contact: NDArray[np.bool_], values: Floats) -> float:
+    """Sum of the tangential entries of `values` (response or rate) over the contact, (n,)."""
+    total = 0.0
+    for i in range(len(contact)):
+        if contact[i]:
+            total += values[i]
+    return total
+
+
+@compiled(fastmath={"contract", "reassoc"})
+def _displaced(compliances: Floats, forces: Floats) -> tuple[float, float]:
+    """What forces displace one entry, and the same with all signs alike. In any order: one by one the sums take several times
+    as long as a pivot."""
+    total, moved = 0.0, 0.0
+    for k in range(len(forces)):
+        by = compliances[k] * forces[k]
+        total += by
+        moved += abs(by)
+    return total, moved
+
+
+@compiled(allocates=True)
+def _residual(state: KernelState, missing: Floats) -> float:
+    """Fill `missing`, (N,), with the residual of equilibrium; returns its largest entry as a share of what is displaced.
+
+    The residual is what the compliance gives for the forces of the contact, less the inputs in contact and the responses
+    elsewhere; its last entry is the load less the sum of the forces. Infinite where anything is not a number or where nothing
+    bears the load.
+    """
+    n, response, inputs = len(state.x), state.response, state.inputs
+    error, largest, carried, forces = 0.0, 0.0, 0.0, np.zeros(2 * n)
+    for i in range(n):
+        if state.contact[i]:
+            forces[i], forces[n + i] = response[i], response[n + i]
+            carried += response[n + i]
+    blur = 8.0 * BLUR * abs(response[2 * n])  # far out on a sharp pin heights are more than all the load displaces
+    for row in range(2 * n):
+        seen, moved = _displaced(state.matrix[row], forces)
+        if row >= n:
+            seen += response[2 * n]
+        missing[row] = inputs[row] - seen if state.contact[row % n] else seen - response[row]
+        off = abs(missing[row]) - blur
+        if not off <= error:
+            error = off if off < np.inf else np.inf  # no number is above infinity, which NaN becomes
+        largest = max(largest, moved)
+    missing[2 * n] = inputs[2 * n] - carried
+    unborne = abs(missing[2 * n] / inputs[2 * n])
+    if not (largest > 0.0 and unborne < np.inf):
+        return np.inf
+    return float(max(error / largest, unborne))
+
+
+@compiled(allocates=True)
+def equilibrium_residual(state: KernelState) -> float:
+    """How far the response is from equilibrium, relative: see RESIDUAL_LIMIT."""
+    return _residual(state, np.empty(len(state.inputs)))
+
+
+@compiled(allocates=True)
+def _refine(state: KernelState) -> None:
+    """One step of iterative refinement, where the response of a fresh tableau leaves a residual.
+
+    An inverse alone loses the digits of its condition number; an inverse and its residual do not.
+    """
+    n, missing = len(state.x), np.empty(len(state.inputs))
+    if not _residual(state, missing) > 0.01 * RESIDUAL_LIMIT:
+        return
+    for i in range(n):
+        if state.contact[i]:
+            add_two_rows(state.response, state.tableau, i, missing[i], n + i, missing[n + i])
+    add(state.response, missing[2 * n], state.tableau[2 * n])
+    _residual(state, missing)
+    for i in range(n):
+        if not state.contact[i]:
+            state.response[i] += missing[i]
+            state.response[n + i] += missing[n + i]
+
+
+@compiled()
+def respond(state: KernelState) -> None:
+    """Set response and rate to those of a fresh tableau, the nodes in contact moving with the pin."""
+    refresh(state)
+    _refine(state)
+    set_rate_to_displacement(state)

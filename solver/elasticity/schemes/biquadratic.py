@@ -17,14 +17,18 @@ from nanoslip.solver.elasticity.grid import (
     Basis,
     FirstSpacing,
     Grid,
+    Stiffness,
     binary_hierarchy,
+    confined_modulus,
+    in_blocks,
     integral,
     lagrange,
+    lame,
+    restrained,
     slope,
     value,
 )
 from nanoslip.solver.elasticity.grid_scheme import GridScheme
-from nanoslip.solver.elasticity.stiffness import Stiffness, confined_modulus, in_blocks, lame, restrained
 from nanoslip.solver.parameter import check, parameter, require
 from nanoslip.solver.slab import SCHEMES, Slab, Support, levels_of
 

@@ -29,10 +29,21 @@ import scipy
 from numpy.typing import NDArray
 
 from nanoslip.solver.elasticity.condensation import condensed
-from nanoslip.solver.elasticity.grid import Grid, gram, lagrange, slopes, value
+from nanoslip.solver.elasticity.grid import (
+    Grid,
+    Sparse,
+    Stiffness,
+    confined_modulus,
+    gram,
+    in_blocks,
+    lagrange,
+    lame,
+    restrained,
+    slopes,
+    value,
+)
 from nanoslip.solver.elasticity.grid_scheme import GridScheme
 from nanoslip.solver.elasticity.schemes.column import graded_hierarchy, lengthening, resultants, trunk
-from nanoslip.solver.elasticity.stiffness import Sparse, Stiffness, confined_modulus, in_blocks, lame, restrained
 from nanoslip.solver.parameter import check, parameter, require
 from nanoslip.solver.slab import SCHEMES, Slab, Support, levels_of
 

@@ -6,9 +6,9 @@ import numpy as np
 import xarray as xr
 from numpy.typing import NDArray
 
-from nanoslip.solver.quantity import attributes
-from nanoslip.solver.sliding.distributions.record import SIZES
+from nanoslip.solver.parameter import attributes
 from nanoslip.solver.sliding.record import drops
+from nanoslip.solver.sliding.sizes import SIZES
 from nanoslip.study.dataset.access.selection import Selection, cut, id_of, places, run_of
 from nanoslip.study.dataset.groups import groups_of, tree_of
 from nanoslip.study.dataset.variables import DRIVE_NAME, EVENT_DROP, all_groups, parameters

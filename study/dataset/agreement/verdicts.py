@@ -9,7 +9,7 @@ from typing import Any, Final
 import numpy as np
 import xarray as xr
 
-from nanoslip.solver.quantity import GRID_ERROR
+from nanoslip.solver.parameter import GRID_ERROR
 from nanoslip.study.dataset.access.tidy import values_over
 from nanoslip.study.dataset.agreement.matching import Matched, Pair, ending_of
 from nanoslip.study.dataset.comparison import ROUNDING, Verdict, identical, magnitude

@@ -9,8 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from nanoslip.solver.case import PARTS, Case
-from nanoslip.solver.parameter import declared
-from nanoslip.solver.quantity import Quantity, attributes
+from nanoslip.solver.parameter import Quantity, attributes, declared
 from nanoslip.study.dataset.collection.column import Column, Values, values_of
 from nanoslip.study.dataset.collection.layout import Layout, array_of, drive_coordinates
 from nanoslip.study.dataset.variables import CASE_ID, parameters

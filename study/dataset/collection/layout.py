@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from nanoslip.solver.quantity import attributes
+from nanoslip.solver.parameter import attributes
 from nanoslip.study.dataset.collection.ragged import texts
 from nanoslip.study.dataset.variables import DRIVE_NAME, parameters
 from nanoslip.study.manifest.cases import cases_of

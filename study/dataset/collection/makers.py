@@ -9,7 +9,7 @@ import numpy as np
 import xarray as xr
 from numpy.typing import NDArray
 
-from nanoslip.solver.quantity import attributes
+from nanoslip.solver.parameter import attributes
 from nanoslip.study.dataset.collection.ragged import texts
 from nanoslip.study.dataset.file import MIXED
 from nanoslip.study.dataset.variables import SOFTWARE

@@ -9,7 +9,7 @@ import numpy as np
 import xarray as xr
 from numpy.typing import DTypeLike, NDArray
 
-from nanoslip.solver.quantity import attributes
+from nanoslip.solver.parameter import attributes
 from nanoslip.study.canonical import content_hash
 from nanoslip.study.dataset.variables import Group, Series
 from nanoslip.study.plan.kinds.kind import MEMBER, column

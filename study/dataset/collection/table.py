@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 from nanoslip.solver.case import Case
 from nanoslip.solver.ensemble import mean_of, needed
 from nanoslip.solver.outcome import Outcome
-from nanoslip.solver.quantity import Quantity, attributes
+from nanoslip.solver.parameter import Quantity, attributes
 from nanoslip.solver.sliding.validity import advice_on, flags_in
 from nanoslip.study.dataset.collection.counted import counted
 from nanoslip.study.dataset.collection.layout import Layout

@@ -9,12 +9,12 @@ import numpy as np
 from numpy.typing import NDArray
 
 from nanoslip.solver.case import Case
-from nanoslip.solver.contact.node_friction import node_friction
+from nanoslip.solver.contact.pin import node_friction
 from nanoslip.solver.contact.state import ContactState
 from nanoslip.solver.elasticity.compliance import surface_compliance
 from nanoslip.solver.outcome import InvalidInput, Outcome
-from nanoslip.solver.sliding.events import slide, states_at
 from nanoslip.solver.sliding.record import FrictionRecord
+from nanoslip.solver.sliding.slide import slide, states_at
 
 MOST: Final = 1000
 """Frames that one film may have."""

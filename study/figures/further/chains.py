@@ -6,7 +6,7 @@ import numpy as np
 import xarray as xr
 from numpy.typing import NDArray
 
-from nanoslip.solver.sliding.distributions.events import EventSizes, sizes_of_columns
+from nanoslip.solver.sliding.sizes import EventSizes, sizes_of_columns
 from nanoslip.study.dataset.access.accessor import Accessor
 
 CAMPAIGN: Final = "figures/chain"

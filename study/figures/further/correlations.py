@@ -8,7 +8,7 @@ import xarray as xr
 from matplotlib.figure import Figure
 from numpy.typing import NDArray
 
-from nanoslip.solver.sliding.distributions.events import EventSizes, rank_correlation
+from nanoslip.solver.sliding.sizes import EventSizes, rank_correlation
 from nanoslip.solver.view import with_error
 from nanoslip.study.figures.further.chains import CAMPAIGN, names, numbers_of, plain, steady, steady_sizes
 from nanoslip.study.figures.shared.canvas import COLORS, column

@@ -9,9 +9,8 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from numpy.typing import NDArray
 
-from nanoslip.solver.sliding.distributions.events import DISCRETE
-from nanoslip.solver.sliding.distributions.power_law import SIGNIFICANT, density
-from nanoslip.solver.sliding.distributions.record import GUTENBERG_RICHTER, MEAN_FIELD
+from nanoslip.solver.sliding.power_law import SIGNIFICANT, density
+from nanoslip.solver.sliding.sizes import DISCRETE, GUTENBERG_RICHTER, MEAN_FIELD
 from nanoslip.solver.view import with_error
 from nanoslip.study.dataset.access.accessor import Accessor
 from nanoslip.study.figures.further.chains import CAMPAIGN, names, plain, steady

@@ -6,7 +6,7 @@ from typing import Any, Final
 import numpy as np
 import xarray as xr
 
-from nanoslip.solver.sliding.distributions.power_law import LEAST_TAIL, SIGNIFICANT, density
+from nanoslip.solver.sliding.power_law import LEAST_TAIL, SIGNIFICANT, density
 from nanoslip.solver.view import with_error
 from nanoslip.study.dataset.access.accessor import Accessor
 from nanoslip.study.figures.sweep.label import label, typeset

@@ -1,9 +1,9 @@
 """Bytes of the arrays of contacts and friction records while they are computed, to a factor of three."""
 
 from nanoslip.solver.case import Case
-from nanoslip.solver.contact.convolved.contact import needs_no_matrix
+from nanoslip.solver.contact.convolved import needs_no_matrix
 from nanoslip.solver.slab import Slab
-from nanoslip.solver.sliding.columns import FIRST_CAPACITY
+from nanoslip.solver.sliding.slide import FIRST_CAPACITY
 from nanoslip.study.plan.cost.counts import (
     contact_nodes,
     events_of,

@@ -11,20 +11,19 @@ from functools import lru_cache
 
 from nanoslip.solver.case import MOST_EVENTS, Case
 from nanoslip.solver.contact.closed_forms import winkler_half_width
-from nanoslip.solver.contact.coulomb.motion import LONGEST_STEP
-from nanoslip.solver.contact.normal.contact import expected_half_width
-from nanoslip.solver.contact.window import margin
+from nanoslip.solver.contact.compiled_contact import margin
+from nanoslip.solver.contact.coulomb import LONGEST_STEP
+from nanoslip.solver.contact.normal import expected_half_width
 from nanoslip.solver.drive import Drive
 from nanoslip.solver.dynamics.friction_limit import COARSE
+from nanoslip.solver.elasticity.grid import confined_modulus
 from nanoslip.solver.elasticity.grid_scheme import GridScheme, grid_scheme
 from nanoslip.solver.elasticity.schemes.chain import Chain, spring_stiffness
 from nanoslip.solver.elasticity.schemes.column import trunk
-from nanoslip.solver.elasticity.stiffness import confined_modulus
 from nanoslip.solver.last import of_the_last
 from nanoslip.solver.slab import Slab
-from nanoslip.solver.sliding.columns import farthest
-from nanoslip.solver.sliding.coulomb import OFF_THE_SLAB
-from nanoslip.solver.sliding.kernels.step import STRETCHES
+from nanoslip.solver.sliding.kernels.slide import STRETCHES
+from nanoslip.solver.sliding.slide import OFF_THE_SLAB, farthest
 
 EVENTS = 6.0
 """Events in a presliding length for each node in contact, at residual_shear 0."""

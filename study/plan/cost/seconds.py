@@ -4,7 +4,7 @@ import math
 from collections.abc import Sequence
 
 from nanoslip.solver.case import Case
-from nanoslip.solver.contact.convolved.contact import needs_no_matrix
+from nanoslip.solver.contact.convolved import needs_no_matrix
 from nanoslip.solver.drive import Drive
 from nanoslip.solver.dynamics.stick_slip import MOST_SAMPLES, MOST_SLIPS
 from nanoslip.solver.slab import Slab

@@ -3,7 +3,7 @@
 from functools import lru_cache
 
 from nanoslip.solver.case import Case
-from nanoslip.solver.contact.convolved.contact import needs_no_matrix
+from nanoslip.solver.contact.convolved import needs_no_matrix
 from nanoslip.solver.elasticity.compliance import surface_compliance
 from nanoslip.solver.slab import Slab
 from nanoslip.study.manifest.manifest import Manifest

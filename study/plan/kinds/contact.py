@@ -15,7 +15,7 @@ from nanoslip.solver.case import Case
 from nanoslip.solver.contact.initial import initial_contact
 from nanoslip.solver.contact.state import NODE_X, ContactState, ContactSummary, contact_summary
 from nanoslip.solver.ensemble import ALONE, Ensemble
-from nanoslip.solver.quantity import quantity
+from nanoslip.solver.parameter import quantity
 from nanoslip.solver.sliding.validity import Validity, contact_validity
 from nanoslip.study.canonical import CanonicalText
 from nanoslip.study.manifest.manifest import Manifest

@@ -7,14 +7,14 @@ from typing import Final
 from nanoslip.solver.case import Case
 from nanoslip.solver.drive import Drive
 from nanoslip.solver.dynamics.coefficients import FrictionCoefficients, measured
-from nanoslip.solver.dynamics.integrate import DynamicsResult
+from nanoslip.solver.dynamics.integrators import DynamicsResult
 from nanoslip.solver.dynamics.regime import StickSlipCount, count_sticks
 from nanoslip.solver.dynamics.stick_slip import StickSlipFit, fit_stick_slip
 from nanoslip.solver.effects import SPARED, LeftOut
 from nanoslip.solver.ensemble import ALONE, Ensemble
 from nanoslip.solver.last import of_the_last
 from nanoslip.solver.outcome import SolverError
-from nanoslip.solver.quantity import quantities
+from nanoslip.solver.parameter import quantities
 from nanoslip.solver.sliding.plateau import Plateau
 from nanoslip.solver.sliding.record import FrictionRecord
 from nanoslip.study.canonical import CanonicalText, canonical_text

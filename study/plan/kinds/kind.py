@@ -1,7 +1,7 @@
 """What a kind of task is, and how the solver's values become the scalars and arrays of a result, and back.
 
 A result holds the numbers of the kind's `parts`: dataclasses of the solver whose fields declare what they are
-(nanoslip.solver.quantity). What a part declares is in results, dataset and tables without another word.
+(nanoslip.solver.parameter). What a part declares is in results, dataset and tables without another word.
 """
 
 import math
@@ -20,7 +20,7 @@ from nanoslip.solver.drive import Drive
 from nanoslip.solver.elasticity.compliance import Compliance, SurfaceCompliance, normal_compliance
 from nanoslip.solver.ensemble import Ensemble, change_by, needed
 from nanoslip.solver.outcome import COMPLETED, Ending, Outcome, SolverError
-from nanoslip.solver.quantity import Quantity, quantities
+from nanoslip.solver.parameter import Quantity, quantities
 from nanoslip.solver.slab import Slab
 from nanoslip.study.canonical import CanonicalText, canonical_text
 from nanoslip.study.manifest.manifest import Manifest

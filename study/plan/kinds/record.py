@@ -12,9 +12,9 @@ from nanoslip.solver.contact.initial import initial_contact
 from nanoslip.solver.elasticity.compliance import Compliance
 from nanoslip.solver.ensemble import ALONE, Ensemble
 from nanoslip.solver.last import of_the_last
-from nanoslip.solver.sliding.events import slide_to_state
 from nanoslip.solver.sliding.plateau import Plateau, plateau_of
 from nanoslip.solver.sliding.record import FrictionRecord
+from nanoslip.solver.sliding.slide import slide_to_state
 from nanoslip.solver.sliding.statistics import EventStatistics, event_statistics
 from nanoslip.solver.sliding.validity import Validity, record_validity
 from nanoslip.study.canonical import CanonicalText

@@ -10,7 +10,7 @@ from nanoslip.solver.case import Case
 from nanoslip.solver.contact.state import ContactState
 from nanoslip.solver.elasticity.compliance import Compliance
 from nanoslip.solver.elasticity.interior import InteriorFields, interior_fields
-from nanoslip.solver.sliding.events import states_at
+from nanoslip.solver.sliding.slide import states_at
 from nanoslip.study.manifest.manifest import Manifest
 from nanoslip.study.plan.cost.arrays import contact_bytes, inside_bytes, sliding_bytes
 from nanoslip.study.plan.cost.seconds import states_seconds

@@ -5,7 +5,7 @@ It takes longer than a small record itself, so no record has it by itself.
 
 from nanoslip.solver.case import Case
 from nanoslip.solver.ensemble import ALONE, Ensemble
-from nanoslip.solver.sliding.distributions.record import EventDistributions, SizeBins, event_distributions
+from nanoslip.solver.sliding.sizes import EventDistributions, SizeBins, event_distributions
 from nanoslip.study.manifest.manifest import Manifest
 from nanoslip.study.plan.cost.arrays import statistics_bytes
 from nanoslip.study.plan.cost.seconds import statistics_seconds

@@ -7,10 +7,9 @@ import pytest
 
 from nanoslip.solver.case import Case
 from nanoslip.solver.contact.compiled_contact import CompiledContact, compiled_contact, corrected_for_rounding
-from nanoslip.solver.contact.kernels.cascade import answer_violations
-from nanoslip.solver.contact.kernels.enumerations import Stop
-from nanoslip.solver.contact.kernels.equilibrium import RESIDUAL_LIMIT, equilibrium_residual, refresh
-from nanoslip.solver.contact.outcomes import OUTCOME_OF_STOP
+from nanoslip.solver.contact.kernels.events import answer_violations
+from nanoslip.solver.contact.kernels.state import RESIDUAL_LIMIT, Stop, equilibrium_residual, refresh
+from nanoslip.solver.contact.soundness import OUTCOME_OF_STOP
 from nanoslip.solver.elasticity.compliance import surface_compliance
 from nanoslip.solver.outcome import Ending
 from nanoslip.solver.slab import Slab

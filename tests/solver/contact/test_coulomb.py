@@ -11,9 +11,9 @@ from nanoslip.solver.contact.initial import initial_contact
 from nanoslip.solver.elasticity.compliance import SurfaceCompliance, surface_compliance
 from nanoslip.solver.outcome import Ending, InvalidInput
 from nanoslip.solver.slab import Slab
-from nanoslip.solver.sliding import coulomb
-from nanoslip.solver.sliding.events import slide, slide_to_state
+from nanoslip.solver.sliding import slide as coulomb
 from nanoslip.solver.sliding.plateau import plateau_of
+from nanoslip.solver.sliding.slide import slide, slide_to_state
 from tests.physics import assert_contact_laws, coupled_half_plane, half_plane, stored_energy
 
 SLAB = Slab(n_x=33)

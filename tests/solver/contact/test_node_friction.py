@@ -6,11 +6,11 @@ import numpy as np
 import pytest
 
 from nanoslip.solver.case import Case, Distribution, Heterogeneity, SlipRule
-from nanoslip.solver.contact.node_friction import node_friction
+from nanoslip.solver.contact.pin import node_friction
 from nanoslip.solver.elasticity.compliance import surface_compliance
 from nanoslip.solver.outcome import InvalidInput
 from nanoslip.solver.slab import Slab
-from nanoslip.solver.sliding.events import slide, slide_to_state
+from nanoslip.solver.sliding.slide import slide, slide_to_state
 from tests.physics import assert_contact_laws
 
 MANY = Case(intrinsic_friction=0.4, slab=Slab(n_x=16385))

@@ -6,12 +6,12 @@ import pytest
 
 from nanoslip.solver.case import Case, Heterogeneity, SlipOrder, SlipRule
 from nanoslip.solver.contact.initial import initial_contact
-from nanoslip.solver.contact.kernels.enumerations import Stop
-from nanoslip.solver.contact.outcomes import OUTCOME_OF_STOP, advised, energy_created
+from nanoslip.solver.contact.kernels.state import Stop
+from nanoslip.solver.contact.soundness import OUTCOME_OF_STOP, advised, energy_created
 from nanoslip.solver.elasticity.compliance import surface_compliance
 from nanoslip.solver.outcome import COMPLETED, Ending
 from nanoslip.solver.slab import Slab
-from nanoslip.solver.sliding.events import slide
+from nanoslip.solver.sliding.slide import slide
 
 
 @pytest.mark.parametrize("scheme", ["galerkin", "biquadratic", "half_plane", "chain"])

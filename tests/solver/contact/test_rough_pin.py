@@ -8,14 +8,13 @@ import pytest
 from nanoslip.solver.case import Case, Effects, Heterogeneity, InitialContact, SlipOrder, SlipRule
 from nanoslip.solver.contact.compiled_contact import compiled_contact
 from nanoslip.solver.contact.initial import initial_contact
-from nanoslip.solver.contact.kernels.slip_distance import slip_on_rough
-from nanoslip.solver.contact.kernels.state import RoughPin
+from nanoslip.solver.contact.kernels.state import RoughPin, slip_on_rough
 from nanoslip.solver.contact.pin import pin_of
 from nanoslip.solver.elasticity.compliance import surface_compliance
 from nanoslip.solver.outcome import Ending, InvalidInput
 from nanoslip.solver.parameter import Roughness
 from nanoslip.solver.slab import Slab
-from nanoslip.solver.sliding.events import slide, slide_to_state
+from nanoslip.solver.sliding.slide import slide, slide_to_state
 from tests.physics import assert_contact_laws, half_plane
 
 SLAB = Slab(n_x=33)

@@ -11,8 +11,8 @@ from nanoslip.solver.contact.initial import initial_contact
 from nanoslip.solver.contact.pin import surface_from_pin
 from nanoslip.solver.elasticity.compliance import SurfaceCompliance, surface_compliance
 from nanoslip.solver.slab import SCHEMES, Slab
-from nanoslip.solver.sliding.events import slide, slide_to_state
 from nanoslip.solver.sliding.record import FrictionRecord
+from nanoslip.solver.sliding.slide import slide, slide_to_state
 from tests.physics import assert_contact_laws
 
 WAYS: tuple[InitialContact, ...] = get_args(InitialContact)

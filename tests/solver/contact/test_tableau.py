@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from nanoslip.solver.contact.tableau import tableau
+from nanoslip.solver.contact.compiled_contact import tableau
 from nanoslip.solver.elasticity.compliance import surface_compliance
 from nanoslip.solver.slab import Slab
 

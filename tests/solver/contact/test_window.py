@@ -7,19 +7,17 @@ import numpy as np
 import pytest
 
 from nanoslip.solver.case import Case, Heterogeneity
-from nanoslip.solver.contact.compiled_contact import CompiledContact
+from nanoslip.solver.contact.compiled_contact import CompiledContact, within_reach
 from nanoslip.solver.contact.initial import initial_contact
-from nanoslip.solver.contact.kernels.enumerations import Stop
+from nanoslip.solver.contact.kernels.state import Stop
 from nanoslip.solver.contact.pin import pin_of
 from nanoslip.solver.contact.state import beyond_window, contact_state
-from nanoslip.solver.contact.window import within_reach
 from nanoslip.solver.elasticity.compliance import SurfaceCompliance, surface_compliance
 from nanoslip.solver.outcome import COMPLETED
 from nanoslip.solver.slab import Slab
-from nanoslip.solver.sliding import full_contact
-from nanoslip.solver.sliding.columns import first_of, first_room
-from nanoslip.solver.sliding.full_contact import compiled_at, slide_full_contact
-from nanoslip.solver.sliding.kernels.full_contact import slide_events
+from nanoslip.solver.sliding import slide as full_contact
+from nanoslip.solver.sliding.kernels.slide import slide_events
+from nanoslip.solver.sliding.slide import compiled_at, first_of, first_room, slide_full_contact
 
 
 def random_scene(seed: int) -> tuple[Case, SurfaceCompliance]:
@@ -69,9 +67,7 @@ def test_a_rough_pin_slides_within_windows_as_on_the_whole_surface(seed: int, mo
     case, compliance = random_scene(seed)
     start = initial_contact(case, compliance)
     found, _ = slide_full_contact(case, start, compliance)
-    monkeypatch.setattr(
-        "nanoslip.solver.sliding.full_contact.within_reach", lambda *_: np.ones(case.slab.n_x, np.bool_)
-    )
+    monkeypatch.setattr("nanoslip.solver.sliding.slide.within_reach", lambda *_: np.ones(case.slab.n_x, np.bool_))
     whole, _ = slide_full_contact(case, start, compliance)
     np.testing.assert_array_equal(found.node, whole.node)
     np.testing.assert_array_equal(found.slips, whole.slips)

@@ -8,8 +8,7 @@ from nanoslip.solver.case import Case
 from nanoslip.solver.drive import Drive, Scales
 from nanoslip.solver.dynamics.coefficients import friction_coefficients
 from nanoslip.solver.dynamics.friction_limit import sawtooth
-from nanoslip.solver.dynamics.integrate import integrate
-from nanoslip.solver.dynamics.integrators import RK4, Exact
+from nanoslip.solver.dynamics.integrators import RK4, Exact, integrate
 from nanoslip.solver.outcome import Ending
 from nanoslip.solver.simulate import drive_result
 from nanoslip.solver.slab import Slab

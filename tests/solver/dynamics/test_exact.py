@@ -6,10 +6,8 @@ import numpy as np
 import pytest
 
 from nanoslip.solver.drive import Drive
-from nanoslip.solver.dynamics.integrate import integrate
-from nanoslip.solver.dynamics.integrators import RK4
-from nanoslip.solver.dynamics.kernels.state import Teeth
-from nanoslip.solver.dynamics.kernels.teeth import tooth_at
+from nanoslip.solver.dynamics.integrators import RK4, integrate
+from nanoslip.solver.dynamics.kernels.motion import Teeth, tooth_at
 from nanoslip.solver.dynamics.stick_slip import Oscillator
 from nanoslip.solver.outcome import Ending, InvalidInput
 from tests.solver.dynamics.drives import PROBLEMS, K, Problem, reference

@@ -16,12 +16,12 @@ from nanoslip.solver.dynamics.friction_limit import (
     sawtooth,
     taken_together,
 )
-from nanoslip.solver.dynamics.integrate import integrate
+from nanoslip.solver.dynamics.integrators import integrate
 from nanoslip.solver.elasticity.compliance import surface_compliance
 from nanoslip.solver.outcome import InvalidInput
 from nanoslip.solver.slab import Slab
-from nanoslip.solver.sliding.events import slide
 from nanoslip.solver.sliding.plateau import Teeth, plateau_of
+from nanoslip.solver.sliding.slide import slide
 from tests.synthetic import LOAD, noisy_record, profile_through, record_from
 
 RECORD = noisy_record()

@@ -8,8 +8,7 @@ import pytest
 
 from nanoslip.solver.drive import Drive
 from nanoslip.solver.dynamics import integrators as precision
-from nanoslip.solver.dynamics.integrate import DynamicsResult, integrate
-from nanoslip.solver.dynamics.integrators import RK4
+from nanoslip.solver.dynamics.integrators import RK4, DynamicsResult, integrate
 from nanoslip.solver.outcome import Ending
 from tests.synthetic import constant_profile, profile_through
 

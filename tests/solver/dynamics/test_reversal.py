@@ -3,8 +3,7 @@
 import numpy as np
 import pytest
 
-from nanoslip.solver.dynamics.integrate import integrate
-from nanoslip.solver.dynamics.integrators import RK4
+from nanoslip.solver.dynamics.integrators import RK4, integrate
 from nanoslip.solver.outcome import Ending
 from tests.solver.dynamics.drives import PROBLEMS, SMALL_TEETH, K
 

@@ -6,10 +6,8 @@ import numpy as np
 import pytest
 
 from nanoslip.solver.dynamics import integrators as rk4
-from nanoslip.solver.dynamics.integrate import integrate
-from nanoslip.solver.dynamics.integrators import RK4
-from nanoslip.solver.dynamics.kernels.state import Teeth
-from nanoslip.solver.dynamics.kernels.teeth import tooth_at, tooth_holding
+from nanoslip.solver.dynamics.integrators import RK4, integrate
+from nanoslip.solver.dynamics.kernels.motion import Teeth, tooth_at, tooth_holding
 from nanoslip.solver.outcome import Ending
 from tests.solver.dynamics.drives import PROBLEMS, K, Problem
 from tests.synthetic import profile_through

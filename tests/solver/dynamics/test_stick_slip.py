@@ -9,7 +9,7 @@ from scipy.optimize import brentq
 
 from nanoslip.solver.drive import Drive
 from nanoslip.solver.dynamics import stick_slip as closed_form
-from nanoslip.solver.dynamics.integrate import integrate
+from nanoslip.solver.dynamics.integrators import integrate
 from nanoslip.solver.dynamics.stick_slip import (
     MOST_SAMPLES,
     MOST_SLIPS,

@@ -7,7 +7,7 @@ from nanoslip.solver.case import Case, Effects
 from nanoslip.solver.elasticity.compliance import SurfaceCompliance, conditioning, explained, surface_compliance
 from nanoslip.solver.outcome import COMPLETED, Ending, Outcome
 from nanoslip.solver.slab import Slab
-from nanoslip.solver.sliding.events import slide
+from nanoslip.solver.sliding.slide import slide
 from tests.physics import coupled_half_plane, half_plane
 
 SLAB = Slab(33, scheme="biquadratic")

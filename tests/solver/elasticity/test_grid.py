@@ -6,8 +6,7 @@ from typing import Any
 import numpy as np
 import pytest
 
-from nanoslip.solver.elasticity.grid import FirstSpacing
-from nanoslip.solver.elasticity.stiffness import restrained
+from nanoslip.solver.elasticity.grid import FirstSpacing, restrained
 from nanoslip.solver.slab import Slab
 from tests.synthetic import grid_of
 

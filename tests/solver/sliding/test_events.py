@@ -7,14 +7,14 @@ import numpy as np
 import pytest
 
 from nanoslip.solver.case import Case, Effects, SlipOrder, SlipRule
-from nanoslip.solver.contact import window
+from nanoslip.solver.contact import compiled_contact as window
 from nanoslip.solver.contact.initial import initial_contact
 from nanoslip.solver.elasticity.compliance import SurfaceCompliance, surface_compliance
 from nanoslip.solver.outcome import Ending
 from nanoslip.solver.slab import Slab, Support
-from nanoslip.solver.sliding import columns
-from nanoslip.solver.sliding.events import slide, slide_to_state, states_at
+from nanoslip.solver.sliding import slide as columns
 from nanoslip.solver.sliding.record import EVENT_KINDS
+from nanoslip.solver.sliding.slide import slide, slide_to_state, states_at
 from tests.physics import assert_contact_laws, coupled_half_plane, half_plane, smallest_step, stored_energy
 
 SLAB = Slab(n_x=33)

@@ -9,8 +9,8 @@ from nanoslip.solver.case import Case, Effects, Heterogeneity, SlipRule
 from nanoslip.solver.contact.initial import initial_contact
 from nanoslip.solver.elasticity.compliance import surface_compliance
 from nanoslip.solver.slab import Slab
-from nanoslip.solver.sliding.events import slide, slide_to_state
 from nanoslip.solver.sliding.record import EVENT_TYPES, FrictionRecord, drops
+from nanoslip.solver.sliding.slide import slide, slide_to_state
 
 SMALL = Case(radius=50.0, slab=Slab(33))
 TOGETHER = SlipRule(slip_order="simultaneous")

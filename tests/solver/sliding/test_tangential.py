@@ -7,13 +7,15 @@ import pytest
 
 from nanoslip.solver.case import Case, Effects, Heterogeneity, SlipOrder, SlipRule
 from nanoslip.solver.contact.initial import initial_contact
-from nanoslip.solver.contact.node_friction import node_friction
+from nanoslip.solver.contact.pin import node_friction
 from nanoslip.solver.elasticity.compliance import SurfaceCompliance, surface_compliance
 from nanoslip.solver.outcome import Ending, InvalidInput
 from nanoslip.solver.slab import Slab
-from nanoslip.solver.sliding import columns, events, full_contact
-from nanoslip.solver.sliding.events import slide, slide_to_state
-from nanoslip.solver.sliding.kernels.events import Events
+from nanoslip.solver.sliding import slide as columns
+from nanoslip.solver.sliding import slide as events
+from nanoslip.solver.sliding import slide as full_contact
+from nanoslip.solver.sliding.kernels.slide import Events
+from nanoslip.solver.sliding.slide import slide, slide_to_state
 
 SLAB = Slab(n_x=65)
 N = SLAB.n_x

@@ -13,10 +13,10 @@ from nanoslip.solver.contact.initial import initial_contact
 from nanoslip.solver.contact.state import ContactState, contact_width
 from nanoslip.solver.elasticity.compliance import SurfaceCompliance, surface_compliance
 from nanoslip.solver.outcome import Ending, Outcome
-from nanoslip.solver.quantity import attributes, quantities
+from nanoslip.solver.parameter import attributes, quantities
 from nanoslip.solver.slab import Slab
-from nanoslip.solver.sliding.events import slide_to_state
 from nanoslip.solver.sliding.record import FrictionRecord
+from nanoslip.solver.sliding.slide import slide_to_state
 from nanoslip.solver.sliding.validity import (
     BEYOND_CONTACT,
     FEW_NODES,

@@ -6,8 +6,8 @@ from dataclasses import fields
 import pytest
 import xarray as xr
 
-from nanoslip.solver.sliding.distributions.record import SIZES
 from nanoslip.solver.sliding.record import EVENT_KINDS, FrictionRecord
+from nanoslip.solver.sliding.sizes import SIZES
 from nanoslip.solver.sliding.validity import FLAGS
 from nanoslip.study.dataset.collection.collect import collect
 from nanoslip.study.dataset.description import Described, described, page, rows, text_of

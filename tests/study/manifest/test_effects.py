@@ -15,7 +15,7 @@ from nanoslip.solver.elasticity.compliance import surface_compliance
 from nanoslip.solver.elasticity.grid_scheme import stiffness
 from nanoslip.solver.outcome import Ending
 from nanoslip.solver.slab import Slab
-from nanoslip.solver.sliding.events import slide_to_state
+from nanoslip.solver.sliding.slide import slide_to_state
 from nanoslip.study.dataset.collection.collect import collect
 from nanoslip.study.dataset.groups import groups_of
 from nanoslip.study.manifest.columns import ManifestError

@@ -13,7 +13,7 @@ import xarray as xr
 from nanoslip.solver.case import Case, SlipRule
 from nanoslip.solver.elasticity.compliance import surface_compliance
 from nanoslip.solver.slab import Slab
-from nanoslip.solver.sliding.events import slide
+from nanoslip.solver.sliding.slide import slide
 from nanoslip.solver.sliding.validity import FEW_NODES, FLAGS, NEAR_ENDS, WHOLE_SLAB, advice_on, flags_in
 from nanoslip.study.dataset import file
 from nanoslip.study.dataset.collection.collect import collect

@@ -6,8 +6,8 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 
-from nanoslip.solver.contact.convolved import conjugate_gradients
-from nanoslip.solver.contact.convolved.conjugate_gradients import Pressed, pressed
+from nanoslip.solver.contact import convolved as conjugate_gradients
+from nanoslip.solver.contact.convolved import Pressed, pressed
 from nanoslip.solver.elasticity.schemes.half_plane import convolution_of
 from nanoslip.solver.slab import Slab
 

@@ -7,12 +7,11 @@ import numpy as np
 import pytest
 
 from nanoslip.solver.case import Case, Effects, Heterogeneity
-from nanoslip.solver.contact import initial
+from nanoslip.solver.contact import convolved, initial
+from nanoslip.solver.contact import normal as exchange
 from nanoslip.solver.contact.closed_forms import flat_punch_pressure, hertz
-from nanoslip.solver.contact.convolved import contact as convolved
-from nanoslip.solver.contact.convolved.contact import needs_no_matrix
+from nanoslip.solver.contact.convolved import needs_no_matrix
 from nanoslip.solver.contact.initial import compliance_for_contact, initial_contact
-from nanoslip.solver.contact.normal import exchange
 from nanoslip.solver.contact.pin import pin_of, surface_from_pin
 from nanoslip.solver.contact.state import ContactState
 from nanoslip.solver.elasticity.compliance import NormalCompliance, normal_compliance, surface_compliance

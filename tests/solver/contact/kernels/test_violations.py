@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 
-from nanoslip.solver.contact.kernels.violations import worst_violation
+from nanoslip.solver.contact.kernels.events import worst_violation
 
 NODES = 45
 TOLERANCE = 1e-15

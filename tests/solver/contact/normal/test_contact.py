@@ -7,10 +7,9 @@ import numpy as np
 import pytest
 
 from nanoslip.solver.case import Case, Effects, InitialContact, SlipRule
-from nanoslip.solver.contact import initial
+from nanoslip.solver.contact import initial, normal
+from nanoslip.solver.contact import normal as system
 from nanoslip.solver.contact.initial import initial_contact
-from nanoslip.solver.contact.normal import contact as normal
-from nanoslip.solver.contact.normal import system
 from nanoslip.solver.elasticity.compliance import SurfaceCompliance, surface_compliance, uncoupled
 from nanoslip.solver.slab import Slab
 from tests.physics import assert_contact_laws

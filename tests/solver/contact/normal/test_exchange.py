@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from nanoslip.solver.contact.normal.exchange import PATIENCE, Exchange
+from nanoslip.solver.contact.normal import PATIENCE, Exchange
 
 X = np.linspace(-0.5, 0.5, 9)
 MIDDLE = np.abs(X) < 0.2

@@ -3,8 +3,8 @@
 import numpy as np
 import pytest
 
-from nanoslip.solver.contact.normal import system as of_sets
-from nanoslip.solver.contact.normal.system import ContactSystem
+from nanoslip.solver.contact import normal as of_sets
+from nanoslip.solver.contact.normal import ContactSystem
 from nanoslip.solver.elasticity.compliance import SurfaceCompliance, surface_compliance
 from nanoslip.solver.outcome import SingularOperator, TooFarApart
 from nanoslip.solver.slab import Slab

@@ -7,15 +7,24 @@ import numpy as np
 import pytest
 
 from nanoslip.solver.dynamics import integrators as exact
-from nanoslip.solver.dynamics.integrate import integrate
-from nanoslip.solver.dynamics.kernels.cruise import cruise as cruise_over_teeth
-from nanoslip.solver.dynamics.kernels.event_driven import integrate_exactly
-from nanoslip.solver.dynamics.kernels.oscillator import brief_responses, segment_from, series
-from nanoslip.solver.dynamics.kernels.recording import empty_record
-from nanoslip.solver.dynamics.kernels.roots import POSITION, VELOCITY, offset_from_level, root
-from nanoslip.solver.dynamics.kernels.segment_end import monotone_end
-from nanoslip.solver.dynamics.kernels.slips import driving_force
-from nanoslip.solver.dynamics.kernels.state import Motion, Pin, Slip, Tally, Teeth
+from nanoslip.solver.dynamics.integrators import integrate
+from nanoslip.solver.dynamics.kernels.motion import (
+    POSITION,
+    VELOCITY,
+    Motion,
+    Pin,
+    Slip,
+    Tally,
+    Teeth,
+    brief_responses,
+    driving_force,
+    offset_from_level,
+    root,
+    segment_from,
+    series,
+)
+from nanoslip.solver.dynamics.kernels.steps import cruise as cruise_over_teeth
+from nanoslip.solver.dynamics.kernels.steps import empty_record, integrate_exactly, monotone_end
 from nanoslip.solver.outcome import Ending
 from nanoslip.solver.parameter import MOST_WHOLE
 from tests.solver.dynamics.drives import SMALL_TEETH, K, reference

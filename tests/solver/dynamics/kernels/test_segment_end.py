@@ -7,7 +7,7 @@ import pytest
 
 from nanoslip.solver.drive import Drive
 from nanoslip.solver.dynamics.friction_limit import FrictionLimit
-from nanoslip.solver.dynamics.integrate import integrate
+from nanoslip.solver.dynamics.integrators import integrate
 
 
 @pytest.mark.parametrize("compliant", [False, True])

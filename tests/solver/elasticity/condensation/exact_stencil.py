@@ -10,8 +10,8 @@ from itertools import accumulate
 import numpy as np
 from numpy.typing import NDArray
 
+from nanoslip.solver.elasticity.grid import restrained
 from nanoslip.solver.elasticity.grid_scheme import grid_scheme
-from nanoslip.solver.elasticity.stiffness import restrained
 from nanoslip.solver.slab import Slab
 
 Number = Fraction

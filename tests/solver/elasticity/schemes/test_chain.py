@@ -9,14 +9,14 @@ from numpy.typing import NDArray
 from nanoslip.solver.case import Case, Effects, Heterogeneity, SlipRule
 from nanoslip.solver.contact.closed_forms import winkler_half_width
 from nanoslip.solver.contact.initial import initial_contact
-from nanoslip.solver.contact.node_friction import node_friction
-from nanoslip.solver.contact.normal.contact import expected_half_width
+from nanoslip.solver.contact.normal import expected_half_width
+from nanoslip.solver.contact.pin import node_friction
 from nanoslip.solver.elasticity.compliance import conditioning, surface_compliance
 from nanoslip.solver.elasticity.grid_scheme import stiffness
 from nanoslip.solver.elasticity.schemes.chain import Chain, spring_stiffness
 from nanoslip.solver.outcome import InvalidInput
 from nanoslip.solver.slab import Slab
-from nanoslip.solver.sliding.events import slide_to_state
+from nanoslip.solver.sliding.slide import slide_to_state
 from nanoslip.study.accuracy.elastic_operator import discretizations
 from nanoslip.study.discretization.front import load_front
 from tests.physics import stored_energy

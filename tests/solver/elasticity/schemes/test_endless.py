@@ -7,7 +7,7 @@ from nanoslip.solver.elasticity.compliance import surface_compliance
 from nanoslip.solver.elasticity.schemes.half_plane import EndlessScheme, convolution_of
 from nanoslip.solver.outcome import InvalidInput
 from nanoslip.solver.slab import FEWEST_NODES, MOST_NODES, SCHEMES, Slab
-from nanoslip.solver.sliding.events import slide_to_state
+from nanoslip.solver.sliding.slide import slide_to_state
 from tests.physics import assert_contact_laws
 
 

@@ -6,8 +6,8 @@ import numpy as np
 import pytest
 
 from nanoslip.solver.elasticity.compliance import surface_compliance
+from nanoslip.solver.elasticity.grid import Stiffness
 from nanoslip.solver.elasticity.grid_scheme import stiffness
-from nanoslip.solver.elasticity.stiffness import Stiffness
 from nanoslip.solver.outcome import SingularOperator
 from nanoslip.solver.slab import Slab
 

@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 from scipy.stats import spearmanr
 
-from nanoslip.solver.sliding.distributions.events import DISCRETE, event_sizes, pooled, rank_correlation
+from nanoslip.solver.sliding.sizes import DISCRETE, event_sizes, pooled, rank_correlation
 from tests.synthetic import LOAD, noisy_record, record_from
 
 

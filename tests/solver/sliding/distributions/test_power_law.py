@@ -6,7 +6,7 @@ import numpy as np
 import powerlaw
 import pytest
 
-from nanoslip.solver.sliding.distributions.power_law import (
+from nanoslip.solver.sliding.power_law import (
     LEAST_TAIL,
     PowerLaw,
     Sizes,

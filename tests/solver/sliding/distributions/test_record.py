@@ -10,21 +10,24 @@ import pytest
 from nanoslip.solver.case import Case
 from nanoslip.solver.elasticity.compliance import surface_compliance
 from nanoslip.solver.ensemble import LEVEL
-from nanoslip.solver.quantity import quantities
+from nanoslip.solver.parameter import quantities
 from nanoslip.solver.slab import Slab
-from nanoslip.solver.sliding.distributions.events import DISCRETE, event_sizes, pooled, rank_correlation
-from nanoslip.solver.sliding.distributions.power_law import fitted_power_law, power_law_sizes, sorted_sizes
-from nanoslip.solver.sliding.distributions.record import (
+from nanoslip.solver.sliding.plateau import Plateau, plateau_of
+from nanoslip.solver.sliding.power_law import fitted_power_law, power_law_sizes, sorted_sizes
+from nanoslip.solver.sliding.sizes import (
+    DISCRETE,
     GUTENBERG_RICHTER,
     MEAN_FIELD,
     SIZES,
     EventDistributions,
     event_distributions,
+    event_sizes,
     exponent_over_members,
+    pooled,
+    rank_correlation,
     size_distribution,
 )
-from nanoslip.solver.sliding.events import slide
-from nanoslip.solver.sliding.plateau import Plateau, plateau_of
+from nanoslip.solver.sliding.slide import slide
 from tests.synthetic import noisy_record, record_from
 
 

@@ -6,19 +6,17 @@ import numpy as np
 import powerlaw
 import pytest
 
-from nanoslip.solver.sliding.distributions.power_law import (
-    PowerLaw,
-    Sizes,
-    fitted_power_law,
-    power_law_sizes,
-    sorted_sizes,
-)
-from nanoslip.solver.sliding.distributions.rivals import (
+from nanoslip.solver.sliding.power_law import (
     LAWS,
     Comparison,
+    PowerLaw,
+    Sizes,
     comparisons,
+    fitted_power_law,
     log_likelihoods,
+    power_law_sizes,
     preferred,
+    sorted_sizes,
     vuong,
 )
 

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from nanoslip.solver.sliding.distributions.events import EventSizes
+from nanoslip.solver.sliding.sizes import EventSizes
 from nanoslip.study.figures.further.chains import names, numbers_of, steady_sizes
 from nanoslip.study.figures.further.correlations import LAGS, PAIRS, at_lags, claims, spacing_apart
 from tests.study.figures.shipped_small import small

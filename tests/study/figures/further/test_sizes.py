@@ -3,8 +3,8 @@
 import numpy as np
 import pytest
 
-from nanoslip.solver.sliding.distributions.events import DISCRETE
-from nanoslip.solver.sliding.distributions.power_law import SIGNIFICANT
+from nanoslip.solver.sliding.power_law import SIGNIFICANT
+from nanoslip.solver.sliding.sizes import DISCRETE
 from nanoslip.study.figures.further.chains import names, numbers_of, steady_sizes
 from nanoslip.study.figures.further.sizes import BROAD, PANELS, SHARES, claims, draw
 from tests.study.figures.shipped_small import small

@@ -7,10 +7,10 @@ import pytest
 
 from nanoslip.solver.case import Case
 from nanoslip.solver.elasticity.compliance import surface_compliance
-from nanoslip.solver.quantity import quantities
+from nanoslip.solver.parameter import quantities
 from nanoslip.solver.slab import Slab
-from nanoslip.solver.sliding.events import slide
 from nanoslip.solver.sliding.record import FrictionRecord
+from nanoslip.solver.sliding.slide import slide
 from nanoslip.study.plan.kinds.kind import MEMBER, Kind, compliance_of, declared, whole_again
 from nanoslip.study.plan.tasks import KINDS, compliance_task, record_task, run_task
 

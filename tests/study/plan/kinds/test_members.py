@@ -11,10 +11,10 @@ from nanoslip.solver.case import Case, Heterogeneity
 from nanoslip.solver.elasticity.compliance import SurfaceCompliance, surface_compliance
 from nanoslip.solver.ensemble import Ensemble, mean_of
 from nanoslip.solver.outcome import COMPLETED, Ending, InvalidInput, Outcome
-from nanoslip.solver.quantity import quantity
+from nanoslip.solver.parameter import quantity
 from nanoslip.solver.slab import Slab
-from nanoslip.solver.sliding.events import slide
 from nanoslip.solver.sliding.record import FrictionRecord
+from nanoslip.solver.sliding.slide import slide
 from nanoslip.study.manifest.manifest import KNOWABLE
 from nanoslip.study.plan.kinds import record as record_kind
 from nanoslip.study.plan.kinds.drive import DRIVE as DRIVES

@@ -7,7 +7,7 @@ import pytest
 
 from nanoslip.solver.elasticity.compliance import surface_compliance
 from nanoslip.solver.outcome import Ending
-from nanoslip.solver.sliding.events import slide
+from nanoslip.solver.sliding.slide import slide
 from nanoslip.study.plan.tasks import (
     compliance_task,
     record_scalars_task,

@@ -1,0 +1,316 @@
+"""Classical Coulomb friction (residual_shear 1): the contact, its nodes' roles, its motion."""
+
+from dataclasses import dataclass, field
+
+import numpy as np
+from numpy.typing import NDArray
+
+from nanoslip.solver.case import Case
+from nanoslip.solver.contact.kernels.events import TIE
+from nanoslip.solver.contact.kernels.state import EventKind
+from nanoslip.solver.contact.pin import Pin, node_friction, pin_of, surface_from_pin
+from nanoslip.solver.elasticity.compliance import SurfaceCompliance
+from nanoslip.solver.outcome import Ending, SingularOperator, SolverError, TooFarApart
+
+# Classical Coulomb friction, residual_shear 1: some nodes slide at |shear| = μ_i·pressure, the others stick.
+#
+# Each node in contact has a role: it sticks (u moves with the pin) or slides (f_x = σ μ_i N, σ = ±1). On all of them
+# v = w + approach follows the pin. For given roles everything is linear but the pin's height under a sliding node,
+# for which
+# Newton's method takes over. `roles` changes roles, `motion` moves the pin or raises the load between changes.
+
+Vector = NDArray[np.float64]
+Rates = tuple[NDArray[np.float64], float, Vector, Vector]
+"""Force (2, n), approach, u and v = w + approach (n,), or their rates."""
+
+TOLERANCE = 1e-12
+"""Share of the load below which forces and lengths count as 0."""
+
+
+class CoulombError(SolverError):
+    """The contact has no (unique) solution from here on; `ending` says of what kind."""
+
+    def __init__(self, ending: Ending) -> None:
+        super().__init__(ending)
+        self.ending = ending
+
+
+@dataclass(eq=False)
+class CoulombContact:
+    """A contact being solved; arrays over the n surface nodes, changed in place."""
+
+    case: Case
+    compliance: SurfaceCompliance
+    contact: NDArray[np.bool_]
+    sliding: Vector
+    """σ of a sliding node, 0 of a sticking or free one."""
+    u: Vector
+    normal_load: float
+    displacement: float = 0.0
+    x: Vector = field(init=False)
+    """Of every node, from the pin's lowest point at δ_p = 0."""
+    node_friction: Vector = field(init=False)
+    """μ_i of every node."""
+    v: Vector = field(init=False)
+    force: NDArray[np.float64] = field(init=False)
+    """(2, n): f_x and f_z."""
+    approach: float = field(init=False)
+    node_slips: NDArray[np.int64] = field(init=False)
+    """How often each node began to slide."""
+    stalled: int = 0
+    """Steps since displacement and load last made `motion.PROGRESS`."""
+    mark: float = 0.0
+    """Displacement plus load at that time."""
+
+    def __post_init__(self) -> None:
+        self.x, self.node_friction = surface_from_pin(self.case), node_friction(self.case)
+        self.node_slips = np.zeros(len(self.x), np.int64)
+        self.solve()
+
+    @property
+    def slips(self) -> int:
+        """Nodes that began to slide."""
+        return int(self.node_slips.sum())
+
+    @property
+    def pin(self) -> Pin:
+        """The pin of the case."""
+        return pin_of(self.case)
+
+    @property
+    def xi(self) -> Vector:
+        """Pin coordinate of every node, (n,)."""
+        return np.asarray(self.x + self.u - self.displacement)
+
+    @property
+    def normal_force(self) -> Vector:
+        """Normal force N of every node, (n,)."""
+        return np.asarray(-self.force[1])
+
+    @property
+    def gap(self) -> Vector:
+        """Gap of every free node, 0 in contact."""
+        return np.where(self.contact, 0.0, self.pin.height(self.xi) - self.v)
+
+    @property
+    def excess(self) -> Vector:
+        """|shear| - μ_i·N of the sticking nodes, -load elsewhere."""
+        over = np.abs(self.force[0]) - self.node_friction * self.normal_force
+        return np.where(self.contact & (self.sliding == 0.0), over, -self.normal_load)
+
+    @property
+    def tolerance(self) -> float:
+        """Tolerance for forces and lengths: TOLERANCE of the load plus the rounding error of the pin's height."""
+        return TOLERANCE * self.normal_load + 4.0 * np.finfo(float).eps * abs(self.approach)
+
+    def solve(self) -> None:
+        """Forces, approach and displacements for the given roles: Newton's method on the sliding nodes' positions."""
+        curvature = self.pin.curvature
+        for _ in range(20):
+            before = self.u.copy()
+            u, xi, slide = self.u[self.contact], self.xi[self.contact], self.sliding[self.contact] != 0.0
+            tangential = np.where(slide, 0.0, u)
+            normal = curvature * (xi**2 / 2 - np.where(slide, xi * u, 0.0))
+            self.force, self.approach, u, self.v = self._respond(tangential, normal, -self.normal_load)
+            self.u = np.where(self.contact & (self.sliding == 0.0), before, u)
+            if np.abs(self.u - before).max() <= 1e-14 * self.normal_load:
+                return
+
+    def rates(self, pin_rate: float) -> Rates:
+        """Rates of force, approach, u and v per unit of pin displacement (pin_rate = 1) or of load (pin_rate = 0)."""
+        slide = self.sliding[self.contact] != 0.0
+        tangential = np.where(slide, 0.0, pin_rate)
+        normal = np.where(slide, -pin_rate * self.pin.curvature * self.xi[self.contact], 0.0)
+        return self._respond(tangential, normal, -(1.0 - pin_rate))
+
+    def _respond(self, tangential: Vector, normal: Vector, normal_load: float) -> Rates:
+        """Solve for the contact's forces and the approach: right sides of the tangential, normal and load equations."""
+        c, n, nodes = self.compliance.matrix, len(self.u), np.flatnonzero(self.contact)
+        m, sigma = len(nodes), self.sliding[nodes]
+        columns = np.concatenate((nodes, nodes + n))
+        c_x, c_z, one = c[np.ix_(nodes, columns)], c[np.ix_(nodes + n, columns)], np.eye(m)
+        limit = np.hstack((one, (sigma * self.node_friction[nodes])[:, None] * one))
+        slide = (sigma != 0.0)[:, None]
+        system = np.zeros((2 * m + 1, 2 * m + 1))
+        system[:m, : 2 * m] = np.where(slide, limit, c_x)
+        system[m : 2 * m, : 2 * m] = c_z - np.where(slide, self.pin.curvature * self.xi[nodes][:, None] * c_x, 0.0)
+        system[m : 2 * m, 2 * m] = system[2 * m, m : 2 * m] = 1.0
+        # Heights are solved for from their middle: out on a sharp pin they are larger than all the load moves by far.
+        middle = float(normal.mean())
+        try:
+            solution = np.linalg.solve(system, np.concatenate((tangential, normal - middle, [normal_load])))
+        except np.linalg.LinAlgError as error:
+            raise SingularOperator(f"{m} nodes in contact with Coulomb friction: singular; lower μ_i") from error
+        if not np.isfinite(solution).all():
+            # Every comparison with a NaN is false: nothing would seem to be wrong.
+            raise TooFarApart("the forces of the contact are no numbers: use a load and a radius nearer 1")
+        force = np.zeros((2, n))
+        force[:, nodes] = solution[:-1].reshape(2, m)
+        u, v = (c[:, columns] @ solution[:-1]).reshape(2, n)
+        approach = float(solution[-1]) + middle
+        return force, approach, u, v + approach
+
+    def release(self, node: int) -> None:
+        """Let a node go."""
+        if self.contact.sum() == 1:
+            raise CoulombError(Ending.CONTACT_LOST)
+        self.contact[node], self.sliding[node] = False, 0.0
+
+    def touch(self, node: int) -> None:
+        """Bring a node into contact, sticking where it is."""
+        if abs(self.x[node]) > self.pin.half_width:
+            raise CoulombError(Ending.EDGE_REACHED)
+        self.contact[node] = True
+
+    def let_slide(self, node: int) -> None:
+        """Let a sticking node slide, the way its shear pushes."""
+        self.sliding[node] = 1.0 if self.force[0, node] >= 0.0 else -1.0
+        self.node_slips[node] += 1
+
+
+# Roles of the surface nodes (free, stick, slide): changed one at a time, the worst violation first, until all
+# constraints hold.
+#
+# A sticking node slides where its shear would exceed its limit. A sliding node sticks where it would move in the
+# direction of its
+# own shear. Where an earlier assignment of roles comes back, none (or no unique one) satisfies all constraints.
+
+
+def resolve_violations(solved: CoulombContact) -> None:
+    """Change one role per violated constraint, the worst first, until none is violated: tension, shear, penetration."""
+    seen: set[bytes] = set()
+    while True:
+        solved.solve()
+        tolerance = solved.tolerance
+        tension = np.where(np.abs(solved.xi) > solved.pin.half_width, solved.normal_load, -solved.normal_force)
+        answers = ((solved.release, np.where(solved.contact, tension, -1.0)), (solved.let_slide, solved.excess))
+        for answer, violation in (*answers, (solved.touch, -solved.gap)):
+            worst = _largest(violation, tolerance)
+            if violation[worst] > tolerance:
+                answer(worst)
+                break
+        else:
+            return
+        _refuse_cycles(seen, solved)
+
+
+def stick_and_slide_in_motion(solved: CoulombContact, pin_rate: float) -> Rates:
+    """Change roles until all of them agree with the motion to come; returns its rates (see `CoulombContact.rates`)."""
+    seen: set[bytes] = set()
+    while True:
+        rates = force_rate, _, u_rate, _ = solved.rates(pin_rate)
+        # A node that has just touched bears no force yet, and slides the way its shear begins to push.
+        near = max(1e-9 * solved.normal_load * min(solved.case.intrinsic_friction, 1.0), solved.tolerance)
+        none = np.abs(solved.force[0]) <= near
+        sign = np.sign(np.where(none, force_rate[0], solved.force[0]))
+        growth = sign * force_rate[0] + solved.node_friction * force_rate[1]
+        growth = np.where(solved.excess > -near, growth, -1.0)
+        dragged = np.where(solved.sliding != 0.0, solved.sliding * (u_rate - pin_rate), -1.0)
+        least = TOLERANCE * max(np.abs(force_rate).max(), 1.0)
+        if growth.max() > least:
+            node = _largest(growth, least)
+            solved.sliding[node] = sign[node]
+            solved.node_slips[node] += 1
+        elif solved.case.intrinsic_friction > 0.0 and dragged.max() > 1e-9:
+            solved.sliding[_largest(dragged, 1e-9)] = 0.0
+        else:
+            return rates
+        _refuse_cycles(seen, solved)
+
+
+def stick_and_slide_at_rest(solved: CoulombContact) -> None:
+    """Find the roles at rest: resolve violations, and let nodes stick again at u = 0 that slide against their shear."""
+    seen: set[bytes] = set()
+    while True:
+        resolve_violations(solved)
+        _refuse_cycles(seen, solved)
+        # Without friction the sign of a sliding node means nothing.
+        against = (solved.sliding * solved.u > solved.tolerance) & (solved.case.intrinsic_friction > 0.0)
+        if not against.any():
+            return
+        solved.sliding[against], solved.u[against] = 0.0, 0.0
+
+
+def _largest(values: Vector, tolerance: float) -> int:
+    """The node with the largest value, of those nearer to it than the tolerance the one furthest right."""
+    return int(np.flatnonzero(values >= values.max() - tolerance)[-1])
+
+
+def _refuse_cycles(seen: set[bytes], solved: CoulombContact) -> None:
+    """Raises CoulombError where the same roles come back."""
+    roles = np.where(solved.contact, solved.sliding, 2.0).tobytes()
+    if roles in seen:
+        # For large μ_i there need not be an assignment of roles that satisfies all conditions.
+        raise CoulombError(Ending.SLIP_UNBOUNDED)
+    seen.add(roles)
+
+
+# Motion of pin or load up to the next change of a node's role: its distance, and the step. Forces are continuous.
+
+LONGEST_STEP = 0.05
+"""Longest step in node spacings: the pin's slope under a sliding node changes by as much of a node's."""
+PROGRESS = 1e-6
+"""Motion in node spacings, or growth of the load as a share of it, that counts as progress."""
+PATIENCE = 20
+"""Steps per node without progress after which no motion is found consistent."""
+
+
+def raise_load_of_sliding(solved: CoulombContact, target: float) -> None:
+    """Raise the load to `target`, the pin held."""
+    while solved.normal_load < target:
+        rates = stick_and_slide_in_motion(solved, 0.0)
+        step, kind, node = next_change(solved, rates, 0.0)
+        # The contact grows from one node to many: steps keep to the load's own size.
+        longest = min(solved.normal_load, target - solved.normal_load)
+        advance(solved, min(step, longest), rates, 0.0)
+        change(solved, kind if step <= longest else EventKind.NOTHING, node)
+
+
+def change(solved: CoulombContact, kind: EventKind, node: int) -> None:
+    """Answer an event (none where `kind` is NOTHING) and all that follows from it at once."""
+    if kind != EventKind.NOTHING:
+        answers = {EventKind.SLIP: solved.let_slide, EventKind.RELEASE: solved.release, EventKind.TOUCH: solved.touch}
+        answers[kind](node)
+    resolve_violations(solved)
+
+
+def next_change(solved: CoulombContact, rates: Rates, pin_rate: float) -> tuple[float, EventKind, int]:
+    """Step after which a role changes, how, and whose; infinite where none does. The gap is taken as linear."""
+    force_rate, _, u_rate, v_rate = rates
+    mu, stick = solved.node_friction, solved.contact & (solved.sliding == 0.0)
+    steps = {EventKind.RELEASE: _time(solved.normal_force, force_rate[1], solved.contact)}
+    for sign in (1.0, -1.0):
+        room = mu * solved.normal_force - sign * solved.force[0]
+        until = _time(room, sign * force_rate[0] + mu * force_rate[1], stick)
+        steps[EventKind.SLIP] = np.minimum(steps.get(EventKind.SLIP, until), until)
+    closing = v_rate - solved.pin.curvature * solved.xi * (u_rate - pin_rate)
+    steps[EventKind.TOUCH] = _time(solved.gap, closing, ~solved.contact & np.isfinite(solved.gap))
+    kind = min(steps, key=lambda each: float(steps[each].min()))
+    step = float(steps[kind].min())
+    # Of ties the node further right, as in `next_event`.
+    return step, kind, int(np.flatnonzero(steps[kind] <= step * (1.0 + TIE))[-1])
+
+
+def advance(solved: CoulombContact, step: float, rates: Rates, pin_rate: float) -> float:
+    """Move the pin (pin_rate = 1) or raise the load (pin_rate = 0) by `step`; returns the energy dissipated."""
+    solved.stalled += 1
+    progress = PROGRESS * (solved.case.slab.spacing if pin_rate else solved.normal_load)
+    if solved.displacement + solved.normal_load > solved.mark + progress:
+        solved.mark, solved.stalled = solved.displacement + solved.normal_load, 0
+    if solved.stalled > PATIENCE * len(solved.u):
+        # A node that touches is pulled off at once, and closes in at once when free: no motion is consistent.
+        raise CoulombError(Ending.SLIP_UNBOUNDED)
+    before, slip, height = solved.force, solved.u - solved.displacement, solved.v
+    moved = np.where(solved.contact & (solved.sliding == 0.0), pin_rate, rates[2])
+    solved.u = solved.u + step * moved
+    solved.displacement += pin_rate * step
+    solved.normal_load += (1.0 - pin_rate) * step
+    solved.solve()
+    mean = (before + solved.force) / 2
+    return float(-(mean[0] @ (solved.u - solved.displacement - slip) + mean[1] @ (solved.v - height)))
+
+
+def _time(room: Vector, rate: Vector, which: NDArray[np.bool_]) -> Vector:
+    """Step after which a falling margin is used up, where it applies; infinite elsewhere."""
+    falling = which & (rate > 0.0)
+    return np.where(falling, np.maximum(room, 0.0) / np.where(falling, rate, 1.0), np.inf)

@@ -1,0 +1,569 @@
+"""Displace a node in contact; release a node or bring it into contact (a pivot of the tableau)."""
+
+import numpy as np
+from numpy.typing import NDArray
+
+from nanoslip.solver.compiled import chosen_by_type, compiled, is_named_tuple
+from nanoslip.solver.contact.kernels.state import (
+    BLUR,
+    EventKind,
+    Floats,
+    KernelConstants,
+    KernelState,
+    RoughPin,
+    Stop,
+    add_two,
+    add_two_rows,
+    equilibrium_residual,
+    first_root,
+    knot_ahead,
+    move_along,
+    piece_entered,
+    pin_height,
+    pin_slope,
+    refresh,
+    rise_slope,
+    rough_height,
+    set_rate_to_displacement,
+    set_rate_to_load,
+    slip_move,
+)
+
+REFRESH_CHANGES = 64
+"""Touches and releases after which response and rate are summed afresh."""
+
+
+@compiled(allocates=True)
+def pivot(state: KernelState, i: int) -> bool:
+    """Exchange inputs and responses of node i (a principal pivot with a 2 × 2 block); False where the block is singular."""
+    n = len(state.x)
+    p, q = i, n + i
+    t = state.tableau
+    a, b, c, d = t[p, p], t[q, p], t[p, q], t[q, q]  # the block itself is [[a, b], [c, d]]: storage is transposed
+    determinant = a * d - b * c
+    scale = abs(a * d) + abs(b * c)
+    if not abs(determinant) > 1e-14 * scale:
+        return False
+    ia, ib, ic, id_ = d / determinant, -b / determinant, -c / determinant, a / determinant
+    row_p, row_q = t[p].copy(), t[q].copy()
+    for j in range(2 * n + 1):
+        if j not in (p, q):
+            # What the pivot's two inputs must be to hold its old responses, per unit of input j.
+            first = -(ia * t[j, p] + ib * t[j, q])
+            second = -(ic * t[j, p] + id_ * t[j, q])
+            add_two(t[j], first, row_p, second, row_q)
+            t[j, p], t[j, q] = first, second
+    for j in range(
+        2 * n + 1
+    ):  # whole rows at once take numba a second longer to compile: what it says of shapes is a text
+        t[p, j], t[q, j] = ia * row_p[j] + ic * row_q[j], ib * row_p[j] + id_ * row_q[j]
+    t[p, p], t[p, q], t[q, p], t[q, q] = ia, ic, ib, id_
+    for row in (p, q):
+        state.inputs[row], state.response[row] = state.response[row], state.inputs[row]
+    state.contact[i] = not state.contact[i]
+    state.active_friction[i] = state.node_friction[i] if state.contact[i] and not state.sticks[i] else np.nan
+    return True
+
+
+@compiled(inline="always")
+def displace(y: Floats, tableau: Floats, inputs: Floats, i: int, along: float, down: float) -> float:
+    """Displace contact node i by (along, down); returns the work ∫ f·du that its forces do on the slab."""
+    j = len(y) // 2 + i
+    before_x, before_z = y[i], y[j]
+    add_two_rows(y, tableau, i, along, j, down)
+    inputs[i] += along
+    inputs[j] += down
+    return float(0.5 * ((before_x + y[i]) * along + (before_z + y[j]) * down))
+
+
+@compiled()
+def project_onto_pin(state: KernelState, constants: KernelConstants) -> bool:
+    """Move contact nodes that the rounding of many slips has lifted off the pin back onto it; whether there were any."""
+    n, moved = len(state.x), False
+    for i in range(n):
+        if state.contact[i]:
+            height = pin_height(constants, state.x[i] + state.inputs[i] - state.scalars.displacement)
+            lift = height - state.inputs[n + i]
+            if abs(lift) > constants.slip.tolerance + BLUR * abs(height) and height < np.inf:
+                displace(state.response, state.tableau, state.inputs, i, 0.0, lift)
+                moved = True
+    return moved
+
+
+@compiled()
+def look_for_rounding(state: KernelState, constants: KernelConstants) -> tuple[bool, float]:
+    """Move lifted nodes back onto the pin; whether there were any, and the equilibrium residual."""
+    return project_onto_pin(state, constants), equilibrium_residual(state)
+
+
+@compiled()
+def _refresh_after_changes(state: KernelState, pin_rate: float) -> None:
+    """From time to time, after changes of the contact: a fresh response, a fresh rate, and the equilibrium residual."""
+    state.scalars.changes_since_refresh += 1
+    if state.scalars.changes_since_refresh < REFRESH_CHANGES:
+        return
+    state.scalars.changes_since_refresh = 0
+    refresh(state)
+    if pin_rate > 0.0:
+        set_rate_to_displacement(state)
+    else:
+        set_rate_to_load(state)
+    state.scalars.residual = max(state.scalars.residual, equilibrium_residual(state))
+
+
+@compiled()
+def release_node(state: KernelState, i: int, pin_rate: float) -> bool:
+    """Release node i: its forces fall to zero, its displacements follow. pin_rate: how fast contact nodes move, see `resolve`."""
+    if not pivot(state, i):
+        return False
+    n, y, rate = len(state.x), state.response, state.rate
+    j = n + i
+    force_x, force_z, before_x, before_z = state.inputs[i], state.inputs[j], y[i], y[j]
+    add_two_rows(y, state.tableau, i, -force_x, j, -force_z)
+    state.inputs[i], state.inputs[j] = 0.0, 0.0
+    state.scalars.dissipated -= 0.5 * (force_x * (y[i] - before_x) + force_z * (y[j] - before_z))
+    # The rate is a response like any other: its forces are taken away, the node's own rates were those of the pin.
+    rate_x, rate_z = rate[i], rate[j]
+    rate[i], rate[j] = pin_rate, 0.0
+    add_two_rows(rate, state.tableau, i, -rate_x, j, -rate_z)
+    state.scalars.releases += 1
+    _refresh_after_changes(state, pin_rate)
+    return True
+
+
+@compiled()
+def touch_node(state: KernelState, constants: KernelConstants, i: int, pin_rate: float) -> bool:
+    """Bring node i into contact, stuck where it is; a penetration is pushed back along z. pin_rate: as in `release_node`."""
+    j = len(state.x) + i
+    height = pin_height(constants, state.x[i] + state.response[i] - state.scalars.displacement)
+    if not pivot(state, i):
+        return False
+    state.scalars.dissipated -= displace(state.response, state.tableau, state.inputs, i, 0.0, height - state.inputs[j])
+    rate_x, rate_z = state.rate[i], state.rate[j]
+    state.rate[i], state.rate[j] = 0.0, 0.0
+    add_two_rows(state.rate, state.tableau, i, pin_rate - rate_x, j, -rate_z)
+    state.scalars.touches += 1
+    if not constants.inner_nodes[0] <= i <= constants.inner_nodes[1]:
+        state.scalars.touches_near_end += 1
+    _refresh_after_changes(state, pin_rate)
+    return True
+
+
+# Which constraint of contact and friction is violated worst, and where the pin is too steep for them.
+
+STEEPEST = 1.0
+"""Slope of the pin under a node in contact beyond which along and across say nothing of shear and pressure."""
+
+PLACE = 0xFFFF
+"""Lowest bits of a shear ratio, 2^-36 of it, that give way to the node's place: nearer ratios are ties."""
+TIE = 2.0**-36
+"""The same share of a step: of events that are nearer, the one further right comes first."""
+HALF_PLACE = PLACE // 2 + 1
+"""Added to a ratio before it is cut: ratios that one cut separates though they are ties, the other does not."""
+
+
+@compiled()
+def bits(value: float) -> int:
+    """A float's bits read as an integer: positive floats keep their order, negative ones stay negative."""
+    return int(np.float64(value).view(np.int64))
+
+
+@compiled()
+def ranked(ratio: int, i: int) -> int:
+    """The bits of a shear ratio, the lowest of them replaced by the node's place i."""
+    return (ratio & ~PLACE) | i
+
+
+@compiled()
+def highest_ranked(cut: int, shifted: int) -> int:
+    """The place in the largest rank of either cut, or -1 where there is none."""
+    return max(cut & PLACE, shifted & PLACE) if cut > 0 else -1
+
+
+@compiled(inline="always")
+def limited(shear: float, opposite: float) -> float:
+    """What the friction law limits of a shear: its size, or what of it is along the drag (see `SlipConstants.opposite`)."""
+    return max(shear, opposite * shear)
+
+
+@compiled(fastmath={"contract"}, error_model="numpy")
+def worst_violation(
+    shear: Floats,
+    normal: Floats,
+    active_friction: Floats,
+    contact: NDArray[np.bool_],
+    tolerance: float,
+    opposite: float,
+) -> tuple[int, float]:
+    """The offender with the largest limited shear over μ_i·pressure, of ties the one further right, or -1; the largest tension.
+
+    No shear does not offend, whatever a slight tension times μ_i is: no slip could lessen it.
+
+    All as maxima of integers, which compilers turn into vector instructions (`error_model` drops a branch that forbids it):
+    a ratio's lowest bits give way to the node's place. Ratios nearer than half of what is cut off fall together in at least
+    one of two cuts, half a step apart.
+    """
+    cut, shifted, tension = 0, 0, 0
+    for i in range(len(active_friction)):
+        size, allowed = limited(shear[i], opposite), -active_friction[i] * normal[i]
+        ratio = bits(size / max(allowed, tolerance))
+        offends = (size - allowed > tolerance) & (size > tolerance)
+        cut = max(cut, ranked(ratio, i) if offends else 0)
+        shifted = max(shifted, ranked(ratio + HALF_PLACE, i) if offends else 0)
+        tension = max(tension, bits(normal[i] if contact[i] else 0.0))
+    return highest_ranked(cut, shifted), float(np.int64(tension).view(np.float64))
+
+
+@compiled()
+def largest_tension(state: KernelState, constants: KernelConstants) -> int:
+    """The node in contact that pulls most, of ties the one further right, or -1."""
+    n = len(state.x)
+    found, largest = -1, 0.0
+    for i in range(n - 1, -1, -1):
+        if state.contact[i] and state.response[n + i] > largest + constants.slip.tolerance:
+            found, largest = i, state.response[n + i]
+    return found
+
+
+@compiled()
+def deepest_penetration(state: KernelState, constants: KernelConstants) -> int:
+    """The free node that lies deepest inside the pin, of ties the one further right, or -1."""
+    n = len(state.x)
+    found, deepest = -1, 0.0
+    for i in range(n - 1, -1, -1):
+        if not state.contact[i]:
+            xi = state.x[i] + state.response[i] - state.scalars.displacement
+            gap = pin_height(constants, xi) - state.response[n + i]
+            if gap < deepest - constants.tolerance_gap:
+                found, deepest = i, gap
+    return found
+
+
+@compiled()
+def on_steep_flank(state: KernelState, constants: KernelConstants, against_friction: bool) -> bool:
+    """Whether a node in contact is on a flank steeper than STEEPEST, or than half of its μ_i: there the pressure may drive a
+    slip downhill harder than the shear, which falls from μ_i·pressure to none, holds it back."""
+    for i in range(len(state.x)):
+        if state.contact[i]:
+            most = min(0.5 * state.node_friction[i], STEEPEST) if against_friction and not state.sticks[i] else STEEPEST
+            xi = state.x[i] + state.inputs[i] - state.scalars.displacement
+            if not abs(pin_slope(constants.pin, xi)) <= most:
+                return True
+    return False
+
+
+# The cascade: what triggers an event is answered, then the worst violation until none is left.
+
+REFRESH_SLIPS = 65536
+"""Slips after which the response is summed afresh: rounding of a vector sum stays below 1e-12."""
+
+CHANGES_PER_NODE = 20
+"""Touches and releases in one cascade, per node, after which they count as a cycle."""
+
+
+@compiled()
+def _slip_in_turn(state: KernelState, constants: KernelConstants, first: int) -> tuple[Stop, EventKind, int]:
+    """Slip `first` (if any), then the worst offender, the others held, until none is left or a node must be released.
+
+    Returns why it stops, and RELEASE with its node or NOTHING with -1. The arrays are taken out of the state once,
+    not for every slip.
+    """
+    n, tolerance, pin, residual_shear = (
+        len(state.x),
+        constants.slip.tolerance,
+        constants.pin,
+        constants.slip.residual_shear,
+    )
+    y, tableau, inputs, x, scalars = state.response, state.tableau, state.inputs, state.x, state.scalars
+    shear, normal, contact = y[:n], y[n : 2 * n], state.contact
+    node_friction, active_friction, node_slips = state.node_friction, state.active_friction, state.node_slips
+    displacement, opposite = scalars.displacement, constants.slip.opposite
+    node = first
+    while True:
+        if node < 0:
+            node, tension = worst_violation(shear, normal, active_friction, contact, tolerance, opposite)
+            if tension > tolerance:
+                return Stop.DONE, EventKind.RELEASE, largest_tension(state, constants)
+            if node < 0:
+                return Stop.DONE, EventKind.NOTHING, -1
+        if scalars.slips >= constants.slip.cascade_limit:
+            return Stop.CASCADE_LIMIT, EventKind.NOTHING, -1
+        xi = x[node] + inputs[node] - displacement
+        along, down = slip_move(y, tableau, node_friction, node, xi, pin, residual_shear)
+        if not abs(along) < np.inf:
+            return Stop.SLIP_UNBOUNDED, EventKind.NOTHING, -1
+        scalars.dissipated -= displace(y, tableau, inputs, node, along, down)
+        node_slips[node] += 1
+        scalars.slips += 1
+        scalars.slips_since_refresh += 1
+        if abs(xi + along) > constants.half_width:
+            return Stop.DONE, EventKind.RELEASE, node
+        if scalars.slips_since_refresh >= REFRESH_SLIPS:
+            refresh(state)
+        node = -1
+
+
+@compiled(allocates=True)
+def _slip_together(state: KernelState, constants: KernelConstants, first: int) -> tuple[Stop, EventKind, int]:
+    """The same by rounds: every offender of a round slips by the distance it would slip alone."""
+    n, tolerance, y, displacement = len(state.x), constants.slip.tolerance, state.response, state.scalars.displacement
+    opposite = constants.slip.opposite
+    along, down = np.zeros(n), np.zeros(n)
+    while True:
+        worst, tension = worst_violation(y[:n], y[n : 2 * n], state.active_friction, state.contact, tolerance, opposite)
+        if tension > tolerance:
+            return Stop.DONE, EventKind.RELEASE, largest_tension(state, constants)
+        if worst < 0 and first < 0:
+            return Stop.DONE, EventKind.NOTHING, -1
+        if state.scalars.slips >= constants.slip.cascade_limit:
+            return Stop.CASCADE_LIMIT, EventKind.NOTHING, -1
+        for i in range(n):
+            along[i] = 0.0
+            size = limited(y[i], opposite)
+            offends = size > tolerance and size + state.active_friction[i] * y[n + i] > tolerance
+            if offends or i in (first, worst):  # the worst one may offend by the rounding of the search alone
+                xi = state.x[i] + state.inputs[i] - displacement
+                along[i], down[i] = slip_move(
+                    y, state.tableau, state.node_friction, i, xi, constants.pin, constants.slip.residual_shear
+                )
+                if not abs(along[i]) < np.inf:
+                    return Stop.SLIP_UNBOUNDED, EventKind.NOTHING, -1
+        left, first = -1, -1
+        for i in range(n):
+            if along[i] != 0.0:
+                state.scalars.dissipated -= displace(y, state.tableau, state.inputs, i, along[i], down[i])
+                state.node_slips[i] += 1
+                state.scalars.slips += 1
+                state.scalars.slips_since_refresh += 1
+                if abs(state.x[i] + state.inputs[i] - displacement) > constants.half_width:
+                    left = i
+        if left >= 0:
+            return Stop.DONE, EventKind.RELEASE, left
+        if state.scalars.slips_since_refresh >= REFRESH_SLIPS:
+            refresh(state)
+
+
+@compiled()
+def _change_contact(state: KernelState, constants: KernelConstants, kind: EventKind, i: int, pin_rate: float) -> Stop:
+    """Release node i or bring it into contact; DONE or why not."""
+    if kind == EventKind.RELEASE:
+        if state.contact.sum() == 1:
+            return Stop.CONTACT_LOST
+        return Stop.DONE if release_node(state, i, pin_rate) else Stop.SLIP_UNBOUNDED
+    xi = state.x[i] + state.response[i] - state.scalars.displacement
+    if abs(state.x[i]) > constants.half_width or abs(xi) > constants.half_width:
+        # The sharp edge of a punch meets a node that was not under it, or has passed over one within a step of the floor:
+        # neither side of the edge is an equilibrium.
+        return Stop.EDGE_REACHED
+    return Stop.DONE if touch_node(state, constants, i, pin_rate) else Stop.SLIP_UNBOUNDED
+
+
+@compiled()
+def resolve(state: KernelState, constants: KernelConstants, kind: EventKind, node: int, pin_rate: float) -> Stop:
+    """The cascade: answer the trigger, then the worst violation until none is left: tension, then shear, then penetration.
+
+    kind, node: what triggers it; NOTHING, -1 where the cascade begins with its worst violation. pin_rate: how far nodes in
+    contact move per unit step of the rate: 1 where the pin moves, 0 where the load does. Nodes that take turns in touching
+    and leaving for ever are a CONTACT_CYCLE: a change costs what hundreds of slips do, so few are waited for.
+    """
+    changes, most = 0, 100 + CHANGES_PER_NODE * len(state.x)
+    while True:
+        if kind in (EventKind.RELEASE, EventKind.TOUCH):
+            changes += 1
+            if changes > most:
+                return Stop.CONTACT_CYCLE
+            status = _change_contact(state, constants, kind, node, pin_rate)
+            if status != Stop.DONE:
+                return status
+            node = -1
+        if constants.slip.simultaneous:
+            status, kind, node = _slip_together(state, constants, node)
+        else:
+            status, kind, node = _slip_in_turn(state, constants, node)
+        if status != Stop.DONE:
+            return status
+        if kind == EventKind.NOTHING:
+            node = deepest_penetration(state, constants)
+            if node < 0:
+                return _soundness(state, constants)
+            kind = EventKind.TOUCH
+
+
+@compiled()
+def answer_violations(state: KernelState, constants: KernelConstants, pin_rate: float) -> Stop:
+    """The cascade that begins with the worst violation. Python calls it: numba takes long to recognise an EventKind."""
+    nowhere = int(np.int64(-1))  # for a plain -1 numba would compile the whole cascade once more
+    return resolve(state, constants, EventKind.NOTHING, nowhere, pin_rate)
+
+
+@compiled()
+def _soundness(state: KernelState, constants: KernelConstants) -> Stop:
+    """DONE where the end of a cascade means something: all numbers finite (none of the comparisons above sees a NaN), and
+    no node on a flank steeper than STEEPEST."""
+    for k in range(len(state.response)):
+        if not abs(state.response[k]) < np.inf:
+            return Stop.NOT_FINITE
+    return Stop.STEEP if on_steep_flank(state, constants, False) else Stop.DONE
+
+
+# The next event along the rate: the smallest step at which a node slips, is released or touches.
+
+EDGE = 1e-9
+"""Relative distance inside a punch's edge at which a node counts as under it."""
+
+
+@compiled()
+def next_event(state: KernelState, constants: KernelConstants, pin_rate: float) -> tuple[float, EventKind, int]:
+    """Smallest step along the rate at which a constraint is reached, with its kind and node; infinite if there is none.
+
+    Of ties (TIE) it is the node further right: which of two mirror nodes comes first is not left to rounding.
+    pin_rate: pin displacement per unit step (1 in sliding, 0 in loading).
+    """
+    n = len(state.x)
+    nearest, kind, node = np.inf, EventKind.NOTHING, -1
+    horizon = _horizon(constants.pin, state, constants.slip.opposite)
+    for i in range(n - 1, -1, -1):
+        if state.contact[i]:
+            step, what = _step_to_limit(state, constants.slip.opposite, i)
+        else:
+            step, what = _step_to_touch(state, constants, i, pin_rate, min(nearest, horizon)), EventKind.TOUCH
+        if step < nearest * (1.0 - TIE):
+            kind, node = what, i
+        nearest = min(nearest, step)
+    return nearest, kind, node
+
+
+def _horizon(pin: float | RoughPin, state: KernelState, opposite: float) -> float:
+    """A step beyond which no touch is looked for: going along a rough pin takes time, a smooth one has no such limit."""
+    raise NotImplementedError
+
+
+def _no_horizon(curvature: float, state: KernelState, opposite: float) -> float:
+    return np.inf
+
+
+def _next_slip_or_release(pin: RoughPin, state: KernelState, opposite: float) -> float:
+    nearest = np.inf
+    for i in range(len(state.x)):
+        if state.contact[i]:
+            nearest = min(nearest, _step_to_limit(state, opposite, i)[0])
+    return nearest * (1.0 + 1e-9)  # what comes first by rounding alone is still seen
+
+
+@chosen_by_type(_horizon)
+def _choose_horizon(pin, state, opposite):  # type: ignore[no-untyped-def]
+    return _next_slip_or_release if is_named_tuple(pin) else _no_horizon
+
+
+@compiled()
+def _step_to_limit(state: KernelState, opposite: float, i: int) -> tuple[float, EventKind]:
+    """Step at which contact node i slips (limited shear = μ_i·pressure) or is released (pressure = 0)."""
+    n = len(state.x)
+    pressure, pressure_rate = -state.response[n + i], -state.rate[n + i]
+    release = max(pressure, 0.0) / -pressure_rate if pressure_rate < 0.0 else np.inf
+    mu = state.node_friction[i]
+    slip = np.inf
+    if not state.sticks[i]:
+        for sign in (1.0, opposite):
+            excess = sign * state.response[i] - mu * pressure
+            excess_rate = sign * state.rate[i] - mu * pressure_rate
+            if excess_rate > 0.0 and sign != 0.0:
+                slip = min(slip, max(-excess, 0.0) / excess_rate)
+    if release <= slip * (1.0 + 1e-12):
+        return release, EventKind.RELEASE
+    return slip, EventKind.SLIP
+
+
+@compiled()
+def _step_to_touch(state: KernelState, constants: KernelConstants, i: int, pin_rate: float, nearest: float) -> float:
+    """Step at which free node i meets the pin: the gap is quadratic in the step. Of no interest beyond `nearest`."""
+    n = len(state.x)
+    xi, xi_rate = state.x[i] + state.response[i] - state.scalars.displacement, state.rate[i] - pin_rate
+    height, height_rate = state.response[n + i], state.rate[n + i]
+    if abs(xi) > constants.half_width:
+        # Outside a flat punch: the edge arrives, and meets a node that stands above the punch's face.
+        if xi * xi_rate >= 0.0:
+            return np.inf
+        step = (abs(xi) - constants.half_width * (1.0 - EDGE)) / abs(xi_rate)
+        return step if height + height_rate * step >= 0.0 else np.inf
+    return float(_step_to_profile(constants.pin, xi, xi_rate, height, height_rate, nearest))
+
+
+def _step_to_profile(
+    pin: float | RoughPin, xi: float, xi_rate: float, height: float, height_rate: float, nearest: float
+) -> float:
+    """Step at which a node at ξ and this height meets a pin without edges. Compiled for a smooth pin or a rough one."""
+    raise NotImplementedError
+
+
+def _step_to_smooth(
+    curvature: float, xi: float, xi_rate: float, height: float, height_rate: float, nearest: float
+) -> float:
+    gap = 0.5 * curvature * xi * xi - height
+    linear = curvature * xi * xi_rate - height_rate
+    quadratic = 0.5 * curvature * xi_rate * xi_rate
+    if linear >= 0.0:
+        return np.inf
+    if gap <= 0.0:
+        return 0.0
+    discriminant = linear * linear - 4.0 * quadratic * gap
+    if discriminant < 0.0:
+        return np.inf
+    return float(2.0 * gap / (-linear + np.sqrt(discriminant)))
+
+
+def _step_to_rough(
+    pin: RoughPin, xi: float, xi_rate: float, height: float, height_rate: float, nearest: float
+) -> float:
+    """From knot to knot, to where the gap first closes; a node that lies inside and closes in has met the pin."""
+    sense = 1 if xi_rate > 0.0 else -1
+    k = piece_entered(pin, xi, sense)
+    here, passed, gap = xi, 0.0, rough_height(pin, xi) - height
+    quadratic = 0.5 * pin.curvature * xi_rate * xi_rate
+    while passed < nearest:
+        linear = (pin.curvature * here + rise_slope(pin, k)) * xi_rate - height_rate
+        far = knot_ahead(pin, k, sense)
+        longest = (far - here) / xi_rate if xi_rate != 0.0 else np.inf
+        if linear < 0.0 and gap <= 0.0:
+            return passed
+        step = first_root(max(gap, 0.0), linear, quadratic) if gap > 0.0 else np.inf
+        if step <= longest:
+            return passed + step
+        if longest == np.inf:
+            return np.inf
+        gap += longest * (linear + longest * quadratic)
+        passed += longest
+        here = far
+        k += sense
+    return np.inf
+
+
+@chosen_by_type(_step_to_profile)
+def _choose_step(pin, xi, xi_rate, height, height_rate, nearest):  # type: ignore[no-untyped-def]
+    return _step_to_rough if is_named_tuple(pin) else _step_to_smooth
+
+
+# Raise the load event by event, the pin held.
+
+
+@compiled()
+def raise_load(state: KernelState, constants: KernelConstants, target: float) -> Stop:
+    """Raise the load to `target` event by event, the pin held; slips are counted in `scalars`."""
+    n = len(state.x)
+    floor = 1e-9 * target
+    while True:
+        left = target + state.inputs[2 * n]
+        if left <= 0.0:
+            return Stop.DONE
+        step, kind, node = next_event(state, constants, 0.0)
+        last = step >= left
+        step = left if last else min(max(step, floor), left)
+        move_along(state.response, step, state.rate)
+        state.inputs[2 * n] = -target if step == left else state.inputs[2 * n] - step
+        if last:
+            kind, node = EventKind.NOTHING, -1
+        status = resolve(state, constants, kind, node, 0.0)
+        if status != Stop.DONE:
+            return status
+        if state.scalars.touches_near_end:
+            return Stop.WINDOW_TOO_NARROW

@@ -1,0 +1,386 @@
+"""Contact sets found from the matrix of the surface's compliance, before any node slips."""
+
+import math
+from collections.abc import Callable
+from functools import lru_cache
+from typing import NamedTuple
+
+import numpy as np
+import scipy
+from numpy.typing import NDArray
+
+from nanoslip.solver.case import Case
+from nanoslip.solver.contact.closed_forms import hertz_half_width, winkler_half_width
+from nanoslip.solver.contact.pin import pin_of, surface_from_pin
+from nanoslip.solver.elasticity.compliance import SurfaceCompliance
+from nanoslip.solver.last import of_the_last
+from nanoslip.solver.outcome import SingularOperator, TooFarApart
+
+# The linear system of a contact set: forces and approach from the heights of its nodes and the load.
+#
+# [A 1; 1ᵀ 0] [f; approach] = [heights; -W], A being the compliance of the nodes in contact. It is factorized for one
+# set. A set
+# that differs in a few nodes has the same system with a border: a node that has left adds the row f = 0, a node that
+# has come
+# adds its own row and column. So a change of the set costs one solution with the existing factors.
+
+Vector = NDArray[np.float64]
+Dense = NDArray[np.float64]
+Contact = NDArray[np.bool_]
+Indices = NDArray[np.int64]
+
+NEAR = 0.25
+"""Share of a set's nodes that may change before its system is factorized anew: the border would take as long."""
+FEW = 129
+"""A set of so many nodes is factorized anew at every change: that takes no longer than a border."""
+KEPT = 32
+"""Sets of few nodes whose systems and tableaus are kept: members of a case, and other cases, have the same ones again. They take
+at most 50 MB."""
+
+
+class ContactSystem:
+    """The system factorized for the set `base`, and solutions for sets near it.
+
+    slope: of the pin's face under every node, (n,), where the nodes' u moves them along it; held: whether nodes are stuck at
+    u = 0, so that forces f_x count too. Raises SingularOperator.
+    """
+
+    def __init__(self, compliance: SurfaceCompliance, base: Contact, slope: Vector | None, held: bool) -> None:
+        self._matrix, self.slope, self._held = compliance.matrix, slope, held
+        self._base, self._members = base, np.concatenate((base & held, base))
+        self._entries = np.flatnonzero(self._members)
+        self._with_load = np.append(self._entries, 2 * len(base))
+        self._ones = (self._entries >= len(base)).astype(np.float64)
+        symmetric = compliance.slab.scheme.reciprocal and slope is None
+        self._solve = _factorized(self._block(self._entries, self._entries), symmetric, int(base.sum()))
+        self._alone = self._solve(self._ones[None])[0]
+        self._share = float(self._ones @ self._alone)
+        # The border so far: a row for every entry that has changed, its column solved for, and the products of the two.
+        self._places = np.full(2 * len(base), -1)
+        self._rows = self._columns = np.empty((0, len(self._entries) + 1))
+        self._products = np.empty((0, 0))
+        self.answers: Dense | None = None
+        """What to multiply right sides by, where it is kept: [heights of its entries; -W] to forces, approach and [u; w]."""
+
+    def keep(self) -> "ContactSystem":
+        """The same with answers to all right sides: worth while for a set that is met again and again."""
+        solved = self._solved(np.eye(len(self._with_load)))
+        self.answers = np.hstack((solved, solved[:, :-1] @ self._matrix.take(self._entries, 1).T))
+        return self
+
+    def is_of(self, contact: Contact) -> bool:
+        """Whether the system was factorized for just this set."""
+        return np.array_equal(contact, self._base)
+
+    def is_near(self, contact: Contact) -> bool:
+        """Whether a set (n,) differs so little that a border is worth while."""
+        changes, nodes = np.count_nonzero(contact ^ self._base), np.count_nonzero(self._base)
+        return bool(changes == 0 or (nodes > FEW and changes <= NEAR * nodes))
+
+    def forces(self, contact: Contact, heights: Vector, normal_load: float) -> tuple[Vector, float]:
+        """Forces (2n,) on the nodes of a set (n,) and the approach, where its nodes are to have these heights (n,).
+
+        Raises SingularOperator, TooFarApart.
+        """
+        n, members = len(contact), np.concatenate((contact & self._held, contact))
+        # From the lowest node up: where the load is small, forces are small differences of what higher ones would ask for.
+        lowest = float(heights[contact].min())
+        right = np.zeros(2 * n + 1)
+        right[n:-1][contact] = heights[contact] - lowest
+        right[-1] = -normal_load
+        answer = self._solved(right[self._with_load][None])[0]
+        changed = (members ^ self._members).nonzero()[0]
+        forces = np.zeros(2 * n)
+        if len(changed):
+            border = self._border(changed, members[changed], answer, right[changed])
+            answer -= border @ self._columns
+        forces[self._entries] = answer[:-1]
+        if len(changed):
+            forces[changed] = np.where(members[changed], border[self._places[changed]], 0.0)
+        return _finite(forces), float(answer[-1]) + lowest
+
+    def answered(self, contact: Contact, heights: Vector, normal_load: float) -> tuple[Vector, float, Vector]:
+        """Forces and approach of the set that it is kept for, and the displacements [u; w] (2n,) under them."""
+        assert self.answers is not None
+        entries, pressed = len(self._entries), heights[contact]
+        lowest = float(pressed.min())
+        right, forces = np.zeros(entries + 1), np.zeros(2 * len(contact))
+        right[-1 - len(pressed) : -1] = pressed - lowest
+        right[-1] = -normal_load
+        answer = right @ self.answers
+        forces[self._entries] = answer[:entries]
+        return _finite(forces), float(answer[entries]) + lowest, answer[entries + 1 :]
+
+    def _solved(self, rows: Dense) -> Dense:
+        """Forces and approach (any, size + 1) for right sides that are rows, the load's last."""
+        forces = self._solve(rows[:, :-1])
+        found = np.empty_like(rows)
+        found[:, -1] = approach = (forces @ self._ones - rows[:, -1]) / self._share
+        found[:, :-1] = forces - approach[:, None] * self._alone
+        return found
+
+    def _border(self, changed: Indices, come: Contact, answer: Vector, right: Vector) -> Vector:
+        """Forces on entries that have come, and what takes those of the gone away, by their rows of the border so far."""
+        self._extend(changed[self._places[changed] < 0])
+        at = self._places[changed]
+        corner = -self._products[at[:, None], at]
+        corner[come[:, None] & come] += self._block(changed[come], changed[come]).ravel()
+        border = np.zeros(len(self._rows))
+        try:
+            border[at] = np.linalg.solve(corner, right - (self._rows @ answer)[at])
+        except np.linalg.LinAlgError as error:
+            raise _singular(int(self._base.sum())) from error
+        return border
+
+    def _extend(self, entries: Indices) -> None:
+        """Give these entries, which have changed for the first time, a row and a column in the border."""
+        gone, size = self._members[entries], (len(entries), len(self._entries) + 1)
+        come = entries[~gone]
+        rows, columns = np.zeros(size), np.zeros(size)
+        rows[gone, np.searchsorted(self._entries, entries[gone])] = 1.0
+        columns[gone] = rows[gone]
+        rows[~gone, :-1], columns[~gone, :-1] = self._block(come, self._entries), self._block(self._entries, come).T
+        rows[~gone, -1] = columns[~gone, -1] = come >= len(self._base)
+        columns = self._solved(columns)
+        self._products = np.block(
+            [[self._products, self._rows @ columns.T], [rows @ self._columns.T, rows @ columns.T]]
+        )
+        self._places[entries] = np.arange(len(self._rows), len(self._rows) + len(entries))
+        self._rows, self._columns = np.concatenate((self._rows, rows)), np.concatenate((self._columns, columns))
+
+    def _block(self, rows: Indices, columns: Indices) -> Dense:
+        """What the displacements [u; w] of these entries owe to forces on those, w less what u does along the pin."""
+        found = _gathered(self._matrix, rows, columns)
+        if self.slope is None:
+            return found
+        nodes = rows - len(self._base)
+        return found - self.slope[nodes, None] * _gathered(self._matrix, nodes, columns)
+
+
+def _finite(forces: Vector) -> Vector:
+    if not np.isfinite(forces).all():
+        # Every comparison with a NaN is false: nothing would seem to be wrong.
+        raise TooFarApart("the forces of the contact are no numbers: use a load, a radius and heights nearer 1")
+    return forces
+
+
+def _gathered(matrix: Dense, rows: Indices, columns: Indices) -> Dense:
+    """The entries in these rows and columns: much faster by `take`, along the shorter list first, than by both at once."""
+    if len(rows) <= len(columns):
+        return matrix.take(rows, 0).take(columns, 1)
+    return matrix.take(columns, 1).take(rows, 0)
+
+
+def _factorized(matrix: Dense, symmetric: bool, nodes: int) -> Callable[[Dense], Dense]:
+    """Solve for right sides that are rows, (any, size). Overwrites the matrix; raises SingularOperator."""
+    if symmetric:
+        factor, failed = scipy.linalg.lapack.dpotrf(matrix.T, clean=0)
+        if not failed:
+            return lambda rows: np.asarray(scipy.linalg.lapack.dpotrs(factor, rows.T)[0].T)
+    factors, pivots, failed = scipy.linalg.lapack.dgetrf(matrix.T, overwrite_a=1)
+    if failed:
+        raise _singular(nodes)
+    return lambda rows: np.asarray(scipy.linalg.lapack.dgetrs(factors, pivots, rows.T, trans=1)[0].T)
+
+
+def _singular(nodes: int) -> SingularOperator:
+    return SingularOperator(
+        f"the compliance of {nodes} nodes in contact is singular: use another scheme, or an aspect_ratio nearer 1"
+    )
+
+
+# Which nodes a contact set exchanges next (block principal pivoting: Kostreva; Júdice and Pires).
+#
+# All wrong nodes at once, those that pull and those inside the pin. When their number has not fallen for PATIENCE
+# rounds, only the
+# one furthest right (Murty's rule, which cannot cycle on a positive definite operator), until fewer are wrong than
+# ever before.
+
+Nodes = NDArray[np.bool_]
+
+PATIENCE = 10
+"""Rounds in which a contact set may not improve before its wrong nodes are exchanged one at a time."""
+
+
+class Exchanged(NamedTuple):
+    """The set to try next."""
+
+    contact: Nodes
+    all_at_once: bool
+    """Whether every wrong node changed sides."""
+    again: bool
+    """Whether one node at a time led back to a set that it had left before."""
+
+
+class Exchange:
+    """The search for a contact set among surface nodes at x, (n,), as the pin sees them; it keeps one node at least."""
+
+    def __init__(self, x: NDArray[np.float64]) -> None:
+        self._lowest = int(np.argmin(np.abs(x)))
+        self._fewest, self._patience = len(x) + 1, PATIENCE
+        self._left: set[bytes] = set()
+
+    def exchanged(self, contact: Nodes, wrong: Nodes) -> Exchanged:
+        """What follows a contact, (n,), some nodes of which are wrong, (n,)."""
+        count = int(wrong.sum())
+        if count < self._fewest:
+            self._fewest, self._patience = count, PATIENCE
+            self._left.clear()
+        self._patience -= 1
+        if self._patience >= 0:
+            return Exchanged(self._kept(contact ^ wrong), all_at_once=True, again=False)
+        known = contact.tobytes()
+        again = known in self._left
+        self._left.add(known)
+        following = contact.copy()
+        following[np.flatnonzero(wrong)[-1]] ^= True
+        return Exchanged(self._kept(following), all_at_once=False, again=again)
+
+    def _kept(self, contact: Nodes) -> Nodes:
+        if not contact.any():
+            contact[self._lowest] = True
+        return contact
+
+
+# Press the pin down (§3.1): the contact set, pressures and approach at a given load, before any node slips.
+#
+# Three kinds of surface are computed:
+#
+# - Stuck to the pin at u = 0: shear and pressure act on each other through the coupling of the compliance.
+# - Without friction: only pressure acts, and it moves the surface sideways under the pin. Half of the compliance is
+# needed.
+# - Without coupling: pressure causes no sideways motion, so stuck and frictionless contacts are the same. A quarter
+# is needed.
+
+MOST_ROUNDS = 500
+"""Rounds after which no contact set is looked for any more."""
+RESTING = 1e-13
+"""Share of the load that nodes may move by and be at rest, in L_x·G."""
+INSIDE = 1e-12
+"""Gap, in L_x per load, below which a free node is inside the pin; and share of the load that a node in contact may pull."""
+ANSWERED = 65
+"""Nodes of a surface for whose stuck sets all right sides are solved beforehand: it takes as long as a dozen."""
+SLOW = 0.1
+"""Ratio of successive changes of u above which the pin's slopes under the nodes are taken anew: Newton's method proper."""
+
+
+class NormalContact(NamedTuple):
+    """Contact of a pin pressed down; arrays (n,). converged: all constraints hold, else this is the last iterate."""
+
+    contact: NDArray[np.bool_]
+    normal_force: Vector
+    """N of every node, zero where free."""
+    u: Vector
+    v: Vector
+    """w + approach."""
+    approach: float
+    converged: bool
+
+
+def normal_contact(case: Case, compliance: SurfaceCompliance, stuck: bool) -> NormalContact:
+    """The contact at the case's load, its nodes stuck at u = 0 or free of friction. Raises SingularOperator, TooFarApart.
+
+    Wrong nodes are exchanged (Exchange) until none is. Sets that are near share factors (ContactSystem); what is returned was
+    solved for by the found set's own, unless only the set is asked for.
+    """
+    x = surface_from_pin(case)
+    contact = np.abs(x) <= max(expected_half_width(case), np.abs(x).min())
+    u, moved = np.zeros_like(x), math.inf
+    exchange = Exchange(x)
+    system = _system(case, compliance, contact, u, stuck)
+    for _ in range(MOST_ROUNDS):
+        if not system.is_near(contact):
+            system = _system(case, compliance, contact, u, stuck)
+        found = _pressed(case, compliance, system, contact, u, stuck)
+        wrong = _wrong(case, found)
+        right = not wrong.any()
+        if right and stuck:  # what comes of a stuck contact is its set alone
+            return found
+        before, moved, u = moved, float(np.abs(found.u - u).max()), found.u
+        if right:
+            if system.is_of(contact) and moved <= _rounding(case, found):
+                return found
+            if not system.is_of(contact) or moved > SLOW * before:
+                system = _system(case, compliance, contact, u, stuck)
+            continue
+        following = exchange.exchanged(contact, wrong)
+        # Nodes stuck at u = 0 have no memory but their set: one that comes back comes back for ever.
+        if following.again and (stuck or not case.effects.coupling):
+            break
+        contact, moved = following.contact, math.inf
+    return found._replace(contact=contact, converged=False)
+
+
+def _rounding(case: Case, found: NormalContact) -> float:
+    """By how much nodes at rest may move from round to round, in L_x."""
+    xi = (surface_from_pin(case) + found.u)[found.contact]
+    return RESTING * case.normal_load + pin_of(case).rounding(xi)
+
+
+def _wrong(case: Case, found: NormalContact) -> NDArray[np.bool_]:
+    """Nodes (n,) in contact that pull, and free ones that lie inside the pin."""
+    x, pin = surface_from_pin(case), pin_of(case)
+    # A node beside a punch is never under it, even where it has moved there: see EDGE_REACHED.
+    gap = pin.height(x + found.u) - found.v
+    if pin.half_width < math.inf:
+        gap = np.where(np.abs(x) <= pin.half_width, gap, np.inf)
+    return np.asarray(np.where(found.contact, -found.normal_force, -gap) / case.normal_load > INSIDE)
+
+
+@of_the_last
+def expected_half_width(case: Case) -> float:
+    """Hertz's contact half-width on a half-plane, that on a bed of springs, or the punch's own: a first guess."""
+    if case.pin == "flat_punch":
+        return case.half_width
+    bed = case.slab.scheme.bed_stiffness
+    if bed is not None:
+        return winkler_half_width(case.normal_load, case.radius, bed)
+    return hertz_half_width(case.normal_load, case.radius, case.slab.poisson)
+
+
+def _system(
+    case: Case, compliance: SurfaceCompliance, contact: NDArray[np.bool_], u: Vector, stuck: bool
+) -> ContactSystem:
+    """The system of this contact set: without friction, the pin's height under a node depends on its u, linear near this one."""
+    coupled = case.effects.coupling
+    slope = pin_of(case).slope(surface_from_pin(case) + u) if coupled and not stuck else None
+    if slope is None and compliance.lasting and len(contact) <= FEW:  # no border changes what is kept
+        return _system_before(compliance, contact.tobytes(), coupled and stuck)
+    return ContactSystem(compliance, contact, slope, held=coupled and stuck)
+
+
+@lru_cache(maxsize=KEPT)
+def _system_before(compliance: SurfaceCompliance, contact: bytes, held: bool) -> ContactSystem:
+    system = ContactSystem(compliance, np.frombuffer(contact, np.bool_), None, held)
+    # Of a stuck contact the set alone counts, not the last bits. On larger grids it takes longer than it saves.
+    return system.keep() if held and compliance.slab.n_x <= ANSWERED else system
+
+
+def _pressed(
+    case: Case, compliance: SurfaceCompliance, system: ContactSystem, contact: NDArray[np.bool_], u: Vector, stuck: bool
+) -> NormalContact:
+    """The contact with just these nodes on the pin, one Newton step from the given u."""
+    n, coupled = compliance.slab.n_x, case.effects.coupling
+    heights = pin_of(case).face(surface_from_pin(case) + (0.0 if stuck else u))
+    if system.slope is not None:
+        heights = heights - system.slope * u
+    if system.answers is None:
+        forces, approach = system.forces(contact, heights, case.normal_load)
+        moved = _displacements(compliance.matrix, forces, contact, coupled, stuck)
+    else:
+        forces, approach, moved = system.answered(contact, heights, case.normal_load)
+    u = np.where(contact, 0.0, moved[:n]) if stuck else moved[:n]
+    return NormalContact(contact, -forces[n:], u, moved[n:] + approach, approach, converged=True)
+
+
+def _displacements(
+    matrix: NDArray[np.float64], forces: Vector, contact: NDArray[np.bool_], coupled: bool, stuck: bool
+) -> Vector:
+    """[u; w] (2n,) under these forces (2n,); only what is loaded, and what moves, is read of the compliance."""
+    n, nodes = len(contact), contact.nonzero()[0]
+    first = 0 if coupled else n
+    found = np.zeros(2 * n)
+    for start in (0, n) if stuck and coupled else (n,):
+        loaded = slice(start + nodes[0], start + nodes[-1] + 1)
+        found[first:] += matrix[first:, loaded] @ forces[loaded]
+    return found

@@ -1,0 +1,468 @@
+"""What the kernels of Eq. 12-14 work on: the drive, the teeth of F̃, the pin, slips, and what a run records.
+
+Units make the pin's mass 1: x'' = D - F with the driving force D = k(Vt - x) + c(V - x'). The friction force F carries
+the history: the relaxation point is x_R = x - F/K at all times (Eq. 14), so F is kept instead. Within one tooth of the
+limit F̃, F is linear in x with slope K (stuck: elastic contact), with F̃'s own (following the limit), or with minus F̃'s
+(following -F̃ on the way back), and the motion is that of a damped linear oscillator.
+"""
+
+import math
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from nanoslip.solver.compiled import compiled
+
+Floats = NDArray[np.float64]
+
+SlipRow = tuple[float, float, float, float, float]
+"""A row of `Run.slips`."""
+
+
+class Motion(NamedTuple):
+    """Eq. 12 as its kernels see it; `stick_velocity` is kV/(k + K), at which the stage drags a stuck pin along."""
+
+    spring: float
+    damping: float
+    stage: float
+    surface_stiffness: float
+    """K; infinite for a rigid contact."""
+    stick_velocity: float
+    presliding: float
+    """Mean F̃ over K: only a longer slip is macroscopic."""
+    duration: float
+    instant: float
+    """Time after a segment's start within which an extremum of the velocity is ignored: a phase of 1e-8 of the fastest
+    motion, which changes the velocity by the square of that. It is rounding."""
+    most_slips: int
+    """The run ends where the last of so many macroscopic slips ends."""
+    recorded: float
+    """Time over which samples and impulse are spread; the spring force's range is that of its second half."""
+
+
+class Teeth(NamedTuple):
+    """The limit F̃: see nanoslip.solver.dynamics.friction_limit.FrictionLimit."""
+
+    edges: Floats
+    force: Floats
+    slope: Floats
+    periodic_from: int
+
+
+class Pin(NamedTuple):
+    """State at one instant; friction_force is F of Eq. 13."""
+
+    time: float
+    position: float
+    velocity: float
+    friction_force: float
+
+
+class Slip(NamedTuple):
+    """A stretch of motion faster than the stick velocity, while it lasts, and the sum of those too short to be macroscopic."""
+
+    sliding: bool
+    climbing: bool
+    """Not yet as fast as the stage."""
+    time: float
+    position: float
+    peak: float
+    micro_slips: int
+    micro_travel: float
+
+
+class Run(NamedTuple):
+    """What every method delivers."""
+
+    reached: float
+    """Time up to which it came."""
+    steps: int
+    samples: Floats
+    """(n + 1, 3): position, velocity, friction force at evenly spaced times."""
+    impulse: Floats
+    """(b + 1,): time integral of the driving force up to the edges of equal stretches of time."""
+    slips: Floats
+    """(s, 5): time and position of slip, largest driving force, time and position of re-stick."""
+    micro_slips: int
+    micro_travel: float
+    friction_work: float
+    least_spring_force: float
+    largest_spring_force: float
+    """In the second half of the time recorded."""
+
+
+class Record(NamedTuple):
+    """What a run fills while it goes on: see `Run`."""
+
+    samples: Floats
+    impulse: Floats
+    duration: float
+    spring_range: Floats
+    """(2,): least and largest spring force since `half`; infinite, the wrong way round, before."""
+    half: float
+
+
+class Tally(NamedTuple):
+    """What a run adds up while it goes on; sums up to the last edge or other end of a segment."""
+
+    steps: int
+    resisted: float
+    """∫F dt."""
+    work: float
+    """∫F dx."""
+    row: int
+    edge: int
+    """The first row of `samples` and entry of `impulse` still to be written."""
+
+
+# Teeth of the limit F̃: any of infinitely many, and the one that holds a position.
+
+
+@compiled(error_model="numpy")
+def repeated_tooth(teeth: Teeth, index: int) -> tuple[int, float]:
+    """Which of the given teeth tooth `index` ≥ 0 repeats, and how far to the right."""
+    count = teeth.force.size
+    if index < count:
+        return index, 0.0
+    laps = (index - teeth.periodic_from) // (count - teeth.periodic_from)
+    shift = laps * (teeth.edges[count] - teeth.edges[teeth.periodic_from])
+    return index - laps * (count - teeth.periodic_from), shift
+
+
+@compiled(error_model="numpy")
+def tooth_at(teeth: Teeth, index: int) -> tuple[float, float, float, float]:
+    """Left edge, right edge, force at the left edge and slope of any tooth: periodic to the right, mirrored about 0."""
+    j, shift = repeated_tooth(teeth, index if index >= 0 else -1 - index)
+    left, right = teeth.edges[j] + shift, teeth.edges[j + 1] + shift
+    force, slope = teeth.force[j], teeth.slope[j]
+    if index >= 0:
+        return left, right, force, slope
+    return -right, -left, force + slope * (right - left), -slope
+
+
+_NEARBY = 8
+"""Teeth to try one by one before the period and bisection are asked."""
+
+_COUNTABLE = 4.5e15
+"""Teeth that a position in double precision can tell apart."""
+
+
+@compiled(error_model="numpy")
+def _tooth_near(teeth: Teeth, x: float) -> int:
+    """The tooth that holds x, or one beside it where rounding blurs an edge: by whole periods, then bisection."""
+    count, first = teeth.force.size, teeth.periodic_from
+    start, far = teeth.edges[first], abs(x)
+    period = teeth.edges[count] - start
+    laps = max(0, int((far - start) / period))
+    within = int(np.searchsorted(teeth.edges, far - laps * period, side="right")) - 1
+    index = min(max(within, 0), count - 1) + laps * (count - first)
+    return index if x >= 0.0 else -1 - index
+
+
+@compiled(error_model="numpy")
+def tooth_holding(teeth: Teeth, index: int, x: float) -> tuple[int, float, float, float, float]:
+    """The tooth that holds x, looked for from tooth `index` on: its index, and what `tooth_at` says of it.
+
+    NaN for an x so far out that teeth cannot be told apart any more, or that is no number.
+    """
+    count, first = teeth.force.size, teeth.periodic_from
+    if not abs(x) <= _COUNTABLE / (count - first) * (teeth.edges[count] - teeth.edges[first]):
+        return index, math.nan, math.nan, math.nan, math.nan
+    left, right, base, slope = tooth_at(teeth, index)
+    for _ in range(_NEARBY):  # nearly every step ends in one of the next teeth
+        if left <= x < right:
+            return index, left, right, base, slope
+        index += 1 if x >= right else -1
+        left, right, base, slope = tooth_at(teeth, index)
+    index = _tooth_near(teeth, x)
+    left, right, base, slope = tooth_at(teeth, index)
+    while x >= right:
+        index += 1
+        left, right, base, slope = tooth_at(teeth, index)
+    while x < left:
+        index -= 1
+        left, right, base, slope = tooth_at(teeth, index)
+    return index, left, right, base, slope
+
+
+# Driving force, and slips: from stick to slip and back.
+
+
+@compiled(error_model="numpy")
+def driving_force(motion: Motion, pin: Pin) -> float:
+    """Spring and damper together."""
+    stretch = motion.stage * pin.time - pin.position
+    return motion.spring * stretch + motion.damping * (motion.stage - pin.velocity)
+
+
+@compiled(error_model="numpy")
+def acceleration_rounding(motion: Motion, pin: Pin, slope: float) -> float:
+    """What rounding may make of an acceleration of 0: it is a small difference of large forces and positions.
+
+    slope: of the friction force, which is read off the position.
+    """
+    far = motion.spring * (motion.stage * pin.time + abs(pin.position)) + abs(slope * pin.position)
+    return 4.4e-16 * (far + motion.damping * (motion.stage + abs(pin.velocity)) + abs(pin.friction_force))
+
+
+@compiled(allocates=True, error_model="numpy")
+def no_slips() -> list[SlipRow]:
+    """An empty table of slips."""
+    finished = [(0.0, 0.0, 0.0, 0.0, 0.0)]  # tells the compiler the type
+    finished.clear()
+    return finished
+
+
+@compiled(error_model="numpy")
+def _macroscopic(motion: Motion, begin: float, end: float) -> bool:
+    """Whether a slip is longer than the presliding length, without what of it stretches the contact for the first time.
+
+    A pin that a damper sets in motion at once swings on its contact, up to twice as far as a slow pull would stretch it.
+    """
+    return end - max(begin, motion.presliding) > motion.presliding
+
+
+@compiled(allocates=True, error_model="numpy")
+def follow_slip(slip: Slip, finished: list[SlipRow], motion: Motion, old: Pin, new: Pin, peak: float) -> Slip:
+    """Follow the pin from one instant to the next, from slip to stick and back; macroscopic slips that end are added
+    to `finished`.
+
+    Between the two the velocity passes the stick velocity at most once. peak: the largest driving force between them.
+    """
+    sliding, climbing, time, position, highest, micro_slips, micro_travel = slip
+    change = new.velocity - old.velocity
+    share = (motion.stick_velocity - old.velocity) / change if change != 0.0 else 1.0
+    passing_time = old.time + share * (new.time - old.time)
+    passing_position = old.position + share * (new.position - old.position)
+    if not sliding and new.velocity > motion.stick_velocity:
+        sliding = climbing = True
+        time, position, highest = passing_time, passing_position, peak
+    if climbing:
+        highest = max(highest, peak)
+        climbing = new.velocity < motion.stage
+    if sliding and new.velocity <= motion.stick_velocity:
+        if _macroscopic(motion, position, passing_position):
+            finished.append((time, position, highest, passing_time, passing_position))
+        else:
+            micro_slips += 1
+            micro_travel += passing_position - position
+        sliding = climbing = False
+    return Slip(sliding, climbing, time, position, highest, micro_slips, micro_travel)
+
+
+@compiled(allocates=True, error_model="numpy")
+def slip_table(slip: Slip, rows: list[SlipRow], motion: Motion, pin: Pin) -> Floats:
+    """Slips as rows of an array; one that still lasts has no re-stick."""
+    if slip.sliding and _macroscopic(motion, slip.position, pin.position):
+        rows.append((slip.time, slip.position, slip.peak, math.nan, math.nan))
+    table = np.empty((len(rows), 5))
+    for row in range(len(rows)):
+        table[row, 0], table[row, 1], table[row, 2], table[row, 3], table[row, 4] = rows[row]
+    return table
+
+
+# The damped linear oscillator in closed form: a stretch of motion whose friction force is linear in the position.
+
+
+class Segment(NamedTuple):
+    """A stretch of motion from `pin` on, in τ and y since then: y'' + c y' + κ y = load + ramp·τ, F = F_0 + slope·y.
+
+    q, p: acceleration and its rate at the start. pace: bound on the rates of the motion.
+    """
+
+    pin: Pin
+    slope: float
+    damping: float
+    stiffness: float
+    load: float
+    ramp: float
+    q: float
+    p: float
+    pace: float
+
+
+@compiled(error_model="numpy")
+def segment_from(motion: Motion, pin: Pin, slope: float) -> Segment:
+    """The segment that begins at `pin`, where F changes by `slope` per distance."""
+    c, total = motion.damping, motion.spring + slope
+    ramp = motion.spring * motion.stage
+    q = driving_force(motion, pin) - pin.friction_force
+    jerk = ramp - c * q - total * pin.velocity
+    return Segment(pin, slope, c, total, q + c * pin.velocity, ramp, q, jerk, max(math.sqrt(abs(total)), c))
+
+
+@compiled(error_model="numpy")
+def series(segment: Segment, tau: float) -> tuple[float, float, float]:
+    """y, y' and ∫y by the Taylor series at the start: for phases up to about 1."""
+    damped, stiff = segment.damping * tau, segment.stiffness * tau * tau
+    first = segment.pin.velocity * tau
+    before, term = 0.5 * segment.q * tau * tau, segment.p * tau * tau * tau / 6.0
+    y, moved, area = first + before + term, first + 2.0 * before + 3.0 * term, first / 2.0 + before / 3.0 + term / 4.0
+    scale = 1e-18 * (abs(first) + abs(before) + abs(term))
+    for n in range(4, 60):
+        before, term = term, -(damped * (n - 1) * term + stiff * before) / (n * (n - 1))
+        y += term
+        moved += n * term
+        area += term / (n + 1)
+        if abs(term) + abs(before) <= scale:
+            break
+    return y, moved / tau, area * tau
+
+
+@compiled(error_model="numpy")
+def _exponential_integrals(r: float, tau: float) -> tuple[float, float, float]:
+    """∫e^(rs) from 0 to τ once, twice and three times over, without cancellation where z = rτ is small."""
+    z = r * tau
+    if abs(z) > 0.5:
+        one = math.expm1(z) / r
+        two = (one - tau) / r
+        return one, two, (two - 0.5 * tau * tau) / r
+    term, one, two, three = 1.0, 1.0, 0.5, 1.0 / 6.0
+    for n in range(2, 18):
+        term *= z / n
+        one += term
+        two += term / (n + 1)
+        three += term / ((n + 1) * (n + 2))
+    return one * tau, two * tau * tau, three * tau * tau * tau
+
+
+@compiled(error_model="numpy")
+def _responses(c: float, stiffness: float, tau: float) -> tuple[float, float, float, float, float]:
+    """h', h, ∫h, ∬h, ∭h of h'' + c h' + κ h = 0 with h(0) = 0, h'(0) = 1.
+
+    Divides by κ only where that is harmless, which phases of at least 1 ensure.
+    """
+    a = 0.5 * c
+    square = a * a - stiffness
+    if square > 0.25 * a * a:  # two real rates far apart: κ may vanish
+        fast = -a - math.sqrt(square)
+        slow = stiffness / fast  # the product of the rates is κ
+        one, two, three = _exponential_integrals(slow, tau)
+        one_f, two_f, three_f = _exponential_integrals(fast, tau)
+        up, down, gap = math.exp(slow * tau), math.exp(fast * tau), slow - fast
+        rate = (slow * up - fast * down) / gap
+        return rate, (up - down) / gap, (one - one_f) / gap, (two - two_f) / gap, (three - three_f) / gap
+    w = math.sqrt(abs(square))
+    if a * tau > 700.0:  # nothing is left, and cosh would overflow
+        sine = cosine = 0.0
+    elif w * tau < 1e-4:
+        sine, cosine = tau * (1.0 + square * tau * tau / 6.0), 1.0 + 0.5 * square * tau * tau
+    elif square > 0.0:
+        sine, cosine = math.sinh(w * tau) / w, math.cosh(w * tau)
+    else:
+        sine, cosine = math.sin(w * tau) / w, math.cos(w * tau)
+    decay = math.exp(-a * tau)
+    h, rate = decay * sine, decay * (cosine - a * sine)
+    one = (1.0 - rate - c * h) / stiffness
+    two = (tau - h - c * one) / stiffness
+    return rate, h, one, two, (0.5 * tau * tau - one - c * two) / stiffness
+
+
+@compiled(error_model="numpy")
+def brief_responses(c: float, stiffness: float, tau: float) -> tuple[float, float, float, float, float]:
+    """`_responses` by their series at τ = 0, to rounding where cτ ≤ 0.01 and |κ|τ² ≤ 0.004."""
+    third = c * c - stiffness
+    fourth = c * (stiffness - third)
+    fifth = -c * fourth - stiffness * third
+    sixth = -c * fifth - stiffness * fourth
+    square = tau * tau
+    two = (1 / 6 - c * (1 / 24) * tau) + square * (
+        (third * (1 / 120) + fourth * (1 / 720) * tau) + square * (fifth * (1 / 5040) + sixth * (1 / 40320) * tau)
+    )
+    three = (1 / 24 - c * (1 / 120) * tau) + square * (
+        (third * (1 / 720) + fourth * (1 / 5040) * tau) + square * (fifth * (1 / 40320))
+    )
+    two, three = square * tau * two, square * square * three
+    one = 0.5 * square - c * two - stiffness * three
+    h = tau - c * one - stiffness * two
+    return 1.0 - c * h - stiffness * one, h, one, two, three
+
+
+@compiled(error_model="numpy")
+def state_at(segment: Segment, tau: float) -> tuple[float, float, float]:
+    """y, y' and ∫y at time τ."""
+    v, load, ramp = segment.pin.velocity, segment.load, segment.ramp
+    if tau <= 0.0:
+        return 0.0, v, 0.0
+    phase = segment.pace * tau
+    if phase <= 0.06 and segment.damping * tau <= 0.01:
+        rate, h, one, two, three = brief_responses(segment.damping, segment.stiffness, tau)
+    elif phase <= 1.0:
+        return series(segment, tau)
+    else:
+        rate, h, one, two, three = _responses(segment.damping, segment.stiffness, tau)
+    return v * h + load * one + ramp * two, v * rate + load * h + ramp * one, v * one + load * two + ramp * three
+
+
+# When a quantity of a segment passes a level, and when a free oscillation next passes 0.
+
+POSITION, VELOCITY, DRIVING_RATE = 0, 1, 2
+"""Quantities of a segment; the last is the rate of the driving force."""
+
+
+@compiled(error_model="numpy")
+def offset_from_level(
+    segment: Segment, motion: Motion, quantity: int, level: float, tau: float
+) -> tuple[float, float, float]:
+    """A quantity minus `level`, and its first two rates: position, velocity, or D' = k(V - v) - c a."""
+    y, v, _ = state_at(segment, tau)
+    c, stiffness = segment.damping, segment.stiffness
+    a = segment.load + segment.ramp * tau - c * v - stiffness * y
+    if quantity == POSITION:
+        return y - level, v, a
+    jerk = segment.ramp - c * a - stiffness * v
+    if quantity == VELOCITY:
+        return v - level, a, jerk
+    k, fourth = motion.spring, -c * jerk - stiffness * a
+    return k * (motion.stage - v) - c * a - level, -k * a - c * jerk, -k * jerk - c * fourth
+
+
+@compiled(error_model="numpy")
+def root(segment: Segment, motion: Motion, quantity: int, level: float, end: float, rising: bool) -> float:
+    """Where a quantity that is monotone on [0, end] passes `level`: Halley's method kept in its bracket."""
+    low, high = 0.0, end
+    tau = 0.5 * end
+    for attempt in range(300):
+        value, rate, curvature = offset_from_level(segment, motion, quantity, level, tau)
+        if value == 0.0:
+            break
+        if (value > 0.0) == rising:
+            high = tau
+        else:
+            low = tau
+        new = tau - value * rate / (rate * rate - 0.5 * value * curvature)
+        # Far out, where large terms cancel, the curvature is rounding and Halley's steps lead nowhere.
+        if not low <= new <= high or (attempt >= 60 and attempt % 2 == 0):
+            tau = 0.5 * (low + high)
+            continue
+        step, tau = abs(new - tau), new
+        bend = abs(curvature / rate) + segment.pace
+        if step * (bend * step) ** 2 <= 1e-17 * tau or step <= 2e-16 * tau:  # the first is about what is still missing
+            break
+    return tau
+
+
+@compiled(error_model="numpy")
+def next_zero(c: float, stiffness: float, g: float, rate: float, earliest: float) -> float:
+    """First zero after `earliest` of the solution of g'' + c g' + κ g = 0 that starts with g and g' = rate."""
+    a = 0.5 * c
+    square = a * a - stiffness
+    slanted = rate + a * g
+    if g == 0.0 and slanted == 0.0:
+        return math.inf
+    if square < 0.0:
+        w = math.sqrt(-square)
+        phase = math.atan2(-g * w, slanted)
+        while phase <= earliest * w:
+            phase += math.pi
+        return phase / w
+    s = math.sqrt(square)
+    ratio = -g * s / slanted
+    if s == 0.0 or abs(ratio) < 1e-8:
+        tau = -g / slanted
+    elif 0.0 < ratio < 1.0:
+        tau = math.atanh(ratio) / s
+    else:
+        return math.inf
+    return tau if tau > earliest else math.inf

@@ -1,0 +1,676 @@
+"""Where a segment ends: at a distance, at a velocity of 0 or of stick, at an extremum of the velocity, or with the drive."""
+
+import math
+from typing import NamedTuple
+
+import numpy as np
+
+from nanoslip.solver.compiled import compiled
+from nanoslip.solver.dynamics.kernels.motion import (
+    DRIVING_RATE,
+    POSITION,
+    VELOCITY,
+    Floats,
+    Motion,
+    Pin,
+    Record,
+    Run,
+    Segment,
+    Slip,
+    Tally,
+    Teeth,
+    acceleration_rounding,
+    brief_responses,
+    driving_force,
+    follow_slip,
+    next_zero,
+    no_slips,
+    offset_from_level,
+    repeated_tooth,
+    root,
+    segment_from,
+    slip_table,
+    state_at,
+    tooth_at,
+    tooth_holding,
+)
+
+
+@compiled(error_model="numpy")
+def _quick_crossing(segment: Segment, distance: float) -> float:
+    """When the pin reaches `distance`, if it surely keeps between half and 3/2 of its velocity until then; else NaN.
+
+    Within the phases allowed here |q| and |p| grow by less than a fifth, which makes the bound on the velocity a proof.
+    """
+    speed = segment.pin.velocity
+    late = 2.0 * distance / speed
+    if segment.damping * late > 0.1 or abs(segment.stiffness) * late * late > 0.01:
+        return math.nan
+    if 2.4 * (abs(segment.q) + abs(segment.p) * late) * late > abs(speed):
+        return math.nan
+    tau = 0.5 * late
+    for _ in range(50):
+        y, v, _ = state_at(segment, tau)
+        step = (y - distance) / v
+        tau -= step
+        if abs(step) <= 1e-9 * tau:  # Newton's next step would be the square of this
+            break
+    return tau
+
+
+@compiled(error_model="numpy")
+def monotone_end(segment: Segment, motion: Motion, watched: bool, horizon: float) -> float:
+    """How far the velocity (and, if watched, the driving force's rate) is monotone, at most to the horizon.
+
+    An extremum that the last segment ended at is not met again, although rounding leaves a little acceleration there.
+    """
+    c, stiffness, q, p = segment.damping, segment.stiffness, segment.q, segment.p
+    doubt = acceleration_rounding(motion, segment.pin, segment.slope)
+    end = min(horizon, next_zero(c, stiffness, q if abs(q) > doubt else 0.0, p, motion.instant))
+    if watched:
+        k = motion.spring
+        g, rate = k * q + c * p, k * p - c * (c * p + stiffness * q)
+        doubt = (k + c * c) * doubt + 4.4e-16 * c * (segment.ramp + abs(stiffness * segment.pin.velocity))
+        end = min(end, next_zero(c, stiffness, g if abs(g) > doubt else 0.0, rate, motion.instant))
+    if stiffness < 0.0:  # growth: stay far from overflow
+        end = min(end, 20.0 / math.sqrt(-stiffness))
+    return end
+
+
+@compiled(error_model="numpy")
+def _velocity_level(motion: Motion, v0: float, v1: float) -> float:
+    """The first of the velocities 0 and that of stick that lies strictly between v0 and v1, or NaN."""
+    stick_velocity = motion.stick_velocity
+    if v1 < v0:
+        if v0 > stick_velocity > v1:
+            return stick_velocity
+        return 0.0 if v0 > 0.0 > v1 else math.nan
+    if v0 < 0.0 < v1:
+        return 0.0
+    return stick_velocity if v0 < stick_velocity < v1 else math.nan
+
+
+@compiled(error_model="numpy")
+def segment_end(
+    segment: Segment, motion: Motion, watched: bool, distance: float, forward: bool
+) -> tuple[float, bool, float, float, float]:
+    """When the segment ends, whether by reaching `distance`, and y, y' and ∫y then."""
+    v, horizon = segment.pin.velocity, motion.duration - segment.pin.time
+    if v < 0.0 or (v > 2.0 * motion.stick_velocity and not watched):
+        tau = _quick_crossing(segment, distance)
+        if tau <= horizon:
+            _, v1, area = state_at(segment, tau)
+            return tau, True, distance, v1, area
+    tau = monotone_end(segment, motion, watched, horizon)
+    y, v1, area = state_at(segment, tau)
+    level = _velocity_level(motion, v, v1)
+    if not math.isnan(level):
+        tau = root(segment, motion, VELOCITY, level, tau, v1 > v)
+        y, _, area = state_at(segment, tau)
+        v1 = level
+    if y < distance if forward else y > distance:
+        return tau, False, y, v1, area
+    tau = root(segment, motion, POSITION, distance, tau, forward)
+    _, v1, area = state_at(segment, tau)
+    return tau, True, distance, max(v1, 0.0) if forward else min(v1, 0.0), area
+
+
+@compiled(error_model="numpy")
+def highest_driving_force(segment: Segment, motion: Motion, end: float, new: Pin) -> float:
+    """Maximum over [0, end] of the driving force, whose rate is monotone there; `new` is the pin at the end."""
+    at_start = driving_force(motion, segment.pin)
+    highest = max(at_start, driving_force(motion, new))
+    rate = motion.spring * (motion.stage - segment.pin.velocity) - motion.damping * segment.q
+    if rate > 0.0 and offset_from_level(segment, motion, DRIVING_RATE, 0.0, end)[0] < 0.0:
+        tau = root(segment, motion, DRIVING_RATE, 0.0, end, False)
+        y, v, _ = state_at(segment, tau)
+        change = motion.spring * (motion.stage * tau - y) - motion.damping * (v - segment.pin.velocity)
+        highest = max(highest, at_start + change)
+    return highest
+
+
+# The friction law of Eq. 13-14 on one tooth: direction of motion, stick or slip, how far stick lasts.
+
+
+@compiled(error_model="numpy")
+def limited_friction(x: float, relaxed: float, surface_stiffness: float, limit: float) -> float:
+    """Eq. 13, for a relaxation point that is known."""
+    return max(-limit, min(surface_stiffness * (x - relaxed), limit))
+
+
+@compiled(error_model="numpy")
+def moves_forward(motion: Motion, pin: Pin, slope: float) -> bool:
+    """Direction of the motion; from rest the acceleration decides, or its rate where that is 0 to rounding. slope: of F̃."""
+    if pin.velocity != 0.0:
+        return pin.velocity > 0.0
+    q = driving_force(motion, pin) - pin.friction_force
+    jerk = motion.spring * motion.stage - motion.damping * q
+    return (
+        q > 0.0 if abs(q) > max(abs(jerk) * motion.instant, acceleration_rounding(motion, pin, slope)) else jerk >= 0.0
+    )
+
+
+@compiled(error_model="numpy")
+def limit_followed(friction_force: float, limit: float, slope: float, surface_stiffness: float, forward: bool) -> int:
+    """1 or -1 where F follows F̃ or -F̃, because elastic contact would exceed it; 0 where the contact sticks."""
+    if friction_force >= limit and slope != surface_stiffness and (slope < surface_stiffness) == forward:
+        return 1
+    if friction_force <= -limit and slope != -surface_stiffness and (slope < -surface_stiffness) == forward:
+        return -1
+    return 0
+
+
+@compiled(error_model="numpy")
+def stuck_reach(friction_force: float, limit: float, slope: float, surface_stiffness: float, forward: bool) -> float:
+    """How far F = K(x - x_R) stays between -F̃ and F̃ in the direction of motion: a signed distance."""
+    reach = math.inf if forward else -math.inf
+    if slope != surface_stiffness and (slope < surface_stiffness) == forward:
+        reach = (limit - friction_force) / (surface_stiffness - slope)
+    if slope != -surface_stiffness and (slope < -surface_stiffness) == forward:
+        down = -(limit + friction_force) / (slope + surface_stiffness)
+        reach = min(reach, down) if forward else max(reach, down)
+    return reach
+
+
+# Samples of the motion, time integrals of its forces and the range of the spring force, written as segments pass.
+
+
+@compiled(allocates=True, error_model="numpy")
+def empty_record(motion: Motion, sample_count: int, bin_count: int) -> Record:
+    """A record of a run that has not begun."""
+    return Record(
+        np.full((sample_count + 1, 3), np.nan),
+        np.full(bin_count + 1, np.nan),
+        motion.recorded,
+        np.array([np.inf, -np.inf]),
+        0.5 * motion.recorded,
+    )
+
+
+@compiled(error_model="numpy")
+def note_spring_force(record: Record, motion: Motion, time: float, position: float) -> None:
+    """Widen the range of the spring force to what it is at an instant."""
+    force = motion.spring * (motion.stage * time - position)
+    record.spring_range[0] = min(record.spring_range[0], force)
+    record.spring_range[1] = max(record.spring_range[1], force)
+
+
+@compiled(error_model="numpy")
+def note_brief(record: Record, motion: Motion, pin: Pin, tau: float, v_end: float) -> None:
+    """`note_segment` of a stretch so brief that its acceleration is constant; its end is left to what follows."""
+    rate = (v_end - pin.velocity) / tau
+    late = max(record.half - pin.time, 0.0)
+    if late > 0.0:
+        note_spring_force(record, motion, pin.time + late, pin.position + late * (pin.velocity + 0.5 * late * rate))
+    if (pin.velocity < motion.stage) != (v_end < motion.stage):
+        turn = (motion.stage - pin.velocity) / rate
+        if turn >= late:
+            way = turn * 0.5 * (pin.velocity + motion.stage)
+            note_spring_force(record, motion, pin.time + turn, pin.position + way)
+
+
+@compiled(error_model="numpy")
+def note_segment(record: Record, motion: Motion, segment: Segment, tau: float) -> None:
+    """Widen the range of the spring force to a segment that ends after `half`, and whose velocity is monotone.
+
+    The spring force is largest and least at its ends, and where the pin is as fast as the stage.
+    """
+    pin = segment.pin
+    late = max(record.half - pin.time, 0.0)
+    y, v, _ = state_at(segment, late)
+    note_spring_force(record, motion, pin.time + late, pin.position + y)
+    y, v_end, _ = state_at(segment, tau)
+    note_spring_force(record, motion, pin.time + tau, pin.position + y)
+    if (v < motion.stage) != (v_end < motion.stage):
+        turn = root(segment, motion, VELOCITY, motion.stage, tau, v_end > v)
+        y, _, _ = state_at(segment, turn)
+        note_spring_force(record, motion, pin.time + turn, pin.position + y)
+
+
+@compiled(error_model="numpy")
+def next_due(record: Record, row: int, edge: int) -> float:
+    """When the next row of `samples` or entry of `impulse` is to be written."""
+    last, bins = record.samples.shape[0] - 1, record.impulse.size - 1
+    sample = record.duration * (row / last) if row <= last else math.inf
+    return min(sample, record.duration * (edge / bins)) if edge <= bins else sample
+
+
+@compiled(error_model="numpy")
+def write_samples(
+    record: Record, row: int, edge: int, segment: Segment, resisted: float, until: float
+) -> tuple[int, int]:
+    """Write what falls into the segment; the first row and entry left. resisted: ∫F dt up to the segment's start."""
+    samples, impulse, duration = record.samples, record.impulse, record.duration
+    pin, last, bins = segment.pin, samples.shape[0] - 1, impulse.size - 1
+    while row <= last and duration * (row / last) <= until:
+        y, v, _ = state_at(segment, duration * (row / last) - pin.time)
+        samples[row, 0] = pin.position + y
+        samples[row, 1] = v
+        samples[row, 2] = pin.friction_force + segment.slope * y
+        row += 1
+    while edge <= bins and duration * (edge / bins) <= until:
+        tau = duration * (edge / bins) - pin.time
+        _, v, area = state_at(segment, tau)
+        impulse[edge] = v + resisted + (pin.friction_force * tau + segment.slope * area)  # balance: the momentum is v
+        edge += 1
+    return row, edge
+
+
+@compiled(error_model="numpy")
+def pass_segment(
+    record: Record, motion: Motion, segment: Segment, tally: Tally, until: float, tau: float, y: float, area: float
+) -> Tally:
+    """Write and add up what falls into the segment, which ends at the time `until` and lasts τ; y and ∫y then."""
+    steps, resisted, work, row, edge = tally
+    friction_force, slope = segment.pin.friction_force, segment.slope
+    row, edge = write_samples(record, row, edge, segment, resisted, until)
+    if until >= record.half:
+        note_segment(record, motion, segment, tau)
+    return Tally(
+        steps + 1,
+        resisted + (friction_force * tau + slope * area),
+        work + (friction_force + 0.5 * slope * y) * y,
+        row,
+        edge,
+    )
+
+
+@compiled(error_model="numpy")
+def pass_rest(record: Record, motion: Motion, pin: Pin, tally: Tally, until: float) -> Tally:
+    """Let time pass at rest: friction balances the driving force, which grows as the stage moves on."""
+    samples, impulse, duration = record.samples, record.impulse, record.duration
+    last, bins = samples.shape[0] - 1, impulse.size - 1
+    steps, resisted, work, row, edge = tally
+    driving, ramp = driving_force(motion, pin), motion.spring * motion.stage
+    while row <= last and duration * (row / last) <= until:
+        samples[row, 0] = pin.position
+        samples[row, 1] = 0.0
+        samples[row, 2] = driving + ramp * (duration * (row / last) - pin.time)
+        row += 1
+    while edge <= bins and duration * (edge / bins) <= until:
+        tau = duration * (edge / bins) - pin.time
+        impulse[edge] = resisted + (driving + 0.5 * ramp * tau) * tau
+        edge += 1
+    if until >= record.half:
+        note_spring_force(record, motion, max(pin.time, record.half), pin.position)
+        note_spring_force(record, motion, until, pin.position)
+    tau = until - pin.time
+    return Tally(steps + 1, resisted + (driving + 0.5 * ramp * tau) * tau, work, row, edge)
+
+
+@compiled(allocates=True, error_model="numpy")
+def finished_run(record: Record, tally: Tally, slip: Slip, slips: Floats, reached: float) -> Run:
+    """What a run of segments came to."""
+    return Run(
+        reached,
+        tally.steps,
+        record.samples,
+        record.impulse,
+        slips,
+        slip.micro_slips,
+        slip.micro_travel,
+        tally.work,
+        record.spring_range[0],
+        record.spring_range[1],
+    )
+
+
+# Cross whole teeth the short way while the pin slides fast: nearly all of a long drive is this.
+
+
+@compiled(error_model="numpy")
+def _may_turn(segment: Segment, motion: Motion, tau: float) -> bool:
+    """Whether the driving force might have an extremum within a short τ: its rate changes by less than the bound."""
+    k, c, q, p = motion.spring, motion.damping, segment.q, segment.p
+    rate = k * (motion.stage - segment.pin.velocity) - c * q
+    return abs(rate) <= 2.0 * tau * (k * (abs(q) + tau * abs(p)) + c * abs(p))
+
+
+class Forecast(NamedTuple):
+    """The start of a tooth as the tooth before foretold it, less than 1e-6 off."""
+
+    time: float
+    velocity: float
+    inverse: float
+    """1/velocity."""
+
+
+@compiled(error_model="numpy", forceinline=True)  # a call costs a fifth of the time
+def _cross_tooth(
+    c: float, stiffness: float, pull: float, ramp: float, width: float, t: float, v: float, old: Forecast
+) -> tuple[bool, float, float, float, Forecast]:
+    """Whether the pin surely crosses `width` within a small phase, hardly changing its velocity v; if so the time τ
+    this takes, y' and ∫y then, all to rounding, and the forecast for the next tooth.
+
+    A second-order guess of the time and one step of Newton's method are exact here. The way from one velocity to the
+    next decides the speed: guesses live on forecasts, so that they need not wait for the exact velocity.
+    """
+    g = width * old.inverse
+    q = pull + ramp * old.time - c * old.velocity
+    p = ramp - c * q - stiffness * old.velocity
+    a, b = 0.5 * g * old.inverse * q, (1 / 3 * g) * (0.5 * g * old.inverse * p)  # y(gθ) = w (θ + a θ² + b/2 θ³ + …)
+    tau = g - g * ((a + b) - 2.0 * (a * (a + b)))
+    u = v + tau * (q + 0.5 * tau * p)
+    new = Forecast(t + tau, u, 1.0 / u)
+
+    load = pull + ramp * t
+    rate, h, one, two, three = brief_responses(c, stiffness, tau)
+    y = v * h + (load * one + ramp * two)
+    v_end = v * rate + (load * h + ramp * one)
+    area = v * one + (load * two + ramp * three)
+    late = (width - y) * new.inverse * (2.0 - v_end * new.inverse)  # over v_end, to the square of the forecast's error
+    v_end += late * (load + ramp * tau - c * v_end - stiffness * width)
+    sure = abs(a) + abs(b) <= 0.005 and c * g <= 0.01 and abs(stiffness) * (g * g) <= 0.004 and abs(late) <= 1e-6 * g
+    return sure, tau + late, v_end, area + width * late, new
+
+
+@compiled(error_model="numpy")
+def cruise(
+    teeth: Teeth,
+    motion: Motion,
+    record: Record,
+    index: int,
+    pin: Pin,
+    slip: Slip,
+    tally: Tally,
+    step_limit: int,
+    rigid: bool | None,
+) -> tuple[int, Pin, Slip, Tally]:
+    """Slide on from the left edge of tooth `index` ≥ 0 over whole teeth, as long as `_cross_tooth` is sure of them, F
+    does not meet its limit within one, and the velocity stays well above the stick velocity. Nearly all of a long drive is this.
+
+    rigid: unless None (which compiles a function without it), F is F̃ from the start of every tooth on.
+    """
+    edges, force, slope = teeth.edges, teeth.force, teeth.slope  # in locals: whole tuples cost reference counts
+    k, c, V, surface_stiffness, duration = (
+        motion.spring,
+        motion.damping,
+        motion.stage,
+        motion.surface_stiffness,
+        motion.duration,
+    )
+    ramp, drag, slowest = k * V, c * V, 2.0 * motion.stick_velocity
+    count, first = force.size, teeth.periodic_from
+    j, shift = repeated_tooth(teeth, index)
+    laps = (index - j) // (count - first)
+    (t, x, v, friction_force), climbing, peak = pin, slip.climbing, slip.peak
+    steps, resisted, work, row, edge = tally
+    due, half = next_due(record, row, edge), record.half
+    forecast = Forecast(t, v, 1.0 / v)
+    while steps < step_limit:
+        right, base, rise = edges[j + 1] + shift, force[j], slope[j]
+        width, friction_force = right - x, min(friction_force, base) if rigid is None else base
+        rate = rise if friction_force == base and rise < surface_stiffness else surface_stiffness
+        after = friction_force + rate * width
+        pull = drag - k * x - friction_force
+        sure, tau, v_end, area, forecast = _cross_tooth(c, k + rate, pull, ramp, width, t, v, forecast)
+        end = t + tau
+        if not (sure and after <= base + rise * width and v_end > slowest and end < duration):
+            break
+        if climbing:
+            if _may_turn(segment_from(motion, Pin(t, x, v, friction_force), rate), motion, tau):
+                break
+            peak = max(peak, k * (V * end - right) + c * (V - v_end))
+            climbing = v_end < V
+        if end >= due:
+            segment = segment_from(motion, Pin(t, x, v, friction_force), rate)
+            row, edge = write_samples(record, row, edge, segment, resisted, end)
+            due = next_due(record, row, edge)
+        if end >= half and (t < half or (v < V) != (v_end < V)):
+            note_brief(record, motion, Pin(t, x, v, friction_force), tau, v_end)
+        resisted += friction_force * tau + rate * area
+        work += 0.5 * width * (friction_force + after)
+        t, x, v, friction_force = end, right, v_end, after
+        steps += 1
+        j += 1
+        if j == count:
+            j = first
+            laps += 1
+            shift = laps * (edges[count] - edges[first])
+    slip = Slip(slip.sliding, climbing, slip.time, slip.position, peak, slip.micro_slips, slip.micro_travel)
+    return index + steps - tally.steps, Pin(t, x, v, friction_force), slip, Tally(steps, resisted, work, row, edge)
+
+
+# The event-driven method with an elastic contact.
+
+
+@compiled(allocates=True, error_model="numpy")
+def integrate_exactly(
+    teeth: Teeth,
+    motion: Motion,
+    sample_count: int,
+    bin_count: int,
+    step_limit: int,
+    one_way: bool | None,
+    cruising: bool,
+) -> Run:
+    """Follow the pin from rest, segment by segment, each in closed form and ended by the first of: an edge of the
+    tooth, F meeting ±F̃, a velocity of 0 or of stick, an extremum of the velocity, the end.
+
+    one_way: unless None (which compiles a function without it), stop where F would follow -F̃. cruising: cross teeth
+    the short way where that is exact.
+    """
+    K, duration = motion.surface_stiffness, motion.duration
+    record = empty_record(motion, sample_count, bin_count)
+    slip, finished = Slip(False, False, 0.0, 0.0, 0.0, 0, 0.0), no_slips()
+    pin, tally = Pin(0.0, 0.0, 0.0, 0.0), Tally(0, 0.0, 0.0, 0, 0)
+    index = int(np.int64(0))  # of a plain 0 numba would compile all that it is handed to once more, and then not use it
+    while pin.time < duration and tally.steps < step_limit and len(finished) < motion.most_slips:
+        left, right, base, slope = tooth_at(teeth, index)
+        if (
+            cruising
+            and slip.sliding
+            and pin.velocity > 2.0 * motion.stick_velocity
+            and pin.friction_force >= 0.0
+            and left >= max(pin.position, 0.0)
+        ):
+            index, pin, slip, tally = cruise(teeth, motion, record, index, pin, slip, tally, step_limit, None)
+            if tally.steps == step_limit:
+                break
+            left, right, base, slope = tooth_at(teeth, index)
+        t, x, v, friction_force = pin
+        limit = max(base + slope * (x - left), 0.0)
+        if one_way is not None and friction_force < -limit:
+            break
+        friction_force = min(max(friction_force, -limit), limit)
+        pin = Pin(t, x, v, friction_force)
+        forward = moves_forward(motion, pin, slope)
+        way = right - x if forward else left - x
+        if way <= 0.0 if forward else way >= 0.0:
+            index += 1 if forward else -1
+            tally = Tally(tally.steps + 1, tally.resisted, tally.work, tally.row, tally.edge)
+            continue
+
+        branch = limit_followed(friction_force, limit, slope, K, forward)
+        if one_way is not None and branch < 0:
+            break
+        segment = segment_from(motion, pin, branch * slope if branch else K)
+        reach = way if branch else stuck_reach(friction_force, limit, slope, K, forward)
+        distance = min(way, reach) if forward else max(way, reach)
+        watched = v >= motion.stick_velocity and (slip.climbing or not slip.sliding)
+        tau, met, y, v, area = segment_end(segment, motion, watched, distance, forward)
+        t = duration if tau >= duration - t else t + tau
+        tally = pass_segment(record, motion, segment, tally, t, tau, y, area)
+
+        x += y
+        friction_force += segment.slope * y
+        if met and distance == way:
+            x = right if forward else left
+            index += 1 if forward else -1
+        elif met:
+            branch = 1 if friction_force >= 0.0 else -1
+        if branch:  # exactly on the limit, or the next segment would have to find it again
+            friction_force = branch * (base + slope * (x - left))
+        pin = Pin(t, x, v, friction_force)
+        peak = highest_driving_force(segment, motion, tau, pin) if watched else driving_force(motion, pin)
+        slip = follow_slip(slip, finished, motion, segment.pin, pin, peak)
+    table = slip_table(slip, finished, motion, pin)
+    return finished_run(record, tally, slip, table, pin.time)
+
+
+# The event-driven method with a rigid contact.
+
+
+@compiled(error_model="numpy")
+def _let_go(segment: Segment) -> Segment:
+    """The segment of a pin at rest that is just let go: its acceleration is 0 without rounding."""
+    pin, slope, c, total, _, ramp, _, _, pace = segment
+    return Segment(pin, slope, c, total, 0.0, ramp, 0.0, ramp, pace)
+
+
+@compiled(allocates=True, error_model="numpy")
+def integrate_rigidly(
+    teeth: Teeth, motion: Motion, sample_count: int, bin_count: int, step_limit: int, one_way: bool | None
+) -> Run:
+    """`integrate_exactly` with a contact that does not yield: at rest while spring and damper pull no harder than F̃,
+    in motion against a force of F̃.
+    """
+    duration, record = motion.duration, empty_record(motion, sample_count, bin_count)
+    slip, finished = Slip(False, False, 0.0, 0.0, 0.0, 0, 0.0), no_slips()
+    pin, tally, heading = Pin(0.0, 0.0, 0.0, 0.0), Tally(0, 0.0, 0.0, 0, 0), 0
+    index = int(np.int64(0))  # as in `integrate_exactly`
+    while pin.time < duration and tally.steps < step_limit and len(finished) < motion.most_slips:
+        left, right, base, slope = tooth_at(teeth, index)
+        if (
+            heading > 0
+            and slip.sliding
+            and pin.velocity > 2.0 * motion.stick_velocity
+            and left >= max(pin.position, 0.0)
+        ):
+            index, pin, slip, tally = cruise(teeth, motion, record, index, pin, slip, tally, step_limit, True)
+            if tally.steps == step_limit:
+                break
+            left, right, base, slope = tooth_at(teeth, index)
+        limit = max(base + slope * (pin.position - left), 0.0)
+        let_go = False
+        if heading == 0:
+            driving = driving_force(motion, pin)
+            heading = 1 if driving > 0.0 else -1
+            if abs(driving) <= limit:
+                wait = (limit - driving) / (motion.spring * motion.stage)
+                let_go, heading = wait < duration - pin.time, 1
+                until = pin.time + wait if let_go else duration
+                tally = pass_rest(record, motion, pin, tally, until)
+                pin = Pin(until, pin.position, 0.0, limit)
+                if not let_go:
+                    break
+            if one_way is not None and heading < 0:
+                break
+        forward = heading > 0
+        x, way = pin.position, right - pin.position if forward else left - pin.position
+        if way <= 0.0 if forward else way >= 0.0:
+            index += heading
+            heading = heading if pin.velocity != 0.0 else 0
+            tally = Tally(tally.steps + 1, tally.resisted, tally.work, tally.row, tally.edge)
+            continue
+
+        segment = segment_from(motion, Pin(pin.time, x, pin.velocity, heading * limit), heading * slope)
+        segment = _let_go(segment) if let_go else segment
+        friction_force = segment.pin.friction_force
+        watched = pin.velocity >= motion.stick_velocity and (slip.climbing or not slip.sliding)
+        tau, met, y, v, area = segment_end(segment, motion, watched, way, forward)
+        t = duration if tau >= duration - pin.time else pin.time + tau
+        tally = pass_segment(record, motion, segment, tally, t, tau, y, area)
+
+        x += y
+        if met:
+            x = right if forward else left
+            index += heading
+        heading = heading if v != 0.0 else 0
+        pin = Pin(t, x, v, friction_force + segment.slope * y)
+        peak = highest_driving_force(segment, motion, tau, pin) if watched else driving_force(motion, pin)
+        slip = follow_slip(slip, finished, motion, segment.pin, pin, peak)
+    table = slip_table(slip, finished, motion, pin)
+    return finished_run(record, tally, slip, table, pin.time)
+
+
+# Classical Runge-Kutta steps of equal length.
+
+
+@compiled(error_model="numpy")
+def _cubic(s: float, old: float, new: float, old_rate: float, new_rate: float) -> float:
+    """Cubic interpolation a fraction s into a step, from values and rates per step at both ends."""
+    return old + s * s * (3.0 - 2.0 * s) * (new - old) + s * (1.0 - s) * ((1.0 - s) * old_rate - s * new_rate)
+
+
+@compiled(error_model="numpy")
+def _write_step(
+    record: Record, motion: Motion, old: Pin, new: Pin, row: int, edge: int, pushed: float
+) -> tuple[int, int]:
+    """Write what falls into a step; the first row and entry left. pushed: impulse up to the step's start."""
+    samples, impulse, recorded = record.samples, record.impulse, record.duration
+    last, bins = samples.shape[0] - 1, impulse.size - 1
+    t, dt = old.time, new.time - old.time
+    driving, new_driving = driving_force(motion, old), driving_force(motion, new)
+    a, new_a = driving - old.friction_force, new_driving - new.friction_force
+    while row <= last and recorded * (row / last) <= new.time:
+        s = (recorded * (row / last) - t) / dt
+        samples[row, 0] = _cubic(s, old.position, new.position, dt * old.velocity, dt * new.velocity)
+        samples[row, 1] = _cubic(s, old.velocity, new.velocity, dt * a, dt * new_a)
+        samples[row, 2] = old.friction_force + s * (new.friction_force - old.friction_force)
+        row += 1
+    while edge <= bins and recorded * (edge / bins) <= new.time:
+        s = recorded * (edge / bins) - t
+        impulse[edge] = pushed + s * (driving + 0.5 * (new_driving - driving) * s / dt)
+        edge += 1
+    return row, edge
+
+
+@compiled(allocates=True, error_model="numpy")
+def integrate_by_steps(
+    teeth: Teeth, motion: Motion, steps: int, sample_count: int, bin_count: int, one_way: bool | None
+) -> Run:
+    """Classical Runge-Kutta steps of equal length; F at every stage with the relaxation point of the step's start,
+    which Eq. 14 updates after the step. Samples by cubic interpolation, impulse by the trapezoidal rule.
+
+    one_way: see `integrate_exactly`. A motion that runs away ends there, its `friction_work` NaN.
+    """
+    k, c, V, K = motion.spring, motion.damping, motion.stage, motion.surface_stiffness
+    record = empty_record(motion, sample_count, bin_count)
+    slip, finished = Slip(False, False, 0.0, 0.0, 0.0, 0, 0.0), no_slips()
+    pin = Pin(0.0, 0.0, 0.0, 0.0)
+    driving = driving_force(motion, pin)
+    relaxed = pushed = work = 0.0
+    index = row = edge = int(np.int64(0))  # as in `integrate_exactly`
+    computed = 0
+    left, right, base, slope = tooth_at(teeth, index)
+    for step in range(steps):
+        t, end = pin.time, motion.duration * ((step + 1) / steps)
+        dt = end - t
+        a = driving - pin.friction_force
+        x, v, acceleration = pin.position, pin.velocity, a
+        dx, dv = v, a
+        for stage in range(1, 4):
+            part = dt if stage == 3 else 0.5 * dt
+            x, v = pin.position + part * v, pin.velocity + part * acceleration
+            if not left <= x < right:
+                index, left, right, base, slope = tooth_holding(teeth, index, x)
+            friction_force = limited_friction(x, relaxed, K, base + slope * (x - left))
+            acceleration = k * (V * (t + part) - x) + c * (V - v) - friction_force
+            weight = 1.0 if stage == 3 else 2.0
+            dx += weight * v
+            dv += weight * acceleration
+        x, v = pin.position + dt / 6.0 * dx, pin.velocity + dt / 6.0 * dv
+        if not left <= x < right:
+            index, left, right, base, slope = tooth_holding(teeth, index, x)
+        if math.isnan(left):
+            work = math.nan
+            break
+        if one_way is not None and K * (x - relaxed) < -(base + slope * (x - left)):
+            break
+        new = Pin(end, x, v, limited_friction(x, relaxed, K, base + slope * (x - left)))
+        new_driving = driving_force(motion, new)
+
+        row, edge = _write_step(record, motion, pin, new, row, edge, pushed)
+        slip = follow_slip(slip, finished, motion, pin, new, max(driving, new_driving))
+        pushed += 0.5 * dt * (driving + new_driving)
+        work += 0.5 * (pin.friction_force + new.friction_force) * (x - pin.position)
+        relaxed = x - new.friction_force / K
+        if end >= record.half:
+            note_brief(record, motion, pin, dt, v)
+            note_spring_force(record, motion, end, x)
+        pin, driving, computed = new, new_driving, computed + 1
+        if len(finished) >= motion.most_slips:
+            break
+    table = slip_table(slip, finished, motion, pin)
+    return finished_run(record, Tally(computed, pushed, work, 0, 0), slip, table, pin.time)

@@ -1,0 +1,520 @@
+"""The columns of a friction record while it grows, and the record made of them."""
+
+import math
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, field, replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from nanoslip.solver.case import MOST_EVENTS, Case
+from nanoslip.solver.contact.compiled_contact import (
+    CompiledContact,
+    compiled_contact,
+    corrected_for_rounding,
+    in_lines,
+    inverse,
+    slip_constants,
+    within_reach,
+)
+from nanoslip.solver.contact.coulomb import (
+    LONGEST_STEP,
+    CoulombContact,
+    CoulombError,
+    advance,
+    change,
+    next_change,
+    stick_and_slide_in_motion,
+)
+from nanoslip.solver.contact.initial import checked, initial_contact
+from nanoslip.solver.contact.kernels.events import STEEPEST, answer_violations
+from nanoslip.solver.contact.kernels.state import EventKind, Stop, new_scalars, total_shear
+from nanoslip.solver.contact.pin import node_friction, pin_of, surface_from_pin
+from nanoslip.solver.contact.soundness import NOT_FINITE, OUTCOME_OF_ENDING, OUTCOME_OF_STOP
+from nanoslip.solver.contact.state import ContactState, beyond_window, contact_state, coulomb_state
+from nanoslip.solver.elasticity.compliance import Compliance, SurfaceCompliance, uncoupled
+from nanoslip.solver.outcome import COMPLETED, Ending, InvalidInput, Outcome, SingularOperator, TooFarApart
+from nanoslip.solver.slab import surface_x
+from nanoslip.solver.sliding.kernels.slide import Events, TangentialState, refresh, slide_events, slide_tangentially
+from nanoslip.solver.sliding.record import EVENT_TYPES, FrictionRecord
+from nanoslip.solver.sliding.validity import lawfulness
+
+FIRST_CAPACITY = 4096
+"""Events for which room is made first; it doubles as they come."""
+
+
+def first_room(most: int) -> Events:
+    """Columns to begin with in a run of at most so many events."""
+    return empty_events(min(most, FIRST_CAPACITY))
+
+
+def empty_events(capacity: int) -> Events:
+    """Columns for so many events, not filled."""
+    return Events(**{name: np.empty(capacity, dtype) for name, dtype in EVENT_TYPES.items()})
+
+
+def first_of(events: Events, count: int) -> Events:
+    """Room for the first `count` events."""
+    if count == len(events.displacement):
+        return events
+    return Events(**{name: column[:count] for name, column in events._asdict().items()})
+
+
+def grown(events: Events) -> Events:
+    """The same events with room for twice as many."""
+    grown = empty_events(2 * len(events.displacement))
+    for name in events._fields:
+        old = getattr(events, name)
+        getattr(grown, name)[: len(old)] = old
+    return grown
+
+
+def presliding_length(case: Case, stiffness: float) -> float:
+    """μ_i·W/K in L_x, from the contact's lateral stiffness K (G·L_y); infinite where K is not above 0."""
+    if case.intrinsic_friction == 0.0:
+        return 0.0
+    return case.intrinsic_friction * case.normal_load / stiffness if stiffness > 0.0 else math.inf
+
+
+def farthest(case: Case, stiffness: float) -> float:
+    """δ_p in L_x at which a record ends at the latest; stiffness: of the contact before it slides, in G·L_y."""
+    length = presliding_length(case, stiffness)
+    if case.max_presliding is None or not length:  # without friction nothing preslides
+        return case.farthest
+    return min(case.farthest, case.max_presliding * length)
+
+
+def friction_record(
+    case: Case,
+    start: ContactState,
+    initial_stiffness: float,
+    events: Events,
+    node_slips: NDArray[np.int64],
+    held: int,
+    end: ContactState,
+) -> FrictionRecord:
+    """The record of a run of `held` events from `start` to `end`, read-only. node_slips: of each surface node, (n_x,)."""
+    full = held == len(events.displacement)
+    columns = {name: column if full else column[:held].copy() for name, column in events._asdict().items()}
+    for column in (*columns.values(), node_slips):
+        column.setflags(write=False)
+    final = (end.displacement, end.friction_force)
+    if held and not end.outcome.ok:
+        # A run that broke off inside an event ends, as a record, with its last whole event.
+        final = (float(columns["displacement"][-1]), float(columns["force_after"][-1]))
+    return FrictionRecord(
+        **columns,
+        node_x=surface_x(case.slab.n_x),
+        node_slips=node_slips,
+        normal_load=case.normal_load,
+        spacing=case.slab.spacing if case.effects.pin_translation else math.inf,
+        presliding_length=presliding_length(case, initial_stiffness),
+        initial_force=start.friction_force,
+        initial_stiffness=initial_stiffness,
+        initial_slips=start.slips,
+        initial_contact_size=int(start.contact.sum()),
+        end_nodes=sum([bool(start.contact[node] | end.contact[node]) for node in (0, -1)]),
+        final_displacement=final[0],
+        final_force=final[1],
+        outcome=end.outcome,
+    )
+
+
+# Slide with the whole contact: nodes slip, are released and touch as the pin moves over them (residual_shear below
+# 1).
+
+RESUMABLE = 10_000
+"""Events after which a run starts afresh from its own state: a run in pieces of so many events has the bits of one in one."""
+LASTING = 100
+"""Events that a rough pin's windows have to last on average to be worth their setting up, else the whole surface is followed."""
+AT_FIRST = 8
+"""Windows that do not count: while shear builds up the surface heaves."""
+GOING_ON = (Stop.FULL, Stop.INACCURATE, Stop.WINDOW_TOO_NARROW)
+"""Why the kernel stops though the run does not."""
+
+
+def slide_full_contact(
+    case: Case, start: ContactState, compliance: SurfaceCompliance
+) -> tuple[FrictionRecord, ContactState]:
+    """Slide from `start` to the limits of `case`: the record, and the contact where it ends.
+
+    Without the effect `coupling` shear and pressure do not act on each other.
+    """
+    compliance = compliance if case.effects.coupling else uncoupled(compliance)
+    found = _slide(case, start, compliance, whole=False)
+    if found is None:
+        found = _slide(case, start, compliance, whole=True)
+        assert found is not None  # there are no nodes beyond the whole surface
+    return found
+
+
+def _slide(
+    case: Case, start: ContactState, compliance: SurfaceCompliance, whole: bool
+) -> tuple[FrictionRecord, ContactState] | None:
+    """The run within windows, or on the whole surface; None where a node beyond a window proves to lie inside the pin."""
+    compiled = compiled_at(case, compliance, start, whole)
+    initial_stiffness = total_shear(compiled.state.contact, compiled.state.rate)
+    most, end_at = case.max_events or MOST_EVENTS, farthest(case, initial_stiffness)
+    events, node_slips, held, windows = first_room(most), np.zeros(case.slab.n_x, np.int64), 0, 0
+    while True:
+        stop = min(len(events.displacement), most, (held // RESUMABLE + 1) * RESUMABLE)
+        room = first_of(events, stop)
+        status, held = slide_events(compiled.state, compiled.constants, room, node_slips, held, end_at)
+        if status not in GOING_ON or (status == Stop.FULL and held == most):
+            break
+        if held == len(events.displacement):
+            events = grown(events)
+        windows += status == Stop.WINDOW_TOO_NARROW
+        short = bool(case.heterogeneity.roughness) and windows > AT_FIRST + held % RESUMABLE / LASTING
+        continued, status = _continued(compiled, status, whole, whole or short, anew=held % RESUMABLE == 0)
+        if continued is None:
+            return None
+        compiled, windows = continued, windows if held % RESUMABLE else 0
+        if status != Stop.DONE:
+            break
+    end = contact_state(compiled, OUTCOME_OF_STOP[corrected_for_rounding(compiled, status)])
+    if beyond_window(compiled, end):
+        return None
+    return friction_record(case, start, initial_stiffness, events, node_slips, held, end), end
+
+
+def _continued(
+    compiled: CompiledContact, status: Stop, whole: bool, widest: bool, anew: bool
+) -> tuple[CompiledContact | None, Stop]:
+    """A compiled contact to go on with after `status`, one of GOING_ON, and DONE or why it cannot go on.
+
+    widest: whether what follows a window is the whole surface. anew: set up from its own state, as a resumed run is. None where
+    a node beyond the window lies inside the pin.
+    """
+    followed: CompiledContact | None = compiled
+    if status == Stop.WINDOW_TOO_NARROW:
+        followed = _set_up_again(compiled, widest)
+        if followed is None:
+            return None, status
+        compiled, status = followed, answer_violations(followed.state, followed.constants, 1.0)
+    else:
+        status = corrected_for_rounding(compiled, Stop.DONE)
+    if anew and status == Stop.DONE:
+        status = corrected_for_rounding(compiled, status)
+        followed = _set_up_again(compiled, whole)
+    return followed, status
+
+
+def _set_up_again(compiled: CompiledContact, whole: bool) -> CompiledContact | None:
+    """The contact set up from its own state; None where a node beyond the window lies inside the pin."""
+    state = contact_state(compiled, COMPLETED)
+    return None if beyond_window(compiled, state) else compiled_at(compiled.case, compiled.compliance, state, whole)
+
+
+def compiled_at(case: Case, compliance: SurfaceCompliance, state: ContactState, whole: bool) -> CompiledContact:
+    """A compiled contact in this state."""
+    contact, u, displacement = state.contact, state.u, state.displacement
+    height = pin_of(case).height(np.where(contact, surface_from_pin(case) + u - displacement, 0.0))
+    everywhere = np.ones_like(contact)
+    followed = everywhere if whole else within_reach(case, contact, u, state.w + state.approach, displacement)
+    return compiled_contact(case, compliance, contact, u, height, followed, displacement)
+
+
+# Slide with the pressures of initial contact (pin_translation off): the tangential problem alone.
+#
+# Nodes in contact keep their normal forces, [u] = C_uu [f_x] + C_uw [f_z], whatever the pin and their slips do;
+# nothing
+# touches, nothing is released. That is right while δ_p is small against the contact's width and, unless the coupling
+# is off
+# too, while shear lifts the surface by little (ν near 0.5).
+
+
+def slide_with_constant_pressures(
+    case: Case, start: ContactState, compliance: SurfaceCompliance
+) -> tuple[FrictionRecord, ContactState]:
+    """Slide from `start` to the limits of `case`: the record, and the contact where it ends."""
+    contact = TangentialContact(case, compliance, start)
+    most, end_at = case.max_events or MOST_EVENTS, farthest(case, contact.stiffness)
+    events, held = first_room(most), 0
+    while True:
+        outcome, held = contact.slide(first_of(events, most), held, end_at)
+        if outcome is not None or held == most:
+            break
+        events = grown(events)
+    end = contact.state(outcome or COMPLETED)
+    return friction_record(case, start, contact.stiffness, events, contact.node_slips(), held, end), end
+
+
+class TangentialContact:
+    """A contact whose nodes slide under the pressures of `start`; nodes in contact need not be neighbours."""
+
+    def __init__(self, case: Case, compliance: SurfaceCompliance, start: ContactState) -> None:
+        """Raises SingularOperator where the tangential compliance of the contact cannot be inverted."""
+        self._case, self._compliance, self._start = case, compliance, start
+        self._nodes = np.flatnonzero(start.contact)
+        self._state = _tangential_state(case, compliance, start, self._nodes)
+        self._constants = slip_constants(case)
+        self._node_slips = np.zeros(len(self._nodes), np.int64)
+
+    @property
+    def stiffness(self) -> float:
+        """dF/dδ_p while all nodes stick, in G·L_y."""
+        return float(self._state.rate.sum())
+
+    def node_slips(self) -> NDArray[np.int64]:
+        """Slips of each surface node in the record so far, (n_x,)."""
+        slips = np.zeros(self._case.slab.n_x, np.int64)
+        slips[self._nodes] = self._node_slips
+        return slips
+
+    def slide(self, events: Events, held: int, end_at: float) -> tuple[Outcome | None, int]:
+        """Fill `events` from number `held` on, up to δ_p = end_at: how it ended, None where they are full; and how many
+        there are now."""
+        status, held = slide_tangentially(self._state, self._constants, events, self._node_slips, held, end_at)
+        if not np.isfinite(self._state.shear).all():
+            # No comparison in the kernel sees a NaN, and none ever leaves the shear again.
+            return NOT_FINITE, held
+        return None if status == Stop.FULL else OUTCOME_OF_STOP[status], held
+
+    def state(self, outcome: Outcome) -> ContactState:
+        """The contact as it is now; its normal fields are those of initial contact."""
+        start, c, n = self._start, self._compliance, self._case.slab.n_x
+        force = start.nodal_force.copy()
+        force[0, self._nodes] = self._state.shear
+        u = c.matrix[:n, self._nodes] @ self._state.shear + _pushed(self._case, c, start)
+        u[self._nodes] = self._state.u
+        displacement = float(self._state.scalars["displacement"])
+        values = {
+            "shear": force[0] / c.widths,
+            "slip": np.where(start.contact, u - displacement, 0.0),
+            "u": u,
+            "nodal_force": force,
+        }
+        for value in values.values():
+            value.setflags(write=False)
+        slips = int(self._state.scalars["slips"])
+        return replace(start, **values, displacement=displacement, slips=slips, outcome=outcome)
+
+
+def _tangential_state(
+    case: Case, compliance: SurfaceCompliance, start: ContactState, nodes: NDArray[np.int64]
+) -> TangentialState:
+    block = compliance.matrix[np.ix_(nodes, nodes)]
+    stiffness = inverse(block, f"tangential compliance of {len(nodes)} nodes")
+    limits = node_friction(case)[nodes] * -start.nodal_force[1, nodes]
+    # A node without pressure has no shear either, even where μ_i is infinite.
+    limits = np.where(np.isnan(limits), 0.0, np.maximum(limits, 0.0))
+    u = start.u[nodes].copy()
+    state = TangentialState(
+        tableau=in_lines(stiffness.T),
+        base=start.nodal_force[0, nodes] - stiffness @ u,
+        shear=np.empty(len(nodes)),
+        u=u,
+        rate=stiffness.sum(axis=1),
+        shear_limit=limits,
+        weights=1.0 / np.maximum(limits, 1e-12 * case.normal_load),
+        nodes=nodes.astype(np.int32),
+        node_slips=np.zeros(len(nodes), np.int64),
+        scalars=new_scalars(start.displacement),
+    )
+    refresh(state)
+    return state
+
+
+def _pushed(case: Case, compliance: SurfaceCompliance, start: ContactState) -> NDArray[np.float64]:
+    """u of all surface nodes by the constant normal forces, (n,)."""
+    n = case.slab.n_x
+    if not case.effects.coupling:
+        return np.zeros(n)
+    return np.asarray(compliance.matrix[:n, n:] @ start.nodal_force[1])
+
+
+# Slide with classical Coulomb friction, residual_shear 1: forces are continuous, roles of nodes change.
+
+OFF_THE_SLAB = 2.0
+"""δ_p in L_x at which a pin that slides on and on has certainly left the slab."""
+CREATED_ON_THE_WAY = 1e-4
+"""Energy that an event may create at residual_shear 1, in W²/G: it is an integral over steps there, not known to rounding."""
+
+
+def slide_with_coulomb_friction(
+    case: Case, start: ContactState, compliance: SurfaceCompliance
+) -> tuple[FrictionRecord, ContactState]:
+    """Slide from `start` to the limits of `case`: the record, and the contact where it ends.
+
+    An event is a node that begins to slide, is released or touches; forces do not jump. The energy dissipated in sliding
+    since the last event is counted at the event.
+    """
+    run = _Run(case, start, _contact_at(case, start, compliance if case.effects.coupling else uncoupled(compliance)))
+    outcome = COMPLETED
+    try:
+        run.slide_to_limits()
+        if math.isinf(farthest(case, run.initial_stiffness)) and run.solved.displacement >= OFF_THE_SLAB:
+            outcome = OUTCOME_OF_ENDING[Ending.CONTACT_LOST]
+    except CoulombError as error:
+        outcome = OUTCOME_OF_ENDING[error.ending]
+    end = coulomb_state(run.solved, outcome)
+    record = friction_record(case, start, run.initial_stiffness, run.events(), run.node_slips, len(run.rows), end)
+    return record, end
+
+
+def _contact_at(case: Case, start: ContactState, compliance: SurfaceCompliance) -> CoulombContact:
+    """The contact in this state; nodes at their limit of friction slide."""
+    slides = np.abs(start.nodal_force[0]) >= node_friction(case) * -start.nodal_force[1] * (1 - 1e-9)
+    sign = np.where(start.contact & slides, np.sign(start.nodal_force[0]), 0.0)
+    contact, u = start.contact.copy(), start.u.copy()
+    return CoulombContact(case, compliance, contact, sign, u, case.normal_load, start.displacement)
+
+
+@dataclass(eq=False)
+class _Run:
+    """A run in the making: the contact, and a row per event in the order of `Events`."""
+
+    case: Case
+    start: ContactState
+    solved: CoulombContact
+    rows: list[tuple[float, ...]] = field(default_factory=list)
+    initial_stiffness: float = math.nan
+    dissipated: float = 0.0
+    """Energy lost since the last event."""
+    node_slips: NDArray[np.int64] = field(init=False)
+    """(n,) how often each node began to slide in an event of the record, and in its last row."""
+    last_slips: NDArray[np.int64] = field(init=False)
+
+    def __post_init__(self) -> None:
+        self.node_slips = np.zeros(self.case.slab.n_x, np.int64)
+        self.last_slips = self.node_slips.copy()
+
+    def slide_to_limits(self) -> None:
+        """Step from change of roles to change of roles. Raises CoulombError where the contact has no solution."""
+        case, solved = self.case, self.solved
+        rates = stick_and_slide_in_motion(solved, 1.0)
+        self.initial_stiffness = float(rates[0][0].sum())
+        end_at = min(farthest(case, self.initial_stiffness), OFF_THE_SLAB)
+        while len(self.rows) < (case.max_events or math.inf) and solved.displacement < end_at:
+            step, kind, node = next_change(solved, rates, 1.0)
+            longest = min(LONGEST_STEP * case.slab.spacing, end_at - solved.displacement)
+            self.dissipated += advance(solved, min(step, longest), rates, 1.0)
+            before, touching, slips = float(solved.force[0].sum()), solved.contact.copy(), solved.node_slips.copy()
+            change(solved, kind if step <= longest else EventKind.NOTHING, node)
+            rates = stick_and_slide_in_motion(solved, 1.0)
+            if step <= longest:
+                _refuse_flanks(solved, self.dissipated)
+                changes = ((touching & ~solved.contact).sum(), (solved.contact & ~touching).sum())
+                self._add((kind, node, before, float(rates[0][0].sum())), solved.node_slips - slips, changes)
+
+    def _add(
+        self, event: tuple[EventKind, int, float, float], slips: NDArray[np.int64], changes: tuple[int, int]
+    ) -> None:
+        """The row of an event: its kind, node, force before and stiffness after; slips of each node (n,); releases, touches."""
+        solved, (kind, node, before, stiffness) = self.solved, event
+        self.node_slips += slips
+        forces = (solved.displacement, before, float(solved.force[0].sum()), stiffness)
+        again = bool(self.rows) and self.rows[-1][0] == solved.displacement
+        self.last_slips = self.last_slips + slips if again else slips
+        sizes = (int(solved.contact.sum()), int(np.count_nonzero(self.last_slips)))
+        row: tuple[float, ...] = (*forces, self.dissipated, kind, node, int(slips.sum()), *changes, *sizes)
+        self.rows.append(_as_one(self.rows.pop(), row) if again else row)
+        self.dissipated = 0.0
+
+    def events(self) -> Events:
+        """The rows as columns."""
+        events = empty_events(len(self.rows))
+        for name, column in zip(Events._fields, zip(*self.rows, strict=True), strict=False):
+            getattr(events, name)[:] = column
+        return events
+
+
+def _refuse_flanks(solved: CoulombContact, dissipated: float) -> None:
+    """Raises CoulombError where a node is on a flank above 45°, or on one above its μ_i in an event that creates energy."""
+    slope = np.abs(solved.pin.slope(solved.xi))[solved.contact]
+    creates = dissipated < -CREATED_ON_THE_WAY * solved.normal_load**2
+    above_friction = bool((slope > solved.node_friction[solved.contact]).any())
+    if (creates and above_friction) or not (slope <= STEEPEST).all():
+        raise CoulombError(Ending.STEEP_PIN)
+
+
+def _as_one(first: tuple[float, ...], then: tuple[float, ...]) -> tuple[float, ...]:
+    """Two events at one displacement as one: the first one's trigger and force before, the sums of what happened."""
+    displacement, before, _, _, dissipated, kind, node, slips, releases, touches, _, _ = first
+    _, _, after, stiffness, more_dissipated, _, _, *more, contact_size, extent = then
+    counts = (old + new for old, new in zip((slips, releases, touches), more, strict=True))
+    return (
+        displacement,
+        before,
+        after,
+        stiffness,
+        dissipated + more_dissipated,
+        kind,
+        node,
+        *counts,
+        contact_size,
+        extent,
+    )
+
+
+# Slide the pin quasistatically from event to event (§2.1.1, §3.2): slip, release, touch -> FrictionRecord.
+
+WayToSlide = Callable[[Case, ContactState, SurfaceCompliance], tuple[FrictionRecord, ContactState]]
+"""From a case, a contact to start from and the slab's compliance to a record and the contact where it ends."""
+
+
+def slide(case: Case, compliance: Compliance, start: ContactState | None = None) -> FrictionRecord:
+    """Slide the pin of `case` from initial contact (or from `start`) to its limits, event by event.
+
+    Between events all is linear in δ_p (free gaps: quadratic), so the next event is found in closed form: the smallest step
+    at which |shear| = μ_i·pressure, pressure = 0 or gap = 0; a step below the event floor is raised to it. The event's node
+    is answered first, then the worst offender until constraints I-III hold. Never raises for physics: the record holds the
+    events so far and the outcome says why it ended.
+    """
+    return slide_to_state(case, compliance, start)[0]
+
+
+def slide_to_state(
+    case: Case, compliance: Compliance, start: ContactState | None = None
+) -> tuple[FrictionRecord, ContactState]:
+    """Like `slide`, and the contact as it is where the record ends."""
+    if not case.effects.friction:
+        raise InvalidInput("friction = false: needs the stage contact alone, there is nothing to slide against")
+    start = initial_contact(case, compliance) if start is None else start
+    if not start.outcome.ok:
+        return _no_record(case, start, start), start
+    try:
+        record, end = way_to_slide(case)(case, start, compliance.as_matrix())
+    except (SingularOperator, TooFarApart) as error:
+        end = replace(start, outcome=error.outcome)
+        record = _no_record(case, start, end)
+    end = checked(case, compliance, end)
+    if end.outcome.ok and not (found := lawfulness(case, record, end)).ok:
+        end = checked(case, compliance, replace(end, outcome=found))
+    return record if end.outcome is record.outcome else replace(record, outcome=end.outcome), end
+
+
+def _no_record(case: Case, start: ContactState, end: ContactState) -> FrictionRecord:
+    """The record of a run without events."""
+    return friction_record(case, start, math.nan, empty_events(0), np.zeros(case.slab.n_x, np.int64), 0, end)
+
+
+def way_to_slide(case: Case) -> WayToSlide:
+    """Which of the three ways to slide a case asks for."""
+    if not case.effects.pin_translation:
+        return slide_with_constant_pressures
+    if case.slip_rule.residual_shear == 1.0:
+        return slide_with_coulomb_friction
+    return slide_full_contact
+
+
+def states_at(case: Case, compliance: Compliance, events: Sequence[int]) -> tuple[list[ContactState], Outcome]:
+    """The contact after each of these events, as far as the record of `case` gets, and how that went.
+
+    events: increasing numbers; 0 is initial contact.
+    """
+    state, done = initial_contact(case, compliance), 0
+    states: list[ContactState] = []
+    events = [event for event in events if event <= (case.max_events or event)]  # pieces know nothing of that limit
+    if case.max_presliding is not None and any(events):  # nor of that one: their first contact is another
+        reached = len(slide(case, compliance, state).displacement)
+        case, events = replace(case, max_presliding=None), [event for event in events if event <= reached]
+    for event in events:
+        if event > done and state.outcome.ok:
+            record, state = slide_to_state(replace(case, max_events=event - done), compliance, state)
+            done += len(record.displacement)
+        if done < event or not state.outcome.ok:
+            break
+        states.append(state)
+    return states, state.outcome
