@@ -34,9 +34,7 @@ from nanoslip.study.plan.memory import shortages
 from nanoslip.study.plan.plan import Plan, make_plan
 from nanoslip.study.plan.tasks import Task
 from nanoslip.study.report.console import console
-from nanoslip.study.results.lease import Lease
-from nanoslip.study.results.merging import merge_shards
-from nanoslip.study.results.store import Store, StoreError
+from nanoslip.study.results.store import Lease, Store, StoreError, merge_shards
 from nanoslip.study.toml_text import as_toml
 
 Place = str | os.PathLike[str]

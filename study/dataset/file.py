@@ -12,7 +12,7 @@ import xarray as xr
 from nanoslip.study.dataset.groups import carrying, opened, tree_of
 from nanoslip.study.dataset.netcdf import write_tree
 from nanoslip.study.dataset.seal import broken, seal
-from nanoslip.study.results.file import NO_FILE, is_no_file, written_whole
+from nanoslip.study.results.entry import NO_FILE, is_no_file, written_whole
 from nanoslip.study.results.store import StoreError
 
 FILE: Final = "results.nc"

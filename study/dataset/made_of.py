@@ -11,7 +11,7 @@ from nanoslip.study.dataset.seal import seal_of
 from nanoslip.study.discretization.front import load_front
 from nanoslip.study.manifest.manifest import Manifest
 from nanoslip.study.origin import all_sources_hash
-from nanoslip.study.results.file import written_whole
+from nanoslip.study.results.entry import written_whole
 from nanoslip.study.results.store import Store
 
 NOTE: Final = "dataset.json"

@@ -12,7 +12,7 @@ from pathlib import Path
 from typing import Any, Final
 
 from nanoslip.solver.outcome import Ending, Outcome
-from nanoslip.study.results import file as lines
+from nanoslip.study.results import entry as lines
 
 FILE: Final = "attempts.jsonl"
 ADVICE: Final = "; `nanoslip run --retry` tries again"

@@ -5,10 +5,15 @@ An entry is a head, what the result says of itself (JSON), a table of its number
 each part filled up to a multiple of ALIGNED bytes. It stands by itself, or behind others in a log.
 """
 
+import errno
+import itertools
 import json
 import os
 import re
+import secrets
+import socket
 import struct
+import time
 import zlib
 from collections.abc import Iterator
 from contextlib import contextmanager
@@ -22,7 +27,119 @@ from numpy.typing import NDArray
 from nanoslip.solver.outcome import Ending, Outcome
 from nanoslip.study.origin import Origins, as_data, from_data
 from nanoslip.study.plan.task import TaskResult
-from nanoslip.study.results.file import written_whole
+
+# Files of results: those of lines that several processes add to, and those that appear whole or not at all.
+
+NO_FILE: Final = "no regular file"
+
+
+def add(path: Path, lines: bytes) -> None:
+    """Write whole lines behind the others, and on a line of their own where the last one was cut short. Raises OSError."""
+    if is_no_file(path):
+        raise OSError(errno.EINVAL, NO_FILE)
+    with path.open("ab+") as file:
+        torn = file.tell() > 0 and file.seek(-1, os.SEEK_END) and file.read(1) != b"\n"
+        file.write(b"\n" * bool(torn) + lines)
+
+
+def read(path: Path) -> list[str]:
+    """All lines that are there; none where nothing is that can be read."""
+    try:
+        return path.read_text("utf-8", errors="replace").splitlines() if path.is_file() else []
+    except OSError:
+        return []
+
+
+def is_no_file(path: Path) -> bool:
+    """Whether something else stands in the place of a file: a folder, a link to nothing, a pipe or device that never ends."""
+    return os.path.lexists(path) and not path.is_file()
+
+
+# Files that appear whole or not at all, and what killed writers leave of them.
+
+ABANDONED = 86_400.0
+"""Seconds after which another host's scratch file is taken for a killed run's."""
+_SCRATCH = ".scratch"
+_SCRATCH_NAME = re.compile(rf"\..+\.([^.]+)\.(\d{{1,9}})\.[0-9a-f]+{re.escape(_SCRATCH)}")
+"""As `scratch_beside` makes it: host and process of its writer. Other files that end so are somebody else's."""
+_RANDOM = 8
+"""Bytes of a name that nobody else draws."""
+
+
+@contextmanager
+def written_whole(path: Path) -> Iterator[Path]:
+    """Yield a scratch file beside `path` to write to, then put it in its place: readers see the old or the new, whole.
+
+    The mode is what the umask leaves of 0666, as for any file others shall read.
+    """
+    scratch = scratch_beside(path)
+    try:
+        yield scratch
+        with scratch.open("rb") as file:
+            os.fsync(file.fileno())
+        if path.is_dir() and not path.is_symlink():
+            path.rename(free_name(path))  # nothing of it is lost
+        os.replace(scratch, path)
+    finally:
+        scratch.unlink(missing_ok=True)
+
+
+def scratch_beside(path: Path) -> Path:
+    """Make an empty file beside `path`, to be written; `clear_away` removes what a killed process leaves. Raises OSError.
+
+    Nobody can have put a link there: its name is drawn at random, and a name that is there is refused.
+    """
+    scratch = path.with_name(f".{path.name}.{_host()}.{os.getpid()}.{secrets.token_hex(_RANDOM)}{_SCRATCH}")
+    os.close(os.open(scratch, os.O_WRONLY | os.O_CREAT | os.O_EXCL | os.O_NOFOLLOW | os.O_CLOEXEC, 0o666))
+    return scratch
+
+
+def _host() -> str:
+    return socket.gethostname().replace(".", "-")
+
+
+def clear_away(folder: Path) -> None:
+    """Remove the scratch files of processes that have ended."""
+    for leftover in folder.glob(f".*{_SCRATCH}"):
+        named = _SCRATCH_NAME.fullmatch(leftover.name)
+        if named and not _writer_lives(leftover, *named.groups()):
+            leftover.unlink(missing_ok=True)
+
+
+def _writer_lives(scratch: Path, host: str, process: str) -> bool:
+    """Whether the process that writes this scratch file may still be at it."""
+    if host != _host():
+        try:
+            return time.time() - scratch.stat().st_mtime < ABANDONED
+        except FileNotFoundError:
+            return True  # it was, until just now
+    return lives(int(process))
+
+
+def lives(process: int) -> bool:
+    """Whether a process of this machine has not ended."""
+    try:
+        os.kill(process, 0)
+    except (ProcessLookupError, OverflowError):
+        return False
+    except PermissionError:
+        return True
+    return not _is_zombie(process)
+
+
+def _is_zombie(process: int) -> bool:
+    """Whether a process is a zombie (exited, not yet reaped): containers often have no init that reaps."""
+    try:
+        fields = Path(f"/proc/{process}/stat").read_text()
+    except OSError:
+        return False  # no such file system here, or gone meanwhile: the next run clears away
+    return fields.rpartition(")")[2].split()[0] == "Z"
+
+
+def free_name(path: Path) -> Path:
+    """A name beside it that nothing has."""
+    names = (path.with_name(f"{path.name}.set-aside-{number}") for number in itertools.count(1))
+    return next(name for name in names if not os.path.lexists(name))
 
 
 class CorruptResultError(Exception):
@@ -216,7 +333,7 @@ def write(path: Path, entry: bytes) -> None:
         scratch.write_bytes(entry)
 
 
-def read(path: Path) -> TaskResult:
+def read_entry(path: Path) -> TaskResult:
     """The result of a file; where it is mapped, its numbers are not checked. Raises CorruptResultError, FileNotFoundError."""
     with _opened(path) as file, _named(path):
         head = _head(path, file)

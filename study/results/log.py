@@ -25,16 +25,19 @@ from nanoslip.study.plan.task import TaskResult
 from nanoslip.study.results.entry import (
     ALIGNED,
     MARK,
+    NO_FILE,
     CorruptResultError,
     Head,
     Meta,
     OtherFormatError,
     TornError,
     check,
+    free_name,
+    is_no_file,
     read_head,
     result_of,
+    written_whole,
 )
-from nanoslip.study.results.file import NO_FILE, free_name, is_no_file, written_whole
 
 ENDING: Final = ".log"
 SYNC: Final = 1.0

@@ -12,10 +12,8 @@ from nanoslip.study.execution.executor import drop_intermediates
 from nanoslip.study.execution.failures import left
 from nanoslip.study.exit_codes import FAILURES, INTERRUPTED
 from nanoslip.study.report.console import say
-from nanoslip.study.results.lease import Lease
-from nanoslip.study.results.merging import merge_shards
 from nanoslip.study.results.shard import folders
-from nanoslip.study.results.store import Store, StoreError
+from nanoslip.study.results.store import Lease, Store, StoreError, merge_shards
 
 
 def work(campaign: Path, out: Path | None) -> None:

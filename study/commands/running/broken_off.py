@@ -5,7 +5,7 @@ from nanoslip.study.commands.shared.plans import counted
 from nanoslip.study.execution.journal import Journal
 from nanoslip.study.execution.ledger import Tally
 from nanoslip.study.report.console import say
-from nanoslip.study.results.lease import Lease
+from nanoslip.study.results.store import Lease
 
 
 def broken_off(journal: Journal, tally: Tally, lease: Lease) -> bool:

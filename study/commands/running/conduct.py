@@ -27,8 +27,7 @@ from nanoslip.study.plan.plan import Plan
 from nanoslip.study.plan.tasks import Task
 from nanoslip.study.report.console import console, say
 from nanoslip.study.results import attempts
-from nanoslip.study.results.lease import Lease
-from nanoslip.study.results.store import Store
+from nanoslip.study.results.store import Lease, Store
 
 
 def conduct(farm: Farm, order: Order) -> int:

@@ -10,8 +10,7 @@ from nanoslip.study.origin import Origins
 from nanoslip.study.plan.plan import Plan
 from nanoslip.study.report.console import say
 from nanoslip.study.results.attempts import Attempt
-from nanoslip.study.results.merging import merge_shards
-from nanoslip.study.results.store import Store
+from nanoslip.study.results.store import Store, merge_shards
 
 
 def print_outdated(store: Store) -> None:

@@ -8,7 +8,7 @@ from threading import Lock
 from typing import Final
 
 from nanoslip.study.execution.queue import Work
-from nanoslip.study.results import file as lines
+from nanoslip.study.results import entry as lines
 
 FILE: Final = "begun.txt"
 LONG: Final = 1.0

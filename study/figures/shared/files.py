@@ -3,7 +3,7 @@
 from collections.abc import Mapping
 from pathlib import Path
 
-from nanoslip.study.results.file import written_whole
+from nanoslip.study.results.entry import written_whole
 from nanoslip.study.results.store import StoreError
 
 

@@ -7,7 +7,7 @@ from contextlib import suppress
 from pathlib import Path
 from typing import Final
 
-from nanoslip.study.results.file import lives
+from nanoslip.study.results.entry import lives
 
 MARK: Final = "NANOSLIP_TRIAL"
 """Variable of the environment that all processes of a run inherit."""

@@ -15,7 +15,7 @@ from typing import Final
 from nanoslip.study.dataset import file
 from nanoslip.study.execution.farms import begun
 from nanoslip.study.results import entry as own
-from nanoslip.study.results import lease
+from nanoslip.study.results import store as lease
 from nanoslip.study.results.store import FOLDER
 from tests.conftest import clean_environment, launcher
 from tests.mpi.kills.processes import MARK, remaining

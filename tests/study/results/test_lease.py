@@ -18,10 +18,9 @@ import nanoslip
 from nanoslip.study.execution import executor
 from nanoslip.study.plan.task import TaskResult
 from nanoslip.study.plan.tasks import Task
-from nanoslip.study.results import file as whole_file
-from nanoslip.study.results import lease
-from nanoslip.study.results.lease import FILE, Lease
-from nanoslip.study.results.store import StoreError
+from nanoslip.study.results import entry as whole_file
+from nanoslip.study.results import store as lease
+from nanoslip.study.results.store import FILE, Lease, StoreError
 from tests.study.results.results import written
 
 SOON = 1.0
@@ -145,7 +144,7 @@ def test_a_run_that_has_lost_its_lease_does_not_keep_another_ones_fresh(tmp_path
 RACE = """
 import errno, fcntl, os, sys, time
 from pathlib import Path
-from nanoslip.study.results.lease import Lease
+from nanoslip.study.results.store import Lease
 from nanoslip.study.results.store import StoreError
 from tests.study.results.results import written
 

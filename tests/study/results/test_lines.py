@@ -4,7 +4,7 @@ from pathlib import Path
 
 import pytest
 
-from nanoslip.study.results import file as lines
+from nanoslip.study.results import entry as lines
 from tests.study.results.results import NO_FILES
 
 

@@ -11,10 +11,8 @@ from nanoslip.study.plan.task import TaskResult
 from nanoslip.study.results import attempts
 from nanoslip.study.results import attempts as runs
 from nanoslip.study.results.attempts import Attempt, Run
-from nanoslip.study.results.lease import Lease
-from nanoslip.study.results.merging import merge_shards
 from nanoslip.study.results.shard import Shard
-from nanoslip.study.results.store import Store
+from nanoslip.study.results.store import Lease, Store, merge_shards
 
 RUN = Run("a", "2026-01-01T00:00:00+00:00", 1)
 FAILED = Attempt("d" * 20, "record", "crashed", "why", True, False, here().solver, "rank 0 on here", "2026")

@@ -24,15 +24,15 @@ def written(folder: Path, result: TaskResult) -> Path:
 @pytest.mark.parametrize("result", KINDS, ids=["record", "compliance", "refused"])
 def test_what_is_written_is_read(tmp_path, result):
     path = written(tmp_path, result)
-    assert same(own.read(path), result)
+    assert same(own.read_entry(path), result)
     assert own.checked(path).key == result.key
 
 
 def test_a_large_matrix_is_mapped_into_memory_and_looks_like_any_array(tmp_path, monkeypatch):
     monkeypatch.setattr(own, "MAPPED", 0)
     path = written(tmp_path, COMPLIANCE)
-    assert same(own.read(path), COMPLIANCE)
-    matrix = own.read(path).arrays["matrix"]
+    assert same(own.read_entry(path), COMPLIANCE)
+    matrix = own.read_entry(path).arrays["matrix"]
     assert type(matrix) is np.ndarray  # kernels compile for plain arrays
     assert matrix.flags.aligned
     assert not matrix.flags.writeable
@@ -45,7 +45,7 @@ def test_a_file_cut_short_anywhere_or_longer_is_named(tmp_path, result):
     whole = path.read_bytes()
     for content in (b"", *(whole[:length] for length in range(0, len(whole), 17)), whole + b"\0"):
         path.write_bytes(content)
-        for look in (own.read, own.checked):
+        for look in (own.read_entry, own.checked):
             with pytest.raises(CorruptResultError, match=path.name):
                 look(path)
 
@@ -58,9 +58,9 @@ def test_no_bit_of_a_file_changes_without_being_found(tmp_path, result, bits):
     for bit in rng.permutation(8 * path.stat().st_size)[:bits]:
         flip(path, int(bit))
         with pytest.raises(CorruptResultError, match=path.name):
-            own.read(path)
+            own.read_entry(path)
         flip(path, int(bit))
-    assert same(own.read(path), result)
+    assert same(own.read_entry(path), result)
 
 
 def test_results_that_have_changed_places_are_found(tmp_path):
@@ -70,7 +70,7 @@ def test_results_that_have_changed_places_are_found(tmp_path):
     other.write_bytes(here)
     for path in (one, other):
         with pytest.raises(CorruptResultError, match="the result of another task"):
-            own.read(path)
+            own.read_entry(path)
 
 
 @pytest.mark.parametrize("obstacle", ["folder", "full folder", "link to nothing", "pipe"])
@@ -85,9 +85,9 @@ def test_what_stands_where_a_result_belongs_is_named_and_stops_nothing(tmp_path,
         if obstacle == "full folder":
             (path / "mine").write_text("kept")
     with pytest.raises(CorruptResultError, match=path.name):
-        own.read(path)
+        own.read_entry(path)
     own.write(path, packed(RECORD))
-    assert same(own.read(path), RECORD)
+    assert same(own.read_entry(path), RECORD)
     if obstacle == "full folder":
         assert {each.read_text() for each in tmp_path.glob("*/mine")} == {"kept"}
 

@@ -10,7 +10,7 @@ from pathlib import Path
 
 import pytest
 
-from nanoslip.study.results.file import clear_away, written_whole
+from nanoslip.study.results.entry import clear_away, written_whole
 
 
 def test_a_writer_that_dies_leaves_the_old_file_and_no_new_one(tmp_path):

@@ -15,12 +15,12 @@ from nanoslip.study.manifest.reader import load_manifest
 from nanoslip.study.origin import here
 from nanoslip.study.plan.plan import Plan, make_plan
 from nanoslip.study.plan.task import TaskResult
-from nanoslip.study.results import attempts, lease, log
+from nanoslip.study.results import attempts, log
 from nanoslip.study.results import attempts as runs
 from nanoslip.study.results import entry as own
+from nanoslip.study.results import store as lease
 from nanoslip.study.results.attempts import Attempt
-from nanoslip.study.results.lease import Lease
-from nanoslip.study.results.store import FOLDER, Store
+from nanoslip.study.results.store import FOLDER, Lease, Store
 
 CAMPAIGN: Final = """\
 title = "A campaign whose files are damaged"
