@@ -85,7 +85,7 @@ if TYPE_CHECKING:
     from nanoslip.study.dataset.description import Described
     from nanoslip.study.dataset.description import described as describe
     from nanoslip.study.figures.frames.film import frames
-    from nanoslip.study.manifest.columns import ManifestError
+    from nanoslip.study.manifest.checker import ManifestError
     from nanoslip.study.results.store import StoreError
 
     __version__: str
@@ -158,7 +158,7 @@ _NAMES = {
     "nanoslip.study.dataset.description": "Described described:describe",
     "nanoslip.study.results.store": "StoreError",
     "nanoslip.study.figures.frames.film": "frames",
-    "nanoslip.study.manifest.columns": "ManifestError",
+    "nanoslip.study.manifest.checker": "ManifestError",
 }
 """Module -> its names that are public here; `theirs:ours` where the name differs. All others are the solver's."""
 

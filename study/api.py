@@ -27,7 +27,7 @@ from nanoslip.study.execution.ledger import Tally
 from nanoslip.study.execution.program import computing
 from nanoslip.study.execution.progress import open_progress
 from nanoslip.study.exit_codes import FAILURES, WRONG_INPUT
-from nanoslip.study.manifest.columns import ManifestError, read_text
+from nanoslip.study.manifest.checker import ManifestError, read_text
 from nanoslip.study.manifest.manifest import Manifest
 from nanoslip.study.manifest.reader import load_manifest, parse_manifest
 from nanoslip.study.plan.memory import shortages

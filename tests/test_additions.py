@@ -21,7 +21,7 @@ from nanoslip.solver.parameter import check, parameter
 from nanoslip.solver.slab import SCHEMES, Scheme, Slab
 from nanoslip.study.dataset.collection.collect import collect
 from nanoslip.study.dataset.description import described, page
-from nanoslip.study.manifest.columns import ManifestError
+from nanoslip.study.manifest.checker import ManifestError
 from nanoslip.study.manifest.reader import load_manifest
 from nanoslip.study.plan.plan import Plan, make_plan
 from nanoslip.study.report.summary import scalar_table

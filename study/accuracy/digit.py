@@ -22,7 +22,7 @@ from nanoslip.solver.sliding.slide import slide
 from nanoslip.study.accuracy.diagram import Diagram, Row
 from nanoslip.study.accuracy.setup import Effort, Setup
 from nanoslip.study.accuracy.timing import timed
-from nanoslip.study.manifest.columns import ManifestError
+from nanoslip.study.manifest.checker import ManifestError
 from nanoslip.study.manifest.manifest import MEMBERS
 from nanoslip.study.manifest.parameters import LIMITS, Value
 

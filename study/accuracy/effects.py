@@ -19,9 +19,9 @@ from nanoslip.solver.ensemble import Ensemble, mean_of
 from nanoslip.solver.outcome import InvalidInput
 from nanoslip.study.accuracy.timing import timed
 from nanoslip.study.manifest.cases import CampaignCase
-from nanoslip.study.manifest.columns import ManifestError
-from nanoslip.study.manifest.effects import refusal
+from nanoslip.study.manifest.checker import ManifestError
 from nanoslip.study.manifest.manifest import MEMBERS, OF_CONTACTS, Manifest, TargetTable
+from nanoslip.study.manifest.reader import refusal
 from nanoslip.study.plan.kinds.kind import declared, names_of
 from nanoslip.study.plan.tasks import (
     KINDS,

@@ -10,9 +10,8 @@ from nanoslip.solver.drive import Scales
 from nanoslip.solver.slab import Slab
 from nanoslip.study.discretization.front import discretized
 from nanoslip.study.manifest.cases import expand
-from nanoslip.study.manifest.columns import ManifestError, shown
-from nanoslip.study.manifest.drives import NamedDrive
-from nanoslip.study.manifest.manifest import Manifest
+from nanoslip.study.manifest.checker import ManifestError, shown
+from nanoslip.study.manifest.manifest import Manifest, NamedDrive
 
 
 @dataclass(frozen=True, slots=True)

@@ -17,7 +17,7 @@ from nanoslip.solver.drive import Scales
 from nanoslip.solver.parameter import GRID_ERROR, Quantity, quantities
 from nanoslip.solver.sliding.sizes import EventSizes
 from nanoslip.solver.sliding.validity import Validity
-from nanoslip.study.manifest.drives import NamedDrive, drive_parameters
+from nanoslip.study.manifest.manifest import NamedDrive, drive_parameters
 from nanoslip.study.origin import Origin
 from nanoslip.study.plan.kinds.kind import Ragged, declared
 from nanoslip.study.plan.tasks import KINDS

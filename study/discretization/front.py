@@ -27,7 +27,7 @@ from nanoslip.solver.outcome import InvalidInput, SolverError, quoted
 from nanoslip.solver.parameter import as_float
 from nanoslip.solver.slab import PHYSICS, Slab
 from nanoslip.study.manifest import parameters
-from nanoslip.study.manifest.columns import ManifestError, path_shown
+from nanoslip.study.manifest.checker import ManifestError, path_shown
 
 ALIKE = math.log(1.25)
 SHIPPED = "front.json"

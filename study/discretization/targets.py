@@ -11,7 +11,7 @@ from nanoslip.solver.slab import Slab
 from nanoslip.study.discretization.front import Front, discretized, load_front, settings
 from nanoslip.study.manifest import parameters
 from nanoslip.study.manifest.cases import expanding
-from nanoslip.study.manifest.columns import ManifestError
+from nanoslip.study.manifest.checker import ManifestError
 from nanoslip.study.manifest.manifest import Manifest
 from nanoslip.study.manifest.parameters import Value
 

@@ -14,12 +14,18 @@ from nanoslip.solver.case import Case
 from nanoslip.solver.drive import Scales
 from nanoslip.solver.outcome import COMPLETED, InvalidInput, Outcome
 from nanoslip.study.canonical import Texts, content_hash
-from nanoslip.study.manifest.columns import ManifestError, key_shown, number_or_text, shown, unknown
-from nanoslip.study.manifest.drives import drive_parameters
-from nanoslip.study.manifest.effects import refusal
-from nanoslip.study.manifest.manifest import STAGES, EnsembleTable, Manifest, Outputs, TargetTable, field_names
+from nanoslip.study.manifest.checker import ManifestError, key_shown, number_or_text, shown, unknown
+from nanoslip.study.manifest.manifest import (
+    STAGES,
+    EnsembleTable,
+    Manifest,
+    Outputs,
+    TargetTable,
+    drive_parameters,
+    field_names,
+)
 from nanoslip.study.manifest.parameters import STANDARD, TABLES, Alike, Value, in_words, words, words_of
-from nanoslip.study.manifest.reader import KEYS_OF_FILES
+from nanoslip.study.manifest.reader import KEYS_OF_FILES, refusal
 
 Point = tuple[Value | None, ...]
 """Values of the axes. None: a setting that this case does not have."""

@@ -7,7 +7,7 @@ from typing import Final
 
 from nanoslip.solver.outcome import UNDONE, Ending, Outcome
 from nanoslip.study.manifest.cases import CampaignCase
-from nanoslip.study.manifest.drives import CampaignDrive
+from nanoslip.study.manifest.manifest import CampaignDrive
 from nanoslip.study.plan.plan import Plan
 from nanoslip.study.plan.task import Task
 

@@ -19,7 +19,7 @@ from nanoslip.solver.dynamics.integrators import LARGEST, RK4, DynamicsResult, i
 from nanoslip.solver.dynamics.stick_slip import Oscillator
 from nanoslip.solver.outcome import Ending, InvalidInput
 from nanoslip.solver.sliding.plateau import plateau_of
-from nanoslip.study.manifest.drives import NamedDrive
+from nanoslip.study.manifest.manifest import NamedDrive
 from tests.synthetic import STIFFNESS, constant_profile, noisy_record, profile_through
 
 RECORD = noisy_record()

@@ -18,7 +18,7 @@ from nanoslip.solver.elasticity.compliance import SurfaceCompliance, uncoupled
 from nanoslip.solver.outcome import Ending
 from nanoslip.solver.slab import SCHEMES
 from nanoslip.solver.sliding.slide import slide_to_state
-from nanoslip.study.manifest.columns import ManifestError
+from nanoslip.study.manifest.checker import ManifestError
 from nanoslip.study.manifest.reader import load_manifest
 from nanoslip.study.plan.kinds.kind import column
 from nanoslip.study.plan.plan import make_plan

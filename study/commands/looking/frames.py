@@ -8,7 +8,7 @@ from nanoslip.study.commands.shared.plans import counted, planned
 from nanoslip.study.commands.shared.refusals import refusals
 from nanoslip.study.figures.frames.film import frames
 from nanoslip.study.figures.frames.moments import events_of
-from nanoslip.study.manifest.columns import ManifestError
+from nanoslip.study.manifest.checker import ManifestError
 from nanoslip.study.report.console import say, whole
 
 

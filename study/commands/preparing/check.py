@@ -4,7 +4,7 @@ from pathlib import Path
 
 from nanoslip.study.commands.shared.exits import Refusal
 from nanoslip.study.commands.shared.plans import counted, idle_lines, planned
-from nanoslip.study.manifest.columns import ManifestError
+from nanoslip.study.manifest.checker import ManifestError
 from nanoslip.study.plan.plan import Plan
 from nanoslip.study.report.console import print_sentences, say, whole
 

@@ -14,8 +14,8 @@ from nanoslip.study.discretization.targets import choice
 from nanoslip.study.execution.forecast import duration, makespan, roughly
 from nanoslip.study.execution.launch import cores
 from nanoslip.study.manifest.cases import CampaignCase
-from nanoslip.study.manifest.drives import CampaignDrive
-from nanoslip.study.manifest.effects import effects
+from nanoslip.study.manifest.manifest import CampaignDrive
+from nanoslip.study.manifest.reader import effects
 from nanoslip.study.plan.flags import expected_lines
 from nanoslip.study.plan.memory import shortages
 from nanoslip.study.plan.outlook import outlook_of

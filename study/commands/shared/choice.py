@@ -6,8 +6,8 @@ from typing import Final
 from nanoslip.solver.case import parameters_of_a_case
 from nanoslip.study.commands.shared.exits import Refusal
 from nanoslip.study.manifest.cases import CampaignCase
-from nanoslip.study.manifest.columns import ManifestError
-from nanoslip.study.manifest.drives import drive_parameters
+from nanoslip.study.manifest.checker import ManifestError
+from nanoslip.study.manifest.manifest import drive_parameters
 from nanoslip.study.manifest.parameters import Value, in_words, of_symbol, words
 
 FEW: Final = 4

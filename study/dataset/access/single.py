@@ -8,7 +8,7 @@ import xarray as xr
 
 from nanoslip.study.dataset.access.selection import places
 from nanoslip.study.dataset.variables import OUTCOMES
-from nanoslip.study.manifest.columns import number_or_text
+from nanoslip.study.manifest.checker import number_or_text
 from nanoslip.study.manifest.parameters import words
 
 

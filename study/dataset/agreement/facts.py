@@ -12,7 +12,7 @@ from nanoslip.study.dataset.agreement.matching import Pair, values
 from nanoslip.study.dataset.file import FORMAT, is_older
 from nanoslip.study.dataset.members import MODEL
 from nanoslip.study.dataset.variables import DRIVE_NAME, parameters
-from nanoslip.study.manifest.columns import shown
+from nanoslip.study.manifest.checker import shown
 from nanoslip.study.manifest.parameters import TABLES, Value, words_of
 from nanoslip.study.origin import Origin
 from nanoslip.study.toml_text import from_toml

@@ -12,7 +12,7 @@ from jinja2.sandbox import SandboxedEnvironment
 from nanoslip.study import shipped
 from nanoslip.study.execution.launch import WARNING
 from nanoslip.study.exit_codes import INTERRUPTED
-from nanoslip.study.manifest.columns import ONE_LINE, ManifestError, one_line, path_shown, read_text, shown
+from nanoslip.study.manifest.checker import ONE_LINE, ManifestError, one_line, path_shown, read_text, shown
 from nanoslip.study.toml_text import from_toml
 
 TEMPLATE = "job.sh.j2"

@@ -27,8 +27,8 @@ from nanoslip.study.accuracy.digit import (
 from nanoslip.study.accuracy.measurement import measure_another_digit
 from nanoslip.study.accuracy.setup import FULL, QUICK, default_setup, digit_setups, first_of
 from nanoslip.study.accuracy.table import as_table
-from nanoslip.study.manifest.columns import ManifestError
-from nanoslip.study.manifest.drives import NamedDrive
+from nanoslip.study.manifest.checker import ManifestError
+from nanoslip.study.manifest.manifest import NamedDrive
 from nanoslip.study.manifest.reader import load_manifest
 from tests.conftest import Main
 

@@ -12,7 +12,7 @@ from nanoslip.solver.slab import Slab
 from nanoslip.study.dataset import file, verification
 from nanoslip.study.dataset.comparison import Verdict
 from nanoslip.study.discretization.front import Measured, as_text
-from nanoslip.study.manifest.columns import ManifestError
+from nanoslip.study.manifest.checker import ManifestError
 from nanoslip.study.origin import computing
 from nanoslip.study.plan.tasks import Task, run_task
 from nanoslip.study.results.store import Store, StoreError

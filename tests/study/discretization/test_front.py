@@ -19,7 +19,7 @@ from nanoslip.study.discretization.front import (
     load_front,
     pareto_front,
 )
-from nanoslip.study.manifest.columns import ManifestError
+from nanoslip.study.manifest.checker import ManifestError
 
 
 def contact(half_width: float, slab: Slab | None = None, **others: object) -> Case:

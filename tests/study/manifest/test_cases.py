@@ -14,7 +14,7 @@ from nanoslip.solver.outcome import Ending, InvalidInput
 from nanoslip.solver.slab import Slab
 from nanoslip.study.canonical import content_hash
 from nanoslip.study.manifest.cases import expand
-from nanoslip.study.manifest.columns import ManifestError
+from nanoslip.study.manifest.checker import ManifestError
 from nanoslip.study.manifest.manifest import Manifest
 from nanoslip.study.manifest.parameters import LIMITS, TABLES, make_case, words, words_of
 from nanoslip.study.manifest.reader import load_manifest

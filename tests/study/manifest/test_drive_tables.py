@@ -8,9 +8,8 @@ import pytest
 
 from nanoslip.solver.drive import Drive, Scales
 from nanoslip.solver.outcome import Ending, InvalidInput
-from nanoslip.study.manifest.columns import ManifestError
-from nanoslip.study.manifest.drives import NamedDrive, drive_parameters
-from nanoslip.study.manifest.manifest import Manifest
+from nanoslip.study.manifest.checker import ManifestError
+from nanoslip.study.manifest.manifest import Manifest, NamedDrive, drive_parameters
 from nanoslip.study.manifest.reader import load_manifest
 
 TABLE = '[[drives]]\nname = "a"\n'

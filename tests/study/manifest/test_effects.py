@@ -18,10 +18,9 @@ from nanoslip.solver.slab import Slab
 from nanoslip.solver.sliding.slide import slide_to_state
 from nanoslip.study.dataset.collection.collect import collect
 from nanoslip.study.dataset.groups import groups_of
-from nanoslip.study.manifest.columns import ManifestError
-from nanoslip.study.manifest.drives import NamedDrive
-from nanoslip.study.manifest.effects import effects
-from nanoslip.study.manifest.reader import load_manifest
+from nanoslip.study.manifest.checker import ManifestError
+from nanoslip.study.manifest.manifest import NamedDrive
+from nanoslip.study.manifest.reader import effects, load_manifest
 from nanoslip.study.plan.kinds import compliance as compliance_kind
 from nanoslip.study.plan.kinds import drive as drive_kind
 from nanoslip.study.plan.kinds import record as record_kind

@@ -16,9 +16,8 @@ from nanoslip.study.dataset import file
 from nanoslip.study.dataset.collection.collect import collect
 from nanoslip.study.dataset.variables import factors
 from nanoslip.study.discretization.front import SHIPPED, load_front
-from nanoslip.study.manifest.columns import ManifestError
-from nanoslip.study.manifest.drives import drive_parameters
-from nanoslip.study.manifest.manifest import EnsembleTable, Outputs
+from nanoslip.study.manifest.checker import ManifestError
+from nanoslip.study.manifest.manifest import EnsembleTable, Outputs, drive_parameters
 from nanoslip.study.manifest.parameters import TABLES, words_of
 from nanoslip.study.manifest.reader import load_manifest
 from nanoslip.study.plan.plan import make_plan

@@ -9,9 +9,8 @@ import pytest
 from nanoslip.solver.drive import Scales
 from nanoslip.solver.ensemble import ALONE, Ensemble
 from nanoslip.study.manifest.cases import expand
-from nanoslip.study.manifest.columns import MOST_LINES, ManifestError
-from nanoslip.study.manifest.drives import NamedDrive, drive_parameters
-from nanoslip.study.manifest.manifest import Manifest, Outputs, field_names
+from nanoslip.study.manifest.checker import MOST_LINES, ManifestError
+from nanoslip.study.manifest.manifest import Manifest, NamedDrive, Outputs, drive_parameters, field_names
 from nanoslip.study.manifest.parameters import TABLES, words_of
 from nanoslip.study.manifest.reader import SECONDS, load_manifest, parse_manifest
 from nanoslip.study.plan.plan import make_plan

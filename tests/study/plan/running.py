@@ -3,7 +3,7 @@
 from nanoslip.solver.case import Case
 from nanoslip.solver.drive import Drive, Scales
 from nanoslip.solver.slab import Slab
-from nanoslip.study.manifest.drives import NamedDrive
+from nanoslip.study.manifest.manifest import NamedDrive
 from nanoslip.study.plan.tasks import (
     Task,
     TaskResult,

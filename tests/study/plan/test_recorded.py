@@ -14,7 +14,7 @@ import pytest
 from nanoslip.solver.case import Case, Effects, Heterogeneity, SlipRule
 from nanoslip.solver.drive import Drive, Scales
 from nanoslip.solver.slab import Slab
-from nanoslip.study.manifest.drives import NamedDrive
+from nanoslip.study.manifest.manifest import NamedDrive
 from nanoslip.study.plan.keys import SOLVER_VERSION
 from nanoslip.study.plan.tasks import (
     Task,

@@ -5,7 +5,7 @@ import pytest
 from nanoslip.study.commands.shared.choice import assignments, chosen
 from nanoslip.study.commands.shared.exits import Refusal
 from nanoslip.study.manifest.cases import expand
-from nanoslip.study.manifest.columns import ManifestError
+from nanoslip.study.manifest.checker import ManifestError
 from nanoslip.study.manifest.reader import parse_manifest
 from tests.conftest import ROOT
 

@@ -10,7 +10,7 @@ from nanoslip.study.dataset.collection import pieces as pieces_module
 from nanoslip.study.dataset.collection.collect import collect
 from nanoslip.study.dataset.collection.pieces import InPieces, pieces
 from nanoslip.study.manifest.cases import CampaignCase, cases_of, expand
-from nanoslip.study.manifest.columns import ManifestError
+from nanoslip.study.manifest.checker import ManifestError
 from nanoslip.study.manifest.manifest import Manifest
 from nanoslip.study.manifest.reader import load_manifest, parse_manifest
 from nanoslip.study.plan.case_tasks import CaseTasks

@@ -24,7 +24,7 @@ from nanoslip.solver.drive import Scales
 from nanoslip.solver.elasticity.compliance import surface_compliance
 from nanoslip.solver.elasticity.schemes.chain import Chain
 from nanoslip.solver.slab import Slab, Support
-from nanoslip.study.manifest.drives import NamedDrive
+from nanoslip.study.manifest.manifest import NamedDrive
 from nanoslip.study.manifest.reader import load_manifest
 from nanoslip.study.plan.cost import rates
 from nanoslip.study.plan.cost.counts import events_of, lateral_stiffness

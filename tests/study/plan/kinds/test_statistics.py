@@ -10,7 +10,7 @@ import pytest
 from nanoslip.solver.ensemble import Ensemble
 from nanoslip.solver.outcome import Ending
 from nanoslip.solver.sliding.sizes import event_distributions
-from nanoslip.study.manifest.columns import ManifestError
+from nanoslip.study.manifest.checker import ManifestError
 from nanoslip.study.manifest.reader import load_manifest
 from nanoslip.study.plan.kinds.record import records_in
 from nanoslip.study.plan.plan import Plan, make_plan
