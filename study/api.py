@@ -30,7 +30,7 @@ from nanoslip.study.exit_codes import FAILURES, WRONG_INPUT
 from nanoslip.study.manifest.checker import ManifestError, read_text
 from nanoslip.study.manifest.manifest import Manifest
 from nanoslip.study.manifest.reader import load_manifest, parse_manifest
-from nanoslip.study.plan.memory import shortages
+from nanoslip.study.plan.outlook import shortages
 from nanoslip.study.plan.plan import Plan, make_plan
 from nanoslip.study.plan.tasks import Task
 from nanoslip.study.report.console import console

@@ -34,7 +34,7 @@ ORDER = {
     "nanoslip.study": "shipped toml_text exit_codes xarray_accessor garbage canonical provenance machine origin manifest "
     "discretization plan results dataset execution figures report accuracy api commands",
     "nanoslip.study.manifest": "parameters columns drives manifest checker reader effects cases",
-    "nanoslip.study.discretization": "front targets",
+    "nanoslip.study.plan.grids": "front targets",
     "nanoslip.study.plan": "task keys cost kinds tasks case_tasks order plan progress size outlook flags spans memory",
     "nanoslip.study.plan.cost": "rates counts seconds arrays",
     "nanoslip.study.plan.kinds": "kind compliance contact record statistics states drive",

@@ -7,8 +7,8 @@ import numpy as np
 import xarray as xr
 from numpy.typing import NDArray
 
-from nanoslip.study.discretization.front import pareto_front
 from nanoslip.study.manifest.parameters import Value
+from nanoslip.study.plan.grids import pareto_front
 
 Row = Mapping[str, Value]
 

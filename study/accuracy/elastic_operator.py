@@ -23,9 +23,9 @@ from nanoslip.solver.sliding.slide import slide
 from nanoslip.study.accuracy.diagram import Diagram, Row
 from nanoslip.study.accuracy.setup import Effort, Setup, contacts
 from nanoslip.study.accuracy.timing import timed
-from nanoslip.study.discretization.front import Measured, alike, discretized, hertz_half_width, settings
 from nanoslip.study.manifest import parameters
 from nanoslip.study.manifest.parameters import Value
+from nanoslip.study.plan.grids import Measured, alike, discretized, hertz_half_width, settings
 
 Vector = NDArray[np.float64]
 

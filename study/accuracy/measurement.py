@@ -22,7 +22,7 @@ from nanoslip.study.accuracy.table import as_markdown
 from nanoslip.study.accuracy.timing import machine
 from nanoslip.study.dataset.file import write as write_dataset
 from nanoslip.study.dataset.groups import carrying
-from nanoslip.study.discretization.front import Measured, as_text
+from nanoslip.study.plan.grids import Measured, as_text
 from nanoslip.study.results.entry import written_whole
 from nanoslip.study.results.store import StoreError
 

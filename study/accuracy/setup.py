@@ -8,10 +8,10 @@ import numpy as np
 from nanoslip.solver.case import Case, Heterogeneity
 from nanoslip.solver.drive import Scales
 from nanoslip.solver.slab import Slab
-from nanoslip.study.discretization.front import discretized
 from nanoslip.study.manifest.cases import expand
 from nanoslip.study.manifest.checker import ManifestError, shown
 from nanoslip.study.manifest.manifest import Manifest, NamedDrive
+from nanoslip.study.plan.grids import discretized
 
 
 @dataclass(frozen=True, slots=True)

@@ -8,9 +8,9 @@ from typing import Final
 
 from nanoslip.study.canonical import content_hash
 from nanoslip.study.dataset.seal import seal_of
-from nanoslip.study.discretization.front import load_front
 from nanoslip.study.manifest.manifest import Manifest
 from nanoslip.study.origin import all_sources_hash
+from nanoslip.study.plan.grids import load_front
 from nanoslip.study.results.entry import written_whole
 from nanoslip.study.results.store import Store
 

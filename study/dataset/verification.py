@@ -34,8 +34,7 @@ from nanoslip.study.manifest.cases import CampaignCase
 from nanoslip.study.manifest.manifest import Manifest
 from nanoslip.study.manifest.reader import parse_manifest
 from nanoslip.study.origin import Origin, computing
-from nanoslip.study.plan.plan import Plan, make_plan, plan_of
-from nanoslip.study.plan.progress import NOTHING_KNOWN, PENDING
+from nanoslip.study.plan.plan import NOTHING_KNOWN, PENDING, Plan, make_plan, plan_of
 from nanoslip.study.plan.task import Task
 from nanoslip.study.provenance import UNKNOWN
 from nanoslip.study.results.store import Store, StoreError

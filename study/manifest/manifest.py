@@ -256,7 +256,7 @@ class Manifest:
     ensemble: Ensemble = ALONE
     """How many starts of every case are computed."""
     accuracy: float | None = None
-    """Relative error asked for instead of a discretization (see nanoslip.study.discretization.front)."""
+    """Relative error asked for instead of a discretization (see nanoslip.study.plan.grids)."""
     front: Path | None = None
     """File of the measured front to choose the discretization from; None for the one that comes with this package."""
     front_text: str | None = None

@@ -1,11 +1,21 @@
 """Forecast for a plan's cases before anything is computed: validity flags, and lengths of records."""
 
+import functools
+import heapq
 import math
+import operator
+import os
+from collections.abc import Callable, Sequence
+from operator import attrgetter
 from typing import NamedTuple
 
-from nanoslip.solver.sliding.validity import expected_flags, mask_of
-from nanoslip.study.plan.cost.counts import expected_displacement
+from nanoslip.solver.case import Case
+from nanoslip.solver.sliding.validity import FLAGS, expected_flags, mask_of
+from nanoslip.study.manifest.parameters import Value, in_words
+from nanoslip.study.plan.cost import expected_displacement, record_bytes
 from nanoslip.study.plan.plan import Plan
+from nanoslip.study.plan.task import TaskResult
+from nanoslip.study.plan.tasks import Task, compliance_needs
 
 
 class Outlook(NamedTuple):
@@ -30,3 +40,141 @@ def outlook_of(plan: Plan) -> Outlook:
             shortest, longest = min(shortest, span), max(longest, span)
         masks.append(mask_of(expected_flags(case, displacement)) if case is not None else 0)
     return Outlook(bytes(masks), shortest, longest)
+
+
+# Validity flags of a campaign's cases in words: one line for each flag, on the terminal and in the report.
+
+_OF_CONTACTS = ("contact", "record")
+"""Kinds of task whose results have flags."""
+
+
+def flag_lines(masks: Sequence[int], words: Callable[[int], str]) -> list[str]:
+    """For each flag that any case has: number of cases, the first one, meaning and advice.
+
+    masks: the flags of every case, as bits. words: a case's number -> what tells it from the others, empty for a single case.
+    """
+    lines = []
+    for flag in FLAGS:
+        having = [number for number, mask in enumerate(masks) if mask & flag.mask]
+        if having:
+            first = words(having[0])
+            where = f"{len(having)} of {len(masks)} cases" + (f", first {first}" if first else "")
+            lines.append(f"{flag.name}: {where}: {flag.meaning}; {flag.advice}")
+    return lines
+
+
+def flags_of(case: Case, result: TaskResult) -> int | None:
+    """The flags that any member's contact or record has, as bits; where no contact was reached, those to be expected of it.
+
+    None for other kinds of results.
+    """
+    if result.kind not in _OF_CONTACTS:
+        return None
+    reached = [
+        int(flags)
+        for flags, width in zip(
+            *(result.scalars.get(name, ()) for name in ("validity_flags", "contact_half_width")), strict=True
+        )
+        if not math.isnan(width)
+    ]
+    return functools.reduce(operator.or_, reached) if reached else mask_of(expected_flags(case))
+
+
+def expected_lines(plan: Plan, outlook: Outlook) -> list[str]:
+    """What is to be expected of a plan's cases before anything is computed; nothing of refused ones."""
+    varying = [name for name, values in plan.manifest.axes.items() if len(values) > 1]
+
+    def words(number: int) -> str:
+        point = plan.cases[number].parameters
+        return in_words(", ".join(f"{name} = {_short(point[name])}" for name in varying if name in point))
+
+    return flag_lines(outlook.masks, words)
+
+
+def _short(value: Value) -> str:
+    return f"{value:.6g}" if isinstance(value, float) else str(value)
+
+
+# Lengths of a plan's records in node spacings, after which the surface repeats.
+
+
+def span_line(outlook: Outlook) -> str:
+    """The number of node spacings that the records will span; empty where nothing slides."""
+    if math.isinf(outlook.shortest):
+        return ""
+    low, high = f"{outlook.shortest:.2g}", f"{outlook.longest:.2g}"
+    span = low if low == high else f"{low} to {high}"
+    return f"each record slides the pin over about {span} node spacings (to a factor of 3); the surface repeats every spacing"
+
+
+# Whether tasks fit the memory of the machine that is to compute them: it depends on the machine, so it is no case's
+# outcome.
+
+PROGRAM = 2e8
+"""Bytes of a process that has computed nothing yet."""
+NAMED = 5
+"""Tasks that are named where many do not fit."""
+
+
+def machine_memory() -> float:
+    """Bytes of physical memory of this machine; infinite where the system does not say."""
+    try:
+        return float(os.sysconf("SC_PAGE_SIZE")) * float(os.sysconf("SC_PHYS_PAGES"))
+    except (ValueError, OSError, AttributeError):
+        return math.inf
+
+
+def shortages(planned: Plan, tasks: Sequence[Task], ranks: int = 1) -> tuple[str, ...]:
+    """One line for each of these tasks that this machine has no memory for, the worst first; else one where it has none for
+    the largest ones at once, as many as it has ranks. Empty where all fit."""
+    there, path = machine_memory(), planned.manifest.path
+    if ranks * _most(tasks) <= there:
+        return ()
+    worst = heapq.nlargest(max(NAMED, ranks), tasks, key=need_of)
+    large = sum(need_of(task) > there for task in tasks) if need_of(*worst[:1]) > there else 0
+    named = worst[: min(large, NAMED)]
+    lines = [f"{path}: {_named(task)}: {_in_gigabytes(need_of(task), there)}: {_advice(task)}" for task in named]
+    if large > NAMED:
+        lines.append(f"{path}: {large - NAMED} more tasks need more memory than this machine has")
+    together = need_of(*worst[:ranks])
+    if not large and together > there:
+        fitting = max(count for count in range(1, ranks) if need_of(*worst[:count]) <= there)
+        advice = f"start at most {fitting}, or use more machines"
+        lines.append(f"{path}: {ranks} ranks on one machine: {_in_gigabytes(together, there)}: {advice}")
+    return tuple(lines)
+
+
+def _most(tasks: Sequence[Task]) -> float:
+    """No task of these needs more; said faster than what the worst ones need, as there may be millions."""
+    memory, n_x = (max(map(attrgetter(name), tasks), default=0) for name in ("memory", "slab.n_x"))
+    return PROGRAM + float(memory) + _map_bytes(n_x)
+
+
+def need_of(*tasks: Task) -> float:
+    """Bytes that processes with one task of a plan each need; all that read a compliance map the same copy of it."""
+    read = {task.slab for task in tasks if task.needs[:1] == compliance_needs(task.slab)}
+    return sum(_map_bytes(slab.n_x) for slab in read) + sum(PROGRAM + task.memory for task in tasks)
+
+
+def _map_bytes(n_x: int) -> float:
+    return 8.0 * (2.0 * n_x) ** 2
+
+
+def _named(task: Task) -> str:
+    """The task by its label, and the size that decides."""
+    size = f"n_x={task.slab.n_x}"
+    return task.label if size in task.label.split() else f"{task.label} {size}"
+
+
+def _in_gigabytes(need: float, there: float) -> str:
+    return f"needs about {need / 1e9:.3g} GB of memory, this machine has {there / 1e9:.3g} GB"
+
+
+def _advice(task: Task) -> str:
+    if (
+        task.kind == "record"
+        and task.case is not None
+        and task.ensemble.likely * record_bytes(task.case) > task.memory / 2.0
+    ):
+        return "use fewer limits.events, a shorter limits.displacement, or a machine with more memory"
+    return "use a smaller n_x, or a machine with more memory"

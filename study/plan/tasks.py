@@ -8,7 +8,7 @@ from typing import Final
 from nanoslip.solver.outcome import Ending, Outcome, SolverError
 from nanoslip.study.manifest.manifest import Manifest
 from nanoslip.study.origin import computing, stemming
-from nanoslip.study.plan.cost.rates import TASK
+from nanoslip.study.plan.cost import TASK
 from nanoslip.study.plan.kinds.compliance import COMPLIANCE, compliance_needs, compliance_task
 from nanoslip.study.plan.kinds.contact import CONTACT, contact_task
 from nanoslip.study.plan.kinds.drive import DRIVE, drive_task

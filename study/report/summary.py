@@ -32,8 +32,8 @@ from nanoslip.study.figures.sweep.label import in_unit, readable, said, symbol, 
 from nanoslip.study.figures.sweep.points import listed
 from nanoslip.study.manifest.manifest import Stage, TargetTable
 from nanoslip.study.manifest.parameters import Value
-from nanoslip.study.plan.flags import flag_lines
-from nanoslip.study.plan.progress import PENDING
+from nanoslip.study.plan.outlook import flag_lines
+from nanoslip.study.plan.plan import PENDING
 from nanoslip.study.report.console import Table
 from nanoslip.study.toml_text import from_toml
 

@@ -19,7 +19,7 @@ import numpy as np
 from nanoslip.solver import Case, Slab, contact_state, friction_record, surface_compliance
 from nanoslip.solver.contact.compiled_contact import margin
 from nanoslip.solver.sliding.slide import slide_to_state
-from nanoslip.study.plan.memory import machine_memory
+from nanoslip.study.plan.outlook import machine_memory
 from tests.benchmarks.far_field import far_field_row
 from tests.benchmarks.table import Row, seconds
 

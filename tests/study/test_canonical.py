@@ -15,7 +15,7 @@ from nanoslip.solver.case import Case, Heterogeneity
 from nanoslip.solver.slab import Slab
 from nanoslip.study import canonical
 from nanoslip.study.canonical import CanonicalText, Texts, canonical_text, content_hash
-from nanoslip.study.plan.keys import OF_CONTACT, OF_RECORD, deciding, deciding_texts, flattened
+from nanoslip.study.plan.task import OF_CONTACT, OF_RECORD, deciding, deciding_texts, flattened
 from tests.study.plan.test_keys import BASES, Greased, changed
 
 

@@ -13,7 +13,7 @@ from nanoslip.study.commands.shared.machine import print_json
 from nanoslip.study.commands.shared.plans import Standing, advised, counted, kinds_as_data, print_foreign, standing
 from nanoslip.study.commands.shared.refusals import refusals
 from nanoslip.study.execution.forecast import duration
-from nanoslip.study.plan.progress import PENDING, ended
+from nanoslip.study.plan.plan import PENDING, ended
 from nanoslip.study.report.console import Table, console, print_table, say, table_text
 
 _GIVEN_UP: Final = "are not tried any more: failed, or need one that has"

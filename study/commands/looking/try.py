@@ -16,7 +16,7 @@ from nanoslip.study.figures.shared.canvas import format_of
 from nanoslip.study.manifest.cases import campaign_of
 from nanoslip.study.manifest.checker import ManifestError, number_or_text
 from nanoslip.study.manifest.parameters import make_case, words
-from nanoslip.study.plan.keys import idle
+from nanoslip.study.plan.task import idle
 from nanoslip.study.report.console import print_sentences
 
 

@@ -6,9 +6,9 @@ from pathlib import Path
 from nanoslip.study.accuracy.effects import Influence, Scenes, influences, scenes_of
 from nanoslip.study.commands.shared.plans import counted
 from nanoslip.study.commands.shared.refusals import refusals
-from nanoslip.study.discretization.targets import settled
 from nanoslip.study.manifest.cases import expand
 from nanoslip.study.manifest.reader import load_manifest
+from nanoslip.study.plan.grids import settled
 from nanoslip.study.report.console import Table, print_sentences, print_table, say
 
 _HEADER = ("effect", "number", "change ±", "seconds ×", "setting")

@@ -22,7 +22,7 @@ from nanoslip.study.execution.journal import Journal, measured_in
 from nanoslip.study.execution.ledger import Tally
 from nanoslip.study.execution.progress import open_progress
 from nanoslip.study.exit_codes import FAILURES, INTERRUPTED
-from nanoslip.study.plan.memory import shortages
+from nanoslip.study.plan.outlook import shortages
 from nanoslip.study.plan.plan import Plan
 from nanoslip.study.plan.tasks import Task
 from nanoslip.study.report.console import console, say

@@ -17,7 +17,7 @@ from nanoslip.study.dataset.members import means_of
 from nanoslip.study.dataset.variables import OUTCOMES
 from nanoslip.study.garbage import all_kept
 from nanoslip.study.manifest.manifest import Manifest
-from nanoslip.study.plan.progress import PENDING
+from nanoslip.study.plan.plan import PENDING
 from nanoslip.study.report.console import counting, print_sentences, print_table, say, whole
 from nanoslip.study.report.summary import (
     MOST_LINES,

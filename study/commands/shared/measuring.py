@@ -6,7 +6,7 @@ from typing import Final
 import threadpoolctl
 
 from nanoslip.study.execution.forecast import Measured
-from nanoslip.study.plan.cost.rates import TASK
+from nanoslip.study.plan.cost import TASK
 from nanoslip.study.plan.plan import Plan
 from nanoslip.study.plan.tasks import Task, TaskResult, run_task
 

@@ -15,9 +15,8 @@ from nanoslip.study.garbage import all_kept, keep_for_good
 from nanoslip.study.manifest.manifest import Manifest
 from nanoslip.study.manifest.reader import load_manifest
 from nanoslip.study.origin import Origins, census, here
-from nanoslip.study.plan.keys import idle
-from nanoslip.study.plan.plan import Plan, make_plan
-from nanoslip.study.plan.progress import KindCount, kind_counts
+from nanoslip.study.plan.plan import KindCount, Plan, kind_counts, make_plan
+from nanoslip.study.plan.task import idle
 from nanoslip.study.plan.tasks import Task
 from nanoslip.study.report.console import counting, say, whole
 from nanoslip.study.results.shard import folders

@@ -10,7 +10,7 @@ from nanoslip.study.dataset.access.tidy import values_over
 from nanoslip.study.dataset.collection.counted import counted
 from nanoslip.study.dataset.variables import DRIVE_NAME, MEMBERS, OUTCOMES, parameters
 from nanoslip.study.manifest.parameters import Value
-from nanoslip.study.plan.progress import NOTHING_KNOWN
+from nanoslip.study.plan.plan import NOTHING_KNOWN
 
 KINDS: Final = ("", "drive")
 """What rows are of: cases, or cases with a drive."""

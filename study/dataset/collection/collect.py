@@ -27,12 +27,11 @@ from nanoslip.study.dataset.collection.table import Declared, Whole
 from nanoslip.study.dataset.file import CHOSEN, FORMAT, VERSION
 from nanoslip.study.dataset.groups import carrying
 from nanoslip.study.dataset.variables import SOFTWARE, Group, all_groups
-from nanoslip.study.discretization.front import Front, load_front
-from nanoslip.study.discretization.targets import chosen
 from nanoslip.study.manifest.cases import Heard, same
 from nanoslip.study.manifest.checker import ManifestError
 from nanoslip.study.manifest.manifest import Manifest
 from nanoslip.study.origin import Origin
+from nanoslip.study.plan.grids import Front, chosen, load_front
 from nanoslip.study.plan.tasks import needed_kinds
 from nanoslip.study.results.store import Store
 

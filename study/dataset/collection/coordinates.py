@@ -16,8 +16,8 @@ from nanoslip.study.dataset.variables import CASE_ID, parameters
 from nanoslip.study.manifest.cases import CampaignCase
 from nanoslip.study.manifest.manifest import Manifest
 from nanoslip.study.manifest.parameters import STANDARD
-from nanoslip.study.plan.keys import OF_ALL, OF_CONTACT, without_effect
 from nanoslip.study.plan.plan import Plan
+from nanoslip.study.plan.task import OF_ALL, OF_CONTACT, without_effect
 from nanoslip.study.plan.tasks import needed_kinds
 
 

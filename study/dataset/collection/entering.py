@@ -15,12 +15,11 @@ from nanoslip.study.dataset.collection.pieces import Planned, pieces
 from nanoslip.study.dataset.collection.ragged import Runs
 from nanoslip.study.dataset.collection.table import Declared, Results, Table
 from nanoslip.study.dataset.variables import DISCRETIZATION_ERROR, factors
-from nanoslip.study.discretization.front import Front
 from nanoslip.study.manifest.cases import CampaignCase
 from nanoslip.study.manifest.manifest import Manifest
 from nanoslip.study.origin import Origins
-from nanoslip.study.plan.plan import Plan
-from nanoslip.study.plan.progress import case_outcome, drive_outcome
+from nanoslip.study.plan.grids import Front
+from nanoslip.study.plan.plan import Plan, case_outcome, drive_outcome
 from nanoslip.study.results.store import Store, StoreError
 
 Keys = Mapping[tuple[str, str], str]

@@ -4,8 +4,8 @@ from collections.abc import Iterator, Mapping
 from typing import Final, Protocol
 
 from nanoslip.solver.outcome import Outcome
-from nanoslip.study.discretization.targets import settled
 from nanoslip.study.manifest.manifest import Manifest
+from nanoslip.study.plan.grids import settled
 from nanoslip.study.plan.plan import Plan, Planning, plan_of
 
 CASES: Final = 4096

@@ -32,9 +32,9 @@ from nanoslip.study.dataset.variables import (
 )
 from nanoslip.study.manifest.manifest import Manifest
 from nanoslip.study.origin import NOBODY, Origins, stemming
-from nanoslip.study.plan.flags import flags_of
 from nanoslip.study.plan.kinds.kind import left_out
-from nanoslip.study.plan.progress import PENDING
+from nanoslip.study.plan.outlook import flags_of
+from nanoslip.study.plan.plan import PENDING
 from nanoslip.study.plan.task import TaskResult
 from nanoslip.study.plan.tasks import KINDS, needed_kinds
 

@@ -9,8 +9,7 @@ from dataclasses import replace
 from itertools import accumulate
 from typing import Final, TypeVar
 
-from nanoslip.study.plan.case_tasks import TasksOfCases
-from nanoslip.study.plan.plan import Plan
+from nanoslip.study.plan.plan import Plan, TasksOfCases
 from nanoslip.study.results.shard import Shard
 
 LEAST: Final = 1e-3

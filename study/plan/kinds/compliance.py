@@ -7,11 +7,9 @@ from nanoslip.solver.contact.convolved import needs_no_matrix
 from nanoslip.solver.elasticity.compliance import surface_compliance
 from nanoslip.solver.slab import Slab
 from nanoslip.study.manifest.manifest import Manifest
-from nanoslip.study.plan.cost.arrays import condensation_bytes
-from nanoslip.study.plan.cost.seconds import condensation_seconds
-from nanoslip.study.plan.keys import task_key
+from nanoslip.study.plan.cost import condensation_bytes, condensation_seconds
 from nanoslip.study.plan.kinds.kind import Computed, Estimate, Kind, Wanted, disk_of
-from nanoslip.study.plan.task import Inputs, Task
+from nanoslip.study.plan.task import Inputs, Task, task_key
 
 NAME = "compliance"
 

@@ -19,9 +19,7 @@ from nanoslip.solver.parameter import quantity
 from nanoslip.solver.sliding.validity import Validity, contact_validity
 from nanoslip.study.canonical import CanonicalText
 from nanoslip.study.manifest.manifest import Manifest
-from nanoslip.study.plan.cost.arrays import contact_bytes
-from nanoslip.study.plan.cost.seconds import touch_seconds
-from nanoslip.study.plan.keys import of_contact, task_key
+from nanoslip.study.plan.cost import contact_bytes, touch_seconds
 from nanoslip.study.plan.kinds.compliance import contact_needs
 from nanoslip.study.plan.kinds.kind import (
     MEMBER,
@@ -40,7 +38,7 @@ from nanoslip.study.plan.kinds.kind import (
     scalars_only_mark,
     several,
 )
-from nanoslip.study.plan.task import Inputs, Task
+from nanoslip.study.plan.task import Inputs, Task, of_contact, task_key
 
 NAME = "contact"
 

@@ -19,9 +19,7 @@ from nanoslip.solver.sliding.plateau import Plateau
 from nanoslip.solver.sliding.record import FrictionRecord
 from nanoslip.study.canonical import CanonicalText, canonical_text
 from nanoslip.study.manifest.manifest import Manifest
-from nanoslip.study.plan.cost.counts import events_of
-from nanoslip.study.plan.cost.seconds import drive_seconds
-from nanoslip.study.plan.keys import task_key
+from nanoslip.study.plan.cost import drive_seconds, events_of
 from nanoslip.study.plan.kinds.compliance import compliance_needs
 from nanoslip.study.plan.kinds.kind import (
     MEMBER,
@@ -43,7 +41,7 @@ from nanoslip.study.plan.kinds.kind import (
     several,
 )
 from nanoslip.study.plan.kinds.record import Recorded, computed_record, record_task, records_in
-from nanoslip.study.plan.task import Inputs, Task
+from nanoslip.study.plan.task import Inputs, Task, task_key
 
 NAME = "drive"
 

@@ -19,10 +19,7 @@ from nanoslip.solver.sliding.statistics import EventStatistics, event_statistics
 from nanoslip.solver.sliding.validity import Validity, record_validity
 from nanoslip.study.canonical import CanonicalText
 from nanoslip.study.manifest.manifest import Manifest
-from nanoslip.study.plan.cost.arrays import record_bytes, sliding_bytes
-from nanoslip.study.plan.cost.counts import events_of
-from nanoslip.study.plan.cost.seconds import record_seconds
-from nanoslip.study.plan.keys import of_record, task_key
+from nanoslip.study.plan.cost import events_of, record_bytes, record_seconds, sliding_bytes
 from nanoslip.study.plan.kinds.compliance import compliance_needs
 from nanoslip.study.plan.kinds.kind import (
     MEMBER,
@@ -42,7 +39,7 @@ from nanoslip.study.plan.kinds.kind import (
     several,
     whole_again,
 )
-from nanoslip.study.plan.task import Inputs, Task, TaskResult
+from nanoslip.study.plan.task import Inputs, Task, TaskResult, of_record, task_key
 
 NAME = "record"
 Recorded = tuple[FrictionRecord, Plateau]

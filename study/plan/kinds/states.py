@@ -12,9 +12,7 @@ from nanoslip.solver.elasticity.compliance import Compliance
 from nanoslip.solver.elasticity.interior import InteriorFields, interior_fields
 from nanoslip.solver.sliding.slide import states_at
 from nanoslip.study.manifest.manifest import Manifest
-from nanoslip.study.plan.cost.arrays import contact_bytes, inside_bytes, sliding_bytes
-from nanoslip.study.plan.cost.seconds import states_seconds
-from nanoslip.study.plan.keys import of_contact, of_record, task_key
+from nanoslip.study.plan.cost import contact_bytes, inside_bytes, sliding_bytes, states_seconds
 from nanoslip.study.plan.kinds.compliance import compliance_needs, contact_needs
 from nanoslip.study.plan.kinds.contact import SurfaceNodes, seen_after
 from nanoslip.study.plan.kinds.kind import (
@@ -29,7 +27,7 @@ from nanoslip.study.plan.kinds.kind import (
     compliance_of,
     disk_of,
 )
-from nanoslip.study.plan.task import Inputs, Task
+from nanoslip.study.plan.task import Inputs, Task, of_contact, of_record, task_key
 
 NAME = "states"
 

@@ -7,12 +7,10 @@ from nanoslip.solver.case import Case
 from nanoslip.solver.ensemble import ALONE, Ensemble
 from nanoslip.solver.sliding.sizes import EventDistributions, SizeBins, event_distributions
 from nanoslip.study.manifest.manifest import Manifest
-from nanoslip.study.plan.cost.arrays import statistics_bytes
-from nanoslip.study.plan.cost.seconds import statistics_seconds
-from nanoslip.study.plan.keys import task_key
+from nanoslip.study.plan.cost import statistics_bytes, statistics_seconds
 from nanoslip.study.plan.kinds.kind import Computed, Estimate, Kind, Member, Part, Ragged, Wanted, case_of, disk_of
 from nanoslip.study.plan.kinds.record import record_task, records_in
-from nanoslip.study.plan.task import Inputs, Task
+from nanoslip.study.plan.task import Inputs, Task, task_key
 
 NAME = "statistics"
 

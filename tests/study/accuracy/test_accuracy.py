@@ -20,10 +20,10 @@ from nanoslip.study.accuracy.elastic_operator import (
 )
 from nanoslip.study.accuracy.measurement import Measurement, as_dataset, measure
 from nanoslip.study.accuracy.setup import FULL, QUICK, default_setup, setup_of
-from nanoslip.study.discretization.front import alike, load_front
 from nanoslip.study.manifest.checker import ManifestError
 from nanoslip.study.manifest.manifest import NamedDrive
 from nanoslip.study.manifest.reader import load_manifest
+from nanoslip.study.plan.grids import alike, load_front
 from nanoslip.study.plan.plan import make_plan
 from tests.conftest import Main
 

@@ -11,9 +11,9 @@ from nanoslip.solver.outcome import UNDONE, Ending
 from nanoslip.solver.slab import Slab
 from nanoslip.study.dataset import file, verification
 from nanoslip.study.dataset.comparison import Verdict
-from nanoslip.study.discretization.front import Measured, as_text
 from nanoslip.study.manifest.checker import ManifestError
 from nanoslip.study.origin import computing
+from nanoslip.study.plan.grids import Measured, as_text
 from nanoslip.study.plan.tasks import Task, run_task
 from nanoslip.study.results.store import Store, StoreError
 from tests.conftest import SMALL
@@ -188,13 +188,13 @@ def test_a_missing_text_of_a_file_is_named(tmp_path):
 
 def test_a_front_that_was_measured_anew_chooses_nothing_and_judges_nothing(tmp_path, monkeypatch):
     path = computed(tmp_path / "campaign", "accuracy = 0.05\n" + RECORDS.replace("n_x = 17", ""))
-    from nanoslip.study.discretization import front
+    from nanoslip.study.plan import grids as front
 
     load = front.load_front
     (tmp_path / "new.json").write_text(FRONT)
     anew = replace(load(tmp_path / "new.json"), name="front.json")
     monkeypatch.setattr("nanoslip.study.dataset.collection.collect.load_front", lambda *_: anew)
-    monkeypatch.setattr("nanoslip.study.discretization.targets.load_front", lambda *_: anew)
+    monkeypatch.setattr("nanoslip.study.plan.grids.load_front", lambda *_: anew)
     assert verdicts(verified(path, tmp_path)) == 5 * [Verdict.IDENTICAL]
 
 

@@ -9,7 +9,8 @@ import pytest
 
 from nanoslip.solver.case import Case, Heterogeneity
 from nanoslip.solver.slab import Slab
-from nanoslip.study.discretization.front import (
+from nanoslip.study.manifest.checker import ManifestError
+from nanoslip.study.plan.grids import (
     Front,
     Measured,
     alike,
@@ -19,7 +20,6 @@ from nanoslip.study.discretization.front import (
     load_front,
     pareto_front,
 )
-from nanoslip.study.manifest.checker import ManifestError
 
 
 def contact(half_width: float, slab: Slab | None = None, **others: object) -> Case:

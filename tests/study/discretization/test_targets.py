@@ -6,11 +6,10 @@ import pytest
 
 from nanoslip.solver.case import Case
 from nanoslip.solver.slab import Slab
-from nanoslip.study.discretization.front import Front, Measured, as_text
-from nanoslip.study.discretization.targets import UnreachableError, cheapest
 from nanoslip.study.manifest import parameters
 from nanoslip.study.manifest.checker import ManifestError
 from nanoslip.study.manifest.reader import load_manifest
+from nanoslip.study.plan.grids import Front, Measured, UnreachableError, as_text, cheapest
 from nanoslip.study.plan.plan import make_plan
 from tests.conftest import Main
 

@@ -15,11 +15,11 @@ from nanoslip.solver.drive import Scales
 from nanoslip.study.dataset import file
 from nanoslip.study.dataset.collection.collect import collect
 from nanoslip.study.dataset.variables import factors
-from nanoslip.study.discretization.front import SHIPPED, load_front
 from nanoslip.study.manifest.checker import ManifestError
 from nanoslip.study.manifest.manifest import EnsembleTable, Outputs, drive_parameters
 from nanoslip.study.manifest.parameters import TABLES, words_of
 from nanoslip.study.manifest.reader import load_manifest
+from nanoslip.study.plan.grids import SHIPPED, load_front
 from nanoslip.study.plan.plan import make_plan
 from nanoslip.study.results.store import Store
 
@@ -169,7 +169,7 @@ def test_a_value_that_is_just_small_enough_survives_to_the_dataset(tmp_path: Pat
 
 def fronts() -> Iterator[tuple[str, str | bytes]]:
     """A front with one thing wrong each."""
-    whole = json.loads((resources.files("nanoslip.study.discretization") / SHIPPED).read_text("utf-8"))
+    whole = json.loads((resources.files("nanoslip.study.plan.grids") / SHIPPED).read_text("utf-8"))
     whole["rows"] = whole["rows"][:2]
     nonsense: list[Any] = [
         None,

@@ -4,7 +4,7 @@ from collections.abc import Iterator
 
 from nanoslip.solver.outcome import COMPLETED
 from nanoslip.study.manifest.cases import CampaignCase, Labels
-from nanoslip.study.plan.case_tasks import TasksOfCases
+from nanoslip.study.plan.plan import TasksOfCases
 
 KEYS: list[dict[tuple[str, str], str]] = [
     {("compliance", ""): "c", ("record", ""): "r0"},

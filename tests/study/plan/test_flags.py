@@ -18,9 +18,8 @@ from nanoslip.solver.sliding.validity import FEW_NODES, FLAGS, NEAR_ENDS, WHOLE_
 from nanoslip.study.dataset import file
 from nanoslip.study.dataset.collection.collect import collect
 from nanoslip.study.manifest.reader import load_manifest
-from nanoslip.study.plan.cost.counts import expected_displacement
-from nanoslip.study.plan.flags import expected_lines, flag_lines
-from nanoslip.study.plan.outlook import outlook_of
+from nanoslip.study.plan.cost import expected_displacement
+from nanoslip.study.plan.outlook import expected_lines, flag_lines, outlook_of
 from nanoslip.study.plan.plan import Plan, make_plan
 from nanoslip.study.plan.tasks import run_task
 from nanoslip.study.report import page as report_page

@@ -13,7 +13,7 @@ from nanoslip.study.commands import cli
 from nanoslip.study.execution.launch import processes_here
 from nanoslip.study.execution.ledger import ATTEMPTS, Ledger, attempt
 from nanoslip.study.manifest.reader import load_manifest
-from nanoslip.study.plan import memory
+from nanoslip.study.plan import outlook as memory
 from nanoslip.study.plan.kinds import compliance as compliance_kind
 from nanoslip.study.plan.plan import Plan, make_plan
 from nanoslip.study.plan.tasks import compliance_task, run_task

@@ -4,7 +4,7 @@ import random
 from dataclasses import replace
 
 from nanoslip.solver.slab import Slab
-from nanoslip.study.plan.order import longest_chain_first
+from nanoslip.study.plan.plan import longest_chain_first
 from nanoslip.study.plan.task import Task
 from nanoslip.study.plan.tasks import KINDS
 

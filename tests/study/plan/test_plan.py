@@ -11,7 +11,7 @@ import pytest
 
 from nanoslip.study.manifest.manifest import Manifest
 from nanoslip.study.manifest.reader import load_manifest
-from nanoslip.study.plan.memory import need_of
+from nanoslip.study.plan.outlook import need_of
 from nanoslip.study.plan.plan import Plan, make_plan
 from nanoslip.study.plan.tasks import TaskResult, run_task
 

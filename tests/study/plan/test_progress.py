@@ -4,8 +4,7 @@ from pathlib import Path
 
 from nanoslip.solver.outcome import COMPLETED, Ending, Outcome
 from nanoslip.study.manifest.reader import parse_manifest
-from nanoslip.study.plan.plan import Plan, make_plan
-from nanoslip.study.plan.progress import PENDING, drive_outcome, ended
+from nanoslip.study.plan.plan import PENDING, Plan, drive_outcome, ended, make_plan
 from tests.conftest import SMALL
 
 LIMIT = Outcome(Ending.CASCADE_LIMIT, "one event needed too many slips")

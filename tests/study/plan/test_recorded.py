@@ -15,7 +15,7 @@ from nanoslip.solver.case import Case, Effects, Heterogeneity, SlipRule
 from nanoslip.solver.drive import Drive, Scales
 from nanoslip.solver.slab import Slab
 from nanoslip.study.manifest.manifest import NamedDrive
-from nanoslip.study.plan.keys import SOLVER_VERSION
+from nanoslip.study.plan.task import SOLVER_VERSION
 from nanoslip.study.plan.tasks import (
     Task,
     TaskResult,
@@ -98,7 +98,7 @@ def test_a_result_that_changed_has_another_solver_version(label: str) -> None:
         if name not in known or found.get(name) != pytest.approx(known[name], rel=TOLERANCE, abs=1e-15)
     }
     assert not new, (
-        f"results of '{label}' changed: raise the solver version (nanoslip.study.plan.keys), and record them "
+        f"results of '{label}' changed: raise the solver version (nanoslip.study.plan.task), and record them "
         f"anew: {new}"
     )
 

@@ -18,7 +18,7 @@ from nanoslip.solver.outcome import InvalidInput
 from nanoslip.solver.slab import Slab
 from nanoslip.solver.sliding.slide import slide_to_state
 from nanoslip.study.accuracy.elastic_operator import discretizations
-from nanoslip.study.discretization.front import load_front
+from nanoslip.study.plan.grids import load_front
 from tests.physics import stored_energy
 
 Vector = NDArray[np.float64]

@@ -13,8 +13,8 @@ from nanoslip.study.dataset import file
 from nanoslip.study.dataset.access.accessor import Accessor
 from nanoslip.study.dataset.collection.collect import collect
 from nanoslip.study.dataset.groups import groups_of
-from nanoslip.study.discretization.front import load_front
 from nanoslip.study.origin import Origin, computing
+from nanoslip.study.plan.grids import load_front
 from nanoslip.study.plan.plan import Plan
 from nanoslip.study.plan.tasks import TaskResult
 from nanoslip.study.results.store import Store, StoreError

@@ -13,8 +13,7 @@ from nanoslip.study.manifest.cases import CampaignCase, cases_of, expand
 from nanoslip.study.manifest.checker import ManifestError
 from nanoslip.study.manifest.manifest import Manifest
 from nanoslip.study.manifest.reader import load_manifest, parse_manifest
-from nanoslip.study.plan.case_tasks import CaseTasks
-from nanoslip.study.plan.plan import make_plan
+from nanoslip.study.plan.plan import CaseTasks, make_plan
 from nanoslip.study.results.store import Store
 from tests.conftest import PARTLY_REFUSED, SMALL
 from tests.study.dataset.campaigns import Build

@@ -26,10 +26,8 @@ from nanoslip.solver.elasticity.schemes.chain import Chain
 from nanoslip.solver.slab import Slab, Support
 from nanoslip.study.manifest.manifest import NamedDrive
 from nanoslip.study.manifest.reader import load_manifest
-from nanoslip.study.plan.cost import rates
-from nanoslip.study.plan.cost.counts import events_of, lateral_stiffness
-from nanoslip.study.plan.cost.rates import TASK
-from nanoslip.study.plan.cost.seconds import condensation_seconds, record_seconds
+from nanoslip.study.plan import cost as rates
+from nanoslip.study.plan.cost import TASK, condensation_seconds, events_of, lateral_stiffness, record_seconds
 from nanoslip.study.plan.plan import make_plan
 from nanoslip.study.plan.tasks import (
     Task,

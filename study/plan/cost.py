@@ -1,21 +1,20 @@
-"""How many steps a computation takes, before it is done: nodes in contact, events, slips, teeth, solutions.
-
-Two scaling laws describe sliding. The presliding length μ_i W/K, by which the pin moves until all nodes have slipped, takes
-`EVENTS` events for each node in contact. On the way of the pin every node regains, against its own stiffness, the shear that it
-loses in slips. Both hold to a factor of three: cascades are chaotic.
-"""
+"""Estimated cost of tasks: seconds on one core, bytes of memory."""
 
 import itertools
 import math
+from collections.abc import Sequence
 from functools import lru_cache
+from typing import Final
 
 from nanoslip.solver.case import MOST_EVENTS, Case
 from nanoslip.solver.contact.closed_forms import winkler_half_width
 from nanoslip.solver.contact.compiled_contact import margin
+from nanoslip.solver.contact.convolved import needs_no_matrix
 from nanoslip.solver.contact.coulomb import LONGEST_STEP
 from nanoslip.solver.contact.normal import expected_half_width
 from nanoslip.solver.drive import Drive
 from nanoslip.solver.dynamics.friction_limit import COARSE
+from nanoslip.solver.dynamics.stick_slip import MOST_SAMPLES, MOST_SLIPS
 from nanoslip.solver.elasticity.grid import confined_modulus
 from nanoslip.solver.elasticity.grid_scheme import GridScheme, grid_scheme
 from nanoslip.solver.elasticity.schemes.chain import Chain, spring_stiffness
@@ -23,7 +22,48 @@ from nanoslip.solver.elasticity.schemes.column import trunk
 from nanoslip.solver.last import of_the_last
 from nanoslip.solver.slab import Slab
 from nanoslip.solver.sliding.kernels.slide import STRETCHES
-from nanoslip.solver.sliding.slide import OFF_THE_SLAB, farthest
+from nanoslip.solver.sliding.slide import FIRST_CAPACITY, OFF_THE_SLAB, farthest
+
+# What one step of each computation takes: seconds on one core of an ordinary machine.
+#
+# A prediction is a number of steps (`counts`) times their rate, to a factor of three. What a machine and a campaign
+# really take is
+# measured: the first finished tasks of a campaign scale the predictions for the others, kind by kind
+# (nanoslip.study.execution.forecast).
+
+TASK: Final = 1e-3
+"""Of any task: hand out, read, write."""
+NODE: Final = 2e-5
+"""Of a slab's grid, whose stiffness is assembled and condensed."""
+ENTRY: Final = 2e-8
+"""Of a dense matrix that is written and updated."""
+SOLVE: Final = 2e-10
+"""Of the cube of the unknowns of a dense solution."""
+CONTACT: Final = 1e-3
+"""Of one search for the contact, besides its solutions."""
+CONVOLUTION: Final = 1.5e-7
+"""Of a surface node times the binary digits of their number, in a search for the contact without a matrix."""
+SLIP: Final = 1e-9
+"""Of an entry of the row that a slip of a node adds to the state."""
+EVENT: Final = 1e-6
+"""Of an event of a record: written, and read for its scalars."""
+STATISTICS: Final = 0.7
+"""Of the distributions of event sizes of a member: fits of drawn samples."""
+STEP: Final = 6e-8
+"""Of a drive: a tooth passed, a time step, a sample."""
+RINGING: Final = 5e-6
+"""Of a drive's time, counted in periods of the contact's own oscillation over 2 π."""
+FIT: Final = 1.2e-5
+"""Of a sample and a slip in the fit of the closed form."""
+
+
+# How many steps a computation takes, before it is done: nodes in contact, events, slips, teeth, solutions.
+#
+# Two scaling laws describe sliding. The presliding length μ_i W/K, by which the pin moves until all nodes have
+# slipped, takes
+# `EVENTS` events for each node in contact. On the way of the pin every node regains, against its own stiffness, the
+# shear that it
+# loses in slips. Both hold to a factor of three: cascades are chaotic.
 
 EVENTS = 6.0
 """Events in a presliding length for each node in contact, at residual_shear 0."""
@@ -199,3 +239,143 @@ def pulled(drive: Drive, case: Case) -> tuple[float, float]:
     if drive.max_slips is not None and slips > drive.max_slips:
         return way * drive.max_slips / slips, float(drive.max_slips)
     return way, slips
+
+
+# Seconds of each kind of computation, to a factor of three: its steps, counted, times their rates.
+
+
+def compliance_seconds(case: Case, slides: bool) -> float:
+    """Seconds of the compliance of a case's slab; none where nothing reads its matrix."""
+    return 0.0 if needs_no_matrix(case) and not slides else condensation_seconds(case.slab)
+
+
+def condensation_seconds(slab: Slab) -> float:
+    """Seconds of `surface_compliance`."""
+    return NODE * grid_nodes(slab) + ENTRY * slab.n_x**2
+
+
+def touch_seconds(case: Case) -> float:
+    """Seconds of initial contact that nothing follows."""
+    if not needs_no_matrix(case):
+        return contact_seconds(case)
+    n_x = case.slab.n_x
+    rounds = 0.5 * math.cbrt(n_x) if touches_in_spots(case) else 1.0  # conjugate gradients, over those of one spot
+    return CONTACT + CONVOLUTION * n_x * math.log2(n_x) * rounds
+
+
+def contact_seconds(case: Case) -> float:
+    """Seconds of initial contact, found from the matrix of the slab's compliance."""
+    nodes = math.sqrt(hertz_nodes(case) * contact_nodes(case))
+    unknowns = nodes if without_shear(case) else 2.0 * nodes
+    updates = nodes if case.slip_rule.residual_shear == 1.0 else 0.0  # nodes come to slide one by one
+    return _solution_seconds(unknowns) + ENTRY * (unknowns**2 + updates * nodes**2)
+
+
+def record_seconds(case: Case) -> float:
+    """Seconds of a case's friction record, initial contact included."""
+    return contact_seconds(case) + _slide_seconds(case, events_of(case))
+
+
+def statistics_seconds() -> float:
+    """Seconds of the distributions of the sizes of a record's events."""
+    return STATISTICS
+
+
+def states_seconds(case: Case, events: Sequence[int], subsurface: bool) -> float:
+    """Seconds of the contacts after some events of a record, and of the inside of the slab there."""
+    last = min(float(max(events, default=0)), events_of(case))
+    inside = len(events) * NODE * grid_nodes(case.slab) if subsurface else 0.0
+    return inside + (contact_seconds(case) + _slide_seconds(case, last) if last else touch_seconds(case))
+
+
+def drive_seconds(drive: Drive, case: Case, fitted: bool = True) -> float:
+    """Seconds of motion and fit. A drive that ends after some slips is followed twice: to spread its samples over that."""
+    way, slips = pulled(drive, case)
+    passes = 1.0 if drive.max_slips is None else 2.0
+    fit = FIT * min(drive.samples, MOST_SAMPLES) * slips if fitted and slips < MOST_SLIPS else 0.0
+    return STEP * drive.samples + passes * _motion_seconds(drive, case, way) + fit
+
+
+def _slide_seconds(case: Case, events: float) -> float:
+    if case.slip_rule.residual_shear == 1.0:
+        return coulomb_steps(case, events) * _solution_seconds(2.0 * contact_nodes(case))
+    row = tableau_entries(case) if case.effects.pin_translation else contact_nodes(case)
+    return ENTRY * row**2 + SLIP * row * slips_of(case, events) + EVENT * events
+
+
+def _solution_seconds(unknowns: float) -> float:
+    return CONTACT + SOLVE * unknowns**3
+
+
+def _motion_seconds(drive: Drive, case: Case, way: float) -> float:
+    teeth = teeth_of(drive, case, way)
+    step: float | None = getattr(drive.integrator, "time_step", None)
+    if step is not None:
+        steps = drive.duration / step
+        looks = 1.0 + math.log2(1.0 + teeth / steps)  # for the tooth that a step ends on
+        return STEP * steps * looks if steps <= drive.step_limit else 0.0  # else refused
+    yields = teeth and drive.surface_compliance
+    ringing = RINGING * math.sqrt(lateral_stiffness(case)) * way / drive.stage_velocity if yields else 0.0
+    return STEP * min(teeth, drive.step_limit) + ringing
+
+
+# Bytes of the arrays of contacts and friction records while they are computed, to a factor of three.
+
+_FLOAT = 8.0
+_SYSTEMS = 5.0  # copies of its matrix that a contact holds at once
+_CONVOLVED = 40.0  # numbers for each surface node while a contact is looked for without a matrix
+_OF_A_SIZE = 25.0  # numbers for each event while its sizes are fitted
+_EVENT = 65.0  # bytes of an event in a record
+_INNER = 4500.0  # numbers for each surface node when the inside of the slab is solved for
+_NODE = 500.0  # numbers for each node of a slab's grid: its sparse stiffness, copies and products
+_SQUARE = (
+    12.0  # numbers for each square of a surface node: the compliance, its blocks, and those of even and odd fields
+)
+
+
+def condensation_bytes(slab: Slab) -> float:
+    """Bytes of arrays that `surface_compliance` holds at most at once, its result included."""
+    return _FLOAT * (_NODE * grid_nodes(slab) + _SQUARE * slab.n_x**2)
+
+
+def contact_bytes(case: Case) -> float:
+    """Bytes of arrays while initial contact is computed, beside the compliance, which is mapped."""
+    if needs_no_matrix(case):
+        return _FLOAT * _CONVOLVED * case.slab.n_x
+    return _FLOAT * _SYSTEMS * _touch_entries(case) ** 2
+
+
+def sliding_bytes(case: Case) -> float:
+    """The same while sliding on from initial contact, without the record itself."""
+    wide = 2.0 * case.slab.n_x
+    entries = max(_touch_entries(case), tableau_entries(case) if case.effects.pin_translation else contact_nodes(case))
+    anew = (
+        case.effects.pin_translation and not case.effects.coupling
+    )  # the compliance; else the displacements of the surface
+    whole = wide**2 if anew else wide * entries
+    return _FLOAT * (_SYSTEMS * entries**2 + whole)
+
+
+def inside_bytes(slab: Slab) -> float:
+    """The same of the displacements and stresses inside the slab."""
+    return _FLOAT * _INNER * slab.n_x
+
+
+def statistics_bytes(case: Case) -> float:
+    """The same of the distributions of the sizes of a record's events."""
+    return _FLOAT * _OF_A_SIZE * events_of(case)
+
+
+def record_bytes(case: Case) -> float:
+    """Room for the events, which doubles as they come, and the record made of them."""
+    events = events_of(case)
+    return _EVENT * max(min(FIRST_CAPACITY, float(case.max_events or FIRST_CAPACITY)) + events, 2.5 * events)
+
+
+def _touch_entries(case: Case) -> float:
+    """Entries of a row of the matrix of initial contact."""
+    if without_shear(case):
+        return contact_nodes(case)
+    if case.initial_contact == "gradual":
+        return 2.0 * case.slab.n_x + 1.0
+    return max(tableau_entries(case), 2.0 * hertz_nodes(case))

@@ -1,1 +1,0 @@
-"""Time and error of each discretization of the slab, and the choice of one for a campaign."""

@@ -1,1 +1,0 @@
-"""Estimated cost of tasks: seconds on one core, bytes of memory."""
