@@ -19,14 +19,6 @@ from nanoslip.study.dataset.access import accessor
 from nanoslip.study.dataset.access.concatenation import joined
 from nanoslip.study.dataset.collection.collect import collect
 from nanoslip.study.dataset.groups import loaded
-from nanoslip.study.execution.executor import drop_intermediates
-from nanoslip.study.execution.failures import Diary, left, unseen
-from nanoslip.study.execution.farms.farm import SerialFarm
-from nanoslip.study.execution.journal import Journal, measured_in
-from nanoslip.study.execution.ledger import Tally
-from nanoslip.study.execution.program import computing
-from nanoslip.study.execution.progress import open_progress
-from nanoslip.study.exit_codes import FAILURES, WRONG_INPUT
 from nanoslip.study.manifest.checker import ManifestError, read_text
 from nanoslip.study.manifest.manifest import Manifest
 from nanoslip.study.manifest.reader import load_manifest, parse_manifest
@@ -35,6 +27,12 @@ from nanoslip.study.plan.plan import Plan, make_plan
 from nanoslip.study.plan.tasks import Task
 from nanoslip.study.report.console import console
 from nanoslip.study.results.store import Lease, Store, StoreError, merge_shards
+from nanoslip.study.run.dispatch import Tally
+from nanoslip.study.run.executor import Diary, drop_intermediates, left, unseen
+from nanoslip.study.run.farm import SerialFarm
+from nanoslip.study.run.journal import Journal, measured_in
+from nanoslip.study.run.launch import FAILURES, WRONG_INPUT, computing
+from nanoslip.study.run.progress import open_progress
 from nanoslip.study.toml_text import as_toml
 
 Place = str | os.PathLike[str]

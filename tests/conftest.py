@@ -12,7 +12,7 @@ import pytest
 
 from nanoslip.study import xarray_accessor
 from nanoslip.study.commands import cli
-from nanoslip.study.execution.launch import pin_threads
+from nanoslip.study.run.launch import pin_threads
 
 # Before numpy is loaded: on small matrices a second thread costs more than it gains, most of all beside other work.
 UNPINNED = dict(os.environ)

@@ -46,8 +46,8 @@ ORDER = {
     "nanoslip.study.dataset.access": "selection single accessor tidy placement concatenation",
     "nanoslip.study.execution": "launch interruption program queue forecast progress ledger dispatch farms compiling "
     "executor failures journal batch",
-    "nanoslip.study.execution.compiling": "sawtooth miniatures warm_up",
-    "nanoslip.study.execution.batch": "cutting submission",
+    "nanoslip.study.run.warm_up": "sawtooth miniatures warm_up",
+    "nanoslip.study.run.batch": "cutting submission",
     "nanoslip.study.execution.farms": "begun pickling outbox mail child process agent coordinator farm processes ranks "
     "opening",
     "nanoslip.study.report": "console summary curves page",
@@ -76,7 +76,7 @@ SIDE_BY_SIDE = {"execution": {"report"}, "report": {"execution"}}
 """Folders that do not know each other, though one has to be named first."""
 
 HOMES = {
-    "mpi4py": {"nanoslip.study.execution.farms.opening"},
+    "mpi4py": {"nanoslip.study.run.mpi"},
     "netCDF4": {"nanoslip.study.dataset", "nanoslip.study.accuracy", "nanoslip.study.report"},
     "xarray": {
         "nanoslip.solver.view",

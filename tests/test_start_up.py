@@ -30,8 +30,8 @@ DECLARED = (
     "nanoslip.solver",
     "nanoslip.solver.simulate",
     "nanoslip.study.plan.tasks",
-    "nanoslip.study.execution.executor",
-    "nanoslip.study.execution.farms.agent",
+    "nanoslip.study.run.executor",
+    "nanoslip.study.run.agent",
 )
 
 
@@ -69,14 +69,13 @@ def tasks() -> list[Task]:
 def test_who_hands_tasks_on_loads_nothing_to_compute_with(environment, tmp_path: Path):
     path = tmp_path / "tasks"
     path.write_bytes(pickle.dumps(tasks()))
-    program = f"import pickle, nanoslip.study.execution.farms.agent; pickle.load(open({str(path)!r}, 'rb'))"
+    program = f"import pickle, nanoslip.study.run.agent; pickle.load(open({str(path)!r}, 'rb'))"
     assert loaded(program, (*HEAVY, "rich"), environment) == []
 
 
 def test_who_computes_has_all_of_it_loaded_before_its_first_task(environment):
     program = (
-        "from pathlib import Path; from nanoslip.study.execution.program import computing; "
-        "computing(Path('nowhere')).load()"
+        "from pathlib import Path; from nanoslip.study.run.launch import computing; computing(Path('nowhere')).load()"
     )
     numerics = ("numba", "scipy.linalg", "scipy.optimize", "scipy.sparse.linalg", "scipy.special")
     assert loaded(program, numerics, environment) == list(numerics)

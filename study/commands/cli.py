@@ -13,7 +13,7 @@ from nanoslip.study.commands.computing import declared as computing
 from nanoslip.study.commands.looking import declared as looking
 from nanoslip.study.commands.judging import declared as judging
 from nanoslip.study.commands.shared.exits import Refusal, aborted, show
-from nanoslip.study.exit_codes import WRONG_INPUT
+from nanoslip.study.run.launch import WRONG_INPUT
 from nanoslip.study.commands.shared.group import cli
 
 __all__ = ["cli", "computing", "judging", "looking", "main", "preparing"]

@@ -25,7 +25,6 @@ from nanoslip.study.dataset.access.tidy import Column
 from nanoslip.study.dataset.collection.counted import without_numbers
 from nanoslip.study.dataset.members import ends_of, means_of, members_of, modelled
 from nanoslip.study.dataset.variables import DISCRETIZATION_ERROR, OUTCOMES
-from nanoslip.study.exit_codes import CRASHED, FAILURES, INTERRUPTED, WRONG_INPUT
 from nanoslip.study.figures.shared.canvas import COLORS, image
 from nanoslip.study.figures.shared.closed_form import scales_of
 from nanoslip.study.figures.shared.files import write_files
@@ -48,6 +47,7 @@ from nanoslip.study.report.summary import (
 from nanoslip.study.results import attempts as runs
 from nanoslip.study.results.attempts import RUNS_FILE as JOURNAL_FILE
 from nanoslip.study.results.attempts import Run
+from nanoslip.study.run.launch import CRASHED, FAILURES, INTERRUPTED, WRONG_INPUT
 
 # Flat tables as text for other programs: CSV and JSON.
 

@@ -16,18 +16,15 @@ from typing import Any, TypeVar
 import numpy as np
 
 from nanoslip.solver.outcome import COMPLETED, Outcome
-from nanoslip.study.execution.compiling.miniatures import miniatures
-from nanoslip.study.execution.compiling.warm_up import warm_up
-from nanoslip.study.execution.dispatch import lookahead
-from nanoslip.study.execution.farms.farm import Farm
-from nanoslip.study.execution.farms.opening import open_farm
-from nanoslip.study.execution.farms.processes import ProcessFarm
-from nanoslip.study.execution.farms.ranks import MPIFarm
-from nanoslip.study.execution.program import Program
 from nanoslip.study.manifest.reader import load_manifest
 from nanoslip.study.plan.plan import Plan, make_plan
 from nanoslip.study.plan.tasks import Task, TaskResult, run_task
 from nanoslip.study.results.store import Store
+from nanoslip.study.run.dispatch import lookahead
+from nanoslip.study.run.farm import Farm, ProcessFarm
+from nanoslip.study.run.launch import Program
+from nanoslip.study.run.mpi import MPIFarm, open_farm
+from nanoslip.study.run.warm_up import miniatures, warm_up
 from tests.benchmarks import campaign
 from tests.benchmarks.ranks import found
 from tests.benchmarks.replay import Cost, Timed, replay

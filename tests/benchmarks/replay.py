@@ -9,11 +9,10 @@ from io import StringIO
 from typing import Any, TypeVar
 
 from nanoslip.solver.outcome import COMPLETED
-from nanoslip.study.execution.dispatch import Dispatcher, lookahead
-from nanoslip.study.execution.farms.coordinator import take_in
-from nanoslip.study.execution.farms.outbox import News, Outbox
-from nanoslip.study.execution.ledger import Done, Ledger
-from nanoslip.study.execution.progress import PlainProgress
+from nanoslip.study.run.dispatch import Dispatcher, Done, Ledger, lookahead
+from nanoslip.study.run.farm import take_in
+from nanoslip.study.run.mail import News, Outbox
+from nanoslip.study.run.progress import PlainProgress
 from tests.study.execution.made_up import Work
 
 T = TypeVar("T")

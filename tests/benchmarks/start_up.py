@@ -18,7 +18,7 @@ HEAVY = ("xarray", "pandas", "matplotlib", "pydantic", "rich")
 RANK = f"""
 import sys
 from pathlib import Path
-from nanoslip.study.execution.program import computing
+from nanoslip.study.run.launch import computing
 computing(Path("nowhere")).load()
 print(*(name for name in {HEAVY} if name in sys.modules))
 """

@@ -8,9 +8,9 @@ from collections.abc import Collection, Sequence
 from typing import Final
 
 from nanoslip.solver.outcome import COMPLETED, Outcome
-from nanoslip.study.execution.farms.opening import open_farm
-from nanoslip.study.execution.ledger import Execute
-from nanoslip.study.execution.program import Program
+from nanoslip.study.run.dispatch import Execute
+from nanoslip.study.run.launch import Program
+from nanoslip.study.run.mpi import open_farm
 from tests.study.execution.made_up import Work
 
 UNHEARD: Final = 1000

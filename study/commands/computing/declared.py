@@ -8,8 +8,8 @@ import click
 from nanoslip.study.commands.shared.arguments import CAMPAIGN, JSON, OUT
 from nanoslip.study.commands.shared.group import cli
 from nanoslip.study.commands.shared.lazy import work
-from nanoslip.study.execution.interruption import GRACE
 from nanoslip.study.results.shard import MOST, Shard
+from nanoslip.study.run.launch import GRACE
 
 
 class ShardText(click.ParamType[Shard]):

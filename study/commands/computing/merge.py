@@ -8,12 +8,11 @@ from nanoslip.study.commands.shared.arguments import folder
 from nanoslip.study.commands.shared.datasets import write_dataset
 from nanoslip.study.commands.shared.plans import advised, counted, planned
 from nanoslip.study.commands.shared.refusals import refusals
-from nanoslip.study.execution.executor import drop_intermediates
-from nanoslip.study.execution.failures import left
-from nanoslip.study.exit_codes import FAILURES, INTERRUPTED
 from nanoslip.study.report.console import say
 from nanoslip.study.results.shard import folders
 from nanoslip.study.results.store import Lease, Store, StoreError, merge_shards
+from nanoslip.study.run.executor import drop_intermediates, left
+from nanoslip.study.run.launch import FAILURES, INTERRUPTED
 
 
 def work(campaign: Path, out: Path | None) -> None:

@@ -7,10 +7,10 @@ from pathlib import Path
 from nanoslip.study.commands.running.order import Order
 from nanoslip.study.commands.shared.arguments import folder
 from nanoslip.study.commands.shared.refusals import refusals
-from nanoslip.study.execution.farms.farm import FarmError
-from nanoslip.study.execution.farms.opening import open_farm
-from nanoslip.study.execution.program import computing
 from nanoslip.study.results.shard import Shard
+from nanoslip.study.run.farm import FarmError
+from nanoslip.study.run.launch import computing
+from nanoslip.study.run.mpi import open_farm
 
 _CONDUCT = "nanoslip.study.commands.running.conduct"
 """Imported by the root alone: the other ranks need neither datasets nor a terminal."""

@@ -12,9 +12,9 @@ from nanoslip.solver.outcome import Ending
 from nanoslip.study.commands.shared.machine import print_json
 from nanoslip.study.commands.shared.plans import Standing, advised, counted, kinds_as_data, print_foreign, standing
 from nanoslip.study.commands.shared.refusals import refusals
-from nanoslip.study.execution.forecast import duration
 from nanoslip.study.plan.plan import PENDING, ended
 from nanoslip.study.report.console import Table, console, print_table, say, table_text
+from nanoslip.study.run.progress import duration
 
 _GIVEN_UP: Final = "are not tried any more: failed, or need one that has"
 _UNMERGED: Final = "counted with the results of {shards} not merged yet; {merge} brings them together"

@@ -10,9 +10,9 @@ from nanoslip.study.commands.shared.arguments import folder
 from nanoslip.study.commands.shared.exits import Refusal
 from nanoslip.study.commands.shared.plans import planned
 from nanoslip.study.commands.shared.refusals import refusals
-from nanoslip.study.execution.batch.submission import Job, SiteError, array_script, load_site, merge_script, script
 from nanoslip.study.figures.shared.files import write_files
 from nanoslip.study.report.console import say, whole
+from nanoslip.study.run.batch import Job, SiteError, array_script, load_site, merge_script, script
 
 
 def work(campaign: Path, out: Path | None, site: Path | None, shards: int | None, submit: bool) -> None:

@@ -15,9 +15,9 @@ from nanoslip.study.dataset.agreement.verdicts import STANDARD_DEVIATIONS, Obser
 from nanoslip.study.dataset.collection.counted import shortened
 from nanoslip.study.dataset.comparison import Verdict
 from nanoslip.study.dataset.variables import OUTCOMES
-from nanoslip.study.exit_codes import CRASHED
 from nanoslip.study.report.console import Table, print_sentences, print_table, say
 from nanoslip.study.report.summary import words
+from nanoslip.study.run.launch import CRASHED
 
 WORST: Final = 12
 """The most differences that are shown."""

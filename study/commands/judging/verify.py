@@ -13,14 +13,13 @@ from nanoslip.study.commands.shared.refusals import refusals
 from nanoslip.study.dataset import file, verification
 from nanoslip.study.dataset.comparison import Verdict
 from nanoslip.study.dataset.pair import Finding
-from nanoslip.study.execution.farms.opening import open_farm
-from nanoslip.study.execution.program import computing
-from nanoslip.study.execution.progress import open_progress
-from nanoslip.study.exit_codes import CRASHED, FAILURES, INTERRUPTED
 from nanoslip.study.plan.tasks import Task
 from nanoslip.study.report.console import console, print_sentences, say
 from nanoslip.study.report.summary import MOST_ROWS
 from nanoslip.study.results.store import Store
+from nanoslip.study.run.launch import CRASHED, FAILURES, INTERRUPTED, computing
+from nanoslip.study.run.mpi import open_farm
+from nanoslip.study.run.progress import open_progress
 
 
 def work(dataset: Path, sample: int | None, as_json: bool) -> None:

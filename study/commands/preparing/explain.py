@@ -11,13 +11,13 @@ from nanoslip.study.commands.preparing.effects import print_changes
 from nanoslip.study.commands.shared.choice import assignments, chosen
 from nanoslip.study.commands.shared.exits import Refusal
 from nanoslip.study.commands.shared.refusals import refusals
-from nanoslip.study.execution.forecast import roughly
 from nanoslip.study.manifest.cases import expand
 from nanoslip.study.manifest.reader import load_manifest
 from nanoslip.study.plan.cost import compliance_seconds, record_seconds, touch_seconds
 from nanoslip.study.plan.grids import Front, load_front, settled
 from nanoslip.study.plan.plan import Planning
 from nanoslip.study.report.console import print_sentences, say
+from nanoslip.study.run.progress import roughly
 
 
 def work(campaign: Path, parameters: tuple[str, ...], show_effects: bool) -> None:

@@ -10,8 +10,6 @@ from nanoslip.study.commands.shared.machine import print_json
 from nanoslip.study.commands.shared.measuring import measured_here
 from nanoslip.study.commands.shared.plans import Standing, counted, idle_lines, kinds_as_data, print_foreign, standing
 from nanoslip.study.commands.shared.refusals import refusals
-from nanoslip.study.execution.forecast import duration, makespan, roughly
-from nanoslip.study.execution.launch import cores
 from nanoslip.study.manifest.cases import CampaignCase
 from nanoslip.study.manifest.manifest import CampaignDrive
 from nanoslip.study.manifest.reader import effects
@@ -19,6 +17,8 @@ from nanoslip.study.plan.grids import choice
 from nanoslip.study.plan.outlook import expected_lines, outlook_of, shortages, span_line
 from nanoslip.study.plan.plan import Plan, disk_of_plan
 from nanoslip.study.report.console import Table, print_sentences, print_table, say
+from nanoslip.study.run.launch import cores
+from nanoslip.study.run.progress import duration, makespan, roughly
 
 
 def work(campaign: Path, out: Path | None, ranks: int | None, measure: bool, show_effects: bool, as_json: bool) -> None:

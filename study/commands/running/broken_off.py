@@ -2,10 +2,10 @@
 
 from nanoslip.study.commands.shared.exits import Refusal
 from nanoslip.study.commands.shared.plans import counted
-from nanoslip.study.execution.journal import Journal
-from nanoslip.study.execution.ledger import Tally
 from nanoslip.study.report.console import say
 from nanoslip.study.results.store import Lease
+from nanoslip.study.run.dispatch import Tally
+from nanoslip.study.run.journal import Journal
 
 
 def broken_off(journal: Journal, tally: Tally, lease: Lease) -> bool:

@@ -12,22 +12,21 @@ from nanoslip.study.commands.shared.datasets import write_dataset
 from nanoslip.study.commands.shared.exits import Refusal, show
 from nanoslip.study.commands.shared.plans import advised, counted, idle_lines, planned
 from nanoslip.study.commands.shared.refusals import refusals
-from nanoslip.study.execution.batch.cutting import part
-from nanoslip.study.execution.compiling.warm_up import warm_ups
-from nanoslip.study.execution.executor import drop_intermediates
-from nanoslip.study.execution.failures import Diary, unseen
-from nanoslip.study.execution.farms.begun import Begun
-from nanoslip.study.execution.farms.farm import Farm
-from nanoslip.study.execution.journal import Journal, measured_in
-from nanoslip.study.execution.ledger import Tally
-from nanoslip.study.execution.progress import open_progress
-from nanoslip.study.exit_codes import FAILURES, INTERRUPTED
 from nanoslip.study.plan.outlook import shortages
 from nanoslip.study.plan.plan import Plan
 from nanoslip.study.plan.tasks import Task
 from nanoslip.study.report.console import console, say
 from nanoslip.study.results import attempts
 from nanoslip.study.results.store import Lease, Store
+from nanoslip.study.run.batch import part
+from nanoslip.study.run.dispatch import Tally
+from nanoslip.study.run.executor import Diary, drop_intermediates, unseen
+from nanoslip.study.run.farm import Farm
+from nanoslip.study.run.journal import Journal, measured_in
+from nanoslip.study.run.launch import FAILURES, INTERRUPTED
+from nanoslip.study.run.mail import Begun
+from nanoslip.study.run.progress import open_progress
+from nanoslip.study.run.warm_up import warm_ups
 
 
 def conduct(farm: Farm, order: Order) -> int:

@@ -4,11 +4,11 @@ from pathlib import Path
 from typing import Final
 
 from nanoslip.solver.outcome import Ending, Outcome
-from nanoslip.study.execution.failures import Diary
-from nanoslip.study.execution.farms.begun import Begun
-from nanoslip.study.execution.ledger import Done
 from nanoslip.study.plan.plan import Plan
 from nanoslip.study.results.store import Store
+from nanoslip.study.run.dispatch import Done
+from nanoslip.study.run.executor import Diary
+from nanoslip.study.run.mail import Begun
 
 KILLED: Final = (
     "all processes of its run ended while it was computed: a defect or too little memory, its own or another task's"

@@ -4,13 +4,13 @@ from collections.abc import Mapping
 
 from nanoslip.study.commands.running.order import Order
 from nanoslip.study.commands.shared.plans import counted, print_foreign
-from nanoslip.study.execution.batch.cutting import finished_with
-from nanoslip.study.execution.failures import Left, given_up, left
 from nanoslip.study.origin import Origins
 from nanoslip.study.plan.plan import Plan
 from nanoslip.study.report.console import say
 from nanoslip.study.results.attempts import Attempt
 from nanoslip.study.results.store import Store, merge_shards
+from nanoslip.study.run.batch import finished_with
+from nanoslip.study.run.executor import Left, given_up, left
 
 
 def print_outdated(store: Store) -> None:

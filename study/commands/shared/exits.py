@@ -8,9 +8,7 @@ from typing import Final
 
 import click
 
-from nanoslip.study.execution.interruption import LAST_WORDS
-from nanoslip.study.execution.launch import launcher_rank, processes_started
-from nanoslip.study.exit_codes import ABORTED, WRONG_INPUT
+from nanoslip.study.run.launch import ABORTED, LAST_WORDS, WRONG_INPUT, launcher_rank, processes_started
 
 _CONSOLE: Final = "nanoslip.study.report.console"
 """Imported where there is something to say: help needs no terminal's width."""

@@ -2,8 +2,8 @@
 
 from importlib import import_module
 
-from nanoslip.study.execution.launch import pin_threads
 from nanoslip.study.garbage import all_kept, keep_for_good
+from nanoslip.study.run.launch import pin_threads
 
 
 def work(command: str, /, **given: object) -> None:

@@ -5,10 +5,10 @@ from typing import Final
 
 import threadpoolctl
 
-from nanoslip.study.execution.forecast import Measured
 from nanoslip.study.plan.cost import TASK
 from nanoslip.study.plan.plan import Plan
 from nanoslip.study.plan.tasks import Task, TaskResult, run_task
+from nanoslip.study.run.progress import Measured
 
 LONGEST: Final = 5.0
 """Predicted seconds of a task that is measured, at most, with all that it needs."""

@@ -8,9 +8,6 @@ from typing import Any, Final
 
 from nanoslip.solver.outcome import Outcome
 from nanoslip.study.commands.shared.arguments import folder
-from nanoslip.study.execution.failures import left
-from nanoslip.study.execution.forecast import Measured
-from nanoslip.study.execution.journal import measured_in
 from nanoslip.study.garbage import all_kept, keep_for_good
 from nanoslip.study.manifest.manifest import Manifest
 from nanoslip.study.manifest.reader import load_manifest
@@ -21,6 +18,9 @@ from nanoslip.study.plan.tasks import Task
 from nanoslip.study.report.console import counting, say, whole
 from nanoslip.study.results.shard import folders
 from nanoslip.study.results.store import Store
+from nanoslip.study.run.executor import left
+from nanoslip.study.run.journal import measured_in
+from nanoslip.study.run.progress import Measured
 
 PLANNED: Final = "{} cases planned"
 """What is shown while a plan is made."""

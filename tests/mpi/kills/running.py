@@ -13,10 +13,10 @@ from pathlib import Path
 from typing import Final
 
 from nanoslip.study.dataset import file
-from nanoslip.study.execution.farms import begun
 from nanoslip.study.results import entry as own
 from nanoslip.study.results import store as lease
 from nanoslip.study.results.store import FOLDER
+from nanoslip.study.run import mail as begun
 from tests.conftest import clean_environment, launcher
 from tests.mpi.kills.processes import MARK, remaining
 from tests.study.results.results import written

@@ -5,8 +5,7 @@ from functools import partial
 import pytest
 
 from nanoslip.solver.outcome import COMPLETED
-from nanoslip.study.execution.dispatch import LOOKAHEAD, REFILL, STRANDED, Dispatcher
-from nanoslip.study.execution.ledger import Done, Ledger
+from nanoslip.study.run.dispatch import LOOKAHEAD, REFILL, STRANDED, Dispatcher, Done, Ledger
 from tests.study.execution.made_up import Work
 
 
@@ -69,7 +68,7 @@ def test_a_rank_that_has_almost_enough_is_not_sent_single_tasks():
 
 def test_what_waits_behind_a_task_that_hangs_is_handed_out_elsewhere(monkeypatch):
     now = [100.0]
-    monkeypatch.setattr("nanoslip.study.execution.dispatch.time.monotonic", lambda: now[0])
+    monkeypatch.setattr("nanoslip.study.run.dispatch.dispatch_time.monotonic", lambda: now[0])
     harness = Harness(2, [Work(str(number)) for number in range(45)])
     harness.hand_out()
     harness.finish(0, "0", 0.01)

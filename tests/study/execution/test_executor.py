@@ -6,11 +6,11 @@ from pathlib import Path
 import pytest
 
 from nanoslip.study import machine, origin
-from nanoslip.study.execution import executor as executor_module
-from nanoslip.study.execution.executor import executor
 from nanoslip.study.plan.tasks import compliance_task, contact_task
 from nanoslip.study.results import entry as own
 from nanoslip.study.results.store import Store
+from nanoslip.study.run import executor as executor_module
+from nanoslip.study.run.executor import executor
 from tests.study.plan.running import CASE
 
 SLAB = compliance_task(CASE.slab)

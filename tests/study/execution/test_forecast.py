@@ -8,7 +8,7 @@ from typing import Any
 
 import pytest
 
-from nanoslip.study.execution.forecast import Forecast, Measured, duration, makespan, roughly
+from nanoslip.study.run.progress import Forecast, Measured, duration, makespan, roughly
 
 RECORDED: dict[str, list[list[Any]]] = json.loads(Path(__file__).with_name("timings.json").read_text("utf-8"))
 """Name of a run -> kind, estimated seconds and measured seconds of each task, in the order in which they were computed.

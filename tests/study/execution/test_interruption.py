@@ -7,7 +7,7 @@ import sys
 def test_a_task_that_outlasts_the_grace_is_left_with_code_99(environment):
     program = (
         "import os, signal, time\n"
-        "from nanoslip.study.execution.interruption import Interruption\n"
+        "from nanoslip.study.run.launch import Interruption\n"
         "with Interruption(grace=0.1):\n"
         "    os.kill(os.getpid(), signal.SIGTERM)\n"
         "    time.sleep(30)\n"

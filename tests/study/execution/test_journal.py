@@ -11,13 +11,13 @@ import pytest
 
 import nanoslip
 from nanoslip.solver.outcome import COMPLETED, Ending, Outcome
-from nanoslip.study.execution import executor
-from nanoslip.study.execution import journal as journal_module
-from nanoslip.study.execution.journal import Journal, measured_in
-from nanoslip.study.execution.ledger import Tally
 from nanoslip.study.origin import here
 from nanoslip.study.results import attempts as runs
 from nanoslip.study.results.attempts import Run
+from nanoslip.study.run import executor
+from nanoslip.study.run import journal as journal_module
+from nanoslip.study.run.dispatch import Tally
+from nanoslip.study.run.journal import Journal, measured_in
 from tests.conftest import Main
 from tests.study.execution.defects import crashing
 

@@ -4,7 +4,7 @@ import math
 
 import pytest
 
-from nanoslip.study.execution.launch import WARNING, end_of_time
+from nanoslip.study.run.launch import WARNING, end_of_time
 
 
 @pytest.mark.parametrize(

@@ -6,7 +6,7 @@ import time
 import pytest
 
 from nanoslip.solver.outcome import COMPLETED, LONGEST_MESSAGE, Ending, Outcome
-from nanoslip.study.execution.ledger import LONGEST_TRACE, CannotGoOnError, Done, Ledger, Tally, attempt
+from nanoslip.study.run.dispatch import LONGEST_TRACE, CannotGoOnError, Done, Ledger, Tally, attempt
 from tests.study.execution.made_up import DIAMOND, Diary, Work
 
 

@@ -4,7 +4,7 @@ import random
 
 import pytest
 
-from nanoslip.study.execution.queue import TaskQueue
+from nanoslip.study.run.queue import TaskQueue
 from tests.study.execution.made_up import DIAMOND, Work
 
 

@@ -10,14 +10,14 @@ from nanoslip.solver.elasticity.compliance import surface_compliance
 from nanoslip.solver.outcome import Ending, Outcome
 from nanoslip.solver.slab import Slab
 from nanoslip.study.commands import cli
-from nanoslip.study.execution.launch import processes_here
-from nanoslip.study.execution.ledger import ATTEMPTS, Ledger, attempt
 from nanoslip.study.manifest.reader import load_manifest
 from nanoslip.study.plan import outlook as memory
 from nanoslip.study.plan.kinds import compliance as compliance_kind
 from nanoslip.study.plan.plan import Plan, make_plan
 from nanoslip.study.plan.tasks import compliance_task, run_task
 from nanoslip.study.results.store import Store
+from nanoslip.study.run.dispatch import ATTEMPTS, Ledger, attempt
+from nanoslip.study.run.launch import processes_here
 
 MB = 1e6
 

@@ -15,12 +15,12 @@ from pathlib import Path
 import pytest
 
 import nanoslip
-from nanoslip.study.execution import executor
 from nanoslip.study.plan.task import TaskResult
 from nanoslip.study.plan.tasks import Task
 from nanoslip.study.results import entry as whole_file
 from nanoslip.study.results import store as lease
 from nanoslip.study.results.store import FILE, Lease, StoreError
+from nanoslip.study.run import executor
 from tests.study.results.results import written
 
 SOON = 1.0

@@ -11,11 +11,12 @@ import xarray as xr
 
 import nanoslip as nanoslip_here
 from nanoslip.study.commands.shared import datasets
-from nanoslip.study.execution import executor, failures
 from nanoslip.study.origin import here
 from nanoslip.study.plan.tasks import run_task
 from nanoslip.study.results import entry as own
 from nanoslip.study.results.store import Store, StoreError
+from nanoslip.study.run import executor
+from nanoslip.study.run import executor as failures
 from tests.conftest import PARTLY_REFUSED, SMALL
 from tests.study.execution.defects import crashing_at
 from tests.study.results.results import as_clients, written
@@ -297,7 +298,7 @@ def test_a_full_disk_is_one_message_and_exit_code_2(main, campaign, monkeypatch)
 
 def test_a_rank_that_computes_loads_no_more_than_it_uses(environment):
     program = (
-        "import sys; from pathlib import Path; from nanoslip.study.execution.program import computing; "
+        "import sys; from pathlib import Path; from nanoslip.study.run.launch import computing; "
         "computing(Path('nowhere')).load(); "
         "print([name for name in ('xarray', 'pydantic', 'matplotlib', 'rich', 'pandas') if name in sys.modules])"
     )

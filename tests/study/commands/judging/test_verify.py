@@ -5,7 +5,7 @@ import shutil
 import netCDF4
 import pytest
 
-from nanoslip.study.execution import executor
+from nanoslip.study.run import executor
 
 
 def test_a_dataset_is_verified_from_itself_alone(main, campaign, tmp_path, finished):

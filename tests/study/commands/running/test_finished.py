@@ -2,8 +2,8 @@
 
 import pytest
 
-from nanoslip.study.execution.farms import begun
 from nanoslip.study.results import entry as own
+from nanoslip.study.run import mail as begun
 from tests.study.commands.computing.test_run import disown
 
 

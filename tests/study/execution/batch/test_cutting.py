@@ -6,10 +6,10 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from nanoslip.study.execution.batch.cutting import blocks_of, finished_with, part
 from nanoslip.study.manifest.reader import load_manifest, parse_manifest
 from nanoslip.study.plan.plan import Plan, make_plan
 from nanoslip.study.results.shard import Shard
+from nanoslip.study.run.batch import blocks_of, finished_with, part
 from tests.conftest import SMALL
 
 MANY = SMALL.replace("[50.0, 100.0]", str([50.0 + number for number in range(12)])).replace(

@@ -5,15 +5,7 @@ from pathlib import Path
 
 import pytest
 
-from nanoslip.study.execution.batch.submission import (
-    Job,
-    Site,
-    SiteError,
-    array_script,
-    load_site,
-    merge_script,
-    script,
-)
+from nanoslip.study.run.batch import Job, Site, SiteError, array_script, load_site, merge_script, script
 from tests.conftest import ROOT
 
 RECORDED = Path(__file__).with_name("job.sh")

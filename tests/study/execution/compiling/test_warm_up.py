@@ -7,16 +7,16 @@ from pathlib import Path
 
 import pytest
 
-from nanoslip.study.execution.compiling.warm_up import warm_ups
 from nanoslip.study.manifest.reader import load_manifest
 from nanoslip.study.plan.plan import make_plan
+from nanoslip.study.run.warm_up import warm_ups
 from tests.conftest import ROOT, Command
 
 pytestmark = pytest.mark.slow
 
 COMPILE = """
 from pathlib import Path
-from nanoslip.study.execution.compiling.warm_up import warm_ups
+from nanoslip.study.run.warm_up import warm_ups
 from nanoslip.study.manifest.reader import load_manifest
 from nanoslip.study.plan.plan import make_plan
 warm_ups(make_plan(load_manifest(Path("campaigns/smoke.toml"))).tasks)[{}].run()

@@ -11,10 +11,9 @@ from pathlib import Path
 from nanoslip.solver.outcome import Outcome
 from nanoslip.study.commands import cli
 from nanoslip.study.commands.computing import run
-from nanoslip.study.execution.farms.opening import open_farm
-from nanoslip.study.execution.launch import processes_started
-from nanoslip.study.execution.ledger import Done
-from nanoslip.study.execution.program import Program
+from nanoslip.study.run.dispatch import Done
+from nanoslip.study.run.launch import Program, processes_started
+from nanoslip.study.run.mpi import open_farm
 from tests.study.execution.farms import faults
 from tests.study.execution.farms.faults import BLOCKER, FAULTS
 from tests.study.execution.made_up import Work

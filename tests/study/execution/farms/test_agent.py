@@ -8,11 +8,11 @@ from pathlib import Path
 import pytest
 
 from nanoslip.solver.outcome import COMPLETED, Ending, Outcome
-from nanoslip.study.execution.farms import agent
-from nanoslip.study.execution.farms.agent import Agent
-from nanoslip.study.execution.farms.processes import ProcessFarm
-from nanoslip.study.execution.ledger import Done, Execute, Tally
-from nanoslip.study.execution.program import Program
+from nanoslip.study.run import agent
+from nanoslip.study.run.agent import Agent
+from nanoslip.study.run.dispatch import Done, Execute, Tally
+from nanoslip.study.run.farm import ProcessFarm
+from nanoslip.study.run.launch import Program
 from tests.study.execution.made_up import Work
 
 KNOWN = Work("known", cost=1e-4)

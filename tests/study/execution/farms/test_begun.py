@@ -7,12 +7,11 @@ from pathlib import Path
 import pytest
 
 from nanoslip.study.commands.running.killed import KILLED, blame
-from nanoslip.study.execution.failures import left
-from nanoslip.study.execution.farms.begun import FILE, LONG, Begun
-from nanoslip.study.execution.farms.outbox import News
 from nanoslip.study.manifest.reader import load_manifest
 from nanoslip.study.plan.plan import Plan, make_plan
 from nanoslip.study.results.store import Store
+from nanoslip.study.run.executor import left
+from nanoslip.study.run.mail import FILE, LONG, Begun, News
 from tests.study.execution.farms.test_coordinator import MadeUpRanks
 from tests.study.execution.made_up import DIAMOND, Work
 from tests.study.results.results import NO_FILES

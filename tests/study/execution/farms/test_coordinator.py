@@ -6,11 +6,10 @@ from collections.abc import Callable, Collection, Sequence
 import pytest
 
 from nanoslip.solver.outcome import COMPLETED, Outcome
-from nanoslip.study.execution.farms.coordinator import Coordinator
-from nanoslip.study.execution.farms.outbox import News, news_of
-from nanoslip.study.execution.interruption import Interruption
-from nanoslip.study.execution.launch import WARNING
-from nanoslip.study.execution.ledger import Done, Tally
+from nanoslip.study.run.dispatch import Done, Tally
+from nanoslip.study.run.farm import Coordinator
+from nanoslip.study.run.launch import WARNING, Interruption
+from nanoslip.study.run.mail import News, news_of
 from tests.study.execution.made_up import DIAMOND, Diary, Work
 
 

@@ -7,8 +7,8 @@ import threading
 import pytest
 
 from nanoslip.solver.outcome import COMPLETED, Ending, Outcome
-from nanoslip.study.execution.farms.farm import SerialFarm
-from nanoslip.study.execution.ledger import Tally
+from nanoslip.study.run.dispatch import Tally
+from nanoslip.study.run.farm import SerialFarm
 from tests.study.execution.made_up import DIAMOND, Diary, Work
 
 

@@ -9,12 +9,13 @@ from pathlib import Path
 import pytest
 
 from nanoslip.solver.outcome import Ending, Outcome
-from nanoslip.study.execution.compiling.warm_up import WarmUp
-from nanoslip.study.execution.farms import agent, process
-from nanoslip.study.execution.farms.agent import Agent, BrokenProgramError
-from nanoslip.study.execution.farms.processes import ProcessFarm
-from nanoslip.study.execution.ledger import Done, Execute, Tally
-from nanoslip.study.execution.program import Program
+from nanoslip.study.run import agent
+from nanoslip.study.run import child as process
+from nanoslip.study.run.agent import Agent, BrokenProgramError
+from nanoslip.study.run.dispatch import Done, Execute, Tally
+from nanoslip.study.run.farm import ProcessFarm
+from nanoslip.study.run.launch import Program
+from nanoslip.study.run.warm_up import WarmUp
 from tests.study.execution.farms import faults
 from tests.study.execution.farms.faults import FAULTS
 from tests.study.execution.farms.matrix import PLACES

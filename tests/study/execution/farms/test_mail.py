@@ -5,8 +5,8 @@ from typing import Any
 
 import pytest
 
-from nanoslip.study.execution.farms import mail
-from nanoslip.study.execution.farms.mail import Mail
+from nanoslip.study.run import mail
+from nanoslip.study.run.mail import Mail
 
 
 class Request:

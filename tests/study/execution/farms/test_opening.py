@@ -6,11 +6,9 @@ import sys
 
 import pytest
 
-from nanoslip.study.execution.farms.farm import FarmError, SerialFarm
-from nanoslip.study.execution.farms.opening import open_farm
-from nanoslip.study.execution.farms.processes import ProcessFarm
-from nanoslip.study.execution.launch import launcher_rank
-from nanoslip.study.execution.program import Program
+from nanoslip.study.run.farm import FarmError, ProcessFarm, SerialFarm
+from nanoslip.study.run.launch import Program, launcher_rank
+from nanoslip.study.run.mpi import open_farm
 
 NOTHING = Program("builtins", "callable")
 
@@ -72,7 +70,7 @@ def test_without_an_mpi_library_one_process_computes_and_several_refuse(nanoslip
 def test_a_start_of_mpi_that_hangs_is_given_up_with_one_message_and_code_99(environment, rank, messages):
     """A launcher that never answers, as MPICH hears it."""
     program = (
-        "from nanoslip.study.execution.farms import opening; from nanoslip.study.execution.program import Program; "
+        "from nanoslip.study.execution.farms import opening; from nanoslip.study.run.launch import Program; "
         "opening.LONGEST_START = 0.5; opening.open_farm(Program('builtins', 'callable'))"
     )
     ours, theirs = socket.socketpair()

@@ -1,8 +1,8 @@
 """News of short tasks travel together, but none waits long, and no rank waits for tasks because of them."""
 
 from nanoslip.solver.outcome import COMPLETED, Ending, Outcome
-from nanoslip.study.execution.farms.outbox import News, Outbox, news_of
-from nanoslip.study.execution.ledger import Done
+from nanoslip.study.run.dispatch import Done
+from nanoslip.study.run.mail import News, Outbox, news_of
 
 
 def ended(*keys: str) -> list[Done]:

@@ -10,10 +10,9 @@ from nanoslip.solver.case import Case
 from nanoslip.solver.drive import Drive
 from nanoslip.solver.outcome import COMPLETED, Ending, Outcome
 from nanoslip.solver.slab import Slab
-from nanoslip.study.execution.farms.outbox import news_of
-from nanoslip.study.execution.farms.pickling import dumps, loads
-from nanoslip.study.execution.ledger import Done
 from nanoslip.study.plan.task import Task
+from nanoslip.study.run.dispatch import Done
+from nanoslip.study.run.mail import dumps, loads, news_of
 from tests.study.execution.made_up import Work
 
 

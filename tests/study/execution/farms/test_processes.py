@@ -10,12 +10,11 @@ from pathlib import Path
 import pytest
 
 from nanoslip.solver.outcome import COMPLETED, Outcome
-from nanoslip.study.execution.farms.agent import Agent
-from nanoslip.study.execution.farms.farm import FarmError
-from nanoslip.study.execution.farms.opening import open_farm
-from nanoslip.study.execution.farms.processes import ProcessFarm
-from nanoslip.study.execution.ledger import Tally
-from nanoslip.study.execution.program import Program
+from nanoslip.study.run.agent import Agent
+from nanoslip.study.run.dispatch import Tally
+from nanoslip.study.run.farm import FarmError, ProcessFarm
+from nanoslip.study.run.launch import Program
+from nanoslip.study.run.mpi import open_farm
 from tests.conftest import longer
 from tests.study.execution.farms.faults import program
 from tests.study.execution.made_up import Work

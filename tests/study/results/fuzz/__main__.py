@@ -6,7 +6,7 @@ from collections import Counter
 from pathlib import Path
 from tempfile import TemporaryDirectory
 
-from nanoslip.study.execution.launch import pin_threads
+from nanoslip.study.run.launch import pin_threads
 from tests.study.results.fuzz.finished import finished
 from tests.study.results.fuzz.trials import Trials, trials
 from tests.study.results.fuzz.verdicts import SOUND, Verdict

@@ -8,9 +8,6 @@ from typing import Final
 from nanoslip.study.commands.shared.datasets import write_dataset
 from nanoslip.study.dataset import file
 from nanoslip.study.dataset.made_of import NOTE
-from nanoslip.study.execution.executor import executor
-from nanoslip.study.execution.journal import Journal
-from nanoslip.study.execution.ledger import Tally
 from nanoslip.study.manifest.reader import load_manifest
 from nanoslip.study.origin import here
 from nanoslip.study.plan.plan import Plan, make_plan
@@ -21,6 +18,9 @@ from nanoslip.study.results import entry as own
 from nanoslip.study.results import store as lease
 from nanoslip.study.results.attempts import Attempt
 from nanoslip.study.results.store import FOLDER, Lease, Store
+from nanoslip.study.run.dispatch import Tally
+from nanoslip.study.run.executor import executor
+from nanoslip.study.run.journal import Journal
 
 CAMPAIGN: Final = """\
 title = "A campaign whose files are damaged"

@@ -13,7 +13,6 @@ from unittest.mock import patch
 
 from nanoslip.study.commands.shared.datasets import write_dataset
 from nanoslip.study.dataset import file
-from nanoslip.study.execution.failures import left
 from nanoslip.study.results import attempts, log
 from nanoslip.study.results import attempts as runs
 from nanoslip.study.results import store as lease
@@ -21,6 +20,7 @@ from nanoslip.study.results.attempts import Attempt
 from nanoslip.study.results.entry import packed
 from nanoslip.study.results.log import Fault
 from nanoslip.study.results.store import Lease, Store, StoreError
+from nanoslip.study.run.executor import left
 from tests.study.results.fuzz.finished import Finished, seals
 
 PATIENCE: Final = 5

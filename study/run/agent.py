@@ -12,13 +12,12 @@ from multiprocessing.connection import Connection
 from typing import Any, Final
 
 from nanoslip.solver.outcome import Ending, Outcome
-from nanoslip.study.execution.farms.child import NO_TASK
-from nanoslip.study.execution.farms.process import ChildProcess
-from nanoslip.study.execution.forecast import Expectation
-from nanoslip.study.execution.ledger import Done, tell
-from nanoslip.study.execution.program import Program
-from nanoslip.study.execution.queue import Work
 from nanoslip.study.origin import Origin
+from nanoslip.study.run.child import NO_TASK, ChildProcess
+from nanoslip.study.run.dispatch import Done, tell
+from nanoslip.study.run.launch import Program
+from nanoslip.study.run.progress import Expectation
+from nanoslip.study.run.queue import Work
 
 START: Final = 300.0
 """Seconds that a child has to start in; a crowded file system may need a while."""

@@ -11,14 +11,14 @@ from pathlib import Path
 from typing import Final
 
 from nanoslip.solver.outcome import UNDONE, Ending, Outcome
-from nanoslip.study.execution.forecast import Measured
-from nanoslip.study.execution.launch import launcher_name, slurm_job
-from nanoslip.study.execution.ledger import Report, Tally
 from nanoslip.study.machine import this_machine, user
 from nanoslip.study.origin import here
 from nanoslip.study.plan.task import Task
 from nanoslip.study.results import attempts as runs
 from nanoslip.study.results.attempts import Run
+from nanoslip.study.run.dispatch import Report, Tally
+from nanoslip.study.run.launch import launcher_name, slurm_job
+from nanoslip.study.run.progress import Measured
 
 FIRST: Final = 2.0
 """Seconds after which a run writes down what its tasks took so far; again after twice as long, and so on."""

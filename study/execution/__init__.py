@@ -1,1 +1,0 @@
-"""Tasks over processes: queue, load balancing, MPI, progress, signals, batch scripts."""

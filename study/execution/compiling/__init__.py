@@ -1,1 +1,0 @@
-"""What is compiled before a run begins: its kernels, by small tasks that call them."""

@@ -1,0 +1,228 @@
+"""Rank, number of processes and end of the job as the launcher says in the environment; number of threads. Imports no library."""
+
+import math
+import os
+import signal
+import sys
+import threading
+import time
+import types
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass
+from importlib import import_module
+from pathlib import Path
+from typing import Any, Final, Self
+
+_THREADS = ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS", "BLIS_NUM_THREADS", "NUMBA_NUM_THREADS")
+
+
+WARNING: Final = 90
+"""Seconds before the end of a job at which its ranks are told to stop."""
+
+
+def end_of_time(environment: Mapping[str, str]) -> float:
+    """When no task may run any more, in seconds since the epoch; infinite where the environment does not say. Slurm >= 22.05."""
+    end = environment.get("SLURM_JOB_END_TIME", "")
+    return float(end) - WARNING if end.isdigit() else math.inf
+
+
+def launcher_rank() -> int:
+    """Rank of this process as its launcher gives it, 0 without a launcher; needs no MPI."""
+    names = ["PMI_RANK", "OMPI_COMM_WORLD_RANK", "PMIX_RANK"]
+    if "SLURM_STEP_NUM_TASKS" in os.environ:
+        names.append("SLURM_PROCID")
+    return next((int(os.environ[name]) for name in names if os.environ.get(name, "").isdigit()), 0)
+
+
+def processes_started() -> int:
+    """Number of processes that the launcher started together, 1 without a launcher."""
+    # SLURM_NTASKS alone also stands in a batch script's environment, where one process is right.
+    names = ("PMI_SIZE", "OMPI_COMM_WORLD_SIZE", "SLURM_STEP_NUM_TASKS")
+    sizes = [int(os.environ[name]) for name in names if os.environ.get(name, "").isdigit()]
+    return max(sizes, default=1)
+
+
+def processes_here() -> int:
+    """Number of those on this machine; all of them where the launcher does not say."""
+    names = ("MPI_LOCALNRANKS", "OMPI_COMM_WORLD_LOCAL_SIZE")
+    sizes = [int(os.environ[name]) for name in names if os.environ.get(name, "").isdigit()]
+    # "4(x2),3": so many on the first machine (and on how many more); the first one has the most.
+    first = os.environ.get("SLURM_STEP_TASKS_PER_NODE", "").partition("(")[0].partition(",")[0]
+    return max([*sizes, *([int(first)] if first.isdigit() else [])], default=processes_started())
+
+
+def launcher_name() -> str:
+    """What started these processes together, as far as their environment says; empty without a launcher."""
+    names = {"MPI_LOCALNRANKS": "Hydra", "OMPI_COMM_WORLD_SIZE": "Open MPI", "SLURM_STEP_NUM_TASKS": "srun"}
+    found = [launcher for name, launcher in names.items() if os.environ.get(name)]
+    return found[0] if found else "PMI" if os.environ.get("PMI_SIZE") else ""
+
+
+def slurm_job() -> str:
+    """Number of the job of Slurm that this process is part of, and of the element of an array; empty outside."""
+    job, array = os.environ.get("SLURM_JOB_ID", ""), os.environ.get("SLURM_ARRAY_JOB_ID", "")
+    return f"{array}_{os.environ.get('SLURM_ARRAY_TASK_ID', '')}" if array else job
+
+
+def cores() -> int:
+    """Number of cores that this process may use."""
+    return len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count() or 1
+
+
+def pin_threads() -> None:
+    """One thread per rank for BLAS and numba: more would fight each other, and sums would depend on their number.
+
+    To be called before numpy is imported; where it already was, threadpoolctl sets what is loaded, in a tenth of a second.
+    """
+    for name in _THREADS:
+        os.environ[name] = "1"
+    if "numpy" in sys.modules:
+        import threadpoolctl  # noqa: PLC0415
+
+        threadpoolctl.threadpool_limits(limits=1)
+
+
+# What a process is to compute with: named, so that whoever hands it on need not import it.
+
+
+@dataclass(frozen=True, slots=True)
+class Settle:
+    """The last task of a process: to write out what it has computed, so that other machines see it."""
+
+    key: str = "settle"
+    needs: tuple[str, ...] = ()
+    kind: str = "settle"
+    cost: float = 0.01
+    limit: float = 60.0
+    label: str = "writing results out"
+
+
+@dataclass(frozen=True, slots=True)
+class Program:
+    """A function of a module that, called with the argument, returns the function that computes a task."""
+
+    module: str
+    name: str
+    argument: Any = None
+
+    def load(self) -> Callable[[Any], Any]:
+        """The function that computes a task. Imports the module."""
+        make: Callable[[Any], Callable[[Any], Any]] = getattr(import_module(self.module), self.name)
+        return make(self.argument)
+
+
+def computing(out: Path) -> Program:
+    """What computes the tasks of a campaign, with the results in this folder, wherever a task leads its process."""
+    return Program("nanoslip.study.run.executor", "executor", out.absolute())
+
+
+# Exit codes of the commands. 0: done, also where the physics refused cases.
+
+CRASHED: Final = 1
+"""A defect, or a recomputed value differs."""
+WRONG_INPUT: Final = 2
+"""The input is wrong, or nothing can be written."""
+FAILURES: Final = 3
+"""Complete but for tasks that failed."""
+INTERRUPTED: Final = 99
+"""Stopped before all was done: a batch script can tell it from an error and run it again."""
+ABORTED: Final = 130
+"""Ended by Ctrl-C."""
+
+
+# SIGTERM, SIGINT and SIGUSR1: the first sets a flag, a second one or the end of a grace period ends the process.
+
+SIGNALS = (signal.SIGTERM, signal.SIGINT, signal.SIGUSR1)
+GRACE = 20.0
+"""Seconds that a running task has to finish after a signal."""
+ECHO = 2.0
+"""Seconds in which a further signal is the same one again: a terminal signals the ranks, and so does their launcher."""
+LAST_WORDS = 0.5
+"""Seconds between a process's last message and its end: launchers drop what they have not passed on by then."""
+
+
+class Interruption:
+    """While entered, a first signal only sets a flag; a later one, or the grace (s) running out, ends the process.
+
+    A thread watches rather than a handler: Python's handlers wait for the main thread, which may sit in a kernel that
+    takes minutes. Results are written whole or not at all, so leaving in the middle of a task loses that task only. Once it
+    is entered, entering it again changes nothing.
+    """
+
+    def __init__(self, grace: float) -> None:
+        self._grace = grace
+        self._end: Callable[[int], object] = os._exit
+        self._at_request: Callable[[], object] = _do_nothing
+        self._requested = threading.Event()
+        self._patience: threading.Timer | None = None
+        self._watcher: threading.Thread | None = None
+
+    def end_by(self, end: Callable[[int], object]) -> None:
+        """End the process so, with its exit code, where that cannot wait."""
+        self._end = end
+
+    def at_request(self, act: Callable[[], object]) -> None:
+        """Do this as soon as the process is asked to stop, in whichever thread hears of it."""
+        self._at_request = act
+
+    @property
+    def requested(self) -> bool:
+        """True once the process was asked to stop."""
+        return self._requested.is_set()
+
+    def request(self) -> None:
+        """Ask this process to stop, as a signal would (without the grace)."""
+        self._requested.set()
+        self._at_request()
+
+    def __enter__(self) -> Self:
+        if self._watcher is not None:
+            return self
+        self._read_end, self._write_end = os.pipe()
+        os.set_blocking(self._write_end, False)
+        self._handlers = {number: signal.signal(number, _note_nothing) for number in SIGNALS}
+        self._old_wakeup = signal.set_wakeup_fd(self._write_end)
+        self._watcher = threading.Thread(target=self._watch, name="interruption", daemon=True)
+        self._watcher.start()
+        return self
+
+    def __exit__(self, *_: object) -> None:
+        signal.set_wakeup_fd(self._old_wakeup)
+        for number, handler in self._handlers.items():
+            signal.signal(number, handler)
+        os.close(self._write_end)  # ends the watcher
+        if self._watcher is not None:
+            self._watcher.join()
+            self._watcher = None
+        os.close(self._read_end)
+        if self._patience is not None:
+            self._patience.cancel()
+            self._patience.join()
+
+    def _watch(self) -> None:
+        first = math.inf
+        while received := os.read(self._read_end, 1):
+            if received[0] not in SIGNALS:
+                continue
+            if time.monotonic() > first + ECHO:
+                self._leave("asked again to stop")
+            if self._patience is None:
+                first = time.monotonic()
+                self.request()
+                self._patience = threading.Timer(self._grace, self._leave, [f"{self._grace:g} s to finish are over"])
+                self._patience.daemon = True
+                self._patience.start()
+
+    def _leave(self, reason: str) -> None:
+        sys.stderr.write(f"{reason}: left in the middle of a task; run again to continue\n")
+        sys.stderr.flush()
+        time.sleep(LAST_WORDS)
+        self._end(INTERRUPTED)
+
+
+def _do_nothing() -> None:
+    """At a request, unless something is to be done."""
+
+
+def _note_nothing(_number: int, _frame: types.FrameType | None) -> None:
+    """A handler that does nothing: the watching thread reads the signal from the pipe."""
