@@ -82,8 +82,8 @@ if TYPE_CHECKING:
     from nanoslip.solver.sliding.sizes import EventSizes, SizeDistribution, event_sizes, pooled, size_distribution
     from nanoslip.study.api import concat, run
     from nanoslip.study.api import open_dataset as open
-    from nanoslip.study.dataset.description import Described
-    from nanoslip.study.dataset.description import described as describe
+    from nanoslip.study.dataset.variables import Described
+    from nanoslip.study.dataset.variables import described as describe
     from nanoslip.study.figures.frames.film import frames
     from nanoslip.study.manifest.checker import ManifestError
     from nanoslip.study.results.store import StoreError
@@ -155,7 +155,7 @@ _NAMES = {
     "nanoslip.solver.sliding.power_law": "Histogram logarithmic_histogram",
     "nanoslip.solver.sliding.sizes": "EventSizes event_sizes pooled SizeDistribution size_distribution",
     "nanoslip.study.api": "concat open_dataset:open run",
-    "nanoslip.study.dataset.description": "Described described:describe",
+    "nanoslip.study.dataset.variables": "Described described:describe",
     "nanoslip.study.results.store": "StoreError",
     "nanoslip.study.figures.frames.film": "frames",
     "nanoslip.study.manifest.checker": "ManifestError",

@@ -14,11 +14,11 @@ import xarray as xr
 
 from nanoslip.solver.outcome import Outcome
 from nanoslip.study import shipped
+from nanoslip.study.dataset import access as accessor
 from nanoslip.study.dataset import file
-from nanoslip.study.dataset.access import accessor
-from nanoslip.study.dataset.access.concatenation import joined
-from nanoslip.study.dataset.collection.collect import collect
-from nanoslip.study.dataset.groups import loaded
+from nanoslip.study.dataset.collect import collect
+from nanoslip.study.dataset.concatenation import joined
+from nanoslip.study.dataset.file import loaded
 from nanoslip.study.manifest.checker import ManifestError, read_text
 from nanoslip.study.manifest.manifest import Manifest
 from nanoslip.study.manifest.reader import load_manifest, parse_manifest

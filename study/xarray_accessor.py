@@ -24,7 +24,7 @@ def register() -> None:
 
 def accessor(dataset: Any) -> Any:
     """Records, trajectories, contacts and events of a dataset: `nanoslip.study.dataset.access.accessor.Accessor`."""
-    return import_module("nanoslip.study.dataset.access.accessor").Accessor(dataset)
+    return import_module("nanoslip.study.dataset.access").Accessor(dataset)
 
 
 def _add_to(xarray: ModuleType) -> None:

@@ -19,8 +19,8 @@ from nanoslip.solver.dynamics.kernels.motion import Motion, Run, Teeth
 from nanoslip.solver.outcome import InvalidInput, Outcome
 from nanoslip.solver.parameter import check, parameter
 from nanoslip.solver.slab import SCHEMES, Scheme, Slab
-from nanoslip.study.dataset.collection.collect import collect
-from nanoslip.study.dataset.description import described, page
+from nanoslip.study.dataset.collect import collect
+from nanoslip.study.dataset.variables import described, page
 from nanoslip.study.manifest.checker import ManifestError
 from nanoslip.study.manifest.reader import load_manifest
 from nanoslip.study.plan.plan import Plan, make_plan

@@ -42,7 +42,7 @@ ORDER = {
     "nanoslip.study.dataset": "seal texts groups netcdf file made_of variables members collection description access "
     "comparison pair verification agreement",
     "nanoslip.study.dataset.collection": "counted ragged pieces layout column coordinates table makers entering collect",
-    "nanoslip.study.dataset.agreement": "matching verdicts facts",
+    "nanoslip.study.dataset.verify": "matching verdicts facts",
     "nanoslip.study.dataset.access": "selection single accessor tidy placement concatenation",
     "nanoslip.study.execution": "launch interruption program queue forecast progress ledger dispatch farms compiling "
     "executor failures journal batch",

@@ -20,8 +20,8 @@ from nanoslip.study.accuracy.setup import QUICK, Effort, Setup, contacts
 from nanoslip.study.accuracy.slip_numerics import measure_slip_numerics
 from nanoslip.study.accuracy.table import as_markdown
 from nanoslip.study.accuracy.timing import machine
+from nanoslip.study.dataset.file import carrying
 from nanoslip.study.dataset.file import write as write_dataset
-from nanoslip.study.dataset.groups import carrying
 from nanoslip.study.plan.grids import Measured, as_text
 from nanoslip.study.results.entry import written_whole
 from nanoslip.study.results.store import StoreError

@@ -1,19 +1,300 @@
 """The dataset as a file: its name, the attributes that say what it is, reading and writing it whole."""
 
 import errno
-from collections.abc import Iterator, Mapping
-from contextlib import contextmanager
+import hashlib
+import itertools
+import json
+import re
+from collections.abc import Iterator, Mapping, Sequence
+from contextlib import contextmanager, suppress
 from pathlib import Path
 from typing import Any, Final
 
+import netCDF4
 import numpy as np
 import xarray as xr
+from numpy.typing import NDArray
 
-from nanoslip.study.dataset.groups import carrying, opened, tree_of
-from nanoslip.study.dataset.netcdf import write_tree
-from nanoslip.study.dataset.seal import broken, seal
+from nanoslip.study.canonical import content_hash
+from nanoslip.study.manifest.manifest import Manifest
+from nanoslip.study.origin import all_sources_hash
+from nanoslip.study.plan.grids import load_front
 from nanoslip.study.results.entry import NO_FILE, is_no_file, written_whole
-from nanoslip.study.results.store import StoreError
+from nanoslip.study.results.store import Store, StoreError
+
+# The last line of a dataset's file: a checksum of all before it. netCDF ignores it; whoever changes the file removes
+# it.
+
+_LINE: Final = re.compile(rb"\nsha256 ([0-9a-f]{64})\n")
+_LENGTH: Final = len("\nsha256 \n") + 64
+_CHUNK: Final = 2**20
+
+
+def seal(path: Path) -> None:
+    """Write the line behind a file."""
+    digest = _digest(path, path.stat().st_size)
+    with path.open("ab") as file:
+        file.write(f"\nsha256 {digest}\n".encode("ascii"))
+
+
+def broken(path: Path) -> bool:
+    """Whether a byte of a sealed file has changed; a file without the line has nothing to break. Raises OSError."""
+    written = seal_of(path)
+    return written is not None and written != _digest(path, path.stat().st_size - _LENGTH)
+
+
+def seal_of(path: Path) -> str | None:
+    """The checksum that a file ends with, None where it has none. Raises OSError."""
+    length = path.stat().st_size - _LENGTH
+    if length < 0:
+        return None
+    with path.open("rb") as file:
+        file.seek(length)
+        line = _LINE.fullmatch(file.read())
+    return line[1].decode("ascii") if line else None
+
+
+def _digest(path: Path, length: int) -> str:
+    """Of the first bytes of a file."""
+    found = hashlib.sha256()
+    with path.open("rb") as file:
+        while length > 0 and (chunk := file.read(min(_CHUNK, length))):
+            found.update(chunk)
+            length -= len(chunk)
+    return found.hexdigest()
+
+
+# Texts of a variable as netCDF keeps them: characters along one dimension more, made and read a piece at a time.
+#
+# Of millions of texts few are different, while each takes as many characters as the longest one.
+
+_DIFFERENT: Final = 4096
+"""Texts that are remembered while others are read: where there are more, most are there once."""
+
+
+def are_texts(variable: xr.Variable) -> bool:
+    """Whether the values of a variable are texts."""
+    return variable.dtype.kind in "OUT"
+
+
+def longest(texts: NDArray[Any]) -> int:
+    """Bytes of the longest one; 1 where all are empty, as a dimension has a length."""
+    return max(1, max(map(len, map(str.encode, texts.flat)), default=0))
+
+
+def characters(texts: NDArray[Any], letters: slice) -> NDArray[np.bytes_]:
+    """These bytes of every text, in one dimension more."""
+    count = letters.stop - letters.start
+    found = np.fromiter((text.encode()[letters] for text in texts.flat), f"S{count}", texts.size)
+    return found.view("S1").reshape(*texts.shape, count)
+
+
+def read_texts(variable: xr.Variable) -> NDArray[Any]:
+    """The texts of a variable whose values are still in its file: equal ones are one object."""
+    found = np.empty(variable.shape, object)
+    known: dict[str, str] = {}
+    for block in blocks(variable.shape, variable.encoding.get("chunksizes") or variable.shape):
+        piece = variable[block].values
+        shared = np.fromiter((known.setdefault(text, text) for text in piece.flat), object, piece.size)
+        place: Any = (*block, ...)  # the dots: a single text is an array, too
+        found[place] = shared.reshape(piece.shape)
+        if len(known) > _DIFFERENT:
+            known.clear()
+    return found
+
+
+def blocks(shape: Sequence[int], chunks: Sequence[int]) -> Iterator[tuple[slice, ...]]:
+    """Where each chunk lies in an array of this shape. Chunks may have more dimensions than it."""
+    return itertools.product(*map(_cuts, shape, chunks))
+
+
+def _cuts(length: int, chunk: int) -> list[slice]:
+    return [slice(begin, min(begin + chunk, length)) for begin in range(0, length, max(chunk, 1))]
+
+
+# The groups of a dataset beside its root: records, event sizes, trajectories, contacts, the inside of the slab, the
+# software.
+#
+# In a file they are groups of netCDF-4. In Python the root is an `xr.Dataset` of scalars over the cases that carries
+# the groups
+# with it, in its encoding and in that of `case_id`: selections keep the one, `where` the other.
+
+_KEY: Final = "nanoslip_groups"
+_LABEL: Final = "case_id"
+"""The coordinate that every dataset of nanoslip has."""
+ROOT: Final = "/"
+
+
+class LostGroupsError(ValueError):
+    """A dataset that no longer knows where its records and trajectories are."""
+
+
+class Groups(Mapping[str, xr.Dataset]):
+    """Name -> group. Never changed once it is carried by a dataset: copies of the dataset share it."""
+
+    def __init__(self, groups: Mapping[str, xr.Dataset]) -> None:
+        self._groups = dict(groups)
+
+    def __getitem__(self, name: str) -> xr.Dataset:
+        return self._groups[name]
+
+    def __iter__(self) -> Iterator[str]:
+        return iter(self._groups)
+
+    def __len__(self) -> int:
+        return len(self._groups)
+
+    def __copy__(self) -> "Groups":
+        return self
+
+    def __deepcopy__(self, _memo: Any) -> "Groups":
+        return self
+
+
+def carrying(root: xr.Dataset, groups: Mapping[str, xr.Dataset]) -> xr.Dataset:
+    """Let a root carry its groups, which `groups_of` finds again; returns the root."""
+    held = Groups(groups)
+    root.encoding = {**root.encoding, _KEY: held}
+    if _LABEL in root.variables:
+        root[_LABEL].encoding[_KEY] = held
+    return root
+
+
+def groups_of(root: xr.Dataset) -> Groups:
+    """The groups of a dataset, of its selections, or of a file that xarray itself opened. Raises LostGroupsError."""
+    places = [root.encoding, root[_LABEL].encoding if _LABEL in root.variables else {}]
+    for encoding in places:
+        if _KEY in encoding:
+            held: Groups = encoding[_KEY]
+            return held
+    for encoding in places:
+        if Path(str(encoding.get("source", ""))).is_file():
+            return Groups(opened(Path(encoding["source"]))[1])
+    raise LostGroupsError(
+        "this dataset has lost its records and trajectories: ask the dataset that nanoslip.open, nanoslip.run or "
+        "nanoslip.concat returned, or a selection of it, before computing with it"
+    )
+
+
+def opened(path: Path) -> tuple[xr.Dataset, dict[str, xr.Dataset]]:
+    """Root and groups of a file; numbers are read when they are used, texts at once. Raises OSError."""
+    found = xr.open_groups(path, engine="netcdf4")
+    for each in found.values():
+        for variable in each.variables.values():
+            if are_texts(variable) and not isinstance(variable, xr.IndexVariable):  # which is read already
+                variable.data = read_texts(variable)  # xarray cannot transpose characters that it has not read
+    root = found.pop(ROOT)
+    groups = {name.strip("/"): group for name, group in found.items()}
+
+    def close() -> None:
+        for each in groups.values():
+            each.close()
+
+    own = root._close
+
+    def close_all() -> None:
+        close()
+        if own is not None:
+            own()
+
+    root.set_close(close_all)
+    return root, groups
+
+
+def tree_of(root: xr.Dataset) -> xr.DataTree:
+    """Root and groups as one tree."""
+    return xr.DataTree.from_dict({ROOT: root, **groups_of(root)})
+
+
+def loaded(root: xr.Dataset) -> xr.Dataset:
+    """The dataset with all values in memory, its groups' too."""
+    return carrying(root.load(), {name: group.load() for name, group in groups_of(root).items()})
+
+
+def flattened(root: xr.Dataset) -> dict[str, xr.DataArray]:
+    """Every variable by its path: `plateau_mean`, `record/event_slips`."""
+    found = {str(name): root[name] for name in root.variables}
+    for group, values in groups_of(root).items():
+        found |= {f"{group}/{name}": values[name] for name in values.variables}
+    return found
+
+
+# A tree of datasets as a netCDF-4 file, one variable after the other, with the attributes that xarray gives them.
+#
+# xarray itself would make the characters of all texts before it writes the first.
+
+SMALLEST_COMPRESSED: Final = 512
+"""Values from which a variable is compressed: below, the chunks that it then has take more than they save."""
+_COMPRESSED: Final = {"zlib": True, "complevel": 1, "shuffle": True}
+"""Level 9 saves 1 % more than level 1 (measured in README.md)."""
+
+
+def write_tree(tree: xr.DataTree, path: Path) -> None:
+    """Write the file. Raises OSError, RuntimeError where the disk refuses."""
+    with netCDF4.Dataset(path, "w", format="NETCDF4") as file:
+        for node in tree.subtree:
+            _write_group(node.to_dataset(inherit=False), file.createGroup(node.path) if node.path != "/" else file)
+
+
+def _write_group(dataset: xr.Dataset, group: netCDF4.Dataset) -> None:
+    variables, attributes = xr.conventions.encode_dataset_coordinates(dataset)
+    group.setncatts(attributes)
+    for name, variable in variables.items():
+        # Coordinates have no missing values (CF 2.5.1).
+        variable.encoding = {"_FillValue": None} if name in dataset.coords else {}
+        (_write_texts if are_texts(variable) else _write_numbers)(name, variable, group)
+
+
+def _write_texts(name: str, variable: xr.Variable, group: netCDF4.Dataset) -> None:
+    """Texts as characters: netCDF 4.10 breaks down where a file with strings in groups is open twice and closed once."""
+    texts: NDArray[Any] = np.asarray(variable.values)
+    length = longest(texts)
+    target = _declare(name, "S1", {**variable.sizes, f"string{length}": length}, group, texts.size)
+    target.setncatts({**variable.attrs, "_Encoding": "utf-8"})
+    for *block, letters in _chunks(target):
+        piece: Any = (*block, ...)  # the dots: a single text is an array, too
+        target[*block, letters] = characters(texts[piece], letters)
+        _let_go(target)
+
+
+def _write_numbers(name: str, variable: xr.Variable, group: netCDF4.Dataset) -> None:
+    encoded = xr.conventions.encode_cf_variable(variable, name=name)
+    missing = encoded.attrs.pop("_FillValue", None)
+    target = _declare(name, encoded.dtype, encoded.sizes, group, encoded.size, missing)
+    target.setncatts(encoded.attrs)
+    target.set_auto_maskandscale(False)  # they are what is to be written
+    for block in _chunks(target):
+        target[block] = encoded.values[block]
+        _let_go(target)
+
+
+def _declare(
+    name: str, kind: Any, sizes: Mapping[Any, int], group: netCDF4.Dataset, values: int, missing: Any = None
+) -> "netCDF4.Variable[Any]":
+    """A variable of this type along these dimensions. values: how many. missing: what stands for none."""
+    for dimension, size in sizes.items():
+        if not _has(group, dimension):
+            group.createDimension(dimension, size)
+    compressed: Any = _COMPRESSED if values >= SMALLEST_COMPRESSED else {}
+    return group.createVariable(name, kind, tuple(sizes), fill_value=missing, **compressed)
+
+
+def _has(group: netCDF4.Dataset | None, dimension: str) -> bool:
+    """Whether a group has a dimension, or one that it is in."""
+    return group is not None and (dimension in group.dimensions or _has(group.parent, dimension))
+
+
+def _chunks(target: "netCDF4.Variable[Any]") -> Iterator[tuple[slice, ...]]:
+    """Where each chunk of a variable lies: written whole, it is compressed once. One of small variables."""
+    found = target.chunking()
+    return blocks(target.shape, target.shape if isinstance(found, str) else found)
+
+
+def _let_go(target: "netCDF4.Variable[Any]") -> None:
+    """Have what was written of a variable leave the memory: else chunks of all variables stay until the file is closed."""
+    if target.chunking() != "contiguous":
+        target.set_var_chunk_cache(size=0)
+
 
 FILE: Final = "results.nc"
 FORMAT: Final = "nanoslip_format"
@@ -115,3 +396,43 @@ def reading(path: Path) -> Iterator[xr.Dataset]:
 
 def _reason(error: Exception) -> object:
     return getattr(error, "strerror", None) or error
+
+
+# Whether a dataset's file is up to date with the results on disk. If so, they need not be collected again.
+
+NOTE: Final = "dataset.json"
+"""File among the results that says what the dataset beside them was made of."""
+
+
+def made_of(manifest: Manifest, store: Store) -> str:
+    """A hash of all that decides a dataset: the campaign, its results and failures, and the code that collects them."""
+    front = load_front(manifest.front, manifest.front_text)
+    texts = (manifest.text, manifest.table_text, manifest.profile_text, front.sha256)
+    asked = content_hash(all_sources_hash(), manifest.path.name, *texts)
+    found = hashlib.sha256(asked.encode())
+    for key, seal in store.seals():
+        found.update(f"{key} {seal}\n".encode())
+    for key, attempt in sorted(store.failures().items()):
+        found.update(f"{key} {attempt.outcome}\n".encode())
+    return found.hexdigest()
+
+
+def is_made_of(path: Path, store: Store, expected: str) -> bool:
+    """Whether the file is the one that was last written, of just these results. Its bytes are checked when it is opened."""
+    try:
+        if not (store.folder / NOTE).is_file():  # to read a pipe would never end
+            return False
+        said = json.loads((store.folder / NOTE).read_text("utf-8"))
+        return bool(said == _said(path, expected))
+    except (OSError, ValueError, RecursionError):
+        return False
+
+
+def note(path: Path, store: Store, made: str) -> None:
+    """Write down of what the file was made; where that cannot be, it is collected again next time."""
+    with suppress(OSError), written_whole(store.folder / NOTE) as scratch:
+        scratch.write_text(json.dumps(_said(path, made)), "utf-8")
+
+
+def _said(path: Path, made: str) -> dict[str, object]:
+    return {"made_of": made, "seal": seal_of(path), "bytes": path.stat().st_size}

@@ -9,8 +9,8 @@ import numpy as np
 import xarray as xr
 from numpy.typing import ArrayLike, NDArray
 
-from nanoslip.study.dataset.access.accessor import Accessor
-from nanoslip.study.dataset.groups import groups_of
+from nanoslip.study.dataset.access import Accessor
+from nanoslip.study.dataset.file import groups_of
 
 
 @dataclass(frozen=True, slots=True)

@@ -21,10 +21,9 @@ import xarray as xr
 from markupsafe import Markup, escape
 from matplotlib.ticker import EngFormatter
 
-from nanoslip.study.dataset.access.tidy import Column
-from nanoslip.study.dataset.collection.counted import without_numbers
-from nanoslip.study.dataset.members import ends_of, means_of, members_of, modelled
-from nanoslip.study.dataset.variables import DISCRETIZATION_ERROR, OUTCOMES
+from nanoslip.study.dataset.access import Column
+from nanoslip.study.dataset.ragged import without_numbers
+from nanoslip.study.dataset.variables import DISCRETIZATION_ERROR, OUTCOMES, ends_of, means_of, members_of, modelled
 from nanoslip.study.figures.shared.canvas import COLORS, image
 from nanoslip.study.figures.shared.closed_form import scales_of
 from nanoslip.study.figures.shared.files import write_files

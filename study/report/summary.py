@@ -15,9 +15,8 @@ from nanoslip.solver.outcome import Ending
 from nanoslip.solver.parameter import quantities
 from nanoslip.solver.sliding.validity import flags_in
 from nanoslip.solver.view import with_error
-from nanoslip.study.dataset.collection.counted import in_short, joined, without_numbers
-from nanoslip.study.dataset.members import fewer, means_of, modelled
-from nanoslip.study.dataset.texts import are_texts
+from nanoslip.study.dataset.file import are_texts
+from nanoslip.study.dataset.ragged import in_short, joined, without_numbers
 from nanoslip.study.dataset.variables import (
     DRIVE,
     DRIVE_MEMBERS,
@@ -26,6 +25,9 @@ from nanoslip.study.dataset.variables import (
     VALIDITY,
     all_groups,
     all_scalars,
+    fewer,
+    means_of,
+    modelled,
     parameters,
 )
 from nanoslip.study.figures.sweep.label import in_unit, readable, said, symbol, unit_of

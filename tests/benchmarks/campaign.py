@@ -287,7 +287,7 @@ def _campaign(farm: Farm, mode: str, folder: Path, out: Path) -> Any:
 def _alone(folder: Path, out: Path) -> dict[str, float]:
     """Seconds per task of what the root does by itself before and after a finished campaign's run, its libraries loaded."""
     from nanoslip.study.dataset import file
-    from nanoslip.study.dataset.collection.collect import collect
+    from nanoslip.study.dataset.collect import collect
 
     store = Store(out)
 

@@ -14,10 +14,10 @@ from nanoslip.solver.sliding.record import FrictionRecord, event
 from nanoslip.solver.sliding.slide import slide_to_state
 from nanoslip.solver.sliding.statistics import EventStatistics, event_statistics
 from nanoslip.study.dataset import file
-from nanoslip.study.dataset.access.accessor import Accessor
-from nanoslip.study.dataset.collection.collect import collect
-from nanoslip.study.dataset.description import described, page
-from nanoslip.study.dataset.groups import loaded
+from nanoslip.study.dataset.access import Accessor
+from nanoslip.study.dataset.collect import collect
+from nanoslip.study.dataset.file import loaded
+from nanoslip.study.dataset.variables import described, page
 from nanoslip.study.manifest.reader import load_manifest
 from nanoslip.study.plan.kinds import record as record_kind
 from nanoslip.study.plan.plan import Plan, make_plan

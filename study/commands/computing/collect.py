@@ -6,7 +6,7 @@ from nanoslip.study.commands.shared.arguments import folder
 from nanoslip.study.commands.shared.datasets import write_dataset
 from nanoslip.study.commands.shared.plans import advised, counted
 from nanoslip.study.commands.shared.refusals import refusals
-from nanoslip.study.dataset.collection.pieces import InPieces
+from nanoslip.study.dataset.collect import InPieces
 from nanoslip.study.manifest.reader import load_manifest
 from nanoslip.study.report.console import say
 from nanoslip.study.results.shard import folders

@@ -9,12 +9,23 @@ from typing import Final
 
 from nanoslip.study.commands.shared.refusals import refusals
 from nanoslip.study.commands.shared.sources import dataset_of
-from nanoslip.study.dataset.agreement.facts import differing, meaning
-from nanoslip.study.dataset.agreement.matching import KINDS, Matched, NotComparableError, Pair, matched, over_members
-from nanoslip.study.dataset.agreement.verdicts import STANDARD_DEVIATIONS, Observed, observed, unjudged
-from nanoslip.study.dataset.collection.counted import shortened
-from nanoslip.study.dataset.comparison import Verdict
+from nanoslip.study.dataset.compare import Verdict
+from nanoslip.study.dataset.ragged import shortened
 from nanoslip.study.dataset.variables import OUTCOMES
+from nanoslip.study.dataset.verify import (
+    KINDS,
+    STANDARD_DEVIATIONS,
+    Matched,
+    NotComparableError,
+    Observed,
+    Pair,
+    differing,
+    matched,
+    meaning,
+    observed,
+    over_members,
+    unjudged,
+)
 from nanoslip.study.report.console import Table, print_sentences, print_table, say
 from nanoslip.study.report.summary import words
 from nanoslip.study.run.launch import CRASHED

@@ -4,7 +4,7 @@ from dataclasses import asdict
 
 from nanoslip.study.commands.shared.exits import Refusal
 from nanoslip.study.commands.shared.machine import print_json
-from nanoslip.study.dataset.description import Described, described, rows, text_of
+from nanoslip.study.dataset.variables import Described, described, rows, text_of
 from nanoslip.study.report.console import Table, print_sentences, print_table
 
 

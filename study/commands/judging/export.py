@@ -8,7 +8,7 @@ import click
 
 from nanoslip.study.commands.shared.refusals import refusals
 from nanoslip.study.commands.shared.sources import dataset_of
-from nanoslip.study.dataset.access.tidy import Column, case_columns, event_columns, sample_columns
+from nanoslip.study.dataset.access import Column, case_columns, event_columns, sample_columns
 from nanoslip.study.figures.shared.files import write_files
 from nanoslip.study.report.console import say, whole
 from nanoslip.study.report.page import as_csv, as_json

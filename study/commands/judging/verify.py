@@ -10,9 +10,9 @@ from nanoslip.study.commands.shared.exits import Refusal
 from nanoslip.study.commands.shared.machine import print_json
 from nanoslip.study.commands.shared.plans import counted
 from nanoslip.study.commands.shared.refusals import refusals
-from nanoslip.study.dataset import file, verification
-from nanoslip.study.dataset.comparison import Verdict
-from nanoslip.study.dataset.pair import Finding
+from nanoslip.study.dataset import file
+from nanoslip.study.dataset import verify as verification
+from nanoslip.study.dataset.compare import Finding, Verdict
 from nanoslip.study.plan.tasks import Task
 from nanoslip.study.report.console import console, print_sentences, say
 from nanoslip.study.report.summary import MOST_ROWS

@@ -10,11 +10,9 @@ import xarray as xr
 
 from nanoslip.study.commands.shared.plans import advised, counted
 from nanoslip.study.dataset import file
-from nanoslip.study.dataset.collection.collect import collect
-from nanoslip.study.dataset.collection.pieces import Planned
-from nanoslip.study.dataset.made_of import is_made_of, made_of, note
-from nanoslip.study.dataset.members import means_of
-from nanoslip.study.dataset.variables import OUTCOMES
+from nanoslip.study.dataset.collect import Planned, collect
+from nanoslip.study.dataset.file import is_made_of, made_of, note
+from nanoslip.study.dataset.variables import OUTCOMES, means_of
 from nanoslip.study.garbage import all_kept
 from nanoslip.study.manifest.manifest import Manifest
 from nanoslip.study.plan.plan import PENDING

@@ -9,7 +9,7 @@ import xarray as xr
 
 from nanoslip.study.commands.shared.exits import Refusal
 from nanoslip.study.commands.shared.refusals import refusals
-from nanoslip.study.dataset.access.single import one_case
+from nanoslip.study.dataset.access import one_case
 from nanoslip.study.dataset.variables import MEMBERS
 from nanoslip.study.figures.shared.canvas import column, format_of, image
 from nanoslip.study.figures.shared.files import write_files

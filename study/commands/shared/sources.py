@@ -9,7 +9,7 @@ import xarray as xr
 from nanoslip.study.commands.shared.arguments import folder
 from nanoslip.study.commands.shared.plans import advised, planned
 from nanoslip.study.dataset import file
-from nanoslip.study.dataset.collection.collect import collect
+from nanoslip.study.dataset.collect import collect
 from nanoslip.study.manifest.manifest import Manifest
 from nanoslip.study.report.console import say
 from nanoslip.study.results.store import Store, StoreError

@@ -7,7 +7,7 @@ import xarray as xr
 from numpy.typing import NDArray
 
 from nanoslip.solver.sliding.sizes import EventSizes, sizes_of_columns
-from nanoslip.study.dataset.access.accessor import Accessor
+from nanoslip.study.dataset.access import Accessor
 
 CAMPAIGN: Final = "figures/chain"
 

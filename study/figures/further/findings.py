@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 from scipy import stats
 
 from nanoslip.solver.view import with_error
-from nanoslip.study.dataset.access.accessor import Accessor
+from nanoslip.study.dataset.access import Accessor
 from nanoslip.study.figures.reproduction.drive import damper_force
 from nanoslip.study.figures.shared.canvas import COLORS, column
 from nanoslip.study.figures.shared.claims import Claim, over_starts

@@ -9,7 +9,7 @@ from matplotlib.figure import Figure
 from numpy.typing import NDArray
 
 from nanoslip.solver.sliding.plateau import Teeth
-from nanoslip.study.dataset.access.accessor import Accessor
+from nanoslip.study.dataset.access import Accessor
 from nanoslip.study.figures.shared.canvas import column
 from nanoslip.study.figures.shared.claims import Claim
 from nanoslip.study.figures.shared.figure import CampaignFigure, register

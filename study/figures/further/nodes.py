@@ -5,7 +5,7 @@ from collections.abc import Iterator
 import xarray as xr
 from matplotlib.figure import Figure
 
-from nanoslip.study.dataset.access.accessor import Accessor
+from nanoslip.study.dataset.access import Accessor
 from nanoslip.study.figures.further.chains import CAMPAIGN, names, plain
 from nanoslip.study.figures.shared.canvas import COLORS, column
 from nanoslip.study.figures.shared.claims import WITHOUT_PAPER, Claim

@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 from nanoslip.solver.sliding.power_law import SIGNIFICANT, density
 from nanoslip.solver.sliding.sizes import DISCRETE, GUTENBERG_RICHTER, MEAN_FIELD
 from nanoslip.solver.view import with_error
-from nanoslip.study.dataset.access.accessor import Accessor
+from nanoslip.study.dataset.access import Accessor
 from nanoslip.study.figures.further.chains import CAMPAIGN, names, plain, steady
 from nanoslip.study.figures.shared.canvas import COLORS, column
 from nanoslip.study.figures.shared.claims import Claim

@@ -7,7 +7,7 @@ import xarray as xr
 from matplotlib.figure import Figure
 from numpy.typing import NDArray
 
-from nanoslip.study.dataset.access.accessor import Accessor
+from nanoslip.study.dataset.access import Accessor
 from nanoslip.study.figures.shared import paper
 from nanoslip.study.figures.shared.canvas import COLORS, column
 from nanoslip.study.figures.shared.claims import Claim, compared, over_starts

@@ -5,7 +5,7 @@ import re
 from collections.abc import Mapping
 from typing import Any, Final
 
-from nanoslip.study.dataset.description import Described, described
+from nanoslip.study.dataset.variables import Described, described
 
 _UNITS: Final = {"m s-1": "m/s", "N m-1": "N/m"}
 """Units as CF writes them -> as people do."""

@@ -10,7 +10,7 @@ from matplotlib.figure import Figure
 from matplotlib.transforms import offset_copy
 from numpy.typing import NDArray
 
-from nanoslip.study.dataset.collection.counted import commonest
+from nanoslip.study.dataset.ragged import commonest
 from nanoslip.study.figures.shared.canvas import COLORS, column
 from nanoslip.study.figures.sweep.label import label, said, short, typeset, words
 from nanoslip.study.figures.sweep.points import Points

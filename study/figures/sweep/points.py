@@ -8,9 +8,8 @@ import numpy as np
 import xarray as xr
 from numpy.typing import NDArray
 
-from nanoslip.study.dataset.access.selection import Places, places
-from nanoslip.study.dataset.members import members_of
-from nanoslip.study.dataset.variables import OUTCOMES, VALIDITY, parameters
+from nanoslip.study.dataset.access import Places, places
+from nanoslip.study.dataset.variables import OUTCOMES, VALIDITY, members_of, parameters
 from nanoslip.study.figures.sweep.label import known, label, ratio, said
 from nanoslip.study.toml_text import from_toml
 

@@ -9,7 +9,7 @@ from matplotlib.colors import ListedColormap
 from matplotlib.figure import Figure
 from numpy.typing import NDArray
 
-from nanoslip.study.dataset.collection.counted import commonest
+from nanoslip.study.dataset.ragged import commonest
 from nanoslip.study.figures.shared.canvas import COLORS, column
 from nanoslip.study.figures.sweep.label import label, typeset
 from nanoslip.study.figures.sweep.lines import FAILED, WIDTH, grid_of, names_of, panels_of, title_of

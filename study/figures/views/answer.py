@@ -7,7 +7,7 @@ import numpy as np
 import xarray as xr
 from matplotlib.figure import Figure
 
-from nanoslip.study.dataset.collection.counted import commonest
+from nanoslip.study.dataset.ragged import commonest
 from nanoslip.study.figures.sweep.label import symbol, words
 from nanoslip.study.figures.sweep.lines import SHORTEST, draw_lines, draw_scattered, far_below
 from nanoslip.study.figures.sweep.points import Points, points_of

@@ -7,7 +7,7 @@ import xarray as xr
 from numpy.typing import NDArray
 
 from nanoslip.solver.contact.closed_forms import flat_punch_pressure, hertz
-from nanoslip.study.dataset.access.accessor import Accessor
+from nanoslip.study.dataset.access import Accessor
 from nanoslip.study.figures.shared.canvas import COLORS
 from nanoslip.study.figures.sweep.label import label, typeset
 from nanoslip.study.figures.sweep.points import Columns

@@ -5,7 +5,7 @@ from typing import Any, Final
 import numpy as np
 import xarray as xr
 
-from nanoslip.study.dataset.access.accessor import Accessor
+from nanoslip.study.dataset.access import Accessor
 from nanoslip.study.figures.shared.closed_form import fitted, scales_of
 from nanoslip.study.figures.sweep.points import Columns
 from nanoslip.study.figures.views.runs import Family, Run, thinned, views_of

@@ -7,7 +7,7 @@ import numpy as np
 import xarray as xr
 from matplotlib.figure import Figure
 
-from nanoslip.study.dataset.access.accessor import Accessor
+from nanoslip.study.dataset.access import Accessor
 from nanoslip.study.figures.shared.canvas import column
 from nanoslip.study.figures.sweep.label import label, typeset, words
 from nanoslip.study.figures.sweep.lines import WIDTH

@@ -11,9 +11,9 @@ import xarray as xr
 from matplotlib.figure import Figure
 from numpy.typing import NDArray
 
-from nanoslip.study.dataset.access.selection import id_of, places
-from nanoslip.study.dataset.groups import groups_of
-from nanoslip.study.dataset.members import means_of
+from nanoslip.study.dataset.access import id_of, places
+from nanoslip.study.dataset.file import groups_of
+from nanoslip.study.dataset.variables import means_of
 from nanoslip.study.figures.shared.canvas import COLORS, column
 from nanoslip.study.figures.sweep.label import typeset, words
 from nanoslip.study.figures.sweep.lines import WIDTH

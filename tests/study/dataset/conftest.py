@@ -9,7 +9,7 @@ import pytest
 import xarray as xr
 
 from nanoslip.study.dataset import file
-from nanoslip.study.dataset.collection.collect import collect
+from nanoslip.study.dataset.collect import collect
 from nanoslip.study.manifest.reader import load_manifest
 from nanoslip.study.plan.plan import Plan, make_plan
 from nanoslip.study.results.store import Store

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from nanoslip.study.dataset.comparison import (
+from nanoslip.study.dataset.compare import (
     ROUNDING,
     STANDARD_ERRORS,
     Difference,

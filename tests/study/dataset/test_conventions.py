@@ -10,7 +10,7 @@ import xarray as xr
 
 from nanoslip.study.api import run
 from nanoslip.study.dataset import file
-from nanoslip.study.dataset.groups import carrying, groups_of
+from nanoslip.study.dataset.file import carrying, groups_of
 from tests.study.dataset.access.conftest import FULL
 
 

@@ -9,9 +9,9 @@ import xarray as xr
 from nanoslip.solver.sliding.record import EVENT_KINDS, FrictionRecord
 from nanoslip.solver.sliding.sizes import SIZES
 from nanoslip.solver.sliding.validity import FLAGS
-from nanoslip.study.dataset.collection.collect import collect
-from nanoslip.study.dataset.description import Described, described, page, rows, text_of
-from nanoslip.study.dataset.groups import flattened, groups_of
+from nanoslip.study.dataset.collect import collect
+from nanoslip.study.dataset.file import flattened, groups_of
+from nanoslip.study.dataset.variables import Described, described, page, rows, text_of
 from nanoslip.study.manifest.reader import load_manifest
 from nanoslip.study.plan.plan import make_plan
 from nanoslip.study.results.store import Store
@@ -124,7 +124,7 @@ def test_an_unknown_name_is_answered_with_the_nearest_ones() -> None:
 
 def test_the_page_of_all_variables_is_as_declared() -> None:
     kept = (ROOT / "campaigns" / "variables.md").read_text("utf-8")
-    assert kept == page(), "run python -m nanoslip.study.dataset.description > campaigns/variables.md"
+    assert kept == page(), "run python -m nanoslip.study.dataset.variables > campaigns/variables.md"
 
 
 def test_the_page_names_every_variable_by_itself_or_with_those_that_differ_from_it_in_one_word() -> None:

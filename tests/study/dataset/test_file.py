@@ -8,8 +8,7 @@ import pytest
 import xarray as xr
 
 from nanoslip.study.dataset import file
-from nanoslip.study.dataset.groups import carrying, groups_of
-from nanoslip.study.dataset.netcdf import SMALLEST_COMPRESSED
+from nanoslip.study.dataset.file import SMALLEST_COMPRESSED, carrying, groups_of
 from nanoslip.study.results.store import StoreError
 from tests.study.results.results import NO_FILES
 

@@ -8,7 +8,7 @@ import pytest
 import xarray as xr
 
 from nanoslip.study.dataset import file
-from nanoslip.study.dataset.groups import LostGroupsError, carrying, flattened, groups_of, loaded, opened, tree_of
+from nanoslip.study.dataset.file import LostGroupsError, carrying, flattened, groups_of, loaded, opened, tree_of
 
 
 def made() -> xr.Dataset:

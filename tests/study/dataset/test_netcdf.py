@@ -11,7 +11,7 @@ import numpy as np
 import pytest
 import xarray as xr
 
-from nanoslip.study.dataset.netcdf import SMALLEST_COMPRESSED, write_tree
+from nanoslip.study.dataset.file import SMALLEST_COMPRESSED, write_tree
 
 COMPRESSED = {"zlib": True, "complevel": 1, "shuffle": True}
 DIMS = ("load", "radius", "member")
@@ -84,7 +84,7 @@ def test_no_chunk_stays_in_memory_once_it_is_written(tmp_path):
     script = f"""
 import resource, sys
 import numpy as np, xarray as xr
-from nanoslip.study.dataset.netcdf import write_tree
+from nanoslip.study.dataset.file import write_tree
 values = np.random.default_rng(1).normal(size=500_000)
 peaks = []
 for count in (2, 42):

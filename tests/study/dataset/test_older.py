@@ -9,8 +9,8 @@ import xarray as xr
 
 from nanoslip.study import api
 from nanoslip.study.dataset import file
-from nanoslip.study.dataset.access.placement import NotJoinableError
-from nanoslip.study.dataset.groups import groups_of
+from nanoslip.study.dataset.concatenation import NotJoinableError
+from nanoslip.study.dataset.file import groups_of
 from tests.conftest import Main, compute
 
 DATA = Path(__file__).parent / "data"

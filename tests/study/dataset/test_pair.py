@@ -8,7 +8,7 @@ import netCDF4
 import numpy as np
 import pytest
 
-from nanoslip.study.dataset.comparison import Verdict
+from nanoslip.study.dataset.compare import Verdict
 from nanoslip.study.plan.tasks import Task, TaskResult, run_task
 from tests.study.dataset.verifying import DRIVEN, STEADY, Run, computed, once, verdicts, verified
 

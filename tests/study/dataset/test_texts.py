@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 import xarray as xr
 
-from nanoslip.study.dataset.texts import are_texts, blocks, characters, longest, read_texts
+from nanoslip.study.dataset.file import are_texts, blocks, characters, longest, read_texts
 
 
 @pytest.mark.parametrize("shape", [(1,), (7,), (3, 4, 5)])

@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from nanoslip.study.dataset.groups import flattened
+from nanoslip.study.dataset.file import flattened
 from nanoslip.study.dataset.variables import all_groups, scalars
 from tests.study.dataset.campaigns import CASE_DIMS
 

@@ -9,8 +9,9 @@ import pytest
 
 from nanoslip.solver.outcome import UNDONE, Ending
 from nanoslip.solver.slab import Slab
-from nanoslip.study.dataset import file, verification
-from nanoslip.study.dataset.comparison import Verdict
+from nanoslip.study.dataset import file
+from nanoslip.study.dataset import verify as verification
+from nanoslip.study.dataset.compare import Verdict
 from nanoslip.study.manifest.checker import ManifestError
 from nanoslip.study.origin import computing
 from nanoslip.study.plan.grids import Measured, as_text
@@ -193,7 +194,7 @@ def test_a_front_that_was_measured_anew_chooses_nothing_and_judges_nothing(tmp_p
     load = front.load_front
     (tmp_path / "new.json").write_text(FRONT)
     anew = replace(load(tmp_path / "new.json"), name="front.json")
-    monkeypatch.setattr("nanoslip.study.dataset.collection.collect.load_front", lambda *_: anew)
+    monkeypatch.setattr("nanoslip.study.dataset.collect.load_front", lambda *_: anew)
     monkeypatch.setattr("nanoslip.study.plan.grids.load_front", lambda *_: anew)
     assert verdicts(verified(path, tmp_path)) == 5 * [Verdict.IDENTICAL]
 

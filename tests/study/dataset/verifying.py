@@ -7,10 +7,10 @@ from pathlib import Path
 import netCDF4
 
 from nanoslip.solver.outcome import Ending
-from nanoslip.study.dataset import file, verification
-from nanoslip.study.dataset.collection.collect import collect
-from nanoslip.study.dataset.comparison import Verdict
-from nanoslip.study.dataset.pair import Finding
+from nanoslip.study.dataset import file
+from nanoslip.study.dataset import verify as verification
+from nanoslip.study.dataset.collect import collect
+from nanoslip.study.dataset.compare import Finding, Verdict
 from nanoslip.study.manifest.reader import load_manifest
 from nanoslip.study.origin import here
 from nanoslip.study.plan.plan import make_plan

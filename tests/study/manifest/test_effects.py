@@ -16,8 +16,8 @@ from nanoslip.solver.elasticity.grid_scheme import stiffness
 from nanoslip.solver.outcome import Ending
 from nanoslip.solver.slab import Slab
 from nanoslip.solver.sliding.slide import slide_to_state
-from nanoslip.study.dataset.collection.collect import collect
-from nanoslip.study.dataset.groups import groups_of
+from nanoslip.study.dataset.collect import collect
+from nanoslip.study.dataset.file import groups_of
 from nanoslip.study.manifest.checker import ManifestError
 from nanoslip.study.manifest.manifest import NamedDrive
 from nanoslip.study.manifest.reader import effects, load_manifest

@@ -13,7 +13,7 @@ import pytest
 
 from nanoslip.solver.drive import Scales
 from nanoslip.study.dataset import file
-from nanoslip.study.dataset.collection.collect import collect
+from nanoslip.study.dataset.collect import collect
 from nanoslip.study.dataset.variables import factors
 from nanoslip.study.manifest.checker import ManifestError
 from nanoslip.study.manifest.manifest import EnsembleTable, Outputs, drive_parameters

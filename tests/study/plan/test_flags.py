@@ -16,7 +16,7 @@ from nanoslip.solver.slab import Slab
 from nanoslip.solver.sliding.slide import slide
 from nanoslip.solver.sliding.validity import FEW_NODES, FLAGS, NEAR_ENDS, WHOLE_SLAB, advice_on, flags_in
 from nanoslip.study.dataset import file
-from nanoslip.study.dataset.collection.collect import collect
+from nanoslip.study.dataset.collect import collect
 from nanoslip.study.manifest.reader import load_manifest
 from nanoslip.study.plan.cost import expected_displacement
 from nanoslip.study.plan.outlook import expected_lines, flag_lines, outlook_of

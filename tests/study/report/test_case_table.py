@@ -2,7 +2,7 @@
 
 import xarray as xr
 
-from nanoslip.study.dataset.access.single import one_case
+from nanoslip.study.dataset.access import one_case
 from nanoslip.study.report.summary import case_table, ending_lines
 from tests.study.report.test_page import made_up
 

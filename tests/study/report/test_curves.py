@@ -5,7 +5,7 @@ import pytest
 import xarray as xr
 
 import nanoslip
-from nanoslip.study.dataset.access.single import one_case
+from nanoslip.study.dataset.access import one_case
 from nanoslip.study.report.curves import curves
 from tests.study.report.test_page import made_up
 

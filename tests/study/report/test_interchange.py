@@ -8,7 +8,7 @@ import numpy as np
 import pandas as pd
 import pytest
 
-from nanoslip.study.dataset.access.tidy import Column
+from nanoslip.study.dataset.access import Column
 from nanoslip.study.report.page import as_csv, as_json
 
 NAN, INF = float("nan"), float("inf")

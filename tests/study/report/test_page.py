@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 import xarray as xr
 
-from nanoslip.study.dataset.groups import carrying, groups_of
+from nanoslip.study.dataset.file import carrying, groups_of
 from nanoslip.study.figures.views.catalogue import SORTS
 from nanoslip.study.report import page as report_page
 from nanoslip.study.report import summary

@@ -6,7 +6,7 @@ import netCDF4
 import pytest
 
 from nanoslip.study.dataset import file
-from nanoslip.study.dataset.groups import loaded
+from nanoslip.study.dataset.file import loaded
 from tests.conftest import SMALL, compute
 
 

@@ -2,7 +2,7 @@
 
 import pytest
 
-from nanoslip.study.dataset.description import rows
+from nanoslip.study.dataset.variables import rows
 
 
 def test_all_variables_are_listed_with_unit_and_meaning(main):

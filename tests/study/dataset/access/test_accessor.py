@@ -9,7 +9,7 @@ import pytest
 import xarray as xr
 
 from nanoslip.study.api import open_dataset, run
-from nanoslip.study.dataset.groups import LostGroupsError, groups_of
+from nanoslip.study.dataset.file import LostGroupsError, groups_of
 from tests.conftest import ROOT
 from tests.study.dataset.access.conftest import FULL
 

@@ -5,8 +5,8 @@ import pytest
 import xarray as xr
 
 from nanoslip.study.api import concat, open_dataset, run
-from nanoslip.study.dataset.access.placement import NotJoinableError
-from nanoslip.study.dataset.groups import groups_of
+from nanoslip.study.dataset.concatenation import NotJoinableError
+from nanoslip.study.dataset.file import groups_of
 from nanoslip.study.results.store import StoreError
 from tests.study.dataset.access.conftest import FULL
 

@@ -3,7 +3,7 @@
 import numpy as np
 import xarray as xr
 
-from nanoslip.study.dataset.access.placement import axes_of, placed
+from nanoslip.study.dataset.concatenation import axes_of, placed
 
 
 def made(radius: list[float], load: float, first: int) -> xr.Dataset:

@@ -3,8 +3,7 @@
 import numpy as np
 import pytest
 
-from nanoslip.study.dataset.access.accessor import Accessor
-from nanoslip.study.dataset.access.selection import places
+from nanoslip.study.dataset.access import Accessor, places
 
 
 def test_values_and_lists_of_values_name_cases(full):

@@ -5,7 +5,7 @@ import re
 import pytest
 import xarray as xr
 
-from nanoslip.study.dataset.access.single import one_case
+from nanoslip.study.dataset.access import one_case
 
 
 def test_a_case_keeps_its_drives_until_one_is_named(full: xr.Dataset) -> None:

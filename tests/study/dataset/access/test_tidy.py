@@ -4,8 +4,8 @@ import numpy as np
 import pytest
 import xarray as xr
 
-from nanoslip.study.dataset.access.tidy import Column, case_columns, event_columns, sample_columns
-from nanoslip.study.dataset.groups import carrying, groups_of
+from nanoslip.study.dataset.access import Column, case_columns, event_columns, sample_columns
+from nanoslip.study.dataset.file import carrying, groups_of
 
 
 def by_name(columns: list[Column]) -> dict[str, list]:

@@ -2,7 +2,7 @@
 
 import xarray as xr
 
-from nanoslip.study.dataset.agreement.facts import differing
+from nanoslip.study.dataset.verify import differing
 
 
 def made(radius: list[float], manifest: str, **attributes: object) -> xr.Dataset:

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 import xarray as xr
 
-from nanoslip.study.dataset.agreement.matching import NotComparableError, matched
+from nanoslip.study.dataset.verify import NotComparableError, matched
 
 
 def made(radius: list[float], load: list[float] | float = 1e-3, outcome: str = "completed") -> xr.Dataset:

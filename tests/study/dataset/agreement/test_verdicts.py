@@ -6,9 +6,8 @@ import numpy as np
 import pytest
 import xarray as xr
 
-from nanoslip.study.dataset.agreement.matching import matched
-from nanoslip.study.dataset.agreement.verdicts import observed, unjudged
-from nanoslip.study.dataset.comparison import Verdict
+from nanoslip.study.dataset.compare import Verdict
+from nanoslip.study.dataset.verify import matched, observed, unjudged
 
 NAN = float("nan")
 

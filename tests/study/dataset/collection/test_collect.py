@@ -10,9 +10,9 @@ import pytest
 
 from nanoslip.solver.outcome import Ending, Outcome
 from nanoslip.study.dataset import file
-from nanoslip.study.dataset.access.accessor import Accessor
-from nanoslip.study.dataset.collection.collect import collect
-from nanoslip.study.dataset.groups import groups_of
+from nanoslip.study.dataset.access import Accessor
+from nanoslip.study.dataset.collect import collect
+from nanoslip.study.dataset.file import groups_of
 from nanoslip.study.origin import Origin, computing
 from nanoslip.study.plan.grids import load_front
 from nanoslip.study.plan.plan import Plan

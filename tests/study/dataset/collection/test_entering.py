@@ -8,10 +8,9 @@ from typing import Any
 
 import pytest
 
+from nanoslip.study.dataset import collect as entering
 from nanoslip.study.dataset import file
-from nanoslip.study.dataset.collection import entering
-from nanoslip.study.dataset.collection.collect import collect
-from nanoslip.study.dataset.collection.pieces import InPieces
+from nanoslip.study.dataset.collect import InPieces, collect
 from nanoslip.study.manifest.reader import load_manifest
 from nanoslip.study.results.store import Store, StoreError
 from tests.conftest import SMALL

@@ -5,8 +5,8 @@ from collections import Counter
 import numpy as np
 import pytest
 
-from nanoslip.study.dataset.access.accessor import Accessor
-from nanoslip.study.dataset.collection.collect import collect
+from nanoslip.study.dataset.access import Accessor
+from nanoslip.study.dataset.collect import collect
 from tests.conftest import SMALL
 from tests.study.dataset.campaigns import CASE_DIMS, changed
 

@@ -10,9 +10,9 @@ import xarray as xr
 
 from nanoslip.solver.ensemble import mean_of
 from nanoslip.solver.outcome import Ending, Outcome
-from nanoslip.study.dataset.collection.collect import collect
-from nanoslip.study.dataset.groups import groups_of
-from nanoslip.study.dataset.members import EXPLAINED, fewer, means_of, members_of
+from nanoslip.study.dataset.collect import collect
+from nanoslip.study.dataset.file import groups_of
+from nanoslip.study.dataset.variables import EXPLAINED, fewer, means_of, members_of
 from nanoslip.study.plan.kinds.kind import column
 from nanoslip.study.plan.plan import Plan
 from nanoslip.study.results.store import Store

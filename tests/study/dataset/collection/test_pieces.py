@@ -5,10 +5,9 @@ from pathlib import Path
 
 import pytest
 
+from nanoslip.study.dataset import collect as pieces_module
 from nanoslip.study.dataset import file
-from nanoslip.study.dataset.collection import pieces as pieces_module
-from nanoslip.study.dataset.collection.collect import collect
-from nanoslip.study.dataset.collection.pieces import InPieces, pieces
+from nanoslip.study.dataset.collect import InPieces, collect, pieces
 from nanoslip.study.manifest.cases import CampaignCase, cases_of, expand
 from nanoslip.study.manifest.checker import ManifestError
 from nanoslip.study.manifest.manifest import Manifest

@@ -1,0 +1,391 @@
+"""Access to a dataset: one case, all of its events, several datasets joined into one, flat tables."""
+
+import difflib
+from collections.abc import Iterable, Iterator, Mapping
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+import xarray as xr
+from numpy.typing import NDArray
+
+from nanoslip.solver.parameter import attributes
+from nanoslip.solver.sliding.record import drops
+from nanoslip.solver.sliding.sizes import SIZES
+from nanoslip.study.dataset.file import groups_of, tree_of
+from nanoslip.study.dataset.ragged import windows
+from nanoslip.study.dataset.variables import DRIVE_NAME, EVENT_DROP, OUTCOMES, all_groups, parameters
+from nanoslip.study.manifest.checker import number_or_text
+from nanoslip.study.manifest.parameters import words
+
+# Selection of cases, and of their records and trajectories, by values of coordinates: `radius=200`.
+
+Selection = Mapping[str, Any]
+"""Name of a coordinate -> its value, or a list of values."""
+
+
+@dataclass(frozen=True, slots=True)
+class Places:
+    """Cases of a dataset that a selection names, and what singles them out."""
+
+    root: xr.Dataset
+    dims: tuple[str, ...]
+    positions: NDArray[np.int64]
+    """(cases, dims)"""
+
+    def __iter__(self) -> Iterator[xr.Dataset]:
+        """The scalars of each case with its parameters."""
+        along = set(self.dims)
+        names = [name for name, each in self.root.variables.items() if set(each.dims) <= along]
+        scalars = self.root[names].drop_vars([name for name in self.root.coords if name not in names], errors="ignore")
+        for position in self.positions.tolist():
+            yield scalars.isel(dict(zip(self.dims, position, strict=True)))
+
+    def values(self, name: str) -> NDArray[Any]:
+        """A variable or coordinate over the cases that the selection names."""
+        each = self.root[name]
+        indices = [self.positions[:, self.dims.index(str(dim))] for dim in each.dims]
+        return np.asarray(each.values[tuple(indices)]) if indices else np.full(len(self.positions), each.values)
+
+
+def places(root: xr.Dataset, name: str, selection: Selection) -> Places:
+    """Where a variable has the coordinates that are selected. Raises KeyError where no case is like that."""
+    along = root[name]
+    chosen = xr.DataArray(np.ones(along.shape, np.bool_), dims=along.dims)
+    for key, wanted in selection.items():
+        if key not in along.coords:
+            near = difflib.get_close_matches(key, map(str, along.coords), 1)
+            known = f"did you mean {near[0]}?" if near else f"there are {', '.join(map(str, along.coords))}"
+            raise KeyError(f"{key}: no coordinate of these cases; {known}")
+        coordinate = along.coords[key]
+        hits = (
+            coordinate.isin(np.atleast_1d(np.asarray(wanted))) if not _text(coordinate) else _words(coordinate, wanted)
+        )
+        if not hits.any():
+            raise KeyError(f"{key} = {wanted!r}: no such case; there are {_some(coordinate)}")
+        chosen = chosen & hits.drop_vars(list(hits.coords))
+    positions = np.argwhere(chosen.transpose(*along.dims).values)
+    if not len(positions):
+        raise KeyError(f"{_said(selection)}: no case is all of that")
+    return Places(root, tuple(map(str, along.dims)), positions)
+
+
+def run_of(root: xr.Dataset, name: str, selection: Selection) -> tuple[xr.Dataset, xr.Dataset]:
+    """The run of one case in a group, as it stands there, and the case's scalars.
+
+    Raises KeyError where no case is like that, ValueError where several are or the one has no run.
+    """
+    found = places(root, id_of(root, name), selection)
+    if len(found.positions) != 1:
+        several = [
+            f"{dim} has {len(set(column))} values"
+            for dim, column in zip(found.dims, found.positions.T.tolist(), strict=True)
+            if len(set(column)) > 1
+        ]
+        raise ValueError(f"{_said(selection)}: needs to single out one case, but {', '.join(several)}")
+    case = next(iter(found))
+    slices = cut(root, name, [case[id_of(root, name)].values.item()])
+    if slices is None:
+        raise ValueError(f"{_said(selection)}: this case has no {name}")
+    group = groups_of(root)[name]
+    group = group.drop_vars([each for each in group.variables if name in group[each].dims])
+    return group.isel({dim: windows_[0] for dim, windows_ in slices.items()}), case
+
+
+def id_of(root: xr.Dataset, name: str) -> str:
+    """The variable that names the run of each case. Raises ValueError where a dataset has no such group."""
+    known = all_groups()[name].id.name
+    if name not in groups_of(root):
+        raise ValueError(f"this dataset has no group {name}: its campaign leaves that out (see [outputs] and stages)")
+    if known not in root:
+        raise ValueError(f"this dataset has lost {known}: keep it when choosing variables")
+    return known
+
+
+def cut(root: xr.Dataset, name: str, ids: list[Any]) -> dict[str, list[slice]] | None:
+    """Sample dimension -> where the runs of these names are; None where there is none of a name."""
+    group = groups_of(root)[name]
+    numbers = {label: number for number, label in enumerate(group[name].values.tolist())}
+    if not all(isinstance(each, str) and each for each in ids):
+        return None
+    if strangers := [each for each in ids if each not in numbers]:
+        raise ValueError(
+            f"{name} {strangers[0]}: not in the group of this dataset: join datasets with nanoslip.concat, "
+            f"not xarray's functions"
+        )
+    return {
+        sample: [slice(int(first[numbers[each]]), int(first[numbers[each] + 1])) for each in ids]
+        for sample, (_, first) in windows(group, all_groups()[name]).items()
+    }
+
+
+def _text(coordinate: xr.DataArray) -> bool:
+    return coordinate.dtype.kind in "OUT"
+
+
+def _words(coordinate: xr.DataArray, wanted: Any) -> xr.DataArray:
+    words = [wanted] if isinstance(wanted, str) else list(wanted)
+    return coordinate.copy(data=np.isin(coordinate.values.astype(str), words))
+
+
+def _some(coordinate: xr.DataArray) -> str:
+    values = list(dict.fromkeys(coordinate.values.ravel().tolist()))
+    return ", ".join(map(str, values[:8])) + (", …" if len(values) > 8 else "")
+
+
+def _said(selection: Selection) -> str:
+    return ", ".join(f"{name} = {value}" for name, value in selection.items()) or "no selection"
+
+
+# One case of a dataset by the values of its parameters, in a manifest's words: with all its drives, or with one of
+# them.
+
+
+def one_case(root: xr.Dataset, given: Mapping[str, str]) -> xr.Dataset:
+    """The part of a dataset that is one case, without the dimensions that this leaves one value of.
+
+    given: parameter, as manifests or datasets call it -> its value as text. The drives of the case may be several.
+
+    Raises KeyError where no case is like that, ValueError with what is left to choose where several are.
+    """
+    ending = next(name for kind in ("drive", "") if (name := OUTCOMES[kind][0].name) in root)
+    selection = {name: _value(root, name, text) for name, text in _named(given).items()}
+    found = places(root, ending, selection)
+    left = {dim: np.unique(column) for dim, column in zip(found.dims, found.positions.T, strict=True)}
+    of_cases = [str(dim) for dim in root[OUTCOMES[""][0].name].dims]
+    part = root.isel({dim: where if len(where) > 1 else where[0] for dim, where in left.items()})
+    if several := [dim for dim in of_cases if len(left[dim]) > 1]:
+        raise ValueError(f"needs to be one case: give also {'; '.join(_choices(part, several))}")
+    return part
+
+
+def _named(given: Mapping[str, str]) -> dict[str, str]:
+    """The same by the names that datasets have."""
+    return {words().get(word, word): text for word, text in given.items()}
+
+
+def _value(root: xr.Dataset, name: str, text: str) -> Any:
+    """A value as its coordinate has it: what looks like a number may be a name."""
+    return text if name in root.coords and root[name].dtype.kind in "OUT" else number_or_text(text)
+
+
+def _choices(part: xr.Dataset, dims: Iterable[str]) -> list[str]:
+    """The parameters in which cases differ along dimensions, each with its values."""
+    along = [str(name) for name in part.coords if set(part[name].dims) & set(dims) and name != "case_id"]
+    values = {name: part[name].to_series().dropna().unique().tolist() for name in along}
+    told = {name: found for name, found in values.items() if len(found) > 1 and (name != "case" or len(along) == 1)}
+    return [
+        f"{name} = {', '.join(map(str, found[:8]))}{', …' if len(found) > 8 else ''}" for name, found in told.items()
+    ]
+
+
+# `dataset.nanoslip`: records, trajectories, contacts and events of a dataset, each with its case's scalars.
+
+FRICTION = ("event_friction_before", "event_friction_after")
+"""Either side of the drop of an event."""
+
+
+class Accessor:
+    """Ways to the groups of a dataset of `nanoslip.open`, `nanoslip.run` or `nanoslip.concat`, or of a selection of one.
+
+    selection: what singles out the cases, by names of coordinates: `intrinsic_friction=0.5, radius=[50.0, 200.0]`.
+    What is returned carries the scalars of its case as variables and its parameters as coordinates. It is read when it is used.
+
+    All raise KeyError where no case is like that, ValueError where the dataset has nothing of the sort, has lost its groups,
+    or where several cases are like that and one is asked for.
+    """
+
+    def __init__(self, dataset: xr.Dataset) -> None:
+        self._dataset = dataset
+
+    @property
+    def tree(self) -> xr.DataTree:
+        """The dataset with all its groups, as `xr.open_datatree` gives it of a file; `tree.to_netcdf(path)` keeps all of it."""
+        return tree_of(self._dataset)
+
+    def record(self, **selection: Any) -> xr.Dataset:
+        """The friction record of one case over `event`, numbered from 1, with the coordinate `displacement`, and `event_drop`.
+
+        >>> data.nanoslip.record(radius=200).event_friction_after.plot(x="displacement")  # doctest: +SKIP
+        """
+        run, case = run_of(self._dataset, "record", selection)
+        return _dropping(_with(run, case)).assign_coords(event=_numbers(run.sizes["event"]))
+
+    def teeth(self, **selection: Any) -> xr.Dataset:
+        """F/W of one case as a line over `point`: start, both sides of each drop, end; with the coordinate `displacement`."""
+        run, case = run_of(self._dataset, "record", selection)
+        ends = {name: case[name].values.item() for name in ("initial_friction", "final_displacement", "final_friction")}
+        moved = np.repeat(run["displacement"].values, 2)
+        force = np.column_stack([run[name].values for name in FRICTION]).ravel()
+        line = {
+            "displacement": np.concatenate(([0.0], moved, [ends["final_displacement"]])),
+            "friction_force": np.concatenate(([ends["initial_friction"]], force, [ends["final_friction"]])),
+        }
+        words = {"long_name": "friction force over load", "units": "1", "symbol": "F/W"}
+        found = xr.Dataset(
+            {"friction_force": ("point", line["friction_force"], words)},
+            {"displacement": ("point", line["displacement"], run["displacement"].attrs)},
+        )
+        return _with(found, case)
+
+    def events(self, **selection: Any) -> xr.Dataset:
+        """All events of all cases that are selected over `event`: one long table, for `to_dataframe()`.
+
+        The cases' parameters that vary are coordinates along `event`, as are `case_id` and the number in the record,
+        `event_number`. Cases without a record have no rows.
+        """
+        return _dropping(self._joined("record", "event", selection))
+
+    def event_sizes(self, size: str = "slips", **selection: Any) -> xr.Dataset:
+        """A size of the events of all members of one case in bins of equal ratio, over `bin` with the coordinate `bin_middle`.
+
+        size: slips, extent, drop, energy or step. Of campaigns with `[outputs] statistics`.
+        """
+        run, case = run_of(self._dataset, "event_sizes", selection)
+        if size not in SIZES:
+            raise KeyError(f"size = {size!r}: needs one of {', '.join(SIZES)}")
+        there = np.flatnonzero(run["bin_of"].values == list(SIZES).index(size))
+        return _with(run.isel(bin=there).drop_vars("bin_of"), case)
+
+    def trajectory(self, **selection: Any) -> xr.Dataset:
+        """The motion of the pin of one case and drive over `sample` with the coordinate `time`; its slips over `slip_phase`."""
+        return _with(*run_of(self._dataset, "trajectory", selection))
+
+    def samples(self, **selection: Any) -> xr.Dataset:
+        """All samples of the motion in all cases and drives that are selected over `sample`: one long table, as `events`."""
+        return self._joined("trajectory", "sample", selection)
+
+    def contact(self, event: int | None = None, **selection: Any) -> xr.Dataset:
+        """Pressure, shear, slip and gap of the surface nodes of one case, with the coordinate `x`.
+
+        event: of the record, after which the contact is seen; 0 is initial contact. None: all that there are, over `event`
+            where they are several.
+        """
+        return self._seen("contact", event, selection)
+
+    def interior(self, event: int | None = None, **selection: Any) -> xr.Dataset:
+        """Displacements and stresses of the nodes inside the slab of one case, with the coordinates `x` and `z`; as `contact`."""
+        return self._seen("interior", event, selection)
+
+    def _seen(self, name: str, event: int | None, selection: Selection) -> xr.Dataset:
+        run, case = run_of(self._dataset, name, selection)
+        dim = f"{name}_node"
+        of_nodes = run["event"].values
+        there = list(dict.fromkeys(of_nodes.tolist()))
+        if event is not None and event not in there:
+            raise KeyError(f"event = {event}: this case has its {name} after events {', '.join(map(str, there))}")
+        wanted = there if event is None else [event]
+        parts = [run.drop_vars("event").isel({dim: np.flatnonzero(of_nodes == each)}) for each in wanted]
+        if len(parts) == 1:
+            return _with(parts[0].assign_coords(event=wanted[0]), case)
+        over = xr.concat(parts, "event", coords="minimal", compat="override", data_vars="all")
+        return _with(over.assign_coords(event=("event", wanted, run["event"].attrs)), case)
+
+    def _joined(self, name: str, sample: str, selection: Selection) -> xr.Dataset:
+        """The runs of a group one behind the other, with the parameters that vary and the number within a run as coordinates."""
+        found = places(self._dataset, id_of(self._dataset, name), selection)
+        ids = found.values(id_of(self._dataset, name))
+        here = np.array([isinstance(each, str) and each != "" for each in ids], np.bool_)
+        group = groups_of(self._dataset)[name]
+        names = [each for each in group.variables if group[each].dims == (sample,)]
+        if not names:
+            raise ValueError(f"this dataset has no {sample}s: its campaign leaves them out (see [outputs])")
+        slices = (cut(self._dataset, name, ids[here].tolist()) or {}).get(sample, [])
+        counts = [each.stop - each.start for each in slices]
+        table = group[names].isel({sample: _concatenated([np.arange(each.start, each.stop) for each in slices])})
+        table = table.drop_vars([each for each in table.coords if each not in names])
+        varying = {each: np.repeat(found.values(each)[here], counts) for each in self._varying(found.dims)}
+        labels = {each: (sample, values, self._dataset[each].attrs) for each, values in varying.items()}
+        numbers = _concatenated([_numbers(count) for count in counts])
+        return table.assign_coords(
+            labels | {f"{sample}_number": (sample, numbers, {"long_name": f"number of the {sample}"})}
+        )
+
+    def _varying(self, dims: tuple[str, ...]) -> list[str]:
+        """Parameters that are not the same in all cases and drives, and what those are called."""
+        known = {*parameters(), DRIVE_NAME.name, "case_id", "case"}
+        coordinates = self._dataset.coords
+        return [
+            str(name)
+            for name in coordinates
+            if name in known and coordinates[name].ndim > 0 and set(coordinates[name].dims) <= set(dims)
+        ]
+
+
+def _dropping(run: xr.Dataset) -> xr.Dataset:
+    """Events with what the friction force drops in each."""
+    before, after = (run[name].values for name in FRICTION)
+    return run.assign({EVENT_DROP.name: ("event", drops(before, after), attributes(EVENT_DROP))})
+
+
+def _with(run: xr.Dataset, case: xr.Dataset) -> xr.Dataset:
+    """A run with its case's parameters as coordinates, its scalars as variables."""
+    ids = {group.id.name for group in all_groups().values()}
+    scalars = {name: each.variable for name, each in case.data_vars.items() if name not in run and name not in ids}
+    labels = {name: each.variable for name, each in case.coords.items() if name not in run}
+    found = run.assign(scalars).assign_coords(labels)
+    found.encoding = {}
+    return found
+
+
+def _numbers(count: int) -> NDArray[np.int64]:
+    return np.arange(1, count + 1)
+
+
+def _concatenated(parts: list[NDArray[np.int64]]) -> NDArray[np.int64]:
+    return np.concatenate(parts) if parts else np.empty(0, np.int64)
+
+
+# A dataset as one flat table: a row for each case (and drive), or for each event or sample; parameters first, then
+# numbers.
+
+
+@dataclass(frozen=True, slots=True)
+class Column:
+    """One variable over all rows."""
+
+    name: str
+    units: str
+    """Empty where it has none: words, names, switches."""
+    meaning: str
+    values: list[Any]
+
+
+def case_columns(root: xr.Dataset) -> list[Column]:
+    """Every parameter and scalar of a dataset over its cases, or over its cases and drives where it has drives."""
+    ending = root[next(name for kind in ("drive", "") if (name := OUTCOMES[kind][0].name) in root)]
+    ids = {group.id.name for group in all_groups().values()}
+    names = [name for name in (*ending.dims, *root.coords, *root.data_vars) if set(root[name].dims) <= set(ending.dims)]
+    return [_column(root[name], ending) for name in dict.fromkeys(names) if name not in ids]
+
+
+def event_columns(root: xr.Dataset) -> list[Column]:
+    """Every event of every friction record. Raises ValueError where the dataset has none."""
+    return _long(Accessor(root).events())
+
+
+def sample_columns(root: xr.Dataset) -> list[Column]:
+    """Every sample of every drive. Raises ValueError where the dataset has none."""
+    return _long(Accessor(root).samples())
+
+
+def _long(table: xr.Dataset) -> list[Column]:
+    """The runs of a group: whose they are, the number within a run, then the group's own columns."""
+    own = {name for group in all_groups().values() for name in group.columns}
+    labels = [name for name in table.coords if name not in (*own, *table.dims)]
+    names = dict.fromkeys([*labels, *table.coords, *table.data_vars])
+    return [_column(table[name], table[labels[0]]) for name in names if name not in table.dims]
+
+
+def _column(values: xr.DataArray, over: xr.DataArray) -> Column:
+    attributes = values.attrs
+    return Column(
+        str(values.name), attributes.get("units", ""), attributes.get("long_name", ""), values_over(values, over)
+    )
+
+
+def values_over(values: xr.DataArray, over: xr.DataArray) -> list[Any]:
+    """The values of a variable at each place of another one of its dataset, which lies along all its dimensions; in order."""
+    laid = values.variable.set_dims(dict(over.sizes))  # type: ignore[no-untyped-call]  # without eighty coordinates
+    found: list[Any] = laid.values.ravel().tolist()
+    return found

@@ -1,1 +1,0 @@
-"""Access to a dataset: one case, all of its events, several datasets joined into one, flat tables."""

@@ -1,0 +1,344 @@
+"""Results -> one labelled dataset. The same results give the same bytes, whatever computed them, when, in what order.
+
+The root has scalars over the cases: over `intrinsic_friction`, `radius`, `aspect_ratio`, `n_x` and every further axis of
+several values where the design is a full product, over `case` otherwise. Those of drives lie over `drive` too where there are
+several tables of them, and over every drive axis of several values. Records, trajectories, contacts and the inside of slabs
+differ in length: each sort is a group of contiguous ragged arrays, which `nanoslip.study.dataset.access` cuts apart. Who computed
+them is in the group `software`.
+"""
+
+import json
+import os
+from collections import Counter
+from collections.abc import Iterator, Mapping, Sequence
+from concurrent.futures import ProcessPoolExecutor
+from concurrent.futures.process import BrokenProcessPool
+from dataclasses import fields
+from multiprocessing import get_context
+from pathlib import Path
+from typing import Any, Final, NamedTuple, Protocol
+
+import numpy as np
+import xarray as xr
+from numpy.typing import NDArray
+
+from nanoslip.solver.drive import Scales
+from nanoslip.solver.outcome import Outcome
+from nanoslip.solver.parameter import attributes
+from nanoslip.study.dataset.file import CHOSEN, FORMAT, MIXED, VERSION, carrying
+from nanoslip.study.dataset.ragged import Runs, texts
+from nanoslip.study.dataset.table import (
+    Coordinates,
+    Declared,
+    Results,
+    Table,
+    Values,
+    Whole,
+    layout_of,
+    values_in,
+    varied,
+)
+from nanoslip.study.dataset.variables import DISCRETIZATION_ERROR, SOFTWARE, Group, all_groups, factors
+from nanoslip.study.manifest.cases import CampaignCase, Heard, same
+from nanoslip.study.manifest.checker import ManifestError
+from nanoslip.study.manifest.manifest import Manifest
+from nanoslip.study.origin import Origin, Origins, census, mixture
+from nanoslip.study.plan.grids import Front, chosen, load_front, settled
+from nanoslip.study.plan.plan import Plan, Planning, case_outcome, drive_outcome, plan_of
+from nanoslip.study.plan.tasks import needed_kinds
+from nanoslip.study.results.store import Store, StoreError
+
+# A plan a piece at a time: the cases of a campaign are made again from its axes, so that of millions few are held.
+
+CASES: Final = 4096
+"""Of a piece, about."""
+
+
+class Planned(Protocol):
+    """A campaign whose cases and keys can be had a piece at a time: a plan, or `InPieces`."""
+
+    @property
+    def manifest(self) -> Manifest:
+        """With the numerics that were chosen."""
+
+    @property
+    def count(self) -> int:
+        """How many cases there are."""
+
+    def piece(self, numbers: range) -> Plan:
+        """The plan of the cases of these numbers, without tasks."""
+
+    def outcomes(self, finished: Mapping[str, Outcome], failed: Mapping[str, Outcome]) -> dict[str, Outcome]:
+        """As `Plan.outcomes`."""
+
+
+class InPieces:
+    """A campaign that is planned a piece at a time, none of which is kept."""
+
+    def __init__(self, manifest: Manifest) -> None:
+        """Raises ManifestError."""
+        self.manifest: Manifest = settled(manifest)
+
+    @property
+    def count(self) -> int:
+        """How many cases there are."""
+        return self.manifest.case_count
+
+    def piece(self, numbers: range) -> Plan:
+        """The plan of the cases of these numbers, without tasks."""
+        planning = Planning(self.manifest, tasks=False, numbers=numbers)
+        while planning.go_on():
+            pass
+        return planning.plan()
+
+    def outcomes(self, finished: Mapping[str, Outcome], failed: Mapping[str, Outcome]) -> dict[str, Outcome]:
+        """As `Plan.outcomes`; all is planned for it. Raises ManifestError where two cases are the same."""
+        return plan_of(self.manifest).outcomes(finished, failed)
+
+
+def pieces(plan: Planned) -> Iterator[range]:
+    """The numbers of its cases, piece by piece."""
+    return (range(begin, min(begin + CASES, plan.count)) for begin in range(0, plan.count, CASES))
+
+
+# Which software computed the results of a dataset: each result counts once, however many cases share it.
+
+
+class Makers:
+    """The results of a campaign, piece by piece. Of millions of them little is kept: keys as bytes, and a number."""
+
+    def __init__(self) -> None:
+        self._origins: dict[Origins, int] = {}
+        self._keys: list[NDArray[np.bytes_]] = []
+        self._numbers: list[NDArray[np.int32]] = []
+
+    def add(self, made: Mapping[str, Origins]) -> None:
+        """made: key -> which software a result stems from."""
+        # Few objects are told apart by where they are: their hash takes longer.
+        each = {id(origins): origins for origins in made.values()}
+        number = {where: self._origins.setdefault(origins, len(self._origins)) for where, origins in each.items()}
+        self._keys.append(np.array(list(made), np.bytes_))
+        self._numbers.append(np.fromiter((number[id(its)] for its in made.values()), np.int32, len(made)))
+
+    def census(self) -> Counter[Origin]:
+        """How many results stem from which software."""
+        found = Counter[Origin]()
+        if self._keys:
+            _, first = np.unique(np.concatenate(self._keys), return_index=True)
+            counts = np.bincount(np.concatenate(self._numbers)[first], minlength=len(self._origins))
+            for origins, count in zip(self._origins, counts.tolist(), strict=True):
+                for origin, one in census([origins]).items():
+                    found[origin] += count * one
+        return found
+
+
+def software(counts: Mapping[Origin, int]) -> xr.Dataset:
+    """The software that computed the results, one origin each."""
+    origins = sorted(counts)
+    name, count, *facts = SOFTWARE
+    found: dict[str, Any] = {
+        name.name: (name.name, texts(origin.name for origin in origins), attributes(name)),
+        count.name: (name.name, np.array([counts[origin] for origin in origins], np.int64), attributes(count)),
+    }
+    for item, quantity in zip(fields(Origin), facts, strict=True):
+        found[quantity.name] = (name.name, texts(getattr(each, item.name) for each in origins), attributes(quantity))
+    return xr.Dataset(found)
+
+
+def software_attributes(counts: Mapping[Origin, int]) -> dict[str, str]:
+    """What the software is that computed the results; where several did, all of it, the most frequent first."""
+    found = {}
+    for item in fields(Origin):
+        values: Counter[str] = Counter()
+        for origin, count in counts.items():
+            values[getattr(origin, item.name)] += count
+        several = [f"{value} ({count} results)" for value, count in sorted(values.items(), key=lambda v: (-v[1], v[0]))]
+        found[item.name] = ", ".join(several if len(several) > 1 else values) or "nothing is computed yet"
+    mixed = mixture(counts)
+    return {**found, MIXED: mixed} if mixed else found
+
+
+# A piece of a campaign's cases, one behind the other: their labels, their numbers and how they ended.
+
+Keys = Mapping[tuple[str, str], str]
+"""Kind of task and label of its drive ("" without one) -> key."""
+
+
+class Finished:
+    """The results of a plan that are there, a case at a time, and how its tasks ended."""
+
+    def __init__(self, plan: Planned, store: Store) -> None:
+        self._store, self._known = store, store.metas()
+        self._unsound: set[str] = set()
+        failed = {key: attempt.outcome for key, attempt in store.failures().items()}
+        self._lost = plan.outcomes(store.outcomes(), failed) if failed else {}
+        """How the others failed."""
+
+    def results(self, keys: Keys) -> Results:
+        """Those of a case, its compliance apart. keys: of its tasks."""
+        sound = {task: key for task, key in keys.items() if key in self._known and key not in self._unsound}
+        found = {task: self._store.find(key) for task, key in sound.items() if task[0] != "compliance"}
+        self._unsound.update(keys[task] for task, result in found.items() if result is None)  # damaged since
+        return {task: result for task, result in found.items() if result is not None}
+
+    def outcomes(self, keys: Keys, results: Results) -> dict[str, Outcome]:
+        """How the tasks of a case ended."""
+        ended = {key: self._lost[key] for key in keys.values() if key in self._lost and key not in self._known}
+        compliances = (key for (kind, _), key in keys.items() if kind == "compliance")
+        ended |= {key: self._known[key].outcome for key in compliances if key in self._known}
+        return ended | {result.key: result.outcome for result in results.values()}
+
+
+class Entered(NamedTuple):
+    """What is known of a piece."""
+
+    ids: list[str]
+    """Names of its cases."""
+    able: int
+    """How many of them are not refused."""
+    parameters: dict[str, Values]
+    numbers: dict[str, NDArray[Any]]
+    """As `Table.values` gives them."""
+    made: dict[str, Origins]
+    """Key of each of its results -> the software that it stems from."""
+
+
+class Entering:
+    """Enters pieces of a campaign's cases."""
+
+    def __init__(self, manifest: Manifest, declared: Declared, front: Front, finished: Finished) -> None:
+        self._manifest, self._declared, self._front, self._finished = manifest, declared, front, finished
+
+    def piece(self, plan: Plan, runs: Sequence[Runs]) -> Entered:
+        """The cases of a plan. runs: are added to."""
+        table, made = Table(self._declared, plan.count), dict[str, Origins]()
+        for place, (case, tasks) in enumerate(plan.case_tasks.in_order()):
+            results = self._finished.results(tasks.keys)
+            made.update((result.key, result.origins) for result in results.values())
+            _say_outcomes(table, place, plan, case, self._finished.outcomes(tasks.keys, results))
+            table.say_makers(place, results)
+            if case.case is not None:
+                table.put(DISCRETIZATION_ERROR.name, place, "", self._front.expected_error(case.case))
+                _enter(table, place, runs, self._manifest, case, results)
+        ids, able = [case.case_id for case in plan.cases], sum(case.case is not None for case in plan.cases)
+        return Entered(ids, able, values_in(plan, varied(self._declared.layout)), table.values(), made)
+
+
+def one_by_one(entering: Entering, plan: Planned, runs: Sequence[Runs]) -> Iterator[Entered]:
+    """All pieces of a campaign in their order. runs: are added to."""
+    return (entering.piece(plan.piece(numbers), runs) for numbers in pieces(plan))
+
+
+def side_by_side(entering: Entering, plan: Planned, processes: int) -> Iterator[Entered]:
+    """The same without runs, entered in so many processes. Raises StoreError where one of them dies.
+
+    They are forked: each has what is known of the results by now, which would have to be found again in a fresh one.
+    """
+    try:
+        with ProcessPoolExecutor(processes, get_context("fork"), _begin, (entering, plan)) as pool:
+            yield from pool.map(_piece, pieces(plan))
+    except BrokenProcessPool:
+        raise StoreError(
+            "a process that read results died, perhaps for want of memory: collect with fewer jobs"
+        ) from None
+
+
+_begun: list[tuple[Entering, Planned]] = []
+"""What a forked process has in hand."""
+
+
+def _begin(entering: Entering, plan: Planned) -> None:
+    _begun.append((entering, plan))
+
+
+def _piece(numbers: range) -> Entered:
+    entering, plan = _begun[-1]
+    return entering.piece(plan.piece(numbers), ())
+
+
+def _say_outcomes(table: Table, place: int, plan: Plan, case: CampaignCase, outcomes: Mapping[str, Outcome]) -> None:
+    table.say_outcome(place, case_outcome(plan, case, outcomes))
+    for drive in plan.manifest.drives:
+        table.say_outcome(place, drive_outcome(plan, case, drive, outcomes), drive.label)
+
+
+def _enter(
+    table: Table,
+    place: int,
+    runs: Sequence[Runs],
+    manifest: Manifest,
+    case: CampaignCase,
+    results: Results,
+) -> None:
+    """Enter the numbers of a case."""
+    assert case.case is not None
+    drives = {drive.label: drive.drive for drive in manifest.drives}
+    by = {name: factors(case.case, manifest.scales, drives.get(name)) for _, name in results}
+    for (_, name), result in results.items():
+        table.enter(place, case.case, name, result, by[name])
+    for each in runs:
+        for name in drives if each.group.driven else ("",):
+            parts = [found for kind in each.group.kinds if (found := results.get((kind, name)))]
+            if parts:
+                table.put(each.group.id.name, place, name, each.add(parts, by[name], case.case_id, name))
+
+
+def collect(plan: Planned, store: Store, heard: Heard = lambda _: None, processes: int = 1) -> xr.Dataset:
+    """The dataset of a campaign with its groups, finished or not: what is not computed is NaN, with the outcome `pending`.
+
+    Raises ManifestError where two cases are the same, StoreError. heard: callback, called with the number of cases so far.
+    processes: that read results, forked from this one; where runs are collected, this one reads all of them.
+    """
+    manifest, layout, runs = plan.manifest, layout_of(plan.manifest), _runs(plan.manifest, store.folder)
+    front = load_front(manifest.front, manifest.front_text)
+    declared = Declared(manifest, layout, [each.group for each in runs])
+    entering = Entering(manifest, declared, front, Finished(plan, store))
+    whole, labels, makers = Whole(declared), Coordinates(manifest, layout), Makers()
+    entered = (
+        side_by_side(entering, plan, processes) if processes > 1 and not runs else one_by_one(entering, plan, runs)
+    )
+    for numbers, piece in zip(pieces(plan), entered, strict=True):
+        places = layout.places(numbers)
+        whole.take(places, piece.numbers)
+        labels.add(places, piece.ids, piece.able, piece.parameters)
+        makers.add(piece.made)
+        heard(numbers.stop)
+    if labels.twins:
+        raise ManifestError(same(manifest))
+    counts, variables = makers.census(), whole.variables
+    facts = _attributes(manifest, front, counts)
+    root = xr.Dataset(variables, labels.found(), facts)
+    return carrying(root, {each.group.name: each.dataset() for each in runs} | {SOFTWARE[0].name: software(counts)})
+
+
+def _runs(manifest: Manifest, folder: Path) -> list[Runs]:
+    meanwhile = folder if os.access(folder, os.W_OK) else None
+    kinds = needed_kinds(manifest)
+    found = []
+    for group in all_groups().values():
+        series = tuple(each for each in group.series if each.kind in kinds and each.ragged.wanted(manifest))
+        if series:
+            found.append(Runs(Group(group.name, series), meanwhile))
+    return found
+
+
+def _attributes(manifest: Manifest, front: Front, counts: Mapping[Origin, int]) -> dict[str, Any]:
+    texts = {
+        "manifest_table": manifest.table_text,
+        "manifest_roughness": manifest.profile_text,
+        "manifest_front": manifest.front_text,
+        CHOSEN: json.dumps(grid) if manifest.accuracy is not None and (grid := chosen(manifest)) else None,
+    }
+    return {
+        FORMAT: VERSION,
+        "title": manifest.title,
+        "Conventions": "CF-1.11",
+        "history": "computed and collected by nanoslip",  # without a date: the same results give the same bytes
+        "manifest": manifest.text,
+        **{name: text for name, text in texts.items() if text is not None},
+        "manifest_sha256": manifest.sha256,
+        "discretization_front": f"{front.name}, sha256 {front.sha256}",
+        **software_attributes(counts),
+        **{item.name: getattr(manifest.scales, item.name) for item in fields(Scales)},
+        "scales": "slab_width L_x in m, slab_depth L_y in m, shear_modulus G in Pa",
+    }
