@@ -84,7 +84,7 @@ if TYPE_CHECKING:
     from nanoslip.study.api import open_dataset as open
     from nanoslip.study.dataset.variables import Described
     from nanoslip.study.dataset.variables import described as describe
-    from nanoslip.study.figures.frames.film import frames
+    from nanoslip.study.figures.frames import frames
     from nanoslip.study.manifest.checker import ManifestError
     from nanoslip.study.results.store import StoreError
 
@@ -157,7 +157,7 @@ _NAMES = {
     "nanoslip.study.api": "concat open_dataset:open run",
     "nanoslip.study.dataset.variables": "Described described:describe",
     "nanoslip.study.results.store": "StoreError",
-    "nanoslip.study.figures.frames.film": "frames",
+    "nanoslip.study.figures.frames": "frames",
     "nanoslip.study.manifest.checker": "ManifestError",
 }
 """Module -> its names that are public here; `theirs:ours` where the name differs. All others are the solver's."""

@@ -19,6 +19,7 @@ from nanoslip.study.dataset import file
 from nanoslip.study.dataset.collect import collect
 from nanoslip.study.dataset.concatenation import joined
 from nanoslip.study.dataset.file import loaded
+from nanoslip.study.exit_codes import FAILURES, WRONG_INPUT
 from nanoslip.study.manifest.checker import ManifestError, read_text
 from nanoslip.study.manifest.manifest import Manifest
 from nanoslip.study.manifest.reader import load_manifest, parse_manifest
@@ -31,7 +32,7 @@ from nanoslip.study.run.dispatch import Tally
 from nanoslip.study.run.executor import Diary, drop_intermediates, left, unseen
 from nanoslip.study.run.farm import SerialFarm
 from nanoslip.study.run.journal import Journal, measured_in
-from nanoslip.study.run.launch import FAILURES, WRONG_INPUT, computing
+from nanoslip.study.run.launch import computing
 from nanoslip.study.run.progress import open_progress
 from nanoslip.study.toml_text import as_toml
 

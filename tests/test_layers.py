@@ -13,66 +13,36 @@ ROOT = Path(__file__).parents[1]
 
 ORDER = {
     "nanoslip": "solver study",
-    "nanoslip.solver": "compiled compiling last outcome quantity view parameter family slab case ensemble drive effects "
-    "elasticity contact sliding dynamics simulate",
-    "nanoslip.solver.elasticity": "grid stiffness condensation grid_scheme schemes interior compliance",
+    "nanoslip.solver": "compiled compiling last outcome parameter view slab case ensemble drive effects elasticity contact "
+    "sliding dynamics simulate",
+    "nanoslip.solver.elasticity": "grid condensation grid_scheme schemes interior compliance",
     "nanoslip.solver.elasticity.schemes": "column biquadratic galerkin half_plane chain",
-    "nanoslip.solver.contact": "kernels outcomes closed_forms pin node_friction soundness normal convolved window tableau "
-    "compiled_contact coulomb state initial",
-    "nanoslip.solver.contact.normal": "system exchange contact",
-    "nanoslip.solver.contact.kernels": "enumerations state vectors pin_height slip_distance equilibrium contact_change "
-    "violations cascade next_event loading",
-    "nanoslip.solver.contact.convolved": "conjugate_gradients contact",
-    "nanoslip.solver.contact.coulomb": "contact roles motion",
-    "nanoslip.solver.sliding": "kernels record columns plateau full_contact tangential coulomb validity events statistics "
-    "distributions",
-    "nanoslip.solver.sliding.sizes": "power_law rivals events record",
-    "nanoslip.solver.sliding.kernels": "events step full_contact tangential",
-    "nanoslip.solver.dynamics": "friction_limit kernels result integrators integrate coefficients stick_slip regime",
-    "nanoslip.solver.dynamics.kernels": "state teeth slips oscillator roots segment_end friction_law recording cruise "
-    "event_driven rigid runge_kutta",
-    "nanoslip.study": "shipped toml_text exit_codes xarray_accessor garbage canonical provenance machine origin manifest "
-    "discretization plan results dataset execution figures report accuracy api commands",
-    "nanoslip.study.manifest": "parameters columns drives manifest checker reader effects cases",
-    "nanoslip.study.plan.grids": "front targets",
-    "nanoslip.study.plan": "task keys cost kinds tasks case_tasks order plan progress size outlook flags spans memory",
-    "nanoslip.study.plan.cost": "rates counts seconds arrays",
+    "nanoslip.solver.contact": "kernels closed_forms pin soundness normal convolved compiled_contact coulomb state initial",
+    "nanoslip.solver.contact.kernels": "state events",
+    "nanoslip.solver.sliding": "kernels record plateau validity slide statistics power_law sizes",
+    "nanoslip.solver.sliding.kernels": "slide",
+    "nanoslip.solver.dynamics": "friction_limit kernels result integrators coefficients stick_slip regime",
+    "nanoslip.solver.dynamics.kernels": "motion steps",
+    "nanoslip.study": "shipped toml_text exit_codes xarray_accessor garbage canonical provenance origin "
+    "manifest plan results dataset run figures report accuracy api commands",
+    "nanoslip.study.manifest": "parameters checker manifest reader cases",
+    "nanoslip.study.plan": "task cost grids kinds tasks plan outlook",
     "nanoslip.study.plan.kinds": "kind compliance contact record statistics states drive",
-    "nanoslip.study.results": "file entry log attempts store lease shard merging",
-    "nanoslip.study.dataset": "seal texts groups netcdf file made_of variables members collection description access "
-    "comparison pair verification agreement",
-    "nanoslip.study.dataset.collection": "counted ragged pieces layout column coordinates table makers entering collect",
-    "nanoslip.study.dataset.verify": "matching verdicts facts",
-    "nanoslip.study.dataset.access": "selection single accessor tidy placement concatenation",
-    "nanoslip.study.execution": "launch interruption program queue forecast progress ledger dispatch farms compiling "
-    "executor failures journal batch",
-    "nanoslip.study.run.warm_up": "sawtooth miniatures warm_up",
-    "nanoslip.study.run.batch": "cutting submission",
-    "nanoslip.study.execution.farms": "begun pickling outbox mail child process agent coordinator farm processes ranks "
-    "opening",
+    "nanoslip.study.results": "entry log attempts shard store",
+    "nanoslip.study.dataset": "file variables ragged table collect access concatenation compare verify",
+    "nanoslip.study.run": "launch queue progress dispatch journal mail child agent farm mpi warm_up executor batch",
     "nanoslip.study.report": "console summary curves page",
-    "nanoslip.study.figures": "shared sweep frames recipes views reproduction further catalogue gallery",
-    "nanoslip.study.figures.shared": "paper claims canvas files figure power_law closed_form independence tiles",
-    "nanoslip.study.figures.sweep": "label points names roles scale lines tiles",
+    "nanoslip.study.figures": "shared points sweep frames recipes views reproduction further catalogue gallery",
     "nanoslip.study.figures.views": "view choice alike answer runs contacts drives sizes interiors records catalogue",
-    "nanoslip.study.figures.frames": "moments drawing film",
     "nanoslip.study.figures.reproduction": "punch records resolution drive stick motion scores choices",
     "nanoslip.study.figures.further": "findings modulation continuum chains sizes correlations nodes stick_slip_map "
     "friction_map schemes",
-    "nanoslip.study.accuracy": "timing setup diagram elastic_operator slip_numerics integrators digit effects picture table "
-    "measurement",
-    "nanoslip.study.commands": "shared preparing running computing looking judging cli",
-    "nanoslip.study.commands.running": "order killed broken_off remaining conduct",
-    "nanoslip.study.commands.preparing": "declared campaigns new check plan effects explain",
-    "nanoslip.study.commands.computing": "declared run status collect merge submit",
-    "nanoslip.study.commands.looking": "declared report figure show try frames",
-    "nanoslip.study.commands.judging": "declared export compare verify describe accuracy",
-    "nanoslip.study.commands.shared": "exits refusals lazy arguments group machine measuring plans datasets sources choice "
-    "one_case",
+    "nanoslip.study.accuracy": "setup elastic_operator digit effects measurement",
+    "nanoslip.study.commands": "words plans datasets prepare run conduct look judge cli",
 }
 """Folder -> what is in it, from the first to the last; `__init__` of a folder may import all of it."""
 
-SIDE_BY_SIDE = {"execution": {"report"}, "report": {"execution"}}
+SIDE_BY_SIDE = {"run": {"report"}, "report": {"run"}}
 """Folders that do not know each other, though one has to be named first."""
 
 HOMES = {
@@ -86,9 +56,7 @@ HOMES = {
         "nanoslip.study.report",
         "nanoslip.study.figures",
         "nanoslip.study.api",
-        "nanoslip.study.commands.shared.datasets",
-        "nanoslip.study.commands.shared.one_case",
-        "nanoslip.study.commands.shared.sources",
+        "nanoslip.study.commands.datasets",
     },
     "matplotlib": {
         "nanoslip.solver.view",

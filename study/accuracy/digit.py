@@ -19,9 +19,7 @@ from nanoslip.solver.ensemble import FEWEST, Ensemble, mean_of
 from nanoslip.solver.outcome import SolverError
 from nanoslip.solver.sliding.plateau import plateau_of
 from nanoslip.solver.sliding.slide import slide
-from nanoslip.study.accuracy.diagram import Diagram, Row
-from nanoslip.study.accuracy.setup import Effort, Setup
-from nanoslip.study.accuracy.timing import timed
+from nanoslip.study.accuracy.setup import Diagram, Effort, Row, Setup, timed
 from nanoslip.study.manifest.checker import ManifestError
 from nanoslip.study.manifest.manifest import MEMBERS
 from nanoslip.study.manifest.parameters import LIMITS, Value

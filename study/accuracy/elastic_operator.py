@@ -20,9 +20,7 @@ from nanoslip.solver.outcome import InvalidInput, SolverError
 from nanoslip.solver.parameter import choices_of
 from nanoslip.solver.slab import SCHEMES, Slab
 from nanoslip.solver.sliding.slide import slide
-from nanoslip.study.accuracy.diagram import Diagram, Row
-from nanoslip.study.accuracy.setup import Effort, Setup, contacts
-from nanoslip.study.accuracy.timing import timed
+from nanoslip.study.accuracy.setup import Diagram, Effort, Row, Setup, contacts, timed
 from nanoslip.study.manifest import parameters
 from nanoslip.study.manifest.parameters import Value
 from nanoslip.study.plan.grids import Measured, alike, discretized, hertz_half_width, settings

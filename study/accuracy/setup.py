@@ -1,17 +1,44 @@
 """What is measured: a case and a drive, and how much of every knob."""
 
+import platform
+import time
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass, replace
-from typing import Final
+from typing import Final, TypeVar
 
 import numpy as np
+import xarray as xr
+from numpy.typing import NDArray
 
 from nanoslip.solver.case import Case, Heterogeneity
 from nanoslip.solver.drive import Scales
 from nanoslip.solver.slab import Slab
+from nanoslip.study import provenance
 from nanoslip.study.manifest.cases import expand
 from nanoslip.study.manifest.checker import ManifestError, shown
 from nanoslip.study.manifest.manifest import Manifest, NamedDrive
-from nanoslip.study.plan.grids import discretized
+from nanoslip.study.manifest.parameters import Value
+from nanoslip.study.origin import model
+from nanoslip.study.plan.grids import discretized, pareto_front
+
+# Processor time, and the machine that it was measured on.
+
+T = TypeVar("T")
+
+
+def timed(run: Callable[[], T], repeats: int = 1) -> tuple[T, float]:
+    """What `run` returns and the shortest of its processor times, in s."""
+    shortest = float("inf")
+    for _ in range(repeats):
+        start = time.process_time()
+        result = run()
+        shortest = min(shortest, time.process_time() - start)
+    return result, shortest
+
+
+def machine() -> dict[str, str]:
+    """The processor and the software that times are measured with."""
+    return {"processor": model(), "system": platform.system(), **provenance.attributes()}
 
 
 @dataclass(frozen=True, slots=True)
@@ -135,3 +162,73 @@ def contacts(effort: Effort) -> tuple[float, ...]:
 def on(case: Case, **discretization: object) -> Case:
     """The case on its slab with another grid, the scheme's own values for what is not given. Raises InvalidInput."""
     return replace(case, slab=discretized(case.slab, discretization))
+
+
+# One diagram's numbers: a row for each setting, with its time and its errors.
+
+Row = Mapping[str, Value]
+
+
+@dataclass(frozen=True, slots=True)
+class Diagram:
+    """Rows of one knob or several; every row has the same columns."""
+
+    name: str
+    """Dimension of the rows in the dataset, and the first word of their variables."""
+    title: str
+    reference: str
+    """What the errors are held against."""
+    series: str
+    """Column whose values tell curves of a diagram apart."""
+    shown: tuple[str, ...]
+    """Columns of its table; an uncertainty is shown with its value."""
+    error: str
+    """Column of the error in the diagram; empty where rows are not to be compared."""
+    rivals: bool
+    """Whether rows of different series compete: where they do not answer the same question each has its own front."""
+    words: Mapping[str, str]
+    """Every column -> its meaning."""
+    rows: tuple[Row, ...]
+
+    @property
+    def groups(self) -> list[NDArray[np.bool_]]:
+        """Masks of the rows that are rivals."""
+        if self.rivals:
+            return [np.ones(len(self.rows), dtype=np.bool_)]
+        series = self.column(self.series)
+        return [series == name for name in dict.fromkeys(series.tolist())]
+
+    @property
+    def on_front(self) -> NDArray[np.bool_]:
+        """Which rows no rival beats in time and error."""
+        marked = np.zeros(len(self.rows), dtype=np.bool_)
+        if not self.error:
+            return marked
+        time, error = self.column("seconds"), self.column(self.error)
+        for group in self.groups:
+            marked[group] = pareto_front(time[group], error[group])
+        return marked
+
+    def column(self, name: str) -> NDArray[np.generic]:
+        """One column, shape (rows,)."""
+        return np.array([row[name] for row in self.rows], dtype=object if name in self.texts else None)
+
+    @property
+    def texts(self) -> frozenset[str]:
+        """Columns of words."""
+        return frozenset(name for row in self.rows for name, value in row.items() if isinstance(value, str))
+
+    def variables(self) -> dict[str, xr.Variable]:
+        """The columns as variables of a dataset, and which rows are on the front."""
+        found = {
+            f"{self.name}_{name}": xr.Variable(self.name, self.column(name), {"long_name": words, "units": _unit(name)})
+            for name, words in self.words.items()
+        }
+        if not self.error:
+            return found
+        attributes = {"long_name": f"no other row beats it in time and {self.error}", "units": "1"}
+        return found | {f"{self.name}_on_front": xr.Variable(self.name, self.on_front.astype(np.int8), attributes)}
+
+
+def _unit(name: str) -> str:
+    return "s" if name in ("seconds", "time_step") else "1"

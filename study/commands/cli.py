@@ -1,22 +1,461 @@
 """The command line: importing this file declares every command, in the order of the imports."""
-# ruff: noqa: I001  that is the order of a campaign's life
 
+from nanoslip.study.commands.words import CAMPAIGN
+from nanoslip.study.commands.words import CampaignPath
+from nanoslip.study.commands.words import JSON
+from nanoslip.study.commands.words import NewFile
+from nanoslip.study.commands.words import OUT
+from nanoslip.study.commands.words import Refusal
+from nanoslip.study.commands.words import aborted
+from nanoslip.study.commands.words import cli
+from nanoslip.study.commands.words import show
+from nanoslip.study.commands.words import work
+from nanoslip.study.results.shard import MOST
+from nanoslip.study.results.shard import Shard
+from nanoslip.study.run.launch import GRACE
+from nanoslip.study.exit_codes import WRONG_INPUT
+from pathlib import Path
+from typing import Any
+from typing import Final
 import atexit
+import click
 import gc
 import io
 import sys
 
-import click
+__all__ = ["cli", "main"]
 
-from nanoslip.study.commands.preparing import declared as preparing
-from nanoslip.study.commands.computing import declared as computing
-from nanoslip.study.commands.looking import declared as looking
-from nanoslip.study.commands.judging import declared as judging
-from nanoslip.study.commands.shared.exits import Refusal, aborted, show
-from nanoslip.study.run.launch import WRONG_INPUT
-from nanoslip.study.commands.shared.group import cli
 
-__all__ = ["cli", "computing", "judging", "looking", "main", "preparing"]
+# Arguments and help of the commands before a campaign is computed; the code of each is in the file of its name.
+
+
+@cli.command()
+@JSON
+def campaigns(**given: object) -> None:
+    """List the campaigns that come with nanoslip.
+
+    Run them by name, or copy them.
+    """
+    work("prepare:list_campaigns", **given)
+
+
+@cli.command()
+@click.argument("starter", required=False)
+@click.argument("file", type=click.Path(path_type=Path), required=False)
+def new(**given: object) -> None:
+    """Write a commented campaign to start from.
+
+    STARTER is its name; without a name the starters are listed. It is written to FILE [default: STARTER.toml], which must not
+    exist yet. Files that it needs are written beside it.
+
+    Example: nanoslip new sweep campaigns/mine.toml
+    """
+    work("prepare:new_campaign", **given)
+
+
+@cli.command()
+@click.argument("campaigns", metavar="CAMPAIGN...", nargs=-1, required=True, type=CampaignPath(path_type=Path))
+def check(**given: object) -> None:
+    """Find every problem of campaign files, without computing.
+
+    Each CAMPAIGN is a file, or the name of one that comes with nanoslip. Of a correct one a line tells its cases and tasks. Of
+    the others every problem is a line: file, key, value and what is allowed.
+
+    Exit codes: 0 all are correct; 2 some are not.
+
+    Example: nanoslip check campaigns/*.toml
+    """
+    work("prepare:check_campaign", **given)
+
+
+@cli.command()
+@CAMPAIGN
+@OUT
+@click.option(
+    "--ranks", type=click.IntRange(min=1), help="Number of ranks to estimate the time for [default: cores here]"
+)
+@click.option("--measure", is_flag=True, help="Measure a few tasks on this machine first; no result is kept.")
+@click.option("--effects", "show_effects", is_flag=True, help="Show which effects are on, and what is left out.")
+@JSON
+def plan(**given: object) -> None:
+    """Show the tasks of CAMPAIGN, their time, memory and disk space.
+
+    The time is that of the tasks that are not finished. It is predicted to a factor of three until the first tasks of the
+    campaign have ended, or are measured here (--measure): what they took scales it then, kind by kind.
+    """
+    work("prepare:show_plan", **given)
+
+
+@cli.command()
+@CAMPAIGN
+@click.argument("parameters", metavar="[KEY=VALUE]...", nargs=-1)
+@click.option(
+    "--effects", "show_effects", is_flag=True, help="Measure what each of its effects changes and costs, too."
+)
+def explain(**given: object) -> None:
+    """Explain one case of CAMPAIGN before it is computed.
+
+    KEY=VALUE select the case, as in `nanoslip show`. Shown are its estimated time, the error of its grid where that
+    was measured, and what half of it would cost; with --effects what `nanoslip effects` shows, of this case.
+
+    Example: nanoslip explain campaigns/mine.toml intrinsic_friction=0.5 --effects
+    """
+    work("look:explain_case", **given)
+
+
+@cli.command()
+@CAMPAIGN
+@click.option(
+    "--cases", type=click.IntRange(min=1), default=3, show_default=True, help="Number of cases, and of drives."
+)
+@click.option("--members", type=click.IntRange(min=2), help="Members of each case [default: the campaign's, at most 8]")
+def effects(**given: object) -> None:
+    """Measure what each effect of CAMPAIGN changes and costs.
+
+    Its first, middle and last case are computed with everything, then without one effect at a time, by the same members.
+    So are its first, middle and last drive. The change of each number asked for ([target] of, or those of the last stage) is
+    relative, and that of the case in which it is largest. Effects without which no task of the number differs are not shown.
+    Times are those of contact, record and drives without the effect, over those with everything. No result is kept.
+
+    Example: nanoslip effects campaigns/mine.toml --members 16
+    """
+    work("look:show_effects", **given)
+
+
+# Arguments and help of the commands that compute a campaign; the code of each is in the file of its name.
+
+
+class ShardText(click.ParamType[Shard]):
+    """A part of a campaign, as `3/10`."""
+
+    name = "n/of"
+
+    def convert(self, value: Any, param: click.Parameter | None, ctx: click.Context | None) -> Shard:
+        """The part."""
+        try:
+            return value if isinstance(value, Shard) else Shard.parse(value)
+        except ValueError as error:
+            self.fail(str(error), param, ctx)
+
+
+@cli.command()
+@CAMPAIGN
+@OUT
+@click.option("--serial", is_flag=True, help="Compute in this process alone, without MPI; no time limit ends a task.")
+@click.option("-j", "--jobs", type=click.IntRange(min=1), help="Number of processes on this machine, without MPI.")
+@click.option(
+    "--grace",
+    type=click.FloatRange(min=0.0),
+    default=GRACE,
+    show_default=True,
+    help="Seconds that running tasks get to finish after a signal.",
+)
+@click.option(
+    "--recompute-foreign", is_flag=True, help="Compute results of other software again (`nanoslip status` names it)."
+)
+@click.option("--retry", is_flag=True, help="Try tasks again that have failed (`nanoslip status` counts them).")
+@click.option(
+    "--shard",
+    type=ShardText(),
+    help="Compute one part, 3/10 the third of ten, in a folder of its own; `nanoslip merge` joins the parts.",
+)
+def run(**given: object) -> None:
+    """Compute what is left of CAMPAIGN, then write its dataset.
+
+    Under mpiexec or srun all ranks compute.
+
+    Exit codes: 0 complete; 1 a defect of the program; 2 wrong input or a full disk; 3 complete, but some tasks failed; 99
+    interrupted, run again to continue.
+    """
+    work("run:run_campaign", **given)
+
+
+@cli.command()
+@CAMPAIGN
+@OUT
+@click.option("--watch", is_flag=True, help="Repeat every two seconds until all is finished; stop it with Ctrl-C.")
+@JSON
+def status(**given: object) -> None:
+    """Show how much of CAMPAIGN is finished, and how its cases ended.
+
+    It reads the files of results alone. So it works while CAMPAIGN is computed, after an interruption, and on another machine.
+    """
+    work("prepare:show_status", **given)
+
+
+@cli.command()
+@CAMPAIGN
+@OUT
+@click.option(
+    "-j",
+    "--jobs",
+    type=click.IntRange(min=1),
+    default=1,
+    help="Read results in so many processes; the bytes are the same.",
+)
+@click.option(
+    "--replace",
+    is_flag=True,
+    help="Replace a dataset that has more finished cases, as of the campaign before it changed.",
+)
+def collect(**given: object) -> None:
+    """Write the dataset of CAMPAIGN from its finished results.
+
+    What is not computed is "pending". An existing dataset with more finished cases is kept.
+    """
+    work("judge:collect_dataset", **given)
+
+
+@cli.command()
+@CAMPAIGN
+@OUT
+def merge(**given: object) -> None:
+    """Join all shards of CAMPAIGN, and write its dataset.
+
+    Exit codes: 0 complete; 3 complete, but some tasks failed; 99 tasks are left, which `nanoslip run` computes.
+    """
+    work("judge:merge_shards_of", **given)
+
+
+@cli.command()
+@CAMPAIGN
+@OUT
+@click.option(
+    "--site",
+    type=click.Path(path_type=Path),
+    help="Settings of the cluster: a changed copy of site.toml [default: the one that comes with nanoslip]",
+)
+@click.option(
+    "--shards",
+    type=click.IntRange(1, MOST),
+    help="Number of small jobs in an array; one job more merges their results.",
+)
+@click.option("--submit", is_flag=True, help="Submit the scripts by sbatch.")
+def submit(**given: object) -> None:
+    """Write batch scripts that run CAMPAIGN as a job, or an array."""
+    work("prepare:submit_campaign", **given)
+
+
+# Arguments and help of the commands that show results; the code of each is in the file of its name.
+
+FORMATS: Final = ("pdf", "svg", "png")
+"""Of pictures; nanoslip.study.figures.shared.canvas knows how to write them."""
+RESULTS: Final = Path("results")
+PARAMETERS = click.argument("parameters", nargs=-1, metavar="[KEY=VALUE]...")
+PICTURE = click.option(
+    "-o", "--picture", type=NewFile(path_type=Path), help="Draw a picture into this file (.png, .pdf, .svg) instead."
+)
+
+
+@cli.command()
+@CAMPAIGN
+@OUT
+def report(**given: object) -> None:
+    """Write the HTML page of a collected CAMPAIGN."""
+    work("look:write_report", **given)
+
+
+@cli.command()
+@click.argument("names", nargs=-1, metavar="[CAMPAIGN | NAME]...")
+@click.option("--all", "everything", is_flag=True, help="Draw every shipped figure, and write pages of them.")
+@click.option(
+    "--format",
+    "formats",
+    multiple=True,
+    type=click.Choice(FORMATS),
+    default=FORMATS,
+    help="Formats of shipped figures [default: all]",
+)
+@click.option(
+    "--into",
+    type=click.Path(path_type=Path),
+    default=RESULTS,
+    show_default=True,
+    help="Folder of shipped figures. Folders below it are those of their campaigns: fig5 in figures, regimes in maps.",
+)
+@click.option(
+    "--out",
+    type=click.Path(path_type=Path),
+    help="Folder of CAMPAIGN's results. Of shipped figures: the folder with a folder for each campaign, as figures/records  "
+    f"[default: results/<campaign>; {RESULTS}]",
+)
+@click.option("--y", default="", metavar="NUMBER", help="Variable of CAMPAIGN to draw, or a ratio of two.")
+@click.option("--x", default="", metavar="AXIS", help="Axis of CAMPAIGN along x [default: the one with most values]")
+@click.option(
+    "--hue", default="", metavar="AXIS", help="Axis of CAMPAIGN with a colour for each value [default: the next one]"
+)
+@click.option("-o", "--output", type=NewFile(path_type=Path), help="File of that figure: .pdf, .svg or .png.")
+@click.option("--csv", "table", is_flag=True, help="Write the numbers that are drawn to a file beside it.")
+def figure(**given: object) -> None:
+    """Draw a variable of CAMPAIGN over its axes, or shipped figures.
+
+    CAMPAIGN has been run, or is a file results.nc. Variables have the names of `nanoslip describe`, or symbols as in equations.
+    Axes beyond x and colour become panels. Members of an ensemble are drawn as their mean and its ±.
+
+    Example: nanoslip figure campaigns/mine.toml --y plateau/mu_i -o mine.pdf
+
+    Without --y, NAMEs are shipped figures. Each is drawn with a table that compares the paper's numbers with those found. Cases
+    that are not computed yet are computed in this process. Each folder gets a page of its figures. Without names they are listed.
+    """
+    work("look:draw_figure", **given)
+
+
+@cli.command("show")
+@CAMPAIGN
+@PARAMETERS
+@OUT
+@PICTURE
+def show_case(**given: object) -> None:
+    """Show one case of CAMPAIGN: its numbers and a small plot.
+
+    CAMPAIGN is a campaign file or its name, a dataset (results.nc) or the folder it is in. KEY=VALUE select the case by exact
+    values of its parameters. A campaign without a dataset is shown from its finished results. Members of an ensemble are one
+    case, unless member=NUMBER selects one. Drives are rows of a table, unless drive=NAME selects one.
+
+    Example: nanoslip show campaigns/mine.toml intrinsic_friction=0.5 normal_load=1e-3
+    """
+    work("look:show_dataset", **given)
+
+
+@cli.command("try")
+@PARAMETERS
+@click.option("--contact", is_flag=True, help="Compute initial contact only.")
+@click.option("--drive", is_flag=True, help="Pull the pin by the paper's drive, too. Any key of [[drives]] implies it.")
+@PICTURE
+def try_case(**given: object) -> None:
+    """Compute one case now and show it; nothing is written to disk.
+
+    KEY=VALUE are keys of a campaign's tables of parameters, [scales], [ensemble], [outputs] and [[drives]]. All others have
+    their defaults: the paper's case at 129 nodes, over eight presliding lengths.
+
+    Example: nanoslip try radius=50 normal_load=1e-3
+    """
+    work("look:try_campaign", **given)
+
+
+@cli.command()
+@CAMPAIGN
+@click.argument("selection", nargs=-1, metavar="[KEY=VALUE]...")
+@click.option(
+    "--events",
+    default="0:200:40",
+    show_default=True,
+    help="Events after which the contact is shown, as first:last:step or 0,5,12; 0 is initial contact.",
+)
+@click.option(
+    "-o",
+    "--output",
+    type=NewFile(path_type=Path),
+    default=Path("frames.png"),
+    show_default=True,
+    help="File to write: a strip (.png, .pdf, .svg) or a film (.gif, .mp4).",
+)
+def frames(**given: object) -> None:
+    """Draw the contact of one case of CAMPAIGN, event by event.
+
+    Pressure, shear, slip and F/W are computed from the campaign file; no results are needed. KEY=VALUE select the case by values
+    on the campaign's axes.
+
+    Example: nanoslip frames smoke intrinsic_friction=0.5 --events 0:200:10 -o pin.gif
+    """
+    work("look:draw_frames", **given)
+
+
+# Arguments and help of the commands that export and compare numbers; the code of each is in the file of its name.
+
+
+@cli.command()
+@CAMPAIGN
+@OUT
+@click.option(
+    "--csv", "form", flag_value="csv", help="As CSV: a header, a line of units that begins with #, rows [default]."
+)
+@click.option("--json", "form", flag_value="json", help="As JSON: title, variables with unit and meaning, rows.")
+@click.option("--records", "table", flag_value="records", help="The events of all friction records instead of cases.")
+@click.option("--trajectories", "table", flag_value="trajectories", help="The samples of all drives instead of cases.")
+@click.option("-o", "--output", type=NewFile(path_type=Path), help="Write this file [default: standard output].")
+def export(**given: object) -> None:
+    """Write CAMPAIGN's numbers as a table for other programs.
+
+    CAMPAIGN is a campaign file or its name, a dataset (results.nc) or the folder it is in. The table has a row for each case,
+    or for each drive of each case: parameters first, then numbers. Unknown numbers are empty in CSV and null in JSON.
+
+    Example: nanoslip export results/mine --csv -o mine.csv
+    """
+    work("judge:export_dataset", **given)
+
+
+@cli.command()
+@click.argument("first", metavar="A", type=CampaignPath(path_type=Path))
+@click.argument("second", metavar="B", type=CampaignPath(path_type=Path))
+def compare(**given: object) -> None:
+    """Show what differs between datasets A and B, and how much.
+
+    Each is a dataset (results.nc), the folder it is in, or a campaign. Cases are compared that have the same values of all
+    parameters that vary in either; an ensemble is one case. Numbers with an uncertainty agree within 2 combined standard
+    deviations. Words agree if they are the same. Numbers without an uncertainty are named where they differ, but not judged.
+    Cases of only one dataset are counted; they are no difference.
+
+    Exit codes: 0 same or within uncertainties; 1 a difference beyond them; 2 nothing to compare.
+
+    Example: nanoslip compare results/mine results/finer
+    """
+    work("judge:compare_datasets", **given)
+
+
+@cli.command()
+@click.argument("dataset", type=click.Path(path_type=Path))
+@click.option(
+    "--sample", type=click.IntRange(min=1), help="Number of cases, evenly spread, the same each time [default: all]"
+)
+@JSON
+def verify(**given: object) -> None:
+    """Compute DATASET again from the file alone, and compare.
+
+    DATASET is a file results.nc, or the folder it is in. Each case is bit-identical, within tolerance, or different.
+
+    Exit codes: 0 all identical or within tolerance; 1 a case is different; 2 DATASET cannot be computed again.
+    """
+    work("judge:verify_dataset", **given)
+
+
+@cli.command()
+@click.argument("name", required=False)
+@JSON
+def describe(**given: object) -> None:
+    """Explain the variables of a dataset, or one of them.
+
+    NAME is a variable of a file results.nc; without a name a table of all variables is printed.
+    """
+    work("judge:describe_variables", **given)
+
+
+@cli.command()
+@click.argument("campaign", type=CampaignPath(path_type=Path), required=False)
+@OUT
+@click.option("--quick", is_flag=True, help="Measure few values of every setting: a trial that takes seconds.")
+@click.option(
+    "--digit",
+    is_flag=True,
+    help="Measure what another digit of plateau, μ_s and μ_k costs instead: more members, or longer records.",
+)
+@click.option(
+    "--save",
+    type=click.Path(path_type=Path),
+    help="Write the Pareto front to this file; campaigns choose from it by front = FILE.",
+)
+def accuracy(**given: object) -> None:
+    """Measure error against time for every numerical setting.
+
+    It is measured on the first case of CAMPAIGN [default: the paper's case; with --digit three cases]. With --digit the
+    limits of its records are those that are measured.
+
+    Example: nanoslip accuracy campaigns/mine.toml --digit
+    """
+    work("judge:show_accuracy", **given)
+
+
+# ruff: noqa: I001  that is the order of a campaign's life
 
 
 def main() -> None:

@@ -3,7 +3,7 @@
 from nanoslip.study.figures.reproduction import punch, records, resolution, drive, motion, choices  # noqa: I001  the paper's order
 from nanoslip.study.figures.further import findings, modulation, continuum, sizes, correlations, nodes
 from nanoslip.study.figures.further import stick_slip_map, friction_map, schemes
-from nanoslip.study.figures.shared.figure import FIGURES
+from nanoslip.study.figures.shared import FIGURES
 
 __all__ = [
     "FIGURES",

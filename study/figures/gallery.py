@@ -5,10 +5,8 @@ from pathlib import Path
 
 import xarray as xr
 
-from nanoslip.study.figures.shared.canvas import image
-from nanoslip.study.figures.shared.claims import table
-from nanoslip.study.figures.shared.figure import FIGURES, CampaignFigure
-from nanoslip.study.figures.shared.files import write_files
+from nanoslip.study.figures.shared import FIGURES, CampaignFigure, image, table
+from nanoslip.study.results.store import write_files
 
 INDEX = "README.md"
 """The gallery of a folder."""

@@ -13,7 +13,7 @@ from pathlib import Path
 from tempfile import TemporaryDirectory
 from typing import Final
 
-from nanoslip.study.figures.shared.files import write_files
+from nanoslip.study.results.store import write_files
 from nanoslip.study.shipped import folder
 
 FOLDER: Final = folder("campaigns") / "recipes"

@@ -24,10 +24,9 @@ from matplotlib.ticker import EngFormatter
 from nanoslip.study.dataset.access import Column
 from nanoslip.study.dataset.ragged import without_numbers
 from nanoslip.study.dataset.variables import DISCRETIZATION_ERROR, OUTCOMES, ends_of, means_of, members_of, modelled
-from nanoslip.study.figures.shared.canvas import COLORS, image
-from nanoslip.study.figures.shared.closed_form import scales_of
-from nanoslip.study.figures.shared.files import write_files
-from nanoslip.study.figures.sweep.label import SYMBOL, label
+from nanoslip.study.exit_codes import CRASHED, FAILURES, INTERRUPTED, WRONG_INPUT
+from nanoslip.study.figures.points import SYMBOL, label
+from nanoslip.study.figures.shared import COLORS, image, scales_of
 from nanoslip.study.figures.views.catalogue import SORTS
 from nanoslip.study.figures.views.choice import spread
 from nanoslip.study.figures.views.view import Sort, View, csv_of
@@ -46,7 +45,7 @@ from nanoslip.study.report.summary import (
 from nanoslip.study.results import attempts as runs
 from nanoslip.study.results.attempts import RUNS_FILE as JOURNAL_FILE
 from nanoslip.study.results.attempts import Run
-from nanoslip.study.run.launch import CRASHED, FAILURES, INTERRUPTED, WRONG_INPUT
+from nanoslip.study.results.store import write_files
 
 # Flat tables as text for other programs: CSV and JSON.
 

@@ -30,8 +30,7 @@ from nanoslip.study.dataset.variables import (
     modelled,
     parameters,
 )
-from nanoslip.study.figures.sweep.label import in_unit, readable, said, symbol, unit_of
-from nanoslip.study.figures.sweep.points import listed
+from nanoslip.study.figures.points import in_unit, listed, readable, said, symbol, unit_of
 from nanoslip.study.manifest.manifest import Stage, TargetTable
 from nanoslip.study.manifest.parameters import Value
 from nanoslip.study.plan.outlook import flag_lines

@@ -41,6 +41,7 @@ from nanoslip.study.results.entry import (
     lives,
     packed,
     scratch_beside,
+    written_whole,
 )
 from nanoslip.study.results.log import Logs, LogWriter, Places, is_name, later
 from nanoslip.study.results.shard import FOLDER as SHARDS
@@ -508,3 +509,14 @@ def _place(path: Path, results: Path) -> Path:
         return later(results, path.name)
     place = results / path.name
     return free_name(place) if path.suffix != own.ENDING and os.path.lexists(place) else place
+
+
+def write_files(files: Mapping[Path, bytes]) -> None:
+    """Write files with their contents, and the folders that they are in. Raises StoreError."""
+    try:
+        for path, content in files.items():
+            path.parent.mkdir(parents=True, exist_ok=True)
+            with written_whole(path) as scratch:
+                scratch.write_bytes(content)
+    except OSError as error:
+        raise StoreError(f"{path}: cannot be written: {error.strerror or error}") from None

@@ -12,10 +12,11 @@ import jinja2
 from jinja2.sandbox import SandboxedEnvironment
 
 from nanoslip.study import shipped
+from nanoslip.study.exit_codes import INTERRUPTED
 from nanoslip.study.manifest.checker import ONE_LINE, ManifestError, one_line, path_shown, read_text, shown
 from nanoslip.study.plan.plan import Plan, TasksOfCases
 from nanoslip.study.results.shard import Shard
-from nanoslip.study.run.launch import INTERRUPTED, WARNING
+from nanoslip.study.run.launch import WARNING
 from nanoslip.study.toml_text import from_toml
 
 # Which cases are a shard's: blocks of neighbours that cost about the same.

@@ -11,8 +11,7 @@ from pathlib import Path
 from typing import Final
 
 from nanoslip.solver.outcome import UNDONE, Ending, Outcome
-from nanoslip.study.machine import this_machine, user
-from nanoslip.study.origin import here
+from nanoslip.study.origin import here, this_machine, user
 from nanoslip.study.plan.task import Task
 from nanoslip.study.results import attempts as runs
 from nanoslip.study.results.attempts import Run

@@ -13,8 +13,9 @@ from importlib import import_module
 from pathlib import Path
 from typing import Any, Final, Self
 
-_THREADS = ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS", "BLIS_NUM_THREADS", "NUMBA_NUM_THREADS")
+from nanoslip.study.exit_codes import INTERRUPTED
 
+_THREADS = ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS", "BLIS_NUM_THREADS", "NUMBA_NUM_THREADS")
 
 WARNING: Final = 90
 """Seconds before the end of a job at which its ranks are told to stop."""
@@ -114,20 +115,6 @@ class Program:
 def computing(out: Path) -> Program:
     """What computes the tasks of a campaign, with the results in this folder, wherever a task leads its process."""
     return Program("nanoslip.study.run.executor", "executor", out.absolute())
-
-
-# Exit codes of the commands. 0: done, also where the physics refused cases.
-
-CRASHED: Final = 1
-"""A defect, or a recomputed value differs."""
-WRONG_INPUT: Final = 2
-"""The input is wrong, or nothing can be written."""
-FAILURES: Final = 3
-"""Complete but for tasks that failed."""
-INTERRUPTED: Final = 99
-"""Stopped before all was done: a batch script can tell it from an error and run it again."""
-ABORTED: Final = 130
-"""Ended by Ctrl-C."""
 
 
 # SIGTERM, SIGINT and SIGUSR1: the first sets a flag, a second one or the end of a grace period ends the process.

@@ -17,13 +17,13 @@ from multiprocessing import connection
 from types import TracebackType
 from typing import Any, Final, NoReturn, Self
 
+from nanoslip.study.exit_codes import INTERRUPTED
 from nanoslip.study.origin import Origin, here
 from nanoslip.study.run.agent import Agent
 from nanoslip.study.run.dispatch import lookahead, say
 from nanoslip.study.run.farm import Coordinator, Farm, FarmError, ProcessFarm, SerialFarm
 from nanoslip.study.run.launch import (
     GRACE,
-    INTERRUPTED,
     LAST_WORDS,
     Interruption,
     Program,

@@ -14,7 +14,7 @@ from nanoslip.solver.elasticity.schemes.chain import Chain
 from nanoslip.solver.ensemble import Ensemble
 from nanoslip.solver.sliding import slide as full_contact
 from nanoslip.solver.sliding.slide import slide, slide_to_state
-from nanoslip.study.commands.shared.plans import planned
+from nanoslip.study.commands.plans import planned
 from nanoslip.study.plan.kinds.kind import computed_members, numbers
 from nanoslip.study.plan.kinds.record import RECORD, computed_record, record_task
 from nanoslip.study.plan.tasks import run_task

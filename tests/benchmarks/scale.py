@@ -15,7 +15,7 @@ from tempfile import TemporaryDirectory
 
 import numpy as np
 
-from nanoslip.study.commands.shared.plans import planned
+from nanoslip.study.commands.plans import planned
 from nanoslip.study.plan.tasks import TaskResult, run_task
 from nanoslip.study.results.store import Store
 from tests.benchmarks.table import Row, as_markdown, seconds, verdict

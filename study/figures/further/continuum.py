@@ -8,11 +8,17 @@ import xarray as xr
 from matplotlib.figure import Figure
 
 from nanoslip.solver.view import with_error
-from nanoslip.study.figures.shared.canvas import COLORS, column
-from nanoslip.study.figures.shared.claims import WITHOUT_PAPER, Claim
-from nanoslip.study.figures.shared.figure import CampaignFigure, register
-from nanoslip.study.figures.shared.power_law import PowerLaw, fit_power_law
-from nanoslip.study.figures.sweep.label import typeset
+from nanoslip.study.figures.points import typeset
+from nanoslip.study.figures.shared import (
+    COLORS,
+    WITHOUT_PAPER,
+    CampaignFigure,
+    Claim,
+    PowerLaw,
+    column,
+    fit_power_law,
+    register,
+)
 
 STEP, SCATTER, EXCESS = "mean step (L_x)", "standard deviation over mean of F", "peak over plateau, less 1"
 QUANTITIES: Final[dict[str, Callable[[xr.Dataset], xr.DataArray]]] = {

@@ -11,9 +11,7 @@ from numpy.typing import NDArray
 from nanoslip.solver.sliding.sizes import EventSizes, rank_correlation
 from nanoslip.solver.view import with_error
 from nanoslip.study.figures.further.chains import CAMPAIGN, names, numbers_of, plain, steady, steady_sizes
-from nanoslip.study.figures.shared.canvas import COLORS, column
-from nanoslip.study.figures.shared.claims import WITHOUT_PAPER, Claim
-from nanoslip.study.figures.shared.figure import CampaignFigure, register
+from nanoslip.study.figures.shared import COLORS, WITHOUT_PAPER, CampaignFigure, Claim, column, register
 
 Floats = NDArray[np.float64]
 LAGS: Final = np.array([1, 2, 3, 5, 7, 10, 20, 30, 50, 100, 200, 300])

@@ -12,9 +12,7 @@ from scipy import stats
 from nanoslip.solver.view import with_error
 from nanoslip.study.dataset.access import Accessor
 from nanoslip.study.figures.reproduction.drive import damper_force
-from nanoslip.study.figures.shared.canvas import COLORS, column
-from nanoslip.study.figures.shared.claims import Claim, over_starts
-from nanoslip.study.figures.shared.figure import CampaignFigure, register
+from nanoslip.study.figures.shared import COLORS, CampaignFigure, Claim, column, over_starts, register
 
 Floats = NDArray[np.float64]
 

@@ -9,10 +9,19 @@ from matplotlib.cm import ScalarMappable
 from matplotlib.colors import Normalize
 from matplotlib.figure import Figure
 
-from nanoslip.study.figures.shared.canvas import PAGE, column
-from nanoslip.study.figures.shared.claims import WITHOUT_PAPER, Claim, over_starts
-from nanoslip.study.figures.shared.figure import CampaignFigure, register
-from nanoslip.study.figures.shared.tiles import counted, panels, regime_legend, regime_tiles
+from nanoslip.study.figures.shared import (
+    PAGE,
+    WITHOUT_PAPER,
+    CampaignFigure,
+    Claim,
+    column,
+    counted,
+    over_starts,
+    panels,
+    regime_legend,
+    regime_tiles,
+    register,
+)
 
 SHARES: Final = {"plateau_mean": "plateau", "static_friction": "μ_s", "kinetic_friction": "μ_k"}
 """Variable -> its symbol; it is looked at as a share of μ_i."""

@@ -10,9 +10,7 @@ from numpy.typing import NDArray
 
 from nanoslip.solver.sliding.plateau import Teeth
 from nanoslip.study.dataset.access import Accessor
-from nanoslip.study.figures.shared.canvas import column
-from nanoslip.study.figures.shared.claims import Claim
-from nanoslip.study.figures.shared.figure import CampaignFigure, register
+from nanoslip.study.figures.shared import CampaignFigure, Claim, column, register
 
 Floats = NDArray[np.float64]
 BINS = 32

@@ -7,9 +7,7 @@ from matplotlib.figure import Figure
 
 from nanoslip.study.dataset.access import Accessor
 from nanoslip.study.figures.further.chains import CAMPAIGN, names, plain
-from nanoslip.study.figures.shared.canvas import COLORS, column
-from nanoslip.study.figures.shared.claims import WITHOUT_PAPER, Claim
-from nanoslip.study.figures.shared.figure import CampaignFigure, register
+from nanoslip.study.figures.shared import COLORS, WITHOUT_PAPER, CampaignFigure, Claim, column, register
 
 
 def draw(dataset: xr.Dataset) -> Figure:

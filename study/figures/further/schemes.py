@@ -8,9 +8,7 @@ import xarray as xr
 from matplotlib.figure import Figure
 
 from nanoslip.solver.view import with_error
-from nanoslip.study.figures.shared.canvas import COLORS, column
-from nanoslip.study.figures.shared.claims import Claim
-from nanoslip.study.figures.shared.figure import CampaignFigure, register
+from nanoslip.study.figures.shared import COLORS, CampaignFigure, Claim, column, register
 
 DEFAULTS: Final = {"support": "bonded", "slip_order": "worst_first"}
 MARKERS: Final = {"bonded": "o", "frictionless": "s", "right_side": "^"}

@@ -14,9 +14,7 @@ from nanoslip.solver.sliding.sizes import DISCRETE, GUTENBERG_RICHTER, MEAN_FIEL
 from nanoslip.solver.view import with_error
 from nanoslip.study.dataset.access import Accessor
 from nanoslip.study.figures.further.chains import CAMPAIGN, names, plain, steady
-from nanoslip.study.figures.shared.canvas import COLORS, column
-from nanoslip.study.figures.shared.claims import Claim
-from nanoslip.study.figures.shared.figure import CampaignFigure, register
+from nanoslip.study.figures.shared import COLORS, CampaignFigure, Claim, column, register
 
 
 class Panel(NamedTuple):

@@ -7,11 +7,19 @@ from typing import Final
 import xarray as xr
 from matplotlib.figure import Figure
 
-from nanoslip.study.figures.shared.canvas import PAGE, column
-from nanoslip.study.figures.shared.claims import WITHOUT_PAPER, Claim
-from nanoslip.study.figures.shared.closed_form import scales_in
-from nanoslip.study.figures.shared.figure import CampaignFigure, register
-from nanoslip.study.figures.shared.tiles import counted, panels, regime_legend, regime_tiles
+from nanoslip.study.figures.shared import (
+    PAGE,
+    WITHOUT_PAPER,
+    CampaignFigure,
+    Claim,
+    column,
+    counted,
+    panels,
+    regime_legend,
+    regime_tiles,
+    register,
+    scales_in,
+)
 
 PARTS: Final = {"damping_ratio": ("ζ", ""), "pin_mass": ("m", " kg")}
 """Parameter of the panels -> its symbol and unit in the table."""

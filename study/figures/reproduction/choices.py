@@ -7,11 +7,9 @@ import numpy as np
 import xarray as xr
 from matplotlib.figure import Figure
 
+from nanoslip.study.figures import shared as paper
 from nanoslip.study.figures.reproduction.scores import NUMBERS, Scored, axes_of, independent_numbers, ranking
-from nanoslip.study.figures.shared import paper
-from nanoslip.study.figures.shared.canvas import COLORS, column
-from nanoslip.study.figures.shared.claims import Claim
-from nanoslip.study.figures.shared.figure import CampaignFigure, register
+from nanoslip.study.figures.shared import COLORS, CampaignFigure, Claim, column, register
 
 MOST: Final = 12
 """Rows of the ranking."""

@@ -8,13 +8,21 @@ from matplotlib.figure import Figure
 from numpy.typing import NDArray
 
 from nanoslip.study.dataset.access import Accessor
+from nanoslip.study.figures import shared as paper
 from nanoslip.study.figures.reproduction.records import every_start
-from nanoslip.study.figures.shared import paper
-from nanoslip.study.figures.shared.canvas import COLORS, column
-from nanoslip.study.figures.shared.claims import Claim, compared, over_starts
-from nanoslip.study.figures.shared.closed_form import COEFFICIENTS, ClosedForm, scales_in
-from nanoslip.study.figures.shared.closed_form import closed_form as closed_form_of
-from nanoslip.study.figures.shared.figure import CampaignFigure, register
+from nanoslip.study.figures.shared import (
+    COEFFICIENTS,
+    COLORS,
+    CampaignFigure,
+    Claim,
+    ClosedForm,
+    column,
+    compared,
+    over_starts,
+    register,
+    scales_in,
+)
+from nanoslip.study.figures.shared import closed_form as closed_form_of
 
 Floats = NDArray[np.float64]
 

@@ -7,13 +7,11 @@ import numpy as np
 import xarray as xr
 from matplotlib.figure import Figure
 
+from nanoslip.study.figures import shared as paper
 from nanoslip.study.figures.reproduction.drive import fitted, run_of, slip_times
 from nanoslip.study.figures.reproduction.records import every_start
 from nanoslip.study.figures.reproduction.stick import LEAST_DROP, Stick, stick_of
-from nanoslip.study.figures.shared import paper
-from nanoslip.study.figures.shared.canvas import COLORS, column
-from nanoslip.study.figures.shared.claims import Claim, compared, over_starts
-from nanoslip.study.figures.shared.figure import CampaignFigure, register
+from nanoslip.study.figures.shared import COLORS, CampaignFigure, Claim, column, compared, over_starts, register
 
 
 def draw_motion(dataset: xr.Dataset) -> Figure:

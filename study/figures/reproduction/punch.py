@@ -10,9 +10,7 @@ from numpy.typing import NDArray
 
 from nanoslip.solver.contact.closed_forms import flat_punch_pressure
 from nanoslip.study.dataset.access import Accessor
-from nanoslip.study.figures.shared.canvas import COLORS, column
-from nanoslip.study.figures.shared.claims import Claim
-from nanoslip.study.figures.shared.figure import CampaignFigure, register
+from nanoslip.study.figures.shared import COLORS, CampaignFigure, Claim, column, register
 
 Floats = NDArray[np.float64]
 INNER: Final = 0.8

@@ -8,10 +8,8 @@ from matplotlib.figure import Figure
 from numpy.typing import NDArray
 
 from nanoslip.study.dataset.access import Accessor
-from nanoslip.study.figures.shared import paper
-from nanoslip.study.figures.shared.canvas import COLORS, column
-from nanoslip.study.figures.shared.claims import Claim, compared, over_starts
-from nanoslip.study.figures.shared.figure import CampaignFigure, register
+from nanoslip.study.figures import shared as paper
+from nanoslip.study.figures.shared import COLORS, CampaignFigure, Claim, column, compared, over_starts, register
 
 Floats = NDArray[np.float64]
 _FRICTIONS = (0.25, 0.5)

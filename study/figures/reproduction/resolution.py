@@ -6,10 +6,7 @@ import numpy as np
 import xarray as xr
 from matplotlib.figure import Figure
 
-from nanoslip.study.figures.shared.canvas import column
-from nanoslip.study.figures.shared.claims import Claim
-from nanoslip.study.figures.shared.figure import CampaignFigure, register
-from nanoslip.study.figures.shared.power_law import PowerLaw, fit_power_law
+from nanoslip.study.figures.shared import CampaignFigure, Claim, PowerLaw, column, fit_power_law, register
 
 
 def step_law(dataset: xr.Dataset, radius: float) -> PowerLaw:

@@ -8,9 +8,8 @@ import numpy as np
 import xarray as xr
 from numpy.typing import NDArray
 
-from nanoslip.study.figures.shared import paper
-from nanoslip.study.figures.shared.independence import effective_number
-from nanoslip.study.figures.shared.paper import Stated
+from nanoslip.study.figures import shared as paper
+from nanoslip.study.figures.shared import Stated, effective_number
 
 Floats = NDArray[np.float64]
 NEAR: Final = 2.0

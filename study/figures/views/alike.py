@@ -6,8 +6,7 @@ from typing import Final
 import numpy as np
 
 from nanoslip.solver.view import with_error
-from nanoslip.study.figures.sweep.label import words
-from nanoslip.study.figures.sweep.points import Points
+from nanoslip.study.figures.points import Points, words
 
 ROUNDING: Final = 1e-9
 """Share of a number by which others may differ from it and be the same."""

@@ -8,11 +8,20 @@ import xarray as xr
 from matplotlib.figure import Figure
 
 from nanoslip.study.dataset.ragged import commonest
-from nanoslip.study.figures.sweep.label import symbol, words
-from nanoslip.study.figures.sweep.lines import SHORTEST, draw_lines, draw_scattered, far_below
-from nanoslip.study.figures.sweep.points import Points, points_of
-from nanoslip.study.figures.sweep.roles import MOST_HUES, Roles, counts_of, held_at, roles_of, scattered, together
-from nanoslip.study.figures.sweep.tiles import draw_tiles, is_crowded
+from nanoslip.study.figures.points import (
+    MOST_HUES,
+    Points,
+    Roles,
+    counts_of,
+    held_at,
+    points_of,
+    roles_of,
+    scattered,
+    symbol,
+    together,
+    words,
+)
+from nanoslip.study.figures.sweep import SHORTEST, draw_lines, draw_scattered, draw_tiles, far_below, is_crowded
 from nanoslip.study.figures.views.alike import differs, in_words, sentence
 from nanoslip.study.figures.views.view import Sort, View, register
 

@@ -8,9 +8,8 @@ from numpy.typing import NDArray
 
 from nanoslip.solver.contact.closed_forms import flat_punch_pressure, hertz
 from nanoslip.study.dataset.access import Accessor
-from nanoslip.study.figures.shared.canvas import COLORS
-from nanoslip.study.figures.sweep.label import label, typeset
-from nanoslip.study.figures.sweep.points import Columns
+from nanoslip.study.figures.points import Columns, label, typeset
+from nanoslip.study.figures.shared import COLORS
 from nanoslip.study.figures.views.runs import Family, Run, thinned, views_of
 from nanoslip.study.figures.views.view import Sort, register
 

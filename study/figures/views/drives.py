@@ -6,8 +6,8 @@ import numpy as np
 import xarray as xr
 
 from nanoslip.study.dataset.access import Accessor
-from nanoslip.study.figures.shared.closed_form import fitted, scales_of
-from nanoslip.study.figures.sweep.points import Columns
+from nanoslip.study.figures.points import Columns
+from nanoslip.study.figures.shared import fitted, scales_of
 from nanoslip.study.figures.views.runs import Family, Run, thinned, views_of
 from nanoslip.study.figures.views.view import Sort, register
 

@@ -8,10 +8,9 @@ import xarray as xr
 from matplotlib.figure import Figure
 
 from nanoslip.study.dataset.access import Accessor
-from nanoslip.study.figures.shared.canvas import column
-from nanoslip.study.figures.sweep.label import label, typeset, words
-from nanoslip.study.figures.sweep.lines import WIDTH
-from nanoslip.study.figures.sweep.points import Columns
+from nanoslip.study.figures.points import Columns, label, typeset, words
+from nanoslip.study.figures.shared import column
+from nanoslip.study.figures.sweep import WIDTH
 from nanoslip.study.figures.views.runs import Run, runs_of
 from nanoslip.study.figures.views.view import Sort, View, register
 

@@ -5,8 +5,7 @@ from typing import Any, Final
 import xarray as xr
 
 from nanoslip.study.dataset.access import Accessor
-from nanoslip.study.figures.sweep.label import label, typeset
-from nanoslip.study.figures.sweep.points import Columns
+from nanoslip.study.figures.points import Columns, label, typeset
 from nanoslip.study.figures.views.runs import Family, Need, Run, notes_of, thinned, views_of
 from nanoslip.study.figures.views.view import Sort, register
 

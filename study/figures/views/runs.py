@@ -14,10 +14,9 @@ from numpy.typing import NDArray
 from nanoslip.study.dataset.access import id_of, places
 from nanoslip.study.dataset.file import groups_of
 from nanoslip.study.dataset.variables import means_of
-from nanoslip.study.figures.shared.canvas import COLORS, column
-from nanoslip.study.figures.sweep.label import typeset, words
-from nanoslip.study.figures.sweep.lines import WIDTH
-from nanoslip.study.figures.sweep.points import Columns, varying
+from nanoslip.study.figures.points import Columns, typeset, varying, words
+from nanoslip.study.figures.shared import COLORS, column
+from nanoslip.study.figures.sweep import WIDTH
 from nanoslip.study.figures.views.choice import spread
 from nanoslip.study.figures.views.view import View
 

@@ -9,8 +9,7 @@ import xarray as xr
 from nanoslip.solver.sliding.power_law import LEAST_TAIL, SIGNIFICANT, density
 from nanoslip.solver.view import with_error
 from nanoslip.study.dataset.access import Accessor
-from nanoslip.study.figures.sweep.label import label, typeset
-from nanoslip.study.figures.sweep.points import Columns
+from nanoslip.study.figures.points import Columns, label, typeset
 from nanoslip.study.figures.views.runs import Family, Need, Run, notes_of, views_of
 from nanoslip.study.figures.views.view import Sort, View, register
 

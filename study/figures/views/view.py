@@ -10,8 +10,7 @@ from typing import Any, Final
 import xarray as xr
 from matplotlib.figure import Figure
 
-from nanoslip.study.figures.sweep.label import words
-from nanoslip.study.figures.sweep.points import Columns
+from nanoslip.study.figures.points import Columns, words
 
 
 @dataclass(frozen=True, slots=True, eq=False)

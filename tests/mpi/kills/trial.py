@@ -14,7 +14,7 @@ from pathlib import Path
 from typing import Final
 
 from nanoslip.study.dataset import file
-from nanoslip.study.run.launch import INTERRUPTED, WRONG_INPUT
+from nanoslip.study.exit_codes import INTERRUPTED, WRONG_INPUT
 from tests.mpi.kills import processes
 from tests.mpi.kills.running import PATIENCE, Rival, Undisturbed, logs, own_files, remains, start
 from tests.study.results.results import written

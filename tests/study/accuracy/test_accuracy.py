@@ -10,7 +10,6 @@ import xarray as xr
 
 from nanoslip.solver import Case, Slab, friction_record, surface_compliance
 from nanoslip.solver.elasticity.schemes import Galerkin
-from nanoslip.study.accuracy.diagram import Diagram
 from nanoslip.study.accuracy.elastic_operator import (
     OBSERVABLES,
     lateral_stiffness,
@@ -19,7 +18,7 @@ from nanoslip.study.accuracy.elastic_operator import (
     reference_slab,
 )
 from nanoslip.study.accuracy.measurement import Measurement, as_dataset, measure
-from nanoslip.study.accuracy.setup import FULL, QUICK, default_setup, setup_of
+from nanoslip.study.accuracy.setup import FULL, QUICK, Diagram, default_setup, setup_of
 from nanoslip.study.manifest.checker import ManifestError
 from nanoslip.study.manifest.manifest import NamedDrive
 from nanoslip.study.manifest.reader import load_manifest

@@ -9,7 +9,6 @@ import pytest
 import xarray as xr
 
 from nanoslip.solver import Case, Slab
-from nanoslip.study.accuracy.diagram import Diagram
 from nanoslip.study.accuracy.digit import (
     BY_LENGTH,
     BY_MEMBERS,
@@ -24,9 +23,8 @@ from nanoslip.study.accuracy.digit import (
     points_of,
     time_for_the_same_error,
 )
-from nanoslip.study.accuracy.measurement import measure_another_digit
-from nanoslip.study.accuracy.setup import FULL, QUICK, default_setup, digit_setups, first_of
-from nanoslip.study.accuracy.table import as_table
+from nanoslip.study.accuracy.measurement import as_table, measure_another_digit
+from nanoslip.study.accuracy.setup import FULL, QUICK, Diagram, default_setup, digit_setups, first_of
 from nanoslip.study.manifest.checker import ManifestError
 from nanoslip.study.manifest.manifest import NamedDrive
 from nanoslip.study.manifest.reader import load_manifest

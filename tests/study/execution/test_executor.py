@@ -5,7 +5,8 @@ from pathlib import Path
 
 import pytest
 
-from nanoslip.study import machine, origin
+from nanoslip.study import origin
+from nanoslip.study import origin as machine
 from nanoslip.study.plan.tasks import compliance_task, contact_task
 from nanoslip.study.results import entry as own
 from nanoslip.study.results.store import Store

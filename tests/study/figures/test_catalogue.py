@@ -5,7 +5,7 @@ import pytest
 
 from nanoslip.study import shipped
 from nanoslip.study.figures.catalogue import FIGURES
-from nanoslip.study.figures.shared.canvas import COLUMN, PAGE
+from nanoslip.study.figures.shared import COLUMN, PAGE
 from tests.study.figures.shipped_small import SMALLER, small
 
 

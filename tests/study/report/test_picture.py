@@ -4,7 +4,7 @@ import base64
 import re
 from xml.etree import ElementTree
 
-from nanoslip.study.figures.shared.canvas import COLORS, column, image
+from nanoslip.study.figures.shared import COLORS, column, image
 from nanoslip.study.figures.views.view import View
 from nanoslip.study.report.page import DARK, picture, themed
 

@@ -10,7 +10,7 @@ import pytest
 import xarray as xr
 
 import nanoslip as nanoslip_here
-from nanoslip.study.commands.shared import datasets
+from nanoslip.study.commands import datasets
 from nanoslip.study.origin import here
 from nanoslip.study.plan.tasks import run_task
 from nanoslip.study.results import entry as own

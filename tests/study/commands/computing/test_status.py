@@ -6,7 +6,7 @@ import time
 
 import pytest
 
-from nanoslip.study.commands.computing import status
+from nanoslip.study.commands import prepare as status
 from nanoslip.study.results.store import Store
 from tests.conftest import PARTLY_REFUSED
 

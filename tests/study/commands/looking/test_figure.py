@@ -6,10 +6,10 @@ from pathlib import Path
 import pytest
 import xarray as xr
 
-from nanoslip.study.commands.looking import declared as looking
-from nanoslip.study.commands.looking import figure as command
+from nanoslip.study.commands import cli as looking
+from nanoslip.study.commands import look as command
+from nanoslip.study.figures import shared as canvas
 from nanoslip.study.figures.catalogue import FIGURES
-from nanoslip.study.figures.shared import canvas
 from tests.conftest import Main
 from tests.study.figures.shipped_small import small
 from tests.study.figures.sweep.cases import product
@@ -21,7 +21,7 @@ def test_the_command_knows_the_formats_that_can_be_drawn() -> None:
 
 def shipped(names: tuple[str, ...], form: str, into: Path, out: Path) -> None:
     """Draw shipped figures."""
-    command.work(names, False, (form,), into, out, "", "", "", None, False)
+    command.draw_figure(names, False, (form,), into, out, "", "", "", None, False)
 
 
 def test_without_a_name_every_figure_is_listed(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:

@@ -2,8 +2,8 @@
 
 import pytest
 
-from nanoslip.study.commands.shared.choice import assignments, chosen
-from nanoslip.study.commands.shared.exits import Refusal
+from nanoslip.study.commands.datasets import assignments, chosen
+from nanoslip.study.commands.words import Refusal
 from nanoslip.study.manifest.cases import expand
 from nanoslip.study.manifest.checker import ManifestError
 from nanoslip.study.manifest.reader import parse_manifest

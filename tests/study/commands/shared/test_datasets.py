@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 import xarray as xr
 
-from nanoslip.study.commands.shared.datasets import print_summary
+from nanoslip.study.commands.datasets import print_summary
 from tests.study.figures.sweep.cases import regimes
 
 

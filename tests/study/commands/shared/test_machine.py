@@ -6,7 +6,7 @@ import re
 
 import numpy as np
 
-from nanoslip.study.commands.shared.machine import print_json
+from nanoslip.study.commands.plans import print_json
 from tests.conftest import ROOT
 
 

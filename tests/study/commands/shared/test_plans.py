@@ -4,7 +4,7 @@ from pathlib import Path
 
 import pytest
 
-from nanoslip.study.commands.shared.plans import advised
+from nanoslip.study.commands.plans import advised
 
 
 @pytest.mark.parametrize(

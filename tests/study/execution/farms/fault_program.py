@@ -9,8 +9,7 @@ import sys
 from pathlib import Path
 
 from nanoslip.solver.outcome import Outcome
-from nanoslip.study.commands import cli
-from nanoslip.study.commands.computing import run
+from nanoslip.study.commands import cli, run
 from nanoslip.study.run.dispatch import Done
 from nanoslip.study.run.launch import Program, processes_started
 from nanoslip.study.run.mpi import open_farm

@@ -16,7 +16,7 @@ from typing import Final, NamedTuple
 
 from nanoslip.solver.outcome import Ending
 from nanoslip.study.dataset import file
-from nanoslip.study.run.launch import FAILURES, INTERRUPTED
+from nanoslip.study.exit_codes import FAILURES, INTERRUPTED
 from tests.conftest import clean_environment, launcher
 from tests.study.execution.farms.fault_program import CAMPAIGN, LOADS
 from tests.study.execution.farms.faults import FAULTS

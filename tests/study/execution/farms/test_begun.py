@@ -6,7 +6,7 @@ from pathlib import Path
 
 import pytest
 
-from nanoslip.study.commands.running.killed import KILLED, blame
+from nanoslip.study.commands.conduct import KILLED, blame
 from nanoslip.study.manifest.reader import load_manifest
 from nanoslip.study.plan.plan import Plan, make_plan
 from nanoslip.study.results.store import Store

@@ -10,9 +10,8 @@ from matplotlib.text import Text
 from PIL import Image
 
 from nanoslip.solver.outcome import InvalidInput
-from nanoslip.study.figures.frames import film
-from nanoslip.study.figures.frames.drawing import MOST_IN_STRIP, draw_frame, strip
-from nanoslip.study.figures.frames.moments import Moments, moments_of
+from nanoslip.study.figures import frames as film
+from nanoslip.study.figures.frames import MOST_IN_STRIP, Moments, draw_frame, moments_of, strip
 from tests.study.figures.frames.test_moments import CASE
 
 

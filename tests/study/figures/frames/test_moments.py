@@ -6,7 +6,7 @@ import pytest
 from nanoslip.solver.case import Case, Effects
 from nanoslip.solver.outcome import Ending, InvalidInput
 from nanoslip.solver.slab import Slab
-from nanoslip.study.figures.frames.moments import MOST, Moments, events_of, moments_of
+from nanoslip.study.figures.frames import MOST, Moments, events_of, moments_of
 
 CASE = Case(intrinsic_friction=0.5, radius=50.0, slab=Slab(n_x=17), max_events=30)
 

@@ -11,8 +11,8 @@ from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 
 from nanoslip.solver.outcome import InvalidInput
-from nanoslip.study.figures.shared import canvas
-from nanoslip.study.figures.shared.canvas import FORMATS, column, format_of, image
+from nanoslip.study.figures import shared as canvas
+from nanoslip.study.figures.shared import FORMATS, column, format_of, image
 
 
 def drawn() -> Figure:

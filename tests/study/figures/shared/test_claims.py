@@ -2,8 +2,7 @@
 
 import numpy as np
 
-from nanoslip.study.figures.shared.claims import Claim, compared, over_starts, table
-from nanoslip.study.figures.shared.paper import Stated
+from nanoslip.study.figures.shared import Claim, Stated, compared, over_starts, table
 
 STATED = Stated("slips", 1952, "3.2.1", 0.5)
 

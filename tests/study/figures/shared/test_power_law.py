@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 from scipy import stats
 
-from nanoslip.study.figures.shared.power_law import PowerLaw, fit_power_law
+from nanoslip.study.figures.shared import PowerLaw, fit_power_law
 
 TRIES = 400
 HELD = (0.917, 0.983)

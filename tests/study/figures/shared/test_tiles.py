@@ -4,8 +4,7 @@ import numpy as np
 import xarray as xr
 
 from nanoslip.solver.dynamics.regime import REGIMES
-from nanoslip.study.figures.shared.canvas import PAGE, column
-from nanoslip.study.figures.shared.tiles import codes, counted, panels, regime_legend, regime_tiles
+from nanoslip.study.figures.shared import PAGE, codes, column, counted, panels, regime_legend, regime_tiles
 
 WORDS = xr.DataArray([[*REGIMES], [REGIMES[1], REGIMES[1], "", REGIMES[0]]], dims=("velocity", "stiffness"))
 

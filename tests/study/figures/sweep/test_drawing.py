@@ -4,11 +4,18 @@ import numpy as np
 import pytest
 from matplotlib.figure import Figure
 
-from nanoslip.study.figures.sweep.lines import FAILED, SHORTEST, UNSURE, draw_lines, draw_scattered, panels_of
-from nanoslip.study.figures.sweep.points import points_of
-from nanoslip.study.figures.sweep.roles import roles_of
-from nanoslip.study.figures.sweep.scale import begins_with_zero, is_logarithmic
-from nanoslip.study.figures.sweep.tiles import draw_tiles
+from nanoslip.study.figures.points import points_of, roles_of
+from nanoslip.study.figures.sweep import (
+    FAILED,
+    SHORTEST,
+    UNSURE,
+    begins_with_zero,
+    draw_lines,
+    draw_scattered,
+    draw_tiles,
+    is_logarithmic,
+    panels_of,
+)
 from nanoslip.study.figures.views.answer import view_of
 from tests.study.figures.sweep.cases import listed, product
 

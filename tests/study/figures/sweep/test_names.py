@@ -2,9 +2,19 @@
 
 import pytest
 
-from nanoslip.study.figures.sweep.label import label, said, short, symbol, typeset, words
-from nanoslip.study.figures.sweep.names import UnknownNameError, axis_named, points_named, variable_of
-from nanoslip.study.figures.sweep.points import points_of
+from nanoslip.study.figures.points import (
+    UnknownNameError,
+    axis_named,
+    label,
+    points_named,
+    points_of,
+    said,
+    short,
+    symbol,
+    typeset,
+    variable_of,
+    words,
+)
 from tests.study.figures.sweep.cases import product
 
 DATA = product(intrinsic_friction=[0.2, 0.4], radius=[50.0, 200.0])

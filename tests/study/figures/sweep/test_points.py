@@ -6,8 +6,7 @@ import numpy as np
 import pytest
 
 import nanoslip
-from nanoslip.study.figures.sweep.label import ratio
-from nanoslip.study.figures.sweep.points import points_of
+from nanoslip.study.figures.points import points_of, ratio
 from tests.study.figures.sweep.cases import listed, product
 
 LOADS = [1e-4, 1e-3]

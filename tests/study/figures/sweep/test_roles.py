@@ -2,8 +2,16 @@
 
 import pytest
 
-from nanoslip.study.figures.sweep.points import Points, points_of
-from nanoslip.study.figures.sweep.roles import MOST_PANELS, held_at, roles_of, scattered, together, values_of
+from nanoslip.study.figures.points import (
+    MOST_PANELS,
+    Points,
+    held_at,
+    points_of,
+    roles_of,
+    scattered,
+    together,
+    values_of,
+)
 from tests.study.figures.sweep.cases import listed, product
 
 

@@ -9,8 +9,8 @@ import xarray as xr
 
 import nanoslip
 from nanoslip.solver.view import with_error
-from nanoslip.study.figures.shared.canvas import image
-from nanoslip.study.figures.sweep.points import points_of
+from nanoslip.study.figures.points import points_of
+from nanoslip.study.figures.shared import image
 from nanoslip.study.figures.views.answer import view_of
 from nanoslip.study.figures.views.catalogue import SORTS
 from nanoslip.study.figures.views.view import View, csv_of

@@ -5,7 +5,7 @@ from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Final
 
-from nanoslip.study.commands.shared.datasets import write_dataset
+from nanoslip.study.commands.datasets import write_dataset
 from nanoslip.study.dataset import file
 from nanoslip.study.dataset.file import NOTE
 from nanoslip.study.manifest.reader import load_manifest

@@ -11,7 +11,7 @@ from types import FrameType
 from typing import Final
 from unittest.mock import patch
 
-from nanoslip.study.commands.shared.datasets import write_dataset
+from nanoslip.study.commands.datasets import write_dataset
 from nanoslip.study.dataset import file
 from nanoslip.study.results import attempts, log
 from nanoslip.study.results import attempts as runs

@@ -1,0 +1,295 @@
+"""A campaign's dataset: written from its results, and printed as a table."""
+
+import json
+from collections.abc import Iterator, Mapping, Sequence
+from contextlib import contextmanager, suppress
+from pathlib import Path
+from typing import Final
+
+import click
+import xarray as xr
+
+from nanoslip.solver.case import parameters_of_a_case
+from nanoslip.study.commands.plans import advised, counted, planned, refusals
+from nanoslip.study.commands.words import Refusal, folder
+from nanoslip.study.dataset import file
+from nanoslip.study.dataset.access import one_case
+from nanoslip.study.dataset.collect import Planned, collect
+from nanoslip.study.dataset.file import is_made_of, made_of, note
+from nanoslip.study.dataset.variables import MEMBERS, OUTCOMES, means_of
+from nanoslip.study.figures.shared import column, format_of, image
+from nanoslip.study.garbage import all_kept
+from nanoslip.study.manifest.cases import CampaignCase
+from nanoslip.study.manifest.checker import ManifestError
+from nanoslip.study.manifest.manifest import Manifest, drive_parameters
+from nanoslip.study.manifest.parameters import STANDARD, Value, in_words, of_symbol, words
+from nanoslip.study.plan.plan import PENDING
+from nanoslip.study.report.console import console, counting, print_sentences, print_table, say, whole
+from nanoslip.study.report.curves import MARGIN, WIDTH, Curve, curves, text_plot
+from nanoslip.study.report.summary import (
+    MOST_LINES,
+    case_table,
+    drive_summary,
+    ending_lines,
+    failure_summary,
+    flag_summary,
+    left_out_summary,
+    said_once,
+    scalar_table,
+    short_summary,
+)
+from nanoslip.study.report.summary import words as words_of
+from nanoslip.study.results.store import Store, StoreError, write_files
+
+COLLECTED: Final = "{} cases collected"
+"""What is shown while a dataset is made."""
+
+
+def write_dataset(plan: Planned, store: Store, anew: bool = False, processes: int = 1, keep: bool = False) -> int:
+    """Write the dataset of the results that are there, and print it; returns how many outcomes are pending. Raises StoreError.
+
+    anew: also where it is there already. processes: that read results. keep: refuse instead where the one that is there has
+    more finished cases or drives.
+    """
+    if not anew and print_written(plan.manifest, store):
+        return 0
+    path = store.folder.parent / file.FILE
+    with counting(COLLECTED) as heard, all_kept():
+        collected = collect(plan, store, heard, processes)
+    if keep and (losses := list(_losses(path, collected))):
+        campaign, into = plan.manifest.path, path.parent
+        run, replace = advised("run", campaign, into), advised("collect", campaign, into, "--replace")
+        raise StoreError(
+            f"{path}: not replaced: has {'; '.join(losses)}; has the campaign changed? {run} computes what is "
+            f"missing, {replace} writes the dataset without it"
+        )
+    file.write(collected, path)
+    note(path, store, made_of(plan.manifest, store))
+    _print(collected, path)
+    return _pending(collected)
+
+
+def print_written(manifest: Manifest, store: Store) -> bool:
+    """Print the existing dataset if it is up to date with the results and lacks none; returns whether that is so."""
+    path = store.folder.parent / file.FILE
+    if is_made_of(path, store, made_of(manifest, store)):
+        with suppress(StoreError), file.reading(path) as found:  # else it was damaged
+            if not _pending(found):
+                _print(found, path)
+                return True
+    return False
+
+
+def _pending(dataset: xr.Dataset) -> int:
+    """How many cases and drives have no outcome yet."""
+    endings = [dataset[ending.name] for ending, _ in OUTCOMES.values() if ending.name in dataset]
+    return sum(int((each == PENDING).sum()) for each in endings)
+
+
+def _losses(path: Path, collected: xr.Dataset) -> Iterator[str]:
+    """What a dataset that is there has more of than the one that would replace it: nothing where that lacks nothing.
+
+    One that cannot be read is no loss.
+    """
+    with suppress(StoreError), file.reading(path) as found:
+        for kind, (ending, _) in OUTCOMES.items():
+            if ending.name in found and ending.name in collected:
+                had, has = (int((each[ending.name] != PENDING).sum()) for each in (found, collected))
+                if has < min(had, collected[ending.name].size):
+                    what = counted(had, f"finished {kind or 'case'}")
+                    yield f"{what}, collected now {has} of {collected[ending.name].size}"
+
+
+def _print(dataset: xr.Dataset, path: Path) -> None:
+    print_summary(dataset)
+    say(whole(f"dataset: {path}"))
+    if mixed := dataset.attrs.get(file.MIXED):
+        say(f"{mixed} (computed_by says which case is whose)")
+
+
+def print_summary(dataset: xr.Dataset) -> None:
+    """Print the table of a dataset's cases, how its drives ended, why and what to do, where an ensemble
+    knows less than was asked for, and the advice of its validity flags."""
+    table, alike = said_once(scalar_table(dataset, why=False, most=MOST_LINES))
+    print_table(table)
+    print_sentences(_chosen(dataset))
+    print_sentences([*alike, *filter(None, [means_of(dataset)])])
+    print_sentences(drive_summary(dataset))
+    print_sentences(failure_summary(dataset), "failed")
+    print_sentences([*left_out_summary(dataset), *short_summary(dataset), *flag_summary(dataset)])
+
+
+def _chosen(dataset: xr.Dataset) -> Iterator[str]:
+    """The grid that was chosen for a campaign's `accuracy`."""
+    if file.CHOSEN in dataset.attrs:
+        found = json.loads(dataset.attrs[file.CHOSEN])
+        yield f"chosen: {', '.join(f'{name} = {value}' for name, value in found.items())}"
+
+
+# A campaign's dataset: from the file that is named, from the campaign's own, or from the results that are there.
+
+
+@contextmanager
+def dataset_of(source: Path, out: Path | None = None) -> Iterator[xr.Dataset]:
+    """Open a dataset: a file .nc, a folder with results.nc, or a campaign file.
+
+    A campaign's own results.nc is taken where the campaign has not changed since; else its finished results, collected in
+    memory. out: folder of a campaign's results. Raises StoreError, ManifestError.
+    """
+    if source.is_dir() or source.suffix == Path(file.FILE).suffix:
+        with file.reading(source / file.FILE if source.is_dir() else source) as found:
+            yield found
+        return
+    plan, into = planned(source), folder(source, out)
+    if (into / file.FILE).is_file():
+        with file.reading(into / file.FILE) as found:
+            if is_of(found, plan.manifest):
+                yield found
+                return
+    store = Store(into)
+    if not store.finished():
+        raise StoreError(f"{into}: no results of {source} there: {advised('run', source, into)} computes them")
+    say(f"{into}: no dataset of {source} as it is now: from the results that are finished", stderr=True)
+    yield collect(plan, store)
+
+
+def is_of(dataset: xr.Dataset, manifest: Manifest) -> bool:
+    """Whether a dataset is of the campaign as it is, and not of what its file said earlier."""
+    return bool(dataset.attrs.get("manifest_sha256") == manifest.sha256)
+
+
+# KEY=VALUE on the command line, and the one case of a campaign that they single out: `radius=200 n_x=65`.
+
+FEW: Final = 4
+"""Values of a parameter that a refusal names."""
+
+
+def assignments(given: Sequence[str]) -> dict[str, str]:
+    """Words of a command line, `key=value` each, as a mapping; a key may be a parameter's symbol. Raises Refusal."""
+    found: dict[str, str] = {}
+    for word in given:
+        key, sign, value = word.partition("=")
+        if not (sign and key and value):
+            raise Refusal(f"{word}: needs key=value, as radius=50")
+        key = _of_symbol(key)
+        if key in found:
+            raise Refusal(f"{word}: {key} is given twice")
+        found[key] = value
+    return found
+
+
+def _of_symbol(key: str) -> str:
+    """The parameter of a case or a drive that has this symbol; any other key, or one of several, as it is."""
+    return of_symbol(key, {**parameters_of_a_case(), **drive_parameters()})
+
+
+def chosen(cases: Sequence[CampaignCase], given: Mapping[str, str]) -> CampaignCase:
+    """The one case that has all of these values, keys as in a manifest.
+
+    Raises ManifestError where none or several have.
+    """
+    points = [case.parameters for case in cases]
+    found = list(range(len(points)))
+    for key, value in given.items():
+        name = words().get(key, key)
+        there = list(dict.fromkeys(point[name] for point in points if name in point))
+        if not there:
+            known = in_words(", ".join(dict.fromkeys(name for point in points for name in point)))
+            raise ManifestError([f"{key}={value}: these cases are told apart by {known}"])
+        found = [number for number in found if _is(points[number].get(name), value)]
+        if not any(_is(each, value) for each in there):
+            raise ManifestError([f"{key}={value}: no such case; there are {', '.join(map(str, there))}"])
+    said = " ".join(f"{key}={value}" for key, value in given.items()) or "no selection"
+    if not found:
+        raise ManifestError([f"{said}: no case is all of that"])
+    if len(found) > 1:
+        differing = _differing([points[number] for number in found])
+        raise ManifestError([f"{said}: {len(found)} cases are like that; {differing}"])
+    return cases[found[0]]
+
+
+def _differing(points: Sequence[Mapping[str, Value]]) -> str:
+    """What tells cases apart, as advice."""
+    values = {name: list(dict.fromkeys(point.get(name) for point in points)) for name in points[0]}
+    told = (f"{name} = {_some(each)}" for name, each in values.items() if len(each) > 1)
+    return in_words(f"say {', '.join(told)}")
+
+
+def _some(values: Sequence[Value | None]) -> str:
+    """The first of some values, and whether there are more."""
+    return " or ".join([*map(str, values[:FEW]), *(["…"] if len(values) > FEW else [])])
+
+
+def _is(value: Value | None, text: str) -> bool:
+    """Whether a value is what somebody wrote, as a campaign has it or as a table shows it."""
+    if isinstance(value, str):
+        return value == text
+    if isinstance(value, bool):
+        return text.lower() == str(value).lower()
+    try:
+        return value is not None and float(text) == float(value)
+    except ValueError:
+        return False
+
+
+# One case of a dataset on the terminal: how it ended, its numbers, its lines in text; or its lines as a picture.
+
+_NAMES: Final = ("case_id", "case")
+"""Coordinates that are no parameters."""
+
+
+def show_case(dataset: xr.Dataset, given: Mapping[str, str], picture: Path | None) -> None:
+    """Print the case that parameters single out, or write its picture besides. Raises Refusal where it is not one case."""
+    try:
+        case = one_case(dataset, given)
+    except (KeyError, ValueError) as error:
+        raise Refusal(str(error.args[0])) from None
+    _print_numbers(case, dataset)
+    lines = list(curves(case))
+    if lines and MEMBERS.name in case and int(case[MEMBERS.name].max()) > 1:
+        say("lines are those of the first member")
+    if picture:
+        with refusals():
+            write_files({picture: _drawn(lines, format_of(picture))})
+        say(whole(f"written: {picture}"))
+        return
+    width = min(WIDTH, console().width - MARGIN)
+    for line in lines:
+        click.echo(text_plot(line.x, line.y, (line.x_label, line.y_label), width))
+
+
+def _print_numbers(case: xr.Dataset, dataset: xr.Dataset) -> None:
+    """Print what a case is, how it ended and what is known of it; drives as rows where they are several."""
+    print_sentences([f"case {_label(case, dataset)}", *ending_lines(case)])
+    table, missing = case_table(case)
+    if table.rows:
+        print_table(table)
+    if missing:
+        say(f"not known here: {', '.join(missing)}")
+    if "drive_outcome" in case and case["drive_outcome"].dims:
+        say("several drives; drive=NAME, or values of their parameters, shows one:")
+        print_table(scalar_table(case, why=False))
+        print_sentences(failure_summary(case), "failed")
+
+
+def _label(case: xr.Dataset, dataset: xr.Dataset) -> str:
+    """The parameters that tell a case from the dataset's others; the standard ones always."""
+    names = [str(name) for name, each in case.coords.items() if not each.dims and name not in _NAMES]
+    told = [name for name in names if name in STANDARD or len(set(dataset[name].values.ravel().tolist())) > 1]
+    if "pin" in case and case["pin"].item() == "flat_punch":  # which has no radius
+        told = [
+            "pin",
+            *("half_width" if name == "radius" else name for name in told if name not in ("pin", "half_width")),
+        ]
+    return words_of({name: case[name].item() for name in told if not case[name].isnull()})
+
+
+def _drawn(lines: Sequence[Curve], form: str) -> bytes:
+    """A picture of the lines, one above the other. Raises Refusal where there is none."""
+    if not lines:
+        raise Refusal("this case has no friction record, motion or contact to be drawn: see [outputs] and stages")
+    with column(height=2.2 * len(lines)) as figure:
+        for axes, line in zip(figure.subplots(len(lines), squeeze=False).ravel(), lines, strict=True):
+            axes.plot(line.x, line.y)
+            axes.set(xlabel=line.x_label, ylabel=line.y_label)
+        return image(figure, form)

@@ -1,0 +1,337 @@
+"""`nanoslip collect`: the dataset of a campaign from the results that are there."""
+
+import math
+import sys
+from collections import Counter
+from collections.abc import Callable, Sequence
+from contextlib import ExitStack
+from dataclasses import asdict
+from pathlib import Path
+from tempfile import TemporaryDirectory
+from typing import Any, Final, NamedTuple
+
+import click
+
+from nanoslip.study.accuracy.measurement import as_table, measure, measure_another_digit, write
+from nanoslip.study.accuracy.setup import FULL, QUICK, default_setup, digit_setups, first_of, setup_of
+from nanoslip.study.commands.datasets import dataset_of, write_dataset
+from nanoslip.study.commands.plans import advised, counted, planned, print_json, refusals
+from nanoslip.study.commands.words import Refusal, folder
+from nanoslip.study.dataset import file
+from nanoslip.study.dataset import verify as verification
+from nanoslip.study.dataset.access import Column, case_columns, event_columns, sample_columns
+from nanoslip.study.dataset.collect import InPieces
+from nanoslip.study.dataset.compare import Finding, Verdict
+from nanoslip.study.dataset.ragged import shortened
+from nanoslip.study.dataset.variables import OUTCOMES, Described, described, rows, text_of
+from nanoslip.study.dataset.verify import (
+    KINDS,
+    STANDARD_DEVIATIONS,
+    Matched,
+    NotComparableError,
+    Observed,
+    Pair,
+    differing,
+    matched,
+    meaning,
+    observed,
+    over_members,
+    unjudged,
+)
+from nanoslip.study.exit_codes import CRASHED, FAILURES, INTERRUPTED
+from nanoslip.study.manifest.reader import load_manifest
+from nanoslip.study.plan.tasks import Task
+from nanoslip.study.report.console import Table, console, print_sentences, print_table, say, whole
+from nanoslip.study.report.page import as_csv, as_json
+from nanoslip.study.report.summary import MOST_ROWS, words
+from nanoslip.study.results.shard import folders
+from nanoslip.study.results.store import Lease, Store, StoreError, merge_shards, write_files
+from nanoslip.study.run.executor import drop_intermediates, left
+from nanoslip.study.run.launch import computing
+from nanoslip.study.run.mpi import open_farm
+from nanoslip.study.run.progress import open_progress
+
+
+def collect_dataset(campaign: Path, out: Path | None, jobs: int, replace: bool) -> None:
+    """Write and print the dataset of a campaign's results; replace: also that of one with more of them."""
+    into = folder(campaign, out)
+    with refusals():
+        plan = InPieces(load_manifest(campaign))
+        write_dataset(plan, Store(into), anew=True, processes=jobs, keep=not replace)
+    if shards := folders(into):
+        say(f"without {counted(len(shards), 'shard')}; {advised('merge', campaign, into)} takes them in")
+
+
+# `nanoslip merge`: move the results of shards into the campaign's folder, and write its dataset.
+
+
+def merge_shards_of(campaign: Path, out: Path | None) -> None:
+    """Move the results of all shards into the campaign's, and write and print its dataset. Ends the process."""
+    into = folder(campaign, out)
+    with refusals(), ExitStack() as stack:
+        plan, store = planned(campaign), Store(into)
+        if plan.tasks and not (folders(into) or store.finished() or store.failures()):
+            raise StoreError(
+                f"{into}: no shards and no results of {campaign} there, nothing to merge: "
+                f"{advised('run', campaign, into)} computes all of it; results of runs with another --out are found with it"
+            )
+        stack.enter_context(Lease(into))
+        store.prepare()
+        problems = merge_shards(into)
+        drop_intermediates(plan, store)
+        write_dataset(plan, store)
+        rest = left(plan, store.failures(), store.finished())
+    for problem in problems:
+        say(problem, stderr=True)
+    if rest.given_up:
+        said = f"{counted(len(rest.given_up), 'task')} failed, or need one that did"
+        say(f"{said}: {advised('run', campaign, into, '--retry')} tries again", stderr=True)
+    if rest.tasks:
+        say(f"{counted(len(rest.tasks), 'task')} left: {advised('run', campaign, into)} computes them", stderr=True)
+    sys.exit(INTERRUPTED if rest.tasks else FAILURES if rest.given_up else 0)
+
+
+# `nanoslip export`: the numbers of a campaign as a flat table, CSV or JSON.
+
+_TABLES: Final[dict[str | None, Callable[..., list[Column]]]] = {
+    None: case_columns,
+    "records": event_columns,
+    "trajectories": sample_columns,
+}
+"""Option -> how its columns are read."""
+
+
+def export_dataset(campaign: Path, out: Path | None, form: str | None, table: str | None, output: Path | None) -> None:
+    """Write a table of a campaign's cases, events or samples to a file or to standard output."""
+    with refusals(ValueError), dataset_of(campaign, out) as found:
+        columns, title = _TABLES[table](found), str(found.attrs["title"])
+    as_asked = form or ("json" if output and output.suffix.lower() == ".json" else "csv")
+    text = as_json(columns, title) if as_asked == "json" else as_csv(columns)
+    if output is None:
+        click.echo(text, nl=False)
+        return
+    with refusals():
+        write_files({output: text.encode()})
+    say(f"{whole(f'written: {output}')} ({len(columns[0].values)} rows)", stderr=True)
+
+
+# `nanoslip compare`: two datasets beside each other, what differs and whether by more than their uncertainties.
+
+WORST: Final = 12
+"""The most differences that are shown."""
+_SEVERITY: Final = (Verdict.DIFFERENT, None, Verdict.WITHIN)
+_WORDS: Final = {
+    Verdict.IDENTICAL: "identical",
+    Verdict.WITHIN: f"within uncertainties ({STANDARD_DEVIATIONS:g} combined standard deviations)",
+    Verdict.DIFFERENT: "beyond",
+}
+
+
+def compare_datasets(first: Path, second: Path) -> None:
+    """Print what differs between two datasets, and end the process with the exit code for the worst of it."""
+    with refusals(NotComparableError), dataset_of(first) as one, dataset_of(second) as other:
+        pair = over_members(one), over_members(other)
+        kinds = [kind for kind in KINDS if all(OUTCOMES[kind][0].name in root for root in pair)]
+        print_sentences([f"A: {first}, {one.attrs.get('title', '')}", f"B: {second}, {other.attrs.get('title', '')}"])
+        _print_facts(pair)
+        found = {kind: matched(pair, kind) for kind in kinds}
+        if not any(each.rows for each in found.values()):
+            raise NotComparableError(f"{first} and {second} share no computed case")
+        seen = [each for kind in kinds for each in observed(pair, kind, found[kind])]
+        for kind in kinds:
+            _print_rows("drives of cases" if kind else "cases", found[kind], unjudged(pair, kind, found[kind]))
+    _print_worst(seen)
+    counts = Counter(each.verdict for each in seen)
+    unknown = f", {counts[None]} of unknown uncertainty" if counts[None] else ""
+    say("observables: " + ", ".join(f"{counts[verdict]} {_WORDS[verdict]}" for verdict in Verdict) + unknown)
+    sys.exit(CRASHED if counts[Verdict.DIFFERENT] else 0)
+
+
+def _print_facts(pair: Pair) -> None:
+    facts = differing(pair)
+    if facts:
+        print_table(Table(("differs", "A", "B"), tuple((each.name, *each.values) for each in facts), labels=2))
+    else:
+        say("same parameters, campaign and software")
+    print_sentences(filter(None, [meaning(pair)]))
+
+
+def _print_rows(what: str, found: Matched, others: tuple[Sequence[str], Sequence[str]]) -> None:
+    """Print how many rows both have, the first of those that one has alone, and what states no uncertainty."""
+    pending = f", {found.pending} more without a result in one of them" if found.pending else ""
+    say(f"{what} in both: {len(found.rows)}{pending}")
+    for name, only in zip("AB", found.only, strict=True):
+        if only:
+            say(f"{what} in {name} alone: {len(only)}, first {words(only[0])}")
+    differ, same = others
+    if differ:
+        more = ", …" if len(differ) > WORST else ""
+        say(
+            f"not judged, as they state no uncertainty: {len(differ)} of {len(differ) + len(same)} other numbers differ "
+            f"({', '.join(differ[:WORST])}{more})"
+        )
+
+
+def _print_worst(seen: Sequence[Observed]) -> None:
+    """Print the largest differences, those beyond their uncertainties first."""
+    apart = [each for each in seen if each.verdict is not Verdict.IDENTICAL]
+    worst = sorted(apart, key=lambda each: (_SEVERITY.index(each.verdict), -each.apart))[:WORST]
+    if worst:
+        header = ("observable", "A", "B", "verdict", "apart/σ", "case")
+        print_table(Table(header, tuple(map(_row, worst)), labels=4, prose=True))
+    if len(apart) > len(worst):
+        say(f"and {len(apart) - len(worst)} smaller differences")
+
+
+def _row(each: Observed) -> tuple[str, ...]:
+    here, there = (f"{value:.6g}" if isinstance(value, float) else shortened(str(value)) for value in each.values)
+    if here == there and isinstance(each.values[0], str):  # what differs is behind the most frequent text
+        here, there = each.values
+    verdict = {Verdict.DIFFERENT: "beyond", Verdict.WITHIN: "within"}.get(each.verdict, "not known")  # type: ignore[arg-type]
+    apart = "–" if math.isnan(each.apart) else f"{each.apart:.2g}"
+    return each.name, here, there, verdict, apart, words(each.label)
+
+
+# `nanoslip verify`: compute a dataset again from itself alone, and compare.
+
+
+def verify_dataset(dataset: Path, sample: int | None, as_json: bool) -> None:
+    """Compute a dataset's cases again, print which differ, and end the process with the exit code for the worst."""
+    dataset = dataset / file.FILE if dataset.is_dir() else dataset
+    with refusals(), TemporaryDirectory() as folder, file.reading(dataset) as found:
+        file.check(dataset)  # however large it is
+        plan = verification.rebuilt(found, dataset)
+        cases = verification.computed(plan, found)
+        failed = verification.failed(plan, found)
+        pending = len(plan.cases) - len(cases) - failed
+        if not cases:
+            said = ", ".join(_skipped(pending, failed))
+            raise Refusal(f"{dataset}: no case has a result to compute again: {said}")
+        chosen = verification.sample(cases, sample)
+        say(f"{plan.manifest.title}: {len(chosen)} of {len(plan.cases)} cases to recompute", stderr=True)
+        other = verification.other_software(found)
+        code = _recompute(verification.tasks_of(plan, chosen, found), Path(folder))
+        if not code:
+            findings = list(verification.compare(found, plan, chosen, Store(Path(folder))))
+            left = _Left(pending, failed, len(cases) - len(chosen))
+            if as_json:
+                print_json(_data(findings, dataset, left, other))
+            else:
+                _print_findings(findings, dataset, left, other)
+            code = CRASHED if any(each.verdict is Verdict.DIFFERENT for each in findings) else 0
+    sys.exit(code)
+
+
+class _Left(NamedTuple):
+    """Cases that were not recomputed."""
+
+    pending: int
+    failed: int
+    """For want of time or memory, or as a process died: nobody knows whether they would again."""
+    not_in_sample: int
+
+
+def _recompute(tasks: tuple[Task, ...], out: Path) -> int:
+    """Compute tasks in this process alone; returns an exit code."""
+    Store(out).prepare()
+    with open_farm(computing(out), serial=True) as farm, open_progress(tasks, console(stderr=True)) as progress:
+        tally = farm.run(tasks, progress)
+    if tally.halt:
+        raise Refusal(tally.halt)
+    if tally.interrupted:
+        say("interrupted: nothing is compared", stderr=True)
+        return INTERRUPTED
+    if tally.crashed:
+        say(f"{counted(tally.crashed, 'task')} failed, or needed one that did: nothing is compared", stderr=True)
+        return FAILURES
+    return 0
+
+
+def _print_findings(findings: list[Finding], path: Path, left: _Left, other: str) -> None:
+    """Print a line for each case that is not bit-identical, those that differ first, and the counts of all."""
+    if other:
+        say(other)
+    for verdict, sort in ((Verdict.DIFFERENT, "failed"), (Verdict.WITHIN, "")):
+        found = [f"{verdict}: {each.label}: {each.remark}" for each in findings if each.verdict is verdict]
+        print_sentences(found[:MOST_ROWS], sort)
+        if len(found) > MOST_ROWS:
+            say(f"{verdict}: {len(found) - MOST_ROWS} more")
+    parts = [f"{count} {verdict}" for verdict, count in _counts(findings).items()]
+    parts += [f"{said}, skipped" for said in _skipped(left.pending, left.failed)]
+    parts += [f"{left.not_in_sample} not in the sample"] if left.not_in_sample else []
+    say(f"{path}: cases: {', '.join(parts)}; {findings[0].label}: {findings[0].verdict}")
+
+
+def _skipped(pending: int, failed: int) -> list[str]:
+    """Counts of the cases without a result, of each sort that there is."""
+    return [f"{count} {sort}" for count, sort in ((pending, "pending"), (failed, "failed")) if count]
+
+
+def _counts(findings: list[Finding]) -> dict[str, int]:
+    counts = Counter(each.verdict for each in findings[1:])  # the first is what all cases share
+    return {str(verdict): counts[verdict] for verdict in Verdict}
+
+
+def _data(findings: list[Finding], path: Path, left: _Left, other: str) -> dict[str, Any]:
+    """The comparison for scripts."""
+    shared, *cases = (
+        {"case": each.label, "verdict": str(each.verdict), "difference": each.remark} for each in findings
+    )
+    return {
+        "dataset": str(path),
+        "other_software": other,
+        "counts": _counts(findings) | left._asdict(),
+        "shared": shared,
+        "cases": cases,
+    }
+
+
+# `nanoslip describe`: names, units and meanings of the variables of a dataset.
+
+
+def describe_variables(name: str | None, as_json: bool) -> None:
+    """Print what one variable of a dataset is, or a table of all."""
+    found = rows() if name is None else [_described(name)]
+    if as_json:
+        print_json([asdict(one) for one in found])
+    elif name is None:
+        cells = tuple((one.name, one.units, one.meaning) for one in found)
+        print_table(Table(("variable", "unit", "meaning"), cells, prose=True))
+    else:
+        print_sentences(text_of(found[0]).splitlines())
+
+
+def _described(name: str) -> Described:
+    try:
+        return described(name)
+    except KeyError as error:
+        raise Refusal(error.args[0]) from None
+
+
+# `nanoslip accuracy`: error against processor time for every numerical setting, or for members and lengths of
+# records.
+
+
+def show_accuracy(campaign: Path | None, out: Path | None, quick: bool, digit: bool, save: Path | None) -> None:
+    """Measure every numerical setting on a campaign's first case, print the diagrams and write them."""
+    effort = QUICK if quick else FULL
+    if digit and save:
+        raise Refusal("--save: needs a front, which is not measured with --digit")
+    with refusals():
+        manifest = load_manifest(campaign) if campaign else None
+        if digit:
+            setups = (first_of(manifest),) if manifest else digit_setups()
+            say(f"measuring, {counted(len(setups), 'case')}, a minute or two each unless --quick", stderr=True)
+            measured = measure_another_digit(setups, effort)
+        else:
+            setup = setup_of(manifest) if manifest else default_setup()
+            slabs = counted(len(setup.slabs), "slab")
+            say(f"{setup.title}: measuring, {slabs}, a minute or two each unless --quick", stderr=True)
+            measured = measure(setup, effort)
+        for diagram in measured.diagrams:
+            say(f"{diagram.title}; errors against {diagram.reference}")
+            print_table(as_table(diagram))
+        if measured.remark:
+            say(f"not measured: {measured.remark}")
+        for path in write(measured, folder(campaign or Path("accuracy"), out), save):
+            say(whole(f"written: {path}"))

@@ -1,1 +1,0 @@
-"""Commands that export, compare, verify and explain numbers, and measure their accuracy."""

@@ -1,0 +1,310 @@
+"""`nanoslip show`: one case of a campaign, its numbers and its lines."""
+
+import math
+import re
+from collections.abc import Iterable, Iterator, Mapping
+from contextlib import contextmanager, suppress
+from dataclasses import replace
+from pathlib import Path
+from typing import Final
+
+import click
+
+from nanoslip.solver.case import Case
+from nanoslip.solver.outcome import InvalidInput, SolverError
+from nanoslip.study import api, shipped
+from nanoslip.study.accuracy.effects import Influence, Scenes, influences, scenes_of
+from nanoslip.study.commands.datasets import assignments, chosen, dataset_of, is_of, show_case
+from nanoslip.study.commands.plans import advised, counted, planned, refusals
+from nanoslip.study.commands.words import Refusal, folder
+from nanoslip.study.dataset import file
+from nanoslip.study.figures.catalogue import FIGURES
+from nanoslip.study.figures.frames import events_of, frames
+from nanoslip.study.figures.gallery import campaigns_of, write, write_indexes
+from nanoslip.study.figures.points import axis_named, points_named
+from nanoslip.study.figures.shared import FORMATS, as_row, format_of, image
+from nanoslip.study.figures.views.answer import view_of
+from nanoslip.study.figures.views.view import csv_of
+from nanoslip.study.manifest.cases import campaign_of, expand
+from nanoslip.study.manifest.checker import ManifestError, number_or_text
+from nanoslip.study.manifest.parameters import make_case, words
+from nanoslip.study.manifest.reader import load_manifest
+from nanoslip.study.plan.cost import compliance_seconds, record_seconds, touch_seconds
+from nanoslip.study.plan.grids import Front, load_front, settled
+from nanoslip.study.plan.plan import Planning
+from nanoslip.study.plan.task import idle
+from nanoslip.study.report import page
+from nanoslip.study.report.console import Table, print_entries, print_sentences, print_table, say, whole
+from nanoslip.study.results.store import StoreError, write_files
+from nanoslip.study.run.progress import roughly
+
+
+def show_dataset(campaign: Path, parameters: tuple[str, ...], out: Path | None, picture: Path | None) -> None:
+    """Print the case of a campaign that has these parameters, or draw it."""
+    given = assignments(parameters)
+    if picture:
+        with refusals(ValueError):
+            format_of(picture)
+    with refusals(), dataset_of(campaign, out) as found:
+        say(found.attrs["title"])
+        show_case(found, given, picture)
+
+
+# `nanoslip report`: the HTML page of a campaign's dataset.
+
+
+def write_report(campaign: Path, out: Path | None) -> None:
+    """Write the page of a campaign's dataset; the run that made it has printed its table."""
+    into = folder(campaign, out)
+    with refusals(), file.reading(into / file.FILE) as opened:
+        if not is_of(opened, load_manifest(campaign)):
+            run, collect = (advised(each, campaign, into) for each in ("run", "collect"))
+            raise StoreError(
+                f"{into / file.FILE}: no dataset of {campaign} as it is now: {run} computes what is missing, "
+                f"{collect} takes what is finished"
+            )
+        written = page.write(opened, into)
+    say(whole(f"report: {written}"))
+
+
+# `nanoslip figure`: a number of a campaign over its axes; figures of the shipped campaigns, with their tables.
+
+RESULTS = Path("results")
+"""Where the results of shipped figures are, each campaign's in a folder."""
+
+
+def draw_figure(
+    names: tuple[str, ...],
+    everything: bool,
+    formats: tuple[str, ...],
+    into: Path,
+    out: Path | None,
+    y: str,
+    x: str,
+    hue: str,
+    output: Path | None,
+    table: bool,
+) -> None:
+    """Draw a number of a campaign's dataset where `y` names one, else named figures, computing what they lack."""
+    if y:
+        if everything or len(names) != 1:
+            raise Refusal(f"--y {y}: needs one campaign, or a dataset (results.nc)")
+        _draw_over_axes(Path(names[0]), out, (y, x, hue), output, table)
+    elif x or hue or output or table:
+        raise Refusal("--x, --hue, --output and --csv: need --y, the number that is drawn")
+    elif names or everything:
+        _draw_shipped(names, everything, formats, into, out or RESULTS)
+    else:
+        _list()
+
+
+def _draw_over_axes(
+    source: Path, out: Path | None, words: tuple[str, str, str], output: Path | None, table: bool
+) -> None:
+    with refusals(ValueError):
+        form = format_of(output) if output else FORMATS[0]
+    y, x, hue = words
+    with refusals(ValueError), dataset_of(shipped.campaign_file(source), out) as dataset:
+        with _named("--y", y):
+            points = points_named(dataset, y)
+        chosen = []
+        for option, word in (("--x", x), ("--hue", hue)):
+            with _named(option, word):
+                chosen.append(axis_named(points, dataset, word) if word else "")
+        if not points.axes:
+            raise Refusal(f"{source}: all cases are alike: there is nothing to draw {y} against")
+        view = view_of(points, *chosen)
+        target = output or Path(f"{view.name}.{form}")
+        files = {target: image(view.draw(), form)}
+        if table:
+            files[target.with_suffix(".csv")] = csv_of(view.columns()).encode()
+        write_files(files)
+    say(view.caption)
+    _say_written(files)
+
+
+@contextmanager
+def _named(option: str, word: str) -> Iterator[None]:
+    """Say in which option a word stands that means nothing. Raises Refusal."""
+    try:
+        yield
+    except ValueError as error:
+        said = str(error)
+        raise Refusal(f"{option} {said}" if said.startswith(f"{word}: ") else f"{option} {word}: {said}") from None
+
+
+def _draw_shipped(names: tuple[str, ...], everything: bool, formats: tuple[str, ...], into: Path, out: Path) -> None:
+    if unknown := [name for name in names if name not in FIGURES]:
+        there = ", ".join(FIGURES)
+        raise Refusal(f"{unknown[0]}: no figure; there are {there}; a campaign of your own needs --y")
+    with refusals():
+        for campaign, figures in campaigns_of(FIGURES if everything else names).items():
+            source = shipped.campaigns()[campaign]
+            with api.run(source, out / campaign, progress=True) as dataset:
+                for figure in figures:
+                    written = write(figure, dataset, into, formats)
+                    say(figure.title)
+                    print_table(Table(figure.header, tuple(map(as_row, figure.claims(dataset))), 3, prose=True))
+                    _say_written(written)
+        _say_written(write_indexes(into))
+
+
+def _list() -> None:
+    print_entries({name: figure.title for name, figure in FIGURES.items()})
+    say(f"{whole('nanoslip figure NAME')} draws one, {whole('nanoslip figure --all')} all of them")
+
+
+def _say_written(files: Iterable[Path]) -> None:
+    for path in files:
+        say(whole(f"written: {path}"))
+
+
+# `nanoslip frames`: one case of a campaign at work, event by event, as a strip of pictures or a film.
+
+
+def draw_frames(campaign: Path, selection: tuple[str, ...], events: str, output: Path) -> None:
+    """Compute a case's contact after each of some events, and draw it."""
+    with refusals(SolverError):
+        wanted = events_of(events)
+        case = chosen(planned(campaign).cases, assignments(selection))
+        if case.case is None:
+            raise ManifestError([f"{case.point}: {case.outcome.message}"])
+        shown = frames(case.case, wanted, output)
+    if len(shown.moments) < len(wanted):
+        ended = shown.outcome if not shown.outcome.ok else shown.record.outcome
+        reason = f"{ended.ending}: {ended.message}".rstrip(": ")
+        say(f"no event {wanted[len(shown.moments)]}: the record ends before ({reason})", stderr=True)
+    last = shown.moments[-1].event
+    say(f"{whole(f'written: {output}')} ({case.point}; {counted(len(shown.moments), 'moment')} to event {last})")
+
+
+# `nanoslip try`: one case from the command line, computed at once; nothing stays on disk.
+
+
+def try_campaign(parameters: tuple[str, ...], contact: bool, drive: bool, picture: Path | None) -> None:
+    """Compute one case in this process and print it, or draw it."""
+    if contact and drive:
+        raise click.UsageError("--contact and --drive exclude each other")
+    given = assignments(parameters)
+    if picture:
+        with refusals(ValueError):
+            format_of(picture)  # what cannot be drawn is better known before it is computed
+    with refusals(MemoryError), _as_typed():
+        found = api.run(campaign_of(given, contact, drive), progress=True)
+    print_sentences(_idle(given, contact))
+    show_case(found, {}, picture)
+
+
+def _idle(given: Mapping[str, str], contact: bool) -> Iterator[str]:
+    """The parameters that were given and change nothing, as in campaigns, each with the reason."""
+    values = {words()[key]: number_or_text(text) for key, text in given.items() if key in words()}
+    with suppress(InvalidInput):  # the case is refused, and says why
+        yield from idle([make_case(values)], values.keys(), contact)
+
+
+@contextmanager
+def _as_typed() -> Iterator[None]:
+    """Name keys in problems as they were typed: without a file, and the tables that a campaign has them in."""
+    try:
+        yield
+    except ManifestError as error:
+        places = re.compile(rf"({re.escape(str(api.DICT))}: (\w+(\[\d+\])?\.)?)?")
+        raise ManifestError(places.sub("", line, count=1) for line in error.lines) from None
+
+
+# `nanoslip effects`: what a campaign's numbers lose without each of its effects, and the time that this saves.
+
+_HEADER = ("effect", "number", "change ±", "seconds ×", "setting")
+
+
+def show_effects(campaign: Path, cases: int, members: int | None) -> None:
+    """Compute a few cases with everything and without each effect, and print the changes."""
+    with refusals():
+        manifest = settled(load_manifest(campaign))
+        scenes = scenes_of(manifest, list(expand(manifest)), cases, members)
+        print_changes(campaign, scenes)
+
+
+def print_changes(campaign: Path, scenes: Scenes) -> None:
+    """Compute these scenes with everything and without each effect, and print the changes."""
+    size = f"{counted(len(scenes.cases), 'case')}, {counted(scenes.ensemble.members, 'member')} each"
+    say(f"{campaign}: computing {size}, with everything and without one effect at a time", stderr=True)
+    found, failures = influences(scenes)
+    print_sentences(f"case {number}: {each.point}" for number, each in enumerate(scenes.cases, start=1))
+    print_sentences((f"with everything, {each}" for each in failures), "failed")
+    if not found:
+        say("nothing to compare: no number of these cases depends on an effect that can be left out")
+        return
+    rows = tuple(map(_row, found))
+    failed = frozenset(place for place, each in enumerate(found) if each.problems)
+    print_table(Table(_HEADER, rows, labels=2, asked=2, failed=failed, prose=True))
+    say(
+        "Below each effect: what leaves it out, and where the change is largest. seconds ×: without it, over everything"
+    )
+
+
+def _row(each: Influence) -> tuple[str, ...]:
+    largest, known = each.largest, math.isfinite(each.largest.change)
+    change = f"{largest.change:+.2g} ± {largest.uncertainty:.1g}" if largest.change else "0"
+    where = f"case {largest.where}"
+    named = not known or any(problem.startswith(f"{where}: ") for problem in each.problems[:1])
+    sentences = [each.setting, *([] if named else [where]), *each.problems[:1]]
+    return (
+        each.effect,
+        each.variable,
+        change if known else "–",
+        f"{each.seconds:.2g}" if known else "–",
+        "; ".join(sentences),
+    )
+
+
+# `nanoslip explain`: one case before it is computed: its estimated time, the error of its grid, and what half of that
+# costs.
+
+
+def explain_case(campaign: Path, parameters: tuple[str, ...], show_effects: bool) -> None:
+    """Print the cost, the grid's error and perhaps the effects of the case of a campaign that has these parameters."""
+    with refusals():
+        manifest = settled(load_manifest(campaign))
+        cases = list(expand(manifest))
+        case = chosen(cases, assignments(parameters))
+        if case.case is None:
+            raise Refusal(f"{case.point}: {case.outcome.message}")
+        place = cases.index(case)
+        planning = Planning(manifest, numbers=range(place, place + 1))
+        planning.go_on()
+        seconds = sum(task.cost for task in planning.plan().tasks)
+        front = load_front(manifest.front, manifest.front_text)
+        say(f"case {case.point}")
+        grid = _of_grid(case.case, front, "slip" in manifest.stages)
+        print_sentences([f"estimated time, to a factor of three: {roughly(seconds)}", grid])
+        if show_effects:
+            print_changes(campaign, scenes_of(manifest, [case], SHOWN))
+
+
+SHOWN: Final = 3
+"""Drives whose effects are shown: the first, the middle and the last one."""
+
+
+def _of_grid(case: Case, front: Front, slides: bool) -> str:
+    """The error of the grid, and the fastest measured grid that has half of it."""
+    error = front.expected_error(case)
+    if math.isnan(error):
+        return "error of the grid: not measured for such a slab and contact"
+    said = f"error of the grid, of contact, approach and stiffness: {error:.2g}"
+    contacts = front.comparable(case)
+    better = [
+        row
+        for row in front.like(case.slab)
+        if row.slab.scheme.name == case.slab.scheme.name and front.worst_error(row.slab, contacts) <= 0.5 * error
+    ]
+    if not better:
+        return f"{said}; no measured grid of this scheme has half of it"
+    best = min(better, key=lambda row: row.seconds)
+    times = _seconds(replace(case, slab=best.slab), slides) / _seconds(case, slides)
+    grid = f"n_x = {best.slab.n_x}, {best.slab.scheme} (another surface for what slips)"
+    return f"{said}; half of it costs {times:.2g} × the time: {grid}"
+
+
+def _seconds(case: Case, slides: bool) -> float:
+    return compliance_seconds(case, slides) + (record_seconds(case) if slides else touch_seconds(case))

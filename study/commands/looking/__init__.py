@@ -1,1 +1,0 @@
-"""Commands that show results as a page, figure, text or film."""

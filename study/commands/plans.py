@@ -1,0 +1,216 @@
+"""A campaign's plan, and what `plan`, `status` and `run` print of it."""
+
+import json
+import math
+import shlex
+import time
+from collections.abc import Callable, Iterator, Mapping
+from contextlib import contextmanager
+from dataclasses import asdict, dataclass, replace
+from pathlib import Path
+from typing import Any, Final
+
+import click
+import threadpoolctl
+
+from nanoslip.solver.outcome import Outcome
+from nanoslip.study.commands.words import Refusal, folder
+from nanoslip.study.garbage import all_kept, keep_for_good
+from nanoslip.study.manifest.checker import ManifestError
+from nanoslip.study.manifest.manifest import Manifest
+from nanoslip.study.manifest.reader import load_manifest
+from nanoslip.study.origin import Origins, census, here
+from nanoslip.study.plan.cost import TASK
+from nanoslip.study.plan.plan import KindCount, Plan, kind_counts, make_plan
+from nanoslip.study.plan.task import idle
+from nanoslip.study.plan.tasks import Task, TaskResult, run_task
+from nanoslip.study.report.console import counting, say, whole
+from nanoslip.study.results.shard import folders
+from nanoslip.study.results.store import Store, StoreError
+from nanoslip.study.run.executor import left
+from nanoslip.study.run.journal import measured_in
+from nanoslip.study.run.progress import Measured
+
+# Output for scripts: one JSON document instead of text. The keys are in study/commands/README.md.
+
+
+def print_json(value: Any) -> None:
+    """Print a value as JSON, keys in their order; numbers that are not finite are null."""
+    click.echo(json.dumps(_finite(value), ensure_ascii=False, indent=1, allow_nan=False, default=_plain))
+
+
+def _finite(value: Any) -> Any:
+    if isinstance(value, dict):
+        return {str(key): _finite(each) for key, each in value.items()}
+    if isinstance(value, list | tuple):
+        return [_finite(each) for each in value]
+    return None if isinstance(value, float) and not math.isfinite(value) else value
+
+
+def _plain(value: Any) -> Any:
+    return value.item() if hasattr(value, "item") else str(value)
+
+
+# Errors that the user can correct, as messages of the command line.
+
+
+@contextmanager
+def refusals(*more: type[Exception]) -> Iterator[None]:
+    """Turn errors of manifests and of files of results, and those given, into a `Refusal`."""
+    kinds: tuple[type[Exception], ...] = (ManifestError, StoreError, *more)
+    try:
+        yield
+    except kinds as error:
+        raise Refusal(str(error)) from error
+
+
+PLANNED: Final = "{} cases planned"
+"""What is shown while a plan is made."""
+
+
+def planned(campaign: Path) -> Plan:
+    """The plan of a campaign file. Raises ManifestError."""
+    return planned_from(load_manifest(campaign))
+
+
+def planned_from(manifest: Manifest) -> Plan:
+    """The plan of a campaign. Raises ManifestError."""
+    with counting(PLANNED) as heard, all_kept():
+        plan = make_plan(manifest, heard)
+        keep_for_good()
+    return plan
+
+
+def idle_lines(plan: Plan) -> list[str]:
+    """The parameters of a campaign that change nothing in any of its cases, each with the reason; limits of contacts aside."""
+    manifest = plan.manifest
+    given = {*manifest.axes, *manifest.fixed} - {*manifest.limits}
+    cases = [case.case for case in plan.cases if case.case is not None]
+    return list(idle(cases, given, manifest.stages == ("contact",)))
+
+
+@dataclass(frozen=True, slots=True)
+class Standing:
+    """A campaign's plan and its progress: what is finished, failed and left."""
+
+    campaign: Path
+    into: Path
+    """Folder of the results."""
+    plan: Plan
+    stores: tuple[Store, ...]
+    """The campaign's own, and those of shards that are not merged."""
+    kinds: Mapping[str, KindCount]
+    """Kind of task -> count and costs, in the order in which they begin."""
+    remaining: tuple[Task, ...]
+    """Tasks that the next run would try."""
+    given_up: tuple[Task, ...]
+    """Tasks that it would not: failed, or in need of one that has."""
+    foreign: Mapping[str, Origins]
+    """Finished results of other software."""
+    measured: Measured
+    """What tasks took: `kinds` are scaled by it."""
+    outcomes: Mapping[str, Outcome]
+    """Key of each task that has ended -> how."""
+
+    def again(self) -> "Standing":
+        """How far it is by now; what has not changed is not looked at again."""
+        return _standing(self.campaign, self.into, self.plan, self.stores)
+
+
+def standing(campaign: Path, out: Path | None, measure: Callable[[Plan], Measured] | None = None) -> Standing:
+    """How far a campaign is. Raises ManifestError.
+
+    out: folder of the results, None for the campaign's own. measure: what tasks take; None: as the journals there say.
+    """
+    return _standing(campaign, folder(campaign, out), planned(campaign), (), measure)
+
+
+def _standing(
+    campaign: Path,
+    into: Path,
+    plan: Plan,
+    known: tuple[Store, ...],
+    measure: Callable[[Plan], Measured] | None = None,
+) -> Standing:
+    have = {store.folder.parent: store for store in known}
+    stores = tuple(have.get(each) or Store(each, whole=False) for each in (into, *folders(into)))
+    metas = {key: meta for store in stores for key, meta in store.metas().items()}
+    failures = {key: attempt for store in stores for key, attempt in store.failures().items()}
+    work = left(plan, failures, metas)
+    foreign = plan.foreign({key: meta.origins for key, meta in metas.items()})
+    measured = measure(plan) if measure else measured_in(into, *folders(into))
+    kinds = scaled(kind_counts(plan.tasks, work.tasks, work.given_up), measured)
+    outcomes = plan.outcomes(
+        {key: meta.outcome for key, meta in metas.items()}, {key: each.outcome for key, each in failures.items()}
+    )
+    return Standing(campaign, into, plan, stores, kinds, work.tasks, work.given_up, foreign, measured, outcomes)
+
+
+def scaled(kinds: Mapping[str, KindCount], measured: Measured) -> dict[str, KindCount]:
+    """Counts with the seconds that are left as finished tasks lead to expect."""
+    return {
+        kind: replace(count, core_seconds_left=measured.factor(kind) * count.core_seconds_left)
+        for kind, count in kinds.items()
+    }
+
+
+def kinds_as_data(kinds: Mapping[str, KindCount]) -> dict[str, Any]:
+    """The counts for scripts."""
+    return {kind: asdict(count) for kind, count in kinds.items()}
+
+
+def advised(command: str, campaign: Path, into: Path, *options: str) -> str:
+    """A command on a campaign, for advice: as it is to be typed, with the folder of its results where that is not its own."""
+    out = () if into == folder(campaign, None) else ("--out", str(into))
+    return whole(f"nanoslip {shlex.join([command, str(campaign), *out, *options])}")
+
+
+def print_foreign(foreign: Mapping[str, Origins], campaign: Path, into: Path, stderr: bool = False) -> None:
+    """Print which finished results are by other software, and how to compute them again; nothing where none are."""
+    if not foreign:
+        return
+    parts = "; ".join(f"{count} of {origin}" for origin, count in sorted(census(foreign.values()).items()))
+    say(
+        f"{len(foreign)} finished results are other software's: {parts}; here is {here()}. They are used as they are; "
+        f"{advised('run', campaign, into, '--recompute-foreign')} computes them again",
+        stderr=stderr,
+    )
+
+
+def counted(number: int, what: str) -> str:
+    """A number of things in words: `1 case`, `2 cases`."""
+    return f"{number} {what}{'' if number == 1 else 's'}"
+
+
+# What tasks of a campaign take on this machine, measured on a few of them; no result is kept.
+
+LONGEST: Final = 5.0
+"""Predicted seconds of a task that is measured, at most, with all that it needs."""
+
+
+def measured_here(plan: Plan) -> Measured:
+    """Compute of each kind the longest task that is predicted to take a few seconds at most, and what it needs."""
+    tasks = {task.key: task for task in plan.tasks}
+    chosen: dict[str, tuple[Task, ...]] = {}
+    for task in sorted(plan.tasks, key=lambda task: task.cost):
+        chain = (*_needed(task, tasks), task)
+        if sum(each.cost for each in chain) <= LONGEST:
+            chosen[task.kind] = chain
+    found, results = Measured(), dict[str, TaskResult]()
+    with threadpoolctl.threadpool_limits(limits=1):
+        for task in {task.key: task for chain in chosen.values() for task in chain}.values():
+            seconds = []
+            for _ in range(2):  # the first one loads libraries and compiles kernels
+                start = time.perf_counter()
+                results[task.key] = run_task(task, results)
+                seconds.append(TASK + time.perf_counter() - start)
+            found.learn((task,), (min(seconds),))
+            for array in results[task.key].arrays.values():
+                array.setflags(write=False)  # as a store gives it: kernels are compiled for that
+    return found
+
+
+def _needed(task: Task, tasks: dict[str, Task]) -> tuple[Task, ...]:
+    """All that a task needs, the first one first."""
+    direct = [tasks[key] for key in task.needs]
+    return tuple({each.key: each for need in direct for each in (*_needed(need, tasks), need)}.values())

@@ -1,0 +1,459 @@
+"""`nanoslip campaigns`: the campaigns that come with nanoslip."""
+
+import itertools
+import os
+import subprocess
+import sys
+import time
+import tomllib
+from collections import Counter
+from collections.abc import Iterator, Mapping
+from pathlib import Path
+from typing import Any, Final
+
+import click
+
+from nanoslip.solver.outcome import Ending
+from nanoslip.study import shipped
+from nanoslip.study.commands.plans import (
+    Standing,
+    advised,
+    counted,
+    idle_lines,
+    kinds_as_data,
+    measured_here,
+    planned,
+    print_foreign,
+    print_json,
+    refusals,
+    standing,
+)
+from nanoslip.study.commands.words import Refusal, folder
+from nanoslip.study.manifest.cases import CampaignCase
+from nanoslip.study.manifest.checker import ManifestError
+from nanoslip.study.manifest.manifest import CampaignDrive
+from nanoslip.study.manifest.reader import effects
+from nanoslip.study.plan.grids import choice
+from nanoslip.study.plan.outlook import expected_lines, outlook_of, shortages, span_line
+from nanoslip.study.plan.plan import PENDING, Plan, disk_of_plan, ended
+from nanoslip.study.report.console import (
+    Table,
+    console,
+    print_entries,
+    print_sentences,
+    print_table,
+    say,
+    table_text,
+    whole,
+)
+from nanoslip.study.results.store import write_files
+from nanoslip.study.run.batch import Job, SiteError, array_script, load_site, merge_script, script
+from nanoslip.study.run.launch import cores
+from nanoslip.study.run.progress import duration, makespan, roughly
+
+
+def list_campaigns(as_json: bool) -> None:
+    """Print name and title of each campaign that comes with nanoslip."""
+    found = shipped.campaigns()
+    if as_json:
+        print_json([{"name": name, "title": title_of(path), "file": str(path)} for name, path in found.items()])
+        return
+    print_titles(found)
+    say(f"{whole('nanoslip run NAME')} computes one; the files are in {whole(shipped.folder('campaigns'))}")
+
+
+def print_titles(found: Mapping[str, Path]) -> None:
+    """Print name and title of campaigns, by name."""
+    print_entries({name: title_of(path) for name, path in found.items()})
+
+
+def title_of(path: Path) -> str:
+    """The title that a campaign file gives itself."""
+    return str(tomllib.loads(path.read_text("utf-8"))["title"])
+
+
+# `nanoslip new`: a commented campaign to start from, written where the user wants it.
+
+
+def new_campaign(starter: str | None, file: Path | None) -> None:
+    """Write a starter, and the files that it names, beside each other; without a name list the starters."""
+    found = shipped.starters()
+    if starter is None:
+        print_titles(found)
+        say(f"{whole('nanoslip new NAME [FILE]')} writes one, to be changed")
+        return
+    if starter not in found:
+        raise Refusal(f"{starter}: no starter; there are {', '.join(found)}")
+    target = file or Path(f"{starter}.toml")
+    _write({found[starter]: target} | {path: target.with_name(path.name) for path in _beside(found[starter])})
+    say(
+        f"{whole(f'written: {target}')}; change it, then: "
+        f"{whole(f'nanoslip check {target}')}; {whole(f'nanoslip run {target}')}"
+    )
+
+
+def _beside(starter: Path) -> list[Path]:
+    """The files that a starter names: those of its name."""
+    return [path for path in starter.parent.glob(f"{starter.stem}.*") if path != starter]
+
+
+def _write(copies: Mapping[Path, Path]) -> None:
+    """Copy each file to its place, which must be free; nothing is written where one is not. Raises Refusal."""
+    if taken := [str(target) for target in copies.values() if target.exists()]:
+        raise Refusal(f"{', '.join(taken)}: there already, and is not overwritten: needs another name")
+    with refusals():
+        write_files({target: source.read_bytes() for source, target in copies.items()})
+
+
+# `nanoslip check`: every problem of campaign files, or what each would compute in a line.
+
+
+def check_campaign(campaigns: tuple[Path, ...]) -> None:
+    """Print a line for each campaign that is fine, and what in it changes nothing; then refuse the others, problem by problem."""
+    problems: list[str] = []
+    for campaign in campaigns:
+        try:
+            plan = planned(campaign)
+            say(_counted(campaign, plan))
+            print_sentences(idle_lines(plan))
+        except ManifestError as error:
+            problems += error.lines
+    if problems:
+        raise Refusal("\n".join(problems))
+
+
+def _counted(campaign: Path, plan: Plan) -> str:
+    """How many cases, drives of each case and tasks a campaign has."""
+    refused = sum(not case.outcome.ok for case in plan.cases)
+    impossible = sum(drive.drive is None for drive in plan.manifest.drives)
+    said = (
+        f"{counted(len(plan.cases), 'case')}{_of_them(refused)}",
+        f"{counted(len(plan.manifest.drives), 'drive')}{_of_them(impossible)}",
+        counted(len(plan.tasks), "task"),
+    )
+    return f"{whole(campaign)}: fine: {', '.join(said)}"
+
+
+def _of_them(refused: int) -> str:
+    return f" ({refused} of them refused, {whole('nanoslip plan')} says why)" if refused else ""
+
+
+# `nanoslip plan`: tasks, time, disk, effects and expected flags of a campaign, before anything is computed.
+
+
+def show_plan(
+    campaign: Path, out: Path | None, ranks: int | None, measure: bool, show_effects: bool, as_json: bool
+) -> None:
+    """Print the plan of a campaign, what is left of it, and which tasks do not fit the memory here.
+
+    ranks: number for which the time is estimated beside that of one, None for the cores here. measure: whether tasks are
+    measured here.
+    """
+    with refusals():
+        found = standing(campaign, out, measured_here if measure else None)
+        if as_json:
+            print_json(_data(found, ranks or cores()))
+        else:
+            _print(found, ranks or cores(), show_effects)
+
+
+def _print(found: Standing, ranks: int, show_effects: bool) -> None:
+    plan = found.plan
+    say(plan.manifest.title)
+    print_sentences([*_cases(plan), *idle_lines(plan)])
+    if show_effects:
+        rows = tuple(
+            (each.name, each.setting, _unless_on(each.setting, each.without)) for each in effects(plan.manifest)
+        )
+        print_table(Table(("effect", "here", "left out where off"), rows, 2, prose=True))
+    else:
+        off = [each.name for each in effects(plan.manifest) if each.setting != "on"]
+        print_sentences(
+            [f"effects that are off or vary: {', '.join(off) or 'none'} (--effects says what that leaves out)"]
+        )
+    _print_counts(found)
+    outlook = outlook_of(plan)
+    print_sentences(
+        [*_factors(found), _time(found, ranks), *_ensembles(found), _disk(plan), *filter(None, [span_line(outlook)])]
+    )
+    print_sentences(f"expected: {line}" for line in expected_lines(plan, outlook))
+    print_sentences(f"refused: {line}" for line in _refused(plan))
+    print_sentences(f"does not fit here: {line}" for line in shortages(plan, found.remaining))
+    print_foreign(found.foreign, found.campaign, found.into)
+
+
+def _cases(plan: Plan) -> Iterator[str]:
+    """How many cases and drives there are, how many of them are refused, and how the grid was chosen."""
+    manifest, ensemble = plan.manifest, plan.manifest.ensemble
+    likely = str(ensemble.members) if ensemble.within is None else f"{ensemble.likely} to {ensemble.members}"
+    of_members = f" of {likely} members" if ensemble.members > 1 else ""
+    refused = sum(case.case is None for case in plan.cases)
+    yield f"{counted(len(plan.cases), 'case')}{of_members}, {refused} of them refused"
+    if manifest.drive_axes and manifest.drives:
+        impossible = sum(drive.drive is None for drive in manifest.drives)
+        yield f"{len(manifest.drives)} drives of each case, {impossible} of them refused"
+    if manifest.accuracy is not None and (grid := choice(manifest)):
+        yield f"accuracy = {manifest.accuracy:g}: {grid}"
+    if left_out := manifest.drives_left_out:
+        yield f'drives left out, as stages leave out "dynamics": {", ".join(left_out)}'
+
+
+def _print_counts(found: Standing) -> None:
+    header = ("tasks", "left", "core time left", "disk, MB", "memory of one, MB", "finished", "all")
+    rows = [
+        (
+            kind,
+            str(each.left),
+            duration(each.core_seconds_left),
+            _mega(each.disk_bytes),
+            _mega(each.memory_bytes),
+            str(each.finished),
+            str(each.all),
+        )
+        for kind, each in found.kinds.items()
+    ]
+    print_table(Table(header, tuple(rows)))
+
+
+def _factors(found: Standing) -> Iterator[str]:
+    """What measured tasks took over what they were predicted to."""
+    data = found.measured.as_data()
+    factors = [f"{kind} {found.measured.factor(kind):.2g} x" for kind in found.kinds if kind in data]
+    if factors:
+        yield f"measured over predicted seconds: {', '.join(factors)}"
+
+
+def _time(found: Standing, ranks: int) -> str:
+    """The time that is left, on one rank and on several, and how well it is known."""
+    tasks = found.remaining
+    if not tasks:
+        return "time left: none, all tasks are finished"
+    alone, together = (roughly(makespan(tasks, number, found.measured.seconds)) for number in (1, ranks))
+    several = f", {together} on {ranks} (--ranks for another number)" if ranks > 1 else ""
+    count = found.measured.tasks({task.kind for task in tasks})
+    known = f"by what {counted(count, 'task')} took" if count else "to a factor of three"
+    return f"time left: {alone} on 1 rank{several}, {known}"
+
+
+def _ensembles(found: Standing) -> Iterator[str]:
+    """What the estimate leaves open where a target decides how many members there are."""
+    ensemble = found.plan.manifest.ensemble
+    if ensemble.within is not None:
+        yield (
+            f"estimated for {ensemble.likely} members of each case; to know {', '.join(ensemble.of)} within {ensemble.within:g} "
+            f"may take up to {ensemble.members}"
+        )
+
+
+def _disk(plan: Plan) -> str:
+    results, dataset = disk_of_plan(plan)
+    return f"disk: about {_mega(results)} MB of results, {_mega(dataset)} MB of dataset"
+
+
+def _refused(plan: Plan) -> Iterator[str]:
+    """One line for each reason of a refusal: the first case or drive that has it, and how many more."""
+    cases: Iterator[tuple[str, CampaignCase | CampaignDrive]]
+    cases = ((case.outcome.message, case) for case in plan.cases if case.case is None)
+    drives = ((drive.outcome.message, drive) for drive in plan.manifest.drives if drive.drive is None)
+    first: dict[str, CampaignCase | CampaignDrive] = {}
+    count: Counter[str] = Counter()
+    for message, refused in itertools.chain(cases, drives):
+        first.setdefault(message, refused)
+        count[message] += 1
+    for message, refused in first.items():
+        where = refused.point if isinstance(refused, CampaignCase) else f"drive {refused.label}"
+        yield f"{where}: {message}" + (f" (and {count[message] - 1} more)" if count[message] > 1 else "")
+
+
+def _data(found: Standing, ranks: int) -> dict[str, Any]:
+    """The plan for scripts."""
+    plan = found.plan
+    results, dataset = disk_of_plan(plan)
+    return {
+        "title": plan.manifest.title,
+        "cases": len(plan.cases),
+        "members": plan.manifest.ensemble.members,
+        "refused": [
+            {"case": each.parameters, "message": each.outcome.message} for each in plan.cases if each.case is None
+        ],
+        "drives": [
+            {"drive": each.label, "refused": each.outcome.message if each.drive is None else ""}
+            for each in plan.manifest.drives
+        ],
+        "effects": {each.name: each.setting for each in effects(plan.manifest)},
+        "tasks": kinds_as_data(found.kinds),
+        "seconds_left": {
+            str(number): makespan(found.remaining, number, found.measured.seconds) for number in sorted({1, ranks})
+        },
+        "measured": {kind: found.measured.factor(kind) for kind in found.measured.as_data()},
+        "disk_bytes": {"results": results, "dataset": dataset},
+        "expected": expected_lines(plan, outlook_of(plan)),
+        "does_not_fit": list(shortages(plan, found.remaining)),
+        "foreign_results": len(found.foreign),
+    }
+
+
+def _unless_on(setting: str, text: str) -> str:
+    return "" if setting == "on" else text
+
+
+def _mega(number: float) -> str:
+    return f"{number / 1e6:.2g}" if number < 1e8 else f"{number / 1e6:.0f}"
+
+
+# `nanoslip status`: how much of a campaign is finished, and how it ended, from the files of results alone.
+
+_GIVEN_UP: Final = "are not tried any more: failed, or need one that has"
+_UNMERGED: Final = "counted with the results of {shards} not merged yet; {merge} brings them together"
+INTERVAL: Final = 2.0
+"""Seconds between two looks at the results."""
+
+
+def show_status(campaign: Path, out: Path | None, watch: bool, as_json: bool) -> None:
+    """Print how many of a campaign's tasks are finished and how its cases ended; with `watch` until all are finished."""
+    if watch and as_json:
+        raise click.UsageError("--watch and --json exclude each other")
+    with refusals():
+        found = standing(campaign, out)
+        if as_json:
+            print_json(_status_data(found))
+        elif watch:
+            _watch(found)
+        else:
+            say(found.plan.manifest.title)
+            print_table(*_tables(found))
+            if found.given_up:
+                again = advised("run", campaign, found.into, "--retry")
+                say(f"{counted(len(found.given_up), 'task')} {_GIVEN_UP}; {again} tries again")
+            if len(found.stores) > 1:
+                shards = counted(len(found.stores) - 1, "shard")
+                say(_UNMERGED.format(shards=shards, merge=advised("merge", campaign, found.into)))
+            print_foreign(found.foreign, campaign, found.into)
+
+
+def _watch(found: Standing) -> None:
+    """Redraw on a terminal, else print a line whenever something has changed; ends with the last task, or by Ctrl-C."""
+    out = console()
+    try:
+        if not out.is_terminal:
+            _print_changes(found)
+            return
+        from rich.live import Live  # noqa: PLC0415  slow to load, and only who watches needs it
+
+        with Live(console=out, auto_refresh=False) as screen:
+            for each in _again(found):
+                screen.update(table_text(each.plan.manifest.title, _tables(each)), refresh=True)
+    except KeyboardInterrupt:
+        return
+
+
+def _print_changes(found: Standing) -> None:
+    said = ""
+    for each in _again(found):
+        line = _line(each)
+        if line != said:
+            click.echo(line)
+            said = line
+
+
+def _again(found: Standing) -> Iterator[Standing]:
+    """The state of a campaign now and every few seconds, the last time when nothing is left."""
+    yield found
+    while found.remaining:
+        time.sleep(INTERVAL)
+        found = found.again()
+        yield found
+
+
+def _tables(found: Standing) -> tuple[Table, Table]:
+    """Tasks by kind, and cases and drives by outcome."""
+    tasks = [
+        (kind, str(each.finished), str(each.left), duration(each.core_seconds_left), str(each.all))
+        for kind, each in found.kinds.items()
+    ]
+    cases, drives = ended(found.plan, found.outcomes)
+    words = sorted(cases | drives, key=lambda word: (word != _COMPLETED, word in _UNHURT, word))
+    header = ("outcome", "cases", "drives") if drives else ("outcome", "cases")
+    rows = [(word, str(cases[word]), str(drives[word]))[: len(header)] for word in words]
+    failed = frozenset(number for number, word in enumerate(words) if word not in (_COMPLETED, *_UNHURT))
+    titles = ("tasks", "finished", "left", "core time left", "all")
+    return Table(titles, tuple(tasks)), Table(header, tuple(rows), len(header), failed)
+
+
+def _line(found: Standing) -> str:
+    """The state in one line."""
+    cases, drives = ended(found.plan, found.outcomes)
+    count = len(found.plan.tasks)
+    parts = [f"{count - len(found.remaining) - len(found.given_up)} of {count} tasks", f"cases: {_words(cases)}"]
+    return "; ".join([*parts, *([f"drives: {_words(drives)}"] if drives else [])])
+
+
+def _words(counted: Counter[str]) -> str:
+    return ", ".join(f"{count} {word}" for word, count in sorted(counted.items(), key=lambda item: (-item[1], item[0])))
+
+
+def _status_data(found: Standing) -> dict[str, Any]:
+    """The state for scripts."""
+    cases, drives = ended(found.plan, found.outcomes)
+    return {
+        "title": found.plan.manifest.title,
+        "finished": not found.remaining and not found.given_up,
+        "tasks": kinds_as_data(found.kinds),
+        "cases": dict(cases),
+        "drives": dict(drives),
+        "given_up": len(found.given_up),
+        "foreign_results": len(found.foreign),
+    }
+
+
+_COMPLETED: Final = Ending.COMPLETED.value
+_UNHURT: Final = (PENDING, Ending.NOT_NEEDED.value)
+"""Beside it what asks for nothing."""
+
+
+# `nanoslip submit`: the batch scripts that run a campaign under Slurm, as one MPI job or as an array of small jobs.
+
+
+def submit_campaign(campaign: Path, out: Path | None, site: Path | None, shards: int | None, submit: bool) -> None:
+    """Write the batch scripts of a campaign; with `submit` hand them to sbatch and end the process."""
+    used = site or shipped.folder("slurm") / "site.toml"
+    with refusals(SiteError):
+        planned(campaign)  # what is wrong with it is better known before the queue than after
+        settings, template = load_site(used)
+        into = folder(campaign, out).absolute()
+        job = Job(campaign.absolute(), into)
+        if shards is None:
+            texts = {into / "job.sh": script(job, settings, template)}
+        else:
+            array = array_script(job, shards, settings, template)
+            texts = {into / "array.sh": array, into / "merge.sh": merge_script(job, settings, template)}
+        write_files(
+            {path: os.fsencode(text) for path, text in texts.items()}
+        )  # logs are opened there before anything runs
+    if site is None:
+        say(f"settings: {whole(used)}; copy the file, change it and give it by --site")
+    if submit:
+        sys.exit(_submit(list(texts)))
+    first, *then = map(str, texts)
+    said = f"{whole(first)}: sbatch it, or use --submit"
+    say(f"{said}; {whole(then[0])} behind it: sbatch --dependency=afterany:NUMBER" if then else said)
+
+
+def _submit(scripts: list[Path]) -> int:
+    """Hand over the scripts, each to start when the one before it has ended, however that ended."""
+    before: list[str] = []
+    for path in scripts:
+        try:
+            done = subprocess.run(["sbatch", *before, str(path)], check=False, stdout=subprocess.PIPE, text=True)
+        except FileNotFoundError:
+            raise Refusal("sbatch: not found; is this a machine of the cluster?") from None
+        sys.stdout.write(done.stdout)
+        if done.returncode:
+            return done.returncode
+        before = [f"--dependency=afterany:{_number(done.stdout)}"]
+    return 0
+
+
+def _number(said: str) -> str:
+    """The number of the job: `Submitted batch job 12`, or `… 12 on cluster …`."""
+    return next(word for word in said.split() if word.isdigit())

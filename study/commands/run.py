@@ -1,0 +1,61 @@
+"""`nanoslip run`: compute a campaign in one process, in several, or on all ranks of an MPI job. Only it starts MPI."""
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from importlib import import_module
+from pathlib import Path
+
+from nanoslip.study.commands.plans import refusals
+from nanoslip.study.commands.words import folder
+from nanoslip.study.results.shard import Shard
+from nanoslip.study.run.farm import FarmError
+from nanoslip.study.run.launch import computing
+from nanoslip.study.run.mpi import open_farm
+
+# The arguments of a run: campaign, folder, shard, and what to compute again.
+
+
+@dataclass(frozen=True, slots=True)
+class Order:
+    """A campaign, and how it is to be computed."""
+
+    campaign: Path
+    out: Path
+    """The campaign's folder."""
+    shard: Shard | None = None
+    """The part that is wanted; None: all of it."""
+    recompute_foreign: bool = False
+    retry: bool = False
+
+    @property
+    def into(self) -> Path:
+        """Where results go."""
+        return self.shard.folder(self.out) if self.shard else self.out
+
+
+_CONDUCT = "nanoslip.study.commands.conduct"
+"""Imported by the root alone: the other ranks need neither datasets nor a terminal."""
+
+
+def run_campaign(
+    campaign: Path,
+    out: Path | None,
+    serial: bool,
+    jobs: int | None,
+    grace: float,
+    recompute_foreign: bool,
+    retry: bool,
+    shard: Shard | None,
+) -> None:
+    """Compute a campaign's tasks that are left, with all ranks or processes, and write its dataset. Ends the process.
+
+    shard: compute this part alone, and write no dataset.
+    """
+    order = Order(campaign, folder(campaign, out), shard, recompute_foreign, retry)
+    with refusals(FarmError):
+        farm = open_farm(computing(order.into), grace, serial, jobs)
+    with farm:
+        if not farm.root:
+            farm.leave(farm.serve())
+        conduct: Callable[..., int] = import_module(_CONDUCT).conduct
+        farm.leave(conduct(farm, order))

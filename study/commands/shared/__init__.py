@@ -1,1 +1,0 @@
-"""Pieces that several commands use: arguments, exit codes, messages, printed tables, the root's part of a run."""

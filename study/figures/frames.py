@@ -1,0 +1,271 @@
+"""Pictures of the model at work: pressure, shear, slip and friction force of one case, event by event."""
+
+import os
+from collections.abc import Iterable, Sequence
+from contextlib import suppress
+from dataclasses import dataclass, replace
+from pathlib import Path
+from tempfile import TemporaryDirectory
+from typing import Any, Final
+
+import numpy as np
+from matplotlib.animation import FFMpegWriter, PillowWriter
+from matplotlib.backends.backend_agg import FigureCanvasAgg
+from matplotlib.figure import Figure
+from numpy.typing import NDArray
+
+from nanoslip.solver.case import Case
+from nanoslip.solver.contact.pin import node_friction
+from nanoslip.solver.contact.state import ContactState
+from nanoslip.solver.elasticity.compliance import surface_compliance
+from nanoslip.solver.outcome import InvalidInput, Outcome
+from nanoslip.solver.sliding.record import FrictionRecord
+from nanoslip.solver.sliding.slide import slide, states_at
+from nanoslip.study.figures.points import typeset
+from nanoslip.study.figures.shared import COLORS, FORMATS, column, format_of, image
+from nanoslip.study.results.store import write_files
+
+# The contact of one case after chosen events, and the record up to there: computed when asked for, kept nowhere.
+
+MOST: Final = 1000
+"""Frames that one film may have."""
+ROUNDING: Final = 1e-12
+"""Share of the largest slip by which a node that sticks may seem to slip."""
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Moment:
+    """The contact after one event. Arrays are (n,) over the surface nodes; tractions in W/(L_x·L_y), lengths in L_x."""
+
+    event: int
+    displacement: float
+    friction: float
+    """F/W."""
+    pressure: NDArray[np.float64]
+    shear: NDArray[np.float64]
+    limit: NDArray[np.float64]
+    """μ_i·pressure: the largest shear either way; NaN where μ_i is infinite."""
+    slip: NDArray[np.float64]
+    """NaN of nodes that are not in contact."""
+    slipped: NDArray[np.bool_]
+    """Nodes whose slip is another than at the moment before, in contact at both."""
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Moments:
+    """What a film of one case shows."""
+
+    moments: tuple[Moment, ...]
+    x: NDArray[np.float64]
+    """(n,) places of the surface nodes, in L_x."""
+    record: FrictionRecord
+    """Up to the last of the events."""
+    outcome: Outcome
+    """How the last of them went; not all events asked for are there where it is not ok, or the record ends before."""
+
+
+def events_of(text: str) -> tuple[int, ...]:
+    """Numbers of events from `first:last:step`, both ends included, or from a list as `0,5,12`. Raises InvalidInput."""
+    found: Sequence[int] = ()
+    with suppress(ValueError, TypeError):
+        if ":" in text:
+            first, last, *step = map(int, text.split(":"))
+            found = range(first, last + 1, *step)
+        else:
+            found = sorted(set(map(int, text.split(","))))
+    if not found or found[0] < 0 or found[-1] < found[0] or len(found) > MOST:
+        raise InvalidInput(
+            f"events = {text}: needs first:last:step, as 0:200:10, or a list, as 0,5,12; from 0 on, at most {MOST} of them"
+        )
+    return tuple(found)
+
+
+def moments_of(case: Case, events: Sequence[int]) -> Moments:
+    """The contact of a case after each of these events, as far as its record gets.
+
+    events: increasing numbers; 0 is initial contact. Raises InvalidInput for a case without friction, and where there is no
+    contact to begin with.
+    """
+    compliance = surface_compliance(case.slab)
+    states, outcome = states_at(case, compliance, events)
+    if not states and outcome.ok:
+        raise InvalidInput(f"no event {events[0]}: the record ends before")
+    if not states:
+        raise InvalidInput(f"no contact after event {events[0]}: {outcome.ending}: {outcome.message}".rstrip(": "))
+    record = slide(replace(case, max_events=max(events[len(states) - 1], 1)), compliance)
+    before = [None, *states[:-1]]
+    shown = tuple(_moment(*each, case) for each in zip(events, before, states, strict=False))
+    return Moments(shown, compliance.x, record, outcome)
+
+
+def _moment(event: int, before: ContactState | None, now: ContactState, case: Case) -> Moment:
+    slipped = np.zeros_like(now.contact)
+    if before:
+        moved = np.abs(now.slip - before.slip) > ROUNDING * max(np.abs(now.slip).max(), now.displacement)
+        slipped = now.contact & before.contact & moved
+    friction = node_friction(case)
+    share = 1.0 / case.normal_load
+    return Moment(
+        event=event,
+        displacement=now.displacement,
+        friction=share * now.friction_force,
+        pressure=share * now.pressure,
+        shear=share * now.shear,
+        limit=share * np.where(np.isfinite(friction), friction, np.nan) * now.pressure,
+        slip=np.where(now.contact, now.slip, np.nan),
+        slipped=slipped,
+    )
+
+
+# One moment on axes, and several of them as a strip: pressure within its friction limits, shear, slip, and F/W.
+
+MOST_IN_STRIP: Final = 10
+"""Moments side by side, so that each is wide enough to be read."""
+PRESSURE, SHEAR, MARK = COLORS[:3]
+
+
+def strip(shown: Moments) -> Figure:
+    """Moments side by side; below them the record, where each of them is a numbered point."""
+    count = len(shown.moments)
+    with column(4.2, max(3.35, 0.6 + 1.35 * count)) as figure:
+        grid = figure.add_gridspec(3, count, height_ratios=(1.0, 0.6, 0.8))
+        for number, moment in enumerate(shown.moments):
+            upper, lower = (figure.add_subplot(grid[row, number]) for row in (0, 1))
+            _draw_contact(upper, lower, shown, moment)
+            upper.set_title(f"event {moment.event}")
+            for axes in (upper, lower) if number else ():
+                axes.set(ylabel="", yticklabels=[])
+                axes.yaxis.get_offset_text().set_visible(False)
+        _legend(figure)
+        _draw_record(figure.add_subplot(grid[2, :]), shown, shown.moments)
+    return figure
+
+
+def draw_frame(figure: Figure, shown: Moments, moment: Moment) -> None:
+    """Draw one moment of a film on an empty figure: the contact, and beside it the record with a point that moves."""
+    grid = figure.add_gridspec(2, 2, height_ratios=(1.0, 0.6))
+    upper, lower = (figure.add_subplot(grid[row, 0]) for row in (0, 1))
+    _draw_contact(upper, lower, shown, moment)
+    upper.set_title(f"event {moment.event}")
+    _draw_record(figure.add_subplot(grid[:, 1]), shown, (moment,))
+    _legend(figure)
+
+
+def _draw_contact(upper: Any, lower: Any, shown: Moments, moment: Moment) -> None:
+    """Tractions with the limits ±μ_i·p of shear, and slips; nodes that slipped since the moment before are marked."""
+    upper.fill_between(
+        shown.x, -moment.limit, moment.limit, color=SHEAR, alpha=0.15, linewidth=0.0, label=typeset("±μ_i·p")
+    )
+    upper.plot(shown.x, moment.pressure, ".-", color=PRESSURE, markersize=2.0, label="pressure p")
+    upper.plot(shown.x, moment.shear, ".-", color=SHEAR, markersize=2.0, label="shear q")
+    lower.plot(shown.x, moment.slip, ".-", color=PRESSURE, markersize=2.0)
+    for axes, values in ((upper, moment.shear), (lower, moment.slip)):
+        axes.plot(
+            shown.x[moment.slipped],
+            values[moment.slipped],
+            "v",
+            color=MARK,
+            markersize=2.5,
+            label="slipped since the picture before",
+        )
+    upper.set(
+        xlim=_span(shown),
+        ylim=_range(shown, "pressure", "shear", "limit"),
+        ylabel=typeset("traction·L_x·L_y/W"),
+        xticklabels=[],
+    )
+    lower.set(xlim=_span(shown), ylim=_range(shown, "slip"), xlabel=typeset("x/L_x"), ylabel=typeset("slip s/L_x"))
+    lower.ticklabel_format(axis="y", scilimits=(0, 0))
+
+
+def _draw_record(axes: Any, shown: Moments, marked: tuple[Moment, ...]) -> None:
+    shown.record.plot(axes)
+    axes.lines[0].set_color(COLORS[-1])
+    axes.set(xlabel=typeset(axes.get_xlabel()), ylabel=typeset(axes.get_ylabel()))
+    axes.ticklabel_format(axis="x", scilimits=(0, 0))
+    axes.set(xlim=axes.get_xlim(), ylim=axes.get_ylim())  # a point moves no axis
+    axes.plot(
+        [each.displacement for each in marked], [each.friction for each in marked], "o", color=SHEAR, markersize=3.5
+    )
+    for each in marked if len(marked) > 1 else ():
+        place = (each.displacement, each.friction)
+        axes.annotate(f"{each.event}", place, (3, -8), textcoords="offset points", fontsize=6.0)
+
+
+def _legend(figure: Figure) -> None:
+    """One legend for all axes."""
+    handles, labels = figure.axes[0].get_legend_handles_labels()
+    figure.legend(handles, labels, loc="outside upper center", ncols=len(labels))
+
+
+def _span(shown: Moments) -> tuple[float, float]:
+    """The part of the surface that is ever in contact, and a little on either side."""
+    ever = np.any([moment.pressure > 0.0 for moment in shown.moments], axis=0)
+    first, last = shown.x[ever][[0, -1]]
+    margin = 0.1 * (last - first) + 2.0 * (shown.x[1] - shown.x[0])
+    return float(first - margin), float(last + margin)
+
+
+def _range(shown: Moments, *names: str) -> tuple[float, float]:
+    """Room for these arrays in all moments, and for limits of either sign."""
+    signs = {"limit": (-1.0, 1.0)}
+    parts = [
+        sign * getattr(moment, name) for moment in shown.moments for name in names for sign in signs.get(name, (1.0,))
+    ]
+    values = np.concatenate(parts)
+    low, high = float(np.nanmin(values)), float(np.nanmax(values))
+    margin = 0.05 * (high - low) or 1.0
+    return low - margin, high + margin
+
+
+# The contact after several events as a file: a strip (PNG, PDF, SVG) or a film (GIF, MP4), as its suffix says.
+
+FILMS: Final[dict[str, Any]] = {"gif": PillowWriter, "mp4": FFMpegWriter}
+"""Suffix of a film -> what writes it."""
+FRAMES_PER_SECOND: Final = 5
+RESOLUTION: Final = 120
+"""Of films, in dots per inch."""
+
+
+def frames(case: Case, events: str | Iterable[int], path: str | os.PathLike[str]) -> Moments:
+    """Draw a case after each of some events into a file: pressure, shear, slip, and where in the friction record that is.
+
+    events: numbers, 0 is initial contact; or text, as `0:200:40` or `0,5,12`. path: its suffix says whether it is a strip (.png,
+    .pdf, .svg) or a film (.gif, .mp4). Returns what is drawn; events that the record does not reach are left out.
+    Raises InvalidInput for events, a case or a suffix that cannot be drawn, StoreError where the file cannot be written.
+
+    >>> import nanoslip
+    >>> nanoslip.frames(nanoslip.Case(), "0:200:40", "strip.png").outcome.ok  # doctest: +SKIP
+    True
+    """
+    wanted = events_of(events) if isinstance(events, str) else tuple(sorted(set(events)))
+    suffix = _suffix(Path(path), len(wanted))
+    shown = moments_of(case, wanted)
+    write_files({Path(path): _film(shown, suffix) if suffix in FILMS else image(strip(shown), suffix)})
+    return shown
+
+
+def _suffix(path: Path, count: int) -> str:
+    """The format of a file with so many pictures. Raises InvalidInput where there is none, or nothing here writes it."""
+    suffix = format_of(path, (*FORMATS, *FILMS))
+    if suffix in FILMS and not FILMS[suffix].isAvailable():
+        raise InvalidInput(f"{path}: needs the program ffmpeg, which is not found here; install it, or take .gif")
+    if suffix in FORMATS and count > MOST_IN_STRIP:
+        raise InvalidInput(
+            f"{path}: {count} events: a strip holds at most {MOST_IN_STRIP}; ask for fewer, or for a .gif or .mp4"
+        )
+    return suffix
+
+
+def _film(shown: Moments, suffix: str) -> bytes:
+    """The moments one after the other, on axes with the same limits."""
+    writer = FILMS[suffix](fps=FRAMES_PER_SECOND)
+    with TemporaryDirectory() as folder, column(3.0, 6.0) as figure:
+        FigureCanvasAgg(figure)
+        film = Path(folder) / f"film.{suffix}"
+        with writer.saving(figure, str(film), RESOLUTION):
+            for moment in shown.moments:
+                figure.clear()
+                draw_frame(figure, shown, moment)
+                writer.grab_frame()
+        return film.read_bytes()

@@ -1,0 +1,470 @@
+"""A variable of every case and drive, or a ratio of two, in one long table, whatever the design of the campaign."""
+
+import difflib
+import math
+import re
+from collections.abc import Collection, Iterable, Mapping, Sequence
+from dataclasses import dataclass, field, fields, replace
+from typing import Any, Final
+
+import numpy as np
+import xarray as xr
+from numpy.typing import NDArray
+
+from nanoslip.study.dataset.access import Places, places
+from nanoslip.study.dataset.variables import OUTCOMES, VALIDITY, Described, described, members_of, parameters
+from nanoslip.study.manifest.parameters import typed
+from nanoslip.study.toml_text import from_toml
+
+# Labels of variables and values on axes, in legends and in captions.
+
+_UNITS: Final = {"m s-1": "m/s", "N m-1": "N/m"}
+"""Units as CF writes them -> as people do."""
+LETTERS: Final = 3
+"""Names so short are symbols themselves: n_x."""
+
+
+def known(name: str) -> Described | None:
+    """What is declared of a variable; None of one that is not declared."""
+    try:
+        return described(name)
+    except KeyError:
+        return None
+
+
+def symbol(name: str) -> str:
+    """What equations call a variable, else its name in words."""
+    found = known(name)
+    if found and found.symbol:
+        return found.symbol
+    return name if len(name) <= LETTERS else name.replace("_", " ")
+
+
+def label(name: str) -> str:
+    """A variable on an axis: meaning, symbol and unit."""
+    found = known(name)
+    if found is None:
+        return name
+    meaning = found.meaning.split(", in ")[0] if "/" in found.symbol else found.meaning
+    own = f" {found.symbol}" if found.symbol and found.symbol not in meaning else ""
+    return in_unit(f"{meaning}{own}", name)
+
+
+def ratio(above: str, below: str) -> str:
+    """A ratio of two variables on an axis; what the first is measured in stands behind both."""
+    found = known(above)
+    meaning, _, own = (found.meaning if found else above).partition(", in ")
+    sign = f" {found.symbol}" if found and found.symbol and found.symbol not in meaning else ""
+    measured = f", in {own}" if own and "/" not in sign else ""
+    return f"{in_unit(f'{meaning}{sign}', above)} over {short(below)}{measured}"
+
+
+def short(name: str) -> str:
+    """A variable where there is little room: symbol and unit."""
+    return in_unit(symbol(name), name)
+
+
+def in_unit(text: str, name: str) -> str:
+    """What a variable is called, with its unit behind it where it has one: `V_o (m/s)`."""
+    return f"{text} ({unit})" if (unit := unit_of(name)) else text
+
+
+def unit_of(name: str) -> str:
+    """The unit of a variable as people write it; empty of pure numbers and words."""
+    found = known(name)
+    return readable(found.units) if found else ""
+
+
+def readable(units: str) -> str:
+    """Units of a dataset as people write them; empty of pure numbers."""
+    return "" if units == "1" else _UNITS.get(units, units)
+
+
+SYMBOL: Final = re.compile(r"\b([^\W_])_([^\W_]{1,2})\b")
+"""A letter with its index, as L_x and μ_i; `right_side` is no symbol."""
+
+
+def typeset(text: str) -> str:
+    """Text with the subscripts of its symbols lowered, in matplotlib's notation."""
+    return SYMBOL.sub(r"$\1_{\2}$", text.replace("$", r"\$"))
+
+
+def said(value: Any) -> str:
+    """A value of a coordinate, as short as it can be: 0.25, 200, 3e4."""
+    if not isinstance(value, float) or not math.isfinite(value):
+        return str(value)
+    plain = f"{value:.6g}".replace("e+0", "e").replace("e-0", "e-").replace("e+", "e")
+    digits, _, exponent = f"{value:.5e}".partition("e")
+    powers = f"{digits.rstrip('0').rstrip('.')}e{int(exponent)}"
+    return powers if len(powers) < len(plain) and abs(int(exponent)) > 3 else plain
+
+
+def words(values: Mapping[str, Any]) -> str:
+    """Coordinates with their values and units: `R/L_x = 200, n_x = 65, V_o = 0.002 m/s`."""
+    return ", ".join(f"{symbol(name)} = {said(value)} {unit_of(name)}".rstrip() for name, value in values.items())
+
+
+Floats = NDArray[np.float64]
+Columns = Mapping[str, NDArray[Any]]
+"""Name of a column -> its values; all as long."""
+LACKING: Final = "–"
+"""A number that a case has not, on an axis where others have it."""
+_CASE: Final = "case"
+"""The dimension of a list of cases."""
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Points:
+    """Values of all cases, each array (n,): one entry for each case and drive."""
+
+    name: str
+    label: str
+    values: NDArray[Any]
+    """Numbers, NaN where there is none; or texts, empty where there is none."""
+    errors: Floats
+    """Uncertainties of the numbers; NaN where none is known."""
+    axes: Mapping[str, NDArray[Any]]
+    """The coordinates in which cases differ."""
+    flagged: NDArray[np.bool_]
+    """Whether a validity flag says to take it with care."""
+    members: NDArray[np.int64]
+    """How many members of an ensemble each mean is of; -1 of what is no mean."""
+    lacking: NDArray[np.bool_]
+    """Whether a mean is of fewer members than its ensemble has, as the others have no value."""
+    zipped: tuple[str, ...] = ()
+    """The coordinates that vary together, as their campaign says."""
+    stated: bool = False
+    """Whether numbers of this sort have an uncertainty, known or not."""
+
+    @property
+    def text(self) -> bool:
+        """Whether the values are texts."""
+        return self.values.dtype.kind == "O"
+
+    @property
+    def there(self) -> NDArray[np.bool_]:
+        """Where there is a value."""
+        return np.asarray(self.values != "") if self.text else np.isfinite(self.values)
+
+    @property
+    def unsure(self) -> NDArray[np.bool_]:
+        """Where there is a number whose uncertainty should be known, and is not."""
+        return self.there & np.isnan(self.errors) & self.stated
+
+    def at(self, chosen: NDArray[Any]) -> "Points":
+        """Some of the points: a mask, or their places in another order."""
+        axes = {name: each[chosen] for name, each in self.axes.items()}
+        arrays = {each.name: getattr(self, each.name) for each in fields(self)}
+        some = {name: array[chosen] for name, array in arrays.items() if isinstance(array, np.ndarray)}
+        return replace(self, axes=axes, **some)
+
+    def without(self, names: Collection[str]) -> "Points":
+        """The points without some of their coordinates."""
+        return replace(self, axes={name: each for name, each in self.axes.items() if name not in names})
+
+    def columns(self) -> Columns:
+        """The points as a table: coordinates, value, uncertainty, members, whether flagged."""
+        errors = {} if self.text else {f"{self.name} uncertainty": self.errors}
+        members = {"members": self.members} if (self.members >= 0).any() else {}
+        return {**self.axes, self.name: self.values, **errors, **members, "flagged": self.flagged}
+
+
+def points_of(dataset: xr.Dataset, name: str, over: str = "") -> Points:
+    """A variable, or its ratio to another, of every case and drive. Numbers are means with their ±.
+
+    The two numbers of a ratio are taken as independent: of one record they are not, and its error is too large or too small.
+
+    Raises KeyError where the dataset has no such variable.
+    """
+    widest = max((each for each in (name, over, OUTCOMES[""][0].name) if each), key=lambda each: dataset[each].ndim)
+    found = places(dataset, widest, {})
+    values, errors = _numbers(dataset, found, name)
+    stated = bool(_stated(dataset, name))
+    if over:
+        below, its_errors = _numbers(dataset, found, over)
+        exact = tuple(not _stated(dataset, each) for each in (name, over))
+        stated = not all(exact)
+        values, errors = _ratio((values, errors), (below, its_errors), exact)
+        if over == name:
+            errors = np.where(np.isfinite(values), 0.0, np.nan)  # whatever it is, it is all of itself
+    flags = found.values(VALIDITY.name) if VALIDITY.name in dataset else np.zeros(len(values))
+    axes = varying(found)
+    members, used = _members(dataset, found, name)
+    return Points(
+        f"{name}/{over}" if over else name,
+        ratio(name, over) if over else label(name),
+        values,
+        errors,
+        axes,
+        flags != 0,
+        members,
+        (members > 0) & (members < used),
+        tuple(name for name in zipped(dataset) if name in axes),
+        stated,
+    )
+
+
+def varying(found: Places) -> dict[str, NDArray[Any]]:
+    """The coordinates in which cases differ, each (n,); numbers that some cases lack, or that are infinite, become
+    texts.
+
+    Of a product they are its axes; of a list of cases, what its author lists.
+    """
+    names = [name for name in found.dims if name != _CASE]
+    if _CASE in found.dims:
+        names = [*listed(found.root), *names]
+    columns = {name: _whole(found.values(name)) for name in names}
+    return {name: values for name, values in columns.items() if len(set(values.tolist())) > 1}
+
+
+def listed(root: xr.Dataset) -> list[str]:
+    """The coordinates along a list of cases that its author lists, in a table or as axes; all parameters where nobody says."""
+    along = [str(name) for name, each in root.coords.items() if each.dims == (_CASE,)]
+    table = str(root.attrs.get("manifest_table", ""))
+    first, *_ = table.splitlines() or [""]
+    named = {name.strip() for name in first.split(",")} if table else set(_manifest(root).get("axes", ()))
+    return [name for name in along if name in (named or parameters())]
+
+
+def zipped(root: xr.Dataset) -> list[str]:
+    """The axes of a list of cases whose values are taken together, the first ones, then the second ones; none of a table."""
+    manifest = _manifest(root)
+    together = manifest.get("design") == "zip" and not root.attrs.get("manifest_table")
+    return list(manifest.get("axes", ())) if together else []
+
+
+def _manifest(root: xr.Dataset) -> dict[str, Any]:
+    return from_toml(str(root.attrs.get("manifest", "")))
+
+
+def _whole(values: NDArray[Any]) -> NDArray[Any]:
+    if values.dtype.kind == "f" and not np.isfinite(values).all():
+        return np.array([LACKING if np.isnan(each) else said(each) for each in values.tolist()], dtype=object)
+    return values.astype(object) if values.dtype.kind in "UTS" else values
+
+
+def _numbers(dataset: xr.Dataset, found: Places, name: str) -> tuple[NDArray[Any], Floats]:
+    values = found.values(name)
+    nothing = np.full(len(values), np.nan)
+    if values.dtype.kind in "OUTS":
+        return values.astype(object), nothing
+    numbers = np.where(np.isfinite(values.astype(float)), values, np.nan).astype(float)
+    error = _stated(dataset, name)
+    if not error:
+        return numbers, nothing
+    return numbers, np.asarray(found.values(error), dtype=float)
+
+
+def _members(dataset: xr.Dataset, found: Places, name: str) -> tuple[NDArray[np.int64], NDArray[np.int64]]:
+    """How many members a number is of, and how many its ensembles have; -1 of what is no mean over members."""
+    counts = members_of(dataset, name)
+    if counts is None:
+        nothing = np.full(len(found.positions), -1)
+        return nothing, nothing
+    having, used = (np.nan_to_num(_of_cases(found, each)).astype(np.int64) for each in counts)
+    return having, used
+
+
+def _stated(dataset: xr.Dataset, name: str) -> str:
+    """The variable of the dataset that says how uncertain a number is; empty where none does."""
+    declared = known(name)
+    error = declared.uncertainty if declared else ""
+    return error if error in dataset else ""
+
+
+def _of_cases(found: Places, array: xr.DataArray) -> NDArray[Any]:
+    """The values of an array that is no variable of the dataset, as `found.values` gives those of one."""
+    return replace(found, root=found.root.assign(array=array)).values("array")
+
+
+def _ratio(
+    above: tuple[NDArray[Any], Floats], below: tuple[NDArray[Any], Floats], exact: tuple[bool, ...]
+) -> tuple[Floats, Floats]:
+    """A ratio and its uncertainty, NaN where that of either number is not known. Raises ValueError of words.
+
+    exact: whether each of both states none at all, as a parameter; of two such numbers the ratio's is not known.
+    """
+    if any(values.dtype.kind in "OUTS" for values, _ in (above, below)):
+        raise ValueError("a ratio needs two numbers, and one of these is words")
+    with np.errstate(divide="ignore", invalid="ignore"):
+        quotient = above[0] / below[0]
+        quotient = np.where(np.isfinite(quotient), quotient, np.nan)
+        shares = [
+            np.zeros_like(quotient) if sure else error / value
+            for (value, error), sure in zip((above, below), exact, strict=True)
+        ]
+        errors = np.abs(quotient) * np.hypot(*shares)
+    return quotient, np.full_like(quotient, np.nan) if all(exact) else errors
+
+
+# Variables as people write them: by name, by the start of a name, or as equations call them: plateau/mu_i, R/L_x or
+# R.
+
+
+class UnknownNameError(ValueError):
+    """A word that is no variable or no axis of the dataset; the message says which there are."""
+
+
+class AmbiguousNameError(UnknownNameError):
+    """A symbol of several variables."""
+
+
+def variable_of(dataset: xr.Dataset, word: str) -> str:
+    """The variable or coordinate of the cases that a word means. Raises UnknownNameError, AmbiguousNameError."""
+    names = [str(name) for name in dataset.variables]
+    found = _called(names, word)
+    if len(found) == 1:
+        return found[0]
+    if found:
+        raise AmbiguousNameError(f"{word}: several variables are called so: {', '.join(found)}")
+    near = difflib.get_close_matches(word, names, n=3, cutoff=0.5)
+    hint = f"nearest: {', '.join(near)}" if near else "nanoslip describe lists them"
+    raise UnknownNameError(f"{word}: no variable of this dataset; {hint}")
+
+
+def points_named(dataset: xr.Dataset, word: str) -> Points:
+    """A variable, or a ratio of two, of every case and drive. Raises UnknownNameError."""
+    slashes = [place for place, letter in enumerate(word) if letter == "/"]
+    splits = [(word, ""), *((word[:place], word[place + 1 :]) for place in slashes)]
+    unknown = UnknownNameError(word)
+    for above, below in splits:
+        if above != word and not (above and below):
+            unknown = UnknownNameError(
+                f"{word}: needs a variable, or a ratio of two as plateau/mu_i; nanoslip describe lists them"
+            )
+            continue
+        try:
+            return points_of(dataset, variable_of(dataset, above), variable_of(dataset, below) if below else "")
+        except AmbiguousNameError:
+            raise
+        except UnknownNameError as error:
+            unknown = error
+    raise unknown
+
+
+def axis_named(points: Points, dataset: xr.Dataset, word: str) -> str:
+    """The coordinate that a word means, among those in which cases differ. Raises UnknownNameError."""
+    if len(found := _called(list(points.axes), word)) == 1:
+        return found[0]
+    try:
+        variable_of(dataset, word)
+        wrong = "cases do not differ in it"
+    except AmbiguousNameError:
+        wrong = "cases do not differ in what is called so"
+    except UnknownNameError:
+        wrong = "no variable of this dataset"
+    raise UnknownNameError(f"{word}: {wrong}; they differ in {_listed(points.axes)}")
+
+
+def _called(names: Sequence[str], word: str) -> list[str]:
+    """The variables of these names that a word means, by the first rule that finds any."""
+    symbols = {name: typed(_symbol(name)) for name in names if not name.startswith("fitted_")}
+    for found in (
+        [word] if word in names else [],
+        [name for name, (known_as, _) in symbols.items() if word in known_as],
+        [name for name, (_, in_short) in symbols.items() if word in in_short],
+        [name for name in names if name == f"{word}_mean"],
+    ):
+        if found:
+            return found
+    return []
+
+
+def _symbol(name: str) -> str:
+    """What equations call a variable; empty where they do not."""
+    found = known(name)
+    return found.symbol if found else ""
+
+
+def _listed(names: Iterable[str]) -> str:
+    """Names, each with its symbol where it has one."""
+    signs = {name: _symbol(name) for name in names}
+    return ", ".join(f"{name} ({sign})" if sign else name for name, sign in signs.items()) or "nothing"
+
+
+# Assignment of coordinates to a figure: x axis, colours, panels. Those left over are held at one value.
+
+MOST_HUES: Final = 6
+"""Lines in one panel that are told apart by colour; more values make a map."""
+MOST_PANELS: Final = 9
+FILLED: Final = 0.5
+"""Share of a full product from which a design counts as one; sparser ones are scattered."""
+
+
+@dataclass(frozen=True, slots=True)
+class Roles:
+    """Coordinates by their place in a figure."""
+
+    x: str
+    hue: str = ""
+    panels: tuple[str, ...] = ()
+    held: Mapping[str, Any] = field(default_factory=dict)
+    """Those with too many values for panels, at the value that is shown."""
+
+
+def counts_of(points: Points) -> dict[str, int]:
+    """Coordinate -> its number of values; numbers first, then by falling number."""
+    counts = {name: len(set(values.tolist())) for name, values in points.axes.items()}
+    return dict(sorted(counts.items(), key=lambda item: (points.axes[item[0]].dtype.kind in "OUb", -item[1])))
+
+
+def together(points: Points, chosen: Collection[str] = ()) -> tuple[Points, str]:
+    """Points whose zipped coordinates are one, and its name; as they are, and "", where no single one tells the cases apart.
+
+    chosen: coordinates of which one is taken before others.
+    """
+    cases = len(set(zip(*(points.axes[name].tolist() for name in points.zipped), strict=True)))
+    telling = [name for name, count in counts_of(points).items() if name in points.zipped and count == cases]
+    wanted = [name for name in chosen if name in points.zipped] or telling[:1]
+    if len(points.zipped) < 2 or len(wanted) != 1 or wanted[0] not in telling:
+        return points, ""
+    return points.without([name for name in points.zipped if name != wanted[0]]), wanted[0]
+
+
+def scattered(points: Points) -> bool:
+    """Whether the cases fill so little of the product of their coordinates that there are no lines to draw."""
+    counts = counts_of(points)
+    return len(counts) > 1 and len(points.values) < FILLED * math.prod(counts.values())
+
+
+def roles_of(points: Points, x: str = "", hue: str = "") -> Roles:
+    """Roles of all coordinates in which the cases differ: at least one. x, hue: those that are chosen already.
+
+    Raises ValueError where one is chosen twice, or the only one as hue.
+    """
+    counts = counts_of(points)
+    left = [name for name in counts if name not in (x, hue)]
+    if x == hue and x:
+        raise ValueError(f"{x}: is x and hue: needs two axes")
+    if not (x or left):
+        raise ValueError(f"{hue}: the only axis: needs to be x, not hue")
+    x = x or left.pop(0)
+    hue = hue or (left.pop(0) if left else "")
+    panels: list[str] = []
+    held: dict[str, Any] = {}
+    for name in left:
+        if math.prod(counts[each] for each in (*panels, name)) <= MOST_PANELS:
+            panels.append(name)
+        else:
+            values = values_of(points, name)
+            held[name] = values[len(values) // 2]
+    return Roles(x, hue, tuple(panels), held)
+
+
+def values_of(points: Points, name: str) -> list[Any]:
+    """The values of a coordinate: numbers in their order, also where some cases lack them, last; texts as they come."""
+    found = list(dict.fromkeys(points.axes[name].tolist()))
+    if points.axes[name].dtype.kind != "O":
+        return sorted(found)
+    try:
+        return sorted(found, key=lambda value: (value == LACKING, 0.0 if value == LACKING else float(value)))
+    except ValueError:
+        return found
+
+
+def held_at(points: Points, values: Mapping[str, Any]) -> Points:
+    """The points with these values of coordinates."""
+    chosen: NDArray[np.bool_] = np.ones(len(points.values), np.bool_)
+    for name, value in values.items():
+        chosen &= points.axes[name] == value
+    return points.at(chosen)
