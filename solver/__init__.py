@@ -39,7 +39,8 @@ if TYPE_CHECKING:
     from nanoslip.solver.contact.state import ContactState, mirrored
     from nanoslip.solver.drive import Drive, Scales
     from nanoslip.solver.dynamics.coefficients import FrictionCoefficients
-    from nanoslip.solver.dynamics.integrators import RK4, DynamicsResult, Exact
+    from nanoslip.solver.dynamics.integrators import RK4, Exact
+    from nanoslip.solver.dynamics.result import DynamicsResult
     from nanoslip.solver.elasticity.compliance import SurfaceCompliance, surface_compliance
     from nanoslip.solver.elasticity.grid import Stiffness
     from nanoslip.solver.elasticity.grid_scheme import NodalFields, blank, solve_mixed, stiffness

@@ -241,6 +241,11 @@ class Case:
         far = math.inf if self.max_displacement is None else self.max_displacement
         return far if self.max_spacings is None else min(far, self.max_spacings * self.slab.spacing)
 
+    @property
+    def contact_by_convolution(self) -> bool:
+        """Whether initial contact is found without the matrix of the slab's compliance: shear moves no node up or down."""
+        return self.slab.scheme.endless and not (self.effects.friction and self.effects.coupling)
+
     @classmethod
     def of(cls, parameters: Mapping[str, Any]) -> Self:
         """The case with these parameters, those of its parts beside its own; defaults for the rest. Raises InvalidInput."""

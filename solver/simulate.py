@@ -13,8 +13,9 @@ from nanoslip.solver.case import Case
 from nanoslip.solver.contact.initial import compliance_for_contact, initial_contact
 from nanoslip.solver.contact.state import ContactState
 from nanoslip.solver.drive import Drive, Scales
-from nanoslip.solver.dynamics.coefficients import FrictionCoefficients, measured
-from nanoslip.solver.dynamics.integrators import DynamicsResult, disproportion
+from nanoslip.solver.dynamics.coefficients import FrictionCoefficients
+from nanoslip.solver.dynamics.integrators import disproportion, measured
+from nanoslip.solver.dynamics.result import DynamicsResult
 from nanoslip.solver.elasticity.compliance import Compliance, surface_compliance
 from nanoslip.solver.outcome import Outcome
 from nanoslip.solver.sliding.plateau import Plateau, plateau_of

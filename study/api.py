@@ -25,7 +25,7 @@ from nanoslip.study.manifest.manifest import Manifest
 from nanoslip.study.manifest.reader import load_manifest, parse_manifest
 from nanoslip.study.plan.outlook import shortages
 from nanoslip.study.plan.plan import Plan, make_plan
-from nanoslip.study.plan.tasks import Task
+from nanoslip.study.plan.task import Task
 from nanoslip.study.report.console import console
 from nanoslip.study.results.store import Lease, Store, StoreError, merge_shards
 from nanoslip.study.run.dispatch import Tally

@@ -1,7 +1,8 @@
 """Which software computed a result. No clock, host or rank: the same software says the same of itself everywhere.
 
 What identifies it is a hash of the *contents* of the files that decide a result, its folder or repository apart: the whole
-solver, and the folder `study/plan/kinds`, which calls it. Commit and "+modified" are written down beside it where git is there.
+solver, and the two files that say what is computed and that call it. Commit and "+modified" are written down beside it where
+git is there.
 
 Last bits depend on two things more: the kernels that a BLAS has chosen for its processor, and the instructions that
 processor has. They are told apart in what is made of results, yet a result of another processor is none of other software:
@@ -20,6 +21,7 @@ from contextlib import suppress
 from dataclasses import dataclass, fields, replace
 from functools import lru_cache
 from importlib import import_module
+from importlib.machinery import ModuleSpec
 from pathlib import Path
 from typing import Any, Final
 
@@ -121,8 +123,8 @@ def user() -> str:
 
 
 PACKAGE: Final = "nanoslip.solver"
-BRIDGE: Final = "nanoslip.study.plan.kinds"
-"""The folder beside the solver that makes numbers."""
+BRIDGE: Final = ("nanoslip.study.plan.kinds", "nanoslip.study.run.compute")
+"""The modules beside the solver that make numbers."""
 
 
 @dataclass(frozen=True, slots=True, order=True)
@@ -229,8 +231,8 @@ def arithmetic() -> dict[str, str]:
 
 def source_files() -> tuple[Path, ...]:
     """The files that decide results."""
-    folders = [folder for name in (PACKAGE, BRIDGE) for folder in _folders(name)]
-    return tuple(path for folder in folders for path in Path(folder).rglob("*.py"))
+    solver = (path for folder in _folders(PACKAGE) for path in Path(folder).rglob("*.py"))
+    return (*solver, *(Path(os.path.realpath(_found_as(module).origin or "")) for module in BRIDGE))
 
 
 @lru_cache(maxsize=1)
@@ -241,9 +243,14 @@ def all_sources_hash() -> str:
 
 
 def _folders(package: str) -> list[str]:
-    found = importlib.util.find_spec(package)
+    """Where a package is: git follows no links."""
+    return [os.path.realpath(folder) for folder in _found_as(package).submodule_search_locations or ()]
+
+
+def _found_as(module: str) -> ModuleSpec:
+    found = importlib.util.find_spec(module)
     assert found is not None  # without it this would not run
-    return [os.path.realpath(folder) for folder in found.submodule_search_locations or ()]  # git follows no links
+    return found
 
 
 def source_hash(files: Iterable[Path]) -> str:

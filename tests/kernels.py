@@ -3,7 +3,8 @@
 from nanoslip.solver.case import Case, Effects, Heterogeneity, SlipRule
 from nanoslip.solver.drive import Drive
 from nanoslip.solver.dynamics.integrators import RK4
-from nanoslip.study.plan.tasks import Task, contact_task, drive_task, record_task
+from nanoslip.study.plan.kinds import contact_task, drive_task, record_task
+from nanoslip.study.plan.task import Task
 from nanoslip.study.run.warm_up import warm_up, warm_ups
 
 PINS = (Heterogeneity(), Heterogeneity(roughness=((-0.1, 0.0), (0.1, 0.0))))

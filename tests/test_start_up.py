@@ -12,8 +12,7 @@ import pytest
 
 from nanoslip.solver.case import Case
 from nanoslip.solver.drive import Drive
-from nanoslip.study.plan.tasks import (
-    Task,
+from nanoslip.study.plan.kinds import (
     compliance_task,
     contact_task,
     drive_task,
@@ -21,6 +20,7 @@ from nanoslip.study.plan.tasks import (
     states_task,
     statistics_task,
 )
+from nanoslip.study.plan.task import Task
 from tests.conftest import SMALL
 
 HEAVY = ("numba", "scipy.linalg", "scipy.optimize", "scipy.sparse", "scipy.special", "xarray", "pandas", "matplotlib")
@@ -29,7 +29,7 @@ LIVE = ("rich.live", "rich.progress")
 DECLARED = (
     "nanoslip.solver",
     "nanoslip.solver.simulate",
-    "nanoslip.study.plan.tasks",
+    "nanoslip.study.plan.kinds",
     "nanoslip.study.run.executor",
     "nanoslip.study.run.agent",
 )

@@ -20,13 +20,15 @@ from nanoslip.solver.contact.kernels.state import (
     SlipConstants,
     Stop,
     equilibrium_residual,
+    margin,
     new_scalars,
     respond,
 )
 from nanoslip.solver.contact.normal import FEW, KEPT
 from nanoslip.solver.contact.pin import Pin, node_friction, pin_of, surface_from_pin
+from nanoslip.solver.contact.state import ContactState, state_from_forces
 from nanoslip.solver.elasticity.compliance import SurfaceCompliance
-from nanoslip.solver.outcome import SingularOperator
+from nanoslip.solver.outcome import Outcome, SingularOperator
 
 # The window of surface nodes that the kernels follow: the contact and a margin. Slips cost what the window is wide.
 #
@@ -41,8 +43,6 @@ from nanoslip.solver.outcome import SingularOperator
 Vector = NDArray[np.float64]
 Nodes = NDArray[np.bool_]
 
-MARGIN = 8
-"""Free nodes followed on each side of the contact, at least."""
 GUARD = 3
 """A touch this near to the window's end asks for a wider window."""
 ONE_SPOT = 0.75
@@ -51,11 +51,6 @@ SINKING = 0.1
 """Of W/G: how far a rough pin may sink, besides what its profile falls, before the next window is set up."""
 NOT_SEEN = 2.0
 """How much nearer to the pin nodes beyond a window may come than those at its ends, which are watched."""
-
-
-def margin(n_x: int) -> int:
-    """Free nodes followed on each side: where a tableau is dear, the contact has room to grow before the next one."""
-    return max(MARGIN, n_x // 128)
 
 
 def around(followed: Nodes) -> slice:
@@ -343,3 +338,37 @@ def _kernel_pin(pin: Pin) -> float | RoughPin:
     if pin.knots is None or pin.rises is None:
         return pin.curvature
     return RoughPin(pin.curvature, np.ascontiguousarray(pin.knots), np.ascontiguousarray(pin.rises))
+
+
+def contact_state(compiled: CompiledContact, outcome: Outcome) -> ContactState:
+    """A compiled contact as a value; nodes beyond its window follow from the compliance."""
+    state, n = compiled.state, compiled.case.slab.n_x
+    given, response = (values[:-1].reshape(2, -1) for values in (state.inputs, state.response))
+    contact = np.zeros(n, dtype=np.bool_)
+    contact[compiled.window] = state.contact
+    forces = np.zeros((2, n))
+    forces[:, compiled.window] = np.where(state.contact, response, 0.0)
+    approach = float(state.response[-1])
+    uv = _displacements(compiled, forces)
+    uv[1] += approach
+    uv[:, compiled.window] = np.where(state.contact, given, response)
+    moved, slips = float(state.scalars["displacement"]), int(state.scalars["slips"])
+    found = (contact, forces, uv[0], uv[1], approach, moved, slips)
+    return state_from_forces(compiled.case, compiled.compliance.widths, *found, outcome)
+
+
+def beyond_window(compiled: CompiledContact, state: ContactState) -> bool:
+    """Whether a node beyond the window lies inside the pin, so that a wider window is needed."""
+    gap = state.gap.copy()
+    gap[compiled.window] = 0.0
+    return bool(gap.min() < -compiled.constants.tolerance_gap)
+
+
+def _displacements(compiled: CompiledContact, forces: NDArray[np.float64]) -> NDArray[np.float64]:
+    """[u; w] of all surface nodes, (2, n), under the forces of the window; left zero where there is nothing beyond it."""
+    n = compiled.case.slab.n_x
+    if len(compiled.state.x) == n:
+        return np.zeros((2, n))
+    nodes = np.arange(n)[compiled.window]
+    columns = np.concatenate((nodes, nodes + n))
+    return (compiled.compliance.matrix[:, columns] @ forces[:, compiled.window].ravel()).reshape(2, n)

@@ -6,8 +6,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from nanoslip.solver.case import Case
-from nanoslip.solver.contact.normal import RESTING, Exchange, NormalContact, expected_half_width
-from nanoslip.solver.contact.pin import Pin, pin_of, surface_from_pin
+from nanoslip.solver.contact.normal import RESTING, Exchange, NormalContact
+from nanoslip.solver.contact.pin import Pin, expected_half_width, pin_of, surface_from_pin
 from nanoslip.solver.elasticity.schemes.half_plane import Convolution
 
 # Normal forces of a given contact set at a given load, by preconditioned conjugate gradients.
@@ -98,11 +98,6 @@ FINER = 0.5
 MOST_ROUNDS = 200
 """Rounds after which no contact set is looked for any more. Some 25 do for pins smooth or rough; nodes that move sideways on
 flanks of 45°, the steepest that mean something, 104 at ν = -1 and 43 at 0."""
-
-
-def needs_no_matrix(case: Case) -> bool:
-    """Whether initial contact of a case is found without the matrix of its slab's compliance."""
-    return case.slab.scheme.endless and not (case.effects.friction and case.effects.coupling)
 
 
 def convolved_contact(case: Case, convolution: Convolution) -> NormalContact:

@@ -9,8 +9,9 @@ from nanoslip.solver.case import Case
 from nanoslip.solver.contact.kernels.events import TIE
 from nanoslip.solver.contact.kernels.state import EventKind
 from nanoslip.solver.contact.pin import Pin, node_friction, pin_of, surface_from_pin
+from nanoslip.solver.contact.state import ContactState, state_from_forces
 from nanoslip.solver.elasticity.compliance import SurfaceCompliance
-from nanoslip.solver.outcome import Ending, SingularOperator, SolverError, TooFarApart
+from nanoslip.solver.outcome import Ending, Outcome, SingularOperator, SolverError, TooFarApart
 
 # Classical Coulomb friction, residual_shear 1: some nodes slide at |shear| = μ_i·pressure, the others stick.
 #
@@ -247,8 +248,6 @@ def _refuse_cycles(seen: set[bytes], solved: CoulombContact) -> None:
 
 # Motion of pin or load up to the next change of a node's role: its distance, and the step. Forces are continuous.
 
-LONGEST_STEP = 0.05
-"""Longest step in node spacings: the pin's slope under a sliding node changes by as much of a node's."""
 PROGRESS = 1e-6
 """Motion in node spacings, or growth of the load as a share of it, that counts as progress."""
 PATIENCE = 20
@@ -314,3 +313,17 @@ def _time(room: Vector, rate: Vector, which: NDArray[np.bool_]) -> Vector:
     """Step after which a falling margin is used up, where it applies; infinite elsewhere."""
     falling = which & (rate > 0.0)
     return np.where(falling, np.maximum(room, 0.0) / np.where(falling, rate, 1.0), np.inf)
+
+
+def coulomb_state(solved: CoulombContact, outcome: Outcome) -> ContactState:
+    """A contact with classical Coulomb friction as a value."""
+    found = (
+        solved.contact.copy(),
+        solved.force,
+        solved.u,
+        solved.v,
+        solved.approach,
+        solved.displacement,
+        solved.slips,
+    )
+    return state_from_forces(solved.case, solved.compliance.widths, *found, outcome)

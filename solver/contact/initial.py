@@ -11,21 +11,28 @@ from dataclasses import replace
 import numpy as np
 
 from nanoslip.solver.case import Case, InitialContact
-from nanoslip.solver.contact.compiled_contact import compiled_contact, corrected_for_rounding, within_reach
-from nanoslip.solver.contact.convolved import convolved_contact, needs_no_matrix
+from nanoslip.solver.contact.compiled_contact import (
+    beyond_window,
+    compiled_contact,
+    contact_state,
+    corrected_for_rounding,
+    within_reach,
+)
+from nanoslip.solver.contact.convolved import convolved_contact
 from nanoslip.solver.contact.coulomb import (
     CoulombContact,
     CoulombError,
+    coulomb_state,
     raise_load_of_sliding,
     resolve_violations,
     stick_and_slide_at_rest,
 )
 from nanoslip.solver.contact.kernels.events import answer_violations, raise_load
 from nanoslip.solver.contact.kernels.state import Stop, refresh, set_rate_to_load
-from nanoslip.solver.contact.normal import INSIDE, NormalContact, expected_half_width, normal_contact
-from nanoslip.solver.contact.pin import pin_of, surface_from_pin
+from nanoslip.solver.contact.normal import INSIDE, NormalContact, normal_contact
+from nanoslip.solver.contact.pin import expected_half_width, pin_of, surface_from_pin
 from nanoslip.solver.contact.soundness import OUTCOME_OF_ENDING, OUTCOME_OF_STOP, advised, advised_of_pillars, soundness
-from nanoslip.solver.contact.state import ContactState, beyond_window, contact_state, coulomb_state, state_from_forces
+from nanoslip.solver.contact.state import ContactState, state_from_forces
 from nanoslip.solver.elasticity.compliance import (
     Compliance,
     NormalCompliance,
@@ -66,7 +73,7 @@ CAUSED_BY_ROUNDING = (
 
 def compliance_for_contact(case: Case) -> Compliance:
     """What initial contact of a case needs of its slab: no matrix where that is not read. Raises as `surface_compliance`."""
-    return normal_compliance(case.slab) if needs_no_matrix(case) else surface_compliance(case.slab)
+    return normal_compliance(case.slab) if case.contact_by_convolution else surface_compliance(case.slab)
 
 
 def initial_contact(case: Case, compliance: Compliance) -> ContactState:
@@ -119,7 +126,9 @@ def _touch_without_shear(case: Case, compliance: Compliance) -> ContactState:
 def _free_of_shear(case: Case, compliance: Compliance, found: NormalContact, outcome: Outcome) -> ContactState:
     """The state of a contact whose nodes bear pressure alone."""
     forces = np.stack((np.zeros_like(found.normal_force), -found.normal_force))
-    return state_from_forces(case, compliance, found.contact, forces, found.u, found.v, found.approach, 0.0, 0, outcome)
+    return state_from_forces(
+        case, compliance.widths, found.contact, forces, found.u, found.v, found.approach, 0.0, 0, outcome
+    )
 
 
 def _why_unsettled(case: Case, compliance: Compliance, found: NormalContact) -> Outcome:

@@ -10,10 +10,8 @@ import scipy
 from numpy.typing import NDArray
 
 from nanoslip.solver.case import Case
-from nanoslip.solver.contact.closed_forms import hertz_half_width, winkler_half_width
-from nanoslip.solver.contact.pin import pin_of, surface_from_pin
+from nanoslip.solver.contact.pin import expected_half_width, pin_of, surface_from_pin
 from nanoslip.solver.elasticity.compliance import SurfaceCompliance
-from nanoslip.solver.last import of_the_last
 from nanoslip.solver.outcome import SingularOperator, TooFarApart
 
 # The linear system of a contact set: forces and approach from the heights of its nodes and the load.
@@ -325,17 +323,6 @@ def _wrong(case: Case, found: NormalContact) -> NDArray[np.bool_]:
     if pin.half_width < math.inf:
         gap = np.where(np.abs(x) <= pin.half_width, gap, np.inf)
     return np.asarray(np.where(found.contact, -found.normal_force, -gap) / case.normal_load > INSIDE)
-
-
-@of_the_last
-def expected_half_width(case: Case) -> float:
-    """Hertz's contact half-width on a half-plane, that on a bed of springs, or the punch's own: a first guess."""
-    if case.pin == "flat_punch":
-        return case.half_width
-    bed = case.slab.scheme.bed_stiffness
-    if bed is not None:
-        return winkler_half_width(case.normal_load, case.radius, bed)
-    return hertz_half_width(case.normal_load, case.radius, case.slab.poisson)
 
 
 def _system(

@@ -9,10 +9,15 @@ import scipy
 from numpy.typing import NDArray
 
 from nanoslip.solver.case import Case, Distribution, Heterogeneity, PinShape
+from nanoslip.solver.contact.closed_forms import hertz_half_width, winkler_half_width
 from nanoslip.solver.last import of_the_last
 from nanoslip.solver.slab import surface_x
 
 Vector = NDArray[np.float64]
+
+
+LONGEST_STEP = 0.05
+"""Longest step in node spacings: the pin's slope under a sliding node changes by as much of a node's."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -148,3 +153,14 @@ DISTRIBUTIONS: dict[Distribution, Callable[[Vector, float], Vector]] = {
     "normal": lambda uniform, spread: np.maximum(1.0 + spread * scipy.special.ndtri(uniform), 0.0),
 }
 """Distribution -> its numbers of mean 1 and this standard deviation, from uniform ones in (0, 1)."""
+
+
+@of_the_last
+def expected_half_width(case: Case) -> float:
+    """Hertz's contact half-width on a half-plane, that on a bed of springs, or the punch's own: a first guess."""
+    if case.pin == "flat_punch":
+        return case.half_width
+    bed = case.slab.scheme.bed_stiffness
+    if bed is not None:
+        return winkler_half_width(case.normal_load, case.radius, bed)
+    return hertz_half_width(case.normal_load, case.radius, case.slab.poisson)

@@ -8,10 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from nanoslip.solver.case import Case
-from nanoslip.solver.contact.compiled_contact import CompiledContact
-from nanoslip.solver.contact.coulomb import CoulombContact
 from nanoslip.solver.contact.pin import pin_of, surface_from_pin
-from nanoslip.solver.elasticity.compliance import Compliance
 from nanoslip.solver.outcome import InvalidInput, Outcome
 from nanoslip.solver.parameter import quantity
 from nanoslip.solver.slab import surface_x
@@ -185,40 +182,9 @@ def mirrored(case: Case, state: ContactState) -> ContactState:
     return replace(state, displacement=-state.displacement, **turned)
 
 
-def contact_state(compiled: CompiledContact, outcome: Outcome) -> ContactState:
-    """A compiled contact as a value; nodes beyond its window follow from the compliance."""
-    state, n = compiled.state, compiled.case.slab.n_x
-    given, response = (values[:-1].reshape(2, -1) for values in (state.inputs, state.response))
-    contact = np.zeros(n, dtype=np.bool_)
-    contact[compiled.window] = state.contact
-    forces = np.zeros((2, n))
-    forces[:, compiled.window] = np.where(state.contact, response, 0.0)
-    approach = float(state.response[-1])
-    uv = _displacements(compiled, forces)
-    uv[1] += approach
-    uv[:, compiled.window] = np.where(state.contact, given, response)
-    moved, slips = float(state.scalars["displacement"]), int(state.scalars["slips"])
-    found = (contact, forces, uv[0], uv[1], approach, moved, slips)
-    return state_from_forces(compiled.case, compiled.compliance, *found, outcome)
-
-
-def coulomb_state(solved: CoulombContact, outcome: Outcome) -> ContactState:
-    """A contact with classical Coulomb friction as a value."""
-    found = (
-        solved.contact.copy(),
-        solved.force,
-        solved.u,
-        solved.v,
-        solved.approach,
-        solved.displacement,
-        solved.slips,
-    )
-    return state_from_forces(solved.case, solved.compliance, *found, outcome)
-
-
 def state_from_forces(
     case: Case,
-    compliance: Compliance,
+    widths: Vector,
     contact: NDArray[np.bool_],
     forces: NDArray[np.float64],
     u: Vector,
@@ -228,8 +194,10 @@ def state_from_forces(
     slips: int,
     outcome: Outcome,
 ) -> ContactState:
-    """The state of a contact with these nodal forces (2, n), displacements u and v = w + approach, (n,)."""
-    widths = compliance.widths
+    """The state of a contact with these nodal forces (2, n), displacements u and v = w + approach, (n,).
+
+    widths: of the surface that each node stands for, in L_x, (n,).
+    """
     values = {
         "contact": contact,
         "pressure": -forces[1] / widths,
@@ -243,20 +211,3 @@ def state_from_forces(
     for value in values.values():
         value.setflags(write=False)
     return ContactState(**values, approach=approach, displacement=displacement, slips=slips, outcome=outcome)
-
-
-def beyond_window(compiled: CompiledContact, state: ContactState) -> bool:
-    """Whether a node beyond the window lies inside the pin, so that a wider window is needed."""
-    gap = state.gap.copy()
-    gap[compiled.window] = 0.0
-    return bool(gap.min() < -compiled.constants.tolerance_gap)
-
-
-def _displacements(compiled: CompiledContact, forces: NDArray[np.float64]) -> NDArray[np.float64]:
-    """[u; w] of all surface nodes, (2, n), under the forces of the window; left zero where there is nothing beyond it."""
-    n = compiled.case.slab.n_x
-    if len(compiled.state.x) == n:
-        return np.zeros((2, n))
-    nodes = np.arange(n)[compiled.window]
-    columns = np.concatenate((nodes, nodes + n))
-    return (compiled.compliance.matrix[:, columns] @ forces[:, compiled.window].ravel()).reshape(2, n)

@@ -8,9 +8,7 @@ from typing import Final
 import numpy as np
 from numpy.typing import NDArray
 
-from nanoslip.solver.drive import Drive
-from nanoslip.solver.dynamics.friction_limit import friction_limit_of
-from nanoslip.solver.dynamics.integrators import DynamicsResult, integrate
+from nanoslip.solver.dynamics.result import DynamicsResult
 from nanoslip.solver.outcome import COMPLETED, Ending, Outcome
 from nanoslip.solver.parameter import quantity
 from nanoslip.solver.sliding.plateau import Plateau
@@ -60,15 +58,6 @@ class FrictionCoefficients(Labels):
         yield f"μ_s {self.static_friction:.4g}"
         yield f"μ_k {self.kinetic_friction:.4g}"
         yield in_words(self.outcome)
-
-
-def measured(record: FrictionRecord, plateau: Plateau, drive: Drive) -> tuple[DynamicsResult, FrictionCoefficients]:
-    """The motion of a drive over `record`, and its friction.
-
-    Raises NoPlateauError where the record has no steady part that could be continued.
-    """
-    motion = integrate(friction_limit_of(record, plateau, drive.profile), drive, record.initial_stiffness)
-    return motion, friction_coefficients(motion, record, plateau)
 
 
 def friction_coefficients(result: DynamicsResult, record: FrictionRecord, plateau: Plateau) -> FrictionCoefficients:

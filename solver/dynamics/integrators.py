@@ -15,12 +15,15 @@ from typing import Final
 import numpy as np
 
 from nanoslip.solver.drive import INTEGRATORS, Drive, Integrator
-from nanoslip.solver.dynamics.friction_limit import FrictionLimit
+from nanoslip.solver.dynamics.coefficients import FrictionCoefficients, friction_coefficients
+from nanoslip.solver.dynamics.friction_limit import FrictionLimit, friction_limit_of
 from nanoslip.solver.dynamics.kernels.motion import Motion, Run, Teeth
 from nanoslip.solver.dynamics.kernels.steps import integrate_by_steps, integrate_exactly, integrate_rigidly
 from nanoslip.solver.dynamics.result import BINS, DynamicsResult
 from nanoslip.solver.outcome import COMPLETED, Ending, InvalidInput, Outcome
 from nanoslip.solver.parameter import MOST_WHOLE, check, parameter, require
+from nanoslip.solver.sliding.plateau import Plateau
+from nanoslip.solver.sliding.record import FrictionRecord
 
 __all__ = ["RK4", "DynamicsResult", "Exact", "integrate"]
 
@@ -331,3 +334,12 @@ def _run(friction_limit: FrictionLimit, motion: Motion, drive: Drive) -> tuple[R
     method = drive.integrator
     assert isinstance(method, Method)  # all that are registered are
     return method.run(teeth, motion, drive)
+
+
+def measured(record: FrictionRecord, plateau: Plateau, drive: Drive) -> tuple[DynamicsResult, FrictionCoefficients]:
+    """The motion of a drive over `record`, and its friction.
+
+    Raises NoPlateauError where the record has no steady part that could be continued.
+    """
+    motion = integrate(friction_limit_of(record, plateau, drive.profile), drive, record.initial_stiffness)
+    return motion, friction_coefficients(motion, record, plateau)

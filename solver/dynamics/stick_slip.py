@@ -14,7 +14,7 @@ import scipy
 from numpy.typing import NDArray
 
 from nanoslip.solver.drive import Drive
-from nanoslip.solver.dynamics.integrators import DynamicsResult
+from nanoslip.solver.dynamics.result import DynamicsResult
 from nanoslip.solver.parameter import quantity
 
 Floats = NDArray[np.float64]

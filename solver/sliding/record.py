@@ -1,5 +1,6 @@
 """The nanoscale friction record (§3.2): what the pin met, event by event."""
 
+import math
 from collections.abc import Iterator
 from dataclasses import dataclass, field
 from typing import Any, Final
@@ -7,6 +8,7 @@ from typing import Any, Final
 import numpy as np
 from numpy.typing import NDArray
 
+from nanoslip.solver.case import Case
 from nanoslip.solver.contact.kernels.state import EventKind
 from nanoslip.solver.outcome import Outcome
 from nanoslip.solver.parameter import companion, quantities, quantity
@@ -160,3 +162,26 @@ def drops(before: NDArray[np.float64], after: NDArray[np.float64]) -> NDArray[np
     """Fall of F/W in each event, (e,), from F/W before and after. 0 where it is within rounding, as when a node is released."""
     fall = before - after
     return np.where(np.abs(fall) > FORCE_ROUNDING, fall, 0.0)
+
+
+FIRST_CAPACITY = 4096
+"""Events for which room is made first; it doubles as they come."""
+
+
+def presliding_length(case: Case, stiffness: float) -> float:
+    """μ_i·W/K in L_x, from the contact's lateral stiffness K (G·L_y); infinite where K is not above 0."""
+    if case.intrinsic_friction == 0.0:
+        return 0.0
+    return case.intrinsic_friction * case.normal_load / stiffness if stiffness > 0.0 else math.inf
+
+
+def farthest(case: Case, stiffness: float) -> float:
+    """δ_p in L_x at which a record ends at the latest; stiffness: of the contact before it slides, in G·L_y."""
+    length = presliding_length(case, stiffness)
+    if case.max_presliding is None or not length:  # without friction nothing preslides
+        return case.farthest
+    return min(case.farthest, case.max_presliding * length)
+
+
+OFF_THE_SLAB = 2.0
+"""δ_p in L_x at which a pin that slides on and on has certainly left the slab."""

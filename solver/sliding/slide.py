@@ -10,7 +10,9 @@ from numpy.typing import NDArray
 from nanoslip.solver.case import MOST_EVENTS, Case
 from nanoslip.solver.contact.compiled_contact import (
     CompiledContact,
+    beyond_window,
     compiled_contact,
+    contact_state,
     corrected_for_rounding,
     in_lines,
     inverse,
@@ -18,29 +20,33 @@ from nanoslip.solver.contact.compiled_contact import (
     within_reach,
 )
 from nanoslip.solver.contact.coulomb import (
-    LONGEST_STEP,
     CoulombContact,
     CoulombError,
     advance,
     change,
+    coulomb_state,
     next_change,
     stick_and_slide_in_motion,
 )
 from nanoslip.solver.contact.initial import checked, initial_contact
 from nanoslip.solver.contact.kernels.events import STEEPEST, answer_violations
 from nanoslip.solver.contact.kernels.state import EventKind, Stop, new_scalars, total_shear
-from nanoslip.solver.contact.pin import node_friction, pin_of, surface_from_pin
+from nanoslip.solver.contact.pin import LONGEST_STEP, node_friction, pin_of, surface_from_pin
 from nanoslip.solver.contact.soundness import NOT_FINITE, OUTCOME_OF_ENDING, OUTCOME_OF_STOP
-from nanoslip.solver.contact.state import ContactState, beyond_window, contact_state, coulomb_state
+from nanoslip.solver.contact.state import ContactState
 from nanoslip.solver.elasticity.compliance import Compliance, SurfaceCompliance, uncoupled
 from nanoslip.solver.outcome import COMPLETED, Ending, InvalidInput, Outcome, SingularOperator, TooFarApart
 from nanoslip.solver.slab import surface_x
 from nanoslip.solver.sliding.kernels.slide import Events, TangentialState, refresh, slide_events, slide_tangentially
-from nanoslip.solver.sliding.record import EVENT_TYPES, FrictionRecord
+from nanoslip.solver.sliding.record import (
+    EVENT_TYPES,
+    FIRST_CAPACITY,
+    OFF_THE_SLAB,
+    FrictionRecord,
+    farthest,
+    presliding_length,
+)
 from nanoslip.solver.sliding.validity import lawfulness
-
-FIRST_CAPACITY = 4096
-"""Events for which room is made first; it doubles as they come."""
 
 
 def first_room(most: int) -> Events:
@@ -67,21 +73,6 @@ def grown(events: Events) -> Events:
         old = getattr(events, name)
         getattr(grown, name)[: len(old)] = old
     return grown
-
-
-def presliding_length(case: Case, stiffness: float) -> float:
-    """μ_i·W/K in L_x, from the contact's lateral stiffness K (G·L_y); infinite where K is not above 0."""
-    if case.intrinsic_friction == 0.0:
-        return 0.0
-    return case.intrinsic_friction * case.normal_load / stiffness if stiffness > 0.0 else math.inf
-
-
-def farthest(case: Case, stiffness: float) -> float:
-    """δ_p in L_x at which a record ends at the latest; stiffness: of the contact before it slides, in G·L_y."""
-    length = presliding_length(case, stiffness)
-    if case.max_presliding is None or not length:  # without friction nothing preslides
-        return case.farthest
-    return min(case.farthest, case.max_presliding * length)
 
 
 def friction_record(
@@ -326,8 +317,6 @@ def _pushed(case: Case, compliance: SurfaceCompliance, start: ContactState) -> N
 
 # Slide with classical Coulomb friction, residual_shear 1: forces are continuous, roles of nodes change.
 
-OFF_THE_SLAB = 2.0
-"""δ_p in L_x at which a pin that slides on and on has certainly left the slab."""
 CREATED_ON_THE_WAY = 1e-4
 """Energy that an event may create at residual_shear 1, in W²/G: it is an integral over steps there, not known to rounding."""
 

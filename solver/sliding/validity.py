@@ -22,8 +22,7 @@ from numpy.typing import NDArray
 
 from nanoslip.solver.case import Case
 from nanoslip.solver.contact.closed_forms import film_half_width
-from nanoslip.solver.contact.normal import expected_half_width
-from nanoslip.solver.contact.pin import node_friction, pin_of, surface_from_pin
+from nanoslip.solver.contact.pin import expected_half_width, node_friction, pin_of, surface_from_pin
 from nanoslip.solver.contact.soundness import STEEP_PIN, energy_created
 from nanoslip.solver.contact.state import ContactState, contact_width
 from nanoslip.solver.outcome import COMPLETED, Ending, Outcome

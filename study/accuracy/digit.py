@@ -13,7 +13,7 @@ from typing import Final
 import numpy as np
 from numpy.typing import NDArray
 
-from nanoslip.solver.dynamics.coefficients import measured
+from nanoslip.solver.dynamics.integrators import measured
 from nanoslip.solver.elasticity.compliance import SurfaceCompliance, surface_compliance
 from nanoslip.solver.ensemble import FEWEST, Ensemble, mean_of
 from nanoslip.solver.outcome import SolverError

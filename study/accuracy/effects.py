@@ -22,17 +22,9 @@ from nanoslip.study.manifest.cases import CampaignCase
 from nanoslip.study.manifest.checker import ManifestError
 from nanoslip.study.manifest.manifest import MEMBERS, OF_CONTACTS, Manifest, TargetTable
 from nanoslip.study.manifest.reader import refusal
-from nanoslip.study.plan.kinds.kind import declared, names_of
-from nanoslip.study.plan.tasks import (
-    KINDS,
-    Task,
-    TaskResult,
-    compliance_task,
-    contact_task,
-    drive_task,
-    record_task,
-    run_task,
-)
+from nanoslip.study.plan.kinds import KINDS, compliance_task, contact_task, declared, drive_task, names_of, record_task
+from nanoslip.study.plan.task import Task, TaskResult
+from nanoslip.study.run.compute import run_task
 
 T = TypeVar("T")
 Drives = Mapping[str, Drive]

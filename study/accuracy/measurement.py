@@ -20,9 +20,9 @@ from scipy.integrate import solve_ivp
 
 from nanoslip.solver.case import Case
 from nanoslip.solver.drive import Drive
-from nanoslip.solver.dynamics.coefficients import measured
 from nanoslip.solver.dynamics.friction_limit import FrictionLimit, friction_limit_of
-from nanoslip.solver.dynamics.integrators import RK4, DynamicsResult, Exact, integrate
+from nanoslip.solver.dynamics.integrators import RK4, Exact, integrate, measured
+from nanoslip.solver.dynamics.result import DynamicsResult
 from nanoslip.solver.elasticity.compliance import surface_compliance
 from nanoslip.solver.ensemble import Ensemble, mean_of
 from nanoslip.solver.outcome import SolverError

@@ -16,7 +16,7 @@ from nanoslip.study.exit_codes import FAILURES, INTERRUPTED
 from nanoslip.study.origin import Origins
 from nanoslip.study.plan.outlook import shortages
 from nanoslip.study.plan.plan import Plan
-from nanoslip.study.plan.tasks import Task
+from nanoslip.study.plan.task import Task
 from nanoslip.study.report.console import console, say
 from nanoslip.study.results import attempts
 from nanoslip.study.results.attempts import Attempt

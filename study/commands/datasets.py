@@ -14,8 +14,7 @@ from nanoslip.study.commands.plans import advised, counted, planned, refusals
 from nanoslip.study.commands.words import Refusal, folder
 from nanoslip.study.dataset import file
 from nanoslip.study.dataset.access import one_case
-from nanoslip.study.dataset.collect import Planned, collect
-from nanoslip.study.dataset.file import is_made_of, made_of, note
+from nanoslip.study.dataset.collect import Planned, collect, is_made_of, made_of, note
 from nanoslip.study.dataset.variables import MEMBERS, OUTCOMES, means_of
 from nanoslip.study.figures.shared import column, format_of, image
 from nanoslip.study.garbage import all_kept

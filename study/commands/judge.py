@@ -22,8 +22,7 @@ from nanoslip.study.dataset import verify as verification
 from nanoslip.study.dataset.access import Column, case_columns, event_columns, sample_columns
 from nanoslip.study.dataset.collect import InPieces
 from nanoslip.study.dataset.compare import Finding, Verdict
-from nanoslip.study.dataset.ragged import shortened
-from nanoslip.study.dataset.variables import OUTCOMES, Described, described, rows, text_of
+from nanoslip.study.dataset.variables import OUTCOMES, Described, described, rows, shortened, text_of
 from nanoslip.study.dataset.verify import (
     KINDS,
     STANDARD_DEVIATIONS,
@@ -40,7 +39,7 @@ from nanoslip.study.dataset.verify import (
 )
 from nanoslip.study.exit_codes import CRASHED, FAILURES, INTERRUPTED
 from nanoslip.study.manifest.reader import load_manifest
-from nanoslip.study.plan.tasks import Task
+from nanoslip.study.plan.task import Task
 from nanoslip.study.report.console import Table, console, print_sentences, print_table, say, whole
 from nanoslip.study.report.page import as_csv, as_json
 from nanoslip.study.report.summary import MOST_ROWS, words

@@ -23,8 +23,7 @@ from nanoslip.study.figures.frames import events_of, frames
 from nanoslip.study.figures.gallery import campaigns_of, write, write_indexes
 from nanoslip.study.figures.points import axis_named, points_named
 from nanoslip.study.figures.shared import FORMATS, as_row, format_of, image
-from nanoslip.study.figures.views.answer import view_of
-from nanoslip.study.figures.views.view import csv_of
+from nanoslip.study.figures.view import csv_of, view_of
 from nanoslip.study.manifest.cases import campaign_of, expand
 from nanoslip.study.manifest.checker import ManifestError, number_or_text
 from nanoslip.study.manifest.parameters import make_case, words

@@ -22,11 +22,11 @@ from nanoslip.study.manifest.reader import load_manifest
 from nanoslip.study.origin import Origins, census, here
 from nanoslip.study.plan.cost import TASK
 from nanoslip.study.plan.plan import KindCount, Plan, kind_counts, make_plan
-from nanoslip.study.plan.task import idle
-from nanoslip.study.plan.tasks import Task, TaskResult, run_task
+from nanoslip.study.plan.task import Task, TaskResult, idle
 from nanoslip.study.report.console import counting, say, whole
 from nanoslip.study.results.shard import folders
 from nanoslip.study.results.store import Store, StoreError
+from nanoslip.study.run.compute import run_task
 from nanoslip.study.run.executor import left
 from nanoslip.study.run.journal import measured_in
 from nanoslip.study.run.progress import Measured

@@ -13,8 +13,7 @@ from nanoslip.solver.parameter import attributes
 from nanoslip.solver.sliding.record import drops
 from nanoslip.solver.sliding.sizes import SIZES
 from nanoslip.study.dataset.file import groups_of, tree_of
-from nanoslip.study.dataset.ragged import windows
-from nanoslip.study.dataset.variables import DRIVE_NAME, EVENT_DROP, OUTCOMES, all_groups, parameters
+from nanoslip.study.dataset.variables import DRIVE_NAME, EVENT_DROP, OUTCOMES, all_groups, parameters, windows
 from nanoslip.study.manifest.checker import number_or_text
 from nanoslip.study.manifest.parameters import words
 

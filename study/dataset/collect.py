@@ -7,12 +7,14 @@ differ in length: each sort is a group of contiguous ragged arrays, which `nanos
 them is in the group `software`.
 """
 
+import hashlib
 import json
 import os
 from collections import Counter
 from collections.abc import Iterator, Mapping, Sequence
 from concurrent.futures import ProcessPoolExecutor
 from concurrent.futures.process import BrokenProcessPool
+from contextlib import suppress
 from dataclasses import fields
 from multiprocessing import get_context
 from pathlib import Path
@@ -25,8 +27,8 @@ from numpy.typing import NDArray
 from nanoslip.solver.drive import Scales
 from nanoslip.solver.outcome import Outcome
 from nanoslip.solver.parameter import attributes
-from nanoslip.study.dataset.file import CHOSEN, FORMAT, MIXED, VERSION, carrying
-from nanoslip.study.dataset.ragged import Runs, texts
+from nanoslip.study.canonical import content_hash
+from nanoslip.study.dataset.file import CHOSEN, FORMAT, MIXED, VERSION, carrying, seal_of
 from nanoslip.study.dataset.table import (
     Coordinates,
     Declared,
@@ -38,14 +40,15 @@ from nanoslip.study.dataset.table import (
     values_in,
     varied,
 )
-from nanoslip.study.dataset.variables import DISCRETIZATION_ERROR, SOFTWARE, Group, all_groups, factors
+from nanoslip.study.dataset.variables import DISCRETIZATION_ERROR, SOFTWARE, Group, Runs, all_groups, factors, texts
 from nanoslip.study.manifest.cases import CampaignCase, Heard, same
 from nanoslip.study.manifest.checker import ManifestError
 from nanoslip.study.manifest.manifest import Manifest
-from nanoslip.study.origin import Origin, Origins, census, mixture
+from nanoslip.study.origin import Origin, Origins, all_sources_hash, census, mixture
 from nanoslip.study.plan.grids import Front, chosen, load_front, settled
+from nanoslip.study.plan.kinds import needed_kinds
 from nanoslip.study.plan.plan import Plan, Planning, case_outcome, drive_outcome, plan_of
-from nanoslip.study.plan.tasks import needed_kinds
+from nanoslip.study.results.entry import written_whole
 from nanoslip.study.results.store import Store, StoreError
 
 # A plan a piece at a time: the cases of a campaign are made again from its axes, so that of millions few are held.
@@ -342,3 +345,43 @@ def _attributes(manifest: Manifest, front: Front, counts: Mapping[Origin, int]) 
         **{item.name: getattr(manifest.scales, item.name) for item in fields(Scales)},
         "scales": "slab_width L_x in m, slab_depth L_y in m, shear_modulus G in Pa",
     }
+
+
+# Whether a dataset's file is up to date with the results on disk. If so, they need not be collected again.
+
+NOTE: Final = "dataset.json"
+"""File among the results that says what the dataset beside them was made of."""
+
+
+def made_of(manifest: Manifest, store: Store) -> str:
+    """A hash of all that decides a dataset: the campaign, its results and failures, and the code that collects them."""
+    front = load_front(manifest.front, manifest.front_text)
+    texts = (manifest.text, manifest.table_text, manifest.profile_text, front.sha256)
+    asked = content_hash(all_sources_hash(), manifest.path.name, *texts)
+    found = hashlib.sha256(asked.encode())
+    for key, seal in store.seals():
+        found.update(f"{key} {seal}\n".encode())
+    for key, attempt in sorted(store.failures().items()):
+        found.update(f"{key} {attempt.outcome}\n".encode())
+    return found.hexdigest()
+
+
+def is_made_of(path: Path, store: Store, expected: str) -> bool:
+    """Whether the file is the one that was last written, of just these results. Its bytes are checked when it is opened."""
+    try:
+        if not (store.folder / NOTE).is_file():  # to read a pipe would never end
+            return False
+        said = json.loads((store.folder / NOTE).read_text("utf-8"))
+        return bool(said == _said(path, expected))
+    except (OSError, ValueError, RecursionError):
+        return False
+
+
+def note(path: Path, store: Store, made: str) -> None:
+    """Write down of what the file was made; where that cannot be, it is collected again next time."""
+    with suppress(OSError), written_whole(store.folder / NOTE) as scratch:
+        scratch.write_text(json.dumps(_said(path, made)), "utf-8")
+
+
+def _said(path: Path, made: str) -> dict[str, object]:
+    return {"made_of": made, "seal": seal_of(path), "bytes": path.stat().st_size}

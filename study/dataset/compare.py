@@ -12,7 +12,6 @@ from numpy.typing import NDArray
 from nanoslip.solver.parameter import Quantity
 from nanoslip.study.dataset import file
 from nanoslip.study.dataset.file import flattened, groups_of
-from nanoslip.study.dataset.ragged import windows
 from nanoslip.study.dataset.variables import (
     COMPUTED_BY,
     DISCRETIZATION_ERROR,
@@ -21,6 +20,7 @@ from nanoslip.study.dataset.variables import (
     all_groups,
     companions,
     scalars,
+    windows,
 )
 from nanoslip.study.manifest.cases import CampaignCase
 from nanoslip.study.origin import Origin

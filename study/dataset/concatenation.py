@@ -9,8 +9,7 @@ import xarray as xr
 from numpy.typing import NDArray
 
 from nanoslip.study.dataset.file import FORMAT, carrying, groups_of
-from nanoslip.study.dataset.ragged import windows
-from nanoslip.study.dataset.variables import SOFTWARE, Group, all_groups, parameters
+from nanoslip.study.dataset.variables import SOFTWARE, Group, all_groups, parameters, windows
 
 # Positions of the cases of several datasets in their union: its axes, and each variable over them.
 

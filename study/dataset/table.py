@@ -16,7 +16,6 @@ from nanoslip.solver.ensemble import mean_of, needed
 from nanoslip.solver.outcome import Outcome
 from nanoslip.solver.parameter import Quantity, attributes, declared
 from nanoslip.solver.sliding.validity import advice_on, flags_in
-from nanoslip.study.dataset.ragged import counted, texts
 from nanoslip.study.dataset.variables import (
     ADVICE,
     CASE_ID,
@@ -30,18 +29,19 @@ from nanoslip.study.dataset.variables import (
     VALIDITY,
     Group,
     companions,
+    counted,
     parameters,
     scalars,
+    texts,
 )
 from nanoslip.study.manifest.cases import CampaignCase, cases_of
 from nanoslip.study.manifest.manifest import Manifest
 from nanoslip.study.manifest.parameters import STANDARD, Value
 from nanoslip.study.origin import NOBODY, Origins, stemming
-from nanoslip.study.plan.kinds.kind import left_out
+from nanoslip.study.plan.kinds import KINDS, left_out, needed_kinds
 from nanoslip.study.plan.outlook import flags_of
 from nanoslip.study.plan.plan import PENDING, Plan
 from nanoslip.study.plan.task import OF_ALL, OF_CONTACT, TaskResult, without_effect
-from nanoslip.study.plan.tasks import KINDS, needed_kinds
 
 # Where each case and drive of a campaign lies in its dataset: the dimensions, and the settings of drives along
 # theirs.

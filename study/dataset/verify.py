@@ -31,7 +31,6 @@ from nanoslip.study.dataset.compare import (
 )
 from nanoslip.study.dataset.compare import Pair as Twice
 from nanoslip.study.dataset.file import FORMAT, is_older, loaded
-from nanoslip.study.dataset.ragged import counted
 from nanoslip.study.dataset.table import Layout, layout_of
 from nanoslip.study.dataset.variables import (
     COMPUTED_BY,
@@ -42,6 +41,7 @@ from nanoslip.study.dataset.variables import (
     OUTCOMES,
     all_groups,
     companions,
+    counted,
     parameters,
     scalars,
 )

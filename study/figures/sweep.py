@@ -12,7 +12,7 @@ from matplotlib.figure import Figure
 from matplotlib.transforms import offset_copy
 from numpy.typing import NDArray
 
-from nanoslip.study.dataset.ragged import commonest
+from nanoslip.study.dataset.variables import commonest
 from nanoslip.study.figures.points import (
     Points,
     Roles,

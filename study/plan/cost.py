@@ -2,16 +2,14 @@
 
 import itertools
 import math
-from collections.abc import Sequence
+from collections.abc import Callable, Mapping, Sequence
 from functools import lru_cache
-from typing import Final
+from typing import Final, NamedTuple
 
 from nanoslip.solver.case import MOST_EVENTS, Case
 from nanoslip.solver.contact.closed_forms import winkler_half_width
-from nanoslip.solver.contact.compiled_contact import margin
-from nanoslip.solver.contact.convolved import needs_no_matrix
-from nanoslip.solver.contact.coulomb import LONGEST_STEP
-from nanoslip.solver.contact.normal import expected_half_width
+from nanoslip.solver.contact.kernels.state import margin
+from nanoslip.solver.contact.pin import LONGEST_STEP, expected_half_width
 from nanoslip.solver.drive import Drive
 from nanoslip.solver.dynamics.friction_limit import COARSE
 from nanoslip.solver.dynamics.stick_slip import MOST_SAMPLES, MOST_SLIPS
@@ -22,7 +20,9 @@ from nanoslip.solver.elasticity.schemes.column import trunk
 from nanoslip.solver.last import of_the_last
 from nanoslip.solver.slab import Slab
 from nanoslip.solver.sliding.kernels.slide import STRETCHES
-from nanoslip.solver.sliding.slide import FIRST_CAPACITY, OFF_THE_SLAB, farthest
+from nanoslip.solver.sliding.record import FIRST_CAPACITY, OFF_THE_SLAB, farthest
+from nanoslip.study.plan.kinds import compliance_needs
+from nanoslip.study.plan.task import Task, case_of, drive_of
 
 # What one step of each computation takes: seconds on one core of an ordinary machine.
 #
@@ -246,7 +246,7 @@ def pulled(drive: Drive, case: Case) -> tuple[float, float]:
 
 def compliance_seconds(case: Case, slides: bool) -> float:
     """Seconds of the compliance of a case's slab; none where nothing reads its matrix."""
-    return 0.0 if needs_no_matrix(case) and not slides else condensation_seconds(case.slab)
+    return 0.0 if case.contact_by_convolution and not slides else condensation_seconds(case.slab)
 
 
 def condensation_seconds(slab: Slab) -> float:
@@ -256,7 +256,7 @@ def condensation_seconds(slab: Slab) -> float:
 
 def touch_seconds(case: Case) -> float:
     """Seconds of initial contact that nothing follows."""
-    if not needs_no_matrix(case):
+    if not case.contact_by_convolution:
         return contact_seconds(case)
     n_x = case.slab.n_x
     rounds = 0.5 * math.cbrt(n_x) if touches_in_spots(case) else 1.0  # conjugate gradients, over those of one spot
@@ -340,7 +340,7 @@ def condensation_bytes(slab: Slab) -> float:
 
 def contact_bytes(case: Case) -> float:
     """Bytes of arrays while initial contact is computed, beside the compliance, which is mapped."""
-    if needs_no_matrix(case):
+    if case.contact_by_convolution:
         return _FLOAT * _CONVOLVED * case.slab.n_x
     return _FLOAT * _SYSTEMS * _touch_entries(case) ** 2
 
@@ -379,3 +379,125 @@ def _touch_entries(case: Case) -> float:
     if case.initial_contact == "gradual":
         return 2.0 * case.slab.n_x + 1.0
     return max(tableau_entries(case), 2.0 * hertz_nodes(case))
+
+
+# What each kind of task costs.
+
+
+class Estimate(NamedTuple):
+    """What a task costs, to a factor of three."""
+
+    seconds: float
+    """On one core of an ordinary machine (nanoslip.study.plan.cost.rates)."""
+    memory: float
+    """Bytes of arrays while it runs, beside the compliance that it maps and the program's own."""
+    disk: float
+    """Bytes of its result."""
+
+
+@lru_cache(maxsize=256)  # the tasks of a campaign share the number itself
+def disk_of(scalars: float, arrays: float = 0.0) -> float:
+    """Bytes of a result with so many scalars and so many numbers in arrays."""
+    return _ARCHIVE + _SCALAR * scalars + 8.0 * arrays
+
+
+_ARCHIVE = 1000.0  # of a result: its ending, its origin, and the archive's own
+_SCALAR = 30.0  # as text, with its name
+
+
+def estimate(task: Task) -> Estimate:
+    """What a task costs, roughly: its own kind's, handing out, reading and writing included."""
+    seconds, memory, disk = ESTIMATES[task.kind](task)
+    return Estimate(min(TASK + seconds, LONGEST), memory, disk)
+
+
+LONGEST: Final = 1e12
+"""Thirty thousand years will do for what never ends."""
+
+
+def _compliance(task: Task) -> Estimate:
+    matrix = disk_of(0, (2.0 * task.slab.n_x) ** 2)
+    return Estimate(condensation_seconds(task.slab), condensation_bytes(task.slab), matrix)
+
+
+def _contact(task: Task) -> Estimate:
+    case = case_of(task)
+    arrays = 0.0 if task.scalars_only else _CONTACT_ARRAYS + _CONTACT_PER_NODE * case.slab.n_x
+    members = task.ensemble.likely
+    return Estimate(members * touch_seconds(case), contact_bytes(case), disk_of(10 * members, arrays))
+
+
+_CONTACT_ARRAYS = 250.0  # numbers' worth of the names of its arrays
+_CONTACT_PER_NODE = 10.0  # numbers of each surface node
+
+
+def _record(task: Task) -> Estimate:
+    case = case_of(task)
+    members = task.ensemble.likely
+    if task.needs[:1] != compliance_needs(case.slab):  # another record's scalars
+        return Estimate(0.0, 0.0, disk_of(members * _RECORD_SCALARS))
+    arrays = (
+        0.0
+        if task.scalars_only
+        else _RECORD_ARRAYS + _RECORD_PER_EVENT * events_of(case) + _RECORD_PER_NODE * case.slab.n_x
+    )
+    memory = sliding_bytes(case) + members * record_bytes(case)
+    return Estimate(members * record_seconds(case), memory, disk_of(members * _RECORD_SCALARS, members * arrays))
+
+
+_RECORD_SCALARS = 36.0
+_RECORD_ARRAYS = 350.0  # numbers' worth of the names of its arrays
+_RECORD_PER_EVENT = 8.7
+_RECORD_PER_NODE = 2.0
+
+
+def _statistics(task: Task) -> Estimate:
+    case, members = case_of(task), task.ensemble.likely
+    return Estimate(
+        members * statistics_seconds(), members * statistics_bytes(case), disk_of(_STATISTICS_SCALARS, _STATISTICS_BINS)
+    )
+
+
+_STATISTICS_SCALARS = 51.0
+_STATISTICS_BINS = 800.0  # numbers of the bins of all sizes
+
+
+def _states(task: Task) -> Estimate:
+    case, looks = case_of(task), len(task.events)
+    memory = sliding_bytes(case) if any(task.events) else contact_bytes(case)
+    nodes = _STATES_PER_NODE * looks * task.slab.n_x
+    if task.subsurface:
+        memory = max(memory, inside_bytes(task.slab))
+        nodes += _STATES_PER_NODE_INSIDE * looks * task.slab.n_x
+    return Estimate(states_seconds(case, task.events, task.subsurface), memory, disk_of(0, _STATES_ARRAYS + nodes))
+
+
+_STATES_ARRAYS = 250.0  # numbers' worth of the names of its arrays
+_STATES_PER_NODE = 6.0  # numbers of each surface node
+_STATES_PER_NODE_INSIDE = 8.0 * 8.0  # of the nodes under one of the surface, on a graded grid
+
+
+def _drive(task: Task) -> Estimate:
+    case, drive = case_of(task), drive_of(task)
+    arrays = 0.0 if task.scalars_only else _DRIVE_ARRAYS + _DRIVE_PER_SAMPLE * drive.samples
+    memory = 8.0 * (
+        2.0 * _DRIVE_PER_SAMPLE * drive.samples + _DRIVE_PER_EVENT * events_of(case)
+    )  # the fit's columns, too
+    members = task.ensemble.likely
+    return Estimate(members * drive_seconds(drive, case, task.fitted), memory, disk_of(24 * members, arrays))
+
+
+_DRIVE_ARRAYS = 550.0  # numbers' worth of its binned force, its slips, and the names of its arrays
+_DRIVE_PER_SAMPLE = 5.0
+_DRIVE_PER_EVENT = 16.0  # numbers of the record that it is pulled over
+
+
+ESTIMATES: Final[Mapping[str, Callable[[Task], Estimate]]] = {
+    "compliance": _compliance,
+    "contact": _contact,
+    "record": _record,
+    "statistics": _statistics,
+    "states": _states,
+    "drive": _drive,
+}
+"""Name of a kind -> what its tasks cost, from their cases alone."""

@@ -13,9 +13,9 @@ from nanoslip.solver.case import Case
 from nanoslip.solver.sliding.validity import FLAGS, expected_flags, mask_of
 from nanoslip.study.manifest.parameters import Value, in_words
 from nanoslip.study.plan.cost import expected_displacement, record_bytes
+from nanoslip.study.plan.kinds import compliance_needs
 from nanoslip.study.plan.plan import Plan
-from nanoslip.study.plan.task import TaskResult
-from nanoslip.study.plan.tasks import Task, compliance_needs
+from nanoslip.study.plan.task import Task, TaskResult
 
 
 class Outlook(NamedTuple):

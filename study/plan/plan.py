@@ -13,10 +13,10 @@ from nanoslip.study.garbage import all_kept
 from nanoslip.study.manifest.cases import CampaignCase, Heard, cases_of, expanding
 from nanoslip.study.manifest.manifest import CampaignDrive, Manifest
 from nanoslip.study.origin import Origins, foreign_among
+from nanoslip.study.plan.cost import estimate
 from nanoslip.study.plan.grids import settled
-from nanoslip.study.plan.kinds.kind import Wanted
+from nanoslip.study.plan.kinds import KINDS, Wanted, in_stages
 from nanoslip.study.plan.task import Label, Task
-from nanoslip.study.plan.tasks import KINDS, estimate, in_stages
 
 # The tasks of each case.
 

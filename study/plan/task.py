@@ -31,7 +31,7 @@ class Task:
     key: str
     """Hash of the kind and of all that decides the result, in the solver's units (20 hexadecimal digits)."""
     kind: str
-    """One of nanoslip.study.plan.tasks.KINDS."""
+    """One of nanoslip.study.plan.kinds.KINDS."""
     slab: Slab
     case: Case | None = None
     """The physics point; None for a compliance."""
@@ -95,7 +95,7 @@ class TaskResult:
     kind: str
     outcome: Outcome
     scalars: Mapping[str, Sequence[float | int]] = field(default_factory=dict)
-    """Of each member one, by the name that its kind's parts give them (see nanoslip.study.plan.kinds.kind)."""
+    """Of each member one, by the name that its kind's parts give them (see nanoslip.study.plan.kinds)."""
     arrays: Mapping[str, NDArray[Any]] = field(default_factory=dict)
     """By name likewise: of the first member, or of all of them one behind the other (`Kind.all_members`)."""
     members: tuple[Outcome, ...] = ()
@@ -246,3 +246,15 @@ def flattened(value: Any, prefix: str = "") -> Iterator[tuple[str, object]]:
             yield from flattened(part, f"{prefix}{item.name}.")
         else:
             yield f"{prefix}{item.name}", part
+
+
+def case_of(task: Task) -> Case:
+    """The physics point of a task that has one, as all but a compliance do."""
+    assert task.case is not None
+    return task.case
+
+
+def drive_of(task: Task) -> Drive:
+    """How the pin is pulled in a drive task."""
+    assert task.drive is not None
+    return task.drive

@@ -22,14 +22,20 @@ from markupsafe import Markup, escape
 from matplotlib.ticker import EngFormatter
 
 from nanoslip.study.dataset.access import Column
-from nanoslip.study.dataset.ragged import without_numbers
-from nanoslip.study.dataset.variables import DISCRETIZATION_ERROR, OUTCOMES, ends_of, means_of, members_of, modelled
+from nanoslip.study.dataset.variables import (
+    DISCRETIZATION_ERROR,
+    OUTCOMES,
+    ends_of,
+    means_of,
+    members_of,
+    modelled,
+    without_numbers,
+)
 from nanoslip.study.exit_codes import CRASHED, FAILURES, INTERRUPTED, WRONG_INPUT
 from nanoslip.study.figures.points import SYMBOL, label
 from nanoslip.study.figures.shared import COLORS, image, scales_of
-from nanoslip.study.figures.views.catalogue import SORTS
-from nanoslip.study.figures.views.choice import spread
-from nanoslip.study.figures.views.view import Sort, View, csv_of
+from nanoslip.study.figures.view import Sort, View, csv_of, spread
+from nanoslip.study.figures.views import SORTS
 from nanoslip.study.garbage import all_kept
 from nanoslip.study.report.console import Table
 from nanoslip.study.report.summary import (

@@ -16,7 +16,6 @@ from nanoslip.solver.parameter import quantities
 from nanoslip.solver.sliding.validity import flags_in
 from nanoslip.solver.view import with_error
 from nanoslip.study.dataset.file import are_texts
-from nanoslip.study.dataset.ragged import in_short, joined, without_numbers
 from nanoslip.study.dataset.variables import (
     DRIVE,
     DRIVE_MEMBERS,
@@ -26,9 +25,12 @@ from nanoslip.study.dataset.variables import (
     all_groups,
     all_scalars,
     fewer,
+    in_short,
+    joined,
     means_of,
     modelled,
     parameters,
+    without_numbers,
 )
 from nanoslip.study.figures.points import in_unit, listed, readable, said, symbol, unit_of
 from nanoslip.study.manifest.manifest import Stage, TargetTable

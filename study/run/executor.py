@@ -13,12 +13,12 @@ from typing import Final
 from nanoslip.solver.outcome import COMPLETED, UNDONE, Ending, Outcome
 from nanoslip.study.origin import arithmetic, here
 from nanoslip.study.plan.plan import Plan
-from nanoslip.study.plan.task import TaskResult
-from nanoslip.study.plan.tasks import Task, run_task
+from nanoslip.study.plan.task import Task, TaskResult
 from nanoslip.study.results import attempts
 from nanoslip.study.results.attempts import Attempt
 from nanoslip.study.results.entry import CorruptResultError
 from nanoslip.study.results.store import Store, StoreError
+from nanoslip.study.run.compute import run_task
 from nanoslip.study.run.dispatch import CannotGoOnError, Done, Report
 from nanoslip.study.run.launch import Settle
 from nanoslip.study.run.warm_up import WarmUp

@@ -6,7 +6,7 @@ from typing import Final, Generic, Protocol, TypeVar
 
 
 class Work(Protocol):
-    """The attributes of a task that scheduling uses; `nanoslip.study.plan.tasks.Task` has them."""
+    """The attributes of a task that scheduling uses; `nanoslip.study.plan.task.Task` has them."""
 
     @property
     def key(self) -> str:
@@ -15,7 +15,7 @@ class Work(Protocol):
 
     @property
     def kind(self) -> str:
-        """One of nanoslip.study.plan.tasks.KINDS."""
+        """One of nanoslip.study.plan.kinds.KINDS."""
         ...
 
     @property

@@ -22,11 +22,11 @@ from nanoslip.solver.outcome import COMPLETED, InvalidInput, Outcome
 from nanoslip.solver.parameter import choices_of, declared
 from nanoslip.solver.sliding.plateau import plateau_of
 from nanoslip.solver.sliding.record import EVENT_TYPES, FrictionRecord
-from nanoslip.study.plan.kinds.kind import Member, numbers
+from nanoslip.study.plan.kinds import KINDS, compliance_task, contact_task, drive_task, record_task
 from nanoslip.study.plan.task import Task, TaskResult
-from nanoslip.study.plan.tasks import KINDS, compliance_task, contact_task, drive_task, record_task, run_task
-from nanoslip.study.plan.tasks import Task as WarmUpTask
+from nanoslip.study.plan.task import Task as WarmUpTask
 from nanoslip.study.results.store import Store
+from nanoslip.study.run.compute import Member, numbers, run_task
 
 # What is compiled before a run begins: its kernels, by small tasks that call them.
 

@@ -18,8 +18,9 @@ import numpy as np
 from nanoslip.solver.outcome import COMPLETED, Outcome
 from nanoslip.study.manifest.reader import load_manifest
 from nanoslip.study.plan.plan import Plan, make_plan
-from nanoslip.study.plan.tasks import Task, TaskResult, run_task
+from nanoslip.study.plan.task import Task, TaskResult
 from nanoslip.study.results.store import Store
+from nanoslip.study.run.compute import run_task
 from nanoslip.study.run.dispatch import lookahead
 from nanoslip.study.run.farm import Farm, ProcessFarm
 from nanoslip.study.run.launch import Program

@@ -21,9 +21,10 @@ from nanoslip.solver.elasticity.compliance import surface_compliance
 from nanoslip.solver.elasticity.interior import interior_fields
 from nanoslip.solver.slab import Slab
 from nanoslip.solver.sliding.slide import slide, states_at
-from nanoslip.study.plan.tasks import compliance_task, contact_task, record_task, run_task
+from nanoslip.study.plan.kinds import compliance_task, contact_task, record_task
 from nanoslip.study.results.entry import packed
 from nanoslip.study.results.store import Store
+from nanoslip.study.run.compute import run_task
 from tests.benchmarks.dynamics import PAPER, STEP, UNIT
 from tests.benchmarks.table import Row, best, seconds, verdict
 

@@ -15,9 +15,8 @@ from nanoslip.solver.ensemble import Ensemble
 from nanoslip.solver.sliding import slide as full_contact
 from nanoslip.solver.sliding.slide import slide, slide_to_state
 from nanoslip.study.commands.plans import planned
-from nanoslip.study.plan.kinds.kind import computed_members, numbers
-from nanoslip.study.plan.kinds.record import RECORD, computed_record, record_task
-from nanoslip.study.plan.tasks import run_task
+from nanoslip.study.plan.kinds import RECORD, record_task
+from nanoslip.study.run.compute import computed_members, computed_record, numbers, run_task
 from tests.benchmarks.scale import campaign_of
 from tests.benchmarks.table import Row, best, seconds, verdict
 

@@ -17,7 +17,7 @@ from typing import Any, Final, NamedTuple, TypeVar
 import numpy as np
 
 from nanoslip.solver import Case, Slab, contact_state, friction_record, surface_compliance
-from nanoslip.solver.contact.compiled_contact import margin
+from nanoslip.solver.contact.kernels.state import margin
 from nanoslip.solver.sliding.slide import slide_to_state
 from nanoslip.study.plan.outlook import machine_memory
 from tests.benchmarks.far_field import far_field_row

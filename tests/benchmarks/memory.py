@@ -14,10 +14,11 @@ from tempfile import TemporaryDirectory
 from nanoslip.solver.case import Case
 from nanoslip.solver.slab import Slab
 from nanoslip.study.manifest.reader import load_manifest
+from nanoslip.study.plan.kinds import compliance_task, record_task
 from nanoslip.study.plan.plan import make_plan
-from nanoslip.study.plan.tasks import compliance_task, record_task, run_task
 from nanoslip.study.results import entry as own
 from nanoslip.study.results.store import Store
+from nanoslip.study.run.compute import run_task
 from tests.benchmarks.table import Row, verdict
 
 SLAB = Slab(n_x=1025)

@@ -16,8 +16,9 @@ from tempfile import TemporaryDirectory
 import numpy as np
 
 from nanoslip.study.commands.plans import planned
-from nanoslip.study.plan.tasks import TaskResult, run_task
+from nanoslip.study.plan.task import TaskResult
 from nanoslip.study.results.store import Store
+from nanoslip.study.run.compute import run_task
 from tests.benchmarks.table import Row, as_markdown, seconds, verdict
 
 SIZES = (10_000, 100_000)

@@ -21,7 +21,7 @@ import numpy as np
 
 from nanoslip.solver.case import Case
 from nanoslip.solver.drive import Drive
-from nanoslip.solver.dynamics.coefficients import measured
+from nanoslip.solver.dynamics.integrators import measured
 from nanoslip.solver.elasticity.compliance import SurfaceCompliance, surface_compliance
 from nanoslip.solver.ensemble import FEWEST, Ensemble, Mean, mean_of
 from nanoslip.solver.outcome import SolverError
@@ -31,8 +31,9 @@ from nanoslip.study.accuracy.setup import timed
 from nanoslip.study.manifest.cases import expand
 from nanoslip.study.manifest.manifest import Manifest
 from nanoslip.study.manifest.reader import load_manifest
-from nanoslip.study.plan.kinds.kind import declared
-from nanoslip.study.plan.tasks import KINDS, Task, TaskResult, compliance_task, drive_task, record_task, run_task
+from nanoslip.study.plan.kinds import KINDS, compliance_task, declared, drive_task, record_task
+from nanoslip.study.plan.task import Task, TaskResult
+from nanoslip.study.run.compute import run_task
 
 CAMPAIGNS, CASES = 20, 6
 DRIVES = 8

@@ -15,7 +15,8 @@ import pytest
 
 from nanoslip.solver.drive import Drive, Scales
 from nanoslip.solver.dynamics.friction_limit import FrictionLimit, friction_limit_of
-from nanoslip.solver.dynamics.integrators import LARGEST, RK4, DynamicsResult, integrate
+from nanoslip.solver.dynamics.integrators import LARGEST, RK4, integrate
+from nanoslip.solver.dynamics.result import DynamicsResult
 from nanoslip.solver.dynamics.stick_slip import Oscillator
 from nanoslip.solver.outcome import Ending, InvalidInput
 from nanoslip.solver.sliding.plateau import plateau_of

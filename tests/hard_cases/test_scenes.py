@@ -20,9 +20,10 @@ from nanoslip.solver.slab import SCHEMES
 from nanoslip.solver.sliding.slide import slide_to_state
 from nanoslip.study.manifest.checker import ManifestError
 from nanoslip.study.manifest.reader import load_manifest
-from nanoslip.study.plan.kinds.kind import column
+from nanoslip.study.plan.kinds import column
 from nanoslip.study.plan.plan import make_plan
-from nanoslip.study.plan.tasks import TaskResult, run_task
+from nanoslip.study.plan.task import TaskResult
+from nanoslip.study.run.compute import run_task
 from tests.physics import assert_contact_laws, assert_friction_law
 
 LONGEST = 60.0

@@ -14,10 +14,10 @@ import xarray as xr
 from nanoslip.study import api
 from nanoslip.study.api import open_dataset, run
 from nanoslip.study.manifest.checker import ManifestError
-from nanoslip.study.plan.tasks import run_task
 from nanoslip.study.results import entry as own
 from nanoslip.study.results.store import FOLDER, StoreError
 from nanoslip.study.run import executor
+from nanoslip.study.run.compute import run_task
 from tests.conftest import SMALL, THREADS
 from tests.study.execution.defects import crashing
 

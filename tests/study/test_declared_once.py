@@ -19,10 +19,10 @@ from nanoslip.study.dataset.collect import collect
 from nanoslip.study.dataset.file import loaded
 from nanoslip.study.dataset.variables import described, page
 from nanoslip.study.manifest.reader import load_manifest
-from nanoslip.study.plan.kinds import record as record_kind
+from nanoslip.study.plan.kinds import KINDS
 from nanoslip.study.plan.plan import Plan, make_plan
-from nanoslip.study.plan.tasks import KINDS
 from nanoslip.study.results.store import Store
+from nanoslip.study.run import compute as computing
 from tests.conftest import SMALL
 from tests.study.dataset.campaigns import compute
 
@@ -81,7 +81,7 @@ def computed(folder: Path) -> tuple[Plan, Store, xr.Dataset]:
 
 def test_a_new_scalar_is_in_results_dataset_and_descriptions(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     declare(monkeypatch, EventStatistics, LongestStep)
-    monkeypatch.setattr(record_kind, "event_statistics", counted)
+    monkeypatch.setattr(computing, "event_statistics", counted)
     plan, store, found = computed(tmp_path)
     result = store.read(str(plan.case_tasks[plan.cases[0].case_id].record))
     longest = float(np.diff(result.arrays["displacement"], prepend=0.0).max())
@@ -104,7 +104,7 @@ def test_a_new_column_of_events_is_in_results_dataset_and_descriptions(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     declare(monkeypatch, FrictionRecord, WithFalls)
-    monkeypatch.setattr(record_kind, "slide_to_state", slid)
+    monkeypatch.setattr(computing, "slide_to_state", slid)
     plan, store, found = computed(tmp_path)
     result = store.read(str(plan.case_tasks[plan.cases[0].case_id].record))
     np.testing.assert_array_equal(result.arrays["fall"], result.arrays["force_before"] - result.arrays["force_after"])

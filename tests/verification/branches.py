@@ -20,8 +20,8 @@ from numpy.typing import NDArray
 from nanoslip.solver.case import Case, Heterogeneity, SlipRule
 from nanoslip.solver.contact import initial, normal
 from nanoslip.solver.contact.initial import initial_contact
-from nanoslip.solver.contact.normal import NormalContact, expected_half_width
-from nanoslip.solver.contact.pin import pin_of, surface_from_pin
+from nanoslip.solver.contact.normal import NormalContact
+from nanoslip.solver.contact.pin import expected_half_width, pin_of, surface_from_pin
 from nanoslip.solver.contact.state import ContactState
 from nanoslip.solver.elasticity.compliance import SurfaceCompliance, surface_compliance
 from nanoslip.solver.slab import Slab

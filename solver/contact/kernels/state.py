@@ -487,3 +487,12 @@ def respond(state: KernelState) -> None:
     refresh(state)
     _refine(state)
     set_rate_to_displacement(state)
+
+
+MARGIN = 8
+"""Free nodes followed on each side of the contact, at least."""
+
+
+def margin(n_x: int) -> int:
+    """Free nodes followed on each side: where a tableau is dear, the contact has room to grow before the next one."""
+    return max(MARGIN, n_x // 128)

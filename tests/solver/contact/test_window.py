@@ -7,11 +7,10 @@ import numpy as np
 import pytest
 
 from nanoslip.solver.case import Case, Heterogeneity
-from nanoslip.solver.contact.compiled_contact import CompiledContact, within_reach
+from nanoslip.solver.contact.compiled_contact import CompiledContact, beyond_window, contact_state, within_reach
 from nanoslip.solver.contact.initial import initial_contact
 from nanoslip.solver.contact.kernels.state import Stop
 from nanoslip.solver.contact.pin import pin_of
-from nanoslip.solver.contact.state import beyond_window, contact_state
 from nanoslip.solver.elasticity.compliance import SurfaceCompliance, surface_compliance
 from nanoslip.solver.outcome import COMPLETED
 from nanoslip.solver.slab import Slab

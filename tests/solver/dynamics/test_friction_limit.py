@@ -5,7 +5,6 @@ import pytest
 
 from nanoslip.solver.case import Case
 from nanoslip.solver.drive import Drive
-from nanoslip.solver.dynamics.coefficients import measured
 from nanoslip.solver.dynamics.friction_limit import (
     COARSE,
     FrictionLimit,
@@ -16,7 +15,7 @@ from nanoslip.solver.dynamics.friction_limit import (
     sawtooth,
     taken_together,
 )
-from nanoslip.solver.dynamics.integrators import integrate
+from nanoslip.solver.dynamics.integrators import integrate, measured
 from nanoslip.solver.elasticity.compliance import surface_compliance
 from nanoslip.solver.outcome import InvalidInput
 from nanoslip.solver.slab import Slab

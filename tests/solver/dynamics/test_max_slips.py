@@ -6,8 +6,9 @@ import numpy as np
 import pytest
 
 from nanoslip.solver.drive import Drive
-from nanoslip.solver.dynamics.integrators import RK4, DynamicsResult, integrate
+from nanoslip.solver.dynamics.integrators import RK4, integrate
 from nanoslip.solver.dynamics.regime import count_sticks
+from nanoslip.solver.dynamics.result import DynamicsResult
 from tests.solver.dynamics.drives import K
 from tests.synthetic import constant_profile, profile_through
 

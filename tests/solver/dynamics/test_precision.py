@@ -8,7 +8,8 @@ import pytest
 
 from nanoslip.solver.drive import Drive
 from nanoslip.solver.dynamics import integrators as precision
-from nanoslip.solver.dynamics.integrators import RK4, DynamicsResult, integrate
+from nanoslip.solver.dynamics.integrators import RK4, integrate
+from nanoslip.solver.dynamics.result import DynamicsResult
 from nanoslip.solver.outcome import Ending
 from tests.synthetic import constant_profile, profile_through
 

@@ -8,8 +8,9 @@ import numpy as np
 import pytest
 
 from nanoslip.solver.drive import Drive
-from nanoslip.solver.dynamics.integrators import DynamicsResult, integrate
+from nanoslip.solver.dynamics.integrators import integrate
 from nanoslip.solver.dynamics.regime import StickSlipCount, count_sticks
+from nanoslip.solver.dynamics.result import DynamicsResult
 from nanoslip.solver.dynamics.stick_slip import stick_slip
 from nanoslip.solver.outcome import Ending, Outcome
 from tests.solver.dynamics.drives import PROBLEMS

@@ -8,8 +8,9 @@ import pytest
 
 from nanoslip.solver.drive import Drive
 from nanoslip.solver.dynamics.friction_limit import sawtooth
-from nanoslip.solver.dynamics.integrators import DynamicsResult, integrate
+from nanoslip.solver.dynamics.integrators import integrate
 from nanoslip.solver.dynamics.regime import StickSlipCount, count_sticks
+from nanoslip.solver.dynamics.result import DynamicsResult
 from nanoslip.solver.sliding.plateau import plateau_of
 from tests.synthetic import STIFFNESS, noisy_record
 

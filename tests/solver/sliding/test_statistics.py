@@ -11,7 +11,8 @@ import pytest
 from nanoslip.solver.drive import Drive
 from nanoslip.solver.dynamics.coefficients import friction_coefficients
 from nanoslip.solver.dynamics.friction_limit import sawtooth
-from nanoslip.solver.dynamics.integrators import RK4, DynamicsResult, integrate
+from nanoslip.solver.dynamics.integrators import RK4, integrate
+from nanoslip.solver.dynamics.result import DynamicsResult
 from nanoslip.solver.outcome import Ending
 from nanoslip.solver.sliding.plateau import Plateau, plateau_of
 from nanoslip.solver.sliding.record import FrictionRecord

@@ -6,8 +6,7 @@ from pathlib import Path
 import pytest
 
 from nanoslip.study.dataset import file
-from nanoslip.study.dataset.collect import collect
-from nanoslip.study.dataset.file import NOTE, is_made_of, made_of, note
+from nanoslip.study.dataset.collect import NOTE, collect, is_made_of, made_of, note
 from nanoslip.study.origin import here
 from nanoslip.study.plan.plan import Plan, make_plan
 from nanoslip.study.results import attempts

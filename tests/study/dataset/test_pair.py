@@ -9,7 +9,8 @@ import numpy as np
 import pytest
 
 from nanoslip.study.dataset.compare import Verdict
-from nanoslip.study.plan.tasks import Task, TaskResult, run_task
+from nanoslip.study.plan.task import Task, TaskResult
+from nanoslip.study.run.compute import run_task
 from tests.study.dataset.verifying import DRIVEN, STEADY, Run, computed, once, verdicts, verified
 
 CHANGES: dict[str, tuple[str, Any, float, list[int]]] = {

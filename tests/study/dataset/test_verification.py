@@ -15,8 +15,9 @@ from nanoslip.study.dataset.compare import Verdict
 from nanoslip.study.manifest.checker import ManifestError
 from nanoslip.study.origin import computing
 from nanoslip.study.plan.grids import Measured, as_text
-from nanoslip.study.plan.tasks import Task, run_task
+from nanoslip.study.plan.task import Task
 from nanoslip.study.results.store import Store, StoreError
+from nanoslip.study.run.compute import run_task
 from tests.conftest import SMALL
 from tests.study.dataset.verifying import RECORDS, computed, verdicts, verified
 

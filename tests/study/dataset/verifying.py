@@ -13,11 +13,13 @@ from nanoslip.study.dataset.collect import collect
 from nanoslip.study.dataset.compare import Finding, Verdict
 from nanoslip.study.manifest.reader import load_manifest
 from nanoslip.study.origin import here
+from nanoslip.study.plan.kinds import in_stages
 from nanoslip.study.plan.plan import make_plan
-from nanoslip.study.plan.tasks import Task, TaskResult, in_stages, run_task
+from nanoslip.study.plan.task import Task, TaskResult
 from nanoslip.study.results import attempts
 from nanoslip.study.results.attempts import Attempt
 from nanoslip.study.results.store import Store
+from nanoslip.study.run.compute import run_task
 from tests.conftest import SMALL
 
 Change = Callable[[netCDF4.Dataset], None]

@@ -2,8 +2,8 @@
 
 from collections.abc import Callable
 
-from nanoslip.study.plan.task import Inputs, TaskResult
-from nanoslip.study.plan.tasks import Task, run_task
+from nanoslip.study.plan.task import Inputs, Task, TaskResult
+from nanoslip.study.run.compute import run_task
 
 
 def crashing(where: Callable[[Task], bool]) -> Callable[[Task, Inputs], TaskResult]:

@@ -7,7 +7,7 @@ import pytest
 
 from nanoslip.study import origin
 from nanoslip.study import origin as machine
-from nanoslip.study.plan.tasks import compliance_task, contact_task
+from nanoslip.study.plan.kinds import compliance_task, contact_task
 from nanoslip.study.results import entry as own
 from nanoslip.study.results.store import Store
 from nanoslip.study.run import executor as executor_module

@@ -7,7 +7,8 @@ from dataclasses import replace
 import rich.console
 
 from nanoslip.solver.outcome import COMPLETED
-from nanoslip.study.plan.tasks import Task, compliance_task, record_task
+from nanoslip.study.plan.kinds import compliance_task, record_task
+from nanoslip.study.plan.task import Task
 from nanoslip.study.run.progress import PlainProgress, TerminalProgress
 from tests.study.plan.running import CASE
 

@@ -21,22 +21,13 @@ from nanoslip.study.dataset.file import groups_of
 from nanoslip.study.manifest.checker import ManifestError
 from nanoslip.study.manifest.manifest import NamedDrive
 from nanoslip.study.manifest.reader import effects, load_manifest
-from nanoslip.study.plan.kinds import compliance as compliance_kind
-from nanoslip.study.plan.kinds import drive as drive_kind
-from nanoslip.study.plan.kinds import record as record_kind
+from nanoslip.study.plan.cost import estimate
+from nanoslip.study.plan.kinds import compliance_task, contact_task, drive_task, needed_kinds, record_task, states_task
 from nanoslip.study.plan.plan import Plan, make_plan
-from nanoslip.study.plan.tasks import (
-    TaskResult,
-    compliance_task,
-    contact_task,
-    drive_task,
-    estimate,
-    needed_kinds,
-    record_task,
-    run_task,
-    states_task,
-)
+from nanoslip.study.plan.task import TaskResult
 from nanoslip.study.results.store import Store
+from nanoslip.study.run import compute as computing
+from nanoslip.study.run.compute import run_task
 from tests.study.dataset.campaigns import compute
 
 ALONE = "ensemble.members = 1\n"
@@ -81,7 +72,7 @@ def test_tasks_are_those_that_a_campaign_asks_for(tmp_path: Path, text: str, kin
 
 
 def test_a_plateau_study_never_integrates(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(drive_kind, "measured", None)
+    monkeypatch.setattr(computing, "measured", None)
     plan = planned(tmp_path, TINY)
     store = computed(plan, tmp_path)
     assert all(store.read(task.key).outcome.ok for task in plan.tasks)
@@ -91,14 +82,14 @@ def test_a_drive_on_a_finished_record_never_slides(tmp_path: Path, monkeypatch: 
     store = computed(planned(tmp_path, TINY), tmp_path)
     left = planned(tmp_path, TINY + DRIVES).remaining(store.finished())
     assert [task.kind for task in left] == ["drive"]
-    monkeypatch.setattr(record_kind, "slide_to_state", None)
-    monkeypatch.setattr(compliance_kind, "surface_compliance", None)
+    monkeypatch.setattr(computing, "slide_to_state", None)
+    monkeypatch.setattr(computing, "surface_compliance", None)
     assert run_task(left[0], {key: store.read(key) for key in left[0].needs}).outcome.ok
 
 
 def test_a_contact_study_sets_up_no_sliding(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     """Without friction no tableau, nor more than the normal forces' columns (tests/solver/contact/normal/test_contact.py)."""
-    monkeypatch.setattr(record_kind, "slide_to_state", None)
+    monkeypatch.setattr(computing, "slide_to_state", None)
     monkeypatch.setattr(initial, "compiled_contact", None)
     plan = planned(tmp_path, TINY + 'stages = ["contact"]\neffects.friction = false')
     assert all(computed(plan, tmp_path).read(task.key).outcome.ok for task in plan.tasks)

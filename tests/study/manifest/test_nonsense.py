@@ -169,7 +169,7 @@ def test_a_value_that_is_just_small_enough_survives_to_the_dataset(tmp_path: Pat
 
 def fronts() -> Iterator[tuple[str, str | bytes]]:
     """A front with one thing wrong each."""
-    whole = json.loads((resources.files("nanoslip.study.plan.grids") / SHIPPED).read_text("utf-8"))
+    whole = json.loads((resources.files("nanoslip.study.plan") / SHIPPED).read_text("utf-8"))
     whole["rows"] = whole["rows"][:2]
     nonsense: list[Any] = [
         None,

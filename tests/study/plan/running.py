@@ -4,14 +4,9 @@ from nanoslip.solver.case import Case
 from nanoslip.solver.drive import Drive, Scales
 from nanoslip.solver.slab import Slab
 from nanoslip.study.manifest.manifest import NamedDrive
-from nanoslip.study.plan.tasks import (
-    Task,
-    TaskResult,
-    compliance_task,
-    drive_task,
-    record_task,
-    run_task,
-)
+from nanoslip.study.plan.kinds import compliance_task, drive_task, record_task
+from nanoslip.study.plan.task import Task, TaskResult
+from nanoslip.study.run.compute import run_task
 
 CASE = Case(radius=50.0, slab=Slab(33), max_events=300)
 

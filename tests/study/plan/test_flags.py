@@ -21,10 +21,10 @@ from nanoslip.study.manifest.reader import load_manifest
 from nanoslip.study.plan.cost import expected_displacement
 from nanoslip.study.plan.outlook import expected_lines, flag_lines, outlook_of
 from nanoslip.study.plan.plan import Plan, make_plan
-from nanoslip.study.plan.tasks import run_task
 from nanoslip.study.report import page as report_page
 from nanoslip.study.report.summary import flag_summary, scalar_table
 from nanoslip.study.results.store import Store
+from nanoslip.study.run.compute import run_task
 from tests.conftest import ROOT
 
 MAP = """\

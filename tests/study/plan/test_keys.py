@@ -18,14 +18,8 @@ from nanoslip.solver.elasticity.schemes import Galerkin
 from nanoslip.solver.outcome import InvalidInput
 from nanoslip.solver.slab import SCHEMES, Scheme, Slab
 from nanoslip.study.manifest.manifest import NamedDrive
+from nanoslip.study.plan.kinds import compliance_task, contact_task, drive_task, record_task, states_task
 from nanoslip.study.plan.task import OF_CONTACT, OF_RECORD, Exclusion, deciding, flattened, without_effect
-from nanoslip.study.plan.tasks import (
-    compliance_task,
-    contact_task,
-    drive_task,
-    record_task,
-    states_task,
-)
 from tests.study.plan.running import CASE, DRIVE
 
 BASES = {

@@ -12,10 +12,11 @@ from nanoslip.solver.slab import Slab
 from nanoslip.study.commands import cli
 from nanoslip.study.manifest.reader import load_manifest
 from nanoslip.study.plan import outlook as memory
-from nanoslip.study.plan.kinds import compliance as compliance_kind
+from nanoslip.study.plan.kinds import compliance_task
 from nanoslip.study.plan.plan import Plan, make_plan
-from nanoslip.study.plan.tasks import compliance_task, run_task
 from nanoslip.study.results.store import Store
+from nanoslip.study.run import compute
+from nanoslip.study.run.compute import run_task
 from nanoslip.study.run.dispatch import ATTEMPTS, Ledger, attempt
 from nanoslip.study.run.launch import processes_here
 
@@ -149,7 +150,7 @@ def test_a_task_without_memory_says_so_and_is_not_kept(tmp_path, monkeypatch, ca
     path, out = tmp_path / "mine.toml", tmp_path / "out"
     path.write_text('title = "x"\nnumerics.n_x = 17\nlimits.events = 5\n')
     with monkeypatch.context() as poor:
-        poor.setattr(compliance_kind, "surface_compliance", no_memory)
+        poor.setattr(compute, "surface_compliance", no_memory)
         result = run_task(compliance_task(Slab(n_x=17)), {})
         assert result.outcome.ending is Ending.OUT_OF_MEMORY
         assert "no memory left at n_x = 17: start fewer ranks" in result.outcome.message

@@ -4,9 +4,9 @@ import random
 from dataclasses import replace
 
 from nanoslip.solver.slab import Slab
+from nanoslip.study.plan.kinds import KINDS
 from nanoslip.study.plan.plan import longest_chain_first
 from nanoslip.study.plan.task import Task
-from nanoslip.study.plan.tasks import KINDS
 
 STAGES = ("compliance", "record", "drive")
 

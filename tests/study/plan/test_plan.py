@@ -13,7 +13,8 @@ from nanoslip.study.manifest.manifest import Manifest
 from nanoslip.study.manifest.reader import load_manifest
 from nanoslip.study.plan.outlook import need_of
 from nanoslip.study.plan.plan import Plan, make_plan
-from nanoslip.study.plan.tasks import TaskResult, run_task
+from nanoslip.study.plan.task import TaskResult
+from nanoslip.study.run.compute import run_task
 
 CAMPAIGNS = Path(__file__).parents[3] / "campaigns"
 DRIVES = '[[drives]]\nname = "a"\n[[drives]]\nname = "b"\nstage_velocity = 1e-3\n'

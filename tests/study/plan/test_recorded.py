@@ -15,18 +15,16 @@ from nanoslip.solver.case import Case, Effects, Heterogeneity, SlipRule
 from nanoslip.solver.drive import Drive, Scales
 from nanoslip.solver.slab import Slab
 from nanoslip.study.manifest.manifest import NamedDrive
-from nanoslip.study.plan.task import SOLVER_VERSION
-from nanoslip.study.plan.tasks import (
-    Task,
-    TaskResult,
+from nanoslip.study.plan.kinds import (
     compliance_task,
     contact_task,
     drive_task,
     record_task,
-    run_task,
     states_task,
     statistics_task,
 )
+from nanoslip.study.plan.task import SOLVER_VERSION, Task, TaskResult
+from nanoslip.study.run.compute import run_task
 from tests.study.plan.running import first
 
 RECORDED = Path(__file__).with_name("recorded.json")

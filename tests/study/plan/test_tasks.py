@@ -10,9 +10,7 @@ import numpy as np
 
 from nanoslip.solver.case import SlipRule
 from nanoslip.solver.outcome import Ending
-from nanoslip.study.plan.tasks import (
-    drive_task,
-)
+from nanoslip.study.plan.kinds import drive_task
 from tests.study.plan.running import CASE, DRIVE, drive, slid
 
 

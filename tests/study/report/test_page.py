@@ -9,7 +9,7 @@ import pytest
 import xarray as xr
 
 from nanoslip.study.dataset.file import carrying, groups_of
-from nanoslip.study.figures.views.catalogue import SORTS
+from nanoslip.study.figures.views import SORTS
 from nanoslip.study.report import page as report_page
 from nanoslip.study.report import summary
 from nanoslip.study.results.store import StoreError

@@ -5,7 +5,7 @@ import re
 from xml.etree import ElementTree
 
 from nanoslip.study.figures.shared import COLORS, column, image
-from nanoslip.study.figures.views.view import View
+from nanoslip.study.figures.view import View
 from nanoslip.study.report.page import DARK, picture, themed
 
 

@@ -14,7 +14,7 @@ import numpy as np
 import pytest
 
 from nanoslip.solver.outcome import COMPLETED, Ending, Outcome
-from nanoslip.study.plan.tasks import TaskResult
+from nanoslip.study.plan.task import TaskResult
 from nanoslip.study.results import entry as own
 from nanoslip.study.results import log
 from nanoslip.study.results.entry import ALIGNED, LEAST, MARK

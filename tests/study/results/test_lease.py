@@ -15,8 +15,7 @@ from pathlib import Path
 import pytest
 
 import nanoslip
-from nanoslip.study.plan.task import TaskResult
-from nanoslip.study.plan.tasks import Task
+from nanoslip.study.plan.task import Task, TaskResult
 from nanoslip.study.results import entry as whole_file
 from nanoslip.study.results import store as lease
 from nanoslip.study.results.store import FILE, Lease, StoreError

@@ -13,11 +13,12 @@ import numpy as np
 import pytest
 
 from nanoslip.solver.slab import Slab
-from nanoslip.study.plan.tasks import compliance_task, run_task
+from nanoslip.study.plan.kinds import compliance_task
 from nanoslip.study.results import attempts
 from nanoslip.study.results import entry as own
 from nanoslip.study.results.entry import CorruptResultError, Meta, packed
 from nanoslip.study.results.store import Store, StoreError
+from nanoslip.study.run.compute import run_task
 from tests.study.results.results import ALL, COMPLIANCE, OTHER, RECORD, flip, same
 
 EACH_PLACE = pytest.mark.parametrize("shared", [True, False], ids=["file", "log"])

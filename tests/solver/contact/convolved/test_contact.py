@@ -10,7 +10,6 @@ from nanoslip.solver.case import Case, Effects, Heterogeneity
 from nanoslip.solver.contact import convolved, initial
 from nanoslip.solver.contact import normal as exchange
 from nanoslip.solver.contact.closed_forms import flat_punch_pressure, hertz
-from nanoslip.solver.contact.convolved import needs_no_matrix
 from nanoslip.solver.contact.initial import compliance_for_contact, initial_contact
 from nanoslip.solver.contact.pin import pin_of, surface_from_pin
 from nanoslip.solver.contact.state import ContactState
@@ -199,10 +198,10 @@ def test_a_punch_whose_node_moves_out_from_under_it_is_named() -> None:
 
 
 def test_only_a_pin_that_drags_nothing_needs_no_matrix() -> None:
-    assert needs_no_matrix(case_of(effects=UNCOUPLED))
-    assert needs_no_matrix(case_of(effects=FRICTIONLESS))
-    assert not needs_no_matrix(case_of(effects=Effects()))
-    assert not needs_no_matrix(Case(effects=FRICTIONLESS))
+    assert case_of(effects=UNCOUPLED).contact_by_convolution
+    assert case_of(effects=FRICTIONLESS).contact_by_convolution
+    assert not case_of(effects=Effects()).contact_by_convolution
+    assert not Case(effects=FRICTIONLESS).contact_by_convolution
 
 
 def test_no_matrix_is_made(monkeypatch: pytest.MonkeyPatch) -> None:

@@ -9,8 +9,7 @@ from numpy.typing import NDArray
 from nanoslip.solver.case import Case, Effects, Heterogeneity, SlipRule
 from nanoslip.solver.contact.closed_forms import winkler_half_width
 from nanoslip.solver.contact.initial import initial_contact
-from nanoslip.solver.contact.normal import expected_half_width
-from nanoslip.solver.contact.pin import node_friction
+from nanoslip.solver.contact.pin import expected_half_width, node_friction
 from nanoslip.solver.elasticity.compliance import conditioning, surface_compliance
 from nanoslip.solver.elasticity.grid_scheme import stiffness
 from nanoslip.solver.elasticity.schemes.chain import Chain, spring_stiffness

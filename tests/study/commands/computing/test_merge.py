@@ -5,11 +5,11 @@ from pathlib import Path
 import pytest
 
 import nanoslip
-from nanoslip.study.plan.tasks import run_task
 from nanoslip.study.results import attempts as runs
 from nanoslip.study.results.shard import Shard
 from nanoslip.study.results.store import Lease
 from nanoslip.study.run import executor
+from nanoslip.study.run.compute import run_task
 from tests.conftest import Main
 from tests.study.execution.defects import crashing, crashing_at
 

@@ -12,11 +12,11 @@ import xarray as xr
 import nanoslip as nanoslip_here
 from nanoslip.study.commands import datasets
 from nanoslip.study.origin import here
-from nanoslip.study.plan.tasks import run_task
 from nanoslip.study.results import entry as own
 from nanoslip.study.results.store import Store, StoreError
 from nanoslip.study.run import executor
 from nanoslip.study.run import executor as failures
+from nanoslip.study.run.compute import run_task
 from tests.conftest import PARTLY_REFUSED, SMALL
 from tests.study.execution.defects import crashing_at
 from tests.study.results.results import as_clients, written

@@ -16,7 +16,7 @@ from nanoslip.study.dataset.file import groups_of
 from nanoslip.study.origin import Origin, computing
 from nanoslip.study.plan.grids import load_front
 from nanoslip.study.plan.plan import Plan
-from nanoslip.study.plan.tasks import TaskResult
+from nanoslip.study.plan.task import TaskResult
 from nanoslip.study.results.store import Store, StoreError
 from tests.conftest import SMALL
 from tests.study.dataset.campaigns import CASE_DIMS, changed

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 import xarray as xr
 
-from nanoslip.study.dataset.ragged import LONGEST, commonest, counted, in_short, is_counted, joined, shortened
+from nanoslip.study.dataset.variables import LONGEST, commonest, counted, in_short, is_counted, joined, shortened
 
 
 def test_what_all_members_say_is_not_counted() -> None:

@@ -17,7 +17,7 @@ from tests.conftest import SMALL
 from tests.study.dataset.campaigns import Build
 
 SCALARS = f"{SMALL}\n[outputs]\nrecords = false\ntrajectory = false\nphases = false\n"
-IN_PIECES = "from nanoslip.study.dataset.collection import pieces; pieces.CASES = 1; import nanoslip; nanoslip.main()"
+IN_PIECES = "from nanoslip.study.dataset import collect; collect.CASES = 1; import nanoslip; nanoslip.main()"
 """A process of its own: where threads run beside, later Pythons warn of forks."""
 
 

@@ -13,7 +13,7 @@ from nanoslip.solver.outcome import Ending, Outcome
 from nanoslip.study.dataset.collect import collect
 from nanoslip.study.dataset.file import groups_of
 from nanoslip.study.dataset.variables import EXPLAINED, fewer, means_of, members_of
-from nanoslip.study.plan.kinds.kind import column
+from nanoslip.study.plan.kinds import column
 from nanoslip.study.plan.plan import Plan
 from nanoslip.study.results.store import Store
 from tests.conftest import SMALL

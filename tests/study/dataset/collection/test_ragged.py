@@ -3,12 +3,12 @@
 import numpy as np
 import pytest
 
-from nanoslip.study.dataset import file, ragged
+from nanoslip.study.dataset import file
+from nanoslip.study.dataset import variables as ragged
 from nanoslip.study.dataset.access import Accessor
 from nanoslip.study.dataset.collect import collect
 from nanoslip.study.dataset.file import groups_of
-from nanoslip.study.dataset.ragged import Samples
-from nanoslip.study.dataset.variables import all_groups
+from nanoslip.study.dataset.variables import Samples, all_groups
 from tests.study.dataset.campaigns import CASE_DIMS, changed
 
 

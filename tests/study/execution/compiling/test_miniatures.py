@@ -10,9 +10,9 @@ from nanoslip.solver.outcome import Ending
 from nanoslip.solver.parameter import check, choices_of, declared, parameter
 from nanoslip.solver.sliding.record import FrictionRecord
 from nanoslip.study.manifest.reader import load_manifest
-from nanoslip.study.plan.kinds.kind import whole_again
+from nanoslip.study.plan.kinds import compliance_task, record_task
 from nanoslip.study.plan.plan import make_plan
-from nanoslip.study.plan.tasks import compliance_task, record_task, run_task
+from nanoslip.study.run.compute import run_task, whole_again
 from nanoslip.study.run.warm_up import made_up_record, miniatures, warm_ups
 from tests.conftest import ROOT, SMALL
 

@@ -18,9 +18,9 @@ from typing import Any, Final, NamedTuple
 import numpy as np
 
 from nanoslip.solver.outcome import COMPLETED, LONGEST_MESSAGE, Ending, Outcome
-from nanoslip.study.plan.task import Inputs, TaskResult
-from nanoslip.study.plan.tasks import Task, run_task
+from nanoslip.study.plan.task import Inputs, Task, TaskResult
 from nanoslip.study.run import executor as real
+from nanoslip.study.run.compute import run_task
 from nanoslip.study.run.dispatch import Execute
 from nanoslip.study.run.launch import Program
 from tests.study.execution.made_up import Work

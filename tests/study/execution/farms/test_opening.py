@@ -70,8 +70,8 @@ def test_without_an_mpi_library_one_process_computes_and_several_refuse(nanoslip
 def test_a_start_of_mpi_that_hangs_is_given_up_with_one_message_and_code_99(environment, rank, messages):
     """A launcher that never answers, as MPICH hears it."""
     program = (
-        "from nanoslip.study.execution.farms import opening; from nanoslip.study.run.launch import Program; "
-        "opening.LONGEST_START = 0.5; opening.open_farm(Program('builtins', 'callable'))"
+        "from nanoslip.study.run import mpi; from nanoslip.study.run.launch import Program; "
+        "mpi.LONGEST_START = 0.5; mpi.open_farm(Program('builtins', 'callable'))"
     )
     ours, theirs = socket.socketpair()
     with ours, theirs:

@@ -16,7 +16,7 @@ from nanoslip.study.figures.sweep import (
     is_logarithmic,
     panels_of,
 )
-from nanoslip.study.figures.views.answer import view_of
+from nanoslip.study.figures.view import view_of
 from tests.study.figures.sweep.cases import listed, product
 
 

@@ -3,7 +3,7 @@
 import numpy as np
 
 from nanoslip.study.figures.points import points_of
-from nanoslip.study.figures.views.alike import differs, in_words
+from nanoslip.study.figures.view import differs, in_words
 from tests.study.figures.sweep.cases import product
 
 NAN = np.nan

@@ -6,7 +6,7 @@ from collections import Counter
 import numpy as np
 import pytest
 
-from nanoslip.study.figures.views.choice import spread
+from nanoslip.study.figures.view import spread
 
 AXES = {"friction": [0.25, 0.5, 1.0], "radius": [50, 100, 200, 400], "aspect": [0.5, 1.0], "support": ["b", "r"]}
 PRODUCT = [dict(zip(AXES, values, strict=True)) for values in itertools.product(*AXES.values())]

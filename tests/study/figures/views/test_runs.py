@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from nanoslip.study.figures.views.runs import thinned
+from nanoslip.study.figures.view import thinned
 
 
 def test_a_thinned_line_keeps_ends_extremes_and_order() -> None:

@@ -11,9 +11,8 @@ import nanoslip
 from nanoslip.solver.view import with_error
 from nanoslip.study.figures.points import points_of
 from nanoslip.study.figures.shared import image
-from nanoslip.study.figures.views.answer import view_of
-from nanoslip.study.figures.views.catalogue import SORTS
-from nanoslip.study.figures.views.view import View, csv_of
+from nanoslip.study.figures.view import View, csv_of, view_of
+from nanoslip.study.figures.views import SORTS
 from nanoslip.study.report.summary import scalar_table
 from tests.study.figures.sweep.cases import listed, product
 

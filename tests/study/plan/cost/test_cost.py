@@ -27,20 +27,18 @@ from nanoslip.solver.slab import Slab, Support
 from nanoslip.study.manifest.manifest import NamedDrive
 from nanoslip.study.manifest.reader import load_manifest
 from nanoslip.study.plan import cost as rates
-from nanoslip.study.plan.cost import TASK, condensation_seconds, events_of, lateral_stiffness, record_seconds
-from nanoslip.study.plan.plan import make_plan
-from nanoslip.study.plan.tasks import (
-    Task,
-    TaskResult,
+from nanoslip.study.plan.cost import TASK, condensation_seconds, estimate, events_of, lateral_stiffness, record_seconds
+from nanoslip.study.plan.kinds import (
     compliance_task,
     contact_task,
     drive_task,
-    estimate,
     record_task,
-    run_task,
     states_task,
     statistics_task,
 )
+from nanoslip.study.plan.plan import make_plan
+from nanoslip.study.plan.task import Task, TaskResult
+from nanoslip.study.run.compute import run_task
 from tests.conftest import Main
 
 FACTOR = 3.0
@@ -201,11 +199,6 @@ def test_bytes_of_a_compliance_come_true(slab: Slab) -> None:
 
 def test_a_column_is_estimated_as_its_trunk() -> None:
     assert condensation_seconds(Slab(17, 1e4)) == condensation_seconds(Slab(17, 10.0))
-
-
-def test_the_rates_are_a_handful() -> None:
-    """Each a number that a reader can keep in mind; what is not known from them, a campaign measures."""
-    assert len([name for name in vars(rates) if name.isupper()]) <= 12
 
 
 RECORDS = {

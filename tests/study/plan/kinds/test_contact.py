@@ -10,11 +10,7 @@ from nanoslip.solver.contact.initial import initial_contact
 from nanoslip.solver.elasticity.compliance import normal_compliance, surface_compliance
 from nanoslip.solver.outcome import Ending
 from nanoslip.solver.slab import Slab
-from nanoslip.study.plan.tasks import (
-    compliance_task,
-    contact_task,
-    states_task,
-)
+from nanoslip.study.plan.kinds import compliance_task, contact_task, states_task
 from tests.study.plan.running import CASE, first, run
 
 

@@ -8,10 +8,8 @@ import pytest
 
 from nanoslip.solver.dynamics.regime import REGIMES
 from nanoslip.solver.outcome import Ending
-from nanoslip.study.plan.tasks import (
-    drive_task,
-    run_task,
-)
+from nanoslip.study.plan.kinds import drive_task
+from nanoslip.study.run.compute import run_task
 from tests.study.plan.running import CASE, DRIVE, drive, first, slid
 
 

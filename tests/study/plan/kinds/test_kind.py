@@ -11,8 +11,8 @@ from nanoslip.solver.parameter import quantities
 from nanoslip.solver.slab import Slab
 from nanoslip.solver.sliding.record import FrictionRecord
 from nanoslip.solver.sliding.slide import slide
-from nanoslip.study.plan.kinds.kind import MEMBER, Kind, compliance_of, declared, whole_again
-from nanoslip.study.plan.tasks import KINDS, compliance_task, record_task, run_task
+from nanoslip.study.plan.kinds import KINDS, MEMBER, Kind, compliance_task, declared, record_task
+from nanoslip.study.run.compute import compliance_of, run_task, whole_again
 
 
 @pytest.mark.parametrize("kind", KINDS.values(), ids=KINDS)

@@ -13,10 +13,10 @@ from nanoslip.solver.outcome import InvalidInput
 from nanoslip.solver.slab import Slab
 from nanoslip.solver.sliding.plateau import Plateau
 from nanoslip.solver.sliding.record import FrictionRecord
-from nanoslip.study.plan.kinds import drive as drive_kind
-from nanoslip.study.plan.kinds.drive import PAIRS
+from nanoslip.study.plan.kinds import compliance_task, drive_task, record_task
 from nanoslip.study.plan.task import TaskResult
-from nanoslip.study.plan.tasks import compliance_task, drive_task, record_task
+from nanoslip.study.run import compute
+from nanoslip.study.run.compute import PAIRS
 from tests.study.plan.running import run
 
 CASE = Case(slab=Slab(33), max_events=None, max_presliding=4.0)
@@ -52,7 +52,7 @@ def test_members_beyond_the_first_two_are_pulled_without_teeth_where_that_is_all
     assert count > PAIRS
     expected = whole.scalars["kinetic_friction"][:PAIRS] + plain.scalars["kinetic_friction"][PAIRS:count]
     assert spared.scalars["kinetic_friction"] == expected
-    assert {drive_kind.SPARED[int(word) - 1].name for word in spared.scalars["left_out"]} == {"teeth"}
+    assert {compute.SPARED[int(word) - 1].name for word in spared.scalars["left_out"]} == {"teeth"}
     stated = change_by(plain.scalars["kinetic_friction"][:PAIRS], whole.scalars["kinetic_friction"][:PAIRS])
     assert set(spared.scalars["left_out_error"]) == {stated}
     assert 0.0 < stated < 0.015
@@ -88,7 +88,7 @@ def test_nothing_is_left_out_by_campaigns_that_ask_for_members(whole: TaskResult
 @pytest.mark.parametrize("refused", [0, 1])
 def test_a_first_member_that_is_refused_leaves_nothing_out(monkeypatch: pytest.MonkeyPatch, refused: int) -> None:
     """Then no change is known; the others are computed whole."""
-    measured = drive_kind.measured
+    measured = compute.measured
 
     def failing(record: FrictionRecord, plateau: Plateau, drive: Drive) -> Any:
         if plateau.mean == plateaus[refused]:
@@ -97,7 +97,7 @@ def test_a_first_member_that_is_refused_leaves_nothing_out(monkeypatch: pytest.M
 
     ensemble = Ensemble(4, 1e-6, ("plateau_mean", "kinetic_friction"))
     plateaus = run(compliance_task(CASE.slab), record_task(CASE, ensemble)).scalars["plateau_mean"]
-    monkeypatch.setattr(drive_kind, "measured", failing)
+    monkeypatch.setattr(compute, "measured", failing)
     found = pulled(ensemble)
     assert np.isnan(found.scalars["kinetic_friction"]).tolist() == [number == refused for number in range(4)]
     assert {value for value in found.scalars["left_out"] if not np.isnan(value)} == {0}

@@ -16,20 +16,21 @@ from nanoslip.solver.slab import Slab
 from nanoslip.solver.sliding.record import FrictionRecord
 from nanoslip.solver.sliding.slide import slide
 from nanoslip.study.manifest.manifest import KNOWABLE
-from nanoslip.study.plan.kinds import record as record_kind
-from nanoslip.study.plan.kinds.drive import DRIVE as DRIVES
-from nanoslip.study.plan.kinds.kind import Member, Part, joint_outcome, names_of, numbers, whole_again
-from nanoslip.study.plan.kinds.record import RECORD
-from nanoslip.study.plan.task import TaskResult
-from nanoslip.study.plan.tasks import (
+from nanoslip.study.plan.kinds import DRIVE as DRIVES
+from nanoslip.study.plan.kinds import (
     KINDS,
+    RECORD,
+    Part,
     compliance_task,
     drive_task,
+    names_of,
     record_scalars_task,
     record_task,
-    run_task,
     statistics_task,
 )
+from nanoslip.study.plan.task import TaskResult
+from nanoslip.study.run import compute
+from nanoslip.study.run.compute import Member, joint_outcome, numbers, run_task, whole_again
 from tests.study.plan.running import DRIVE, run
 
 CASE = Case(radius=50.0, slab=Slab(17), max_events=None, max_presliding=4.0)
@@ -46,7 +47,7 @@ REFUSED = Outcome(Ending.INVALID, "why")
 
 def refuse(monkeypatch: pytest.MonkeyPatch, *numbers: int) -> None:
     """Make the physics refuse the members of these numbers."""
-    slide_to_state = record_kind.slide_to_state
+    slide_to_state = compute.slide_to_state
     refused = [FOUR.case(CASE, number) for number in numbers]
 
     def slid(case: Case, *others: Any) -> Any:
@@ -54,7 +55,7 @@ def refuse(monkeypatch: pytest.MonkeyPatch, *numbers: int) -> None:
             raise InvalidInput(REFUSED.message)
         return slide_to_state(case, *others)
 
-    monkeypatch.setattr(record_kind, "slide_to_state", slid)
+    monkeypatch.setattr(compute, "slide_to_state", slid)
 
 
 @pytest.mark.parametrize("spread", [0.0, 0.2])
@@ -79,7 +80,7 @@ def test_what_is_kept_of_one_members_contact_changes_no_bit_of_anothers(n_x: int
         together, alone = (
             numbers(
                 RECORD,
-                [record_kind.computed_record(FOUR.case(case, number), compliance) for number in range(4)],
+                [compute.computed_record(FOUR.case(case, number), compliance) for number in range(4)],
                 scalars_only=not whole,
             )
             for compliance in (kept, nothing_kept)

@@ -8,13 +8,8 @@ import pytest
 from nanoslip.solver.elasticity.compliance import surface_compliance
 from nanoslip.solver.outcome import Ending
 from nanoslip.solver.sliding.slide import slide
-from nanoslip.study.plan.tasks import (
-    compliance_task,
-    record_scalars_task,
-    record_task,
-    run_task,
-    states_task,
-)
+from nanoslip.study.plan.kinds import compliance_task, record_scalars_task, record_task, states_task
+from nanoslip.study.run.compute import run_task
 from tests.study.plan.running import CASE, first, run, slid
 
 

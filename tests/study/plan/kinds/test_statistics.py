@@ -12,9 +12,9 @@ from nanoslip.solver.outcome import Ending
 from nanoslip.solver.sliding.sizes import event_distributions
 from nanoslip.study.manifest.checker import ManifestError
 from nanoslip.study.manifest.reader import load_manifest
-from nanoslip.study.plan.kinds.record import records_in
+from nanoslip.study.plan.kinds import compliance_task, record_task, statistics_task
 from nanoslip.study.plan.plan import Plan, make_plan
-from nanoslip.study.plan.tasks import compliance_task, record_task, run_task, statistics_task
+from nanoslip.study.run.compute import records_in, run_task
 from tests.study.plan.running import CASE, first, run, slid
 
 

@@ -1,1 +1,0 @@
-"""Views: the figures that the shape of a dataset calls for, each with the numbers that are drawn."""

@@ -1,0 +1,483 @@
+"""The kinds of task that there are, in the order of their stages: when a campaign needs one, its keys, and what it yields.
+
+A kind is declared here and computed in nanoslip.study.run.compute; what it costs is in nanoslip.study.plan.cost. A result
+holds the numbers of its kind's `parts`: dataclasses of the solver whose fields declare what they are
+(nanoslip.solver.parameter). What a part declares is in results, dataset and tables without another word.
+"""
+
+from collections import defaultdict
+from collections.abc import Callable, Iterable, Iterator, Mapping
+from dataclasses import dataclass, field, fields, replace
+from functools import lru_cache
+from typing import Any, Final, NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from nanoslip.solver.case import Case
+from nanoslip.solver.contact.state import NODE_X, ContactState, ContactSummary
+from nanoslip.solver.drive import Drive
+from nanoslip.solver.dynamics.coefficients import FrictionCoefficients
+from nanoslip.solver.dynamics.regime import StickSlipCount
+from nanoslip.solver.dynamics.result import DynamicsResult
+from nanoslip.solver.dynamics.stick_slip import StickSlipFit
+from nanoslip.solver.effects import LeftOut
+from nanoslip.solver.elasticity.fields import InteriorFields
+from nanoslip.solver.ensemble import ALONE, Ensemble
+from nanoslip.solver.last import of_the_last
+from nanoslip.solver.parameter import Quantity, quantities, quantity
+from nanoslip.solver.slab import Slab
+from nanoslip.solver.sliding.plateau import Plateau
+from nanoslip.solver.sliding.record import FrictionRecord
+from nanoslip.solver.sliding.sizes import EventDistributions, SizeBins
+from nanoslip.solver.sliding.statistics import EventStatistics
+from nanoslip.solver.sliding.validity import Validity
+from nanoslip.study.canonical import CanonicalText, canonical_text
+from nanoslip.study.manifest.manifest import Manifest
+from nanoslip.study.plan.task import Task, TaskResult, case_of, of_contact, of_record, task_key
+
+
+class Part(NamedTuple):
+    """A dataclass of which a kind's results hold the numbers."""
+
+    type: type
+    prefix: str = ""
+    """What its fields' names get in front in results and, where they have no name of their own, in datasets."""
+    whole: bool = False
+    """Whether numbers that are no quantities are held too, as another task reads them."""
+    wanted: Callable[[Manifest], bool] = lambda _: True
+    """Whether a campaign asks for it; the value of a part that it does not ask for is None."""
+
+
+@dataclass(frozen=True, slots=True)
+class Ragged:
+    """Columns of a kind's results in a dataset: one behind the other over `sample`, a run of it for each `instance`."""
+
+    instance: str
+    """The group that they are in, too. Several kinds may add to one group, where they have the same columns."""
+    sample: str
+    count: str
+    """Variable over the instances: the length of each run."""
+    wanted: Callable[[Manifest], bool]
+
+
+class Wanted(NamedTuple):
+    """A task of a case."""
+
+    task: Task
+    drive: str = ""
+    """Label of its drive, where it has one."""
+    free: bool = False
+    """Whether it only reads off another task's result."""
+
+
+@dataclass(frozen=True, slots=True)
+class Kind:
+    """One kind of task. Its stage is its place in KINDS."""
+
+    name: str
+    needed: Callable[[Manifest], bool]
+    """Whether a campaign needs such tasks at all."""
+    tasks: Callable[[Case, Manifest], tuple[Wanted, ...]]
+    """Those of one case, needed ones first; the last one of a drive is the case's own."""
+    parts: tuple[Part, ...] = ()
+    """In the order of a dataset's variables."""
+    ragged: tuple[Ragged, ...] = ()
+    all_members: bool = False
+    """Whether results hold the columns of all members, as other tasks read them; else the arrays of the first one."""
+
+
+MEMBER: Final = "member"
+"""The dimension of what results hold of each member: their scalars."""
+
+
+@lru_cache(maxsize=256)
+def declared(kind: Kind, along: str = "") -> Mapping[str, Quantity]:
+    """Name of each scalar of a kind's results that is a quantity -> its declaration; or of each array along a dimension.
+
+    Along MEMBER: the scalars whose means have an uncertainty.
+    """
+    if along == MEMBER:
+        scalars = ((name, each) for name, each in declared(kind).items() if each.ensemble)
+        return {name: replace(each, along=MEMBER, ensemble=False, si=None) for name, each in scalars}
+    found = [each for part in kind.parts for each in quantities(part.type, part.prefix).items()]
+    return {key: quantity for key, quantity in found if quantity.along == along}
+
+
+def left_out(kind: Kind, manifest: Manifest) -> frozenset[str]:
+    """Names of the scalars and arrays of those parts of a kind that a campaign does not ask for."""
+    parts = (part for part in kind.parts if not part.wanted(manifest))
+    return frozenset(name for part in parts for name in quantities(part.type, part.prefix))
+
+
+def several(manifest: Manifest) -> bool:
+    """Whether cases have members whose values a dataset holds beside their means."""
+    return manifest.ensemble.members > 1
+
+
+@lru_cache(maxsize=64)
+def names_of(kind: Kind) -> frozenset[str]:
+    """The variables of a kind's results whose means have an uncertainty."""
+    return frozenset(each.name for each in declared(kind).values() if each.ensemble)
+
+
+def own_ensemble(kind: Kind, ensemble: Ensemble) -> tuple[Ensemble, CanonicalText]:
+    """The ensemble of a kind's tasks in a campaign with this one, and its canonical text."""
+    found = ensemble.asked_of(names_of(kind))
+    return found, CanonicalText(canonical_text(found))
+
+
+def rows_of(sample: str) -> str:
+    """The scalar that holds how long each member's columns along a dimension are, where results hold those of all members."""
+    return f"{sample}_rows"
+
+
+def column(result: TaskResult, name: str, sample: str, member: int = 0) -> NDArray[Any]:
+    """A member's column along a dimension."""
+    whole, rows = result.arrays[name], result.scalars.get(rows_of(sample))
+    if rows is None:
+        return whole
+    begin = int(sum(rows[:member]))
+    return whole[begin : begin + int(rows[member])]
+
+
+def scalars_only_mark(scalars_only: bool) -> tuple[str, ...]:
+    """What a key gets where the result's arrays are left out."""
+    return ("scalars",) if scalars_only else ()
+
+
+# The surface compliance of a slab: an intermediate result, shared by all cases on it that read its matrix.
+
+
+@lru_cache(maxsize=4096)  # hashed once for all cases on it
+def compliance_task(slab: Slab) -> Task:
+    """The surface compliance of a slab."""
+    return Task(task_key("compliance", slab), "compliance", slab, intermediate=True, shared=True)
+
+
+@lru_cache(maxsize=4096)  # all cases on it share the text, and the tuple
+def compliance_needs(slab: Slab) -> tuple[str, ...]:
+    """What a task needs that reads the compliance of a slab."""
+    return (compliance_task(slab).key,)
+
+
+def contact_needs(case: Case) -> tuple[str, ...]:
+    """Tasks that initial contact of a case needs, whether or not it slides afterwards."""
+    return () if case.contact_by_convolution else compliance_needs(case.slab)
+
+
+def _compliance_tasks(case: Case, manifest: Manifest) -> tuple[Wanted, ...]:
+    if case.contact_by_convolution and "slip" not in manifest.stages:
+        return ()
+    return (Wanted(compliance_task(case.slab)),)
+
+
+COMPLIANCE: Final = Kind("compliance", lambda _: True, _compliance_tasks)
+
+
+# Initial contact. Sliding starts from its own, so a task of contact alone exists only where nothing follows it or where its
+# tractions are wanted.
+
+
+def seen_after(along: str) -> dict[str, Any]:
+    """Metadata of a column that says which event of its record a node is seen after."""
+    return quantity("event that it is seen after", "event", along=along, dtype=np.int64, comment=_OF_THE_RECORD)
+
+
+_OF_THE_RECORD = "of the record; 0: initial contact"
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class SurfaceNodes:
+    """When and where each surface node of a contact is seen."""
+
+    event: NDArray[np.int64] = field(metadata=seen_after(along="contact_node"))
+    x: NDArray[np.float64] = field(metadata=NODE_X)
+
+
+def contact_task(case: Case, ensemble: Ensemble = ALONE, *, scalars_only: bool = False) -> Task:
+    """Initial contact of a case's members."""
+    ensemble, text = _contact_ensemble(ensemble)
+    key = task_key("contact", *of_contact(case), text, *scalars_only_mark(scalars_only))
+    return Task(
+        key, "contact", case.slab, case, ensemble=ensemble, needs=contact_needs(case), scalars_only=scalars_only
+    )
+
+
+@lru_cache(maxsize=64)  # of all cases
+def _contact_ensemble(ensemble: Ensemble) -> tuple[Ensemble, CanonicalText]:
+    return own_ensemble(CONTACT, ensemble)
+
+
+def _tractions(manifest: Manifest) -> bool:
+    return manifest.outputs.tractions
+
+
+def _contact_tasks(case: Case, manifest: Manifest) -> tuple[Wanted, ...]:
+    return (Wanted(contact_task(case, manifest.ensemble, scalars_only=not _tractions(manifest))),)
+
+
+CONTACT: Final = Kind(
+    "contact",
+    lambda manifest: "slip" not in manifest.stages or manifest.outputs.tractions,
+    _contact_tasks,
+    (Part(Validity), Part(ContactState, whole=True), Part(ContactSummary), Part(SurfaceNodes)),
+    (
+        Ragged("contact", "contact_node", "contact_row_size", _tractions),
+        Ragged(
+            "ensemble", MEMBER, "member_row_size", lambda manifest: several(manifest) and "slip" not in manifest.stages
+        ),
+    ),
+)
+
+
+# The friction record of a case, with its plateau and statistics. Where drives or statistics need a record that the campaign does
+# not keep, it is intermediate, and another task reads off its scalars.
+
+
+def record_task(case: Case, ensemble: Ensemble = ALONE, *, scalars_only: bool = False) -> Task:
+    """The friction records of a case's members."""
+    return (_record_of_scalars if scalars_only else _whole_record)(case, ensemble)
+
+
+@lru_cache(maxsize=4)  # asked again by each of its drives
+def _whole_record(case: Case, ensemble: Ensemble) -> Task:
+    return _record(case, ensemble)
+
+
+def _record_of_scalars(case: Case, ensemble: Ensemble) -> Task:
+    return replace(_record(case, ensemble, *scalars_only_mark(scalars_only=True)), scalars_only=True)
+
+
+def _record(case: Case, ensemble: Ensemble, *marks: str) -> Task:
+    ensemble, text = _record_ensemble(ensemble)
+    key = task_key("record", *of_record(case), text, *marks)
+    return Task(key, "record", case.slab, case, ensemble=ensemble, needs=compliance_needs(case.slab))
+
+
+@lru_cache(maxsize=64)  # of all cases
+def _record_ensemble(ensemble: Ensemble) -> tuple[Ensemble, CanonicalText]:
+    return own_ensemble(RECORD, ensemble)
+
+
+def record_scalars_task(record: Task) -> Task:
+    """The scalars of a friction record that another task computes; the same result as sliding for them alone."""
+    return replace(record_task(case_of(record), record.ensemble, scalars_only=True), needs=(record.key,))
+
+
+def _kept(manifest: Manifest) -> bool:
+    return manifest.outputs.records
+
+
+def _record_tasks(case: Case, manifest: Manifest) -> tuple[Wanted, ...]:
+    shared = "dynamics" in manifest.stages or manifest.outputs.statistics
+    if _kept(manifest) or not shared:
+        record = record_task(case, manifest.ensemble, scalars_only=not _kept(manifest))
+        return (Wanted(replace(record, shared=True) if shared else record),)
+    record = replace(record_task(case, manifest.ensemble), intermediate=True, shared=True)
+    return Wanted(record), Wanted(record_scalars_task(record), free=True)
+
+
+RECORD: Final = Kind(
+    "record",
+    lambda manifest: "slip" in manifest.stages,
+    _record_tasks,
+    (
+        Part(Validity),
+        Part(Plateau, Plateau.PREFIX, whole=True),
+        Part(EventStatistics),
+        Part(FrictionRecord, whole=True),
+    ),
+    (
+        Ragged("record", "event", "row_size", _kept),
+        Ragged("record", "record_node", "record_node_row_size", _kept),
+        Ragged("ensemble", MEMBER, "member_row_size", several),
+    ),
+    all_members=True,
+)
+
+
+# How the sizes of the events of all members of a case are distributed: read off their records, where a campaign asks for it. It
+# takes longer than a small record itself, so no record has it by itself.
+
+
+def statistics_task(case: Case, ensemble: Ensemble = ALONE) -> Task:
+    """The distributions of the sizes of a case's events."""
+    record = record_task(case, ensemble)
+    key, ensemble = task_key("statistics", record.key), record.ensemble
+    return Task(key, "statistics", case.slab, case, ensemble=ensemble, needs=(record.key,))
+
+
+def _statistics(manifest: Manifest) -> bool:
+    return manifest.outputs.statistics
+
+
+def _statistics_tasks(case: Case, manifest: Manifest) -> tuple[Wanted, ...]:
+    return (Wanted(statistics_task(case, manifest.ensemble)),)
+
+
+STATISTICS: Final = Kind(
+    "statistics",
+    _statistics,
+    _statistics_tasks,
+    (Part(EventDistributions, whole=True), Part(SizeBins)),
+    (Ragged("event_sizes", "bin", "bins", _statistics),),
+)
+
+
+# The contact of the first member after chosen events of a record (0: initial contact), and the inside of the slab there.
+
+
+_AS_IN_A_CONTACT = {item.name: item.metadata for item in fields(ContactState)}
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class SurfaceStates(SurfaceNodes):
+    """Every surface node after each event, one event behind the other; units as in ContactState."""
+
+    pressure: NDArray[np.float64] = field(metadata=_AS_IN_A_CONTACT["pressure"])
+    shear: NDArray[np.float64] = field(metadata=_AS_IN_A_CONTACT["shear"])
+    slip: NDArray[np.float64] = field(metadata=_AS_IN_A_CONTACT["slip"])
+    gap: NDArray[np.float64] = field(metadata=_AS_IN_A_CONTACT["gap"])
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class InteriorEvents:
+    """What each node inside the slab belongs to."""
+
+    event: NDArray[np.int64] = field(metadata=seen_after(along="interior_node"))
+
+
+def states_task(case: Case, events: tuple[int, ...], subsurface: bool) -> Task:
+    """The contact of a case after each of some events of its record, and the inside of the slab."""
+    physics = of_record(case) if any(events) else of_contact(case)
+    key = task_key("states", *physics, events, subsurface)
+    needs = compliance_needs(case.slab) if any(events) else contact_needs(case)
+    return Task(key, "states", case.slab, case, events=events, subsurface=subsurface, needs=needs)
+
+
+def _on_the_surface(manifest: Manifest) -> bool:
+    return bool(manifest.outputs.tractions_at)
+
+
+def _inside(manifest: Manifest) -> bool:
+    return manifest.outputs.subsurface
+
+
+def _states_tasks(case: Case, manifest: Manifest) -> tuple[Wanted, ...]:
+    return (
+        Wanted(states_task(manifest.ensemble.case(case, 0), manifest.outputs.tractions_at or (0,), _inside(manifest))),
+    )
+
+
+STATES: Final = Kind(
+    "states",
+    lambda manifest: _on_the_surface(manifest) or _inside(manifest),
+    _states_tasks,
+    (Part(SurfaceStates, "surface_"), Part(InteriorEvents, "interior_"), Part(InteriorFields, "interior_")),
+    (
+        Ragged("contact", "contact_node", "contact_row_size", _on_the_surface),
+        Ragged("interior", "interior_node", "interior_row_size", _inside),
+    ),
+)
+
+
+# The motion of the driven pin over a case's friction records, and what is measured in it.
+
+
+def drive_task(
+    case: Case, drive: Drive, ensemble: Ensemble = ALONE, *, scalars_only: bool = False, fitted: bool = True
+) -> Task:
+    """The motion of the pin over the friction records of a case's members.
+
+    fitted: whether Eq. 16-19 are fitted to its spring force. Members that its target needs beyond those records are slid too.
+    """
+    record = record_task(case, ensemble)
+    own, text = _drive_ensemble(ensemble)
+    marks = (*scalars_only_mark(scalars_only), *(() if fitted else ("unfitted",)))
+    key = task_key("drive", record.key, _text_of(drive), text, *marks)
+    more = compliance_needs(case.slab) if own.within is not None else ()
+    needs = (record.key, *more)
+    return Task(
+        key, "drive", case.slab, case, drive, ensemble=own, needs=needs, scalars_only=scalars_only, fitted=fitted
+    )
+
+
+@lru_cache(maxsize=4096)  # a campaign has few drives and many cases
+def _text_of(drive: Drive) -> CanonicalText:
+    settings = {item.name: getattr(drive, item.name) for item in fields(drive)}
+    return CanonicalText(canonical_text({"type": type(drive).__name__, **settings}))
+
+
+@lru_cache(maxsize=64)  # of all cases
+def _drive_ensemble(ensemble: Ensemble) -> tuple[Ensemble, CanonicalText]:
+    return own_ensemble(DRIVE, ensemble)
+
+
+def _trajectory(manifest: Manifest) -> bool:
+    return manifest.outputs.trajectory
+
+
+def _phases(manifest: Manifest) -> bool:
+    return manifest.outputs.phases
+
+
+def _fitted(manifest: Manifest) -> bool:
+    return manifest.outputs.fit
+
+
+def _aimed(manifest: Manifest) -> bool:
+    return manifest.ensemble.within is not None
+
+
+def _drive_tasks(case: Case, manifest: Manifest) -> tuple[Wanted, ...]:
+    bare = not (_trajectory(manifest) or _phases(manifest))
+    fitted = _fitted(manifest)
+    return tuple(
+        Wanted(drive_task(case, drive, manifest.ensemble, scalars_only=bare, fitted=fitted), label)
+        for label, drive in _dimensionless(manifest)
+    )
+
+
+@of_the_last
+def _dimensionless(manifest: Manifest) -> tuple[tuple[str, Drive], ...]:
+    """Label and numbers of the campaign's drives."""
+    return tuple((each.label, each.drive.dimensionless(manifest.scales)) for each in manifest.drives if each.drive)
+
+
+DRIVE: Final = Kind(
+    "drive",
+    lambda manifest: "dynamics" in manifest.stages,
+    _drive_tasks,
+    (
+        Part(FrictionCoefficients),
+        Part(StickSlipFit, "fitted_", wanted=_fitted),
+        Part(StickSlipCount),
+        Part(DynamicsResult, whole=True),
+        Part(LeftOut, wanted=_aimed),
+    ),
+    (
+        Ragged("trajectory", "sample", "trajectory_row_size", _trajectory),
+        Ragged("trajectory", "slip_phase", "phase_row_size", _phases),
+        Ragged("drive_ensemble", MEMBER, "drive_member_row_size", several),
+    ),
+)
+
+
+KINDS: Final = {kind.name: kind for kind in (COMPLIANCE, CONTACT, RECORD, STATISTICS, STATES, DRIVE)}
+"""Name -> kind of task: a stage each, none of which needs a later one."""
+
+
+def needed_kinds(manifest: Manifest) -> frozenset[str]:
+    """The kinds of task that this manifest needs."""
+    return frozenset(kind.name for kind in KINDS.values() if kind.needed(manifest))
+
+
+def in_stages(tasks: Iterable[Task]) -> Iterator[Task]:
+    """Tasks by kind, intermediate ones before those that use them: no task needs a later one."""
+    stages: defaultdict[tuple[int, bool], list[Task]] = defaultdict(list)
+    places = {kind: place for place, kind in enumerate(KINDS)}
+    for task in tasks:
+        stages[places[task.kind], not task.intermediate].append(task)
+    for stage in sorted(stages):
+        yield from stages[stage]

@@ -1,0 +1,435 @@
+"""How a task is computed: the only bridge into the solver.
+
+A task computes all members of its case; the solver's values become the scalars and arrays of a result here, and back.
+"""
+
+import math
+from collections import Counter
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass, field, fields, replace
+from functools import lru_cache
+from operator import attrgetter
+from typing import Any, Final, NamedTuple, TypeVar
+
+import numpy as np
+from numpy.typing import NDArray
+
+from nanoslip.solver.case import Case
+from nanoslip.solver.contact.initial import initial_contact
+from nanoslip.solver.contact.state import ContactState, contact_summary
+from nanoslip.solver.drive import Drive
+from nanoslip.solver.dynamics.integrators import measured
+from nanoslip.solver.dynamics.regime import count_sticks
+from nanoslip.solver.dynamics.stick_slip import fit_stick_slip
+from nanoslip.solver.effects import SPARED, LeftOut
+from nanoslip.solver.elasticity.compliance import Compliance, SurfaceCompliance, normal_compliance, surface_compliance
+from nanoslip.solver.elasticity.fields import InteriorFields
+from nanoslip.solver.elasticity.interior import interior_fields
+from nanoslip.solver.ensemble import Ensemble, change_by, needed
+from nanoslip.solver.last import of_the_last
+from nanoslip.solver.outcome import COMPLETED, Ending, Outcome, SolverError
+from nanoslip.solver.parameter import quantities
+from nanoslip.solver.slab import Slab
+from nanoslip.solver.sliding.plateau import Plateau, plateau_of
+from nanoslip.solver.sliding.record import FrictionRecord
+from nanoslip.solver.sliding.sizes import event_distributions
+from nanoslip.solver.sliding.slide import slide_to_state, states_at
+from nanoslip.solver.sliding.statistics import event_statistics
+from nanoslip.solver.sliding.validity import contact_validity, record_validity
+from nanoslip.study.origin import computing, stemming
+from nanoslip.study.plan.kinds import (
+    CONTACT,
+    DRIVE,
+    KINDS,
+    RECORD,
+    InteriorEvents,
+    Kind,
+    Part,
+    SurfaceNodes,
+    SurfaceStates,
+    column,
+    declared,
+    rows_of,
+)
+from nanoslip.study.plan.task import Inputs, Task, TaskResult, case_of, drive_of
+
+Value = TypeVar("Value")
+
+
+def run_task(task: Task, inputs: Mapping[str, TaskResult]) -> TaskResult:
+    """Compute a task from the results it needs. Never raises for physics: a refusal is a result with its outcome.
+
+    `OUT_OF_MEMORY` is of the machine, not of the task: such a result is not to be kept.
+    """
+    if task.needs and inputs[task.needs[0]].kind == task.kind:  # the scalars of a result that has more
+        return replace(inputs[task.needs[0]], key=task.key, arrays={})
+    used = stemming((computing(),), *(inputs[key].origins for key in task.needs))
+    return replace(_computed(task, inputs), origins=used)
+
+
+def _computed(task: Task, inputs: Mapping[str, TaskResult]) -> TaskResult:
+    needs = [inputs[key] for key in task.needs]
+    for need in needs:
+        if not need.outcome.usable:  # a record without a plateau is still a record
+            message = f"its {need.kind} ended as {need.outcome.ending}: {need.outcome.message}"
+            return TaskResult(task.key, task.kind, Outcome(Ending.NEEDS_FAILED, message))
+    try:
+        return _result(task, inputs)
+    except SolverError as error:
+        return TaskResult(task.key, task.kind, error.outcome)
+    except MemoryError as error:
+        return TaskResult(task.key, task.kind, Outcome(Ending.OUT_OF_MEMORY, _NO_MEMORY.format(task.slab.n_x, error)))
+
+
+_NO_MEMORY = "no memory left at n_x = {}: start fewer ranks on a machine, or use a smaller n_x or fewer events ({})"
+
+
+def _result(task: Task, inputs: Mapping[str, TaskResult]) -> TaskResult:
+    kind, computed = KINDS[task.kind], COMPUTE[task.kind](task, inputs)
+    scalars, arrays = numbers(kind, computed.members, scalars_only=task.scalars_only)
+    kept = {} if task.scalars_only else {**computed.arrays, **arrays}
+    ended = tuple([member.outcome for member in computed.members])
+    outcome = joint_outcome(ended)
+    return TaskResult(task.key, task.kind, outcome, scalars, kept, () if {outcome} == {*ended} else ended)
+
+
+@dataclass(frozen=True, slots=True)
+class Member:
+    """What was computed of one member: the values of its kind's parts, in their order, and its outcome."""
+
+    values: tuple[object, ...] = ()
+    outcome: Outcome = COMPLETED
+    only: tuple[str, ...] | None = None
+    """The variables that it knows, where it was computed without an effect on which others depend; None for all."""
+
+
+@dataclass(frozen=True, slots=True)
+class Computed:
+    """The result of a task before it is stored."""
+
+    members: tuple[Member, ...] = ()
+    arrays: Mapping[str, NDArray[Any]] = field(default_factory=dict)
+    """Those that are in no part."""
+
+
+def computed_members(
+    kind: Kind,
+    task: Task,
+    compute: Callable[[Case, int], Member],
+    there: int | None = None,
+    spent: Callable[[], float] = lambda: 0.0,
+) -> tuple[Member, ...]:
+    """The members that a task asks for, or as many as its target takes. compute: one, from its case and number.
+
+    A member that the physics refuses has that outcome and no values. there: how many have what this kind needs; all of them are
+    computed, and further ones only for a target. spent: relative error by what members leave out, which the target includes.
+    """
+    ensemble, found = task.ensemble, list[Member]()
+
+    def tried(number: int) -> Member:
+        try:
+            return compute(ensemble.case(case_of(task), number), number)
+        except SolverError as error:
+            return Member((), error.outcome)
+
+    for size in ensemble.sizes() if there is None else (there, *(size for size in ensemble.sizes() if size > there)):
+        found += map(tried, range(len(found), size))
+        if ensemble.within is not None and known(kind, replace(ensemble, within=ensemble.within - spent()), found):
+            break
+    return tuple(found)
+
+
+def known(kind: Kind, ensemble: Ensemble, members: Sequence[Member]) -> bool:
+    """Whether these members know all observables of an ensemble's target that are numbers of this kind."""
+    return all(map(ensemble.known, _asked(kind, ensemble, members)))
+
+
+def largest_change(kind: Kind, ensemble: Ensemble, without: Sequence[Member], whole: Sequence[Member]) -> float:
+    """`change_by` what members leave out, of the observable of an ensemble's target in which it is largest."""
+    return max(map(change_by, _asked(kind, ensemble, without), _asked(kind, ensemble, whole)))
+
+
+def _asked(kind: Kind, ensemble: Ensemble, members: Sequence[Member]) -> list[list[float | int]]:
+    """Values of the members, of each number of this kind in an ensemble's target."""
+    scalars = _scalars(kind, members)
+    nothing = [math.nan] * len(members)
+    return [scalars.get(key, nothing) for key, each in declared(kind).items() if each.name in ensemble.of]
+
+
+def numbers(
+    kind: Kind, members: Sequence[Member], *, scalars_only: bool = False
+) -> tuple[dict[str, list[float | int]], dict[str, NDArray[Any]]]:
+    """Scalars of all members, NaN where one has none, and arrays (see `Kind.all_members`) of the values of a kind's parts."""
+    scalars, arrays = _scalars(kind, members), _arrays(kind, members[0]) if members else {}
+    if kind.all_members and len(members) > 1:
+        each = [arrays, *(_arrays(kind, member) for member in members[1:])]
+        for sample in dict.fromkeys(item.sample for item in kind.ragged):
+            columns = [name for name in declared(kind, sample) if any(name in one for one in each)]
+            for name in columns[:1]:
+                scalars[rows_of(sample)] = [len(one[name]) if name in one else 0 for one in each]
+            for name in () if scalars_only else columns:
+                arrays[name] = np.concatenate([one[name] for one in each if name in one])
+    elif len(members) > 1 and not members[0].outcome.usable:  # an ensemble is usable without its first member
+        arrays = {}
+    return scalars, {} if scalars_only else arrays
+
+
+def _scalars(kind: Kind, members: Sequence[Member]) -> dict[str, list[float | int]]:
+    found: dict[str, list[float | int]] = {}
+    for place, part in enumerate(kind.parts):
+        held, values = _held(part), [member.values[place] if member.values[place:] else None for member in members]
+        rows = [held.values(value) for value in values if value is not None]
+        for key, words, ones in zip(held.keys, held.words, zip(*rows, strict=True), strict=False):
+            if not isinstance(ones[0], np.ndarray | Outcome):
+                own = iter([_coded(one, words) for one in ones] if words else ones)
+                found[key] = [math.nan if value is None else next(own) for value in values]
+    for number, member in enumerate(members):
+        if member.only is not None:
+            known = {key for key, each in declared(kind).items() if each.name in member.only}
+            for key in found.keys() - known:
+                found[key][number] = math.nan
+    return found
+
+
+def _arrays(kind: Kind, member: Member) -> dict[str, NDArray[Any]]:
+    found: dict[str, NDArray[Any]] = {}
+    for part, value in zip(kind.parts, member.values, strict=False):
+        if value is not None:
+            held = _held(part)
+            for key, one in zip(held.keys, held.values(value), strict=True):
+                if isinstance(one, np.ndarray):
+                    found[key] = one
+    return found
+
+
+def joint_outcome(members: Sequence[Outcome]) -> Outcome:
+    """How an ensemble ended: as its members did, or completed where enough of them have, with what became of the others."""
+    if len(members) < 2:
+        return members[0] if members else COMPLETED
+    counts = Counter(each.ending for each in members)
+    first = {ending: next(each.message for each in members if each.ending is ending) for ending in counts}
+    done = counts[Ending.COMPLETED]
+    enough = done >= needed(len(members))
+    ending = (
+        Ending.COMPLETED
+        if enough
+        else max((each for each in counts if each is not Ending.COMPLETED), key=counts.__getitem__)
+    )
+    told = [
+        message if count == len(members) else f"{count} of {len(members)} members {each}: {message}"
+        for each, count in counts.most_common()
+        if (message := first[each])
+    ]
+    return Outcome(ending, "; ".join(told))
+
+
+class _Held(NamedTuple):
+    """Of each number of a part that results hold: its name in them, and the words that it stands for."""
+
+    keys: tuple[str, ...]
+    words: tuple[tuple[str, ...], ...]
+    values: Callable[[object], tuple[Any, ...]]
+    """All of them, of a value of the part."""
+
+
+@lru_cache(maxsize=64)
+def _held(part: Part) -> _Held:
+    known = quantities(part.type, part.prefix)
+    named = {f"{part.prefix}{item.name}": item.name for item in fields(part.type)}
+    held = {key: name for key, name in named.items() if part.whole or key in known}
+    words = tuple(known[key].words if key in known else () for key in held)
+    names = tuple(held.values())
+    return _Held(tuple(held), words, attrgetter(*names) if len(names) > 1 else lambda value: (getattr(value, *names),))
+
+
+def _coded(value: Any, words: tuple[str, ...]) -> float | int:
+    """Of a text its position, NaN of none."""
+    return float("nan") if value is None else words.index(value)
+
+
+def whole_again(kind: type[Value], result: TaskResult, member: int = 0, prefix: str = "") -> Value:
+    """A member's value that `numbers` took apart: of a whole part with this prefix."""
+    make: Any = kind
+    known = quantities(make, prefix)
+    held: dict[str, Any] = {f"{prefix}outcome": (result.members or (result.outcome,) * (member + 1))[member]}
+    for item in fields(make):
+        name = f"{prefix}{item.name}"
+        if name in result.arrays:
+            held[name] = column(result, name, known[name].along if name in known else "", member)
+        elif name in result.scalars:
+            held[name] = result.scalars[name][member]
+    return make(**{item.name: held[f"{prefix}{item.name}"] for item in fields(make)})  # type: ignore[no-any-return]
+
+
+def compliance_of(task: Task, inputs: Inputs) -> Compliance:
+    """The compliance that a task needs before anything else; where it needs none, what the slab's surface says by itself."""
+    if not task.needs:
+        return normal_compliance(task.slab)
+    return compliance_in(inputs[task.needs[0]], task.slab)
+
+
+@lru_cache(maxsize=4)  # tasks that follow each other get the same one: the solver keeps what it computes of it
+def compliance_in(result: TaskResult, slab: Slab) -> SurfaceCompliance:
+    """The compliance that a result holds."""
+    return SurfaceCompliance(result.arrays["matrix"], slab)
+
+
+# One function for each kind of task. Raises SolverError where the physics refuses.
+
+
+def _compliance(task: Task, inputs: Inputs) -> Computed:
+    return Computed(arrays={"matrix": surface_compliance(task.slab).matrix})
+
+
+def _contact(task: Task, inputs: Inputs) -> Computed:
+    compliance = compliance_of(task, inputs)
+    nodes = SurfaceNodes(np.zeros(len(compliance.x), np.int64), compliance.x)
+
+    def compute(case: Case, number: int) -> Member:
+        state = initial_contact(case, compliance)
+        return Member((contact_validity(case, state), state, contact_summary(state), nodes), state.outcome)
+
+    return Computed(computed_members(CONTACT, task, compute))
+
+
+Recorded = tuple[FrictionRecord, Plateau]
+"""A member's record and its steady part."""
+
+
+def _record(task: Task, inputs: Inputs) -> Computed:
+    compliance = compliance_of(task, inputs)
+    return Computed(computed_members(RECORD, task, lambda case, number: computed_record(case, compliance)))
+
+
+def computed_record(case: Case, compliance: Compliance) -> Member:
+    """The record of one member, and all that is read off it."""
+    start = initial_contact(case, compliance)
+    record, end = slide_to_state(case, compliance, start)
+    plateau = plateau_of(record)
+    values = (record_validity(case, start, record, end), plateau, event_statistics(record), record)
+    return Member(values, plateau.outcome if record.outcome.ok else record.outcome)
+
+
+@of_the_last  # records are pulled over by one drive after the other
+def records_in(result: TaskResult) -> list[Recorded]:
+    """The records of all members."""
+    count = len(result.scalars["plateau_mean"])
+    return [
+        (whole_again(FrictionRecord, result, number), whole_again(Plateau, result, number, Plateau.PREFIX))
+        for number in range(count)
+    ]
+
+
+def _statistics(task: Task, inputs: Inputs) -> Computed:
+    return Computed((Member(event_distributions(records_in(inputs[task.needs[0]]))),))
+
+
+def _states(task: Task, inputs: Inputs) -> Computed:
+    compliance = compliance_of(task, inputs)
+    states, outcome = states_at(case_of(task), compliance, task.events)
+    values: tuple[object, ...] = ()
+    if states:
+        values = (_surfaces(task.events, states, compliance),)
+        if task.subsurface:
+            inside = [interior_fields(task.slab, state.nodal_force) for state in states]
+            nodes = [len(each.x) for each in inside]
+            values = (*values, InteriorEvents(np.repeat(task.events[: len(states)], nodes)), _behind(inside))
+    return Computed((Member(values, outcome),))
+
+
+def _surfaces(events: Sequence[int], states: Sequence[ContactState], compliance: Compliance) -> SurfaceStates:
+    nodes = len(compliance.x)
+    columns = {name: np.concatenate([getattr(state, name) for state in states]) for name in _OF_STATE}
+    return SurfaceStates(event=np.repeat(events[: len(states)], nodes), x=np.tile(compliance.x, len(states)), **columns)
+
+
+_OF_STATE = tuple(item.name for item in fields(SurfaceStates) if item.name not in ("event", "x"))
+
+
+def _behind(parts: Sequence[InteriorFields]) -> InteriorFields:
+    """Fields after several events as one."""
+    names = [item.name for item in fields(InteriorFields)]
+    return InteriorFields(*(np.concatenate([getattr(part, name) for part in parts]) for name in names))
+
+
+@dataclass(slots=True)
+class _Pulling:
+    """A drive of a case: the first members with everything, the others without what the first ones do not need."""
+
+    task: Task
+    inputs: Inputs
+    records: list[Recorded]
+    whole: list[Member] = field(default_factory=list)
+    drive: Drive = field(init=False)
+    left_out: LeftOut = field(default=LeftOut("nothing", 0.0), init=False)
+
+    def __post_init__(self) -> None:
+        self.drive = drive_of(self.task)
+
+    def member(self, case: Case, number: int) -> Member:
+        """The motion of a member and what is measured in it."""
+        if self.task.ensemble.within is not None and number == PAIRS:
+            self._leave_out()
+        pulled = self.records[number] if number < len(self.records) else _slid(case, self.task, self.inputs)
+        found = self._pulled(pulled, self.drive)
+        if number < PAIRS:
+            self.whole.append(found)
+        elif self.drive is not drive_of(self.task):
+            return replace(found, only=(*self.task.ensemble.of, *quantities(LeftOut)))
+        return found
+
+    def _leave_out(self) -> None:
+        """Find the first effect without which the first members' numbers change by less than half of what the target allows."""
+        ensemble, everything = self.task.ensemble, self.drive
+        for effect in SPARED if ensemble.of else ():
+            if effect.there(everything):
+                without = effect.without(everything)
+                fewer = [self._pulled(pulled, without) for pulled in self.records[:PAIRS]]
+                error = largest_change(DRIVE, ensemble, fewer, self.whole)
+                if error <= 0.5 * (ensemble.within or 0.0):
+                    self.drive, self.left_out = without, LeftOut(effect.name, error)
+                    return
+
+    def _pulled(self, pulled: Recorded, drive: Drive) -> Member:
+        record, plateau = pulled
+        if not record.outcome.usable:
+            return Member((), record.outcome)
+        try:
+            motion, coefficients = measured(record, plateau, drive)
+        except SolverError as error:
+            return Member((), error.outcome)
+        fit = fit_stick_slip(motion, drive, record.normal_load) if self.task.fitted else None
+        count = count_sticks(motion, drive)
+        return Member((coefficients, fit, count, motion), coefficients.outcome.adding(count.unsettled))
+
+
+PAIRS: Final = 2
+"""Members that are pulled with everything and without an effect: the fewest whose changes have a ±."""
+
+
+def _drive(task: Task, inputs: Inputs) -> Computed:
+    pulling = _Pulling(task, inputs, list(records_in(inputs[task.needs[0]])))
+    there = len(pulling.records)
+    found = computed_members(DRIVE, task, pulling.member, there, lambda: pulling.left_out.left_out_error)
+    if task.ensemble.within is not None:
+        found = tuple(replace(each, values=(*each.values, pulling.left_out)) if each.values else each for each in found)
+    return Computed(found)
+
+
+def _slid(case: Case, task: Task, inputs: Inputs) -> Recorded:
+    """The record of a member that has none yet."""
+    _, plateau, _, record = computed_record(case, compliance_in(inputs[task.needs[1]], task.slab)).values
+    assert isinstance(record, FrictionRecord)
+    assert isinstance(plateau, Plateau)
+    return record, plateau
+
+
+COMPUTE: Final[Mapping[str, Callable[[Task, Inputs], Computed]]] = {
+    "compliance": _compliance,
+    "contact": _contact,
+    "record": _record,
+    "statistics": _statistics,
+    "states": _states,
+    "drive": _drive,
+}
+"""Name of a kind -> what computes its tasks."""
